@@ -1,0 +1,130 @@
+#include "robot_cell.h"
+
+#include "scene.h"
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace pcl_ext {
+namespace cell {
+
+namespace {
+
+/** \brief A line of the paper's Table 1: metres and degrees. */
+struct TablePose {
+  double x, y, z, rot_z, rot_y, rot_x;
+};
+
+constexpr TablePose table_1[RobotCell::sensor_count] = {
+    {7.798, 0.496, 4.175, 40.170, 0.639, -136.170},
+    {1.729, 0.501, 4.135, -45.253, 2.063, -141.490},
+    {9.522, 5.275, 4.353, 88.439, -0.072, -143.461},
+    {0.553, 4.995, 4.353, -89.208, -0.495, -145.591},
+    {8.879, 9.192, 4.194, 126.733, -1.311, -139.272},
+    {0.559, 9.136, 4.145, -121.458, -0.487, -137.562}};
+
+double
+radians(double degrees)
+{
+  return degrees * 3.14159265358979323846 / 180.0;
+}
+
+} // namespace
+
+RobotCell::RobotCell(std::uint32_t seed, const ErrorModel& model)
+: seed_(seed), model_(model)
+{}
+
+Eigen::Isometry3d
+RobotCell::sensorPose(unsigned int sensor) const
+{
+  if (sensor < 1 || sensor > sensor_count)
+    throw std::out_of_range("RobotCell: there is no sensor " + std::to_string(sensor));
+  const TablePose& line = table_1[sensor - 1];
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(line.x, line.y, line.z));
+  pose.rotate(Eigen::AngleAxisd(radians(line.rot_z), Eigen::Vector3d::UnitZ()));
+  pose.rotate(Eigen::AngleAxisd(radians(line.rot_y), Eigen::Vector3d::UnitY()));
+  pose.rotate(Eigen::AngleAxisd(radians(line.rot_x), Eigen::Vector3d::UnitX()));
+  return pose;
+}
+
+Eigen::Vector3d
+RobotCell::cropMin()
+{
+  return {0.0, 0.0, 0.1};
+}
+
+Eigen::Vector3d
+RobotCell::cropMax()
+{
+  return {10.0, 10.0, 4.0};
+}
+
+RobotCell::StaticView&
+RobotCell::staticView(unsigned int sensor)
+{
+  const Eigen::Isometry3d world_to_sensor = sensorPose(sensor).inverse();
+  StaticView& view = static_views_[sensor - 1];
+  if (!view.drawn) {
+    view.surfaces = RayGrid::emptyImage();
+    rays_.trace(staticEquipment(), world_to_sensor, view.surfaces, nullptr);
+    view.errors.resize(RayGrid::size);
+    for (std::size_t pixel = 0; pixel < RayGrid::size; ++pixel)
+      view.errors[pixel] = model_.pixelError(rays_, view.surfaces, pixel);
+    view.drawn = true;
+  }
+  return view;
+}
+
+const SurfaceImage&
+RobotCell::surfaces(unsigned int sensor, std::uint32_t frame)
+{
+  surfaces_ = staticView(sensor).surfaces;
+  changed_.clear();
+  rays_.trace(movingParts(frame / frame_rate),
+              sensorPose(sensor).inverse(),
+              surfaces_,
+              &changed_);
+  return surfaces_;
+}
+
+void
+RobotCell::capture(unsigned int sensor, std::uint32_t frame, CellFrame& out)
+{
+  surfaces(sensor, frame);
+  errors_ = staticView(sensor).errors;
+  for (const std::size_t pixel : changed_)
+    errors_[pixel] = model_.pixelError(rays_, surfaces_, pixel);
+  model_.measure(surfaces_,
+                 errors_,
+                 mixSeeds(seed_, sensor, frame),
+                 mixSeeds(seed_, sensor + sensor_count),
+                 measurement_);
+
+  out.cloud.header.stamp = static_cast<std::uint64_t>(frame * 1e6 / frame_rate);
+  out.cloud.header.frame_id = "kinect_" + std::to_string(sensor);
+  out.cloud.resize(RayGrid::size);
+  out.cloud.width = RayGrid::columns;
+  out.cloud.height = RayGrid::rows;
+  out.cloud.is_dense = false;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t row = 0; row < RayGrid::rows; ++row)
+    for (std::size_t column = 0; column < RayGrid::columns; ++column) {
+      const std::size_t pixel = row * RayGrid::columns + column;
+      pcl::PointXYZ& point = out.cloud[pixel];
+      if (measurement_.truth[pixel] == PointTruth::None) {
+        point.x = point.y = point.z = nan;
+        continue;
+      }
+      const double depth = measurement_.depth[pixel] / 1000.0;
+      point.x = static_cast<float>(rays_.x(column) * depth);
+      point.y = static_cast<float>(rays_.y(row) * depth);
+      point.z = static_cast<float>(depth);
+    }
+  out.truth = measurement_.truth;
+}
+
+} // namespace cell
+} // namespace pcl_ext

@@ -1,0 +1,101 @@
+/** \file
+ * \brief The simulated robot cell: six Kinect V2 that look at moving robots.
+ */
+#pragma once
+
+#include "time_of_flight_camera.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace cell {
+
+/** \brief One frame of one sensor. */
+struct CellFrame {
+  /** \brief Organised 512 x 424, in the sensor's frame (x right, y down, z along the
+   * optical axis), metres, NaN where there is no return. header.stamp is in
+   * microseconds since the stream's start, header.frame_id is "kinect_1" .. */
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  std::vector<PointTruth> truth; ///< one per point
+};
+
+/** \brief The 10 x 10 x 4 m cell of Dybedal, Aalerud, Hovland, Sensors 2019, 19(3),
+ * 636, seen by the six sensors of its Table 1.
+ *
+ * World frame: origin in a floor corner, z up, metres. A frame depends on the seed, the
+ * sensor and the frame number only, so frames may be asked for in any order. Not safe
+ * for use by several threads at once; each thread wants a cell of its own.
+ */
+class RobotCell {
+public:
+  static constexpr unsigned int sensor_count = 6;
+  static constexpr double frame_rate = 20.0; ///< Hz
+
+  explicit RobotCell(std::uint32_t seed = 1, const ErrorModel& model = ErrorModel());
+
+  /** \brief Pose of a sensor, sensor frame -> world.
+   * \param[in] sensor 1 .. 6
+   * \throws std::out_of_range for any other number
+   */
+  Eigen::Isometry3d
+  sensorPose(unsigned int sensor) const;
+
+  /** \brief Corners of the paper's crop box in the world frame, metres. */
+  static Eigen::Vector3d
+  cropMin();
+  static Eigen::Vector3d
+  cropMax();
+
+  /** \brief Take one frame.
+   * \param[in] sensor 1 .. 6
+   * \param[in] frame number of the frame, from 0, at \ref frame_rate
+   * \throws std::out_of_range for a sensor that is not there
+   */
+  void
+  capture(unsigned int sensor, std::uint32_t frame, CellFrame& out);
+
+  /** \brief What the sensor looks at in a frame, without any error of measurement. The
+   * reference is valid until the next call of this or of capture().
+   * \throws std::out_of_range for a sensor that is not there
+   */
+  const SurfaceImage&
+  surfaces(unsigned int sensor, std::uint32_t frame);
+
+  const ErrorModel&
+  errorModel() const
+  {
+    return model_;
+  }
+
+private:
+  /** \brief What never changes in a sensor's image. */
+  struct StaticView {
+    bool drawn = false;
+    SurfaceImage surfaces;
+    std::vector<PixelError> errors;
+  };
+
+  StaticView&
+  staticView(unsigned int sensor);
+
+  std::uint32_t seed_;
+  ErrorModel model_;
+  RayGrid rays_;
+  std::array<StaticView, sensor_count> static_views_;
+
+  // The frame being worked on; members to keep their memory.
+  SurfaceImage surfaces_;
+  std::vector<PixelError> errors_;
+  std::vector<std::size_t> changed_;
+  Measurement measurement_;
+};
+
+} // namespace cell
+} // namespace pcl_ext

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_status.h>
+#include <pcl_ext/export.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief How much time the encoder may spend to make a frame small. */
+enum class Effort {
+  Fast,     ///< hundreds of streams on one computer
+  Balanced, ///< a sensor node
+  Small     ///< recording, thin links
+};
+
+/** \brief The bitstream to write. Decoding tells them apart by their first bytes. */
+enum class StreamFormat {
+  Version1, ///< this library's own, see doc/bitstream.md
+  Published ///< as the paper's authors published it, to replace one end at a time
+};
+
+/** \brief How the intensities of a voxel's points become the voxel's. */
+enum class Aggregation {
+  Automatic, ///< Mean for native intensities in Version1, else Sum
+  Sum,       ///< I_v = sum of I_p (section 2.5.4 of the paper)
+  Mean       ///< the mean, for native intensities
+};
+
+/** \brief An axis-aligned box in world coordinates, metres; both ends belong to it. */
+struct BoundingBox {
+  std::array<double, 3> min{};
+  std::array<double, 3> max{};
+};
+
+/** \brief What a decoder may be made to do by the bytes that it is given. */
+struct DecoderLimits {
+  /** \brief Bytes of one frame, and bytes skipped while looking for one. */
+  std::size_t max_frame_bytes = std::size_t{1} << 26;
+
+  /** \brief Voxels of one frame. Memory stays below about 64 bytes for each of them. */
+  std::size_t max_voxels = std::size_t{1} << 24;
+};
+
+/** \brief All settings of a compression, with their units, defaults and ranges. */
+struct IntensityCompressionSettings {
+  /** \brief Voxel edge d_v, metres. Above 0 and finite. */
+  double resolution = 0.01;
+
+  /** \brief Frames from one I-frame to the next; 0 and 1 make every frame an I-frame. */
+  unsigned int i_frame_rate = 30;
+
+  /** \brief Time against size. The coder of this release is the same for all three. */
+  Effort effort = Effort::Balanced;
+
+  /** \brief Bitstream to write. */
+  StreamFormat format = StreamFormat::Version1;
+
+  /** \brief Sum or mean of the point intensities in a voxel. */
+  Aggregation aggregation = Aggregation::Automatic;
+
+  /** \brief Intensity at the top of the scale, in the unit of the intensity model
+   * (points, share of a voxel face, or the sensor's own); above it a voxel saturates.
+   *
+   * 0: automatic, which is 2^intensity_bits - 1 points, a share of 1, or for native
+   * intensities a range that follows the values (see doc/bitstream.md). Finite, not
+   * negative. Published: 0 only; its scale ends at 255.
+   */
+  float intensity_range = 0.0f;
+
+  /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
+   *
+   * Automatic is 8, except for native intensities: whole numbers get the 8 to 16 bits
+   * that make a step of 1, others get 16. Published: 0 or 8.
+   */
+  unsigned int intensity_bits = 0;
+
+  /** \brief Fixed box, world coordinates, metres; points outside are counted and left
+   * out. None: the grid follows the points. min < max on each axis. */
+  std::optional<BoundingBox> bounding_box;
+
+  /** \brief Pose of the sensor in the frame of the clouds that are encoded (sensor ->
+   * cloud), from which intensity models take a point's depth. None: the cloud's own
+   * sensor_origin_ and sensor_orientation_. */
+  std::optional<Eigen::Isometry3f> sensor_pose;
+
+  /** \brief Carry header.stamp and header.frame_id to the decoded cloud. Off costs no
+   * bytes. Version1 only. */
+  bool carry_header = false;
+
+  /** \brief Keep the last encoded or decoded frame as an octree, so that the inherited
+   * octree queries answer for it. Off costs no time. */
+  bool retain_octree = false;
+
+  /** \brief Print a frame's figures through PCL's console. */
+  bool show_statistics = false;
+
+  /** \brief What decoding may cost. */
+  DecoderLimits decoder_limits;
+};
+
+/** \brief Checks the settings against their ranges and each other.
+ * \return Ok, or InvalidSettings with the field and its value
+ */
+PCL_EXT_EXPORT CompressionStatus
+checkSettings(const IntensityCompressionSettings& settings);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,347 @@
+#pragma once
+
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include <pcl/console/print.h>
+#include <pcl/point_types.h>
+
+#include <cmath>
+#include <exception>
+#include <istream>
+#include <ostream>
+
+namespace pcl_ext {
+namespace io {
+
+namespace detail {
+
+/** \brief The settings that PCL's constructor arguments stand for. */
+inline IntensityCompressionSettings
+settingsOfProfile(pcl::io::compression_Profiles_e profile,
+                  bool show_statistics,
+                  double octree_resolution,
+                  unsigned int i_frame_rate)
+{
+  IntensityCompressionSettings settings;
+  settings.show_statistics = show_statistics;
+  settings.resolution = octree_resolution;
+  settings.i_frame_rate = i_frame_rate;
+  if (profile < pcl::io::COMPRESSION_PROFILE_COUNT) {
+    const auto& configuration = pcl::io::compressionProfiles_[profile];
+    settings.resolution = configuration.octreeResolution;
+    settings.i_frame_rate = configuration.iFrameRate;
+    if (profile >= pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR)
+      settings.effort = Effort::Small;
+  }
+  return settings;
+}
+
+/** \brief A resolution that PCL's octree accepts, whatever the user's. */
+inline double
+octreeResolution(const IntensityCompressionSettings& settings)
+{
+  return checkSettings(settings).ok() ? settings.resolution
+                                      : IntensityCompressionSettings().resolution;
+}
+
+/** \brief The settings, or the defaults if they are not usable; what is built from them
+ * is then never used. */
+inline IntensityCompressionSettings
+usableSettings(const IntensityCompressionSettings& settings)
+{
+  return checkSettings(settings).ok() ? settings : IntensityCompressionSettings();
+}
+
+} // namespace detail
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    OctreePointCloudIntensityCompression(pcl::io::compression_Profiles_e profile,
+                                         bool show_statistics,
+                                         double /*point_resolution*/,
+                                         double octree_resolution,
+                                         bool /*do_voxel_grid_down_sampling*/,
+                                         unsigned int i_frame_rate,
+                                         bool /*do_color_encoding*/,
+                                         unsigned char /*color_bit_resolution*/)
+: OctreePointCloudIntensityCompression(detail::settingsOfProfile(
+      profile, show_statistics, octree_resolution, i_frame_rate))
+{}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    OctreePointCloudIntensityCompression(const IntensityCompressionSettings& settings)
+: OctreePointCloudIntensityCompression(
+      settings, IntensityModelT(detail::octreeResolution(settings)))
+{}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    OctreePointCloudIntensityCompression(const IntensityCompressionSettings& settings,
+                                         const IntensityModelT& intensity_model)
+: Base(detail::octreeResolution(settings))
+, settings_(settings)
+, settings_status_(checkSettings(settings))
+, intensity_model_(intensity_model)
+, voxelizer_(detail::usableSettings(settings), IntensityModelT::unit)
+, encoder_(settings.format, settings.i_frame_rate)
+, decoder_(settings.decoder_limits)
+{}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
+{
+  if (!settings_status_.ok())
+    return settings_status_;
+  if (!cloud)
+    return {CompressionCode::InvalidInput, "there is no cloud to encode"};
+  computeIntensities(*cloud);
+  PointView view;
+  view.count = cloud->size();
+  if (!cloud->empty()) {
+    view.coordinates = &cloud->front().x;
+    view.coordinate_stride = sizeof(PointT) / sizeof(float);
+    view.intensities = intensities_.data();
+    view.intensity_stride = 1;
+  }
+  const VoxelizationStatistics voxelization =
+      voxelizer_.voxelize(view, encoder_.isIFrameDue(), frame_);
+
+  std::optional<FrameStamp> stamp;
+  if (settings_.carry_header)
+    stamp = FrameStamp{cloud->header.stamp, cloud->header.frame_id};
+  if (const CompressionStatus status = encoder_.encode(frame_, stamp, bytes_);
+      !status.ok())
+    return status;
+  statistics_ = {voxelization, encoder_.statistics()};
+  bool is_written = false;
+  try {
+    compressed_cloud.write(reinterpret_cast<const char*>(bytes_.data()),
+                           static_cast<std::streamsize>(bytes_.size()));
+    compressed_cloud.flush();
+    is_written = compressed_cloud.good();
+  } catch (const std::exception&) {
+    // A stream may be set to throw; the status says the same.
+  }
+  if (!is_written) {
+    encoder_.requestIFrame();
+    return {CompressionCode::OutputFailed,
+            "the output stream did not take the frame's " +
+                std::to_string(bytes_.size()) + " bytes"};
+  }
+  if (settings_.retain_octree)
+    retainOctree();
+  if (settings_.show_statistics)
+    printStatistics("ENCODING");
+  return {};
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud)
+{
+  CompressionStatus status;
+  try {
+    if (!cloud)
+      cloud.reset(new PointCloud);
+    output_ = cloud;
+    status = settings_status_.ok() ? decodeFrame(compressed_cloud, *cloud)
+                                   : settings_status_;
+  } catch (const std::exception& exception) {
+    status = {CompressionCode::InputFailed,
+              std::string("decoding failed: ") + exception.what()};
+  }
+  if (!status.ok() && cloud) {
+    cloud->clear();
+    cloud->is_dense = true;
+  }
+  return status;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    decodeFrame(std::istream& compressed_cloud, PointCloud& cloud)
+{
+  if (compressed_cloud.rdbuf() == nullptr)
+    return {CompressionCode::InputFailed, "the input stream has no buffer"};
+  const CompressionStatus status = decoder_.decode(*compressed_cloud.rdbuf(), frame_);
+  if (status.code() == CompressionCode::EndOfStream ||
+      status.code() == CompressionCode::NoFrame) {
+    try {
+      compressed_cloud.setstate(std::ios_base::eofbit | std::ios_base::failbit);
+    } catch (const std::exception&) {
+      // A stream may be set to throw; the bits are set all the same.
+    }
+  }
+  if (!status.ok())
+    return status;
+  statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
+  fillCloud(cloud);
+  if (decoder_.stamp()) {
+    cloud.header.stamp = decoder_.stamp()->stamp;
+    cloud.header.frame_id = decoder_.stamp()->frame_id;
+  }
+  if (settings_.retain_octree)
+    retainOctree();
+  if (settings_.show_statistics)
+    printStatistics("DECODING");
+  return status;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    computeIntensities(const PointCloud& cloud)
+{
+  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
+  if (settings_.sensor_pose)
+    pose = *settings_.sensor_pose;
+  else {
+    pose.linear() = cloud.sensor_orientation_.toRotationMatrix();
+    pose.translation() = cloud.sensor_origin_.template head<3>();
+  }
+  const Eigen::Vector3f optical_axis = pose.linear().col(2);
+  const float sensor_offset = optical_axis.dot(pose.translation());
+  intensities_.resize(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    float depth = 0.0f;
+    if constexpr (IntensityModelT::uses_depth)
+      depth = optical_axis.dot(cloud[i].getVector3fMap()) - sensor_offset;
+    intensities_[i] = intensity_model_(depth, nativeIntensity(cloud[i], 0.0f));
+  }
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    fillCloud(PointCloud& cloud) const
+{
+  cloud.resize(frame_.size());
+  for (std::size_t i = 0; i < frame_.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame_.keys[i]);
+    PointT& point = cloud[i];
+    point = PointT();
+    point.x = static_cast<float>(frame_.grid.centre(0, position.x));
+    point.y = static_cast<float>(frame_.grid.centre(1, position.y));
+    point.z = static_cast<float>(frame_.grid.centre(2, position.z));
+    if constexpr (has_intensity_field<PointT>)
+      point.intensity = static_cast<decltype(point.intensity)>(
+          frame_.intensity_scale.value(frame_.intensities[i]));
+  }
+  cloud.width = static_cast<std::uint32_t>(cloud.size());
+  cloud.height = 1;
+  cloud.is_dense = true;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    retainOctree()
+{
+  const VoxelGrid& grid = frame_.grid;
+  this->deleteTree();
+  this->setResolution(grid.resolution);
+  // Set rather than defined: PCL's box arithmetic may round a cube of 2^n voxels up.
+  const double side = static_cast<double>(grid.size()) * grid.resolution;
+  this->min_x_ = grid.lowerCorner(0);
+  this->min_y_ = grid.lowerCorner(1);
+  this->min_z_ = grid.lowerCorner(2);
+  this->max_x_ = this->min_x_ + side;
+  this->max_y_ = this->min_y_ + side;
+  this->max_z_ = this->min_z_ + side;
+  this->bounding_box_defined_ = true;
+  this->setTreeDepth(grid.depth);
+  for (std::size_t i = 0; i < frame_.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame_.keys[i]);
+    LeafT* leaf = this->createLeaf(position.x, position.y, position.z);
+    leaf->addPointIntensity(frame_.intensity_scale.value(frame_.intensities[i]));
+  }
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    printStatistics(const char* title) const
+{
+  const CodedFrameStatistics& coding = statistics_.coding;
+  PCL_INFO("*** POINTCLOUD %s ***\n", title);
+  PCL_INFO("Frame ID: %u\n", coding.frame_number);
+  PCL_INFO("Frame type: %s\n",
+           coding.is_i_frame ? "Intra frame" : "Prediction frame");
+  if (statistics_.voxelization.points > 0) {
+    const VoxelizationStatistics& voxelization = statistics_.voxelization;
+    PCL_INFO("Number of points: %zu, of these not finite: %zu, outside the box: %zu, "
+             "outside the grid: %zu\n",
+             voxelization.points,
+             voxelization.points_not_finite,
+             voxelization.points_outside_box,
+             voxelization.points_outside_grid);
+    PCL_INFO("Compression ratio to 16 bytes a point: %.2f\n",
+             statistics_.compressionRatio());
+  }
+  PCL_INFO("Number of voxels: %zu\n", coding.voxels);
+  PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
+           "%zu)\n",
+           coding.bytes,
+           coding.header_bytes,
+           coding.occupancy_bytes,
+           coding.intensity_bytes);
+  PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
+}
+
+// The instances that the library holds; other point types and models are made where they
+// are used.
+#define PCL_EXT_DECLARE_COMPRESSION(PointT)                                            \
+  extern template class PCL_EXT_EXPORT OctreePointCloudIntensityCompression<PointT>;
+PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZ)
+PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZI)
+PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZRGB)
+PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZRGBA)
+#undef PCL_EXT_DECLARE_COMPRESSION
+
+} // namespace io
+} // namespace pcl_ext

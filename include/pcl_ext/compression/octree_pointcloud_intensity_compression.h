@@ -1,0 +1,233 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/compression_status.h>
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/octree/octree_pointcloud_intensity.h>
+#include <pcl_ext/point_intensity.h>
+
+#include <pcl/compression/compression_profiles.h>
+#include <pcl/memory.h>
+
+#include <cstdint>
+#include <iosfwd>
+#include <type_traits>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The intensity model of a point type that nobody chose one for: native if the
+ * type has an intensity, else count. */
+template <typename PointT>
+using DefaultIntensityModel = std::
+    conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
+
+/** \brief Compresses streams of point clouds into voxels with an intensity; takes the
+ * place of pcl::io::OctreePointCloudCompression.
+ *
+ * Encoding puts the points into the voxels of a grid and keeps one intensity for each
+ * voxel; decoding gives one point at the centre of each occupied voxel, with that
+ * intensity if the point type has such a field. A point moves by at most half a voxel's
+ * diagonal; colour and further fields are not carried.
+ *
+ * Differences to PCL's class, all by intent: both calls return a status; a point's
+ * position within its voxel is never coded; an empty cloud is a frame as any other; the
+ * grid is anchored at the world origin; iFrameRate = N means every N-th frame (PCL:
+ * every N+1-th); no bytes make decoding hang, throw or allocate without bound.
+ *
+ * An instance serves one stream in each direction, its encoder and its decoder being
+ * independent of each other. Instances share nothing; one instance is for one thread.
+ * \tparam PointT point type with x, y, z
+ * \tparam IntensityModelT intensity of one point, see IntensityModel for the contract
+ * \tparam LeafT leaf of the octree that settings.retain_octree keeps
+ * \tparam BranchT branch of that octree
+ * \tparam OctreeT its base, pcl::octree::Octree2BufBase or pcl::octree::OctreeBase
+ */
+template <typename PointT,
+          typename IntensityModelT = DefaultIntensityModel<PointT>,
+          typename LeafT = octree::IntensityLeaf,
+          typename BranchT = pcl::octree::OctreeContainerEmpty,
+          typename OctreeT = pcl::octree::Octree2BufBase<LeafT, BranchT>>
+class OctreePointCloudIntensityCompression
+: public octree::OctreePointCloudIntensity<PointT, LeafT, BranchT, OctreeT> {
+public:
+  using Base = octree::OctreePointCloudIntensity<PointT, LeafT, BranchT, OctreeT>;
+  using PointCloud = typename Base::PointCloud;
+  using PointCloudPtr = typename Base::PointCloudPtr;
+  using PointCloudConstPtr = typename Base::PointCloudConstPtr;
+
+  using Ptr = pcl::shared_ptr<OctreePointCloudIntensityCompression>;
+  using ConstPtr = pcl::shared_ptr<const OctreePointCloudIntensityCompression>;
+
+  using LeafNode = typename OctreeT::LeafNode;
+  using BranchNode = typename OctreeT::BranchNode;
+
+  using RealTimeStreamCompression = OctreePointCloudIntensityCompression<
+      PointT,
+      IntensityModelT,
+      LeafT,
+      BranchT,
+      pcl::octree::Octree2BufBase<LeafT, BranchT>>;
+  using SinglePointCloudCompressionLowMemory = OctreePointCloudIntensityCompression<
+      PointT,
+      IntensityModelT,
+      LeafT,
+      BranchT,
+      pcl::octree::OctreeBase<LeafT, BranchT>>;
+
+  /** \brief PCL's constructor: its arguments, order and defaults.
+   *
+   * A profile sets resolution and I-frame rate as in PCL, and the effort: balanced for
+   * ONLINE, small for OFFLINE. Only MANUAL_CONFIGURATION looks at the arguments behind
+   * showStatistics.
+   * \param[in] profile compression profile
+   * \param[in] show_statistics print a frame's figures through PCL's console
+   * \param[in] point_resolution not used: points become voxels
+   * \param[in] octree_resolution voxel edge, metres, above 0
+   * \param[in] do_voxel_grid_down_sampling not used: always done
+   * \param[in] i_frame_rate frames from one I-frame to the next
+   * \param[in] do_color_encoding not used: colour is not carried
+   * \param[in] color_bit_resolution not used
+   */
+  explicit OctreePointCloudIntensityCompression(
+      pcl::io::compression_Profiles_e profile =
+          pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR,
+      bool show_statistics = false,
+      double point_resolution = 0.001,
+      double octree_resolution = 0.01,
+      bool do_voxel_grid_down_sampling = false,
+      unsigned int i_frame_rate = 30,
+      bool do_color_encoding = true,
+      unsigned char color_bit_resolution = 6);
+
+  /** \brief All settings by name, and a model made from the resolution.
+   * \param[in] settings checked here; if a value is out of range, every call to
+   * encodePointCloud and decodePointCloud says so
+   */
+  explicit OctreePointCloudIntensityCompression(
+      const IntensityCompressionSettings& settings);
+
+  /** \brief All settings by name, and a model with parameters of its own.
+   * \param[in] settings as above
+   * \param[in] intensity_model intensity of one point
+   */
+  OctreePointCloudIntensityCompression(const IntensityCompressionSettings& settings,
+                                       const IntensityModelT& intensity_model);
+
+  ~OctreePointCloudIntensityCompression() override = default;
+
+  /** \brief Sets the cloud that getOutputCloud returns; decodePointCloud does, too. */
+  void
+  setOutputCloud(const PointCloudPtr& cloud)
+  {
+    output_ = cloud;
+  }
+
+  /** \brief The cloud that was decoded last. */
+  PointCloudPtr
+  getOutputCloud() const
+  {
+    return output_;
+  }
+
+  /** \brief Encodes the next cloud of the stream.
+   *
+   * Points that are not finite, lie outside settings.bounding_box or further than 2^20
+   * voxels from the origin are counted and left out.
+   * \param[in] cloud in the frame of the grid, metres; may be empty
+   * \param[in,out] compressed_cloud takes the frame's bytes
+   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed, after which
+   * the next frame is an I-frame
+   */
+  CompressionStatus
+  encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
+
+  /** \brief Decodes the next frame of a stream, of either format.
+   *
+   * Never throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
+   * before the frame are skipped. Without a frame the cloud is empty and the status says
+   * why; the history stays, so that the stream recovers at the latest with the next
+   * I-frame.
+   * \param[in,out] compressed_cloud where to read; is left behind the frame. At its end
+   * the stream gets its end and fail bits, as from a read
+   * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null pointer
+   * gets a cloud
+   */
+  CompressionStatus
+  decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
+
+  /** \brief Makes the next encoded frame an I-frame, for a receiver that lost one. */
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  /** \brief Figures of the frame that was encoded or decoded last. */
+  const FrameStatistics&
+  getStatistics() const
+  {
+    return statistics_;
+  }
+
+  /** \brief The settings in force, those of a profile included. */
+  const IntensityCompressionSettings&
+  getSettings() const
+  {
+    return settings_;
+  }
+
+  /** \brief The model that gives points their intensity. */
+  const IntensityModelT&
+  getIntensityModel() const
+  {
+    return intensity_model_;
+  }
+
+  /** \brief The voxels that were encoded or decoded last, as the codec sees them. */
+  const VoxelFrame&
+  getVoxelFrame() const
+  {
+    return frame_;
+  }
+
+private:
+  CompressionStatus
+  decodeFrame(std::istream& compressed_cloud, PointCloud& cloud);
+
+  void
+  computeIntensities(const PointCloud& cloud);
+
+  void
+  fillCloud(PointCloud& cloud) const;
+
+  void
+  retainOctree();
+
+  void
+  printStatistics(const char* title) const;
+
+  IntensityCompressionSettings settings_;
+  CompressionStatus settings_status_;
+  IntensityModelT intensity_model_;
+  Voxelizer voxelizer_;
+  FrameEncoder encoder_;
+  FrameDecoder decoder_;
+  FrameStatistics statistics_;
+  PointCloudPtr output_;
+
+  // Members so that their memory is reused.
+  VoxelFrame frame_;
+  std::vector<float> intensities_;
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace io
+} // namespace pcl_ext
+
+#include <pcl_ext/compression/impl/octree_pointcloud_intensity_compression.hpp>

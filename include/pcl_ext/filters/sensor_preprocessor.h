@@ -1,0 +1,172 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/point_intensity.h>
+#include <pcl_ext/status.h>
+
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+
+/** \brief What came of preprocessing a cloud. */
+enum class PreprocessingCode {
+  Ok,             ///< the cloud was processed
+  InvalidSettings, ///< a pose, crop box or scale that cannot be used
+  MissingField,   ///< x, y, z, or the intensity that the model asks for, is not there
+  InvalidField,   ///< a field has a datatype, offset or count that cannot be read
+  InvalidLayout   ///< width, height and steps do not fit the bytes
+};
+
+/** \brief Outcome of preprocessing a cloud. */
+using PreprocessingStatus = Status<PreprocessingCode>;
+
+/** \brief What became of the points of a cloud. */
+struct PreprocessingStatistics {
+  std::size_t points = 0;            ///< points of the input
+  std::size_t points_not_finite = 0; ///< of these left out: a coordinate is NaN or inf
+  std::size_t points_cropped = 0;    ///< of these left out: outside the crop box
+};
+
+/** \brief Where the fields of a PCLPointCloud2 lie, checked against its bytes. */
+struct PointLayout {
+  std::uint32_t x = 0; ///< offsets within a point, bytes
+  std::uint32_t y = 0;
+  std::uint32_t z = 0;
+  bool is_double = false; ///< coordinates are FLOAT64, else FLOAT32
+  bool has_intensity = false;
+  std::uint32_t intensity = 0;
+  std::uint8_t intensity_datatype = 0; ///< of pcl::PCLPointField
+};
+
+/** \brief Finds x, y, z and intensity in a cloud by name and datatype.
+ * \param[in] cloud any fields in any order, organised or not
+ * \param[in] intensity_field name of the intensity field
+ * \param[in] needs_intensity a cloud without that field is an error
+ * \param[out] layout where the fields lie; every point's fields are within cloud.data
+ */
+PCL_EXT_EXPORT PreprocessingStatus
+findPointLayout(const pcl::PCLPointCloud2& cloud,
+                const std::string& intensity_field,
+                bool needs_intensity,
+                PointLayout& layout);
+
+/** \brief Turns a sensor's cloud into the one that is compressed: drops points that are
+ * not finite, gives each its intensity, moves it into the global frame and crops it; one
+ * pass over the points (sections 2.2 and 2.5 of the paper).
+ *
+ * The intensity is taken from the depth in the sensor's frame, before the point is moved.
+ * \tparam IntensityModelT see IntensityModel for the contract
+ */
+template <typename IntensityModelT>
+class SensorPreprocessor {
+public:
+  using Output = pcl::PointCloud<pcl::PointXYZI>;
+
+  /** \brief A preprocessor that neither moves nor crops.
+   * \param[in] intensity_model intensity of one point
+   */
+  explicit SensorPreprocessor(const IntensityModelT& intensity_model)
+  : intensity_model_(intensity_model)
+  {}
+
+  /** \brief Where the sensor stands: its frame -> global frame, metres. A rotation and a
+   * translation; anything else is refused by process(). */
+  void
+  setSensorPose(const Eigen::Isometry3d& sensor_to_world)
+  {
+    sensor_pose_ = sensor_to_world.cast<float>();
+  }
+
+  /** \brief Keeps only points within a box of the global frame, metres, both ends
+   * included; min <= max on each axis. */
+  void
+  setCropBox(const Eigen::Vector3f& min, const Eigen::Vector3f& max)
+  {
+    crop_box_ = CropBox{min, max};
+  }
+
+  /** \brief Keeps all points again. */
+  void
+  clearCropBox()
+  {
+    crop_box_.reset();
+  }
+
+  /** \brief Factor on the model's intensity, above 0; 255 gives shares of a voxel face
+   * the scale of the published layout. 1 by default. */
+  void
+  setIntensityScale(float scale)
+  {
+    intensity_scale_ = scale;
+  }
+
+  /** \brief Name of the field that a native model reads; "intensity" by default. Applies
+   * to PCLPointCloud2. */
+  void
+  setIntensityField(const std::string& name)
+  {
+    intensity_field_ = name;
+  }
+
+  /** \brief Processes a cloud whose fields are found by name and datatype.
+   * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
+   * model is native; further fields are ignored
+   * \param[out] output intensity I_p times the scale; header as the input's, sensor
+   * origin and orientation as the sensor's pose; empty unless the status is Ok
+   */
+  PreprocessingStatus
+  process(const pcl::PCLPointCloud2& cloud, Output& output);
+
+  /** \brief The same for a typed cloud.
+   * \param[in] cloud points with x, y, z
+   */
+  template <typename PointT>
+  PreprocessingStatus
+  process(const pcl::PointCloud<PointT>& cloud, Output& output);
+
+  /** \brief What became of the points of the last cloud. */
+  const PreprocessingStatistics&
+  getStatistics() const
+  {
+    return statistics_;
+  }
+
+private:
+  struct CropBox {
+    Eigen::Vector3f min;
+    Eigen::Vector3f max;
+  };
+
+  PreprocessingStatus
+  checkSettings() const;
+
+  void
+  startOutput(const pcl::PCLHeader& header, std::size_t points, Output& output);
+
+  void
+  addPoint(const Eigen::Vector3f& point, float native, Output& output);
+
+  void
+  finishOutput(Output& output) const;
+
+  IntensityModelT intensity_model_;
+  Eigen::Isometry3f sensor_pose_ = Eigen::Isometry3f::Identity();
+  std::optional<CropBox> crop_box_;
+  float intensity_scale_ = 1.0f;
+  std::string intensity_field_ = "intensity";
+  PreprocessingStatistics statistics_;
+};
+
+} // namespace pcl_ext
+
+#include <pcl_ext/filters/impl/sensor_preprocessor.hpp>

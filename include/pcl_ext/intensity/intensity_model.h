@@ -1,0 +1,191 @@
+#pragma once
+
+#include <pcl_ext/intensity/sensor.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+namespace pcl_ext {
+
+/** \brief What the intensity of one point is measured in, and so how a voxel's sum is
+ * shown after decoding. */
+enum class IntensityUnit {
+  Points, ///< whole points; a voxel shows how many points it holds
+  Share,  ///< a share of a full voxel face, 0..1; a voxel shows 255 times its share
+  Native  ///< the unit of the sensor's own intensity; a voxel shows that unit
+};
+
+/** \brief Every point counts one: I_p = 1 (section 2.5.1 of the paper).
+ *
+ * Contract of a law: the constants `unit`, `uses_depth` and `uses_native`, and
+ * `float operator()(float relative_depth, float native) const`, which returns the point
+ * intensity. `relative_depth` is the depth as a share of the cut-off depth, held within
+ * 0..1, and 0 if the law does not use depth; `native` is the sensor's own intensity, and
+ * 0 if the law does not use it.
+ */
+struct CountLaw {
+  static constexpr IntensityUnit unit = IntensityUnit::Points;
+  static constexpr bool uses_depth = false;
+  static constexpr bool uses_native = false;
+
+  float
+  operator()(float /*relative_depth*/, float /*native*/) const
+  {
+    return 1.0f;
+  }
+};
+
+/** \brief A point is worth the part of a voxel face that its pixel covers: I_p = 1 /
+ * N_p(z) = (z / z_c)^2, at most 1 (section 2.5.2 of the paper). */
+struct QuadraticLaw {
+  static constexpr IntensityUnit unit = IntensityUnit::Share;
+  static constexpr bool uses_depth = true;
+  static constexpr bool uses_native = false;
+
+  float
+  operator()(float relative_depth, float /*native*/) const
+  {
+    return relative_depth * relative_depth;
+  }
+};
+
+/** \brief A point is worth its depth as a share of the cut-off depth: I_p = z / z_c, at
+ * most 1 (section 2.5.3 of the paper). */
+struct LinearLaw {
+  static constexpr IntensityUnit unit = IntensityUnit::Share;
+  static constexpr bool uses_depth = true;
+  static constexpr bool uses_native = false;
+
+  float
+  operator()(float relative_depth, float /*native*/) const
+  {
+    return relative_depth;
+  }
+};
+
+/** \brief The sensor's own intensity, scaled: I_p = scale * native. */
+struct NativeLaw {
+  static constexpr IntensityUnit unit = IntensityUnit::Native;
+  static constexpr bool uses_depth = false;
+  static constexpr bool uses_native = true;
+
+  /** \brief Factor on the sensor's intensity; 1 keeps its unit. */
+  float scale = 1.0f;
+
+  float
+  operator()(float /*relative_depth*/, float native) const
+  {
+    return scale * native;
+  }
+};
+
+/** \brief The intensity of one point: a policy made of a sensor and a law.
+ *
+ * Contract of an intensity model, for writing one's own: the constants `unit`,
+ * `uses_depth` and `uses_native`; a constructor from the voxel edge in metres, or an
+ * instance handed over by the user; and `float operator()(float depth, float native)
+ * const`. Depth is along the optical axis in the sensor's frame, in metres.
+ *
+ * A model stands on its own; the intensity over depth is one loop:
+ * \code
+ * const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw> model(0.04);
+ * for (float z = 0.5f; z < 10.0f; z += 0.1f)
+ *   std::cout << z << ' ' << model(z) << '\n';
+ * \endcode
+ * \tparam SensorT field of view and resolution, see KinectV2 for the contract
+ * \tparam LawT see CountLaw for the contract
+ */
+template <typename SensorT, typename LawT>
+class IntensityModel {
+public:
+  using Sensor = SensorT;
+  using Law = LawT;
+
+  static constexpr IntensityUnit unit = LawT::unit;
+  static constexpr bool uses_depth = LawT::uses_depth;
+  static constexpr bool uses_native = LawT::uses_native;
+
+  /** \brief A model of a sensor whose figures are part of its type.
+   * \param[in] resolution voxel edge d_v, metres, above 0
+   */
+  template <typename S = SensorT,
+            typename = std::enable_if_t<std::is_default_constructible<S>::value>>
+  explicit IntensityModel(double resolution) : IntensityModel(resolution, S{})
+  {}
+
+  /** \brief A model of a given sensor.
+   * \param[in] resolution voxel edge d_v, metres, above 0
+   * \param[in] sensor field of view and resolution
+   * \param[in] law the law, where it has parameters of its own
+   */
+  IntensityModel(double resolution, SensorT sensor, LawT law = LawT{})
+  : sensor_(std::move(sensor)), law_(std::move(law)), resolution_(resolution)
+  {
+    if constexpr (uses_depth) {
+      cut_off_depth_ = resolution / std::sqrt(pixelFootprint(sensor_));
+      inverse_cut_off_depth_ = static_cast<float>(1.0 / cut_off_depth_);
+    }
+  }
+
+  /** \brief Point intensity I_p.
+   * \param[in] depth along the optical axis in the sensor's frame, metres; below 0
+   * counts as 0
+   * \param[in] native the sensor's own intensity, in its unit
+   */
+  float
+  operator()(float depth, float native = 0.0f) const
+  {
+    return law_(std::clamp(depth * inverse_cut_off_depth_, 0.0f, 1.0f), native);
+  }
+
+  /** \brief N_p(z) = d_v^2 / (c z^2): the points that fit on a voxel face at a depth.
+   * \param[in] depth metres, above 0
+   */
+  double
+  pointsPerVoxelFace(double depth) const
+  {
+    static_assert(uses_depth, "this law knows nothing of the sensor's pixels");
+    const double relative_depth = depth / cut_off_depth_;
+    return 1.0 / (relative_depth * relative_depth);
+  }
+
+  /** \brief z_c = d_v / sqrt(c): the depth, in metres, at which one point fills a voxel
+   * face. Kinect V2 at 4 cm: 14.57 m. Infinite for a law that does not use depth. */
+  double
+  cutOffDepth() const
+  {
+    return cut_off_depth_;
+  }
+
+  /** \brief Voxel edge d_v, metres. */
+  double
+  resolution() const
+  {
+    return resolution_;
+  }
+
+  /** \brief The sensor's figures. */
+  const SensorT&
+  sensor() const
+  {
+    return sensor_;
+  }
+
+private:
+  SensorT sensor_;
+  LawT law_;
+  double resolution_;
+  double cut_off_depth_ = std::numeric_limits<double>::infinity();
+  float inverse_cut_off_depth_ = 0.0f;
+};
+
+/** \brief Counts points, whatever the sensor. */
+using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;
+
+/** \brief Keeps the sensor's own intensity, whatever the sensor. */
+using NativeIntensity = IntensityModel<UnspecifiedSensor, NativeLaw>;
+
+} // namespace pcl_ext

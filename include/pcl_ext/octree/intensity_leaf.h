@@ -1,0 +1,100 @@
+#pragma once
+
+#include <pcl/octree/octree_container.h>
+#include <pcl/types.h>
+
+namespace pcl_ext {
+namespace octree {
+
+/** \brief Octree leaf that accumulates the intensities of the points in its voxel: their
+ * sum and their number.
+ *
+ * Fulfils PCL's leaf contract (reset, equality, copy), so that it serves in
+ * pcl::octree::OctreeBase and pcl::octree::Octree2BufBase.
+ */
+class IntensityLeaf : public pcl::octree::OctreeContainerBase {
+public:
+  IntensityLeaf() = default;
+  ~IntensityLeaf() override = default;
+  IntensityLeaf(const IntensityLeaf&) = default;
+  IntensityLeaf&
+  operator=(const IntensityLeaf&) = default;
+
+  /** \brief A copy on the heap, owned by the caller. */
+  virtual IntensityLeaf*
+  deepCopy() const
+  {
+    return new IntensityLeaf(*this);
+  }
+
+  /** \brief True if the other leaf is an IntensityLeaf with the same sum and count. */
+  bool
+  operator==(const pcl::octree::OctreeContainerBase& other) const override
+  {
+    const auto* leaf = dynamic_cast<const IntensityLeaf*>(&other);
+    return leaf != nullptr && leaf->count_ == count_ && leaf->sum_ == sum_;
+  }
+
+  /** \brief Counts a point whose intensity is not known here (PCL's way to add one).
+   *
+   * The sum stays as it is. OctreePointCloudIntensity adds points with
+   * addPointIntensity instead.
+   */
+  void addPointIndex(pcl::index_t) override { ++count_; }
+
+  /** \brief Counts a point and adds its intensity.
+   * \param[in] intensity point intensity I_p, in the unit of its intensity model
+   */
+  void
+  addPointIntensity(float intensity)
+  {
+    ++count_;
+    sum_ += static_cast<double>(intensity);
+  }
+
+  /** \brief Number of points in the voxel. */
+  pcl::uindex_t
+  getPointCounter() const
+  {
+    return count_;
+  }
+
+  /** \brief Voxel intensity I_v: the sum of the points' intensities (section 2.5.4 of the
+   * paper), in their unit. */
+  float
+  getIntensity() const
+  {
+    return static_cast<float>(sum_);
+  }
+
+  /** \brief Mean of the points' intensities, in their unit; 0 if the voxel is empty. */
+  float
+  getMeanIntensity() const
+  {
+    return count_ == 0 ? 0.0f : static_cast<float>(sum_ / static_cast<double>(count_));
+  }
+
+  /** \brief Number of points in the voxel (PCL's name for it). */
+  pcl::uindex_t
+  getSize() const override
+  {
+    return count_;
+  }
+
+  /** \brief Empties the leaf. */
+  void
+  reset() override
+  {
+    count_ = 0;
+    sum_ = 0.0;
+  }
+
+private:
+  pcl::uindex_t count_ = 0;
+  // Double, so that the sum does not depend on the order in which a full leaf was filled
+  // by more than the last bit of the float that is handed out.
+  double sum_ = 0.0;
+};
+
+} // namespace octree
+} // namespace pcl_ext

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <pcl_ext/octree/intensity_leaf.h>
+#include <pcl_ext/point_intensity.h>
+
+#include <pcl/octree/octree2buf_base.h>
+#include <pcl/octree/octree_base.h>
+#include <pcl/octree/octree_pointcloud.h>
+#include <pcl/point_types.h>
+
+#include <cassert>
+
+namespace pcl_ext {
+namespace octree {
+
+/** \brief Octree whose leaves hold the summed intensity and the number of the points in
+ * their voxel; the sibling of pcl::octree::OctreePointCloudDensity.
+ *
+ * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud. Points whose type
+ * has no field `intensity` count with intensity 1.
+ * \tparam PointT point type
+ * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`
+ * \tparam BranchT branch container
+ * \tparam OctreeT pcl::octree::OctreeBase or pcl::octree::Octree2BufBase
+ */
+template <typename PointT,
+          typename LeafT = IntensityLeaf,
+          typename BranchT = pcl::octree::OctreeContainerEmpty,
+          typename OctreeT = pcl::octree::OctreeBase<LeafT, BranchT>>
+class OctreePointCloudIntensity
+: public pcl::octree::OctreePointCloud<PointT, LeafT, BranchT, OctreeT> {
+public:
+  using Base = pcl::octree::OctreePointCloud<PointT, LeafT, BranchT, OctreeT>;
+  using LeafNode = typename OctreeT::LeafNode;
+  using BranchNode = typename OctreeT::BranchNode;
+
+  /** \brief An empty octree.
+   * \param[in] resolution voxel edge at the lowest level, metres, above 0
+   */
+  explicit OctreePointCloudIntensity(double resolution) : Base(resolution) {}
+
+  ~OctreePointCloudIntensity() override = default;
+
+  /** \brief The leaf of the voxel that a point lies in.
+   * \param[in] point any point, also outside the octree
+   * \return the leaf, or nullptr if that voxel is empty
+   */
+  const LeafT*
+  getLeafAtPoint(const PointT& point) const
+  {
+    // PCL turns a point outside the box into a key without looking; that key is of
+    // another voxel, or of none.
+    return this->isPointWithinBoundingBox(point) ? this->findLeafAtPoint(point)
+                                                 : nullptr;
+  }
+
+  /** \brief Voxel intensity I_v at a point: the sum of the intensities of the points in
+   * its voxel, in their unit; 0 if the voxel is empty. */
+  float
+  getVoxelIntensityAtPoint(const PointT& point) const
+  {
+    const LeafT* leaf = getLeafAtPoint(point);
+    return leaf != nullptr ? leaf->getIntensity() : 0.0f;
+  }
+
+  /** \brief Number of points in the voxel at a point; 0 if the voxel is empty. */
+  pcl::uindex_t
+  getVoxelDensityAtPoint(const PointT& point) const
+  {
+    const LeafT* leaf = getLeafAtPoint(point);
+    return leaf != nullptr ? leaf->getPointCounter() : 0;
+  }
+
+protected:
+  /** \brief Adds a point of the input cloud with its intensity. */
+  void
+  addPointIdx(pcl::uindex_t point_index) override
+  {
+    assert(point_index < this->input_->size());
+    const PointT& point = (*this->input_)[point_index];
+    this->adoptBoundingBoxToPoint(point);
+
+    pcl::octree::OctreeKey key;
+    this->genOctreeKeyforPoint(point, key);
+    LeafNode* leaf = nullptr;
+    BranchNode* parent = nullptr;
+    this->createLeafRecursive(key, this->depth_mask_, this->root_node_, leaf, parent);
+    (*leaf)->addPointIntensity(nativeIntensity(point, 1.0f));
+  }
+};
+
+} // namespace octree
+} // namespace pcl_ext
+
+// PCL's library holds no instances of its octree templates with this leaf.
+#include <pcl/octree/impl/octree2buf_base.hpp>
+#include <pcl/octree/impl/octree_base.hpp>
+#include <pcl/octree/impl/octree_iterator.hpp>
+#include <pcl/octree/impl/octree_pointcloud.hpp>

@@ -1,0 +1,52 @@
+#include "byte_source.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+std::uint64_t
+ByteSource::varint()
+{
+  constexpr std::uint64_t invalid = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t number = 0;
+  for (unsigned int shift = 0; shift < 64; shift += 7) {
+    const std::uint8_t byte = u8();
+    if (shift == 63 && byte > 1)
+      return invalid;
+    number |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
+    if ((byte & 0x80) == 0)
+      return byte == 0 && shift > 0 ? invalid : number;
+  }
+  return invalid;
+}
+
+void
+ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
+{
+  constexpr std::size_t largest_step = std::size_t{1} << 16;
+  if (size > remaining_)
+    fail(Failure::LimitExceeded);
+  while (size > 0 && failure_ == Failure::None) {
+    const std::size_t step = std::min(size, largest_step);
+    const std::size_t old_size = bytes.size();
+    bytes.resize(old_size + step);
+    const auto got = static_cast<std::size_t>(
+        buffer_.sgetn(reinterpret_cast<char*>(bytes.data() + old_size),
+                      static_cast<std::streamsize>(step)));
+    bytes.resize(old_size + got);
+    if (record_ != nullptr && record_ != &bytes)
+      record_->insert(record_->end(),
+                      bytes.begin() + static_cast<std::ptrdiff_t>(old_size),
+                      bytes.end());
+    remaining_ -= got;
+    consumed_ += got;
+    size -= got;
+    if (got < step)
+      fail(Failure::EndOfInput);
+  }
+}
+
+} // namespace io
+} // namespace pcl_ext

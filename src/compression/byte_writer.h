@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Appends numbers to bytes, little-endian whatever the machine. */
+class ByteWriter {
+public:
+  explicit ByteWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
+
+  void
+  u8(std::uint8_t number)
+  {
+    bytes_.push_back(number);
+  }
+
+  void
+  u16(std::uint16_t number)
+  {
+    littleEndian(number, 2);
+  }
+
+  void
+  u32(std::uint32_t number)
+  {
+    littleEndian(number, 4);
+  }
+
+  void
+  i32(std::int32_t number)
+  {
+    u32(static_cast<std::uint32_t>(number));
+  }
+
+  void
+  u64(std::uint64_t number)
+  {
+    littleEndian(number, 8);
+  }
+
+  void
+  f32(float number)
+  {
+    static_assert(sizeof(float) == 4, "IEEE 754 single precision is on the wire");
+    std::uint32_t bits;
+    std::memcpy(&bits, &number, sizeof(bits));
+    u32(bits);
+  }
+
+  void
+  f64(double number)
+  {
+    static_assert(sizeof(double) == 8, "IEEE 754 double precision is on the wire");
+    std::uint64_t bits;
+    std::memcpy(&bits, &number, sizeof(bits));
+    u64(bits);
+  }
+
+  /** \brief Seven bits a byte, low bits first, high bit set on all bytes but the last. */
+  void
+  varint(std::uint64_t number)
+  {
+    for (; number >= 0x80; number >>= 7)
+      u8(static_cast<std::uint8_t>(number | 0x80));
+    u8(static_cast<std::uint8_t>(number));
+  }
+
+  void
+  raw(const void* source, std::size_t size)
+  {
+    const auto* begin = static_cast<const std::uint8_t*>(source);
+    bytes_.insert(bytes_.end(), begin, begin + size);
+  }
+
+private:
+  void
+  littleEndian(std::uint64_t number, unsigned int size)
+  {
+    for (unsigned int i = 0; i < size; ++i, number >>= 8)
+      u8(static_cast<std::uint8_t>(number));
+  }
+
+  std::vector<std::uint8_t>& bytes_;
+};
+
+} // namespace io
+} // namespace pcl_ext

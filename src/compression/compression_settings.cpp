@@ -1,0 +1,83 @@
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/morton_key.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+template <typename ValueT>
+CompressionStatus
+invalid(const char* field, const ValueT& value, const char* demand)
+{
+  std::ostringstream message;
+  message << field << " is " << value << "; it must be " << demand;
+  return {CompressionCode::InvalidSettings, message.str()};
+}
+
+CompressionStatus
+checkBox(const BoundingBox& box, double resolution)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!std::isfinite(box.min[axis]) || !std::isfinite(box.max[axis]) ||
+        !(box.min[axis] < box.max[axis]))
+      return invalid("bounding_box",
+                     std::to_string(box.min[axis]) + " to " +
+                         std::to_string(box.max[axis]),
+                     "finite, with min below max on each axis");
+    if ((box.max[axis] - box.min[axis]) / resolution >
+        std::exp2(max_grid_depth) - 1.0)
+      return invalid("bounding_box",
+                     std::to_string(box.max[axis] - box.min[axis]) + " m wide",
+                     "no wider than 2^21 - 1 voxels");
+  }
+  return {};
+}
+
+CompressionStatus
+checkPublished(const IntensityCompressionSettings& settings)
+{
+  if (settings.intensity_bits != 0 && settings.intensity_bits != 8)
+    return invalid(
+        "intensity_bits", settings.intensity_bits, "8 in the published layout");
+  if (settings.intensity_range != 0.0f)
+    return invalid("intensity_range",
+                   settings.intensity_range,
+                   "0 in the published layout, whose scale ends at 255");
+  if (settings.carry_header)
+    return invalid("carry_header", "on", "off in the published layout");
+  return {};
+}
+
+} // namespace
+
+CompressionStatus
+checkSettings(const IntensityCompressionSettings& settings)
+{
+  if (!std::isfinite(settings.resolution) || !(settings.resolution > 0.0))
+    return invalid("resolution", settings.resolution, "a length above 0 in metres");
+  if (!std::isfinite(settings.intensity_range) || settings.intensity_range < 0.0f)
+    return invalid(
+        "intensity_range", settings.intensity_range, "0 or a positive intensity");
+  if (settings.intensity_bits > 16)
+    return invalid(
+        "intensity_bits", settings.intensity_bits, "1 to 16, or 0 for automatic");
+  if (settings.decoder_limits.max_frame_bytes == 0 ||
+      settings.decoder_limits.max_voxels == 0)
+    return invalid("a decoder limit", 0, "above 0");
+  if (settings.sensor_pose && !settings.sensor_pose->matrix().allFinite())
+    return invalid("sensor_pose", "not finite", "a rigid transform");
+  if (settings.bounding_box)
+    if (const CompressionStatus status =
+            checkBox(*settings.bounding_box, settings.resolution);
+        !status.ok())
+      return status;
+  return settings.format == StreamFormat::Published ? checkPublished(settings)
+                                                    : CompressionStatus();
+}
+
+} // namespace io
+} // namespace pcl_ext

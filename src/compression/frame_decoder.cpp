@@ -1,0 +1,304 @@
+#include "byte_source.h"
+#include "memory_buffer.h"
+#include "published_frame.h"
+#include "version1_header.h"
+#include "version1_payload.h"
+
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include <new>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+enum class FoundFormat { None, Version1, Published };
+
+/** \brief Reads until one of the two magic words has passed. */
+FoundFormat
+findFrame(ByteSource& source)
+{
+  const auto word = [](const char* text, std::size_t size) {
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < size; ++i)
+      bytes = bytes << 8 | static_cast<std::uint8_t>(text[i]);
+    return bytes;
+  };
+  const std::uint64_t version1 = word(version1_magic, version1_magic_size);
+  const std::uint64_t published = word(published_magic, published_magic_size);
+  const auto mask = [](std::size_t size) {
+    return (std::uint64_t{1} << (8 * size)) - 1;
+  };
+  std::uint64_t last_bytes = 0;
+  for (;;) {
+    last_bytes = last_bytes << 8 | source.u8();
+    if (source.failure() != ByteSource::Failure::None)
+      return FoundFormat::None;
+    if ((last_bytes & mask(version1_magic_size)) == version1)
+      return FoundFormat::Version1;
+    if ((last_bytes & mask(published_magic_size)) == published)
+      return FoundFormat::Published;
+  }
+}
+
+} // namespace
+
+class FrameDecoder::Implementation {
+public:
+  explicit Implementation(const DecoderLimits& limits) : limits_(limits) {}
+
+  CompressionStatus
+  decode(std::streambuf& buffer, VoxelFrame& frame)
+  {
+    const auto origin = buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+    std::size_t frame_offset = 0;
+    CompressionStatus status;
+    try {
+      status = decodeNext(buffer, frame, frame_offset);
+    } catch (const std::bad_alloc&) {
+      status = {CompressionCode::InputFailed, "out of memory while decoding a frame"};
+    } catch (const std::exception& exception) {
+      status = {CompressionCode::InputFailed,
+                std::string("reading failed: ") + exception.what()};
+    }
+    if (status.ok())
+      return status;
+    frame.keys.clear();
+    frame.intensities.clear();
+    const bool found_frame = status.code() != CompressionCode::EndOfStream &&
+                             status.code() != CompressionCode::NoFrame;
+    if (found_frame && origin != std::streambuf::pos_type(std::streambuf::off_type(-1)))
+      seekBehind(buffer, origin, frame_offset);
+    return status;
+  }
+
+  const std::optional<FrameStamp>&
+  stamp() const
+  {
+    return stamp_;
+  }
+
+  const CodedFrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+private:
+  /** \brief Leaves the buffer one byte behind the start of a frame that failed, so that
+   * a frame which a forged size would have swallowed is found by the next call. */
+  static void
+  seekBehind(std::streambuf& buffer, std::streambuf::pos_type origin, std::size_t offset)
+  {
+    try {
+      buffer.pubseekpos(origin + static_cast<std::streambuf::off_type>(offset + 1),
+                        std::ios_base::in);
+    } catch (const std::exception&) {
+      // The position is a convenience; the status has been decided.
+    }
+  }
+
+  CompressionStatus
+  decodeNext(std::streambuf& buffer, VoxelFrame& frame, std::size_t& frame_offset)
+  {
+    ByteSource search(buffer, limits_.max_frame_bytes);
+    const FoundFormat format = findFrame(search);
+    if (format == FoundFormat::None)
+      return noFrame(search);
+    const std::size_t magic_size =
+        format == FoundFormat::Version1 ? version1_magic_size : published_magic_size;
+    frame_offset = search.consumed() - magic_size;
+
+    CodedFrameStatistics statistics;
+    statistics.skipped_bytes = frame_offset;
+    ByteSource source(buffer,
+                      limits_.max_frame_bytes -
+                          std::min(limits_.max_frame_bytes, magic_size));
+    std::optional<FrameStamp> stamp;
+    const CompressionStatus status =
+        format == FoundFormat::Version1
+            ? decodeVersion1(source, frame, statistics, stamp)
+            : decodePublished(source, limits_, published_, frame, statistics);
+    if (!status.ok())
+      return status;
+    statistics.voxels = frame.size();
+    statistics.bytes = magic_size + source.consumed();
+    statistics_ = statistics;
+    stamp_ = stamp;
+    return status;
+  }
+
+  CompressionStatus
+  noFrame(const ByteSource& search) const
+  {
+    if (search.failure() == ByteSource::Failure::LimitExceeded)
+      return {CompressionCode::NoFrame,
+              "no frame begins within the limit of " +
+                  std::to_string(limits_.max_frame_bytes) + " bytes"};
+    if (search.consumed() == 0)
+      return {CompressionCode::EndOfStream, "the stream holds no bytes"};
+    return {CompressionCode::NoFrame,
+            "no frame begins in the last " + std::to_string(search.consumed()) +
+                " bytes of the stream"};
+  }
+
+  CompressionStatus
+  decodeVersion1(ByteSource& source,
+                 VoxelFrame& frame,
+                 CodedFrameStatistics& statistics,
+                 std::optional<FrameStamp>& stamp)
+  {
+    Version1Header header;
+    std::uint32_t checksum = 0;
+    if (CompressionStatus status =
+            readVersion1Header(source, limits_, header, checksum, checked_bytes_);
+        !status.ok())
+      return status;
+    const std::size_t header_size = checked_bytes_.size();
+    const auto occupancy_size = static_cast<std::size_t>(header.occupancy_size);
+    const auto intensity_size = static_cast<std::size_t>(header.intensity_size);
+    source.read(occupancy_size + intensity_size, checked_bytes_);
+    if (source.failure() == ByteSource::Failure::LimitExceeded)
+      return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
+    if (source.failure() == ByteSource::Failure::EndOfInput)
+      return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
+    if (!header.is_i_frame && !followsHistory(header))
+      return {CompressionCode::MissingReference,
+              "P-frame " + std::to_string(header.frame_number) + " depends on frame " +
+                  std::to_string(header.frame_number - header.reference_distance) +
+                  (has_history_ ? "; the last one decoded is frame " +
+                                      std::to_string(frame_number_)
+                                : "; none has been decoded")};
+    if (version1Checksum(header.is_i_frame ? 0 : checksum_,
+                         checked_bytes_.data(),
+                         checked_bytes_.size()) != checksum)
+      return {CompressionCode::Corrupt,
+              "frame " + std::to_string(header.frame_number) +
+                  " contradicts its checksum"};
+
+    frame.grid = header.is_i_frame ? header.grid : grid_;
+    frame.intensity_scale = header.intensity_scale.value_or(intensity_scale_);
+    const std::uint8_t* occupancy = checked_bytes_.data() + header_size;
+    OccupancyTree tree;
+    if (CompressionStatus status =
+            decodePayload(header, occupancy, occupancy + occupancy_size, tree, frame);
+        !status.ok())
+      return status;
+    statistics.frame_number = header.frame_number;
+    statistics.is_i_frame = header.is_i_frame;
+    statistics.occupancy_bytes = occupancy_size;
+    statistics.intensity_bytes = intensity_size;
+    statistics.header_bytes =
+        version1_magic_size + source.consumed() - occupancy_size - intensity_size;
+    commit(header, checksum, frame, std::move(tree), stamp);
+    return {};
+  }
+
+  bool
+  followsHistory(const Version1Header& header) const
+  {
+    return has_history_ &&
+           header.frame_number - header.reference_distance == frame_number_;
+  }
+
+  CompressionStatus
+  decodePayload(const Version1Header& header,
+                const std::uint8_t* occupancy,
+                const std::uint8_t* occupancy_end,
+                OccupancyTree& tree,
+                VoxelFrame& frame) const
+  {
+    frame.keys.clear();
+    frame.intensities.clear();
+    tree.reset(frame.grid.depth);
+    if (header.voxel_count == 0)
+      return {};
+    const auto voxel_count = static_cast<std::size_t>(header.voxel_count);
+    const CompressionStatus status = decodeOccupancy(occupancy,
+                                                     occupancy_end,
+                                                     voxel_count,
+                                                     limits_,
+                                                     header.is_i_frame ? nullptr : &tree_,
+                                                     tree,
+                                                     frame.keys);
+    return status.ok() ? decodeIntensities(occupancy_end,
+                                           occupancy_end + header.intensity_size,
+                                           voxel_count,
+                                           frame.intensity_scale.bits,
+                                           frame.intensities)
+                       : status;
+  }
+
+  void
+  commit(const Version1Header& header,
+         std::uint32_t checksum,
+         const VoxelFrame& frame,
+         OccupancyTree&& tree,
+         std::optional<FrameStamp>& stamp)
+  {
+    if (header.frame_id || header.is_i_frame)
+      frame_id_ = header.frame_id.value_or("");
+    if (header.stamp)
+      stamp = FrameStamp{*header.stamp, frame_id_};
+    has_history_ = true;
+    frame_number_ = header.frame_number;
+    checksum_ = checksum;
+    grid_ = frame.grid;
+    intensity_scale_ = frame.intensity_scale;
+    tree_ = std::move(tree);
+  }
+
+  DecoderLimits limits_;
+  CodedFrameStatistics statistics_;
+  std::optional<FrameStamp> stamp_;
+
+  PublishedHistory published_;
+
+  // History of version 1: the last frame that was decoded.
+  bool has_history_ = false;
+  std::uint32_t frame_number_ = 0;
+  std::uint32_t checksum_ = 0;
+  VoxelGrid grid_;
+  IntensityScale intensity_scale_;
+  std::string frame_id_;
+  OccupancyTree tree_;
+  std::vector<std::uint8_t> checked_bytes_; // member so that its memory is reused
+};
+
+FrameDecoder::FrameDecoder(const DecoderLimits& limits)
+: implementation_(std::make_unique<Implementation>(limits))
+{}
+
+FrameDecoder::~FrameDecoder() = default;
+FrameDecoder::FrameDecoder(FrameDecoder&&) noexcept = default;
+FrameDecoder&
+FrameDecoder::operator=(FrameDecoder&&) noexcept = default;
+
+CompressionStatus
+FrameDecoder::decode(std::streambuf& source, VoxelFrame& frame)
+{
+  return implementation_->decode(source, frame);
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, frame);
+}
+
+const std::optional<FrameStamp>&
+FrameDecoder::stamp() const
+{
+  return implementation_->stamp();
+}
+
+const CodedFrameStatistics&
+FrameDecoder::statistics() const
+{
+  return implementation_->statistics();
+}
+
+} // namespace io
+} // namespace pcl_ext

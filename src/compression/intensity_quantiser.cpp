@@ -1,0 +1,111 @@
+#include "intensity_quantiser.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+constexpr unsigned int default_bits = 8;
+constexpr unsigned int most_bits = 16;
+
+/** \brief The smallest power of two that reaches a value; 1 for 0. */
+double
+powerOfTwoAbove(double value)
+{
+  return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
+}
+
+/** \brief Bits of the whole numbers up to a value, 8 at least. */
+unsigned int
+bitsOfWholeNumbers(double highest)
+{
+  unsigned int bits = default_bits;
+  while (bits < 64 && std::exp2(bits) - 1.0 < highest)
+    ++bits;
+  return bits;
+}
+
+} // namespace
+
+IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& settings,
+                                       IntensityUnit unit)
+: follows_values_(unit == IntensityUnit::Native &&
+                  settings.format != StreamFormat::Published)
+, truncates_(settings.format == StreamFormat::Published)
+, unit_factor_(unit == IntensityUnit::Share ? 255.0 : 1.0)
+, fixed_bits_(settings.intensity_bits)
+, fixed_range_(static_cast<double>(settings.intensity_range))
+{
+  if (follows_values_ || truncates_)
+    return;
+  const unsigned int bits = fixed_bits_ != 0 ? fixed_bits_ : default_bits;
+  const double full_scale =
+      unit == IntensityUnit::Points ? std::exp2(bits) - 1.0 : 1.0;
+  spanScale(0.0, fixed_range_ > 0.0 ? fixed_range_ : full_scale, default_bits);
+}
+
+std::size_t
+IntensityQuantiser::quantise(const std::vector<double>& values,
+                             bool all_whole_numbers,
+                             VoxelFrame& frame)
+{
+  if (follows_values_)
+    followValues(values, all_whole_numbers);
+  frame.intensity_scale = scale_;
+  frame.intensities.resize(values.size());
+  const auto offset = static_cast<double>(scale_.offset);
+  const auto step = static_cast<double>(scale_.step);
+  const auto max_symbol = static_cast<double>(scale_.maxSymbol());
+  const double rounding = truncates_ ? 0.0 : 0.5;
+  std::size_t out_of_range = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double symbol =
+        std::floor((values[i] * unit_factor_ - offset) / step + rounding);
+    out_of_range += symbol < 0.0 || symbol > max_symbol ? 1 : 0;
+    frame.intensities[i] =
+        static_cast<std::uint16_t>(std::clamp(symbol, 0.0, max_symbol));
+  }
+  return out_of_range;
+}
+
+void
+IntensityQuantiser::followValues(const std::vector<double>& values,
+                                 bool all_whole_numbers)
+{
+  had_fractions_ |= !all_whole_numbers;
+  for (const double value : values) {
+    lowest_ = std::min(lowest_, value);
+    highest_ = std::max(highest_, value);
+  }
+  // A scale that changes costs bytes, so it grows in powers of two and never shrinks.
+  if (had_fractions_) {
+    const double offset = lowest_ < 0.0 ? -powerOfTwoAbove(-lowest_) : 0.0;
+    spanScale(offset,
+              fixed_range_ > 0.0 ? fixed_range_ - offset
+                                 : powerOfTwoAbove(highest_ - offset),
+              most_bits);
+    return;
+  }
+  const double offset =
+      lowest_ < 0.0 ? -std::exp2(bitsOfWholeNumbers(-lowest_)) : 0.0;
+  const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
+  const unsigned int bits = bitsOfWholeNumbers(highest - offset);
+  spanScale(offset,
+            fixed_range_ > 0.0 ? fixed_range_ - offset : std::exp2(bits) - 1.0,
+            std::min(bits, most_bits));
+}
+
+void
+IntensityQuantiser::spanScale(double offset, double range, unsigned int automatic_bits)
+{
+  scale_.bits = fixed_bits_ != 0 ? fixed_bits_ : automatic_bits;
+  scale_.offset = static_cast<float>(offset);
+  scale_.step =
+      static_cast<float>(range * unit_factor_ / static_cast<double>(scale_.maxSymbol()));
+}
+
+} // namespace io
+} // namespace pcl_ext

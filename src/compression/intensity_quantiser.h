@@ -1,0 +1,52 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Turns voxel intensities into symbols, and chooses the scale where the user left
+ * that to the library. */
+class IntensityQuantiser {
+public:
+  /** \brief A quantiser for one stream.
+   * \param[in] settings as accepted by checkSettings
+   * \param[in] unit unit of the intensities
+   */
+  IntensityQuantiser(const IntensityCompressionSettings& settings, IntensityUnit unit);
+
+  /** \brief Quantises the voxels of one frame.
+   * \param[in] values voxel intensities, sums or means, in their unit
+   * \param[in] all_whole_numbers true if every point of the frame had a whole number
+   * \param[out] frame its scale and its symbols are set
+   * \return number of voxels beyond an end of the scale, which hold that end's symbol
+   */
+  std::size_t
+  quantise(const std::vector<double>& values, bool all_whole_numbers, VoxelFrame& frame);
+
+private:
+  void
+  followValues(const std::vector<double>& values, bool all_whole_numbers);
+
+  void
+  spanScale(double offset, double range, unsigned int automatic_bits);
+
+  bool follows_values_;
+  bool truncates_; // the published layout drops the fraction, the paper rounds
+  double unit_factor_; // a share of 1 shows as 255
+  unsigned int fixed_bits_; // 0: automatic
+  double fixed_range_;      // 0: automatic
+  bool had_fractions_ = false;
+  double lowest_ = 0.0;  // of the values that the scale follows
+  double highest_ = 0.0;
+  IntensityScale scale_;
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,314 @@
+#include "published_frame.h"
+
+#include "byte_writer.h"
+#include "static_range_coder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+// What PCL's box arithmetic calls minValue; below it a box is not enlarged.
+constexpr double box_tolerance = 1.1920928955078125e-7;
+
+/** \brief Writes the tree depth first, as PCL serializes it: for each branch node its
+ * occupancy byte, XOR-ed with that of the same node in the reference. */
+class DepthFirstWriter {
+public:
+  DepthFirstWriter(const OccupancyTree& tree,
+                   const OccupancyTree* reference,
+                   std::vector<std::uint8_t>& symbols)
+  : tree_(tree), symbols_(symbols)
+  {
+    if (reference != nullptr)
+      for (unsigned int level = 0; level < tree.depth(); ++level)
+        reference_[level] = OccupancyCursor(reference->level(level));
+  }
+
+  void
+  write(unsigned int level)
+  {
+    // Depth first meets the nodes of one level in their order.
+    const std::size_t index = next_[level]++;
+    const std::uint64_t node = tree_.level(level).nodes[index];
+    const std::uint8_t occupancy = tree_.level(level).occupancy[index];
+    symbols_.push_back(
+        static_cast<std::uint8_t>(occupancy ^ reference_[level].occupancyOf(node)));
+    if (level + 1 == tree_.depth())
+      return;
+    for (unsigned int child = 0; child < 8; ++child)
+      if ((occupancy >> child & 1) != 0)
+        write(level + 1);
+  }
+
+private:
+  const OccupancyTree& tree_;
+  std::vector<std::uint8_t>& symbols_;
+  std::array<OccupancyCursor, max_grid_depth> reference_;
+  std::array<std::size_t, max_grid_depth> next_{};
+};
+
+/** \brief Counterpart of DepthFirstWriter: fills a tree and the keys of its voxels. */
+class DepthFirstReader {
+public:
+  DepthFirstReader(const std::vector<std::uint8_t>& symbols,
+                   const OccupancyTree* reference,
+                   std::size_t max_voxels,
+                   OccupancyTree& tree,
+                   std::vector<std::uint64_t>& keys)
+  : symbols_(symbols), max_voxels_(max_voxels), tree_(tree), keys_(keys)
+  {
+    if (reference != nullptr)
+      for (unsigned int level = 0; level < tree.depth(); ++level)
+        reference_[level] = OccupancyCursor(reference->level(level));
+  }
+
+  /** \brief Reads a node and all below it; false if the symbols are not a tree or the
+   * voxels too many. */
+  bool
+  read(unsigned int level, std::uint64_t node)
+  {
+    if (position_ == symbols_.size())
+      return false;
+    const auto occupancy = static_cast<std::uint8_t>(
+        symbols_[position_++] ^ reference_[level].occupancyOf(node));
+    if (occupancy == 0)
+      return false;
+    tree_.level(level).push(node, occupancy);
+    for (unsigned int child = 0; child < 8; ++child) {
+      if ((occupancy >> child & 1) == 0)
+        continue;
+      const std::uint64_t child_node = node << 3 | child;
+      if (level + 1 < tree_.depth()) {
+        if (!read(level + 1, child_node))
+          return false;
+      }
+      else {
+        if (keys_.size() == max_voxels_) {
+          exceeds_limit_ = true;
+          return false;
+        }
+        keys_.push_back(child_node);
+      }
+    }
+    return true;
+  }
+
+  bool
+  isAtEnd() const
+  {
+    return position_ == symbols_.size();
+  }
+
+  bool
+  exceedsLimit() const
+  {
+    return exceeds_limit_;
+  }
+
+private:
+  const std::vector<std::uint8_t>& symbols_;
+  std::size_t max_voxels_;
+  OccupancyTree& tree_;
+  std::vector<std::uint64_t>& keys_;
+  std::array<OccupancyCursor, max_grid_depth> reference_;
+  std::size_t position_ = 0;
+  bool exceeds_limit_ = false;
+};
+
+CompressionStatus
+corrupt(const std::string& what)
+{
+  return {CompressionCode::Corrupt, "published frame: " + what};
+}
+
+CompressionStatus
+readFailure(const ByteSource& source, const std::string& what)
+{
+  switch (source.failure()) {
+  case ByteSource::Failure::EndOfInput:
+    return {CompressionCode::Truncated, "published frame: the stream ends in its " + what};
+  case ByteSource::Failure::LimitExceeded:
+    return {CompressionCode::LimitExceeded,
+            "published frame: larger than the limit on bytes"};
+  case ByteSource::Failure::None:
+    break;
+  }
+  return corrupt("its " + what + " are not an encoder's work");
+}
+
+/** \brief Reads the octree box of an I-frame and makes the grid of it. */
+CompressionStatus
+readGrid(ByteSource& source, VoxelGrid& grid)
+{
+  grid.resolution = source.f64();
+  std::array<double, 3> max;
+  for (double& corner : grid.anchor)
+    corner = source.f64();
+  for (double& corner : max)
+    corner = source.f64();
+  if (source.failure() != ByteSource::Failure::None)
+    return readFailure(source, "header");
+
+  constexpr double largest_coordinate = 1e9;
+  if (!(grid.resolution > 0.0 && grid.resolution < largest_coordinate))
+    return corrupt("the resolution is not a length");
+  const double side = max[0] - grid.anchor[0];
+  const double depth = std::round(std::log2(side / grid.resolution));
+  if (!(depth >= 1.0 && depth <= static_cast<double>(max_grid_depth)))
+    return corrupt("the box does not fit an octree of 1 to 21 levels");
+  grid.depth = static_cast<unsigned int>(depth);
+  grid.first_index = {0, 0, 0};
+  // PCL leaves a box alone that is within its tolerance of the octree's cube at both
+  // ends; doubles of the box's size add their rounding.
+  const double cube = static_cast<double>(grid.size()) * grid.resolution;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double magnitude =
+        std::max(std::abs(max[axis]), std::abs(grid.anchor[axis]));
+    if (!(magnitude < largest_coordinate) ||
+        !(std::abs(max[axis] - grid.anchor[axis] - cube) <=
+          2.0 * box_tolerance + 1e-12 * magnitude))
+      return corrupt("the box is not the octree's cube");
+  }
+  return {};
+}
+
+} // namespace
+
+void
+encodePublished(const VoxelFrame& frame,
+                bool is_i_frame,
+                PublishedHistory& history,
+                std::vector<std::uint8_t>& bytes,
+                CodedFrameStatistics& statistics)
+{
+  OccupancyTree tree;
+  tree.build(frame.keys, frame.grid.depth);
+  std::vector<std::uint8_t> symbols;
+  if (frame.keys.empty())
+    symbols.push_back(0); // the root of an empty tree
+  else
+    DepthFirstWriter(tree, is_i_frame ? nullptr : &history.tree, symbols).write(0);
+
+  const std::size_t begin = bytes.size();
+  ByteWriter writer(bytes);
+  writer.raw(published_magic, published_magic_size);
+  writer.u32(++history.frame_number);
+  writer.u8(is_i_frame ? 1 : 0);
+  if (is_i_frame) {
+    writer.u64(frame.size());
+    writer.f64(frame.grid.resolution);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      writer.f64(frame.grid.lowerCorner(axis));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      writer.f64(frame.grid.lowerCorner(axis) +
+                 static_cast<double>(frame.grid.size()) * frame.grid.resolution);
+  }
+  statistics.header_bytes = bytes.size() - begin;
+  writer.u64(symbols.size());
+  encodeStaticRange(symbols, bytes);
+  statistics.occupancy_bytes = bytes.size() - begin - statistics.header_bytes;
+
+  symbols.resize(frame.size());
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    symbols[i] = static_cast<std::uint8_t>(frame.intensities[i]);
+  writer.u64(symbols.size());
+  encodeStaticRange(symbols, bytes);
+  statistics.bytes = bytes.size() - begin;
+  statistics.intensity_bytes =
+      statistics.bytes - statistics.header_bytes - statistics.occupancy_bytes;
+  statistics.frame_number = history.frame_number;
+
+  history.has_frame = true;
+  history.grid = frame.grid;
+  history.tree = std::move(tree);
+}
+
+CompressionStatus
+decodePublished(ByteSource& source,
+                const DecoderLimits& limits,
+                PublishedHistory& history,
+                VoxelFrame& frame,
+                CodedFrameStatistics& statistics)
+{
+  statistics.frame_number = source.u32();
+  const std::uint8_t frame_type = source.u8();
+  if (source.failure() == ByteSource::Failure::None && frame_type > 1)
+    return corrupt("neither I-frame nor P-frame");
+  statistics.is_i_frame = frame_type == 1;
+
+  std::uint64_t voxel_count = 0;
+  if (statistics.is_i_frame) {
+    voxel_count = source.u64();
+    if (const CompressionStatus status = readGrid(source, frame.grid); !status.ok())
+      return status;
+    if (voxel_count > limits.max_voxels)
+      return {CompressionCode::LimitExceeded,
+              "published frame: " + std::to_string(voxel_count) +
+                  " voxels are more than the limit of " +
+                  std::to_string(limits.max_voxels)};
+  }
+  else if (source.failure() == ByteSource::Failure::None) {
+    if (!history.has_frame || history.frame_number + 1 != statistics.frame_number)
+      return {CompressionCode::MissingReference,
+              "published P-frame " + std::to_string(statistics.frame_number) +
+                  " depends on the frame before it, which was not decoded"};
+    frame.grid = history.grid;
+  }
+
+  statistics.header_bytes = published_magic_size + source.consumed();
+  const std::uint64_t node_count = source.u64();
+  if (source.failure() == ByteSource::Failure::None && node_count > maxBranchNodes(limits, frame.grid.depth) + 1)
+    return {CompressionCode::LimitExceeded,
+            "published frame: " + std::to_string(node_count) +
+                " occupancy bytes are more than the limit on voxels allows"};
+  std::vector<std::uint8_t> symbols;
+  if (!decodeStaticRange(source, static_cast<std::size_t>(node_count), symbols))
+    return readFailure(source, "occupancy bytes");
+
+  OccupancyTree tree;
+  tree.reset(frame.grid.depth);
+  frame.keys.clear();
+  if (symbols.empty())
+    return corrupt("it has no root");
+  DepthFirstReader reader(symbols,
+                          statistics.is_i_frame ? nullptr : &history.tree,
+                          limits.max_voxels,
+                          tree,
+                          frame.keys);
+  const bool is_empty = symbols.size() == 1 && symbols[0] == 0 &&
+                        (statistics.is_i_frame || history.tree.nodeCount() == 0);
+  if (!is_empty && (!reader.read(0, 0) || !reader.isAtEnd()))
+    return reader.exceedsLimit()
+               ? CompressionStatus{CompressionCode::LimitExceeded,
+                                   "published frame: more voxels than the limit"}
+               : corrupt("the occupancy bytes are not a tree");
+
+  statistics.occupancy_bytes =
+      published_magic_size + source.consumed() - statistics.header_bytes;
+  const std::uint64_t intensity_count = source.u64();
+  if (source.failure() != ByteSource::Failure::None)
+    return readFailure(source, "intensities");
+  if (intensity_count != frame.size() ||
+      (statistics.is_i_frame && voxel_count != frame.size()))
+    return corrupt("its counts of voxels differ");
+  if (!decodeStaticRange(source, frame.size(), symbols))
+    return readFailure(source, "intensities");
+  frame.intensities.assign(symbols.begin(), symbols.end());
+  frame.intensity_scale = IntensityScale();
+  statistics.intensity_bytes = published_magic_size + source.consumed() -
+                               statistics.header_bytes - statistics.occupancy_bytes;
+
+  history.has_frame = true;
+  history.frame_number = statistics.frame_number;
+  history.grid = frame.grid;
+  history.tree = std::move(tree);
+  return {};
+}
+
+} // namespace io
+} // namespace pcl_ext

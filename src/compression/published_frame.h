@@ -1,0 +1,60 @@
+#pragma once
+
+#include "byte_source.h"
+#include "occupancy_tree.h"
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/compression_status.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The six bytes that a frame of the published layout begins with. */
+constexpr char published_magic[] = "<HEAD>";
+constexpr std::size_t published_magic_size = sizeof(published_magic) - 1;
+
+/** \brief The last frame that was coded, which the next P-frame is a difference to. */
+struct PublishedHistory {
+  bool has_frame = false;
+  std::uint32_t frame_number = 0; // of the last frame; the first frame is 1
+  VoxelGrid grid;
+  OccupancyTree tree;
+};
+
+/** \brief Appends a frame in the layout that the paper's authors published
+ * (doc/bitstream.md, "The published layout").
+ * \param[in] frame intensities of 8 bits
+ * \param[in] is_i_frame false only if the history holds a frame of the same grid
+ * \param[in,out] history the frame before this one; becomes this frame
+ * \param[out] bytes where to append
+ * \param[out] statistics of this frame
+ */
+void
+encodePublished(const VoxelFrame& frame,
+                bool is_i_frame,
+                PublishedHistory& history,
+                std::vector<std::uint8_t>& bytes,
+                CodedFrameStatistics& statistics);
+
+/** \brief Reads a frame, of which the magic bytes have been read.
+ * \param[in,out] source behind the magic bytes
+ * \param[in] limits what decoding may cost
+ * \param[in,out] history the frame before this one; becomes this frame on success and
+ * stays untouched otherwise
+ * \param[out] frame the voxels; unspecified on failure
+ * \param[out] statistics of this frame, without its size
+ */
+CompressionStatus
+decodePublished(ByteSource& source,
+                const DecoderLimits& limits,
+                PublishedHistory& history,
+                VoxelFrame& frame,
+                CodedFrameStatistics& statistics);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Sorts entries by their member `key`, ascending; equal keys keep their order.
+ *
+ * Least significant digit first, with digits of equal width of at most 11 bits, so that
+ * the counters stay in the first-level cache.
+ * \param[in,out] entries what to sort
+ * \param[in,out] spare memory of the same size, for reuse from call to call
+ * \param[in] key_bits keys are below 2^key_bits
+ */
+template <typename EntryT>
+void
+radixSort(std::vector<EntryT>& entries,
+          std::vector<EntryT>& spare,
+          unsigned int key_bits)
+{
+  constexpr unsigned int widest_digit = 11;
+  const unsigned int passes =
+      std::max(1u, (key_bits + widest_digit - 1) / widest_digit);
+  const unsigned int digit_bits = (key_bits + passes - 1) / passes;
+  const std::uint64_t digit_mask = (std::uint64_t{1} << digit_bits) - 1;
+  spare.resize(entries.size());
+
+  for (unsigned int pass = 0; pass < passes; ++pass) {
+    const unsigned int shift = pass * digit_bits;
+    std::array<std::size_t, std::size_t{1} << widest_digit> next{};
+    for (const EntryT& entry : entries)
+      ++next[(entry.key >> shift) & digit_mask];
+    std::size_t begin = 0;
+    for (std::size_t digit = 0; digit <= digit_mask; ++digit)
+      begin += std::exchange(next[digit], begin);
+    for (const EntryT& entry : entries)
+      spare[next[(entry.key >> shift) & digit_mask]++] = entry;
+    entries.swap(spare);
+  }
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,234 @@
+#include "version1_header.h"
+
+#include "byte_writer.h"
+#include "grid_fit.h"
+
+#include <boost/crc.hpp>
+
+#include <cmath>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+constexpr std::uint8_t version = 1;
+constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
+
+enum Flag : std::uint8_t {
+  i_frame_flag = 1,
+  intensity_scale_flag = 2,
+  stamp_flag = 4,
+  frame_id_flag = 8,
+  all_flags = 15
+};
+
+CompressionStatus
+corrupt(const std::string& what)
+{
+  return {CompressionCode::Corrupt, "frame header: " + what};
+}
+
+std::uint8_t
+flagsOf(const Version1Header& header)
+{
+  return static_cast<std::uint8_t>((header.is_i_frame ? i_frame_flag : 0) |
+                                   (header.intensity_scale ? intensity_scale_flag : 0) |
+                                   (header.stamp ? stamp_flag : 0) |
+                                   (header.frame_id ? frame_id_flag : 0));
+}
+
+void
+writeFields(const Version1Header& header, ByteWriter& writer)
+{
+  writer.u8(flagsOf(header));
+  writer.u32(header.frame_number);
+  if (header.is_i_frame) {
+    writer.f64(header.grid.resolution);
+    for (const std::int32_t index : header.grid.first_index)
+      writer.i32(index);
+    writer.u8(static_cast<std::uint8_t>(header.grid.depth));
+  }
+  else
+    writer.u8(header.reference_distance);
+  if (header.intensity_scale) {
+    writer.f32(header.intensity_scale->offset);
+    writer.f32(header.intensity_scale->step);
+    writer.u8(static_cast<std::uint8_t>(header.intensity_scale->bits));
+  }
+  if (header.stamp)
+    writer.u64(*header.stamp);
+  if (header.frame_id) {
+    writer.varint(header.frame_id->size());
+    writer.raw(header.frame_id->data(), header.frame_id->size());
+  }
+  writer.varint(header.voxel_count);
+  writer.varint(header.occupancy_size);
+  writer.varint(header.intensity_size);
+}
+
+CompressionStatus
+readGrid(ByteSource& source, VoxelGrid& grid)
+{
+  grid = VoxelGrid();
+  grid.resolution = source.f64();
+  for (std::int32_t& index : grid.first_index)
+    index = source.i32();
+  grid.depth = source.u8();
+  if (source.failure() != ByteSource::Failure::None)
+    return {};
+  if (!(grid.resolution > 0.0) || !std::isfinite(grid.resolution))
+    return corrupt("the resolution is not a length");
+  if (grid.depth < 1 || grid.depth > max_grid_depth)
+    return corrupt("the grid's depth is not 1 to 21");
+  if (leavesLattice(grid))
+    return corrupt("the grid leaves the lattice");
+  return {};
+}
+
+CompressionStatus
+readIntensityScale(ByteSource& source, std::optional<IntensityScale>& scale)
+{
+  scale.emplace();
+  scale->offset = source.f32();
+  scale->step = source.f32();
+  scale->bits = source.u8();
+  if (source.failure() == ByteSource::Failure::None &&
+      (!std::isfinite(scale->offset) || !std::isfinite(scale->step) ||
+       !(scale->step > 0.0f) || scale->bits < 1 || scale->bits > 16))
+    return corrupt("the intensity scale is none");
+  return {};
+}
+
+CompressionStatus
+readFrameId(ByteSource& source, std::optional<std::string>& frame_id)
+{
+  const std::uint64_t size = source.varint();
+  if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
+    return corrupt("the frame_id is too long");
+  std::vector<std::uint8_t> text;
+  // read() records by itself only what goes into another vector.
+  source.read(static_cast<std::size_t>(size), text);
+  frame_id.emplace(text.begin(), text.end());
+  return {};
+}
+
+CompressionStatus
+readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
+{
+  header.frame_number = source.u32();
+  CompressionStatus status;
+  if (header.is_i_frame)
+    status = readGrid(source, header.grid);
+  else
+    header.reference_distance = source.u8();
+  if (status.ok() && (flags & intensity_scale_flag) != 0)
+    status = readIntensityScale(source, header.intensity_scale);
+  if (status.ok() && (flags & stamp_flag) != 0)
+    header.stamp = source.u64();
+  if (status.ok() && (flags & frame_id_flag) != 0)
+    status = readFrameId(source, header.frame_id);
+  header.voxel_count = source.varint();
+  header.occupancy_size = source.varint();
+  header.intensity_size = source.varint();
+  return status;
+}
+
+/** \brief What no frame may say, whatever its payload. */
+CompressionStatus
+checkFields(const Version1Header& header, const DecoderLimits& limits)
+{
+  if (header.is_i_frame && !header.intensity_scale)
+    return corrupt("an I-frame without intensity scale");
+  if (!header.is_i_frame && header.reference_distance == 0)
+    return corrupt("a P-frame that depends on itself");
+  if (header.voxel_count > limits.max_voxels)
+    return {CompressionCode::LimitExceeded,
+            "frame header: " + std::to_string(header.voxel_count) +
+                " voxels are more than the limit of " +
+                std::to_string(limits.max_voxels)};
+  if (header.occupancy_size > limits.max_frame_bytes ||
+      header.intensity_size > limits.max_frame_bytes ||
+      header.occupancy_size + header.intensity_size > limits.max_frame_bytes)
+    return {CompressionCode::LimitExceeded,
+            "frame header: a payload of more bytes than the limit of " +
+                std::to_string(limits.max_frame_bytes)};
+  if ((header.voxel_count == 0) !=
+      (header.occupancy_size == 0 && header.intensity_size == 0))
+    return corrupt("voxels without payload, or payload without voxels");
+  return {};
+}
+
+} // namespace
+
+std::uint32_t
+version1Checksum(std::uint32_t reference_checksum,
+                 const std::uint8_t* bytes,
+                 std::size_t size)
+{
+  std::vector<std::uint8_t> prefix;
+  ByteWriter(prefix).u32(reference_checksum);
+  boost::crc_32_type crc;
+  crc.process_bytes(prefix.data(), prefix.size());
+  crc.process_bytes(bytes, size);
+  return crc.checksum();
+}
+
+std::uint32_t
+writeVersion1Frame(const Version1Header& header,
+                   const std::vector<std::uint8_t>& payload,
+                   std::uint32_t reference_checksum,
+                   std::vector<std::uint8_t>& bytes)
+{
+  const std::size_t begin = bytes.size();
+  ByteWriter writer(bytes);
+  writer.raw(version1_magic, version1_magic_size);
+  writer.u8(version);
+  writer.u32(0); // the checksum's place
+  writeFields(header, writer);
+  writer.raw(payload.data(), payload.size());
+
+  const std::size_t checked_begin = begin + checksum_end;
+  const std::uint32_t checksum = version1Checksum(
+      reference_checksum, bytes.data() + checked_begin, bytes.size() - checked_begin);
+  std::vector<std::uint8_t> checksum_bytes;
+  ByteWriter(checksum_bytes).u32(checksum);
+  std::copy(checksum_bytes.begin(),
+            checksum_bytes.end(),
+            bytes.begin() + static_cast<std::ptrdiff_t>(checked_begin - 4));
+  return checksum;
+}
+
+CompressionStatus
+readVersion1Header(ByteSource& source,
+                   const DecoderLimits& limits,
+                   Version1Header& header,
+                   std::uint32_t& checksum,
+                   std::vector<std::uint8_t>& checked_bytes)
+{
+  header = Version1Header();
+  const std::uint8_t stream_version = source.u8();
+  if (source.failure() == ByteSource::Failure::None && stream_version != version)
+    return {CompressionCode::UnsupportedVersion,
+            "frame header: stream version " + std::to_string(stream_version) +
+                "; this library knows version 1"};
+  checksum = source.u32();
+  checked_bytes.clear();
+  source.recordTo(&checked_bytes);
+  const std::uint8_t flags = source.u8();
+  if ((flags & ~all_flags) != 0)
+    return corrupt("unknown flags");
+  header.is_i_frame = (flags & i_frame_flag) != 0;
+  CompressionStatus status = readFields(source, flags, header);
+  if (status.ok() && source.failure() == ByteSource::Failure::None)
+    status = checkFields(header, limits);
+  source.recordTo(nullptr);
+  if (source.failure() == ByteSource::Failure::EndOfInput)
+    return {CompressionCode::Truncated, "the stream ends in a frame header"};
+  if (source.failure() == ByteSource::Failure::LimitExceeded)
+    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
+  return status;
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,130 @@
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
+#include <pcl/common/io.h>
+
+#include <boost/predef/other/endian.h>
+
+#include <algorithm>
+
+namespace pcl_ext {
+
+namespace {
+
+PreprocessingStatus
+invalidLayout(const std::string& what)
+{
+  return {PreprocessingCode::InvalidLayout, "the cloud's layout is wrong: " + what};
+}
+
+const pcl::PCLPointField*
+findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  const auto field =
+      std::find_if(cloud.fields.begin(), cloud.fields.end(), [&](const auto& candidate) {
+        return candidate.name == name;
+      });
+  return field != cloud.fields.end() ? &*field : nullptr;
+}
+
+/** \brief Checks that a field is one readable number within each point. */
+PreprocessingStatus
+checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
+{
+  if (field.datatype < pcl::PCLPointField::INT8 ||
+      field.datatype > pcl::PCLPointField::FLOAT64)
+    return {PreprocessingCode::InvalidField,
+            "field '" + field.name + "' has the unknown datatype " +
+                std::to_string(field.datatype)};
+  // Some writers leave the count of a single number at 0.
+  if (field.count > 1)
+    return {PreprocessingCode::InvalidField,
+            "field '" + field.name + "' holds " + std::to_string(field.count) +
+                " numbers; it must hold one"};
+  const auto size = static_cast<std::uint64_t>(pcl::getFieldSize(field.datatype));
+  if (field.offset + size > cloud.point_step)
+    return {PreprocessingCode::InvalidField,
+            "field '" + field.name + "' ends at byte " +
+                std::to_string(field.offset + size) + " of a point of " +
+                std::to_string(cloud.point_step)};
+  return {};
+}
+
+/** \brief Checks that all points lie within the bytes; in 64 bits, so that nothing wraps.
+ */
+PreprocessingStatus
+checkSteps(const pcl::PCLPointCloud2& cloud)
+{
+  const std::uint64_t width = cloud.width;
+  const std::uint64_t height = cloud.height;
+  if (width == 0 || height == 0)
+    return {};
+  if (cloud.point_step == 0)
+    return invalidLayout("a point has no bytes");
+  if (cloud.is_bigendian != static_cast<std::uint8_t>(BOOST_ENDIAN_BIG_BYTE))
+    return invalidLayout("its byte order is not this machine's");
+  if (width * cloud.point_step > cloud.row_step)
+    return invalidLayout(std::to_string(width) + " points of " +
+                         std::to_string(cloud.point_step) + " bytes do not fit rows of " +
+                         std::to_string(cloud.row_step));
+  // The last row may end with its last point. Division, as the product may wrap.
+  const std::uint64_t last_row = width * cloud.point_step;
+  if (cloud.data.size() < last_row ||
+      (cloud.data.size() - last_row) / cloud.row_step < height - 1)
+    return invalidLayout(std::to_string(height) + " rows of " +
+                         std::to_string(cloud.row_step) + " bytes are not within " +
+                         std::to_string(cloud.data.size()) + " bytes");
+  return {};
+}
+
+} // namespace
+
+PreprocessingStatus
+findPointLayout(const pcl::PCLPointCloud2& cloud,
+                const std::string& intensity_field,
+                bool needs_intensity,
+                PointLayout& layout)
+{
+  layout = PointLayout();
+  if (PreprocessingStatus status = checkSteps(cloud); !status.ok())
+    return status;
+  const char* const names[] = {"x", "y", "z"};
+  std::uint32_t* const offsets[] = {&layout.x, &layout.y, &layout.z};
+  std::uint8_t datatypes[3] = {};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const pcl::PCLPointField* field = findField(cloud, names[axis]);
+    if (field == nullptr)
+      return {PreprocessingCode::MissingField,
+              std::string("the cloud has no field '") + names[axis] + "'"};
+    if (PreprocessingStatus status = checkField(cloud, *field); !status.ok())
+      return status;
+    if (field->datatype != pcl::PCLPointField::FLOAT32 &&
+        field->datatype != pcl::PCLPointField::FLOAT64)
+      return {PreprocessingCode::InvalidField,
+              std::string("field '") + names[axis] +
+                  "' must be FLOAT32 or FLOAT64, but its datatype is " +
+                  std::to_string(field->datatype)};
+    *offsets[axis] = field->offset;
+    datatypes[axis] = field->datatype;
+  }
+  if (datatypes[0] != datatypes[1] || datatypes[0] != datatypes[2])
+    return {PreprocessingCode::InvalidField,
+            "fields 'x', 'y' and 'z' differ in datatype"};
+  layout.is_double = datatypes[0] == pcl::PCLPointField::FLOAT64;
+
+  // A model that does not read the intensity does not mind one that cannot be read.
+  if (!needs_intensity)
+    return {};
+  const pcl::PCLPointField* field = findField(cloud, intensity_field);
+  if (field == nullptr)
+    return {PreprocessingCode::MissingField,
+            "the intensity model is native, but the cloud has no field '" +
+                intensity_field + "'"};
+  if (PreprocessingStatus status = checkField(cloud, *field); !status.ok())
+    return status;
+  layout.has_intensity = true;
+  layout.intensity = field->offset;
+  layout.intensity_datatype = field->datatype;
+  return {};
+}
+
+} // namespace pcl_ext

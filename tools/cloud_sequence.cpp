@@ -1,0 +1,152 @@
+#include "cloud_sequence.h"
+
+#include <pcl/conversions.h>
+#include <pcl/io/pcd_io.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class PcdSequence : public CloudSequence {
+public:
+  PcdSequence(std::string name, std::vector<std::string> files)
+  : name_(std::move(name)), files_(std::move(files))
+  {}
+
+  std::string
+  name() const override
+  {
+    return name_;
+  }
+
+  std::size_t
+  size() const override
+  {
+    return files_.size();
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return Eigen::Isometry3d::Identity();
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    // PCL says on its console what it did not like.
+    if (reader_.read(files_[index], cloud) < 0)
+      throw std::runtime_error("cannot read '" + files_[index] + "' as a PCD file");
+  }
+
+private:
+  std::string name_;
+  std::vector<std::string> files_;
+  pcl::PCDReader reader_;
+};
+
+class CellSequence : public CloudSequence {
+public:
+  CellSequence(unsigned int sensor, std::size_t frames, std::uint32_t seed)
+  : sensor_(sensor), frames_(frames), cell_(seed)
+  {
+    cell_.sensorPose(sensor); // throws for a sensor that is not there
+  }
+
+  std::string
+  name() const override
+  {
+    return "cell_sensor_" + std::to_string(sensor_);
+  }
+
+  std::size_t
+  size() const override
+  {
+    return frames_;
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return cell_.sensorPose(sensor_);
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    cell_.capture(sensor_, static_cast<std::uint32_t>(index), frame_);
+    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+  }
+
+private:
+  unsigned int sensor_;
+  std::size_t frames_;
+  cell::RobotCell cell_;
+  cell::CellFrame frame_;
+};
+
+std::vector<std::string>
+pcdFilesOf(const fs::path& folder)
+{
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".pcd")
+      files.push_back(entry.path().string());
+  if (files.empty())
+    throw std::runtime_error("no PCD file in the folder '" + folder.string() + "'");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::unique_ptr<CloudSequence>
+makeSequence(const std::string& name,
+             std::vector<std::string> files,
+             std::size_t max_frames)
+{
+  if (max_frames != 0 && files.size() > max_frames)
+    files.resize(max_frames);
+  return std::make_unique<PcdSequence>(name, std::move(files));
+}
+
+} // namespace
+
+std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
+{
+  std::vector<std::unique_ptr<CloudSequence>> sequences;
+  std::vector<std::string> single_files;
+  for (const std::string& input : inputs) {
+    // Without a trailing slash the last part of a folder's path is its name.
+    const fs::path path = fs::path(input).has_filename()
+                              ? fs::path(input)
+                              : fs::path(input).parent_path();
+    if (!fs::exists(path))
+      throw std::runtime_error("there is no '" + input + "'");
+    if (fs::is_directory(path))
+      sequences.push_back(
+          makeSequence(path.filename().string(), pcdFilesOf(path), max_frames));
+    else
+      single_files.push_back(input);
+  }
+  if (!single_files.empty()) {
+    const std::string name = fs::path(single_files.front()).stem().string();
+    sequences.push_back(makeSequence(name, std::move(single_files), max_frames));
+  }
+  return sequences;
+}
+
+std::unique_ptr<CloudSequence>
+openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed)
+{
+  return std::make_unique<CellSequence>(sensor, frames, seed);
+}
+
+} // namespace tools
+} // namespace pcl_ext

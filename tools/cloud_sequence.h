@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cell/robot_cell.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Clouds of one sensor in the order of their time. */
+class CloudSequence {
+public:
+  virtual ~CloudSequence() = default;
+
+  /** \brief A short name for tables and folders. */
+  virtual std::string
+  name() const = 0;
+
+  virtual std::size_t
+  size() const = 0;
+
+  /** \brief Where the sensor stands, sensor -> world. */
+  virtual Eigen::Isometry3d
+  sensorPose() const = 0;
+
+  /** \brief Reads one cloud, in the sensor's frame.
+   * \throws std::runtime_error with the file's name if it cannot be read
+   */
+  virtual void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) = 0;
+};
+
+/** \brief Sequences of the PCD files and folders that a user names: one for each folder,
+ * one for all files named singly.
+ * \param[in] inputs paths
+ * \param[in] max_frames of each sequence; 0: all
+ * \throws std::runtime_error if a path does not exist or a folder has no PCD file
+ */
+std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
+
+/** \brief The stream of one sensor of the simulated robot cell.
+ * \param[in] sensor 1..6
+ * \param[in] frames number of frames
+ * \param[in] seed of the random errors
+ * \throws std::out_of_range for a sensor that is not there
+ */
+std::unique_ptr<CloudSequence>
+openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/intensity/sensor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The laws that a point's intensity can follow. */
+enum class Law { Automatic, Count, Quadratic, Linear, Native };
+
+/** \brief What the command line asks for. */
+struct StreamOptions {
+  std::vector<std::string> inputs; ///< PCD files and folders; empty: the robot cell
+  std::string output_folder;       ///< for decoded clouds; empty: none
+  unsigned int frames = 0;         ///< of the cell; of inputs at most, 0: all
+  unsigned int cell_sensor = 1;    ///< 1..6
+  std::uint32_t seed = 1;
+  Law law = Law::Automatic;
+  RuntimeSensor sensor{70.6, 60.0, 512, 424};
+  std::optional<float> threshold; ///< least intensity that denoising keeps
+  std::optional<io::BoundingBox> crop_box;
+  io::IntensityCompressionSettings settings;
+};
+
+/** \brief Reads the command line.
+ * \return the options, or nothing if only the help was asked for, which is then printed
+ * \throws std::exception with a sentence for the user if the line makes no sense
+ */
+std::optional<StreamOptions>
+parseOptions(int argc, const char* const* argv);
+
+} // namespace tools
+} // namespace pcl_ext
