@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cell/robot_cell.h>
-
 #include <pcl/PCLPointCloud2.h>
 
 #include <Eigen/Geometry>
+
+#include <cell/robot_cell.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -38,11 +38,10 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) = 0;
 };
 
-/** \brief Sequences of the PCD files and folders that a user names: one for each folder,
- * one for all files named singly.
- * \param[in] inputs paths
- * \param[in] max_frames of each sequence; 0: all
- * \throws std::runtime_error if a path does not exist or a folder has no PCD file
+/** \brief Sequences of the PCD files and folders that a user names: one for each
+ * folder, one for all files named singly. \param[in] inputs paths \param[in] max_frames
+ * of each sequence; 0: all \throws std::runtime_error if a path does not exist or a
+ * folder has no PCD file
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);

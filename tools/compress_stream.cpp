@@ -38,8 +38,7 @@ printReports(const std::vector<StreamReport>& reports)
   for (const StreamReport& report : reports) {
     const double frames = static_cast<double>(std::max<std::size_t>(report.frames, 1));
     const auto mean = [frames](auto sum) { return static_cast<double>(sum) / frames; };
-    const double voxels =
-        static_cast<double>(std::max<std::size_t>(report.voxels, 1));
+    const double voxels = static_cast<double>(std::max<std::size_t>(report.voxels, 1));
     const double bytes = static_cast<double>(std::max<std::size_t>(report.bytes, 1));
     std::cout << std::left << std::setw(static_cast<int>(name_width)) << report.name
               << "  " << std::setw(9) << report.law << std::right << std::fixed
@@ -98,7 +97,8 @@ main(int argc, char** argv)
     const std::optional<StreamOptions> options =
         pcl_ext::tools::parseOptions(argc, argv);
     return options ? run(*options) : 0;
-  } catch (const std::exception& error) {
+  }
+  catch (const std::exception& error) {
     std::cerr << "pcl_ext_stream: " << error.what() << '\n';
     return 1;
   }

@@ -56,9 +56,11 @@ options::options_description
 describeOptions(StreamOptions& result)
 {
   options::options_description description(
-      "Compresses, decompresses and denoises a stream of point clouds and prints what it "
+      "Compresses, decompresses and denoises a stream of point clouds and prints what "
+      "it "
       "cost.\nUsage: pcl_ext_stream [options] [PCD file or folder ...]\n"
-      "Without input: frames of the simulated robot cell. A folder is a stream of its own, "
+      "Without input: frames of the simulated robot cell. A folder is a stream of its "
+      "own, "
       "all files named singly are one.\n\nOptions");
   auto option = description.add_options();
   option("help,h", "print this and stop");

@@ -48,8 +48,8 @@ private:
 };
 
 /** \brief A preprocessor whose law was chosen when the program ran. */
-using Preprocessing = std::function<PreprocessingStatistics(const pcl::PCLPointCloud2&,
-                                                            IntensityCloud&)>;
+using Preprocessing =
+    std::function<PreprocessingStatistics(const pcl::PCLPointCloud2&, IntensityCloud&)>;
 
 template <typename LawT>
 Preprocessing
@@ -67,13 +67,13 @@ makePreprocessing(const StreamOptions& options,
         Eigen::Map<const Eigen::Vector3d>(crop_box->max.data()).cast<float>());
   if (LawT::unit == IntensityUnit::Share)
     preprocessor.setIntensityScale(255.0f);
-  return [preprocessor](const pcl::PCLPointCloud2& cloud,
-                        IntensityCloud& output) mutable {
-    const PreprocessingStatus status = preprocessor.process(cloud, output);
-    if (!status.ok())
-      throw std::runtime_error(status.message());
-    return preprocessor.getStatistics();
-  };
+  return
+      [preprocessor](const pcl::PCLPointCloud2& cloud, IntensityCloud& output) mutable {
+        const PreprocessingStatus status = preprocessor.process(cloud, output);
+        if (!status.ok())
+          throw std::runtime_error(status.message());
+        return preprocessor.getStatistics();
+      };
 }
 
 Preprocessing
@@ -125,7 +125,8 @@ resolveLaw(Law law, const pcl::PCLPointCloud2& cloud)
   return has_intensity ? Law::Native : Law::Count;
 }
 
-/** \brief Thresholds of the paper's Figure 11; a native intensity says nothing of noise.
+/** \brief Thresholds of the paper's Figure 11; a native intensity says nothing of
+ * noise.
  */
 float
 defaultThreshold(Law law)
@@ -156,7 +157,8 @@ compressionSettings(const StreamOptions& options,
     return settings;
   settings.aggregation = io::Aggregation::Sum;
   if (settings.format == io::StreamFormat::Version1) {
-    settings.intensity_bits = settings.intensity_bits != 0 ? settings.intensity_bits : 8;
+    settings.intensity_bits =
+        settings.intensity_bits != 0 ? settings.intensity_bits : 8;
     settings.intensity_range = 255.0f;
   }
   return settings;
@@ -172,7 +174,8 @@ denoise(const IntensityCloud::ConstPtr& decoded, float threshold, IntensityCloud
   filter.filter(kept);
 }
 
-/** \brief Writes a cloud for pcl_viewer; none if it holds no point, which PCD cannot say.
+/** \brief Writes a cloud for pcl_viewer; none if it holds no point, which PCD cannot
+ * say.
  */
 void
 writeCloud(const fs::path& folder, std::size_t index, const IntensityCloud& cloud)

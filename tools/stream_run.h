@@ -14,8 +14,8 @@ struct StreamReport {
   std::string name;
   std::string law;
   std::size_t frames = 0;
-  std::size_t points = 0;          ///< that are finite, before cropping
-  std::size_t cropped_points = 0;  ///< that were encoded
+  std::size_t points = 0;         ///< that are finite, before cropping
+  std::size_t cropped_points = 0; ///< that were encoded
   std::size_t voxels = 0;
   std::size_t bytes = 0;
   std::size_t kept_voxels = 0; ///< after denoising

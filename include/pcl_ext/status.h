@@ -21,7 +21,8 @@ public:
 
   /** \brief A failure, or a success with something to say.
    * \param[in] code the kind of outcome
-   * \param[in] message one sentence for a person; says what is wrong and with what value
+   * \param[in] message one sentence for a person; says what is wrong and with what
+   * value
    */
   Status(CodeT code, std::string message) : code_(code), message_(std::move(message)) {}
 

@@ -12,8 +12,8 @@ namespace io {
 /** \brief Reads numbers, little-endian, from a stream buffer; never behind its end and
  * never more bytes than allowed.
  *
- * Errors stick: after the first failed read every read gives zeros, so that a parser can
- * read on and look at failure() once.
+ * Errors stick: after the first failed read every read gives zeros, so that a parser
+ * can read on and look at failure() once.
  */
 class ByteSource {
 public:
@@ -88,9 +88,9 @@ public:
     return number;
   }
 
-  /** \brief Counterpart of ByteWriter::varint; at most 10 bytes, of which the last holds
-   * the highest bit. A longer one, or one with a needless last byte, reads as the largest
-   * number, which no field allows. */
+  /** \brief Counterpart of ByteWriter::varint; at most 10 bytes, of which the last
+   * holds the highest bit. A longer one, or one with a needless last byte, reads as the
+   * largest number, which no field allows. */
   std::uint64_t
   varint();
 

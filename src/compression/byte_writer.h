@@ -60,7 +60,8 @@ public:
     u64(bits);
   }
 
-  /** \brief Seven bits a byte, low bits first, high bit set on all bytes but the last. */
+  /** \brief Seven bits a byte, low bits first, high bit set on all bytes but the last.
+   */
   void
   varint(std::uint64_t number)
   {

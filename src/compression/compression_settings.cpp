@@ -28,8 +28,7 @@ checkBox(const BoundingBox& box, double resolution)
                      std::to_string(box.min[axis]) + " to " +
                          std::to_string(box.max[axis]),
                      "finite, with min below max on each axis");
-    if ((box.max[axis] - box.min[axis]) / resolution >
-        std::exp2(max_grid_depth) - 1.0)
+    if ((box.max[axis] - box.min[axis]) / resolution > std::exp2(max_grid_depth) - 1.0)
       return invalid("bounding_box",
                      std::to_string(box.max[axis] - box.min[axis]) + " m wide",
                      "no wider than 2^21 - 1 voxels");

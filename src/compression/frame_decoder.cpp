@@ -1,10 +1,10 @@
+#include <pcl_ext/compression/frame_decoder.h>
+
 #include "byte_source.h"
 #include "memory_buffer.h"
 #include "published_frame.h"
 #include "version1_header.h"
 #include "version1_payload.h"
-
-#include <pcl_ext/compression/frame_decoder.h>
 
 #include <new>
 
@@ -56,9 +56,11 @@ public:
     CompressionStatus status;
     try {
       status = decodeNext(buffer, frame, frame_offset);
-    } catch (const std::bad_alloc&) {
+    }
+    catch (const std::bad_alloc&) {
       status = {CompressionCode::InputFailed, "out of memory while decoding a frame"};
-    } catch (const std::exception& exception) {
+    }
+    catch (const std::exception& exception) {
       status = {CompressionCode::InputFailed,
                 std::string("reading failed: ") + exception.what()};
     }
@@ -89,12 +91,15 @@ private:
   /** \brief Leaves the buffer one byte behind the start of a frame that failed, so that
    * a frame which a forged size would have swallowed is found by the next call. */
   static void
-  seekBehind(std::streambuf& buffer, std::streambuf::pos_type origin, std::size_t offset)
+  seekBehind(std::streambuf& buffer,
+             std::streambuf::pos_type origin,
+             std::size_t offset)
   {
     try {
       buffer.pubseekpos(origin + static_cast<std::streambuf::off_type>(offset + 1),
                         std::ios_base::in);
-    } catch (const std::exception&) {
+    }
+    catch (const std::exception&) {
       // The position is a convenience; the status has been decided.
     }
   }
@@ -215,13 +220,14 @@ private:
     if (header.voxel_count == 0)
       return {};
     const auto voxel_count = static_cast<std::size_t>(header.voxel_count);
-    const CompressionStatus status = decodeOccupancy(occupancy,
-                                                     occupancy_end,
-                                                     voxel_count,
-                                                     limits_,
-                                                     header.is_i_frame ? nullptr : &tree_,
-                                                     tree,
-                                                     frame.keys);
+    const CompressionStatus status =
+        decodeOccupancy(occupancy,
+                        occupancy_end,
+                        voxel_count,
+                        limits_,
+                        header.is_i_frame ? nullptr : &tree_,
+                        tree,
+                        frame.keys);
     return status.ok() ? decodeIntensities(occupancy_end,
                                            occupancy_end + header.intensity_size,
                                            voxel_count,

@@ -1,10 +1,10 @@
+#include <pcl_ext/compression/frame_encoder.h>
+
 #include "grid_fit.h"
 #include "occupancy_tree.h"
 #include "published_frame.h"
 #include "version1_header.h"
 #include "version1_payload.h"
-
-#include <pcl_ext/compression/frame_encoder.h>
 
 #include <algorithm>
 
@@ -43,8 +43,8 @@ public:
     statistics_.voxels = frame.size();
     statistics_.is_i_frame = isIFrameDue() || frame.grid != last_grid;
     if (format_ == StreamFormat::Published) {
-      // PCL's empty octree forgets its depth, so a frame without voxels stands alone and
-      // so does the frame behind it; the authors' encoder restarts there, too.
+      // PCL's empty octree forgets its depth, so a frame without voxels stands alone
+      // and so does the frame behind it; the authors' encoder restarts there, too.
       statistics_.is_i_frame |= frame.keys.empty() || is_last_empty_;
       encodePublished(frame, statistics_.is_i_frame, published_, bytes, statistics_);
     }

@@ -31,8 +31,8 @@ requiredDepth(const LatticeRange& range)
 {
   std::int64_t extent = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    extent = std::max(extent,
-                      std::int64_t{range.highest[axis]} - range.lowest[axis] + 1);
+    extent =
+        std::max(extent, std::int64_t{range.highest[axis]} - range.lowest[axis] + 1);
   unsigned int depth = 1;
   while (std::int64_t{1} << depth < extent)
     ++depth;
@@ -81,10 +81,9 @@ VoxelGrid
 gridOfBox(double resolution, const BoundingBox& box)
 {
   const auto index = [resolution](double coordinate) {
-    return static_cast<std::int32_t>(
-        std::clamp(std::floor(coordinate / resolution),
-                   static_cast<double>(-lattice_end),
-                   static_cast<double>(lattice_end - 1)));
+    return static_cast<std::int32_t>(std::clamp(std::floor(coordinate / resolution),
+                                                static_cast<double>(-lattice_end),
+                                                static_cast<double>(lattice_end - 1)));
   };
   LatticeRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {

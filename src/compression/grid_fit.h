@@ -52,8 +52,8 @@ VoxelGrid
 gridOfBox(double resolution, const BoundingBox& box);
 
 /** \brief The grid that PCL's octree makes of a box in setResolution and
- * defineBoundingBox, which is the published layout's: a cube of 2^depth voxels about the
- * middle of the box, anchored at its lower corner. */
+ * defineBoundingBox, which is the published layout's: a cube of 2^depth voxels about
+ * the middle of the box, anchored at its lower corner. */
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box);
 

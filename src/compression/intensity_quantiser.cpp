@@ -42,8 +42,7 @@ IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& setti
   if (follows_values_ || truncates_)
     return;
   const unsigned int bits = fixed_bits_ != 0 ? fixed_bits_ : default_bits;
-  const double full_scale =
-      unit == IntensityUnit::Points ? std::exp2(bits) - 1.0 : 1.0;
+  const double full_scale = unit == IntensityUnit::Points ? std::exp2(bits) - 1.0 : 1.0;
   spanScale(0.0, fixed_range_ > 0.0 ? fixed_range_ : full_scale, default_bits);
 }
 
@@ -89,8 +88,7 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
               most_bits);
     return;
   }
-  const double offset =
-      lowest_ < 0.0 ? -std::exp2(bitsOfWholeNumbers(-lowest_)) : 0.0;
+  const double offset = lowest_ < 0.0 ? -std::exp2(bitsOfWholeNumbers(-lowest_)) : 0.0;
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
   const unsigned int bits = bitsOfWholeNumbers(highest - offset);
   spanScale(offset,
@@ -103,8 +101,8 @@ IntensityQuantiser::spanScale(double offset, double range, unsigned int automati
 {
   scale_.bits = fixed_bits_ != 0 ? fixed_bits_ : automatic_bits;
   scale_.offset = static_cast<float>(offset);
-  scale_.step =
-      static_cast<float>(range * unit_factor_ / static_cast<double>(scale_.maxSymbol()));
+  scale_.step = static_cast<float>(range * unit_factor_ /
+                                   static_cast<double>(scale_.maxSymbol()));
 }
 
 } // namespace io

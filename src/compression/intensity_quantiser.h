@@ -11,8 +11,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Turns voxel intensities into symbols, and chooses the scale where the user left
- * that to the library. */
+/** \brief Turns voxel intensities into symbols, and chooses the scale where the user
+ * left that to the library. */
 class IntensityQuantiser {
 public:
   /** \brief A quantiser for one stream.
@@ -28,7 +28,9 @@ public:
    * \return number of voxels beyond an end of the scale, which hold that end's symbol
    */
   std::size_t
-  quantise(const std::vector<double>& values, bool all_whole_numbers, VoxelFrame& frame);
+  quantise(const std::vector<double>& values,
+           bool all_whole_numbers,
+           VoxelFrame& frame);
 
 private:
   void
@@ -38,12 +40,12 @@ private:
   spanScale(double offset, double range, unsigned int automatic_bits);
 
   bool follows_values_;
-  bool truncates_; // the published layout drops the fraction, the paper rounds
-  double unit_factor_; // a share of 1 shows as 255
+  bool truncates_;          // the published layout drops the fraction, the paper rounds
+  double unit_factor_;      // a share of 1 shows as 255
   unsigned int fixed_bits_; // 0: automatic
   double fixed_range_;      // 0: automatic
   bool had_fractions_ = false;
-  double lowest_ = 0.0;  // of the values that the scale follows
+  double lowest_ = 0.0; // of the values that the scale follows
   double highest_ = 0.0;
   IntensityScale scale_;
 };

@@ -24,8 +24,8 @@ buildParents(const std::vector<std::uint64_t>& children, OccupancyLevel& parents
     const bool is_new = node != nodes[last];
     last += is_new ? 1 : 0;
     nodes[last] = node;
-    occupancy[last] = static_cast<std::uint8_t>((is_new ? 0 : occupancy[last]) |
-                                                (1u << (child & 7)));
+    occupancy[last] =
+        static_cast<std::uint8_t>((is_new ? 0 : occupancy[last]) | (1u << (child & 7)));
   }
   parents.nodes.resize(last + 1);
   parents.occupancy.resize(last + 1);

@@ -131,7 +131,8 @@ readFailure(const ByteSource& source, const std::string& what)
 {
   switch (source.failure()) {
   case ByteSource::Failure::EndOfInput:
-    return {CompressionCode::Truncated, "published frame: the stream ends in its " + what};
+    return {CompressionCode::Truncated,
+            "published frame: the stream ends in its " + what};
   case ByteSource::Failure::LimitExceeded:
     return {CompressionCode::LimitExceeded,
             "published frame: larger than the limit on bytes"};
@@ -167,8 +168,7 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   // ends; doubles of the box's size add their rounding.
   const double cube = static_cast<double>(grid.size()) * grid.resolution;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double magnitude =
-        std::max(std::abs(max[axis]), std::abs(grid.anchor[axis]));
+    const double magnitude = std::max(std::abs(max[axis]), std::abs(grid.anchor[axis]));
     if (!(magnitude < largest_coordinate) ||
         !(std::abs(max[axis] - grid.anchor[axis] - cube) <=
           2.0 * box_tolerance + 1e-12 * magnitude))
@@ -262,7 +262,8 @@ decodePublished(ByteSource& source,
 
   statistics.header_bytes = published_magic_size + source.consumed();
   const std::uint64_t node_count = source.u64();
-  if (source.failure() == ByteSource::Failure::None && node_count > maxBranchNodes(limits, frame.grid.depth) + 1)
+  if (source.failure() == ByteSource::Failure::None &&
+      node_count > maxBranchNodes(limits, frame.grid.depth) + 1)
     return {CompressionCode::LimitExceeded,
             "published frame: " + std::to_string(node_count) +
                 " occupancy bytes are more than the limit on voxels allows"};

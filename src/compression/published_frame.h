@@ -1,12 +1,12 @@
 #pragma once
 
-#include "byte_source.h"
-#include "occupancy_tree.h"
-
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
+
+#include "byte_source.h"
+#include "occupancy_tree.h"
 
 #include <cstdint>
 #include <vector>

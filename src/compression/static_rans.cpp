@@ -20,7 +20,8 @@ enum class RowCoding : std::uint8_t { Raw = 0, Constant = 1, Rans = 2 };
 
 using Histogram = std::array<std::uint32_t, alphabet_size>;
 
-/** \brief Frequencies that add up to 2^scale_bits, and where each symbol's share begins.
+/** \brief Frequencies that add up to 2^scale_bits, and where each symbol's share
+ * begins.
  */
 struct FrequencyTable {
   unsigned int scale_bits = 0;
@@ -47,7 +48,8 @@ scaleBits(std::size_t count)
   return count < (std::size_t{1} << 15) ? 12 : 14;
 }
 
-/** \brief Two states work in parallel on a long row; a short one saves the four bytes. */
+/** \brief Two states work in parallel on a long row; a short one saves the four bytes.
+ */
 unsigned int
 stateCount(std::size_t count)
 {

@@ -7,8 +7,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Appends a row of byte symbols, coded with one static order-0 table, or as they
- * are where that is smaller (doc/bitstream.md, "Symbol rows").
+/** \brief Appends a row of byte symbols, coded with one static order-0 table, or as
+ * they are where that is smaller (doc/bitstream.md, "Symbol rows").
  *
  * The entropy coder is a range variant of asymmetric numeral systems (rANS; J. Duda,
  * arXiv:1311.2540, 2013): 32-bit states, 16 bits renormalised at a time.

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "byte_source.h"
-
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
+
+#include "byte_source.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,8 +16,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The four bytes that every frame of this library's own streams begins with; the
- * version follows them. */
+/** \brief The four bytes that every frame of this library's own streams begins with;
+ * the version follows them. */
 constexpr char version1_magic[] = "PCXI";
 constexpr std::size_t version1_magic_size = sizeof(version1_magic) - 1;
 
@@ -41,11 +41,10 @@ struct Version1Header {
 /** \brief Writes a whole frame: header, payload, and over both the checksum.
  * \param[in] header the sizes in it are those of the payload
  * \param[in] payload occupancy, then intensities
- * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for an
- * I-frame; not written, but part of the checksum, so that a P-frame cannot pass for the
- * successor of another stream's frame of the same number
- * \param[in,out] bytes where to append
- * \return the frame's checksum
+ * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for
+ * an I-frame; not written, but part of the checksum, so that a P-frame cannot pass for
+ * the successor of another stream's frame of the same number \param[in,out] bytes where
+ * to append \return the frame's checksum
  */
 std::uint32_t
 writeVersion1Frame(const Version1Header& header,

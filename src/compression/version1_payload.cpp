@@ -12,7 +12,8 @@ namespace {
 
 enum class Prediction : std::uint8_t { None = 0, PreviousFrame = 1 };
 
-/** \brief The occupancy bytes of all levels in a row, XOR-ed with a reference if any. */
+/** \brief The occupancy bytes of all levels in a row, XOR-ed with a reference if any.
+ */
 void
 collectOccupancy(const OccupancyTree& tree,
                  const OccupancyTree* reference,
@@ -21,8 +22,9 @@ collectOccupancy(const OccupancyTree& tree,
   symbols.clear();
   for (unsigned int index = 0; index < tree.depth(); ++index) {
     const OccupancyLevel& level = tree.level(index);
-    OccupancyCursor cursor =
-        reference != nullptr ? OccupancyCursor(reference->level(index)) : OccupancyCursor();
+    OccupancyCursor cursor = reference != nullptr
+                                 ? OccupancyCursor(reference->level(index))
+                                 : OccupancyCursor();
     for (std::size_t i = 0; i < level.size(); ++i)
       symbols.push_back(static_cast<std::uint8_t>(level.occupancy[i] ^
                                                   cursor.occupancyOf(level.nodes[i])));
@@ -41,8 +43,9 @@ expandOccupancy(const std::vector<std::uint8_t>& symbols,
   std::vector<std::uint64_t> nodes{0}; // of the level that comes next
   for (unsigned int index = 0; index < tree.depth(); ++index) {
     OccupancyLevel& level = tree.level(index);
-    OccupancyCursor cursor =
-        reference != nullptr ? OccupancyCursor(reference->level(index)) : OccupancyCursor();
+    OccupancyCursor cursor = reference != nullptr
+                                 ? OccupancyCursor(reference->level(index))
+                                 : OccupancyCursor();
     if (nodes.size() > symbols.size() - next_symbol)
       return false;
     level.nodes.swap(nodes);
@@ -165,7 +168,8 @@ decodeIntensities(const std::uint8_t* begin,
   std::uint32_t overflow = 0;
   for (std::size_t i = 0; i < voxel_count; ++i) {
     const std::uint32_t low_symbol = low_bits > 0 ? low[i] : 0u;
-    const std::uint32_t symbol = static_cast<std::uint32_t>(high[i]) << low_bits | low_symbol;
+    const std::uint32_t symbol =
+        static_cast<std::uint32_t>(high[i]) << low_bits | low_symbol;
     overflow |= symbol >> bits | low_symbol >> low_bits;
     intensities[i] = static_cast<std::uint16_t>(symbol);
   }

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "occupancy_tree.h"
-
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/compression_status.h>
+
+#include "occupancy_tree.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -12,11 +12,10 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Appends which voxels are occupied: the octree's occupancy bytes level by level,
- * XOR-ed with the reference's where that is smaller (doc/bitstream.md, "Occupancy").
- * \param[in] tree octree of the frame, not empty
- * \param[in] reference octree of the frame that this one depends on, of the same depth;
- * null for an I-frame
+/** \brief Appends which voxels are occupied: the octree's occupancy bytes level by
+ * level, XOR-ed with the reference's where that is smaller (doc/bitstream.md,
+ * "Occupancy"). \param[in] tree octree of the frame, not empty \param[in] reference
+ * octree of the frame that this one depends on, of the same depth; null for an I-frame
  * \param[in,out] payload where to append
  */
 void

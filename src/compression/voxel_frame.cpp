@@ -36,11 +36,12 @@ isConsistent(const VoxelFrame& frame)
   if (frame.keys.empty())
     return true;
   const std::uint64_t key_end = std::uint64_t{1} << (3 * frame.grid.depth);
-  const bool ascends = std::adjacent_find(frame.keys.begin(),
-                                          frame.keys.end(),
-                                          [](std::uint64_t first, std::uint64_t second) {
-                                            return first >= second;
-                                          }) == frame.keys.end();
+  const bool ascends =
+      std::adjacent_find(frame.keys.begin(),
+                         frame.keys.end(),
+                         [](std::uint64_t first, std::uint64_t second) {
+                           return first >= second;
+                         }) == frame.keys.end();
   const std::uint32_t max_symbol = frame.intensity_scale.maxSymbol();
   return ascends && frame.keys.back() < key_end &&
          *std::max_element(frame.intensities.begin(), frame.intensities.end()) <=

@@ -1,8 +1,8 @@
+#include <pcl_ext/compression/voxelizer.h>
+
 #include "grid_fit.h"
 #include "intensity_quantiser.h"
 #include "radix_sort.h"
-
-#include <pcl_ext/compression/voxelizer.h>
 
 #include <algorithm>
 #include <cmath>

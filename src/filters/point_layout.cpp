@@ -20,9 +20,9 @@ const pcl::PCLPointField*
 findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
 {
   const auto field =
-      std::find_if(cloud.fields.begin(), cloud.fields.end(), [&](const auto& candidate) {
-        return candidate.name == name;
-      });
+      std::find_if(cloud.fields.begin(),
+                   cloud.fields.end(),
+                   [&](const auto& candidate) { return candidate.name == name; });
   return field != cloud.fields.end() ? &*field : nullptr;
 }
 
@@ -49,7 +49,8 @@ checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
   return {};
 }
 
-/** \brief Checks that all points lie within the bytes; in 64 bits, so that nothing wraps.
+/** \brief Checks that all points lie within the bytes; in 64 bits, so that nothing
+ * wraps.
  */
 PreprocessingStatus
 checkSteps(const pcl::PCLPointCloud2& cloud)
@@ -64,8 +65,8 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
     return invalidLayout("its byte order is not this machine's");
   if (width * cloud.point_step > cloud.row_step)
     return invalidLayout(std::to_string(width) + " points of " +
-                         std::to_string(cloud.point_step) + " bytes do not fit rows of " +
-                         std::to_string(cloud.row_step));
+                         std::to_string(cloud.point_step) +
+                         " bytes do not fit rows of " + std::to_string(cloud.row_step));
   // The last row may end with its last point. Division, as the product may wrap.
   const std::uint64_t last_row = width * cloud.point_step;
   if (cloud.data.size() < last_row ||

@@ -53,7 +53,8 @@ struct IntensityCompressionSettings {
   /** \brief Voxel edge d_v, metres. Above 0 and finite. */
   double resolution = 0.01;
 
-  /** \brief Frames from one I-frame to the next; 0 and 1 make every frame an I-frame. */
+  /** \brief Frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
+   */
   unsigned int i_frame_rate = 30;
 
   /** \brief Time against size. The coder of this release is the same for all three. */

@@ -21,7 +21,8 @@ struct FrameStamp {
   std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most
 };
 
-/** \brief Turns the voxel frames of one stream into bytes. Knows no points and no PCL. */
+/** \brief Turns the voxel frames of one stream into bytes. Knows no points and no PCL.
+ */
 class PCL_EXT_EXPORT FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.

@@ -9,11 +9,11 @@ namespace io {
 /** \brief What the voxelizer saw of a cloud. Each point is in exactly one of: used, not
  * finite, outside the box, outside the grid. */
 struct VoxelizationStatistics {
-  std::size_t points = 0;                   ///< points of the input
-  std::size_t points_used = 0;              ///< points that are in a voxel
-  std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
-  std::size_t points_outside_box = 0;       ///< outside the fixed bounding box
-  std::size_t points_outside_grid = 0;      ///< further out than 2^20 voxels of the anchor
+  std::size_t points = 0;              ///< points of the input
+  std::size_t points_used = 0;         ///< points that are in a voxel
+  std::size_t points_not_finite = 0;   ///< a coordinate is NaN or infinite
+  std::size_t points_outside_box = 0;  ///< outside the fixed bounding box
+  std::size_t points_outside_grid = 0; ///< further out than 2^20 voxels of the anchor
   std::size_t intensities_not_finite = 0;   ///< points used, their intensity taken as 0
   std::size_t intensities_out_of_range = 0; ///< voxels held at an end of the scale
   std::size_t voxels = 0;                   ///< occupied voxels
@@ -28,7 +28,8 @@ struct CodedFrameStatistics {
   std::size_t header_bytes = 0;    ///< of these: frame header
   std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
-  std::size_t skipped_bytes = 0;   ///< decoding: bytes before the frame that were no frame
+  std::size_t skipped_bytes =
+      0; ///< decoding: bytes before the frame that were no frame
 };
 
 /** \brief All figures of the last frame that was encoded or decoded. */
@@ -40,9 +41,9 @@ struct FrameStatistics {
   double
   bytesPerVoxel() const
   {
-    return coding.voxels == 0 ? 0.0
-                              : static_cast<double>(coding.bytes) /
-                                    static_cast<double>(coding.voxels);
+    return coding.voxels == 0
+               ? 0.0
+               : static_cast<double>(coding.bytes) / static_cast<double>(coding.voxels);
   }
 
   /** \brief Size of the input at 16 bytes a point (PointXYZ in memory) against the size

@@ -5,11 +5,12 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Bits a Morton key holds for each axis, and so the depth of the deepest grid. */
+/** \brief Bits a Morton key holds for each axis, and so the depth of the deepest grid.
+ */
 constexpr unsigned int max_grid_depth = 21;
 
-/** \brief Position of a voxel within its grid: x, y, z count voxels from the grid's lower
- * corner, each below 2^depth of the grid. */
+/** \brief Position of a voxel within its grid: x, y, z count voxels from the grid's
+ * lower corner, each below 2^depth of the grid. */
 struct VoxelPosition {
   std::uint32_t x;
   std::uint32_t y;

@@ -24,8 +24,8 @@ namespace io {
 /** \brief The intensity model of a point type that nobody chose one for: native if the
  * type has an intensity, else count. */
 template <typename PointT>
-using DefaultIntensityModel = std::
-    conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
+using DefaultIntensityModel =
+    std::conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
 
 /** \brief Compresses streams of point clouds into voxels with an intensity; takes the
  * place of pcl::io::OctreePointCloudCompression.
@@ -67,18 +67,18 @@ public:
   using LeafNode = typename OctreeT::LeafNode;
   using BranchNode = typename OctreeT::BranchNode;
 
-  using RealTimeStreamCompression = OctreePointCloudIntensityCompression<
-      PointT,
-      IntensityModelT,
-      LeafT,
-      BranchT,
-      pcl::octree::Octree2BufBase<LeafT, BranchT>>;
-  using SinglePointCloudCompressionLowMemory = OctreePointCloudIntensityCompression<
-      PointT,
-      IntensityModelT,
-      LeafT,
-      BranchT,
-      pcl::octree::OctreeBase<LeafT, BranchT>>;
+  using RealTimeStreamCompression =
+      OctreePointCloudIntensityCompression<PointT,
+                                           IntensityModelT,
+                                           LeafT,
+                                           BranchT,
+                                           pcl::octree::Octree2BufBase<LeafT, BranchT>>;
+  using SinglePointCloudCompressionLowMemory =
+      OctreePointCloudIntensityCompression<PointT,
+                                           IntensityModelT,
+                                           LeafT,
+                                           BranchT,
+                                           pcl::octree::OctreeBase<LeafT, BranchT>>;
 
   /** \brief PCL's constructor: its arguments, order and defaults.
    *
@@ -141,8 +141,8 @@ public:
    * voxels from the origin are counted and left out.
    * \param[in] cloud in the frame of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
-   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed, after which
-   * the next frame is an I-frame
+   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed, after
+   * which the next frame is an I-frame
    */
   CompressionStatus
   encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
@@ -150,13 +150,12 @@ public:
   /** \brief Decodes the next frame of a stream, of either format.
    *
    * Never throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
-   * before the frame are skipped. Without a frame the cloud is empty and the status says
-   * why; the history stays, so that the stream recovers at the latest with the next
-   * I-frame.
-   * \param[in,out] compressed_cloud where to read; is left behind the frame. At its end
-   * the stream gets its end and fail bits, as from a read
-   * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null pointer
-   * gets a cloud
+   * before the frame are skipped. Without a frame the cloud is empty and the status
+   * says why; the history stays, so that the stream recovers at the latest with the
+   * next I-frame. \param[in,out] compressed_cloud where to read; is left behind the
+   * frame. At its end the stream gets its end and fail bits, as from a read
+   * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
+   * pointer gets a cloud
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);

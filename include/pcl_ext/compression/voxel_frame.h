@@ -15,14 +15,14 @@ namespace io {
  *
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
  * the anchor. The grid holds the 2^depth voxels an axis from `first_index` on. For this
- * library's own streams the anchor is the world origin, so that voxels coincide with the
- * map's; the published layout anchors its lattice where PCL's octree box falls.
+ * library's own streams the anchor is the world origin, so that voxels coincide with
+ * the map's; the published layout anchors its lattice where PCL's octree box falls.
  */
 struct VoxelGrid {
-  double resolution = 0.0;                     ///< voxel edge d_v, metres
-  std::array<double, 3> anchor{};              ///< world position of lattice 0, metres
-  std::array<std::int32_t, 3> first_index{};   ///< lattice index of the lowest voxel
-  unsigned int depth = 1;                      ///< levels, 1..max_grid_depth
+  double resolution = 0.0;                   ///< voxel edge d_v, metres
+  std::array<double, 3> anchor{};            ///< world position of lattice 0, metres
+  std::array<std::int32_t, 3> first_index{}; ///< lattice index of the lowest voxel
+  unsigned int depth = 1;                    ///< levels, 1..max_grid_depth
 
   /** \brief Voxels along each axis: 2^depth. */
   std::int64_t
@@ -44,7 +44,8 @@ struct VoxelGrid {
            anchor[axis];
   }
 
-  /** \brief World coordinate, in metres, of the lower corner of the grid on one axis. */
+  /** \brief World coordinate, in metres, of the lower corner of the grid on one axis.
+   */
   double
   lowerCorner(std::size_t axis) const
   {
@@ -65,7 +66,8 @@ struct VoxelGrid {
   }
 };
 
-/** \brief How a voxel intensity becomes a symbol of 1 to 16 bits and back: value = offset
+/** \brief How a voxel intensity becomes a symbol of 1 to 16 bits and back: value =
+ * offset
  * + symbol * step. */
 struct IntensityScale {
   float offset = 0.0f;   ///< intensity of symbol 0

@@ -12,8 +12,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Points in somebody else's memory: x, y, z as consecutive floats, metres, and an
- * intensity. Points and intensities may lie in one structure or in two. */
+/** \brief Points in somebody else's memory: x, y, z as consecutive floats, metres, and
+ * an intensity. Points and intensities may lie in one structure or in two. */
 struct PointView {
   const float* coordinates = nullptr; ///< x of the first point
   std::size_t coordinate_stride = 0;  ///< floats from one x to the next
@@ -48,10 +48,9 @@ public:
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
-   * \param[in] may_shrink_grid allow a grid that is far too large for these points to be
-   * fitted again, which costs an I-frame unless one is due
-   * \param[out] frame the occupied voxels; its memory is reused
-   * \return what became of the points
+   * \param[in] may_shrink_grid allow a grid that is far too large for these points to
+   * be fitted again, which costs an I-frame unless one is due \param[out] frame the
+   * occupied voxels; its memory is reused \return what became of the points
    */
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_shrink_grid, VoxelFrame& frame);

@@ -20,11 +20,11 @@ namespace pcl_ext {
 
 /** \brief What came of preprocessing a cloud. */
 enum class PreprocessingCode {
-  Ok,             ///< the cloud was processed
+  Ok,              ///< the cloud was processed
   InvalidSettings, ///< a pose, crop box or scale that cannot be used
-  MissingField,   ///< x, y, z, or the intensity that the model asks for, is not there
-  InvalidField,   ///< a field has a datatype, offset or count that cannot be read
-  InvalidLayout   ///< width, height and steps do not fit the bytes
+  MissingField,    ///< x, y, z, or the intensity that the model asks for, is not there
+  InvalidField,    ///< a field has a datatype, offset or count that cannot be read
+  InvalidLayout    ///< width, height and steps do not fit the bytes
 };
 
 /** \brief Outcome of preprocessing a cloud. */
@@ -61,11 +61,11 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
                 PointLayout& layout);
 
 /** \brief Turns a sensor's cloud into the one that is compressed: drops points that are
- * not finite, gives each its intensity, moves it into the global frame and crops it; one
- * pass over the points (sections 2.2 and 2.5 of the paper).
+ * not finite, gives each its intensity, moves it into the global frame and crops it;
+ * one pass over the points (sections 2.2 and 2.5 of the paper).
  *
- * The intensity is taken from the depth in the sensor's frame, before the point is moved.
- * \tparam IntensityModelT see IntensityModel for the contract
+ * The intensity is taken from the depth in the sensor's frame, before the point is
+ * moved. \tparam IntensityModelT see IntensityModel for the contract
  */
 template <typename IntensityModelT>
 class SensorPreprocessor {
@@ -79,8 +79,8 @@ public:
   : intensity_model_(intensity_model)
   {}
 
-  /** \brief Where the sensor stands: its frame -> global frame, metres. A rotation and a
-   * translation; anything else is refused by process(). */
+  /** \brief Where the sensor stands: its frame -> global frame, metres. A rotation and
+   * a translation; anything else is refused by process(). */
   void
   setSensorPose(const Eigen::Isometry3d& sensor_to_world)
   {
@@ -110,8 +110,8 @@ public:
     intensity_scale_ = scale;
   }
 
-  /** \brief Name of the field that a native model reads; "intensity" by default. Applies
-   * to PCLPointCloud2. */
+  /** \brief Name of the field that a native model reads; "intensity" by default.
+   * Applies to PCLPointCloud2. */
   void
   setIntensityField(const std::string& name)
   {

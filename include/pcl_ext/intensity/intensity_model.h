@@ -23,8 +23,8 @@ enum class IntensityUnit {
  * Contract of a law: the constants `unit`, `uses_depth` and `uses_native`, and
  * `float operator()(float relative_depth, float native) const`, which returns the point
  * intensity. `relative_depth` is the depth as a share of the cut-off depth, held within
- * 0..1, and 0 if the law does not use depth; `native` is the sensor's own intensity, and
- * 0 if the law does not use it.
+ * 0..1, and 0 if the law does not use depth; `native` is the sensor's own intensity,
+ * and 0 if the law does not use it.
  */
 struct CountLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Points;

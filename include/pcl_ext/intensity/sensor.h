@@ -29,8 +29,8 @@ struct KinectV1 {
   static constexpr unsigned int rows = 480;
 };
 
-/** \brief Azure Kinect DK, narrow field of view, unbinned; figures of Microsoft's "Azure
- * Kinect DK hardware specifications": 75 x 65 degrees, 640 x 576. */
+/** \brief Azure Kinect DK, narrow field of view, unbinned; figures of Microsoft's
+ * "Azure Kinect DK hardware specifications": 75 x 65 degrees, 640 x 576. */
 struct AzureKinectNfovUnbinned {
   static constexpr double fov_x_deg = 75.0;
   static constexpr double fov_y_deg = 65.0;
@@ -38,8 +38,8 @@ struct AzureKinectNfovUnbinned {
   static constexpr unsigned int rows = 576;
 };
 
-/** \brief A sensor whose figures are known only when the program runs, for example from a
- * parameter file. */
+/** \brief A sensor whose figures are known only when the program runs, for example from
+ * a parameter file. */
 struct RuntimeSensor {
   /** \brief Takes and checks the figures of a sensor.
    * \param[in] horizontal_fov_deg horizontal field of view, degrees, in (0, 180)
@@ -72,13 +72,14 @@ struct RuntimeSensor {
   unsigned int rows;
 };
 
-/** \brief Stands in where an intensity law asks nothing of the sensor (count, native). */
+/** \brief Stands in where an intensity law asks nothing of the sensor (count, native).
+ */
 struct UnspecifiedSensor {};
 
 /** \brief The share of a square metre that one pixel covers at a depth of one metre.
  *
- * c = 4 tan(FOV_x / 2) tan(FOV_y / 2) / (columns * rows), in m^2 per pixel at 1 m; grows
- * with the square of the depth (section 2.5.2 of the paper). Kinect V2: 7.532e-6.
+ * c = 4 tan(FOV_x / 2) tan(FOV_y / 2) / (columns * rows), in m^2 per pixel at 1 m;
+ * grows with the square of the depth (section 2.5.2 of the paper). Kinect V2: 7.532e-6.
  * \tparam SensorT see KinectV2 for the contract
  */
 template <typename SensorT>

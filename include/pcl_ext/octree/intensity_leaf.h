@@ -6,8 +6,8 @@
 namespace pcl_ext {
 namespace octree {
 
-/** \brief Octree leaf that accumulates the intensities of the points in its voxel: their
- * sum and their number.
+/** \brief Octree leaf that accumulates the intensities of the points in its voxel:
+ * their sum and their number.
  *
  * Fulfils PCL's leaf contract (reset, equality, copy), so that it serves in
  * pcl::octree::OctreeBase and pcl::octree::Octree2BufBase.
@@ -40,7 +40,11 @@ public:
    * The sum stays as it is. OctreePointCloudIntensity adds points with
    * addPointIntensity instead.
    */
-  void addPointIndex(pcl::index_t) override { ++count_; }
+  void
+  addPointIndex(pcl::index_t) override
+  {
+    ++count_;
+  }
 
   /** \brief Counts a point and adds its intensity.
    * \param[in] intensity point intensity I_p, in the unit of its intensity model
@@ -59,8 +63,8 @@ public:
     return count_;
   }
 
-  /** \brief Voxel intensity I_v: the sum of the points' intensities (section 2.5.4 of the
-   * paper), in their unit. */
+  /** \brief Voxel intensity I_v: the sum of the points' intensities (section 2.5.4 of
+   * the paper), in their unit. */
   float
   getIntensity() const
   {
@@ -91,8 +95,8 @@ public:
 
 private:
   pcl::uindex_t count_ = 0;
-  // Double, so that the sum does not depend on the order in which a full leaf was filled
-  // by more than the last bit of the float that is handed out.
+  // Double, so that the sum does not depend on the order in which a full leaf was
+  // filled by more than the last bit of the float that is handed out.
   double sum_ = 0.0;
 };
 

@@ -71,6 +71,33 @@ public:
     return leaf != nullptr ? leaf->getPointCounter() : 0;
   }
 
+  /** \name Ends of PCL's iterators
+   * PCL 1.13's Octree2BufBase returns ends that belong to no octree and so are never
+   * reached by a loop up to them; these are reached over both bases. */
+  /** @{ */
+  using OctreeT::breadth_end;
+  using OctreeT::depth_end;
+  using OctreeT::leaf_depth_end;
+
+  typename OctreeT::LeafNodeDepthFirstIterator
+  leaf_depth_end()
+  {
+    return typename OctreeT::LeafNodeDepthFirstIterator(this, 0, nullptr);
+  }
+
+  typename OctreeT::DepthFirstIterator
+  depth_end()
+  {
+    return typename OctreeT::DepthFirstIterator(this, 0, nullptr);
+  }
+
+  typename OctreeT::BreadthFirstIterator
+  breadth_end()
+  {
+    return typename OctreeT::BreadthFirstIterator(this, 0, nullptr);
+  }
+  /** @} */
+
 protected:
   /** \brief Adds a point of the input cloud with its intensity. */
   void

@@ -138,7 +138,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
                            static_cast<std::streamsize>(bytes_.size()));
     compressed_cloud.flush();
     is_written = compressed_cloud.good();
-  } catch (const std::exception&) {
+  }
+  catch (const std::exception&) {
     // A stream may be set to throw; the status says the same.
   }
   if (!is_written) {
@@ -170,7 +171,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     output_ = cloud;
     status = settings_status_.ok() ? decodeFrame(compressed_cloud, *cloud)
                                    : settings_status_;
-  } catch (const std::exception& exception) {
+  }
+  catch (const std::exception& exception) {
     status = {CompressionCode::InputFailed,
               std::string("decoding failed: ") + exception.what()};
   }
@@ -197,7 +199,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
       status.code() == CompressionCode::NoFrame) {
     try {
       compressed_cloud.setstate(std::ios_base::eofbit | std::ios_base::failbit);
-    } catch (const std::exception&) {
+    }
+    catch (const std::exception&) {
       // A stream may be set to throw; the bits are set all the same.
     }
   }
@@ -310,8 +313,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   const CodedFrameStatistics& coding = statistics_.coding;
   PCL_INFO("*** POINTCLOUD %s ***\n", title);
   PCL_INFO("Frame ID: %u\n", coding.frame_number);
-  PCL_INFO("Frame type: %s\n",
-           coding.is_i_frame ? "Intra frame" : "Prediction frame");
+  PCL_INFO("Frame type: %s\n", coding.is_i_frame ? "Intra frame" : "Prediction frame");
   if (statistics_.voxelization.points > 0) {
     const VoxelizationStatistics& voxelization = statistics_.voxelization;
     PCL_INFO("Number of points: %zu, of these not finite: %zu, outside the box: %zu, "
@@ -333,8 +335,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
 }
 
-// The instances that the library holds; other point types and models are made where they
-// are used.
+// The instances that the library holds; other point types and models are made where
+// they are used.
 #define PCL_EXT_DECLARE_COMPRESSION(PointT)                                            \
   extern template class PCL_EXT_EXPORT OctreePointCloudIntensityCompression<PointT>;
 PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZ)

@@ -75,10 +75,9 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
                  detail::readNumber<float>(bytes + layout.y),
                  detail::readNumber<float>(bytes + layout.z)};
       addPoint(point,
-               layout.has_intensity
-                   ? detail::readScalar(bytes + layout.intensity,
-                                        layout.intensity_datatype)
-                   : 0.0f,
+               layout.has_intensity ? detail::readScalar(bytes + layout.intensity,
+                                                         layout.intensity_datatype)
+                                    : 0.0f,
                output);
     }
   }

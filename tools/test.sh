@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds everything and runs all tests.
+# Usage: tools/test.sh [ctest arguments]
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+
+"$root/tools/install_packages.sh" build
+cmake -S "$root" -B "$root/build-test" -G Ninja \
+  -DPCL_EXT_WARNINGS_AS_ERRORS="${PCL_EXT_WARNINGS_AS_ERRORS:-OFF}" \
+  ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
+cmake --build "$root/build-test" -j "${PCL_EXT_JOBS:-2}"
+cd "$root/build-test"
+exec ctest --output-on-failure -j "${PCL_EXT_JOBS:-2}" "$@"
