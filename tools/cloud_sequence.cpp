@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -13,6 +14,23 @@ namespace tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+/** \brief True if a file has the lines that a PCD header must have. PCL 1.13's reader
+ * does not look, and crashes on other files. */
+bool
+hasPcdHeader(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  bool has_fields = false;
+  std::string line;
+  constexpr int most_header_lines = 100;
+  for (int i = 0; i < most_header_lines && std::getline(file, line); ++i) {
+    has_fields |= line.rfind("FIELDS ", 0) == 0 || line.rfind("COLUMNS ", 0) == 0;
+    if (line.rfind("DATA ", 0) == 0)
+      return has_fields;
+  }
+  return false;
+}
 
 class PcdSequence : public CloudSequence {
 public:
@@ -42,7 +60,7 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     // PCL says on its console what it did not like.
-    if (reader_.read(files_[index], cloud) < 0)
+    if (!hasPcdHeader(files_[index]) || reader_.read(files_[index], cloud) < 0)
       throw std::runtime_error("cannot read '" + files_[index] + "' as a PCD file");
   }
 

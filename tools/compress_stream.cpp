@@ -79,13 +79,25 @@ run(const StreamOptions& options)
   if (const auto status = pcl_ext::io::checkSettings(options.settings); !status.ok())
     throw std::invalid_argument(status.message());
   std::vector<StreamReport> reports;
-  for (const auto& sequence : sequences)
-    reports.push_back(pcl_ext::tools::runStream(*sequence, options, crop_box));
+  bool has_failed = false;
+  for (const auto& sequence : sequences) {
+    try {
+      reports.push_back(pcl_ext::tools::runStream(*sequence, options, crop_box));
+    }
+    catch (const std::exception& error) {
+      // The other streams are none the worse for it.
+      std::cerr << "\npcl_ext_stream: " << sequence->name() << ": " << error.what()
+                << '\n';
+      has_failed = true;
+    }
+  }
+  if (reports.empty())
+    return 1;
   printReports(reports);
   if (!options.output_folder.empty())
     std::cout << "Look at the clouds with: pcl_viewer " << options.output_folder << '/'
               << reports.front().name << "/decoded/0000.pcd\n";
-  return 0;
+  return has_failed ? 1 : 0;
 }
 
 } // namespace

@@ -61,9 +61,9 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
   const double rounding = truncates_ ? 0.0 : 0.5;
   std::size_t out_of_range = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double symbol =
-        std::floor((values[i] * unit_factor_ - offset) / step + rounding);
-    out_of_range += symbol < 0.0 || symbol > max_symbol ? 1 : 0;
+    const double symbol = (values[i] * unit_factor_ - offset) / step + rounding;
+    out_of_range += symbol < 0.0 || symbol >= max_symbol + 1.0 ? 1 : 0;
+    // Held within the scale it is not negative, and a cast is its floor.
     frame.intensities[i] =
         static_cast<std::uint16_t>(std::clamp(symbol, 0.0, max_symbol));
   }

@@ -37,6 +37,16 @@ struct OccupancyLevel {
   }
 };
 
+/** \brief The children that an occupancy byte names, in ascending order. */
+struct ChildList {
+  std::uint8_t count;
+  std::array<std::uint8_t, 8> children; ///< the first `count` are valid, the others 0
+};
+
+/** \brief The children of an occupancy byte, looked up. */
+const ChildList&
+childrenOf(std::uint8_t occupancy);
+
 /** \brief An octree as its levels of occupancy bytes, without pointers.
  *
  * Level 0 is the root alone; the children on the last level are voxels. An empty octree

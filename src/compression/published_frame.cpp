@@ -40,9 +40,8 @@ public:
         static_cast<std::uint8_t>(occupancy ^ reference_[level].occupancyOf(node)));
     if (level + 1 == tree_.depth())
       return;
-    for (unsigned int child = 0; child < 8; ++child)
-      if ((occupancy >> child & 1) != 0)
-        write(level + 1);
+    for (unsigned int child = childrenOf(occupancy).count; child > 0; --child)
+      write(level + 1);
   }
 
 private:
@@ -79,22 +78,12 @@ public:
     if (occupancy == 0)
       return false;
     tree_.level(level).push(node, occupancy);
-    for (unsigned int child = 0; child < 8; ++child) {
-      if ((occupancy >> child & 1) == 0)
-        continue;
-      const std::uint64_t child_node = node << 3 | child;
-      if (level + 1 < tree_.depth()) {
-        if (!read(level + 1, child_node))
-          return false;
-      }
-      else {
-        if (keys_.size() == max_voxels_) {
-          exceeds_limit_ = true;
-          return false;
-        }
-        keys_.push_back(child_node);
-      }
-    }
+    const ChildList& list = childrenOf(occupancy);
+    if (level + 1 == tree_.depth())
+      return addVoxels(node, list);
+    for (unsigned int i = 0; i < list.count; ++i)
+      if (!read(level + 1, node << 3 | list.children[i]))
+        return false;
     return true;
   }
 
@@ -111,6 +100,18 @@ public:
   }
 
 private:
+  bool
+  addVoxels(std::uint64_t branch, const ChildList& list)
+  {
+    if (keys_.size() + list.count > max_voxels_) {
+      exceeds_limit_ = true;
+      return false;
+    }
+    for (unsigned int i = 0; i < list.count; ++i)
+      keys_.push_back(branch << 3 | list.children[i]);
+    return true;
+  }
+
   const std::vector<std::uint8_t>& symbols_;
   std::size_t max_voxels_;
   OccupancyTree& tree_;

@@ -94,14 +94,16 @@ isTable(const CumulativeTable& table)
   return true;
 }
 
-/** \brief The symbol whose share holds a count; eight halvings, without branches. */
-unsigned int
-findSymbol(const CumulativeTable& table, std::uint32_t count)
+/** \brief For each count below the total the symbol whose share holds it. */
+std::vector<std::uint8_t>
+symbolOfCount(const CumulativeTable& table)
 {
-  unsigned int symbol = 0;
-  for (unsigned int step = alphabet_size / 2; step > 0; step /= 2)
-    symbol += table[symbol + step] <= count ? step : 0;
-  return symbol;
+  std::vector<std::uint8_t> symbols(table[alphabet_size]);
+  for (unsigned int s = 0; s < alphabet_size; ++s)
+    std::fill(symbols.begin() + table[s],
+              symbols.begin() + table[s + 1],
+              static_cast<std::uint8_t>(s));
+  return symbols;
 }
 
 } // namespace
@@ -138,19 +140,20 @@ decodeStaticRange(ByteSource& source,
   if (source.failure() != ByteSource::Failure::None || !isTable(table))
     return false;
 
+  const std::uint32_t total = table[alphabet_size];
+  const std::vector<std::uint8_t> symbol_of_count = symbolOfCount(table);
   std::uint32_t code = 0;
   for (int i = 0; i < 4; ++i)
     code = code << 8 | source.u8();
   Range range;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t unit = range.unit(table[alphabet_size]);
+    const std::uint32_t unit = range.unit(total);
     const std::uint32_t position = (code - range.low()) / unit;
-    if (position >= table[alphabet_size] ||
-        source.failure() != ByteSource::Failure::None)
+    if (position >= total || source.failure() != ByteSource::Failure::None)
       return false;
-    const unsigned int symbol = findSymbol(table, position);
-    symbols.push_back(static_cast<std::uint8_t>(symbol));
-    range.narrow(unit, table[symbol], table[symbol + 1] - table[symbol]);
+    const std::uint8_t symbol = symbol_of_count[position];
+    symbols.push_back(symbol);
+    range.narrow(unit, table[symbol], table[symbol + 1u] - table[symbol]);
     while (range.hasByte()) {
       range.shift();
       code = code << 8 | source.u8();

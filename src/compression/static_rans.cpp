@@ -140,7 +140,7 @@ encodeRans(const std::vector<std::uint8_t>& symbols,
   for (std::size_t i = symbols.size(); i-- > 0;) {
     const std::uint8_t symbol = symbols[i];
     const std::uint32_t frequency = table.frequency[symbol];
-    std::uint32_t& x = state[i % states];
+    std::uint32_t& x = state[i & (states - 1)];
     // 64 bits: a symbol that has nearly the whole table leaves no state too large.
     if (x >= static_cast<std::uint64_t>(frequency) << (32 - table.scale_bits)) {
       words.push_back(static_cast<std::uint16_t>(x));
@@ -192,7 +192,7 @@ decodeRans(const std::uint8_t*& cursor,
   const std::vector<Slot> slots = makeSlots(table);
   const std::uint32_t mask = (std::uint32_t{1} << table.scale_bits) - 1;
   for (std::size_t i = 0; i < symbols.size(); ++i) {
-    std::uint32_t& x = state[i % states];
+    std::uint32_t& x = state[i & (states - 1)];
     const Slot slot = slots[x & mask];
     symbols[i] = slot.symbol;
     x = slot.frequency * (x >> table.scale_bits) + slot.offset;

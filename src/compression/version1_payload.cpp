@@ -5,6 +5,9 @@
 #include "memory_buffer.h"
 #include "static_rans.h"
 
+#include <algorithm>
+#include <string>
+
 namespace pcl_ext {
 namespace io {
 
@@ -31,6 +34,44 @@ collectOccupancy(const OccupancyTree& tree,
   }
 }
 
+/** \brief Fills one level, whose nodes are known, and names the nodes below it.
+ * \param[in] symbols one for each node of the level
+ * \param[in,out] level its occupancy is filled
+ * \param[out] children nodes of the next level
+ * \return false if a branch is empty, or the children are more than there are voxels
+ */
+bool
+expandLevel(const std::uint8_t* symbols,
+            std::size_t voxel_count,
+            OccupancyCursor reference,
+            OccupancyLevel& level,
+            std::vector<std::uint64_t>& children)
+{
+  // All eight children are written, of which those that are not there are overwritten
+  // by the next branch's.
+  constexpr std::size_t spare = 8;
+  children.resize(std::min(8 * level.nodes.size(), voxel_count) + spare);
+  std::size_t child_count = 0;
+  level.occupancy.resize(level.nodes.size());
+  for (std::size_t i = 0; i < level.nodes.size(); ++i) {
+    const std::uint64_t node = level.nodes[i];
+    const auto occupancy =
+        static_cast<std::uint8_t>(symbols[i] ^ reference.occupancyOf(node));
+    // Every node leads to a voxel, so no level has more nodes than there are voxels.
+    if (occupancy == 0 || child_count > voxel_count)
+      return false;
+    level.occupancy[i] = occupancy;
+    const ChildList& list = childrenOf(occupancy);
+    for (std::size_t child = 0; child < 8; ++child)
+      children[child_count + child] = node << 3 | list.children[child];
+    child_count += list.count;
+  }
+  if (child_count > voxel_count)
+    return false;
+  children.resize(child_count);
+  return true;
+}
+
 /** \brief Fills the tree from the top with the symbols that collectOccupancy made. */
 bool
 expandOccupancy(const std::vector<std::uint8_t>& symbols,
@@ -39,32 +80,24 @@ expandOccupancy(const std::vector<std::uint8_t>& symbols,
                 OccupancyTree& tree,
                 std::vector<std::uint64_t>& keys)
 {
-  std::size_t next_symbol = 0;
+  std::size_t used_symbols = 0;
   std::vector<std::uint64_t> nodes{0}; // of the level that comes next
   for (unsigned int index = 0; index < tree.depth(); ++index) {
     OccupancyLevel& level = tree.level(index);
-    OccupancyCursor cursor = reference != nullptr
-                                 ? OccupancyCursor(reference->level(index))
-                                 : OccupancyCursor();
-    if (nodes.size() > symbols.size() - next_symbol)
+    if (nodes.size() > symbols.size() - used_symbols)
       return false;
     level.nodes.swap(nodes);
-    level.occupancy.reserve(level.nodes.size());
-    nodes.clear();
-    for (const std::uint64_t node : level.nodes) {
-      const auto occupancy =
-          static_cast<std::uint8_t>(symbols[next_symbol++] ^ cursor.occupancyOf(node));
-      // Every node leads to a voxel, so no level has more nodes than there are voxels.
-      if (occupancy == 0 || nodes.size() > voxel_count)
-        return false;
-      level.occupancy.push_back(occupancy);
-      for (unsigned int child = 0; child < 8; ++child)
-        if ((occupancy >> child & 1) != 0)
-          nodes.push_back(node << 3 | child);
-    }
+    if (!expandLevel(symbols.data() + used_symbols,
+                     voxel_count,
+                     reference != nullptr ? OccupancyCursor(reference->level(index))
+                                          : OccupancyCursor(),
+                     level,
+                     nodes))
+      return false;
+    used_symbols += level.size();
   }
   keys.swap(nodes);
-  return next_symbol == symbols.size() && keys.size() == voxel_count;
+  return used_symbols == symbols.size() && keys.size() == voxel_count;
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -27,6 +28,12 @@ public:
       grid_ = settings.format == StreamFormat::Published
                   ? pclGridOfBox(settings.resolution, *box_)
                   : gridOfBox(settings.resolution, *box_);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      allowed_begin_[axis] =
+          static_cast<double>(box_ ? grid_.first_index[axis] : -lattice_end);
+      allowed_end_[axis] = static_cast<double>(
+          box_ ? grid_.first_index[axis] + grid_.size() : lattice_end);
+    }
   }
 
   VoxelizationStatistics
@@ -68,74 +75,68 @@ private:
     return true;
   }
 
-  /** \brief Lattice index of a point; false if it lies beyond the lattice or the fixed
-   * grid. */
+  /** \brief Lattice index of a point; false if it is not finite, or beyond the lattice
+   * or the fixed grid. */
   bool
   latticeIndex(const float* point, std::array<std::int32_t, 3>& index) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // Divided, not multiplied by the inverse: at a face the inverse's rounding would
       // put points into the neighbour of the voxel that they are in.
-      const double position = std::floor(
-          (static_cast<double>(point[axis]) - grid_.anchor[axis]) / grid_.resolution);
-      const std::int64_t begin =
-          has_fixed_grid_ ? grid_.first_index[axis] : -lattice_end;
-      const std::int64_t end = has_fixed_grid_ ? begin + grid_.size() : lattice_end;
-      if (!(position >= static_cast<double>(begin) &&
-            position < static_cast<double>(end)))
+      const double position =
+          (static_cast<double>(point[axis]) - grid_.anchor[axis]) / grid_.resolution;
+      if (!(position >= allowed_begin_[axis] && position < allowed_end_[axis]))
         return false;
-      index[axis] = static_cast<std::int32_t>(position);
+      // The floor, without a call into the mathematics library.
+      const auto truncated = static_cast<std::int32_t>(position);
+      index[axis] = truncated - (static_cast<double>(truncated) > position ? 1 : 0);
     }
     return true;
   }
 
   void
-  collectPoints(const PointView& points, VoxelizationStatistics& statistics)
+  countUnused(const float* point, VoxelizationStatistics& statistics) const
   {
-    lattice_points_.clear();
-    all_whole_numbers_ = true;
-    const float* point = points.coordinates;
-    const float* intensity = points.intensities;
-    for (std::size_t i = 0; i < points.count; ++i,
-                     point += points.coordinate_stride,
-                     intensity += intensity != nullptr ? points.intensity_stride : 0) {
-      if (!std::isfinite(point[0]) || !std::isfinite(point[1]) ||
-          !std::isfinite(point[2])) {
-        ++statistics.points_not_finite;
-        continue;
-      }
-      if (box_ && !isInBox(point)) {
-        ++statistics.points_outside_box;
-        continue;
-      }
-      LatticePoint lattice_point;
-      if (!latticeIndex(point, lattice_point.index)) {
-        ++statistics.points_outside_grid;
-        continue;
-      }
-      lattice_point.intensity = intensity != nullptr ? *intensity : 1.0f;
-      if (!std::isfinite(lattice_point.intensity)) {
-        ++statistics.intensities_not_finite;
-        lattice_point.intensity = 0.0f;
-      }
-      if (is_native_)
-        all_whole_numbers_ &=
-            lattice_point.intensity == std::floor(lattice_point.intensity);
-      extendRange(lattice_point.index);
-      lattice_points_.push_back(lattice_point);
-    }
-    statistics.points_used = lattice_points_.size();
+    if (!std::isfinite(point[0]) || !std::isfinite(point[1]) ||
+        !std::isfinite(point[2]))
+      ++statistics.points_not_finite;
+    else if (box_ && !isInBox(point))
+      ++statistics.points_outside_box;
+    else
+      ++statistics.points_outside_grid;
   }
 
   void
-  extendRange(const std::array<std::int32_t, 3>& index)
+  collectPoints(const PointView& points, VoxelizationStatistics& statistics)
   {
-    if (lattice_points_.empty())
-      range_ = {index, index};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      range_.lowest[axis] = std::min(range_.lowest[axis], index[axis]);
-      range_.highest[axis] = std::max(range_.highest[axis], index[axis]);
+    lattice_points_.resize(points.count);
+    LatticePoint* next = lattice_points_.data();
+    range_.lowest.fill(std::numeric_limits<std::int32_t>::max());
+    range_.highest.fill(std::numeric_limits<std::int32_t>::min());
+    all_whole_numbers_ = true;
+    for (std::size_t i = 0; i < points.count; ++i) {
+      const float* point = points.coordinates + i * points.coordinate_stride;
+      if (!latticeIndex(point, next->index) || (box_ && !isInBox(point))) {
+        countUnused(point, statistics);
+        continue;
+      }
+      next->intensity = points.intensities != nullptr
+                            ? points.intensities[i * points.intensity_stride]
+                            : 1.0f;
+      if (!std::isfinite(next->intensity)) {
+        ++statistics.intensities_not_finite;
+        next->intensity = 0.0f;
+      }
+      if (is_native_)
+        all_whole_numbers_ &= next->intensity == std::floor(next->intensity);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        range_.lowest[axis] = std::min(range_.lowest[axis], next->index[axis]);
+        range_.highest[axis] = std::max(range_.highest[axis], next->index[axis]);
+      }
+      ++next;
     }
+    lattice_points_.resize(static_cast<std::size_t>(next - lattice_points_.data()));
+    statistics.points_used = lattice_points_.size();
   }
 
   void
@@ -190,6 +191,8 @@ private:
   bool has_grid_;
   std::optional<BoundingBox> box_;
   VoxelGrid grid_;
+  std::array<double, 3> allowed_begin_; // lattice indices that points may have
+  std::array<double, 3> allowed_end_;
 
   // Of the current cloud; members so that their memory is reused.
   LatticeRange range_;
