@@ -283,8 +283,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 {
   const VoxelGrid& grid = frame_.grid;
   this->deleteTree();
-  this->setResolution(grid.resolution);
   // Set rather than defined: PCL's box arithmetic may round a cube of 2^n voxels up.
+  this->resolution_ = grid.resolution;
   const double side = static_cast<double>(grid.size()) * grid.resolution;
   this->min_x_ = grid.lowerCorner(0);
   this->min_y_ = grid.lowerCorner(1);
