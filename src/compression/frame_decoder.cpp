@@ -51,27 +51,26 @@ public:
   CompressionStatus
   decode(std::streambuf& buffer, VoxelFrame& frame)
   {
-    const auto origin = buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
-    std::size_t frame_offset = 0;
     CompressionStatus status;
+    // Buffers are other people's code and may throw, as may the memory.
     try {
+      const std::streambuf::pos_type begin =
+          buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+      std::size_t frame_offset = 0;
       status = decodeNext(buffer, frame, frame_offset);
-    }
-    catch (const std::bad_alloc&) {
+      if (!status.ok() && status.code() != CompressionCode::EndOfStream &&
+          status.code() != CompressionCode::NoFrame)
+        seekBehind(buffer, begin, frame_offset);
+    } catch (const std::bad_alloc&) {
       status = {CompressionCode::InputFailed, "out of memory while decoding a frame"};
-    }
-    catch (const std::exception& exception) {
+    } catch (const std::exception& exception) {
       status = {CompressionCode::InputFailed,
                 std::string("reading failed: ") + exception.what()};
     }
-    if (status.ok())
-      return status;
-    frame.keys.clear();
-    frame.intensities.clear();
-    const bool found_frame = status.code() != CompressionCode::EndOfStream &&
-                             status.code() != CompressionCode::NoFrame;
-    if (found_frame && origin != std::streambuf::pos_type(std::streambuf::off_type(-1)))
-      seekBehind(buffer, origin, frame_offset);
+    if (!status.ok()) {
+      frame.keys.clear();
+      frame.intensities.clear();
+    }
     return status;
   }
 
@@ -88,20 +87,15 @@ public:
   }
 
 private:
-  /** \brief Leaves the buffer one byte behind the start of a frame that failed, so that
-   * a frame which a forged size would have swallowed is found by the next call. */
+  /** \brief Leaves a buffer that can seek one byte behind the start of a frame that
+   * failed, so that a frame which a forged size would have swallowed is found by the next
+   * call. */
   static void
-  seekBehind(std::streambuf& buffer,
-             std::streambuf::pos_type origin,
-             std::size_t offset)
+  seekBehind(std::streambuf& buffer, std::streambuf::pos_type begin, std::size_t offset)
   {
-    try {
-      buffer.pubseekpos(origin + static_cast<std::streambuf::off_type>(offset + 1),
+    if (begin != std::streambuf::pos_type(std::streambuf::off_type(-1)))
+      buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset + 1),
                         std::ios_base::in);
-    }
-    catch (const std::exception&) {
-      // The position is a convenience; the status has been decided.
-    }
   }
 
   CompressionStatus

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -99,10 +100,12 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
 void
 IntensityQuantiser::spanScale(double offset, double range, unsigned int automatic_bits)
 {
+  constexpr double largest = std::numeric_limits<float>::max();
+  constexpr double smallest = std::numeric_limits<float>::min();
   scale_.bits = fixed_bits_ != 0 ? fixed_bits_ : automatic_bits;
-  scale_.offset = static_cast<float>(offset);
-  scale_.step = static_cast<float>(range * unit_factor_ /
-                                   static_cast<double>(scale_.maxSymbol()));
+  scale_.offset = static_cast<float>(std::max(offset, -largest));
+  const double step = range * unit_factor_ / static_cast<double>(scale_.maxSymbol());
+  scale_.step = static_cast<float>(std::clamp(step, smallest, largest));
 }
 
 } // namespace io

@@ -116,6 +116,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   computeIntensities(*cloud);
   PointView view;
   view.count = cloud->size();
+  static_assert(sizeof(PointT) % sizeof(float) == 0,
+                "points are read as floats from one x to the next");
   if (!cloud->empty()) {
     view.coordinates = &cloud->front().x;
     view.coordinate_stride = sizeof(PointT) / sizeof(float);
