@@ -78,9 +78,11 @@ messageOfRefusal(double fov_x, double fov_y, unsigned int columns, unsigned int 
     const RuntimeSensor sensor(fov_x, fov_y, columns, rows);
     ADD_FAILURE() << "accepted " << fov_x << " x " << fov_y << " degrees, " << columns
                   << " x " << rows << " pixels";
-  } catch (const std::invalid_argument& refusal) {
+  }
+  catch (const std::invalid_argument& refusal) {
     return refusal.what();
-  } catch (...) {
+  }
+  catch (...) {
     ADD_FAILURE() << "threw something else than std::invalid_argument";
   }
   return {};

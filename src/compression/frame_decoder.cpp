@@ -6,7 +6,9 @@
 #include "version1_header.h"
 #include "version1_payload.h"
 
+#include <algorithm>
 #include <new>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -15,9 +17,13 @@ namespace {
 
 enum class FoundFormat { None, Version1, Published };
 
-/** \brief Reads until one of the two magic words has passed. */
+/** \brief Reads until one of the two magic words has passed.
+ * \param[in,out] source where to read
+ * \param[in,out] last_bytes what was read last, the newest byte lowest; a search that
+ * was cut off goes on with it
+ */
 FoundFormat
-findFrame(ByteSource& source)
+findFrame(ByteSource& source, std::uint64_t& last_bytes)
 {
   const auto word = [](const char* text, std::size_t size) {
     std::uint64_t bytes = 0;
@@ -30,11 +36,11 @@ findFrame(ByteSource& source)
   const auto mask = [](std::size_t size) {
     return (std::uint64_t{1} << (8 * size)) - 1;
   };
-  std::uint64_t last_bytes = 0;
   for (;;) {
-    last_bytes = last_bytes << 8 | source.u8();
+    const std::uint8_t byte = source.u8();
     if (source.failure() != ByteSource::Failure::None)
       return FoundFormat::None;
+    last_bytes = last_bytes << 8 | byte;
     if ((last_bytes & mask(version1_magic_size)) == version1)
       return FoundFormat::Version1;
     if ((last_bytes & mask(published_magic_size)) == published)
@@ -52,20 +58,23 @@ public:
   decode(std::streambuf& buffer, VoxelFrame& frame)
   {
     CompressionStatus status;
-    // Buffers are other people's code and may throw, as may the memory.
+    // Buffers are other people's code and may throw anything, as may the memory.
     try {
-      const std::streambuf::pos_type begin =
-          buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+      const std::streambuf::off_type begin = positionOf(buffer);
       std::size_t frame_offset = 0;
       status = decodeNext(buffer, frame, frame_offset);
-      if (!status.ok() && status.code() != CompressionCode::EndOfStream &&
-          status.code() != CompressionCode::NoFrame)
-        seekBehind(buffer, begin, frame_offset);
-    } catch (const std::bad_alloc&) {
+      if (mayHideFrames(status.code()))
+        seekTo(buffer, begin, frame_offset + 1);
+    }
+    catch (const std::bad_alloc&) {
       status = {CompressionCode::InputFailed, "out of memory while decoding a frame"};
-    } catch (const std::exception& exception) {
+    }
+    catch (const std::exception& exception) {
       status = {CompressionCode::InputFailed,
                 std::string("reading failed: ") + exception.what()};
+    }
+    catch (...) {
+      status = {CompressionCode::InputFailed, "reading failed"};
     }
     if (!status.ok()) {
       frame.keys.clear();
@@ -87,27 +96,61 @@ public:
   }
 
 private:
-  /** \brief Leaves a buffer that can seek one byte behind the start of a frame that
-   * failed, so that a frame which a forged size would have swallowed is found by the next
-   * call. */
-  static void
-  seekBehind(std::streambuf& buffer, std::streambuf::pos_type begin, std::size_t offset)
+  /** \brief True if a forged size may have made the failed frame swallow others, which
+   * the next call shall find. A frame that merely lacks its reference was read whole.
+   */
+  static bool
+  mayHideFrames(CompressionCode code)
   {
-    if (begin != std::streambuf::pos_type(std::streambuf::off_type(-1)))
-      buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset + 1),
+    return code != CompressionCode::Ok && code != CompressionCode::EndOfStream &&
+           code != CompressionCode::NoFrame &&
+           code != CompressionCode::MissingReference;
+  }
+
+  /** \brief Read position of a buffer; -1 if it cannot seek, which some say by
+   * throwing.
+   */
+  static std::streambuf::off_type
+  positionOf(std::streambuf& buffer)
+  {
+    try {
+      return buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+    }
+    catch (...) {
+      return -1;
+    }
+  }
+
+  static void
+  seekTo(std::streambuf& buffer, std::streambuf::off_type begin, std::size_t offset)
+  {
+    if (begin < 0)
+      return;
+    try {
+      buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
                         std::ios_base::in);
+    }
+    catch (...) {
+      // The bytes are lost, as those of a buffer that cannot seek; the status stands.
+    }
   }
 
   CompressionStatus
   decodeNext(std::streambuf& buffer, VoxelFrame& frame, std::size_t& frame_offset)
   {
     ByteSource search(buffer, limits_.max_frame_bytes);
-    const FoundFormat format = findFrame(search);
-    if (format == FoundFormat::None)
+    std::uint64_t last_bytes = std::exchange(unfinished_search_, 0);
+    const FoundFormat format = findFrame(search, last_bytes);
+    if (format == FoundFormat::None) {
+      if (search.failure() == ByteSource::Failure::LimitExceeded)
+        unfinished_search_ = last_bytes;
       return noFrame(search);
+    }
     const std::size_t magic_size =
         format == FoundFormat::Version1 ? version1_magic_size : published_magic_size;
-    frame_offset = search.consumed() - magic_size;
+    // A magic word that the search before this one had begun to read has no offset
+    // here.
+    frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
 
     CodedFrameStatistics statistics;
     statistics.skipped_bytes = frame_offset;
@@ -250,6 +293,7 @@ private:
   }
 
   DecoderLimits limits_;
+  std::uint64_t unfinished_search_ = 0; // last bytes of a search that the limit cut off
   CodedFrameStatistics statistics_;
   std::optional<FrameStamp> stamp_;
 

@@ -111,6 +111,8 @@ private:
     header.grid = frame.grid;
     if (header.is_i_frame || frame.intensity_scale != intensity_scale_)
       header.intensity_scale = frame.intensity_scale;
+    if (header.is_i_frame)
+      frame_id_.clear(); // as the decoder does
     if (stamp) {
       header.stamp = stamp->stamp;
       if (header.is_i_frame || stamp->frame_id != frame_id_)

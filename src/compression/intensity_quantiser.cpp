@@ -19,12 +19,13 @@ powerOfTwoAbove(double value)
   return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
 }
 
-/** \brief Bits of the whole numbers up to a value, 8 at least. */
+/** \brief Bits of the whole numbers up to a value: 8 at least; more than most_bits if
+ * they are too many for a step of 1. */
 unsigned int
 bitsOfWholeNumbers(double highest)
 {
   unsigned int bits = default_bits;
-  while (bits < 64 && std::exp2(bits) - 1.0 < highest)
+  while (bits <= most_bits && std::exp2(bits) - 1.0 < highest)
     ++bits;
   return bits;
 }
@@ -81,20 +82,21 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
     highest_ = std::max(highest_, value);
   }
   // A scale that changes costs bytes, so it grows in powers of two and never shrinks.
-  if (had_fractions_) {
-    const double offset = lowest_ < 0.0 ? -powerOfTwoAbove(-lowest_) : 0.0;
-    spanScale(offset,
-              fixed_range_ > 0.0 ? fixed_range_ - offset
-                                 : powerOfTwoAbove(highest_ - offset),
-              most_bits);
-    return;
-  }
-  const double offset = lowest_ < 0.0 ? -std::exp2(bitsOfWholeNumbers(-lowest_)) : 0.0;
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
-  const unsigned int bits = bitsOfWholeNumbers(highest - offset);
+  if (!had_fractions_) {
+    const unsigned int offset_bits = lowest_ < 0.0 ? bitsOfWholeNumbers(-lowest_) : 0;
+    const double offset = lowest_ < 0.0 ? -std::exp2(offset_bits) : 0.0;
+    const unsigned int bits = bitsOfWholeNumbers(highest - offset);
+    if (std::max(bits, offset_bits) <= most_bits) {
+      spanScale(
+          offset, fixed_range_ > 0.0 ? highest - offset : std::exp2(bits) - 1.0, bits);
+      return;
+    }
+  }
+  const double offset = lowest_ < 0.0 ? -powerOfTwoAbove(-lowest_) : 0.0;
   spanScale(offset,
-            fixed_range_ > 0.0 ? fixed_range_ - offset : std::exp2(bits) - 1.0,
-            std::min(bits, most_bits));
+            fixed_range_ > 0.0 ? highest - offset : powerOfTwoAbove(highest - offset),
+            most_bits);
 }
 
 void

@@ -20,14 +20,14 @@ public:
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
               settings.format != StreamFormat::Published))
   , has_fixed_grid_(settings.bounding_box.has_value())
+  , has_pcl_grid_(has_fixed_grid_ && settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
   , box_(settings.bounding_box)
   {
     grid_.resolution = settings.resolution;
     if (box_)
-      grid_ = settings.format == StreamFormat::Published
-                  ? pclGridOfBox(settings.resolution, *box_)
-                  : gridOfBox(settings.resolution, *box_);
+      grid_ = has_pcl_grid_ ? pclGridOfBox(settings.resolution, *box_)
+                            : gridOfBox(settings.resolution, *box_);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       allowed_begin_[axis] =
           static_cast<double>(box_ ? grid_.first_index[axis] : -lattice_end);
@@ -69,7 +69,8 @@ private:
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto coordinate = static_cast<double>(point[axis]);
-      if (coordinate < box_->min[axis] || coordinate > box_->max[axis])
+      // Written so that NaN is outside.
+      if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
         return false;
     }
     return true;
@@ -91,6 +92,23 @@ private:
       const auto truncated = static_cast<std::int32_t>(position);
       index[axis] = truncated - (static_cast<double>(truncated) > position ? 1 : 0);
     }
+    return true;
+  }
+
+  /** \brief Lattice index of a point in the box that is not in the grid, because it
+   * lies on an upper face of a box that is the very cube of PCL's octree: that of the
+   * last voxel. False in this library's own grids, which may end before the box does.
+   */
+  bool
+  upperFaceIndex(const float* point, std::array<std::int32_t, 3>& index) const
+  {
+    if (!has_pcl_grid_)
+      return false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      index[axis] = static_cast<std::int32_t>(std::clamp(
+          (static_cast<double>(point[axis]) - grid_.anchor[axis]) / grid_.resolution,
+          allowed_begin_[axis],
+          allowed_end_[axis] - 1.0));
     return true;
   }
 
@@ -116,7 +134,9 @@ private:
     all_whole_numbers_ = true;
     for (std::size_t i = 0; i < points.count; ++i) {
       const float* point = points.coordinates + i * points.coordinate_stride;
-      if (!latticeIndex(point, next->index) || (box_ && !isInBox(point))) {
+      if (box_ ? !(isInBox(point) && (latticeIndex(point, next->index) ||
+                                      upperFaceIndex(point, next->index)))
+               : !latticeIndex(point, next->index)) {
         countUnused(point, statistics);
         continue;
       }
@@ -188,6 +208,7 @@ private:
   bool is_native_;
   bool is_mean_;
   bool has_fixed_grid_;
+  bool has_pcl_grid_;
   bool has_grid_;
   std::optional<BoundingBox> box_;
   VoxelGrid grid_;

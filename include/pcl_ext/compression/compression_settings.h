@@ -44,7 +44,8 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 26;
 
-  /** \brief Voxels of one frame. Memory stays below about 64 bytes for each of them. */
+  /** \brief Voxels of one frame. Memory stays below about 100 bytes for each of them,
+   * 350 where hardly two voxels share a branch of the octree. */
   std::size_t max_voxels = std::size_t{1} << 24;
 };
 

@@ -3,9 +3,11 @@
 #include <pcl_ext/compression/morton_key.h>
 #include <pcl_ext/export.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace pcl_ext {
@@ -85,8 +87,11 @@ struct IntensityScale {
   float
   value(std::uint16_t symbol) const
   {
-    return static_cast<float>(static_cast<double>(offset) +
-                              static_cast<double>(symbol) * static_cast<double>(step));
+    // Held within float, which the top of a scale may leave by rounding.
+    constexpr double largest = std::numeric_limits<float>::max();
+    const double intensity = static_cast<double>(offset) +
+                             static_cast<double>(symbol) * static_cast<double>(step);
+    return static_cast<float>(std::clamp(intensity, -largest, largest));
   }
 
   bool

@@ -1,0 +1,84 @@
+/** \file
+ * \brief Counts the memory that a program takes from operator new.
+ *
+ * \warning Exactly one translation unit per program may include this header: it
+ * replaces the global operators.
+ */
+#pragma once
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+/** \brief Bytes since the last reset; tests of one thread only. */
+struct MemoryCount {
+  std::size_t largest = 0; ///< of one allocation
+  std::size_t live = 0;    ///< allocated and not yet given back
+  std::size_t peak = 0;    ///< the most that was live
+
+  void
+  reset()
+  {
+    largest = 0;
+    peak = live;
+  }
+};
+
+inline MemoryCount memory_count;
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext
+
+// Not inline: GCC would see malloc and delete, or new and free, as a pair.
+[[gnu::noinline]] void*
+operator new(std::size_t size)
+{
+  auto& count = pcl_ext::io::test::memory_count;
+  void* memory = std::malloc(size);
+  if (memory == nullptr)
+    throw std::bad_alloc();
+  count.largest = std::max(count.largest, size);
+  count.live += malloc_usable_size(memory);
+  count.peak = std::max(count.peak, count.live);
+  return memory;
+}
+
+void*
+operator new[](std::size_t size)
+{
+  return operator new(size);
+}
+
+[[gnu::noinline]] void
+operator delete(void* memory) noexcept
+{
+  if (memory != nullptr)
+    pcl_ext::io::test::memory_count.live -= malloc_usable_size(memory);
+  std::free(memory);
+}
+
+void
+operator delete[](void* memory) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::size_t /*size*/) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete[](void* memory, std::size_t /*size*/) noexcept
+{
+  operator delete(memory);
+}

@@ -1,0 +1,177 @@
+#include "voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
+
+TEST(FrameStreams, GarbageIsSkippedAndCounted)
+{
+  std::mt19937_64 random(4);
+  for (const StreamFormat format : formats) {
+    FrameEncoder encoder(format, 3);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    Bytes stream;
+    std::vector<VoxelFrame> frames;
+    // Parts of the magic words, also right in front of a frame.
+    const std::vector<std::string> garbage{
+        "", "x", "PCX", "<HEA", "PPCXPCX", "<<HEAD<HEAD", std::string(300, '\0')};
+    for (const std::string& text : garbage) {
+      frames.push_back(randomFrame(random, 4, 20));
+      stream.insert(stream.end(), text.begin(), text.end());
+      append(encoded(encoder, frames.back()), stream);
+    }
+    stream.push_back('P');
+    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      ASSERT_TRUE(decoder.decode(buffer, back).ok());
+      expectSameVoxels(back, frames[i]);
+      EXPECT_EQ(decoder.statistics().skipped_bytes, garbage[i].size());
+    }
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::NoFrame);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::EndOfStream);
+  }
+}
+
+TEST(FrameStreams, BothFormatsShareAStream)
+{
+  std::mt19937_64 random(5);
+  FrameEncoder version1(StreamFormat::Version1, 4);
+  FrameEncoder published(StreamFormat::Published, 3);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  VoxelFrame frame = randomFrame(random, 5, 100);
+  for (int i = 0; i < 20; ++i) {
+    FrameEncoder& encoder = below(random, 2) == 0 ? version1 : published;
+    ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+    expectSameVoxels(back, frame);
+    walk(random, 20, frame);
+  }
+}
+
+// ---------------------------------------------------------------- loss
+
+TEST(FrameStreams, ALostFrameCostsThePFramesBehindItAndNoMore)
+{
+  constexpr unsigned int rate = 5;
+  std::mt19937_64 random(6);
+  for (const StreamFormat format : formats) {
+    FrameEncoder encoder(format, rate);
+    std::vector<VoxelFrame> frames{randomFrame(random, 5, 100)};
+    std::vector<Bytes> stream;
+    for (int i = 0; i < 12; ++i) {
+      stream.push_back(encoded(encoder, frames.back()));
+      frames.push_back(frames.back());
+      walk(random, 20, frames.back());
+    }
+    for (std::size_t lost = 0; lost < stream.size(); ++lost) {
+      FrameDecoder decoder;
+      VoxelFrame back;
+      for (std::size_t i = 0; i < stream.size(); ++i) {
+        if (i == lost)
+          continue;
+        const bool is_behind = i > lost && i / rate == lost / rate;
+        ASSERT_EQ(decoded(decoder, stream[i], back),
+                  is_behind ? CompressionCode::MissingReference : CompressionCode::Ok);
+        if (!is_behind) {
+          expectSameVoxels(back, frames[i]);
+        }
+      }
+    }
+    for (std::size_t lost = 0; lost + 1 < stream.size(); ++lost) { // and sent again
+      if (lost % rate == rate - 1)
+        continue;
+      FrameDecoder decoder;
+      VoxelFrame back;
+      for (std::size_t i = 0; i < lost; ++i)
+        ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
+      EXPECT_EQ(decoded(decoder, stream[lost + 1], back),
+                CompressionCode::MissingReference);
+      for (std::size_t i = lost; i < stream.size(); ++i) {
+        ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
+        expectSameVoxels(back, frames[i]);
+      }
+    }
+  }
+}
+
+TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
+{
+  std::mt19937_64 random(7);
+  FrameEncoder one(StreamFormat::Version1, 10);
+  FrameEncoder other(StreamFormat::Version1, 10);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  const VoxelFrame frame = randomFrame(random, 5, 100);
+  encoded(other, randomFrame(random, 5, 100));
+  ASSERT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
+  EXPECT_EQ(decoded(decoder, encoded(other, frame), back), CompressionCode::Corrupt);
+  EXPECT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
+  expectSameFrame(back, frame);
+}
+
+// ---------------------------------------------------------------- cloud headers
+
+TEST(FrameStreams, StampsAreCarried)
+{
+  std::mt19937_64 random(8);
+  FrameEncoder encoder(StreamFormat::Version1, 4);
+  FrameEncoder plain(StreamFormat::Version1, 4);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  const std::string longest(1024, 'x');
+  const std::vector<std::string> names{
+      "map", "map", "lidar", "lidar", "lidar", "", "", "a", longest, longest};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const VoxelFrame frame = randomFrame(random, 4, 30);
+    const FrameStamp stamp{std::uint64_t{0xfedcba9876543210} + i, names[i]};
+    const Bytes bytes = encoded(encoder, frame, stamp);
+    const std::size_t plain_size = encoded(plain, frame).size();
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    ASSERT_TRUE(decoder.stamp().has_value());
+    EXPECT_EQ(decoder.stamp()->stamp, stamp.stamp);
+    EXPECT_EQ(decoder.stamp()->frame_id, names[i]);
+    const bool is_sent = i % 4 == 0 || names[i] != names[i - 1];
+    const std::size_t name_size = names[i].size() + (names[i].size() < 128 ? 1 : 2);
+    EXPECT_EQ(bytes.size(), plain_size + 8 + (is_sent ? name_size : 0)) << i;
+  }
+}
+
+TEST(FrameStreams, StampsMayComeAndGo)
+{
+  std::mt19937_64 random(9);
+  const std::vector<std::optional<FrameStamp>> stamps{FrameStamp{1, "map"},
+                                                      std::nullopt,
+                                                      FrameStamp{2, "map"},
+                                                      FrameStamp{3, "odom"},
+                                                      std::nullopt,
+                                                      FrameStamp{4, "odom"},
+                                                      FrameStamp{5, "map"}};
+  for (unsigned int rate = 1; rate < 7; ++rate) {
+    FrameEncoder encoder(StreamFormat::Version1, rate);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    for (const std::optional<FrameStamp>& stamp : stamps) {
+      const VoxelFrame frame = randomFrame(random, 4, 30);
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame, stamp), back),
+                CompressionCode::Ok);
+      ASSERT_EQ(decoder.stamp().has_value(), stamp.has_value());
+      if (stamp) {
+        EXPECT_EQ(decoder.stamp()->stamp, stamp->stamp);
+        EXPECT_EQ(decoder.stamp()->frame_id, stamp->frame_id)
+            << "an I-frame every " << rate << " frames";
+      }
+    }
+  }
+}
+
+} // namespace

@@ -1,0 +1,107 @@
+#include <pcl_ext/octree/intensity_leaf.h>
+
+#include <pcl/octree/octree_container.h>
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+namespace {
+
+using pcl::octree::OctreeContainerEmpty;
+using pcl_ext::octree::IntensityLeaf;
+
+static_assert(std::is_base_of<pcl::octree::OctreeContainerBase, IntensityLeaf>::value,
+              "");
+static_assert(std::is_default_constructible<IntensityLeaf>::value, "");
+static_assert(std::is_copy_constructible<IntensityLeaf>::value, "");
+static_assert(std::is_copy_assignable<IntensityLeaf>::value, "");
+
+IntensityLeaf
+leafOf(const std::vector<float>& intensities)
+{
+  IntensityLeaf leaf;
+  for (const float intensity : intensities)
+    leaf.addPointIntensity(intensity);
+  return leaf;
+}
+
+TEST(IntensityLeaf, StartsEmpty)
+{
+  const IntensityLeaf leaf;
+  EXPECT_EQ(leaf.getPointCounter(), 0u);
+  EXPECT_EQ(leaf.getSize(), 0u);
+  EXPECT_EQ(leaf.getIntensity(), 0.0f);
+  EXPECT_EQ(leaf.getMeanIntensity(), 0.0f);
+}
+
+TEST(IntensityLeaf, SumsCountsAndAverages)
+{
+  const IntensityLeaf leaf = leafOf({1.5f, -0.5f, 5.0f});
+  EXPECT_EQ(leaf.getPointCounter(), 3u);
+  EXPECT_EQ(leaf.getSize(), 3u);
+  EXPECT_EQ(leaf.getIntensity(), 6.0f);
+  EXPECT_EQ(leaf.getMeanIntensity(), 2.0f);
+}
+
+TEST(IntensityLeaf, ManySmallSharesAreNotLostAgainstALargeSum)
+{
+  IntensityLeaf leaf;
+  leaf.addPointIntensity(16777216.0f); // where a float stops seeing a 1
+  for (int i = 0; i < 1000; ++i)
+    leaf.addPointIntensity(1.0f);
+  EXPECT_EQ(leaf.getIntensity(), 16778216.0f);
+}
+
+TEST(IntensityLeaf, PointIndicesCountWithoutIntensity)
+{
+  IntensityLeaf leaf;
+  leaf.addPointIndex(17);
+  leaf.addPointIndex(4);
+  EXPECT_EQ(leaf.getPointCounter(), 2u);
+  EXPECT_EQ(leaf.getIntensity(), 0.0f);
+}
+
+TEST(IntensityLeaf, ResetForgetsSumAndCount)
+{
+  IntensityLeaf leaf = leafOf({2.0f, 3.0f});
+  static_cast<pcl::octree::OctreeContainerBase&>(leaf).reset();
+  EXPECT_EQ(leaf.getPointCounter(), 0u);
+  EXPECT_EQ(leaf.getIntensity(), 0.0f);
+  EXPECT_TRUE(leaf == IntensityLeaf());
+}
+
+TEST(IntensityLeaf, EqualityComparesSumAndCount)
+{
+  const IntensityLeaf leaf = leafOf({1.0f, 3.0f});
+  EXPECT_TRUE(leaf == leafOf({2.0f, 2.0f}));
+  EXPECT_FALSE(leaf == leafOf({4.0f}));
+  EXPECT_FALSE(leaf == leafOf({1.0f, 2.0f}));
+}
+
+TEST(IntensityLeaf, IsNotEqualToAnotherTypeOfLeaf)
+{
+  const IntensityLeaf leaf;
+  EXPECT_FALSE(leaf == OctreeContainerEmpty());
+  EXPECT_FALSE(leaf == pcl::octree::OctreeContainerPointIndex());
+  EXPECT_FALSE(leaf == pcl::octree::OctreeContainerPointIndices());
+}
+
+TEST(IntensityLeaf, CopiesStandOnTheirOwn)
+{
+  IntensityLeaf original = leafOf({1.0f, 2.0f});
+  const IntensityLeaf copy(original);
+  const std::unique_ptr<IntensityLeaf> deep_copy(original.deepCopy());
+  IntensityLeaf assigned = leafOf({9.0f});
+  assigned = original;
+  original.addPointIntensity(10.0f);
+  const std::vector<const IntensityLeaf*> copies = {&copy, deep_copy.get(), &assigned};
+  for (const IntensityLeaf* leaf : copies) {
+    EXPECT_EQ(leaf->getIntensity(), 3.0f);
+    EXPECT_EQ(leaf->getPointCounter(), 2u);
+  }
+}
+
+} // namespace

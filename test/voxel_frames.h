@@ -1,0 +1,139 @@
+/** \file
+ * \brief Random voxel frames and what the codec's tests do with them.
+ */
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/** \brief A number below `end`, the same on every machine. */
+inline std::uint64_t
+below(std::mt19937_64& random, std::uint64_t end)
+{
+  return random() % end;
+}
+
+/** \brief A frame of a grid about the origin, without voxels. */
+inline VoxelFrame
+emptyFrame(unsigned int depth, unsigned int bits = 8)
+{
+  VoxelFrame frame;
+  frame.grid.resolution = 0.04;
+  frame.grid.depth = depth;
+  frame.grid.first_index.fill(
+      static_cast<std::int32_t>(-(std::int64_t{1} << (depth - 1))));
+  frame.intensity_scale.bits = bits;
+  return frame;
+}
+
+/** \brief Replaces the voxels of a frame by a set, with random intensities; half of
+ * these are small, as those of real sensors are. */
+inline void
+setVoxels(std::mt19937_64& random,
+          const std::set<std::uint64_t>& keys,
+          VoxelFrame& frame)
+{
+  frame.keys.assign(keys.begin(), keys.end());
+  frame.intensities.clear();
+  const std::uint64_t end = std::uint64_t{frame.intensity_scale.maxSymbol()} + 1;
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    frame.intensities.push_back(static_cast<std::uint16_t>(
+        below(random, below(random, 2) == 0 && end > 8 ? 8 : end)));
+}
+
+/** \brief Voxels anywhere in the grid. */
+inline VoxelFrame
+randomFrame(std::mt19937_64& random,
+            unsigned int depth,
+            std::size_t count,
+            unsigned int bits = 8)
+{
+  VoxelFrame frame = emptyFrame(depth, bits);
+  std::set<std::uint64_t> keys;
+  while (keys.size() < count)
+    keys.insert(below(random, std::uint64_t{1} << (3 * depth)));
+  setVoxels(random, keys, frame);
+  return frame;
+}
+
+/** \brief The next frame of a walk: a share of the voxels goes, as many come. */
+inline void
+walk(std::mt19937_64& random, unsigned int changes, VoxelFrame& frame)
+{
+  std::set<std::uint64_t> keys(frame.keys.begin(), frame.keys.end());
+  const std::uint64_t end = std::uint64_t{1} << (3 * frame.grid.depth);
+  for (unsigned int i = 0; i < changes && !keys.empty(); ++i)
+    keys.erase(keys.lower_bound(below(random, *keys.rbegin() + 1)));
+  for (unsigned int i = 0; i < changes; ++i)
+    keys.insert(below(random, end));
+  setVoxels(random, keys, frame);
+}
+
+/** \brief The bytes of a frame that the encoder is expected to take. */
+inline Bytes
+encoded(FrameEncoder& encoder,
+        const VoxelFrame& frame,
+        const std::optional<FrameStamp>& stamp = std::nullopt)
+{
+  Bytes bytes;
+  const CompressionStatus status = encoder.encode(frame, stamp, bytes);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return bytes;
+}
+
+/** \brief Decodes bytes; a failure must leave the frame empty. */
+inline CompressionCode
+decoded(FrameDecoder& decoder, const Bytes& bytes, VoxelFrame& frame)
+{
+  frame.keys = {1, 2, 3};
+  frame.intensities = {1, 2, 3};
+  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), frame);
+  if (!status.ok()) {
+    EXPECT_TRUE(frame.keys.empty());
+    EXPECT_TRUE(frame.intensities.empty());
+    EXPECT_FALSE(status.message().empty());
+  }
+  return status.code();
+}
+
+inline void
+expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
+{
+  EXPECT_EQ(frame.keys, expected.keys);
+  EXPECT_EQ(frame.intensities, expected.intensities);
+  EXPECT_TRUE(frame.intensity_scale == expected.intensity_scale);
+}
+
+inline void
+expectSameFrame(const VoxelFrame& frame, const VoxelFrame& expected)
+{
+  expectSameVoxels(frame, expected);
+  EXPECT_TRUE(frame.grid == expected.grid);
+}
+
+inline void
+append(const Bytes& bytes, Bytes& stream)
+{
+  stream.insert(stream.end(), bytes.begin(), bytes.end());
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext

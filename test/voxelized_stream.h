@@ -1,0 +1,146 @@
+/** \file
+ * \brief Clouds, and a voxelizer that is fed with them, for the voxelizer's tests.
+ */
+#pragma once
+
+#include <pcl_ext/compression/voxelizer.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+inline constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float infinity = std::numeric_limits<float>::infinity();
+inline constexpr float largest = std::numeric_limits<float>::max();
+
+struct Point {
+  float x, y, z;
+  float intensity = 1.0f;
+};
+using Cloud = std::vector<Point>;
+using LatticeIndex = std::array<std::int64_t, 3>;
+
+inline IntensityCompressionSettings
+settingsOf(double resolution, StreamFormat format = StreamFormat::Version1)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = resolution;
+  settings.format = format;
+  return settings;
+}
+
+/** \brief A voxelizer and what it made of the last cloud. */
+class Stream {
+public:
+  explicit Stream(const IntensityCompressionSettings& settings,
+                  IntensityUnit unit = IntensityUnit::Points)
+  : voxelizer_(settings, unit)
+  {}
+
+  const VoxelFrame&
+  add(const Cloud& cloud, bool may_shrink = false)
+  {
+    PointView view;
+    view.count = cloud.size();
+    if (!cloud.empty()) {
+      view.coordinates = &cloud[0].x;
+      view.intensities = &cloud[0].intensity;
+      view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
+    }
+    statistics = voxelizer_.voxelize(view, may_shrink, frame);
+    EXPECT_TRUE(isConsistent(frame));
+    EXPECT_EQ(statistics.points, cloud.size());
+    EXPECT_EQ(statistics.voxels, frame.size());
+    EXPECT_EQ(statistics.points_used + statistics.points_not_finite +
+                  statistics.points_outside_box + statistics.points_outside_grid,
+              statistics.points);
+    return frame;
+  }
+
+  /** \brief Decoded intensity by lattice index. */
+  std::map<LatticeIndex, float>
+  values() const
+  {
+    std::map<LatticeIndex, float> values;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      const VoxelPosition position = voxelPosition(frame.keys[i]);
+      const auto& first = frame.grid.first_index;
+      values[{std::int64_t{first[0]} + position.x,
+              std::int64_t{first[1]} + position.y,
+              std::int64_t{first[2]} + position.z}] =
+          frame.intensity_scale.value(frame.intensities[i]);
+    }
+    return values;
+  }
+
+  VoxelFrame frame;
+  VoxelizationStatistics statistics;
+
+private:
+  Voxelizer voxelizer_;
+};
+
+inline std::map<LatticeIndex, std::vector<float>>
+naiveVoxels(const Cloud& cloud, double resolution)
+{
+  std::map<LatticeIndex, std::vector<float>> voxels;
+  for (const Point& point : cloud) {
+    const auto index = [resolution](float coordinate) {
+      return static_cast<std::int64_t>(std::floor(double{coordinate} / resolution));
+    };
+    voxels[{index(point.x), index(point.y), index(point.z)}].push_back(point.intensity);
+  }
+  return voxels;
+}
+
+inline double
+sumOf(const std::vector<float>& intensities)
+{
+  double sum = 0.0;
+  for (const float intensity : intensities)
+    sum += double{intensity};
+  return sum;
+}
+
+inline float
+uniform(std::mt19937_64& random, double low, double high)
+{
+  return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) *
+                                      0x1p-53);
+}
+
+inline Cloud
+randomCloud(std::uint64_t seed, double low, double high, std::size_t count = 3000)
+{
+  std::mt19937_64 random(seed);
+  Cloud cloud(count);
+  for (Point& point : cloud)
+    point = {uniform(random, low, high),
+             uniform(random, low, high),
+             uniform(random, low, high),
+             uniform(random, 0.0, 0.3)};
+  return cloud;
+}
+
+/** \brief One point a voxel, so that a voxel's value is the point's. */
+inline Cloud
+row(const std::vector<float>& intensities)
+{
+  Cloud cloud;
+  for (const float intensity : intensities)
+    cloud.push_back({0.5f + static_cast<float>(cloud.size()), 0.5f, 0.5f, intensity});
+  return cloud;
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext
