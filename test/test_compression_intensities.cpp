@@ -130,7 +130,10 @@ senseCloud(unsigned int seed, const Eigen::Isometry3f& pose, std::size_t size = 
     point.getVector3fMap() = (exact_pose * in_sensor.cast<double>()).cast<float>();
     point.intensity = -1000.0f; // that no depth model may look at
     sensed.in_world->push_back(point);
-    // The depth of the point as the float coordinates have it.
+  }
+  // The depths of the points as the floats have them, read back in a loop of their own:
+  // GCC 12 vectorizes double to float to double without the rounding between.
+  for (const pcl::PointXYZI& point : *sensed.in_world) {
     const Eigen::Vector3d place = point.getVector3fMap().cast<double>();
     sensed.depths.push_back(
         exact_pose.linear().col(2).dot(place - exact_pose.translation()));

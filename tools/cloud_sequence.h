@@ -39,9 +39,10 @@ public:
 };
 
 /** \brief Sequences of the PCD files and folders that a user names: one for each
- * folder, one for all files named singly. \param[in] inputs paths \param[in] max_frames
- * of each sequence; 0: all \throws std::runtime_error if a path does not exist or a
- * folder has no PCD file
+ * folder, one for all files named singly.
+ * \param[in] inputs paths
+ * \param[in] max_frames of each sequence; 0: all
+ * \throws std::runtime_error if a path does not exist or a folder has no PCD file
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/rigid_pose.h>
 
 #include <cmath>
 #include <sstream>
@@ -36,6 +37,20 @@ checkBox(const BoundingBox& box, double resolution)
   return {};
 }
 
+/** \brief Version 1 has no voxels further from the world origin than its lattice. */
+CompressionStatus
+checkBoxOnLattice(const BoundingBox& box, double resolution)
+{
+  const double end = std::exp2(max_grid_depth - 1) * resolution;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (box.min[axis] >= end || box.max[axis] < -end)
+      return invalid("bounding_box",
+                     std::to_string(box.min[axis]) + " to " +
+                         std::to_string(box.max[axis]),
+                     "within 2^20 voxels of the origin, at least in part");
+  return {};
+}
+
 CompressionStatus
 checkPublished(const IntensityCompressionSettings& settings)
 {
@@ -56,26 +71,31 @@ checkPublished(const IntensityCompressionSettings& settings)
 CompressionStatus
 checkSettings(const IntensityCompressionSettings& settings)
 {
-  if (!std::isfinite(settings.resolution) || !(settings.resolution > 0.0))
-    return invalid("resolution", settings.resolution, "a length above 0 in metres");
+  if (!(settings.resolution >= smallest_resolution &&
+        settings.resolution <= largest_resolution))
+    return invalid("resolution", settings.resolution, "1e-6 to 1e6 metres");
   if (!std::isfinite(settings.intensity_range) || settings.intensity_range < 0.0f)
     return invalid(
         "intensity_range", settings.intensity_range, "0 or a positive intensity");
   if (settings.intensity_bits > 16)
     return invalid(
         "intensity_bits", settings.intensity_bits, "1 to 16, or 0 for automatic");
-  if (settings.decoder_limits.max_frame_bytes == 0 ||
-      settings.decoder_limits.max_voxels == 0)
-    return invalid("a decoder limit", 0, "above 0");
-  if (settings.sensor_pose && !settings.sensor_pose->matrix().allFinite())
-    return invalid("sensor_pose", "not finite", "a rigid transform");
+  if (settings.decoder_limits.max_frame_bytes == 0)
+    return invalid("decoder_limits.max_frame_bytes", 0, "above 0");
+  if (settings.decoder_limits.max_voxels == 0)
+    return invalid("decoder_limits.max_voxels", 0, "above 0");
+  if (settings.sensor_pose && !isRigid(*settings.sensor_pose))
+    return invalid("sensor_pose", "no rigid pose", "a rotation and a translation");
   if (settings.bounding_box)
     if (const CompressionStatus status =
             checkBox(*settings.bounding_box, settings.resolution);
         !status.ok())
       return status;
-  return settings.format == StreamFormat::Published ? checkPublished(settings)
-                                                    : CompressionStatus();
+  if (settings.format == StreamFormat::Published)
+    return checkPublished(settings);
+  return settings.bounding_box
+             ? checkBoxOnLattice(*settings.bounding_box, settings.resolution)
+             : CompressionStatus();
 }
 
 } // namespace io

@@ -51,8 +51,14 @@ IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& setti
 std::size_t
 IntensityQuantiser::quantise(const std::vector<double>& values,
                              bool all_whole_numbers,
+                             bool may_refit,
                              VoxelFrame& frame)
 {
+  if (may_refit) {
+    had_fractions_ = false;
+    lowest_ = 0.0;
+    highest_ = 0.0;
+  }
   if (follows_values_)
     followValues(values, all_whole_numbers);
   frame.intensity_scale = scale_;
@@ -81,7 +87,8 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
     lowest_ = std::min(lowest_, value);
     highest_ = std::max(highest_, value);
   }
-  // A scale that changes costs bytes, so it grows in powers of two and never shrinks.
+  // A scale that changes costs bytes, so it grows in powers of two, and shrinks only
+  // when the values are forgotten.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
   if (!had_fractions_) {
     const unsigned int offset_bits = lowest_ < 0.0 ? bitsOfWholeNumbers(-lowest_) : 0;

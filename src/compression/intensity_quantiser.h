@@ -24,12 +24,14 @@ public:
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit
    * \param[in] all_whole_numbers true if every point of the frame had a whole number
+   * \param[in] may_refit forget the values of the frames before this one
    * \param[out] frame its scale and its symbols are set
    * \return number of voxels beyond an end of the scale, which hold that end's symbol
    */
   std::size_t
   quantise(const std::vector<double>& values,
            bool all_whole_numbers,
+           bool may_refit,
            VoxelFrame& frame);
 
 private:

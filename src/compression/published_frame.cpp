@@ -157,8 +157,9 @@ readGrid(ByteSource& source, VoxelGrid& grid)
     return readFailure(source, "header");
 
   constexpr double largest_coordinate = 1e9;
-  if (!(grid.resolution > 0.0 && grid.resolution < largest_coordinate))
-    return corrupt("the resolution is not a length");
+  if (!(grid.resolution >= smallest_resolution &&
+        grid.resolution <= largest_resolution))
+    return corrupt("the resolution is not within 1e-6 to 1e6 m");
   const double side = max[0] - grid.anchor[0];
   const double depth = std::round(std::log2(side / grid.resolution));
   if (!(depth >= 1.0 && depth <= static_cast<double>(max_grid_depth)))

@@ -77,8 +77,9 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   grid.depth = source.u8();
   if (source.failure() != ByteSource::Failure::None)
     return {};
-  if (!(grid.resolution > 0.0) || !std::isfinite(grid.resolution))
-    return corrupt("the resolution is not a length");
+  if (!(grid.resolution >= smallest_resolution &&
+        grid.resolution <= largest_resolution))
+    return corrupt("the resolution is not within 1e-6 to 1e6 m");
   if (grid.depth < 1 || grid.depth > max_grid_depth)
     return corrupt("the grid's depth is not 1 to 21");
   if (leavesLattice(grid))

@@ -43,8 +43,9 @@ struct Version1Header {
  * \param[in] payload occupancy, then intensities
  * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for
  * an I-frame; not written, but part of the checksum, so that a P-frame cannot pass for
- * the successor of another stream's frame of the same number \param[in,out] bytes where
- * to append \return the frame's checksum
+ * the successor of another stream's frame of the same number
+ * \param[in,out] bytes where to append
+ * \return the frame's checksum
  */
 std::uint32_t
 writeVersion1Frame(const Version1Header& header,

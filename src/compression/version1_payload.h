@@ -14,8 +14,10 @@ namespace io {
 
 /** \brief Appends which voxels are occupied: the octree's occupancy bytes level by
  * level, XOR-ed with the reference's where that is smaller (doc/bitstream.md,
- * "Occupancy"). \param[in] tree octree of the frame, not empty \param[in] reference
- * octree of the frame that this one depends on, of the same depth; null for an I-frame
+ * "Occupancy").
+ * \param[in] tree octree of the frame, not empty
+ * \param[in] reference octree of the frame that this one depends on, of the same depth;
+ * null for an I-frame
  * \param[in,out] payload where to append
  */
 void

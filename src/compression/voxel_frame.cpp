@@ -11,7 +11,8 @@ namespace {
 bool
 isGrid(const VoxelGrid& grid)
 {
-  return std::isfinite(grid.resolution) && grid.resolution > 0.0 && grid.depth >= 1 &&
+  return grid.resolution >= smallest_resolution &&
+         grid.resolution <= largest_resolution && grid.depth >= 1 &&
          grid.depth <= max_grid_depth &&
          std::all_of(grid.anchor.begin(), grid.anchor.end(), [](double coordinate) {
            return std::isfinite(coordinate);

@@ -37,18 +37,18 @@ public:
   }
 
   VoxelizationStatistics
-  voxelize(const PointView& points, bool may_shrink_grid, VoxelFrame& frame)
+  voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
   {
     VoxelizationStatistics statistics;
     statistics.points = points.count;
     collectPoints(points, statistics);
     if (!lattice_points_.empty() && !has_fixed_grid_)
-      adaptGrid(may_shrink_grid);
+      adaptGrid(may_refit);
     sortByKey();
     aggregate(frame);
     frame.grid = grid_;
     statistics.intensities_out_of_range =
-        quantiser_.quantise(voxel_values_, all_whole_numbers_, frame);
+        quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
     statistics.voxels = frame.size();
     return statistics;
   }
@@ -160,11 +160,10 @@ private:
   }
 
   void
-  adaptGrid(bool may_shrink)
+  adaptGrid(bool may_refit)
   {
     // Two levels too many is an outlier's work that has passed; one is breathing space.
-    const bool is_far_too_large =
-        may_shrink && requiredDepth(range_) + 2 <= grid_.depth;
+    const bool is_far_too_large = may_refit && requiredDepth(range_) + 2 <= grid_.depth;
     if (!has_grid_ || is_far_too_large)
       grid_ = fitGrid(grid_.resolution, range_);
     else if (!containsRange(grid_, range_))
@@ -234,9 +233,9 @@ Voxelizer&
 Voxelizer::operator=(Voxelizer&&) noexcept = default;
 
 VoxelizationStatistics
-Voxelizer::voxelize(const PointView& points, bool may_shrink_grid, VoxelFrame& frame)
+Voxelizer::voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
 {
-  return implementation_->voxelize(points, may_shrink_grid, frame);
+  return implementation_->voxelize(points, may_refit, frame);
 }
 
 } // namespace io

@@ -51,7 +51,7 @@ struct DecoderLimits {
 
 /** \brief All settings of a compression, with their units, defaults and ranges. */
 struct IntensityCompressionSettings {
-  /** \brief Voxel edge d_v, metres. Above 0 and finite. */
+  /** \brief Voxel edge d_v, metres. 1e-6 to 1e6. */
   double resolution = 0.01;
 
   /** \brief Frames from one I-frame to the next; 0 and 1 make every frame an I-frame.

@@ -94,7 +94,7 @@ public:
    * \param[in] do_color_encoding not used: colour is not carried
    * \param[in] color_bit_resolution not used
    */
-  explicit OctreePointCloudIntensityCompression(
+  OctreePointCloudIntensityCompression(
       pcl::io::compression_Profiles_e profile =
           pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR,
       bool show_statistics = false,
@@ -152,8 +152,9 @@ public:
    * Never throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
    * before the frame are skipped. Without a frame the cloud is empty and the status
    * says why; the history stays, so that the stream recovers at the latest with the
-   * next I-frame. \param[in,out] compressed_cloud where to read; is left behind the
-   * frame. At its end the stream gets its end and fail bits, as from a read
+   * next I-frame.
+   * \param[in,out] compressed_cloud where to read; is left behind the frame. At its end
+   * the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
    * pointer gets a cloud
    */
@@ -201,6 +202,9 @@ private:
 
   void
   computeIntensities(const PointCloud& cloud);
+
+  Eigen::Isometry3f
+  sensorPose(const PointCloud& cloud) const;
 
   void
   fillCloud(PointCloud& cloud) const;

@@ -13,6 +13,10 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief Resolutions that a grid can have, metres: its coordinates are floats. */
+constexpr double smallest_resolution = 1e-6;
+constexpr double largest_resolution = 1e6;
+
 /** \brief The cubic part of space in which a frame's voxels lie.
  *
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from

@@ -48,12 +48,13 @@ public:
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
-   * \param[in] may_shrink_grid allow a grid that is far too large for these points to
-   * be fitted again, which costs an I-frame unless one is due \param[out] frame the
-   * occupied voxels; its memory is reused \return what became of the points
+   * \param[in] may_refit forget the clouds before this one: fit a grid that is far too
+   * large again, and the scale of native intensities; costs an I-frame unless one is due
+   * \param[out] frame the occupied voxels; its memory is reused
+   * \return what became of the points
    */
   VoxelizationStatistics
-  voxelize(const PointView& points, bool may_shrink_grid, VoxelFrame& frame);
+  voxelize(const PointView& points, bool may_refit, VoxelFrame& frame);
 
 private:
   class Implementation;

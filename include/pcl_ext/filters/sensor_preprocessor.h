@@ -32,9 +32,10 @@ using PreprocessingStatus = Status<PreprocessingCode>;
 
 /** \brief What became of the points of a cloud. */
 struct PreprocessingStatistics {
-  std::size_t points = 0;            ///< points of the input
-  std::size_t points_not_finite = 0; ///< of these left out: a coordinate is NaN or inf
-  std::size_t points_cropped = 0;    ///< of these left out: outside the crop box
+  std::size_t points = 0; ///< points of the input
+  std::size_t points_not_finite =
+      0;                          ///< of these left out: not finite, or not when moved
+  std::size_t points_cropped = 0; ///< of these left out: outside the crop box
 };
 
 /** \brief Where the fields of a PCLPointCloud2 lie, checked against its bytes. */
@@ -65,7 +66,8 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
  * one pass over the points (sections 2.2 and 2.5 of the paper).
  *
  * The intensity is taken from the depth in the sensor's frame, before the point is
- * moved. \tparam IntensityModelT see IntensityModel for the contract
+ * moved.
+ * \tparam IntensityModelT see IntensityModel for the contract
  */
 template <typename IntensityModelT>
 class SensorPreprocessor {
@@ -128,7 +130,8 @@ public:
   process(const pcl::PCLPointCloud2& cloud, Output& output);
 
   /** \brief The same for a typed cloud.
-   * \param[in] cloud points with x, y, z
+   * \param[in] cloud points with x, y, z; may be the output itself
+   * \param[out] output as above
    */
   template <typename PointT>
   PreprocessingStatus

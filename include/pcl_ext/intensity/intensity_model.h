@@ -136,9 +136,12 @@ public:
    * \param[in] native the sensor's own intensity, in its unit
    */
   float
-  operator()(float depth, float native = 0.0f) const
+  operator()([[maybe_unused]] float depth, float native = 0.0f) const
   {
-    return law_(std::clamp(depth * inverse_cut_off_depth_, 0.0f, 1.0f), native);
+    if constexpr (uses_depth)
+      return law_(std::clamp(depth * inverse_cut_off_depth_, 0.0f, 1.0f), native);
+    else
+      return law_(0.0f, native);
   }
 
   /** \brief N_p(z) = d_v^2 / (c z^2): the points that fit on a voxel face at a depth.

@@ -9,6 +9,8 @@
 #include <pcl/point_types.h>
 
 #include <cassert>
+#include <type_traits>
+#include <vector>
 
 namespace pcl_ext {
 namespace octree {
@@ -98,6 +100,27 @@ public:
   }
   /** @} */
 
+  using OctreeT::deserializeTree;
+
+  /** \brief Makes the octree of serialized occupancy bytes, with empty leaves.
+   *
+   * In PCL's double-buffered octree a leaf that was there two frames ago would still hold
+   * what it held then.
+   * \param[in] binary_tree what serializeTree wrote
+   * \param[in] do_xor_decoding as PCL's: the bytes are differences to the other buffer
+   */
+  void
+  deserializeTree(std::vector<char>& binary_tree,
+                  [[maybe_unused]] bool do_xor_decoding = false)
+  {
+    resets_leaves_ = true;
+    if constexpr (std::is_same<OctreeT, pcl::octree::OctreeBase<LeafT, BranchT>>::value)
+      OctreeT::deserializeTree(binary_tree);
+    else
+      OctreeT::deserializeTree(binary_tree, do_xor_decoding);
+    resets_leaves_ = false;
+  }
+
 protected:
   /** \brief Adds a point of the input cloud with its intensity. */
   void
@@ -114,6 +137,16 @@ protected:
     this->createLeafRecursive(key, this->depth_mask_, this->root_node_, leaf, parent);
     (*leaf)->addPointIntensity(nativeIntensity(point, 1.0f));
   }
+
+  void
+  deserializeTreeCallback(LeafT& leaf, const pcl::octree::OctreeKey& /*key*/) override
+  {
+    if (resets_leaves_)
+      leaf.reset();
+  }
+
+private:
+  bool resets_leaves_ = false;
 };
 
 } // namespace octree

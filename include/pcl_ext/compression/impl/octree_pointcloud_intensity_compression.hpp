@@ -5,9 +5,11 @@
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>
 
+#include <array>
 #include <cmath>
 #include <exception>
 #include <istream>
+#include <limits>
 #include <ostream>
 
 namespace pcl_ext {
@@ -113,6 +115,12 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     return settings_status_;
   if (!cloud)
     return {CompressionCode::InvalidInput, "there is no cloud to encode"};
+  if (!compressed_cloud.good()) {
+    encoder_.requestIFrame();
+    return {CompressionCode::OutputFailed,
+            "the output stream had failed or ended before; clear() makes it writable"};
+  }
+  this->setInputCloud(cloud); // as PCL's class does
   computeIntensities(*cloud);
   PointView view;
   view.count = cloud->size();
@@ -230,22 +238,36 @@ void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     computeIntensities(const PointCloud& cloud)
 {
-  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
-  if (settings_.sensor_pose)
-    pose = *settings_.sensor_pose;
-  else {
-    pose.linear() = cloud.sensor_orientation_.toRotationMatrix();
-    pose.translation() = cloud.sensor_origin_.template head<3>();
-  }
+  const Eigen::Isometry3f pose = sensorPose(cloud);
+  const Eigen::Vector3f sensor = pose.translation();
   const Eigen::Vector3f optical_axis = pose.linear().col(2);
-  const float sensor_offset = optical_axis.dot(pose.translation());
   intensities_.resize(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     float depth = 0.0f;
+    // The difference first: far from the origin it is exact and the products are not.
     if constexpr (IntensityModelT::uses_depth)
-      depth = optical_axis.dot(cloud[i].getVector3fMap()) - sensor_offset;
+      depth = optical_axis.dot(cloud[i].getVector3fMap() - sensor);
     intensities_[i] = intensity_model_(depth, nativeIntensity(cloud[i], 0.0f));
   }
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+Eigen::Isometry3f
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    sensorPose(const PointCloud& cloud) const
+{
+  if (settings_.sensor_pose)
+    return *settings_.sensor_pose;
+  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
+  pose.translation() = cloud.sensor_origin_.template head<3>();
+  // Readers fill in whatever their files hold; a quaternion of no length says nothing.
+  if (cloud.sensor_orientation_.norm() > 1e-6f)
+    pose.linear() = cloud.sensor_orientation_.normalized().toRotationMatrix();
+  return pose;
 }
 
 template <typename PointT,
@@ -288,12 +310,22 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   // Set rather than defined: PCL's box arithmetic may round a cube of 2^n voxels up.
   this->resolution_ = grid.resolution;
   const double side = static_cast<double>(grid.size()) * grid.resolution;
-  this->min_x_ = grid.lowerCorner(0);
-  this->min_y_ = grid.lowerCorner(1);
-  this->min_z_ = grid.lowerCorner(2);
-  this->max_x_ = this->min_x_ + side;
-  this->max_y_ = this->min_y_ + side;
-  this->max_z_ = this->min_z_ + side;
+  std::array<double, 3> min;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // PCL divides a point's distance from the corner, the codec its coordinate. The
+    // corner gives way by the rounding between the two, so that a point on a face is in
+    // the same voxel for both.
+    const double voxels = std::abs(static_cast<double>(grid.first_index[axis])) +
+                          static_cast<double>(grid.size());
+    const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * voxels;
+    min[axis] = grid.lowerCorner(axis) - rounding * grid.resolution;
+  }
+  this->min_x_ = min[0];
+  this->min_y_ = min[1];
+  this->min_z_ = min[2];
+  this->max_x_ = grid.lowerCorner(0) + side;
+  this->max_y_ = grid.lowerCorner(1) + side;
+  this->max_z_ = grid.lowerCorner(2) + side;
   this->bounding_box_defined_ = true;
   this->setTreeDepth(grid.depth);
   for (std::size_t i = 0; i < frame_.size(); ++i) {

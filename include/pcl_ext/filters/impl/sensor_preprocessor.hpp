@@ -1,9 +1,11 @@
 #pragma once
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/rigid_pose.h>
 
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace pcl_ext {
 
@@ -91,6 +93,11 @@ PreprocessingStatus
 SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& cloud,
                                              Output& output)
 {
+  if constexpr (std::is_same<PointT, pcl::PointXYZI>::value)
+    if (&cloud == &output) {
+      const Output copy = cloud;
+      return process(copy, output);
+    }
   startOutput(cloud.header, 0, output);
   if (PreprocessingStatus status = checkSettings(); !status.ok())
     return status;
@@ -108,12 +115,7 @@ template <typename IntensityModelT>
 PreprocessingStatus
 SensorPreprocessor<IntensityModelT>::checkSettings() const
 {
-  const Eigen::Matrix3f rotation = sensor_pose_.linear();
-  // NaN fails the comparisons, too.
-  const bool is_rigid =
-      (rotation * rotation.transpose() - Eigen::Matrix3f::Identity()).norm() < 1e-3f &&
-      rotation.determinant() > 0.0f && sensor_pose_.translation().allFinite();
-  if (!is_rigid)
+  if (!isRigid(sensor_pose_))
     return {PreprocessingCode::InvalidSettings,
             "the sensor pose is not a rotation and a translation"};
   if (crop_box_ && !(crop_box_->min.array() <= crop_box_->max.array()).all())
@@ -148,11 +150,12 @@ SensorPreprocessor<IntensityModelT>::addPoint(const Eigen::Vector3f& point,
                                               float native,
                                               Output& output)
 {
-  if (!point.allFinite()) {
+  // A point that is not finite does not become so, and a finite one may stop being it.
+  const Eigen::Vector3f moved = sensor_pose_ * point;
+  if (!moved.allFinite()) {
     ++statistics_.points_not_finite;
     return;
   }
-  const Eigen::Vector3f moved = sensor_pose_ * point;
   if (crop_box_ && !((moved.array() >= crop_box_->min.array()).all() &&
                      (moved.array() <= crop_box_->max.array()).all())) {
     ++statistics_.points_cropped;
