@@ -2,6 +2,7 @@
 
 #include "grid_fit.h"
 #include "intensity_quantiser.h"
+#include "lattice.h"
 #include "radix_sort.h"
 
 #include <algorithm>
@@ -23,26 +24,17 @@ public:
   , has_pcl_grid_(has_fixed_grid_ && settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
   , box_(settings.bounding_box)
-  {
-    grid_.resolution = settings.resolution;
-    if (box_)
-      grid_ = has_pcl_grid_ ? pclGridOfBox(settings.resolution, *box_)
-                            : gridOfBox(settings.resolution, *box_);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      allowed_begin_[axis] =
-          static_cast<double>(box_ ? grid_.first_index[axis] : -lattice_end);
-      allowed_end_[axis] = static_cast<double>(
-          box_ ? grid_.first_index[axis] + grid_.size() : lattice_end);
-    }
-  }
+  , grid_(initialGrid(settings))
+  , lattice_(makeLattice(grid_, has_fixed_grid_))
+  {}
 
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
   {
     VoxelizationStatistics statistics;
     statistics.points = points.count;
-    collectPoints(points, statistics);
-    if (!lattice_points_.empty() && !has_fixed_grid_)
+    collectRuns(points, statistics);
+    if (run_count_ != 0 && !has_fixed_grid_)
       adaptGrid(may_refit);
     sortByKey();
     aggregate(frame);
@@ -54,15 +46,43 @@ public:
   }
 
 private:
-  struct LatticePoint {
-    std::array<std::int32_t, 3> index;
-    float intensity;
+  /** \brief Consecutive points in the same voxel. Neighbours in a cloud mostly are
+   * neighbours in space, so that there are fewer runs than points to sort. */
+  struct Run {
+    LatticeIndex index;
+    std::uint32_t count;
+    double sum; // of the points' intensities
   };
 
-  struct KeyedIntensity {
+  struct KeyedRun {
     std::uint64_t key;
-    float intensity;
+    std::uint32_t run;
   };
+
+  static VoxelGrid
+  initialGrid(const IntensityCompressionSettings& settings)
+  {
+    if (settings.bounding_box)
+      return settings.format == StreamFormat::Published
+                 ? pclGridOfBox(settings.resolution, *settings.bounding_box)
+                 : gridOfBox(settings.resolution, *settings.bounding_box);
+    VoxelGrid grid;
+    grid.resolution = settings.resolution;
+    return grid;
+  }
+
+  /** \brief A fixed grid is all that can be used; without one it is the whole lattice. */
+  static Lattice
+  makeLattice(const VoxelGrid& grid, bool is_fixed)
+  {
+    std::array<std::int64_t, 3> begin;
+    std::array<std::int64_t, 3> end;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      begin[axis] = is_fixed ? grid.first_index[axis] : -lattice_end;
+      end[axis] = is_fixed ? begin[axis] + grid.size() : lattice_end;
+    }
+    return {grid, begin, end};
+  }
 
   bool
   isInBox(const float* point) const
@@ -76,40 +96,21 @@ private:
     return true;
   }
 
-  /** \brief Lattice index of a point; false if it is not finite, or beyond the lattice
-   * or the fixed grid. */
+  /** \brief Finds the voxel of a point; false if the point is to be left out. */
   bool
-  latticeIndex(const float* point, std::array<std::int32_t, 3>& index) const
+  findVoxel(const float* point, LatticeIndex& index) const
   {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Divided, not multiplied by the inverse: at a face the inverse's rounding would
-      // put points into the neighbour of the voxel that they are in.
-      const double position =
-          (static_cast<double>(point[axis]) - grid_.anchor[axis]) / grid_.resolution;
-      if (!(position >= allowed_begin_[axis] && position < allowed_end_[axis]))
-        return false;
-      // The floor, without a call into the mathematics library.
-      const auto truncated = static_cast<std::int32_t>(position);
-      index[axis] = truncated - (static_cast<double>(truncated) > position ? 1 : 0);
-    }
-    return true;
-  }
-
-  /** \brief Lattice index of a point in the box that is not in the grid, because it
-   * lies on an upper face of a box that is the very cube of PCL's octree: that of the
-   * last voxel. False in this library's own grids, which may end before the box does.
-   */
-  bool
-  upperFaceIndex(const float* point, std::array<std::int32_t, 3>& index) const
-  {
-    if (!has_pcl_grid_)
+    if (!box_)
+      return lattice_.indexOf(point, index);
+    if (!isInBox(point))
       return false;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      index[axis] = static_cast<std::int32_t>(std::clamp(
-          (static_cast<double>(point[axis]) - grid_.anchor[axis]) / grid_.resolution,
-          allowed_begin_[axis],
-          allowed_end_[axis] - 1.0));
-    return true;
+    if (lattice_.indexOf(point, index))
+      return true;
+    // The box may be the very cube of PCL's octree, whose upper faces belong to the box
+    // and not to the cube. This library's own grids may end before the box does.
+    if (has_pcl_grid_)
+      index = lattice_.nearestIndexOf(point);
+    return has_pcl_grid_;
   }
 
   void
@@ -125,65 +126,92 @@ private:
   }
 
   void
-  collectPoints(const PointView& points, VoxelizationStatistics& statistics)
+  collectRuns(const PointView& points, VoxelizationStatistics& statistics)
   {
-    lattice_points_.resize(points.count);
-    LatticePoint* next = lattice_points_.data();
-    range_.lowest.fill(std::numeric_limits<std::int32_t>::max());
-    range_.highest.fill(std::numeric_limits<std::int32_t>::min());
+    // Never made smaller, as growing again would write all of it.
+    if (runs_.size() < points.count)
+      runs_.resize(points.count);
+    constexpr std::int32_t nowhere = std::numeric_limits<std::int32_t>::min();
+    Run run{{nowhere, nowhere, nowhere}, 0, 0.0};
+    std::size_t last = static_cast<std::size_t>(-1); // of the runs; the first is next
     all_whole_numbers_ = true;
-    for (std::size_t i = 0; i < points.count; ++i) {
-      const float* point = points.coordinates + i * points.coordinate_stride;
-      if (box_ ? !(isInBox(point) && (latticeIndex(point, next->index) ||
-                                      upperFaceIndex(point, next->index)))
-               : !latticeIndex(point, next->index)) {
+    const float* point = points.coordinates;
+    LatticeIndex index;
+    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
+      if (!findVoxel(point, index)) {
         countUnused(point, statistics);
         continue;
       }
-      next->intensity = points.intensities != nullptr
-                            ? points.intensities[i * points.intensity_stride]
-                            : 1.0f;
-      if (!std::isfinite(next->intensity)) {
-        ++statistics.intensities_not_finite;
-        next->intensity = 0.0f;
-      }
-      if (is_native_)
-        all_whole_numbers_ &= next->intensity == std::floor(next->intensity);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        range_.lowest[axis] = std::min(range_.lowest[axis], next->index[axis]);
-        range_.highest[axis] = std::max(range_.highest[axis], next->index[axis]);
-      }
-      ++next;
+      const double intensity =
+          points.intensities != nullptr
+              ? usableIntensity(points.intensities[i * points.intensity_stride],
+                                statistics)
+              : 1.0;
+      // Arithmetic instead of a branch: whether a run goes on is a coin toss. The run is
+      // written at every point and overwritten as long as it goes on.
+      const bool goes_on = isSame(index, run.index);
+      last += goes_on ? 0 : 1;
+      run.index = index;
+      run.count = (goes_on ? run.count : 0) + 1;
+      run.sum = static_cast<double>(goes_on) * run.sum + intensity;
+      runs_[last] = run;
     }
-    lattice_points_.resize(static_cast<std::size_t>(next - lattice_points_.data()));
-    statistics.points_used = lattice_points_.size();
+    run_count_ = last + 1;
+    statistics.points_used = points.count - statistics.points_not_finite -
+                             statistics.points_outside_box -
+                             statistics.points_outside_grid;
+  }
+
+  LatticeRange
+  rangeOfRuns() const
+  {
+    LatticeRange range{runs_[0].index, runs_[0].index};
+    for (std::size_t i = 1; i < run_count_; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        range.lowest[axis] = std::min(range.lowest[axis], runs_[i].index[axis]);
+        range.highest[axis] = std::max(range.highest[axis], runs_[i].index[axis]);
+      }
+    return range;
+  }
+
+  double
+  usableIntensity(float intensity, VoxelizationStatistics& statistics)
+  {
+    if (!std::isfinite(intensity)) {
+      ++statistics.intensities_not_finite;
+      return 0.0;
+    }
+    if (is_native_ && all_whole_numbers_)
+      all_whole_numbers_ = std::floor(intensity) == intensity;
+    return static_cast<double>(intensity);
   }
 
   void
   adaptGrid(bool may_refit)
   {
+    const LatticeRange range = rangeOfRuns();
     // Two levels too many is an outlier's work that has passed; one is breathing space.
-    const bool is_far_too_large = may_refit && requiredDepth(range_) + 2 <= grid_.depth;
+    const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid_.depth;
     if (!has_grid_ || is_far_too_large)
-      grid_ = fitGrid(grid_.resolution, range_);
-    else if (!containsRange(grid_, range_))
-      grid_ = fitGrid(grid_.resolution, unite(rangeOf(grid_), range_));
+      grid_ = fitGrid(grid_.resolution, range);
+    else if (!containsRange(grid_, range))
+      grid_ = fitGrid(grid_.resolution, unite(rangeOf(grid_), range));
     has_grid_ = true;
   }
 
   void
   sortByKey()
   {
-    entries_.resize(lattice_points_.size());
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
+    keyed_runs_.resize(run_count_);
+    for (std::size_t i = 0; i < run_count_; ++i) {
       const auto position = [&](std::size_t axis) {
-        return static_cast<std::uint32_t>(lattice_points_[i].index[axis] -
+        return static_cast<std::uint32_t>(runs_[i].index[axis] -
                                           grid_.first_index[axis]);
       };
-      entries_[i] = {mortonKey({position(0), position(1), position(2)}),
-                     lattice_points_[i].intensity};
+      keyed_runs_[i] = {mortonKey({position(0), position(1), position(2)}),
+                        static_cast<std::uint32_t>(i)};
     }
-    radixSort(entries_, spare_entries_, 3 * grid_.depth);
+    radixSort(keyed_runs_, spare_keyed_runs_, 3 * grid_.depth);
   }
 
   void
@@ -191,15 +219,16 @@ private:
   {
     frame.keys.clear();
     voxel_values_.clear();
-    for (std::size_t begin = 0; begin < entries_.size();) {
-      const std::uint64_t key = entries_[begin].key;
+    for (std::size_t i = 0; i < keyed_runs_.size();) {
+      const std::uint64_t key = keyed_runs_[i].key;
       double sum = 0.0;
-      std::size_t end = begin;
-      for (; end < entries_.size() && entries_[end].key == key; ++end)
-        sum += static_cast<double>(entries_[end].intensity);
+      std::uint64_t count = 0;
+      for (; i < keyed_runs_.size() && keyed_runs_[i].key == key; ++i) {
+        sum += runs_[keyed_runs_[i].run].sum;
+        count += runs_[keyed_runs_[i].run].count;
+      }
       frame.keys.push_back(key);
-      voxel_values_.push_back(is_mean_ ? sum / static_cast<double>(end - begin) : sum);
-      begin = end;
+      voxel_values_.push_back(is_mean_ ? sum / static_cast<double>(count) : sum);
     }
   }
 
@@ -211,15 +240,14 @@ private:
   bool has_grid_;
   std::optional<BoundingBox> box_;
   VoxelGrid grid_;
-  std::array<double, 3> allowed_begin_; // lattice indices that points may have
-  std::array<double, 3> allowed_end_;
+  Lattice lattice_;
 
   // Of the current cloud; members so that their memory is reused.
-  LatticeRange range_;
   bool all_whole_numbers_ = true;
-  std::vector<LatticePoint> lattice_points_;
-  std::vector<KeyedIntensity> entries_;
-  std::vector<KeyedIntensity> spare_entries_;
+  std::vector<Run> runs_;
+  std::size_t run_count_ = 0; // of runs_, whose further elements are spare memory
+  std::vector<KeyedRun> keyed_runs_;
+  std::vector<KeyedRun> spare_keyed_runs_;
   std::vector<double> voxel_values_;
 };
 
