@@ -84,7 +84,7 @@ checkSettings(const IntensityCompressionSettings& settings)
     return invalid("decoder_limits.max_frame_bytes", 0, "above 0");
   if (settings.decoder_limits.max_voxels == 0)
     return invalid("decoder_limits.max_voxels", 0, "above 0");
-  if (settings.sensor_pose && !isRigid(*settings.sensor_pose))
+  if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
     return invalid("sensor_pose", "no rigid pose", "a rotation and a translation");
   if (settings.bounding_box)
     if (const CompressionStatus status =

@@ -49,6 +49,11 @@ struct DecoderLimits {
   std::size_t max_voxels = std::size_t{1} << 24;
 };
 
+/** \brief A pose, sensor -> cloud; takes an Eigen::Isometry3f. Not aligned, so that the
+ * settings look the same to the library and to programs built with other vector
+ * instructions. */
+using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>;
+
 /** \brief All settings of a compression, with their units, defaults and ranges. */
 struct IntensityCompressionSettings {
   /** \brief Voxel edge d_v, metres. 1e-6 to 1e6. */
@@ -90,7 +95,7 @@ struct IntensityCompressionSettings {
   /** \brief Pose of the sensor in the frame of the clouds that are encoded (sensor ->
    * cloud), from which intensity models take a point's depth. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
-  std::optional<Eigen::Isometry3f> sensor_pose;
+  std::optional<SensorPose> sensor_pose;
 
   /** \brief Carry header.stamp and header.frame_id to the decoded cloud. Off costs no
    * bytes. Version1 only. */

@@ -40,6 +40,9 @@ using DefaultIntensityModel =
  * grid is anchored at the world origin; iFrameRate = N means every N-th frame (PCL:
  * every N+1-th); no bytes make decoding hang, throw or allocate without bound.
  *
+ * The library holds no instances of this template. A program's own are built with the
+ * program's flags, so that memory of clouds and octrees is allocated and freed alike.
+ *
  * An instance serves one stream in each direction, its encoder and its decoder being
  * independent of each other. Instances share nothing; one instance is for one thread.
  * \tparam PointT point type with x, y, z

@@ -8,7 +8,6 @@
 int
 main()
 {
-  // PointNormal: a point type that the library holds no instance for.
   pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
   cloud->resize(1000);
   for (std::size_t i = 0; i < cloud->size(); ++i)

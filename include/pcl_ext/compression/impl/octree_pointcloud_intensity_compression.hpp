@@ -261,7 +261,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     sensorPose(const PointCloud& cloud) const
 {
   if (settings_.sensor_pose)
-    return *settings_.sensor_pose;
+    return Eigen::Isometry3f(*settings_.sensor_pose);
   Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
   pose.translation() = cloud.sensor_origin_.template head<3>();
   // Readers fill in whatever their files hold; a quaternion of no length says nothing.
@@ -368,16 +368,6 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
            coding.intensity_bytes);
   PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
 }
-
-// The instances that the library holds; other point types and models are made where
-// they are used.
-#define PCL_EXT_DECLARE_COMPRESSION(PointT)                                            \
-  extern template class PCL_EXT_EXPORT OctreePointCloudIntensityCompression<PointT>;
-PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZ)
-PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZI)
-PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZRGB)
-PCL_EXT_DECLARE_COMPRESSION(pcl::PointXYZRGBA)
-#undef PCL_EXT_DECLARE_COMPRESSION
 
 } // namespace io
 } // namespace pcl_ext
