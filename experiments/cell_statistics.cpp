@@ -2,8 +2,10 @@
  * \brief Prints the workload that the simulated robot cell makes, and what the
  * published coder makes of it.
  */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
 #include "cell/robot_cell.h"
-#include "published_reference.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -17,24 +19,16 @@
 #include <cstdint>
 #include <iomanip>
 #include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace {
 
-using pcl_ext::PublishedReference;
 using pcl_ext::cell::CellFrame;
 using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RobotCell;
-
-/** \brief Solid angle term of the paper's intensity laws for the Kinect V2. */
-double
-facePerPoint()
-{
-  constexpr double degree = 3.14159265358979323846 / 180.0;
-  return 4.0 * std::tan(35.3 * degree) * std::tan(30.0 * degree) / (512.0 * 424.0);
-}
 
 struct CroppedPoint {
   pcl::PointXYZI point; ///< world frame, metres; intensity is the depth in the sensor's
@@ -91,33 +85,31 @@ countVoxels(const std::vector<CroppedPoint>& points, double resolution)
   return counts;
 }
 
-/** \brief One published stream and its running totals. */
+/** \brief One stream in the published layout and its running totals. */
 class Stream {
 public:
   Stream(std::string name, double resolution, bool quadratic)
   : name_(std::move(name))
-  , resolution_(resolution)
+  , law_(resolution)
   , quadratic_(quadratic)
-  , coder_(resolution, RobotCell::cropMin(), RobotCell::cropMax(), 30)
+  , coder_(settings(resolution))
   {}
 
   void
   add(const std::vector<CroppedPoint>& points)
   {
-    pcl::PointCloud<pcl::PointXYZI> cloud;
+    const pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(
+        new pcl::PointCloud<pcl::PointXYZI>);
     for (const CroppedPoint& kept : points) {
       pcl::PointXYZI point = kept.point;
-      const double depth = kept.point.intensity;
-      point.intensity =
-          quadratic_
-              ? static_cast<float>(255.0 * std::min(1.0,
-                                                    facePerPoint() * depth * depth /
-                                                        (resolution_ * resolution_)))
-              : 1.0f;
-      cloud.push_back(point);
+      point.intensity = quadratic_ ? 255.0f * law_(kept.point.intensity) : 1.0f;
+      cloud->push_back(point);
     }
-    bytes_ += coder_.encode(cloud).size();
-    voxels_ += coder_.leafCount();
+    std::ostringstream bytes;
+    if (const auto status = coder_.encodePointCloud(cloud, bytes); !status.ok())
+      throw std::runtime_error(status.message());
+    bytes_ += coder_.getStatistics().coding.bytes;
+    voxels_ += coder_.getStatistics().coding.voxels;
   }
 
   void
@@ -130,10 +122,26 @@ public:
   }
 
 private:
+  static pcl_ext::io::IntensityCompressionSettings
+  settings(double resolution)
+  {
+    pcl_ext::io::IntensityCompressionSettings settings;
+    settings.resolution = resolution;
+    settings.format = pcl_ext::io::StreamFormat::Published;
+    settings.bounding_box.emplace();
+    for (int axis = 0; axis < 3; ++axis) {
+      settings.bounding_box->min[static_cast<std::size_t>(axis)] =
+          RobotCell::cropMin()[axis];
+      settings.bounding_box->max[static_cast<std::size_t>(axis)] =
+          RobotCell::cropMax()[axis];
+    }
+    return settings;
+  }
+
   std::string name_;
-  double resolution_;
+  pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw> law_;
   bool quadratic_;
-  PublishedReference coder_;
+  pcl_ext::io::OctreePointCloudIntensityCompression<pcl::PointXYZI> coder_;
   std::size_t bytes_ = 0;
   std::size_t voxels_ = 0;
 };

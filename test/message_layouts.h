@@ -77,6 +77,10 @@ writeNumber(std::uint8_t* place, std::uint8_t datatype, double value)
     return put<float>(place, value);
   case PCLPointField::FLOAT64:
     return put<double>(place, value);
+  case 9: // INT64, which PCL 1.12 does not name
+    return put<std::int64_t>(place, value);
+  case 10: // UINT64
+    return put<std::uint64_t>(place, value);
   default:
     FAIL() << "no such datatype in this test";
   }

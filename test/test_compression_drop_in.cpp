@@ -280,6 +280,24 @@ TYPED_TEST(ProgramsForPcl, MembersOfAggregatesNeedNoInitializer)
       << "Compression encoder = pcl::io::LOW_RES_ONLINE_COMPRESSION_WITH_COLOR;";
 }
 
+TYPED_TEST(ProgramsForPcl, ResolutionCanBeSetLater)
+{
+  typename TypeParam::template Compression<pcl::PointXYZ> encoder(
+      pcl::io::MANUAL_CONFIGURATION, false, 0.05, 0.05, true, 30, false);
+  encoder.initialization();
+  encoder.setResolution(0.5);
+  EXPECT_EQ(encoder.getResolution(), 0.5);
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 100; ++i)
+    cloud->emplace_back(0.1f * static_cast<float>(i) + 0.01f, 0.01f, 0.01f);
+  std::stringstream stream;
+  encoder.encodePointCloud(cloud, stream);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr decoded(new pcl::PointCloud<pcl::PointXYZ>);
+  encoder.decodePointCloud(stream, decoded);
+  EXPECT_GE(decoded->size(), 20u); // PCL's grid begins at the first point
+  EXPECT_LE(decoded->size(), 21u);
+}
+
 TYPED_TEST(ProgramsForPcl, LowMemoryVariantCompilesAndEncodesSingleClouds)
 {
   using Single = typename TypeParam::template Compression<

@@ -57,7 +57,7 @@ TEST(InvalidCloudLayout, CoordinatesMustShareADatatype)
 TEST(InvalidCloudLayout, UnknownDatatypesAreNamed)
 {
   for (const std::string name : {"x", "y", "z", "intensity"})
-    for (const int datatype : {0, 9, 10, 11, 12, 255}) {
+    for (const int datatype : {0, 12, 255}) {
       PCLPointCloud2 message = plainMessage();
       fieldOf(message, name).datatype = static_cast<std::uint8_t>(datatype);
       expectRefusal(message,

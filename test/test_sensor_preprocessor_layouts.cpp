@@ -42,8 +42,7 @@ TEST(CloudLayout, TheLastFieldMayEndWithThePoint)
 
 TEST(CloudLayout, IntensityOfEveryDatatypeIsRead)
 {
-  for (std::uint8_t datatype = PCLPointField::INT8; datatype <= PCLPointField::FLOAT64;
-       ++datatype) {
+  for (std::uint8_t datatype = PCLPointField::INT8; datatype <= 10; ++datatype) {
     SCOPED_TRACE("datatype " + std::to_string(datatype));
     expectAllRead(makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
                                makeField("y", 4, PCLPointField::FLOAT32),
@@ -68,6 +67,8 @@ TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
         Limits{PCLPointField::UINT16, 0.0, 65535.0},
         Limits{PCLPointField::INT32, -2147483648.0, 2147483647.0},
         Limits{PCLPointField::UINT32, 0.0, 4294967295.0},
+        Limits{9, -9223372036854775808.0, 9007199254740992.0},
+        Limits{10, 0.0, 9007199254740992.0},
         Limits{PCLPointField::FLOAT32, -3e38, 3e38},
         Limits{PCLPointField::FLOAT64, -1.0 / 3.0, 3e38}}) {
     PCLPointCloud2 message = makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
@@ -83,6 +84,18 @@ TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
     EXPECT_EQ(output[0].intensity, static_cast<float>(limits.lowest));
     EXPECT_EQ(output[1].intensity, static_cast<float>(limits.highest));
   }
+}
+
+TEST(CloudLayout, IntensityMayBeBool)
+{
+  PCLPointCloud2 message = plainMessage(2);
+  fieldOf(message, "intensity").datatype = 11; // BOOL, which PCL 1.12 does not name
+  message.data[12] = 0;
+  message.data[28] = 1;
+  Output output;
+  ASSERT_TRUE(processNative(message, output).ok());
+  EXPECT_EQ(output[0].intensity, 0.0f);
+  EXPECT_EQ(output[1].intensity, 1.0f);
 }
 
 TEST(CloudLayout, CoordinatesMayBeDouble)

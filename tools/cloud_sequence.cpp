@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -35,14 +36,8 @@ hasPcdHeader(const std::string& path)
 class PcdSequence : public CloudSequence {
 public:
   PcdSequence(std::string name, std::vector<std::string> files)
-  : name_(std::move(name)), files_(std::move(files))
+  : CloudSequence(std::move(name)), files_(std::move(files))
   {}
-
-  std::string
-  name() const override
-  {
-    return name_;
-  }
 
   std::size_t
   size() const override
@@ -65,7 +60,6 @@ public:
   }
 
 private:
-  std::string name_;
   std::vector<std::string> files_;
   pcl::PCDReader reader_;
 };
@@ -73,15 +67,12 @@ private:
 class CellSequence : public CloudSequence {
 public:
   CellSequence(unsigned int sensor, std::size_t frames, std::uint32_t seed)
-  : sensor_(sensor), frames_(frames), cell_(seed)
+  : CloudSequence("cell_sensor_" + std::to_string(sensor))
+  , sensor_(sensor)
+  , frames_(frames)
+  , cell_(seed)
   {
     cell_.sensorPose(sensor); // throws for a sensor that is not there
-  }
-
-  std::string
-  name() const override
-  {
-    return "cell_sensor_" + std::to_string(sensor_);
   }
 
   std::size_t
@@ -133,6 +124,18 @@ makeSequence(const std::string& name,
   return std::make_unique<PcdSequence>(name, std::move(files));
 }
 
+/** \brief Numbers the sequences of the same name, as names become folders. */
+void
+makeNamesDistinct(std::vector<std::unique_ptr<CloudSequence>>& sequences)
+{
+  std::map<std::string, int> uses;
+  for (const auto& sequence : sequences) {
+    const int use = ++uses[sequence->name()];
+    if (use > 1)
+      sequence->rename(sequence->name() + "_" + std::to_string(use));
+  }
+}
+
 } // namespace
 
 std::vector<std::unique_ptr<CloudSequence>>
@@ -157,6 +160,7 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
     const std::string name = fs::path(single_files.front()).stem().string();
     sequences.push_back(makeSequence(name, std::move(single_files), max_frames));
   }
+  makeNamesDistinct(sequences);
   return sequences;
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -18,11 +19,21 @@ namespace tools {
 /** \brief Clouds of one sensor in the order of their time. */
 class CloudSequence {
 public:
+  explicit CloudSequence(std::string name) : name_(std::move(name)) {}
   virtual ~CloudSequence() = default;
 
   /** \brief A short name for tables and folders. */
-  virtual std::string
-  name() const = 0;
+  const std::string&
+  name() const
+  {
+    return name_;
+  }
+
+  void
+  rename(const std::string& name)
+  {
+    name_ = name;
+  }
 
   virtual std::size_t
   size() const = 0;
@@ -36,6 +47,9 @@ public:
    */
   virtual void
   read(std::size_t index, pcl::PCLPointCloud2& cloud) = 0;
+
+private:
+  std::string name_;
 };
 
 /** \brief Sequences of the PCD files and folders that a user names: one for each

@@ -30,11 +30,12 @@ printReports(const std::vector<StreamReport>& reports)
   std::cout << "\nPer frame:\n"
             << std::left << std::setw(static_cast<int>(name_width)) << "stream"
             << "  " << std::setw(9) << "intensity" << std::right << std::setw(8)
-            << "frames" << std::setw(10) << "points" << std::setw(10) << "cropped"
-            << std::setw(9) << "voxels" << std::setw(9) << "denoised" << std::setw(10)
-            << "bytes" << std::setw(13) << "bytes/voxel" << std::setw(8) << "ratio"
-            << std::setw(14) << "preprocess ms" << std::setw(11) << "encode ms"
-            << std::setw(11) << "decode ms" << std::setw(12) << "denoise ms" << '\n';
+            << "frames" << std::setw(10) << "points" << std::setw(10) << "encoded"
+            << std::setw(9) << "voxels" << std::setw(11) << "saturated" << std::setw(10)
+            << "denoised" << std::setw(10) << "bytes" << std::setw(13) << "bytes/voxel"
+            << std::setw(8) << "ratio" << std::setw(15) << "preprocess ms"
+            << std::setw(11) << "encode ms" << std::setw(11) << "decode ms"
+            << std::setw(12) << "denoise ms" << '\n';
   for (const StreamReport& report : reports) {
     const double frames = static_cast<double>(std::max<std::size_t>(report.frames, 1));
     const auto mean = [frames](auto sum) { return static_cast<double>(sum) / frames; };
@@ -43,19 +44,23 @@ printReports(const std::vector<StreamReport>& reports)
     std::cout << std::left << std::setw(static_cast<int>(name_width)) << report.name
               << "  " << std::setw(9) << report.law << std::right << std::fixed
               << std::setw(8) << report.frames << std::setprecision(0) << std::setw(10)
-              << mean(report.points) << std::setw(10) << mean(report.cropped_points)
-              << std::setw(9) << mean(report.voxels) << std::setw(9)
+              << mean(report.points) << std::setw(10) << mean(report.encoded_points)
+              << std::setw(9) << mean(report.voxels) << std::setw(11)
+              << mean(report.saturated_voxels) << std::setw(10)
               << mean(report.kept_voxels) << std::setw(10) << mean(report.bytes)
               << std::setprecision(3) << std::setw(13) << bytes / voxels
               << std::setprecision(1) << std::setw(8)
-              << 16.0 * static_cast<double>(report.cropped_points) / bytes
-              << std::setprecision(2) << std::setw(14) << mean(report.preprocess_ms)
+              << 16.0 * static_cast<double>(report.encoded_points) / bytes
+              << std::setprecision(2) << std::setw(15) << mean(report.preprocess_ms)
               << std::setw(11) << mean(report.encode_ms) << std::setw(11)
               << mean(report.decode_ms) << std::setw(12) << mean(report.denoise_ms)
               << '\n';
   }
-  std::cout << "(points: finite ones; ratio: 16 bytes for each point that was encoded, "
-               "against the bytes of the stream)\n";
+  std::cout
+      << "points: finite ones; encoded: those in a voxel, the others were cropped or "
+         "lie beyond the grid; saturated: voxels\nwhose intensity is beyond the "
+         "scale; denoised: voxels that are left; ratio: 16 bytes for each encoded "
+         "point, against bytes\n";
 }
 
 int
@@ -65,7 +70,7 @@ run(const StreamOptions& options)
   std::optional<BoundingBox> crop_box = options.crop_box;
   if (!options.inputs.empty())
     sequences = pcl_ext::tools::openSequences(options.inputs, options.frames);
-  else if (options.frames > 0) {
+  else {
     sequences.push_back(
         pcl_ext::tools::openCell(options.cell_sensor, options.frames, options.seed));
     if (!crop_box) {
@@ -83,6 +88,7 @@ run(const StreamOptions& options)
   for (const auto& sequence : sequences) {
     try {
       reports.push_back(pcl_ext::tools::runStream(*sequence, options, crop_box));
+      has_failed |= reports.back().failed_frames > 0;
     }
     catch (const std::exception& error) {
       // The other streams are none the worse for it.
@@ -91,12 +97,19 @@ run(const StreamOptions& options)
       has_failed = true;
     }
   }
+  reports.erase(std::remove_if(reports.begin(),
+                               reports.end(),
+                               [](const StreamReport& r) { return r.frames == 0; }),
+                reports.end());
   if (reports.empty())
     return 1;
   printReports(reports);
-  if (!options.output_folder.empty())
-    std::cout << "Look at the clouds with: pcl_viewer " << options.output_folder << '/'
-              << reports.front().name << "/decoded/0000.pcd\n";
+  for (const StreamReport& report : reports)
+    if (!report.example_cloud.empty()) {
+      std::cout << "Look at the clouds with: pcl_viewer " << report.example_cloud
+                << '\n';
+      break;
+    }
   return has_failed ? 1 : 0;
 }
 

@@ -5,7 +5,9 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 
 "$root/tools/install_packages.sh" build
-cmake -S "$root" -B "$root/build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
+# A folder of its own, so that a build by hand in build/ is not disturbed.
+build=$root/build-run
+cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF > /dev/null
-cmake --build "$root/build" --target pcl_ext_stream -j "${PCL_EXT_JOBS:-2}"
-exec "$root/build/tools/pcl_ext_stream" "$@"
+cmake --build "$build" --target pcl_ext_stream -j "${PCL_EXT_JOBS:-2}"
+exec "$build/tools/pcl_ext_stream" "$@"

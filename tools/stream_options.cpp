@@ -2,8 +2,12 @@
 
 #include <boost/program_options.hpp>
 
+#include <cmath>
+#include <cstdint>
 #include <iostream>
+#include <limits>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -39,17 +43,51 @@ runtimeSensor(const SensorT& sensor)
   return {sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows};
 }
 
+/** \brief Reads x0,y0,z0,x1,y1,z1. */
 io::BoundingBox
-parseBox(const std::vector<double>& corners)
+parseBox(const std::string& text)
 {
+  std::vector<double> corners;
+  std::istringstream stream(text);
+  std::string number;
+  while (std::getline(stream, number, ',')) {
+    std::size_t used = 0;
+    try {
+      corners.push_back(std::stod(number, &used));
+    }
+    catch (const std::exception&) {
+      used = 0;
+    }
+    if (used == 0 || used != number.size())
+      throw std::invalid_argument("--crop: '" + number + "' is not a number");
+  }
   if (corners.size() != 6)
-    throw std::invalid_argument("--crop needs six numbers: x0 y0 z0 x1 y1 z1");
+    throw std::invalid_argument("--crop needs six numbers, x0,y0,z0,x1,y1,z1, not " +
+                                std::to_string(corners.size()));
   io::BoundingBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     box.min[axis] = corners[axis];
     box.max[axis] = corners[axis + 3];
   }
   return box;
+}
+
+/** \brief The value of an option that counts something.
+ * \throws std::invalid_argument naming the option and its range
+ */
+unsigned int
+parseCount(const options::variables_map& values,
+           const std::string& option,
+           std::int64_t lowest,
+           std::int64_t highest)
+{
+  // As a signed number: an unsigned one would read -1 as four thousand million.
+  const auto count = values[option].as<std::int64_t>();
+  if (count < lowest || count > highest)
+    throw std::invalid_argument("--" + option + " is " + std::to_string(count) +
+                                "; it must be " + std::to_string(lowest) + " to " +
+                                std::to_string(highest));
+  return static_cast<unsigned int>(count);
 }
 
 options::options_description
@@ -69,7 +107,7 @@ describeOptions(StreamOptions& result)
          options::value(&result.output_folder)->default_value("out"),
          "folder for the decoded and the denoised clouds; '' for none");
   option("frames,n",
-         options::value(&result.frames),
+         options::value<std::int64_t>(),
          "frames of the cell (default 100), or of each input at most (default all)");
   option("resolution,r",
          options::value(&result.settings.resolution)->default_value(0.04),
@@ -85,24 +123,24 @@ describeOptions(StreamOptions& result)
          options::value<std::string>()->default_value("version1"),
          "version1 or published");
   option("i-frame-rate",
-         options::value(&result.settings.i_frame_rate)->default_value(30),
+         options::value<std::int64_t>()->default_value(30),
          "frames from one I-frame to the next");
   option("bits",
-         options::value(&result.settings.intensity_bits)->default_value(0),
+         options::value<std::int64_t>()->default_value(0),
          "bits of an intensity, 1 to 16; 0: automatic");
   option("threshold,t",
          options::value<float>(),
          "least intensity that denoising keeps (default: count 2, quadratic and linear "
          "64, native 0)");
   option("crop",
-         options::value<std::vector<double>>()->multitoken(),
-         "x0 y0 z0 x1 y1 z1: keep only this box, m (default: the cell's own for the "
+         options::value<std::string>(),
+         "x0,y0,z0,x1,y1,z1: keep only this box, m (default: the cell's own for the "
          "cell, none for inputs)");
   option("cell-sensor",
-         options::value(&result.cell_sensor)->default_value(1),
+         options::value<std::int64_t>()->default_value(1),
          "sensor of the cell, 1 to 6");
   option("seed",
-         options::value(&result.seed)->default_value(1),
+         options::value<std::int64_t>()->default_value(1),
          "of the cell's random errors");
   return description;
 }
@@ -127,8 +165,15 @@ parseOptions(int argc, const char* const* argv)
     return std::nullopt;
   }
   options::notify(values);
-  if (values.count("frames") == 0 && result.inputs.empty())
+  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+  if (values.count("frames") != 0)
+    result.frames = parseCount(values, "frames", 1, most);
+  else if (result.inputs.empty())
     result.frames = 100;
+  result.settings.i_frame_rate = parseCount(values, "i-frame-rate", 0, most);
+  result.settings.intensity_bits = parseCount(values, "bits", 0, 16);
+  result.cell_sensor = parseCount(values, "cell-sensor", 1, 6);
+  result.seed = parseCount(values, "seed", 0, most);
   result.law = lookUp<Law>("intensity",
                            values["intensity"].as<std::string>(),
                            {{"auto", Law::Automatic},
@@ -147,10 +192,13 @@ parseOptions(int argc, const char* const* argv)
                                values["format"].as<std::string>(),
                                {{"version1", io::StreamFormat::Version1},
                                 {"published", io::StreamFormat::Published}});
-  if (values.count("threshold") != 0)
+  if (values.count("threshold") != 0) {
     result.threshold = values["threshold"].as<float>();
+    if (!std::isfinite(*result.threshold))
+      throw std::invalid_argument("--threshold must be a finite number");
+  }
   if (values.count("crop") != 0)
-    result.crop_box = parseBox(values["crop"].as<std::vector<double>>());
+    result.crop_box = parseBox(values["crop"].as<std::string>());
   return result;
 }
 

@@ -174,26 +174,146 @@ denoise(const IntensityCloud::ConstPtr& decoded, float threshold, IntensityCloud
   filter.filter(kept);
 }
 
-/** \brief Writes a cloud for pcl_viewer; none if it holds no point, which PCD cannot
- * say.
+/** \brief The stages of one stream, and where their figures go. */
+class Pipeline {
+public:
+  Pipeline(const StreamOptions& options,
+           Law law,
+           const Eigen::Isometry3d& sensor_pose,
+           const std::optional<io::BoundingBox>& crop_box,
+           StreamReport& report)
+  : preprocess_(choosePreprocessing(law, options, sensor_pose, crop_box))
+  , encoder_(compressionSettings(options, law, crop_box))
+  , decoder_(compressionSettings(options, law, crop_box))
+  , threshold_(options.threshold.value_or(defaultThreshold(law)))
+  , report_(report)
+  {}
+
+  /** \brief Takes a cloud through all stages.
+   * \throws std::runtime_error if one of them fails, or what was decoded is not what was
+   * encoded
+   */
+  void
+  run(const pcl::PCLPointCloud2& cloud)
+  {
+    PreprocessingStatistics preprocessing;
+    {
+      const Stopwatch stopwatch(report_.preprocess_ms);
+      preprocessing = preprocess_(cloud, *preprocessed_);
+    }
+    std::stringstream bytes;
+    {
+      const Stopwatch stopwatch(report_.encode_ms);
+      check(encoder_.encodePointCloud(preprocessed_, bytes), "encoding");
+    }
+    {
+      const Stopwatch stopwatch(report_.decode_ms);
+      check(decoder_.decodePointCloud(bytes, decoded_), "decoding");
+    }
+    {
+      const Stopwatch stopwatch(report_.denoise_ms);
+      denoise(decoded_, threshold_, denoised_);
+    }
+    if (encoder_.getVoxelFrame().keys != decoder_.getVoxelFrame().keys ||
+        encoder_.getVoxelFrame().intensities != decoder_.getVoxelFrame().intensities)
+      throw std::runtime_error("it was not decoded to what was encoded");
+    const io::FrameStatistics& statistics = encoder_.getStatistics();
+    ++report_.frames;
+    report_.points += preprocessing.points - preprocessing.points_not_finite;
+    report_.encoded_points += statistics.voxelization.points_used;
+    report_.saturated_voxels += statistics.voxelization.intensities_out_of_range;
+    report_.voxels += decoded_->size();
+    report_.kept_voxels += denoised_.size();
+    report_.bytes += statistics.coding.bytes;
+  }
+
+  const IntensityCloud&
+  decoded() const
+  {
+    return *decoded_;
+  }
+
+  const IntensityCloud&
+  denoised() const
+  {
+    return denoised_;
+  }
+
+private:
+  static void
+  check(const io::CompressionStatus& status, const std::string& action)
+  {
+    if (!status.ok())
+      throw std::runtime_error(action + " failed: " + status.message());
+  }
+
+  Preprocessing preprocess_;
+  Compression encoder_;
+  Compression decoder_;
+  float threshold_;
+  StreamReport& report_;
+  const IntensityCloud::Ptr preprocessed_{new IntensityCloud};
+  IntensityCloud::Ptr decoded_{new IntensityCloud};
+  IntensityCloud denoised_;
+};
+
+/** \brief Writes the clouds of a stream into folders of its own, for pcl_viewer. */
+class CloudWriter {
+public:
+  /** \brief Makes the folders, and empties them of an earlier run's clouds.
+   * \param[in] output_folder where; empty: nothing is written
+   * \param[in] stream name of the stream
+   */
+  CloudWriter(const std::string& output_folder, const std::string& stream)
+  {
+    if (output_folder.empty())
+      return;
+    folder_ = fs::path(output_folder) / stream;
+    for (const char* kind : {"decoded", "denoised"}) {
+      fs::create_directories(folder_ / kind);
+      for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / kind))
+        if (entry.path().extension() == ".pcd")
+          fs::remove(entry.path());
+    }
+  }
+
+  /** \brief Writes a cloud, unless it holds no point, which PCD cannot say.
+   * \return its path; empty if it was not written
+   */
+  std::string
+  write(const char* kind, std::size_t index, const IntensityCloud& cloud) const
+  {
+    if (folder_.empty() || cloud.empty())
+      return {};
+    std::ostringstream name;
+    name << std::setw(4) << std::setfill('0') << index << ".pcd";
+    const std::string path = (folder_ / kind / name.str()).string();
+    if (pcl::io::savePCDFileBinaryCompressed(path, cloud) != 0)
+      throw std::runtime_error("cannot write '" + path + "'");
+    return path;
+  }
+
+private:
+  fs::path folder_;
+};
+
+/** \brief The first cloud of a sequence that can be read; it tells which fields there
+ * are.
+ * \throws std::runtime_error if there is none
  */
 void
-writeCloud(const fs::path& folder, std::size_t index, const IntensityCloud& cloud)
+readFirst(CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
 {
-  if (cloud.empty())
-    return;
-  std::ostringstream name;
-  name << std::setw(4) << std::setfill('0') << index << ".pcd";
-  if (pcl::io::savePCDFileBinaryCompressed((folder / name.str()).string(), cloud) != 0)
-    throw std::runtime_error("cannot write '" + (folder / name.str()).string() + "'");
-}
-
-void
-check(const io::CompressionStatus& status, const char* action, std::size_t index)
-{
-  if (!status.ok())
-    throw std::runtime_error(std::string(action) + " frame " + std::to_string(index) +
-                             " failed: " + status.message());
+  for (std::size_t index = 0; index + 1 < sequence.size(); ++index) {
+    try {
+      sequence.read(index, cloud);
+      return;
+    }
+    catch (const std::runtime_error&) {
+      // It is reported when its turn comes.
+    }
+  }
+  sequence.read(sequence.size() - 1, cloud);
 }
 
 } // namespace
@@ -206,61 +326,30 @@ runStream(CloudSequence& sequence,
   StreamReport report;
   report.name = sequence.name();
   pcl::PCLPointCloud2 cloud;
-  sequence.read(0, cloud);
+  readFirst(sequence, cloud);
   const Law law = resolveLaw(options.law, cloud);
   report.law = nameOf(law);
-  Preprocessing preprocess =
-      choosePreprocessing(law, options, sequence.sensorPose(), crop_box);
-  const io::IntensityCompressionSettings settings =
-      compressionSettings(options, law, crop_box);
-  Compression encoder(settings);
-  Compression decoder(settings);
-  const float threshold = options.threshold.value_or(defaultThreshold(law));
-  const fs::path folder = fs::path(options.output_folder) / report.name;
-  if (!options.output_folder.empty()) {
-    fs::create_directories(folder / "decoded");
-    fs::create_directories(folder / "denoised");
-  }
+  Pipeline pipeline(options, law, sequence.sensorPose(), crop_box, report);
+  const CloudWriter writer(options.output_folder, report.name);
 
   std::cerr << report.name << ": " << sequence.size() << " frames\n";
   boost::timer::progress_display progress(sequence.size(), std::cerr);
-  const IntensityCloud::Ptr preprocessed(new IntensityCloud);
-  IntensityCloud::Ptr decoded(new IntensityCloud);
-  IntensityCloud kept;
   for (std::size_t index = 0; index < sequence.size(); ++index, ++progress) {
-    sequence.read(index, cloud);
-    PreprocessingStatistics preprocessing;
-    {
-      const Stopwatch stopwatch(report.preprocess_ms);
-      preprocessing = preprocess(cloud, *preprocessed);
+    try {
+      sequence.read(index, cloud);
+      pipeline.run(cloud);
     }
-    std::stringstream bytes;
-    {
-      const Stopwatch stopwatch(report.encode_ms);
-      check(encoder.encodePointCloud(preprocessed, bytes), "encoding", index);
+    catch (const std::exception& error) {
+      // The frames behind it are none the worse for it.
+      std::cerr << "\npcl_ext_stream: " << report.name << ", frame " << index << ": "
+                << error.what() << '\n';
+      ++report.failed_frames;
+      continue;
     }
-    {
-      const Stopwatch stopwatch(report.decode_ms);
-      check(decoder.decodePointCloud(bytes, decoded), "decoding", index);
-    }
-    {
-      const Stopwatch stopwatch(report.denoise_ms);
-      denoise(decoded, threshold, kept);
-    }
-    if (encoder.getVoxelFrame().keys != decoder.getVoxelFrame().keys ||
-        encoder.getVoxelFrame().intensities != decoder.getVoxelFrame().intensities)
-      throw std::runtime_error("frame " + std::to_string(index) +
-                               " was not decoded to what was encoded");
-    if (!options.output_folder.empty()) {
-      writeCloud(folder / "decoded", index, *decoded);
-      writeCloud(folder / "denoised", index, kept);
-    }
-    ++report.frames;
-    report.points += preprocessing.points - preprocessing.points_not_finite;
-    report.cropped_points += preprocessed->size();
-    report.voxels += decoded->size();
-    report.kept_voxels += kept.size();
-    report.bytes += encoder.getStatistics().coding.bytes;
+    const std::string path = writer.write("decoded", index, pipeline.decoded());
+    if (report.example_cloud.empty())
+      report.example_cloud = path;
+    writer.write("denoised", index, pipeline.denoised());
   }
   return report;
 }

@@ -14,15 +14,18 @@ struct StreamReport {
   std::string name;
   std::string law;
   std::size_t frames = 0;
+  std::size_t failed_frames = 0;  ///< could not be read or processed
   std::size_t points = 0;         ///< that are finite, before cropping
-  std::size_t cropped_points = 0; ///< that were encoded
+  std::size_t encoded_points = 0; ///< that are in a voxel
   std::size_t voxels = 0;
+  std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
+  std::size_t kept_voxels = 0;      ///< after denoising
   std::size_t bytes = 0;
-  std::size_t kept_voxels = 0; ///< after denoising
   double preprocess_ms = 0.0;
   double encode_ms = 0.0;
   double decode_ms = 0.0;
   double denoise_ms = 0.0;
+  std::string example_cloud; ///< path of a decoded cloud that was written, if any
 };
 
 /** \brief Preprocesses, encodes, decodes and denoises a whole stream, shows a progress
@@ -31,7 +34,8 @@ struct StreamReport {
  * \param[in,out] sequence the stream's clouds
  * \param[in] options of the command line
  * \param[in] crop_box what to keep; none: everything
- * \throws std::runtime_error with a sentence for the user if anything fails
+ * \return the sums; a frame that fails is said on the console and left out of them
+ * \throws std::exception with a sentence for the user if nothing can be processed
  */
 StreamReport
 runStream(CloudSequence& sequence,

@@ -9,7 +9,8 @@ namespace pcl_ext {
  * a sentence to show.
  * \tparam CodeT an enumeration whose value `CodeT::Ok` means success
  *
- * The library reports bad input through this type and never through exceptions.
+ * Clouds, frames, streams and settings that are bad are reported through this type and
+ * never through exceptions.
  */
 template <typename CodeT>
 class Status {

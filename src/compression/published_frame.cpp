@@ -179,6 +179,47 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   return {};
 }
 
+/** \brief Reads a count and as many range coded symbols. */
+CompressionStatus
+readSymbols(ByteSource& source,
+            std::size_t max_count,
+            const std::string& what,
+            std::vector<std::uint8_t>& symbols)
+{
+  const std::uint64_t count = source.u64();
+  if (source.failure() == ByteSource::Failure::None && count > max_count)
+    return {CompressionCode::LimitExceeded,
+            "published frame: " + std::to_string(count) + " " + what +
+                " are more than the limit on voxels allows"};
+  return decodeStaticRange(source, static_cast<std::size_t>(count), symbols)
+             ? CompressionStatus()
+             : readFailure(source, what);
+}
+
+/** \brief Makes the octree and its voxels of a frame's occupancy bytes. */
+CompressionStatus
+readTree(const std::vector<std::uint8_t>& symbols,
+         const OccupancyTree* reference,
+         std::size_t max_voxels,
+         VoxelFrame& frame,
+         OccupancyTree& tree)
+{
+  tree.reset(frame.grid.depth);
+  frame.keys.clear();
+  if (symbols.empty())
+    return corrupt("it has no root");
+  if (symbols.size() == 1 && symbols[0] == 0 &&
+      (reference == nullptr || reference->nodeCount() == 0))
+    return {}; // the root of an empty tree
+  DepthFirstReader reader(symbols, reference, max_voxels, tree, frame.keys);
+  if (reader.read(0, 0) && reader.isAtEnd())
+    return {};
+  return reader.exceedsLimit()
+             ? CompressionStatus{CompressionCode::LimitExceeded,
+                                 "published frame: more voxels than the limit"}
+             : corrupt("the occupancy bytes are not a tree");
+}
+
 } // namespace
 
 void
@@ -254,57 +295,48 @@ decodePublished(ByteSource& source,
                   " voxels are more than the limit of " +
                   std::to_string(limits.max_voxels)};
   }
-  else if (source.failure() == ByteSource::Failure::None) {
-    if (!history.has_frame || history.frame_number + 1 != statistics.frame_number)
-      return {CompressionCode::MissingReference,
-              "published P-frame " + std::to_string(statistics.frame_number) +
-                  " depends on the frame before it, which was not decoded"};
+  const bool has_reference =
+      statistics.is_i_frame ||
+      (history.has_frame && history.frame_number + 1 == statistics.frame_number);
+  if (!statistics.is_i_frame)
     frame.grid = history.grid;
-  }
 
   statistics.header_bytes = published_magic_size + source.consumed();
-  const std::uint64_t node_count = source.u64();
-  if (source.failure() == ByteSource::Failure::None &&
-      node_count > maxBranchNodes(limits, frame.grid.depth) + 1)
-    return {CompressionCode::LimitExceeded,
-            "published frame: " + std::to_string(node_count) +
-                " occupancy bytes are more than the limit on voxels allows"};
-  std::vector<std::uint8_t> symbols;
-  if (!decodeStaticRange(source, static_cast<std::size_t>(node_count), symbols))
-    return readFailure(source, "occupancy bytes");
-
-  OccupancyTree tree;
-  tree.reset(frame.grid.depth);
-  frame.keys.clear();
-  if (symbols.empty())
-    return corrupt("it has no root");
-  DepthFirstReader reader(symbols,
-                          statistics.is_i_frame ? nullptr : &history.tree,
-                          limits.max_voxels,
-                          tree,
-                          frame.keys);
-  const bool is_empty = symbols.size() == 1 && symbols[0] == 0 &&
-                        (statistics.is_i_frame || history.tree.nodeCount() == 0);
-  if (!is_empty && (!reader.read(0, 0) || !reader.isAtEnd()))
-    return reader.exceedsLimit()
-               ? CompressionStatus{CompressionCode::LimitExceeded,
-                                   "published frame: more voxels than the limit"}
-               : corrupt("the occupancy bytes are not a tree");
-
+  std::vector<std::uint8_t> occupancy;
+  const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
+  if (CompressionStatus status = readSymbols(
+          source, maxBranchNodes(limits, depth) + 1, "occupancy bytes", occupancy);
+      !status.ok())
+    return status;
   statistics.occupancy_bytes =
       published_magic_size + source.consumed() - statistics.header_bytes;
-  const std::uint64_t intensity_count = source.u64();
-  if (source.failure() != ByteSource::Failure::None)
-    return readFailure(source, "intensities");
-  if (intensity_count != frame.size() ||
-      (statistics.is_i_frame && voxel_count != frame.size()))
-    return corrupt("its counts of voxels differ");
-  if (!decodeStaticRange(source, frame.size(), symbols))
-    return readFailure(source, "intensities");
-  frame.intensities.assign(symbols.begin(), symbols.end());
-  frame.intensity_scale = IntensityScale();
+  std::vector<std::uint8_t> intensities;
+  if (CompressionStatus status =
+          readSymbols(source, limits.max_voxels, "intensities", intensities);
+      !status.ok())
+    return status;
   statistics.intensity_bytes = published_magic_size + source.consumed() -
                                statistics.header_bytes - statistics.occupancy_bytes;
+  // Only now, so that the next call finds the source behind the frame.
+  if (!has_reference)
+    return {CompressionCode::MissingReference,
+            "published P-frame " + std::to_string(statistics.frame_number) +
+                " depends on the frame before it, which was not decoded"};
+
+  OccupancyTree tree;
+  if (CompressionStatus status =
+          readTree(occupancy,
+                   statistics.is_i_frame ? nullptr : &history.tree,
+                   limits.max_voxels,
+                   frame,
+                   tree);
+      !status.ok())
+    return status;
+  if (intensities.size() != frame.size() ||
+      (statistics.is_i_frame && voxel_count != frame.size()))
+    return corrupt("its counts of voxels differ");
+  frame.intensities.assign(intensities.begin(), intensities.end());
+  frame.intensity_scale = IntensityScale();
 
   history.has_frame = true;
   history.frame_number = statistics.frame_number;

@@ -1,7 +1,5 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
-#include <pcl/common/io.h>
-
 #include <boost/predef/other/endian.h>
 
 #include <algorithm>
@@ -26,12 +24,37 @@ findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
   return field != cloud.fields.end() ? &*field : nullptr;
 }
 
+/** \brief Bytes of a number of a datatype; 0 if there is no such datatype. */
+std::uint64_t
+sizeOf(std::uint8_t datatype)
+{
+  switch (datatype) {
+  case pcl::PCLPointField::INT8:
+  case pcl::PCLPointField::UINT8:
+  case detail::bool_datatype:
+    return 1;
+  case pcl::PCLPointField::INT16:
+  case pcl::PCLPointField::UINT16:
+    return 2;
+  case pcl::PCLPointField::INT32:
+  case pcl::PCLPointField::UINT32:
+  case pcl::PCLPointField::FLOAT32:
+    return 4;
+  case pcl::PCLPointField::FLOAT64:
+  case detail::int64_datatype:
+  case detail::uint64_datatype:
+    return 8;
+  default:
+    return 0;
+  }
+}
+
 /** \brief Checks that a field is one readable number within each point. */
 PreprocessingStatus
 checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
 {
-  if (field.datatype < pcl::PCLPointField::INT8 ||
-      field.datatype > pcl::PCLPointField::FLOAT64)
+  const std::uint64_t size = sizeOf(field.datatype);
+  if (size == 0)
     return {PreprocessingCode::InvalidField,
             "field '" + field.name + "' has the unknown datatype " +
                 std::to_string(field.datatype)};
@@ -40,7 +63,6 @@ checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
     return {PreprocessingCode::InvalidField,
             "field '" + field.name + "' holds " + std::to_string(field.count) +
                 " numbers; it must hold one"};
-  const auto size = static_cast<std::uint64_t>(pcl::getFieldSize(field.datatype));
   if (field.offset + size > cloud.point_step)
     return {PreprocessingCode::InvalidField,
             "field '" + field.name + "' ends at byte " +

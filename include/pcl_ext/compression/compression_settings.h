@@ -45,8 +45,9 @@ struct DecoderLimits {
   std::size_t max_frame_bytes = std::size_t{1} << 26;
 
   /** \brief Voxels of one frame. Memory stays below about 100 bytes for each of them,
-   * 350 where hardly two voxels share a branch of the octree. */
-  std::size_t max_voxels = std::size_t{1} << 24;
+   * 350 where hardly two voxels share a branch of the octree; retain_octree, which builds
+   * PCL's octree of pointers, takes as much again and more. */
+  std::size_t max_voxels = std::size_t{1} << 22;
 };
 
 /** \brief A pose, sensor -> cloud; takes an Eigen::Isometry3f. Not aligned, so that the

@@ -27,6 +27,20 @@ template <typename PointT>
 using DefaultIntensityModel =
     std::conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
 
+namespace detail {
+
+/** \brief True for types that have what the contract of IntensityModel demands. */
+template <typename ModelT, typename = void>
+struct IsIntensityModel : std::false_type {};
+
+template <typename ModelT>
+struct IsIntensityModel<ModelT,
+                        std::void_t<decltype(ModelT::unit),
+                                    decltype(ModelT::uses_depth),
+                                    decltype(ModelT::uses_native)>> : std::true_type {};
+
+} // namespace detail
+
 /** \brief Compresses streams of point clouds into voxels with an intensity; takes the
  * place of pcl::io::OctreePointCloudCompression.
  *
@@ -152,7 +166,8 @@ public:
 
   /** \brief Decodes the next frame of a stream, of either format.
    *
-   * Never throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
+   * The whole frame must be in the stream; one that arrives in pieces is lost. Never
+   * throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
    * before the frame are skipped. Without a frame the cloud is empty and the status
    * says why; the history stays, so that the stream recovers at the latest with the
    * next I-frame.
@@ -163,6 +178,19 @@ public:
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
+
+  /** \brief Changes the resolution of the frames that are encoded from now on; the next
+   * one is an I-frame. An octree that was retained is dropped.
+   * \param[in] resolution voxel edge, metres; checked as that of the settings
+   */
+  void
+  setResolution(double resolution);
+
+  /** \brief Does nothing. PCL's class applies its profile here, this one when it is
+   * made. */
+  void
+  initialization()
+  {}
 
   /** \brief Makes the next encoded frame an I-frame, for a receiver that lost one. */
   void
@@ -200,6 +228,10 @@ public:
   }
 
 private:
+  static_assert(detail::IsIntensityModel<IntensityModelT>::value,
+                "the second template argument is the intensity model; those that PCL's "
+                "class has there, leaf, branch and octree, follow it");
+
   CompressionStatus
   decodeFrame(std::istream& compressed_cloud, PointCloud& cloud);
 

@@ -130,6 +130,13 @@ public:
     }
   }
 
+  /** \brief The same sensor and law for another voxel edge, metres, above 0. */
+  IntensityModel
+  atResolution(double resolution) const
+  {
+    return IntensityModel(resolution, sensor_, law_);
+  }
+
   /** \brief Point intensity I_p.
    * \param[in] depth along the optical axis in the sensor's frame, metres; below 0
    * counts as 0

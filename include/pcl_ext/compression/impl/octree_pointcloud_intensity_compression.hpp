@@ -11,11 +11,22 @@
 #include <istream>
 #include <limits>
 #include <ostream>
+#include <type_traits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
 
 namespace detail {
+
+template <typename ModelT, typename = void>
+struct HasAtResolution : std::false_type {};
+
+template <typename ModelT>
+struct HasAtResolution<
+    ModelT,
+    std::void_t<decltype(std::declval<const ModelT&>().atResolution(1.0))>>
+: std::true_type {};
 
 /** \brief The settings that PCL's constructor arguments stand for. */
 inline IntensityCompressionSettings
@@ -28,14 +39,50 @@ settingsOfProfile(pcl::io::compression_Profiles_e profile,
   settings.show_statistics = show_statistics;
   settings.resolution = octree_resolution;
   settings.i_frame_rate = i_frame_rate;
-  if (profile < pcl::io::COMPRESSION_PROFILE_COUNT) {
-    const auto& configuration = pcl::io::compressionProfiles_[profile];
+  // Whatever is no profile counts as MANUAL_CONFIGURATION.
+  const int index = static_cast<int>(profile);
+  if (index >= 0 && index < static_cast<int>(pcl::io::COMPRESSION_PROFILE_COUNT)) {
+    const auto& configuration = pcl::io::compressionProfiles_[index];
     settings.resolution = configuration.octreeResolution;
     settings.i_frame_rate = configuration.iFrameRate;
     if (profile >= pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR)
       settings.effort = Effort::Small;
   }
   return settings;
+}
+
+/** \brief The model for another resolution: by its own member where it has one, else made
+ * anew where that is possible, else as it is. */
+template <typename ModelT>
+ModelT
+modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
+{
+  if constexpr (HasAtResolution<ModelT>::value)
+    return model.atResolution(resolution);
+  else if constexpr (std::is_constructible<ModelT, double>::value)
+    return ModelT(resolution);
+  else
+    return model;
+}
+
+/** \brief A voxel intensity as a point type's field holds it: rounded to the nearest and
+ * held at the ends, where the field is of whole numbers. */
+template <typename FieldT>
+FieldT
+fieldValue(float intensity)
+{
+  if constexpr (std::is_integral<FieldT>::value) {
+    constexpr auto lowest = static_cast<double>(std::numeric_limits<FieldT>::min());
+    constexpr auto highest = static_cast<double>(std::numeric_limits<FieldT>::max());
+    const double rounded = std::round(static_cast<double>(intensity));
+    if (rounded <= lowest)
+      return std::numeric_limits<FieldT>::min();
+    // Not a cast: the highest 64-bit number is no double.
+    return rounded >= highest ? std::numeric_limits<FieldT>::max()
+                              : static_cast<FieldT>(rounded);
+  }
+  else
+    return static_cast<FieldT>(intensity);
 }
 
 /** \brief A resolution that PCL's octree accepts, whatever the user's. */
@@ -101,6 +148,26 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 , encoder_(settings.format, settings.i_frame_rate)
 , decoder_(settings.decoder_limits)
 {}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    setResolution(double resolution)
+{
+  settings_.resolution = resolution;
+  settings_status_ = checkSettings(settings_);
+  this->deleteTree();
+  Base::setResolution(detail::octreeResolution(settings_));
+  if (!settings_status_.ok())
+    return;
+  intensity_model_ = detail::modelAtResolution(intensity_model_, resolution);
+  voxelizer_ = Voxelizer(settings_, IntensityModelT::unit);
+  encoder_.requestIFrame();
+}
 
 template <typename PointT,
           typename IntensityModelT,
@@ -246,7 +313,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     float depth = 0.0f;
     // The difference first: far from the origin it is exact and the products are not.
     if constexpr (IntensityModelT::uses_depth)
-      depth = optical_axis.dot(cloud[i].getVector3fMap() - sensor);
+      depth = optical_axis.dot(Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z) -
+                               sensor);
     intensities_[i] = intensity_model_(depth, nativeIntensity(cloud[i], 0.0f));
   }
 }
@@ -288,7 +356,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     point.y = static_cast<float>(frame_.grid.centre(1, position.y));
     point.z = static_cast<float>(frame_.grid.centre(2, position.z));
     if constexpr (has_intensity_field<PointT>)
-      point.intensity = static_cast<decltype(point.intensity)>(
+      point.intensity = detail::fieldValue<decltype(point.intensity)>(
           frame_.intensity_scale.value(frame_.intensities[i]));
   }
   cloud.width = static_cast<std::uint32_t>(cloud.size());

@@ -11,6 +11,11 @@ namespace pcl_ext {
 
 namespace detail {
 
+/** \brief Datatypes that pcl::PCLPointField names only since PCL 1.13. */
+constexpr std::uint8_t int64_datatype = 9;
+constexpr std::uint8_t uint64_datatype = 10;
+constexpr std::uint8_t bool_datatype = 11;
+
 /** \brief Reads a number that need not be aligned. */
 template <typename NumberT>
 NumberT
@@ -40,6 +45,12 @@ readScalar(const std::uint8_t* bytes, std::uint8_t datatype)
     return static_cast<float>(readNumber<std::uint32_t>(bytes));
   case pcl::PCLPointField::FLOAT64:
     return static_cast<float>(readNumber<double>(bytes));
+  case int64_datatype:
+    return static_cast<float>(readNumber<std::int64_t>(bytes));
+  case uint64_datatype:
+    return static_cast<float>(readNumber<std::uint64_t>(bytes));
+  case bool_datatype:
+    return readNumber<std::uint8_t>(bytes) != 0 ? 1.0f : 0.0f;
   default:
     return readNumber<float>(bytes);
   }
@@ -106,7 +117,7 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
             "the intensity model is native, but the point type has no intensity"};
   startOutput(cloud.header, cloud.size(), output);
   for (const PointT& point : cloud)
-    addPoint(point.getVector3fMap(), nativeIntensity(point, 0.0f), output);
+    addPoint({point.x, point.y, point.z}, nativeIntensity(point, 0.0f), output);
   finishOutput(output);
   return {};
 }
