@@ -42,6 +42,30 @@ TEST(FrameStreams, GarbageIsSkippedAndCounted)
   }
 }
 
+TEST(FrameStreams, AFrameWithoutItsReferenceIsReadWhole)
+{
+  std::mt19937_64 random(41);
+  for (const StreamFormat format : formats) {
+    FrameEncoder encoder(format, 3);
+    VoxelFrame frame = randomFrame(random, 5, 100);
+    Bytes stream;
+    for (int i = 0; i < 4; ++i) {
+      const Bytes bytes = encoded(encoder, frame);
+      if (i > 0) // the first I-frame is lost
+        append(bytes, stream);
+      walk(random, 20, frame);
+    }
+    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::MissingReference);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::MissingReference);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::Ok);
+    EXPECT_EQ(decoder.statistics().skipped_bytes, 0u);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::EndOfStream);
+  }
+}
+
 TEST(FrameStreams, BothFormatsShareAStream)
 {
   std::mt19937_64 random(5);

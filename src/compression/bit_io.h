@@ -16,7 +16,7 @@ public:
   write(std::uint32_t number, unsigned int count)
   {
     while (count-- > 0) {
-      partial_ = static_cast<std::uint8_t>(partial_ << 1 | ((number >> count) & 1));
+      partial_ = static_cast<std::uint8_t>(partial_ * 2u + ((number >> count) & 1u));
       if (++partial_count_ == 8) {
         bytes_.push_back(partial_);
         partial_count_ = 0;
