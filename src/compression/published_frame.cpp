@@ -156,7 +156,9 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   if (source.failure() != ByteSource::Failure::None)
     return readFailure(source, "header");
 
-  constexpr double largest_coordinate = 1e9;
+  // What the largest resolution makes of the lattice's end.
+  constexpr double largest_coordinate =
+      largest_resolution * static_cast<double>(std::int64_t{1} << max_grid_depth);
   if (!(grid.resolution >= smallest_resolution &&
         grid.resolution <= largest_resolution))
     return corrupt("the resolution is not within 1e-6 to 1e6 m");
