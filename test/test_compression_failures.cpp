@@ -42,8 +42,6 @@ using pcl_ext::test::settingsWith;
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
-// A point type that the library holds no instance of, so that PCL's assertions are
-// active whenever they are in this file.
 using LocalPoint = pcl::PointXYZINormal;
 using LocalCompression = OctreePointCloudIntensityCompression<LocalPoint>;
 

@@ -2,6 +2,10 @@
 
 #include <pcl/point_types.h>
 
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
 namespace pcl_ext {
 
 /** \brief True if the point type has a field `intensity` registered with PCL. */
@@ -17,6 +21,40 @@ nativeIntensity(const PointT& point, float absent)
     return static_cast<float>(point.intensity);
   else
     return absent;
+}
+
+namespace detail {
+
+/** \brief A voxel intensity as a point type's field holds it: rounded to the nearest and
+ * held at the ends, where the field is of whole numbers. */
+template <typename FieldT>
+FieldT
+fieldValue(float intensity)
+{
+  if constexpr (std::is_integral<FieldT>::value) {
+    constexpr auto lowest = static_cast<double>(std::numeric_limits<FieldT>::min());
+    constexpr auto highest = static_cast<double>(std::numeric_limits<FieldT>::max());
+    const double rounded = std::round(static_cast<double>(intensity));
+    if (rounded <= lowest)
+      return std::numeric_limits<FieldT>::min();
+    // Not a cast: the highest 64-bit number is no double.
+    return rounded >= highest ? std::numeric_limits<FieldT>::max()
+                              : static_cast<FieldT>(rounded);
+  }
+  else
+    return static_cast<FieldT>(intensity);
+}
+
+} // namespace detail
+
+/** \brief Sets the point's own intensity, in its unit; nothing if its type has none. A
+ * field of whole numbers gets the nearest that it can hold. */
+template <typename PointT>
+void
+setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intensity)
+{
+  if constexpr (has_intensity_field<PointT>)
+    point.intensity = detail::fieldValue<decltype(point.intensity)>(intensity);
 }
 
 } // namespace pcl_ext

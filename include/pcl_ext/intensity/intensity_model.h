@@ -192,6 +192,33 @@ private:
   float inverse_cut_off_depth_ = 0.0f;
 };
 
+namespace detail {
+
+template <typename ModelT, typename = void>
+struct HasAtResolution : std::false_type {};
+
+template <typename ModelT>
+struct HasAtResolution<
+    ModelT,
+    std::void_t<decltype(std::declval<const ModelT&>().atResolution(1.0))>>
+: std::true_type {};
+
+} // namespace detail
+
+/** \brief The model for another resolution: by its own member where it has one, else made
+ * anew where that is possible, else as it is. */
+template <typename ModelT>
+ModelT
+modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
+{
+  if constexpr (detail::HasAtResolution<ModelT>::value)
+    return model.atResolution(resolution);
+  else if constexpr (std::is_constructible<ModelT, double>::value)
+    return ModelT(resolution);
+  else
+    return model;
+}
+
 /** \brief Counts points, whatever the sensor. */
 using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;
 

@@ -19,15 +19,6 @@ namespace io {
 
 namespace detail {
 
-template <typename ModelT, typename = void>
-struct HasAtResolution : std::false_type {};
-
-template <typename ModelT>
-struct HasAtResolution<
-    ModelT,
-    std::void_t<decltype(std::declval<const ModelT&>().atResolution(1.0))>>
-: std::true_type {};
-
 /** \brief The settings that PCL's constructor arguments stand for. */
 inline IntensityCompressionSettings
 settingsOfProfile(pcl::io::compression_Profiles_e profile,
@@ -49,40 +40,6 @@ settingsOfProfile(pcl::io::compression_Profiles_e profile,
       settings.effort = Effort::Small;
   }
   return settings;
-}
-
-/** \brief The model for another resolution: by its own member where it has one, else made
- * anew where that is possible, else as it is. */
-template <typename ModelT>
-ModelT
-modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
-{
-  if constexpr (HasAtResolution<ModelT>::value)
-    return model.atResolution(resolution);
-  else if constexpr (std::is_constructible<ModelT, double>::value)
-    return ModelT(resolution);
-  else
-    return model;
-}
-
-/** \brief A voxel intensity as a point type's field holds it: rounded to the nearest and
- * held at the ends, where the field is of whole numbers. */
-template <typename FieldT>
-FieldT
-fieldValue(float intensity)
-{
-  if constexpr (std::is_integral<FieldT>::value) {
-    constexpr auto lowest = static_cast<double>(std::numeric_limits<FieldT>::min());
-    constexpr auto highest = static_cast<double>(std::numeric_limits<FieldT>::max());
-    const double rounded = std::round(static_cast<double>(intensity));
-    if (rounded <= lowest)
-      return std::numeric_limits<FieldT>::min();
-    // Not a cast: the highest 64-bit number is no double.
-    return rounded >= highest ? std::numeric_limits<FieldT>::max()
-                              : static_cast<FieldT>(rounded);
-  }
-  else
-    return static_cast<FieldT>(intensity);
 }
 
 /** \brief A resolution that PCL's octree accepts, whatever the user's. */
@@ -164,7 +121,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   Base::setResolution(detail::octreeResolution(settings_));
   if (!settings_status_.ok())
     return;
-  intensity_model_ = detail::modelAtResolution(intensity_model_, resolution);
+  intensity_model_ = modelAtResolution(intensity_model_, resolution);
   voxelizer_ = Voxelizer(settings_, IntensityModelT::unit);
   encoder_.requestIFrame();
 }
@@ -355,9 +312,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     point.x = static_cast<float>(frame_.grid.centre(0, position.x));
     point.y = static_cast<float>(frame_.grid.centre(1, position.y));
     point.z = static_cast<float>(frame_.grid.centre(2, position.z));
-    if constexpr (has_intensity_field<PointT>)
-      point.intensity = detail::fieldValue<decltype(point.intensity)>(
-          frame_.intensity_scale.value(frame_.intensities[i]));
+    setNativeIntensity(point, frame_.intensity_scale.value(frame_.intensities[i]));
   }
   cloud.width = static_cast<std::uint32_t>(cloud.size());
   cloud.height = 1;
