@@ -32,9 +32,7 @@ public:
   Lattice(const VoxelGrid& grid,
           const std::array<std::int64_t, 3>& begin,
           const std::array<std::int64_t, 3>& end)
-  : anchor_(grid.anchor)
-  , resolution_(grid.resolution)
-  , inverse_resolution_(1.0 / grid.resolution)
+  : anchor_(grid.anchor), resolution_(grid.resolution)
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       begin_[axis] = static_cast<double>(begin[axis]);
@@ -52,15 +50,13 @@ public:
   indexOf(const float* point, LatticeIndex& index) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double distance = static_cast<double>(point[axis]) - anchor_[axis];
-      double position = distance * inverse_resolution_;
-      // One voxel of slack, so that what follows has only numbers of its range, and only
-      // an exact position is refused at the ends. Written so that NaN fails.
-      if (!(position >= begin_[axis] - 1.0 && position <= end_[axis]))
-        return false;
-      if (isNearFace(position))
-        position = distance / resolution_;
-      if (position < begin_[axis] || position >= end_[axis])
+      // Divided, not multiplied by the inverse: at a face the inverse's rounding would
+      // put points into the neighbour of the voxel that they are in. Looking whether a
+      // product is near a face costs more than the division.
+      const double position =
+          (static_cast<double>(point[axis]) - anchor_[axis]) / resolution_;
+      // Written so that NaN fails.
+      if (!(position >= begin_[axis] && position < end_[axis]))
         return false;
       index[axis] = floorOf(position);
     }
@@ -90,20 +86,8 @@ private:
     return truncated - (static_cast<double>(truncated) > number ? 1 : 0);
   }
 
-  /** \brief True if a product with the inverse may lie on the other side of a voxel face
-   * than the quotient does, so that dividing, which is slower, must decide. The two
-   * differ by less than 2^-52 of the position, which is below 2^21. */
-  static bool
-  isNearFace(double position)
-  {
-    constexpr double tolerance = 1e-8;
-    const double above_face = position - static_cast<double>(floorOf(position));
-    return above_face < tolerance || above_face > 1.0 - tolerance;
-  }
-
   std::array<double, 3> anchor_;
   double resolution_;
-  double inverse_resolution_;
   std::array<double, 3> begin_;
   std::array<double, 3> end_;
 };

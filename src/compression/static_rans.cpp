@@ -191,19 +191,38 @@ decodeRans(const std::uint8_t*& cursor,
                static_cast<std::uint32_t>(cursor[3]) << 24;
   const std::vector<Slot> slots = makeSlots(table);
   const std::uint32_t mask = (std::uint32_t{1} << table.scale_bits) - 1;
-  for (std::size_t i = 0; i < symbols.size(); ++i) {
-    std::uint32_t& x = state[i & (states - 1)];
+  bool is_complete = true;
+  const auto next = [&](std::uint32_t& x) {
     const Slot slot = slots[x & mask];
-    symbols[i] = slot.symbol;
     x = slot.frequency * (x >> table.scale_bits) + slot.offset;
     if (x < lowest_state) {
-      if (end - cursor < 2)
-        return false;
-      x = x << 16 | static_cast<std::uint32_t>(cursor[0]) |
-          static_cast<std::uint32_t>(cursor[1]) << 8;
-      cursor += 2;
+      if (end - cursor < 2) {
+        is_complete = false;
+        x = lowest_state; // whatever follows is not used
+      }
+      else {
+        x = x << 16 | static_cast<std::uint32_t>(cursor[0]) |
+            static_cast<std::uint32_t>(cursor[1]) << 8;
+        cursor += 2;
+      }
     }
+    return slot.symbol;
+  };
+  std::size_t i = 0;
+  if (states == largest_state_count) {
+    // In turns and in registers, so that the machine works on both at once.
+    std::uint32_t even = state[0];
+    std::uint32_t odd = state[1];
+    for (; i + 1 < symbols.size() && is_complete; i += 2) {
+      symbols[i] = next(even);
+      symbols[i + 1] = next(odd);
+    }
+    state = {even, odd};
   }
+  for (; i < symbols.size() && is_complete; ++i)
+    symbols[i] = next(state[i & (states - 1)]);
+  if (!is_complete)
+    return false;
   // The encoder began with these states; any others are not its work.
   return std::all_of(state.begin(), state.begin() + states, [](std::uint32_t x) {
     return x == lowest_state;
