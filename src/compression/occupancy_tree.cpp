@@ -31,26 +31,7 @@ buildParents(const std::vector<std::uint64_t>& children, OccupancyLevel& parents
   parents.occupancy.resize(last + 1);
 }
 
-std::array<ChildList, 256>
-makeChildLists()
-{
-  std::array<ChildList, 256> lists{};
-  for (unsigned int occupancy = 0; occupancy < lists.size(); ++occupancy)
-    for (unsigned int child = 0; child < 8; ++child)
-      if ((occupancy >> child & 1) != 0)
-        lists[occupancy].children[lists[occupancy].count++] =
-            static_cast<std::uint8_t>(child);
-  return lists;
-}
-
 } // namespace
-
-const ChildList&
-childrenOf(std::uint8_t occupancy)
-{
-  static const std::array<ChildList, 256> lists = makeChildLists();
-  return lists[occupancy];
-}
 
 void
 OccupancyTree::reset(unsigned int depth)

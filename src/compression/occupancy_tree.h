@@ -39,13 +39,34 @@ struct OccupancyLevel {
 
 /** \brief The children that an occupancy byte names, in ascending order. */
 struct ChildList {
-  std::uint8_t count;
-  std::array<std::uint8_t, 8> children; ///< the first `count` are valid, the others 0
+  std::uint8_t count = 0;
+  std::array<std::uint8_t, 8> children{}; ///< the first `count` are valid, the others 0
 };
 
+namespace detail {
+
+constexpr std::array<ChildList, 256>
+makeChildLists()
+{
+  std::array<ChildList, 256> lists{};
+  for (unsigned int occupancy = 0; occupancy < 256; ++occupancy)
+    for (unsigned int child = 0; child < 8; ++child)
+      if ((occupancy >> child & 1) != 0)
+        lists[occupancy].children[lists[occupancy].count++] =
+            static_cast<std::uint8_t>(child);
+  return lists;
+}
+
+inline constexpr std::array<ChildList, 256> child_lists = makeChildLists();
+
+} // namespace detail
+
 /** \brief The children of an occupancy byte, looked up. */
-const ChildList&
-childrenOf(std::uint8_t occupancy);
+inline const ChildList&
+childrenOf(std::uint8_t occupancy)
+{
+  return detail::child_lists[occupancy];
+}
 
 /** \brief An octree as its levels of occupancy bytes, without pointers.
  *
