@@ -1,0 +1,180 @@
+#include "voxel_history.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+// A voxel of an I-frame most likely stays; most of those that turn up later are noise.
+constexpr std::uint16_t first_probability_i_frame = 52000;
+constexpr std::uint16_t first_probability_p_frame = 26000;
+// Below this a record costs more time than its knowledge saves bytes.
+constexpr std::uint16_t forgotten_below = 3000;
+constexpr std::uint8_t most_active = 7;
+constexpr std::uint8_t first_activity_p_frame = 2;
+
+/** \brief Share of the way to the newest frame that a probability moves, as a shift:
+ * 1/2 for 2 frames, 1/4 up to the fifth, 1/8 up to the tenth, then 1/16. */
+constexpr unsigned int
+rateShift(unsigned int age)
+{
+  return age < 2 ? 1 : age < 5 ? 2 : age < 10 ? 3 : 4;
+}
+
+} // namespace
+
+void
+VoxelHistory::Records::reserve(std::size_t size)
+{
+  if (size <= probability.size())
+    return;
+  probability.resize(size);
+  recent.resize(size);
+  age.resize(size);
+  mean.resize(size);
+  deviation.resize(size);
+}
+
+void
+VoxelHistory::clear(unsigned int symbol_bits)
+{
+  blocks_.clear();
+  records_.count = 0;
+  fraction_bits_ = std::min(4u, 16 - symbol_bits);
+}
+
+void
+VoxelHistory::forgetIntensities(unsigned int symbol_bits)
+{
+  std::fill(records_.mean.begin(), records_.mean.end(), no_mean);
+  fraction_bits_ = std::min(4u, 16 - symbol_bits);
+}
+
+/** \brief Writes the next state record by record; there is room for all. */
+struct VoxelHistory::Writer {
+  const Records& from;
+  Records& to;
+  unsigned int fraction_bits;
+  std::size_t size = 0;
+
+  /** \brief The record of a known voxel after one more frame.
+   * \return false if it is forgotten
+   */
+  bool
+  keep(std::size_t record, bool is_occupied, std::uint16_t symbol)
+  {
+    const std::uint32_t before = from.probability[record];
+    const std::uint8_t age = from.age[record];
+    const unsigned int shift = rateShift(age);
+    const std::uint32_t probability = is_occupied
+                                          ? before + ((0xffff - before) >> shift)
+                                          : before - (before >> shift);
+    to.probability[size] = static_cast<std::uint16_t>(probability);
+    to.recent[size] = static_cast<std::uint8_t>(from.recent[record] << 1 |
+                                                static_cast<int>(is_occupied));
+    to.age[size] = static_cast<std::uint8_t>(age + (age < 0xff ? 1 : 0));
+    to.mean[size] = from.mean[record];
+    to.deviation[size] = from.deviation[record];
+    if (is_occupied)
+      learnSymbol(symbol);
+    const bool is_kept = probability >= forgotten_below;
+    size += is_kept ? 1 : 0;
+    return is_kept;
+  }
+
+  void
+  add(std::uint16_t symbol, std::uint16_t probability)
+  {
+    to.probability[size] = probability;
+    to.recent[size] = 1;
+    to.age[size] = 0;
+    to.mean[size] = no_mean;
+    learnSymbol(symbol);
+    ++size;
+  }
+
+  void
+  learnSymbol(std::uint16_t symbol)
+  {
+    const int value =
+        std::min((static_cast<int>(symbol) << fraction_bits), no_mean - 1);
+    std::uint16_t& mean = to.mean[size];
+    std::uint16_t& deviation = to.deviation[size];
+    if (mean == no_mean) {
+      mean = static_cast<std::uint16_t>(value);
+      deviation = static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
+      return;
+    }
+    // Differences are halved towards minus infinity by a shift that every compiler that
+    // this library meets does alike; C++20 promises it.
+    const int distance = std::abs(value - static_cast<int>(mean));
+    deviation = static_cast<std::uint16_t>(
+        static_cast<int>(deviation) + ((distance - static_cast<int>(deviation)) >> 2));
+    mean = static_cast<std::uint16_t>(static_cast<int>(mean) +
+                                      ((value - static_cast<int>(mean)) >> 2));
+  }
+};
+
+void
+VoxelHistory::update(const BlockList& frame,
+                     const std::vector<std::uint16_t>& symbols,
+                     bool is_i_frame)
+{
+  // At most every record stays and every voxel is new.
+  next_records_.reserve(records_.count + symbols.size());
+  next_blocks_.clear();
+  Writer writer{records_, next_records_, fraction_bits_};
+  const std::uint16_t first_probability =
+      is_i_frame ? first_probability_i_frame : first_probability_p_frame;
+  const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
+  constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+  std::size_t old = 0;
+  std::size_t now = 0;
+  while (old < blocks_.size() || now < frame.size()) {
+    const std::uint64_t old_key = old < blocks_.size() ? blocks_[old].key : no_key;
+    const std::uint64_t now_key = now < frame.size() ? frame.keys[now] : no_key;
+    HistoryBlock block{std::min(old_key, now_key), 0, 0, first_activity};
+    block.first_record = static_cast<std::uint32_t>(writer.size);
+    std::uint64_t known = 0;
+    std::size_t record = 0;
+    if (old_key == block.key) {
+      known = blocks_[old].known;
+      record = blocks_[old].first_record;
+      block.activity = blocks_[old].activity;
+      ++old;
+    }
+    std::uint64_t occupied = 0;
+    std::size_t voxel = 0;
+    if (now_key == block.key) {
+      occupied = frame.masks[now];
+      voxel = frame.first_voxels[now];
+      ++now;
+    }
+    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
+      const std::uint64_t cell = cells & (~cells + 1);
+      const bool is_occupied = (occupied & cell) != 0;
+      const std::uint16_t symbol = is_occupied ? symbols[voxel++] : std::uint16_t{0};
+      if ((known & cell) == 0)
+        writer.add(symbol, first_probability);
+      else if (!writer.keep(record++, is_occupied, symbol))
+        continue;
+      block.known |= cell;
+    }
+    const unsigned int new_voxels =
+        is_i_frame ? 0 : std::min(cellCount(occupied & ~known), 7u);
+    block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
+        (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
+    if (block.known != 0)
+      next_blocks_.push_back(block);
+  }
+  next_records_.count = writer.size;
+  blocks_.swap(next_blocks_);
+  std::swap(records_, next_records_);
+}
+
+} // namespace io
+} // namespace pcl_ext

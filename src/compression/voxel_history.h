@@ -1,0 +1,100 @@
+#pragma once
+
+#include "voxel_block.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What the history knows of one block. */
+struct HistoryBlock {
+  std::uint64_t key;          ///< Morton key of the block
+  std::uint64_t known;        ///< cells that have a record, never 0
+  std::uint32_t first_record; ///< of the lowest known cell; the others follow in order
+  std::uint8_t activity;      ///< how many new voxels the last frames brought, 0..7
+};
+
+/** \brief What encoder and decoder remember of the frames since the last I-frame: for
+ * each voxel that was occupied lately how often it was, and with which intensity
+ * (doc/bitstream.md, "History").
+ *
+ * Integers only, so that both ends agree to the bit whatever compiled them.
+ */
+class VoxelHistory {
+public:
+  /** \brief A mean of a voxel without one: none was seen since the scale changed. */
+  static constexpr std::uint16_t no_mean = 0xffff;
+
+  /** \brief The records, in the order of the blocks and of their cells. The vectors
+   * are memory, of which the first `count` elements are in use: making them smaller
+   * would mean writing them again when they grow. */
+  struct Records {
+    std::size_t count = 0;
+    std::vector<std::uint16_t> probability; ///< running share of frames, 2^16 is 1
+    std::vector<std::uint8_t> recent;       ///< occupied or not, the last frame lowest
+    std::vector<std::uint8_t> age;          ///< frames since the first, up to 255
+    std::vector<std::uint16_t> mean;        ///< running mean of the symbol, fixed point
+    std::vector<std::uint16_t> deviation;   ///< running mean distance from the mean
+
+    /** \brief Makes room for as many records. */
+    void
+    reserve(std::size_t size);
+  };
+
+  const std::vector<HistoryBlock>&
+  blocks() const
+  {
+    return blocks_;
+  }
+
+  const Records&
+  records() const
+  {
+    return records_;
+  }
+
+  /** \brief Bits behind the binary point of means and deviations: 4 for symbols of up
+   * to 12 bits, fewer for larger ones. */
+  unsigned int
+  fractionBits() const
+  {
+    return fraction_bits_;
+  }
+
+  /** \brief Forgets everything, as at an I-frame.
+   * \param[in] symbol_bits bits of an intensity symbol from here on, 1..16
+   */
+  void
+  clear(unsigned int symbol_bits);
+
+  /** \brief Forgets the intensities, as where their scale changes. */
+  void
+  forgetIntensities(unsigned int symbol_bits);
+
+  /** \brief Learns a frame.
+   * \param[in] frame its blocks
+   * \param[in] symbols intensity symbols of its voxels
+   * \param[in] is_i_frame the frame stands alone; its voxels are worth more than those
+   * that turn up between two others
+   */
+  void
+  update(const BlockList& frame,
+         const std::vector<std::uint16_t>& symbols,
+         bool is_i_frame);
+
+private:
+  struct Writer;
+
+  std::vector<HistoryBlock> blocks_;
+  Records records_;
+  unsigned int fraction_bits_ = 4;
+  // What the next state is written to; members so that their memory is reused.
+  std::vector<HistoryBlock> next_blocks_;
+  Records next_records_;
+};
+
+} // namespace io
+} // namespace pcl_ext
