@@ -60,7 +60,7 @@ BlockList::assign(const std::vector<std::uint64_t>& voxel_keys)
 void
 BlockList::voxelKeys(std::vector<std::uint64_t>& voxel_keys) const
 {
-  voxel_keys.resize(size() == 0 ? 0 : first_voxels.back() + cellCount(masks.back()));
+  voxel_keys.resize(voxelCount());
   std::uint64_t* voxel_key = voxel_keys.data();
   for (std::size_t block = 0; block < size(); ++block)
     for (std::uint64_t mask = masks[block]; mask != 0; mask &= mask - 1)

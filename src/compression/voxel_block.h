@@ -66,6 +66,13 @@ struct BlockList {
     return keys.size();
   }
 
+  /** \brief Number of voxels in all blocks. */
+  std::size_t
+  voxelCount() const
+  {
+    return size() == 0 ? 0 : first_voxels.back() + cellCount(masks.back());
+  }
+
   void
   clear();
 

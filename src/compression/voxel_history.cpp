@@ -37,6 +37,7 @@ VoxelHistory::Records::reserve(std::size_t size)
   age.resize(size);
   mean.resize(size);
   deviation.resize(size);
+  depth_offset.resize(size);
 }
 
 void
@@ -44,13 +45,6 @@ VoxelHistory::clear(unsigned int symbol_bits)
 {
   blocks_.clear();
   records_.count = 0;
-  fraction_bits_ = std::min(4u, 16 - symbol_bits);
-}
-
-void
-VoxelHistory::forgetIntensities(unsigned int symbol_bits)
-{
-  std::fill(records_.mean.begin(), records_.mean.end(), no_mean);
   fraction_bits_ = std::min(4u, 16 - symbol_bits);
 }
 
@@ -65,7 +59,10 @@ struct VoxelHistory::Writer {
    * \return false if it is forgotten
    */
   bool
-  keep(std::size_t record, bool is_occupied, std::uint16_t symbol)
+  keep(std::size_t record,
+       bool is_occupied,
+       std::uint16_t number,
+       std::int16_t depth_offset)
   {
     const std::uint32_t before = from.probability[record];
     const std::uint8_t age = from.age[record];
@@ -79,36 +76,41 @@ struct VoxelHistory::Writer {
     to.age[size] = static_cast<std::uint8_t>(age + (age < 0xff ? 1 : 0));
     to.mean[size] = from.mean[record];
     to.deviation[size] = from.deviation[record];
+    to.depth_offset[size] = from.depth_offset[record];
     if (is_occupied)
-      learnSymbol(symbol);
+      learnIntensity(number, depth_offset);
     const bool is_kept = probability >= forgotten_below;
     size += is_kept ? 1 : 0;
     return is_kept;
   }
 
   void
-  add(std::uint16_t symbol, std::uint16_t probability)
+  add(std::uint16_t number, std::int16_t depth_offset, std::uint16_t probability)
   {
     to.probability[size] = probability;
     to.recent[size] = 1;
     to.age[size] = 0;
-    to.mean[size] = no_mean;
-    learnSymbol(symbol);
+    const int value = fixedPoint(number);
+    to.mean[size] = static_cast<std::uint16_t>(value);
+    to.deviation[size] =
+        static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
+    to.depth_offset[size] = depth_offset;
     ++size;
   }
 
-  void
-  learnSymbol(std::uint16_t symbol)
+  /** \brief A number with the history's fraction bits; numbers have 16 bits with them. */
+  int
+  fixedPoint(std::uint16_t number) const
   {
-    const int value =
-        std::min((static_cast<int>(symbol) << fraction_bits), no_mean - 1);
+    return static_cast<int>(number) << fraction_bits;
+  }
+
+  void
+  learnIntensity(std::uint16_t number, std::int16_t depth_offset)
+  {
+    const int value = fixedPoint(number);
     std::uint16_t& mean = to.mean[size];
     std::uint16_t& deviation = to.deviation[size];
-    if (mean == no_mean) {
-      mean = static_cast<std::uint16_t>(value);
-      deviation = static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
-      return;
-    }
     // Differences are halved towards minus infinity by a shift that every compiler that
     // this library meets does alike; C++20 promises it.
     const int distance = std::abs(value - static_cast<int>(mean));
@@ -116,16 +118,19 @@ struct VoxelHistory::Writer {
         static_cast<int>(deviation) + ((distance - static_cast<int>(deviation)) >> 2));
     mean = static_cast<std::uint16_t>(static_cast<int>(mean) +
                                       ((value - static_cast<int>(mean)) >> 2));
+    std::int16_t& offset = to.depth_offset[size];
+    offset = static_cast<std::int16_t>(offset + ((depth_offset - offset) >> 2));
   }
 };
 
 void
 VoxelHistory::update(const BlockList& frame,
-                     const std::vector<std::uint16_t>& symbols,
+                     const std::vector<std::uint16_t>& numbers,
+                     const std::vector<std::int16_t>& depth_offsets,
                      bool is_i_frame)
 {
   // At most every record stays and every voxel is new.
-  next_records_.reserve(records_.count + symbols.size());
+  next_records_.reserve(records_.count + numbers.size());
   next_blocks_.clear();
   Writer writer{records_, next_records_, fraction_bits_};
   const std::uint16_t first_probability =
@@ -157,10 +162,16 @@ VoxelHistory::update(const BlockList& frame,
     for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
       const std::uint64_t cell = cells & (~cells + 1);
       const bool is_occupied = (occupied & cell) != 0;
-      const std::uint16_t symbol = is_occupied ? symbols[voxel++] : std::uint16_t{0};
+      std::uint16_t number = 0;
+      std::int16_t depth_offset = 0;
+      if (is_occupied) {
+        number = numbers[voxel];
+        depth_offset = depth_offsets.empty() ? std::int16_t{0} : depth_offsets[voxel];
+        ++voxel;
+      }
       if ((known & cell) == 0)
-        writer.add(symbol, first_probability);
-      else if (!writer.keep(record++, is_occupied, symbol))
+        writer.add(number, depth_offset, first_probability);
+      else if (!writer.keep(record++, is_occupied, number, depth_offset))
         continue;
       block.known |= cell;
     }

@@ -25,9 +25,6 @@ struct HistoryBlock {
  */
 class VoxelHistory {
 public:
-  /** \brief A mean of a voxel without one: none was seen since the scale changed. */
-  static constexpr std::uint16_t no_mean = 0xffff;
-
   /** \brief The records, in the order of the blocks and of their cells. The vectors
    * are memory, of which the first `count` elements are in use: making them smaller
    * would mean writing them again when they grow. */
@@ -36,8 +33,9 @@ public:
     std::vector<std::uint16_t> probability; ///< running share of frames, 2^16 is 1
     std::vector<std::uint8_t> recent;       ///< occupied or not, the last frame lowest
     std::vector<std::uint8_t> age;          ///< frames since the first, up to 255
-    std::vector<std::uint16_t> mean;        ///< running mean of the symbol, fixed point
+    std::vector<std::uint16_t> mean;        ///< running mean of the number, fixed point
     std::vector<std::uint16_t> deviation;   ///< running mean distance from the mean
+    std::vector<std::int16_t> depth_offset; ///< see DepthSplit
 
     /** \brief Makes room for as many records. */
     void
@@ -70,19 +68,18 @@ public:
   void
   clear(unsigned int symbol_bits);
 
-  /** \brief Forgets the intensities, as where their scale changes. */
-  void
-  forgetIntensities(unsigned int symbol_bits);
-
   /** \brief Learns a frame.
    * \param[in] frame its blocks
-   * \param[in] symbols intensity symbols of its voxels
+   * \param[in] numbers what was coded of its voxels' intensities: symbols, or numbers of
+   * points
+   * \param[in] depth_offsets see DepthSplit, one for each voxel; empty if there are none
    * \param[in] is_i_frame the frame stands alone; its voxels are worth more than those
    * that turn up between two others
    */
   void
   update(const BlockList& frame,
-         const std::vector<std::uint16_t>& symbols,
+         const std::vector<std::uint16_t>& numbers,
+         const std::vector<std::int16_t>& depth_offsets,
          bool is_i_frame);
 
 private:

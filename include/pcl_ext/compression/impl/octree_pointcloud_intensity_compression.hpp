@@ -102,7 +102,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 , settings_status_(checkSettings(settings))
 , intensity_model_(intensity_model)
 , voxelizer_(detail::usableSettings(settings), IntensityModelT::unit)
-, encoder_(settings.format, settings.i_frame_rate)
+, encoder_(settings.format, settings.i_frame_rate, settings.effort)
 , decoder_(settings.decoder_limits)
 {}
 
@@ -158,6 +158,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   }
   const VoxelizationStatistics voxelization =
       voxelizer_.voxelize(view, encoder_.isIFrameDue(), frame_);
+  frame_.depth_model = depthModel(*cloud);
 
   std::optional<FrameStamp> stamp;
   if (settings_.carry_header)
@@ -293,6 +294,33 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (cloud.sensor_orientation_.norm() > 1e-6f)
     pose.linear() = cloud.sensor_orientation_.normalized().toRotationMatrix();
   return pose;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+std::optional<DepthModel>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    depthModel(const PointCloud& cloud) const
+{
+  std::optional<DepthLaw> law = settings_.depth_law;
+  if constexpr (pcl_ext::detail::DepthExponent<IntensityModelT>::value != 0)
+    law = DepthLaw{pcl_ext::detail::DepthExponent<IntensityModelT>::value,
+                   intensity_model_.cutOffDepth(),
+                   255.0};
+  if (!law || settings_.format != StreamFormat::Version1)
+    return std::nullopt;
+  const Eigen::Isometry3d pose = sensorPose(cloud).template cast<double>();
+  const auto elements = [](const Eigen::Vector3d& vector) {
+    return std::array<double, 3>{vector.x(), vector.y(), vector.z()};
+  };
+  return depthModelOf(*law,
+                      elements(pose.translation()),
+                      elements(pose.linear().col(2)),
+                      frame_.grid,
+                      frame_.intensity_scale);
 }
 
 template <typename PointT,

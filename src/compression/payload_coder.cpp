@@ -1,0 +1,101 @@
+#include "payload_coder.h"
+
+namespace pcl_ext {
+namespace io {
+
+PayloadContext
+PayloadCoder::contextOf(const VoxelFrame& frame, bool is_i_frame)
+{
+  empty_history_.clear(frame.intensity_scale.bits);
+  return {is_i_frame ? empty_history_ : history_,
+          is_i_frame,
+          frame.grid.depth,
+          frame.intensity_scale.bits,
+          frame.depth_model ? &*frame.depth_model : nullptr};
+}
+
+PayloadSizes
+PayloadCoder::encode(const VoxelFrame& frame,
+                     bool is_i_frame,
+                     Effort /*effort*/,
+                     std::vector<std::uint8_t>& payload)
+{
+  const std::size_t begin = payload.size();
+  PayloadSizes sizes;
+  blocks_.assign(frame.keys);
+  intensities_.symbols = frame.intensities;
+  const PayloadContext context = contextOf(frame, is_i_frame);
+  if (context.depth_model != nullptr) {
+    intensities_.split.begin(
+        *context.depth_model, blocks_, context.history, context.maxSymbol());
+    intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
+  }
+  else
+    intensities_.numbers = intensities_.symbols;
+  if (!frame.keys.empty())
+    sizes.occupancy = context_coder_.encode(context, blocks_, intensities_, payload);
+  sizes.intensity = payload.size() - begin - sizes.occupancy;
+  learn(frame, is_i_frame);
+  return sizes;
+}
+
+bool
+PayloadCoder::decode(const std::uint8_t* begin,
+                     const std::uint8_t* end,
+                     std::size_t voxel_count,
+                     bool is_i_frame,
+                     Effort /*effort*/,
+                     VoxelFrame& frame,
+                     PayloadSizes& sizes)
+{
+  sizes = PayloadSizes();
+  blocks_.clear();
+  intensities_.numbers.clear();
+  intensities_.symbols.clear();
+  const PayloadContext context = contextOf(frame, is_i_frame);
+  if (voxel_count == 0 ? begin != end
+                       : !context_coder_.decode(context,
+                                                begin,
+                                                end,
+                                                voxel_count,
+                                                blocks_,
+                                                intensities_,
+                                                sizes.occupancy))
+    return false;
+  sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
+  blocks_.voxelKeys(frame.keys);
+  frame.intensities = intensities_.symbols;
+  learn(frame, is_i_frame);
+  return true;
+}
+
+void
+PayloadCoder::learn(const VoxelFrame& frame, bool is_i_frame)
+{
+  if (is_i_frame)
+    history_.clear(frame.intensity_scale.bits);
+  depth_offsets_.clear();
+  if (frame.depth_model && !frame.keys.empty())
+    intensities_.split.depthOffsets(
+        intensities_.numbers, intensities_.symbols, depth_offsets_);
+  history_.update(blocks_, intensities_.numbers, depth_offsets_, is_i_frame);
+}
+
+std::size_t
+PayloadCoder::knownVoxels(const VoxelFrame& frame)
+{
+  blocks_.assign(frame.keys);
+  const std::vector<HistoryBlock>& known = history_.blocks();
+  std::size_t voxels = 0;
+  std::size_t old = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    while (old < known.size() && known[old].key < blocks_.keys[i])
+      ++old;
+    if (old < known.size() && known[old].key == blocks_.keys[i])
+      voxels += cellCount(blocks_.masks[i] & known[old].known);
+  }
+  return voxels;
+}
+
+} // namespace io
+} // namespace pcl_ext
