@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -15,22 +14,30 @@ struct AdaptiveBit {
 
   /** \brief Learns a bit.
    * \param[in] bit the bit
-   * \param[in] slowest_shift the rate of the long run, 2^-slowest_shift; 4..7
+   * \param[in] shifts the rate after each number of bits, as 2^-shift; see learningShifts
    */
   void
-  learn(bool bit, unsigned int slowest_shift)
+  learn(bool bit, const std::array<std::uint8_t, 17>& shifts)
   {
-    constexpr std::array<std::uint8_t, 17> shifts = {
-        1, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 7};
-    const unsigned int shift = std::min<unsigned int>(shifts[count], slowest_shift);
     // The limits keep the coder's intervals from being empty.
     constexpr std::int32_t least = 48;
     const std::int32_t target = bit ? 0x10000 - least : least;
     probability = static_cast<std::uint16_t>(
-        probability + ((target - static_cast<std::int32_t>(probability)) >> shift));
+        probability +
+        ((target - static_cast<std::int32_t>(probability)) >> shifts[count]));
     count = static_cast<std::uint16_t>(count + (count < shifts.size() - 1 ? 1 : 0));
   }
 };
+
+/** \brief Rates at which a bit is learnt: 1/2, 1/4, 1/8 for four bits, 1/16 for ten,
+ * then for good.
+ * \param[in] slowest_shift the rate of the long run, 2^-slowest_shift; 4..7
+ */
+constexpr std::array<std::uint8_t, 17>
+learningShifts(std::uint8_t slowest_shift)
+{
+  return {1, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, slowest_shift};
+}
 
 } // namespace io
 } // namespace pcl_ext

@@ -30,16 +30,13 @@ public:
   bool
   code(bool bit, std::uint32_t probability)
   {
-    const std::uint32_t bound = (range_ >> 16) * probability;
-    if (bit)
-      range_ = bound;
-    else {
-      low_ += bound;
-      range_ -= bound;
-    }
-    while (range_ < least_range) {
-      writeByte();
-      range_ <<= 8;
+    const auto bound = static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>(range_) * probability >> 16);
+    low_ += bit ? 0 : bound;
+    range_ = bit ? bound : range_ - bound;
+    if (range_ < least_range) {
+      writeWord();
+      range_ <<= 16;
     }
     return bit;
   }
@@ -59,17 +56,17 @@ public:
         break;
       }
     }
-    for (int i = 0; i < 4; ++i)
-      writeByte();
+    writeWord();
+    writeWord();
     while (bytes_.size() > begin_ && bytes_.back() == 0)
       bytes_.pop_back();
   }
 
 private:
-  static constexpr std::uint32_t least_range = std::uint32_t{1} << 24;
+  static constexpr std::uint32_t least_range = std::uint32_t{1} << 16;
 
   void
-  writeByte()
+  writeWord()
   {
     constexpr std::uint64_t carry = std::uint64_t{1} << 32;
     if (low_ >= carry) {
@@ -80,7 +77,8 @@ private:
       low_ -= carry;
     }
     bytes_.push_back(static_cast<std::uint8_t>(low_ >> 24));
-    low_ = (low_ << 8) & 0xffffffff;
+    bytes_.push_back(static_cast<std::uint8_t>(low_ >> 16));
+    low_ = (low_ & 0xffff) << 16;
   }
 
   std::vector<std::uint8_t>& bytes_;
@@ -101,8 +99,8 @@ public:
   BinaryRangeDecoder(const std::uint8_t* begin, const std::uint8_t* end)
   : next_(begin), end_(end)
   {
-    for (int i = 0; i < 4; ++i)
-      readByte();
+    readWord();
+    readWord();
   }
 
   /** \brief Reads a bit.
@@ -111,17 +109,14 @@ public:
   bool
   code(bool /*bit*/, std::uint32_t probability)
   {
-    const std::uint32_t bound = (range_ >> 16) * probability;
+    const auto bound = static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>(range_) * probability >> 16);
     const bool bit = code_ < bound;
-    if (bit)
-      range_ = bound;
-    else {
-      code_ -= bound;
-      range_ -= bound;
-    }
-    while (range_ < least_range) {
-      readByte();
-      range_ <<= 8;
+    code_ -= bit ? 0 : bound;
+    range_ = bit ? bound : range_ - bound;
+    if (range_ < least_range) {
+      readWord();
+      range_ <<= 16;
     }
     return bit;
   }
@@ -134,12 +129,13 @@ public:
   }
 
 private:
-  static constexpr std::uint32_t least_range = std::uint32_t{1} << 24;
+  static constexpr std::uint32_t least_range = std::uint32_t{1} << 16;
 
   void
-  readByte()
+  readWord()
   {
-    code_ = code_ << 8 | (next_ != end_ ? *next_++ : 0u);
+    for (int i = 0; i < 2; ++i)
+      code_ = code_ << 8 | (next_ != end_ ? *next_++ : 0u);
   }
 
   const std::uint8_t* next_;

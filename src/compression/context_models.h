@@ -23,11 +23,11 @@ public:
 
   /** \brief A model that has learnt nothing.
    * \param[in] sizes contexts that there are in each way to see a decision
-   * \param[in] slowest_shift see AdaptiveBit::learn
+   * \param[in] slowest_shift see learningShifts
    */
   DecisionModel(const std::array<std::uint32_t, ContextCount>& sizes,
-                unsigned int slowest_shift)
-  : slowest_shift_(slowest_shift)
+                std::uint8_t slowest_shift)
+  : shifts_(learningShifts(slowest_shift))
   {
     for (std::size_t i = 0; i < ContextCount; ++i)
       bits_[i].resize(sizes[i]);
@@ -39,15 +39,15 @@ public:
     return bits_[way][context];
   }
 
-  unsigned int
-  slowestShift() const
+  const std::array<std::uint8_t, 17>&
+  shifts() const
   {
-    return slowest_shift_;
+    return shifts_;
   }
 
 private:
   std::array<std::vector<AdaptiveBit>, ContextCount> bits_;
-  unsigned int slowest_shift_;
+  std::array<std::uint8_t, 17> shifts_;
 };
 
 /** \brief Codes decisions with the probability of their first context.
@@ -73,7 +73,7 @@ public:
   {
     AdaptiveBit& prediction = model.bit(0, contexts[0]);
     const bool decision = side_.code(bit, prediction.probability);
-    prediction.learn(decision, model.slowestShift());
+    prediction.learn(decision, model.shifts());
     return decision;
   }
 

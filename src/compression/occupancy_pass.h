@@ -253,7 +253,7 @@ private:
                                       : blocks < 16 ? 4
                                                     : 5;
     const std::uint32_t context =
-        ((block_class * 3 + upTo(cellCount(parts), 2)) * 4 + upTo(levels - 2, 3)) * 2 +
+        ((block_class * 3 + upTo(bit_counts[parts], 2)) * 4 + upTo(levels - 2, 3)) * 2 +
         is_i_frame_;
     return coding_.code(models_.branch, {context}, has_new_voxels);
   }
@@ -264,7 +264,7 @@ private:
                  std::uint32_t present,
                  bool has_new_voxels)
   {
-    const std::uint32_t part_class = upTo(cellCount(parts), 2);
+    const std::uint32_t part_class = upTo(bit_counts[parts], 2);
     if (part.known_end > part.known_begin) {
       const HistoryBlock& block = history_.blocks()[part.known_begin];
       const unsigned int known = cellCount(block.known);
@@ -352,7 +352,7 @@ private:
           8 * octant + 8 >= block_cells || block.unknown >> (8 * octant + 8) == 0;
       const bool has_new_voxels =
           (is_last && octants == 0) ||
-          codeIsOctantNew(block, cells, octants, (block.target & cells) != 0);
+          codeIsOctantNew(block, octant, octants, (block.target & cells) != 0);
       if (!has_new_voxels)
         continue;
       ++octants;
@@ -362,13 +362,13 @@ private:
 
   bool
   codeIsOctantNew(const Block& block,
-                  std::uint64_t cells,
+                  unsigned int octant,
                   std::uint32_t octants,
                   bool has_new_voxels)
   {
-    const unsigned int neighbours = block.full.sum(cells);
-    const unsigned int known = 8 - cellCount(block.unknown & cells);
-    const unsigned int occupied = cellCount(block.occupied & cells);
+    const unsigned int neighbours = block.full.sum(octant);
+    const unsigned int known = 8 - octantCount(block.unknown, octant);
+    const unsigned int occupied = octantCount(block.occupied, octant);
     const std::uint32_t neighbour_class = neighbours < 2    ? neighbours
                                           : neighbours < 4  ? 2
                                           : neighbours < 7  ? 3

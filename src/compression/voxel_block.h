@@ -54,6 +54,25 @@ cellCount(std::uint64_t mask)
   return static_cast<unsigned int>(mask * 0x0101010101010101 >> 56);
 }
 
+/** \brief Number of bits set in each byte. */
+constexpr std::array<std::uint8_t, 256>
+makeBitCounts()
+{
+  std::array<std::uint8_t, 256> counts{};
+  for (unsigned int byte = 0; byte < 256; ++byte)
+    counts[byte] = static_cast<std::uint8_t>(cellCount(byte));
+  return counts;
+}
+
+inline constexpr std::array<std::uint8_t, 256> bit_counts = makeBitCounts();
+
+/** \brief Number of cells of a mask in one octant of its block, 0..7. */
+constexpr unsigned int
+octantCount(std::uint64_t mask, unsigned int octant)
+{
+  return bit_counts[mask >> (8 * octant) & 0xff];
+}
+
 /** \brief The blocks of one frame, ascending, of its voxels in Morton order. */
 struct BlockList {
   std::vector<std::uint64_t> keys;         ///< Morton keys of the blocks
@@ -131,12 +150,12 @@ struct NeighbourCounts {
                                      (bits[2] >> cell & 1) << 2);
   }
 
-  /** \brief Sum over some cells. */
+  /** \brief Sum over the cells of an octant. */
   unsigned int
-  sum(std::uint64_t cells) const
+  sum(unsigned int octant) const
   {
-    return cellCount(bits[0] & cells) + 2 * cellCount(bits[1] & cells) +
-           4 * cellCount(bits[2] & cells);
+    return octantCount(bits[0], octant) + 2 * octantCount(bits[1], octant) +
+           4 * octantCount(bits[2], octant);
   }
 };
 
