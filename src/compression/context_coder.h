@@ -1,7 +1,9 @@
 #pragma once
 
 #include "intensity_pass.h"
-#include "occupancy_pass.h"
+#include "known_voxel_pass.h"
+#include "new_voxel_pass.h"
+#include "occupancy_workspace.h"
 #include "payload_context.h"
 #include "voxel_block.h"
 
@@ -16,6 +18,12 @@ namespace io {
  * frame is a bit, coded with the probability that it had in its context so far. */
 class ContextCoder {
 public:
+  /** \brief A coder that has learnt nothing.
+   * \param[in] is_mixing mix the probabilities of several contexts of each decision, for
+   * small; else one context decides, for balanced
+   */
+  explicit ContextCoder(bool is_mixing);
+
   /** \brief Appends the payload of a frame that has voxels, and learns it.
    * \param[in] context what the decoder knows, too
    * \param[in] frame blocks of the voxels
@@ -50,10 +58,42 @@ public:
 
 private:
   struct Models {
-    OccupancyModels occupancy;
+    explicit Models(bool is_mixing)
+    : known_voxels(is_mixing), new_voxels(is_mixing), intensity(is_mixing)
+    {}
+
+    KnownVoxelModels known_voxels;
+    NewVoxelModels new_voxels;
     IntensityModels intensity;
   };
 
+  template <typename CodingT>
+  bool
+  codeOccupancy(CodingT& coding,
+                Models& models,
+                const PayloadContext& context,
+                const BlockList* frame,
+                std::size_t max_voxels);
+
+  template <template <typename> class CodingT>
+  std::size_t
+  encodeWith(const PayloadContext& context,
+             const BlockList& frame,
+             CodedIntensities& intensities,
+             std::vector<std::uint8_t>& payload);
+
+  template <template <typename> class CodingT>
+  bool
+  decodeWith(const PayloadContext& context,
+             const std::uint8_t* begin,
+             const std::uint8_t* end,
+             std::size_t voxel_count,
+             BlockList& frame,
+             CodedIntensities& intensities,
+             std::size_t& occupancy_bytes);
+
+  bool is_mixing_;
+  Models fresh_models_; // as at an I-frame
   Models models_;
   Models trial_models_; // what decoding learns, until it is known to have succeeded
   OccupancyWorkspace workspace_;

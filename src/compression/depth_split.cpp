@@ -22,6 +22,15 @@ bitLength(std::uint32_t number)
   return bits;
 }
 
+/** \brief Bit length of half a symbol, 0..7.
+ * \param[in] exact the symbol, in 2^-16
+ */
+std::uint32_t
+sizeOf(std::uint64_t exact)
+{
+  return bitLength(static_cast<std::uint32_t>(std::min<std::uint64_t>(exact >> 17, 127)));
+}
+
 /** \brief Class of a rest by what it depends on: the symbol's size, whether several
  * points' places level out, on which side of the predicted symbol the exact number is,
  * and how well the depth offset is known.
@@ -32,12 +41,9 @@ bitLength(std::uint32_t number)
 std::uint8_t
 restClass(std::uint64_t exact, std::uint32_t number, bool is_known)
 {
-  const auto whole =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(exact >> 17, 127));
-  const std::uint32_t size = bitLength(whole);
   const std::uint32_t points = number < 2 ? 0 : number < 4 ? 1 : 2;
   const auto fraction = static_cast<std::uint32_t>(exact >> 14 & 3);
-  return static_cast<std::uint8_t>(((size * 3 + points) * 4 + fraction) * 2 +
+  return static_cast<std::uint8_t>(((sizeOf(exact) * 3 + points) * 4 + fraction) * 2 +
                                    (is_known ? 1 : 0));
 }
 
@@ -113,11 +119,13 @@ DepthSplit::predict(const std::vector<std::uint16_t>& numbers)
 {
   predicted_.resize(numbers.size());
   classes_.resize(numbers.size());
+  places_.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::uint64_t exact = numbers[i] * point_symbols_[i];
     const auto predicted = static_cast<std::uint32_t>(
         std::min<std::uint64_t>((exact + one_symbol / 2) >> 16, max_symbol_));
     predicted_[i] = static_cast<std::uint16_t>(predicted);
+    places_[i] = static_cast<std::uint8_t>(sizeOf(exact) * 16 + (exact >> 12 & 15));
     classes_[i] = point_symbols_[i] < one_symbol
                       ? no_rest
                       : restClass(exact, numbers[i], is_known_[i] != 0);

@@ -56,6 +56,14 @@ public:
     return classes_;
   }
 
+  /** \brief Where in its symbol a voxel's prediction is, 0..15, and the bit length of half
+   * the symbol, 0..7, in one number below 128. */
+  std::uint32_t
+  place(std::size_t voxel) const
+  {
+    return places_[voxel];
+  }
+
   /** \brief The rest of a voxel: 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ... */
   std::uint32_t
   rest(std::size_t voxel, std::uint16_t symbol) const
@@ -91,6 +99,7 @@ private:
   std::vector<std::uint8_t> is_known_;
   std::vector<std::uint16_t> predicted_; // symbols
   std::vector<std::uint8_t> classes_;
+  std::vector<std::uint8_t> places_;
 };
 
 } // namespace io

@@ -17,7 +17,7 @@ PayloadCoder::contextOf(const VoxelFrame& frame, bool is_i_frame)
 PayloadSizes
 PayloadCoder::encode(const VoxelFrame& frame,
                      bool is_i_frame,
-                     Effort /*effort*/,
+                     Effort effort,
                      std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
@@ -33,7 +33,7 @@ PayloadCoder::encode(const VoxelFrame& frame,
   else
     intensities_.numbers = intensities_.symbols;
   if (!frame.keys.empty())
-    sizes.occupancy = context_coder_.encode(context, blocks_, intensities_, payload);
+    sizes.occupancy = contextCoder(effort).encode(context, blocks_, intensities_, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
   learn(frame, is_i_frame);
   return sizes;
@@ -44,7 +44,7 @@ PayloadCoder::decode(const std::uint8_t* begin,
                      const std::uint8_t* end,
                      std::size_t voxel_count,
                      bool is_i_frame,
-                     Effort /*effort*/,
+                     Effort effort,
                      VoxelFrame& frame,
                      PayloadSizes& sizes)
 {
@@ -54,7 +54,7 @@ PayloadCoder::decode(const std::uint8_t* begin,
   intensities_.symbols.clear();
   const PayloadContext context = contextOf(frame, is_i_frame);
   if (voxel_count == 0 ? begin != end
-                       : !context_coder_.decode(context,
+                       : !contextCoder(effort).decode(context,
                                                 begin,
                                                 end,
                                                 voxel_count,
@@ -67,6 +67,15 @@ PayloadCoder::decode(const std::uint8_t* begin,
   frame.intensities = intensities_.symbols;
   learn(frame, is_i_frame);
   return true;
+}
+
+ContextCoder&
+PayloadCoder::contextCoder(Effort effort)
+{
+  std::unique_ptr<ContextCoder>& coder = effort == Effort::Small ? small_ : balanced_;
+  if (!coder)
+    coder = std::make_unique<ContextCoder>(effort == Effort::Small);
+  return *coder;
 }
 
 void

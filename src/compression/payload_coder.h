@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl_ext {
@@ -83,12 +84,17 @@ private:
   PayloadContext
   contextOf(const VoxelFrame& frame, bool is_i_frame);
 
+  ContextCoder&
+  contextCoder(Effort effort);
+
   void
   learn(const VoxelFrame& frame, bool is_i_frame);
 
   VoxelHistory history_;
   VoxelHistory empty_history_; // of I-frames, as a failure must not clear the other
-  ContextCoder context_coder_;
+  // The coder of the stream's effort, made when it is first asked for.
+  std::unique_ptr<ContextCoder> balanced_;
+  std::unique_ptr<ContextCoder> small_;
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   CodedIntensities intensities_;

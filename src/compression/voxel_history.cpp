@@ -142,7 +142,7 @@ VoxelHistory::update(const BlockList& frame,
   while (old < blocks_.size() || now < frame.size()) {
     const std::uint64_t old_key = old < blocks_.size() ? blocks_[old].key : no_key;
     const std::uint64_t now_key = now < frame.size() ? frame.keys[now] : no_key;
-    HistoryBlock block{std::min(old_key, now_key), 0, 0, first_activity};
+    HistoryBlock block{std::min(old_key, now_key), 0, 0, 0, first_activity};
     block.first_record = static_cast<std::uint32_t>(writer.size);
     std::uint64_t known = 0;
     std::size_t record = 0;
@@ -179,6 +179,7 @@ VoxelHistory::update(const BlockList& frame,
         is_i_frame ? 0 : std::min(cellCount(occupied & ~known), 7u);
     block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
         (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
+    block.last = occupied;
     if (block.known != 0)
       next_blocks_.push_back(block);
   }

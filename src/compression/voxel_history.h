@@ -13,6 +13,7 @@ namespace io {
 struct HistoryBlock {
   std::uint64_t key;          ///< Morton key of the block
   std::uint64_t known;        ///< cells that have a record, never 0
+  std::uint64_t last;         ///< of these, those that the last frame had
   std::uint32_t first_record; ///< of the lowest known cell; the others follow in order
   std::uint8_t activity;      ///< how many new voxels the last frames brought, 0..7
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "block_directory.h"
 #include "context_models.h"
+#include "occupancy_workspace.h"
 #include "payload_context.h"
 #include "voxel_block.h"
 #include "voxel_history.h"
@@ -10,49 +10,44 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief What is learnt about occupancy (doc/bitstream.md, "Occupancy"). */
-struct OccupancyModels {
-  DecisionModel<1> known_voxel{{1920}, 6}; ///< a known voxel is occupied
-  DecisionModel<1> branch{{144}, 5};       ///< new voxels are in a branch above blocks
-  DecisionModel<1> known_block{{96}, 5};   ///< new voxels are in a block of the history
-  DecisionModel<1> new_block{{24}, 5};     ///< new voxels are in another block
-  DecisionModel<1> octant{{432}, 5};       ///< new voxels are in an octant of a block
-  DecisionModel<1> cell{{672}, 5};         ///< a cell is a new voxel
+/** \brief What is learnt about new voxels (doc/bitstream.md, "New voxels"). */
+struct NewVoxelModels {
+  explicit NewVoxelModels(bool is_mixing)
+  : branch(is_mixing, 5, {144})
+  , known_block(is_mixing, 5, {96})
+  , new_block(is_mixing, 5, {24})
+  , octant(is_mixing, 5, {432, 1944, 5120}, 6)
+  , cell(is_mixing, 5, {672, 3072, 1792, 896}, 14)
+  {}
+
+  DecisionModel<1> branch;      ///< new voxels are in a branch above blocks
+  DecisionModel<1> known_block; ///< new voxels are in a block of the history
+  DecisionModel<1> new_block;   ///< new voxels are in another block
+  DecisionModel<3> octant;      ///< new voxels are in an octant of a block
+  DecisionModel<4> cell;        ///< a cell is a new voxel
 };
 
-/** \brief Blocks of a frame while they are coded; kept from frame to frame so that
- * their memory is reused. */
-struct OccupancyWorkspace {
-  /** \brief Occupied cells: of the blocks of the history, then of the new blocks. */
-  std::vector<std::uint64_t> occupied;
-  std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
-  BlockDirectory directory;            ///< into `occupied`
-
-  // The encoder's: blocks with new voxels, ascending, and their new voxels.
-  std::vector<std::uint64_t> target_keys;
-  std::vector<std::uint64_t> target_masks;
-};
-
-/** \brief Codes which voxels are occupied, for either direction.
+/** \brief Codes the voxels that the history does not know, as a small octree of the
+ * blocks that have any, for either direction.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
 template <typename CodingT>
-class OccupancyPass {
+class NewVoxelPass {
 public:
   /** \brief A pass over one frame.
+   * \param[in] workspace its known voxels have been coded
    * \param[in] context what both sides know before the frame
-   * \param[in] max_voxels where decoding gives up
+   * \param[in] max_voxels of the pass; where decoding gives up
    */
-  OccupancyPass(CodingT& coding,
-                OccupancyModels& models,
-                OccupancyWorkspace& workspace,
-                const PayloadContext& context,
-                std::size_t max_voxels)
+  NewVoxelPass(CodingT& coding,
+               NewVoxelModels& models,
+               OccupancyWorkspace& workspace,
+               const PayloadContext& context,
+               std::size_t max_voxels)
   : coding_(coding)
   , models_(models)
   , work_(workspace)
@@ -63,42 +58,16 @@ public:
   , max_voxels_(max_voxels)
   {}
 
-  /** \brief Codes the frame.
-   * \param[in] frame its blocks; the decoder gives null
-   * \return false if what was decoded is no frame of at most that many voxels
+  /** \brief Codes the new voxels.
+   * \return false if what was decoded are no voxels, or more than there may be
    */
   bool
-  run(const BlockList* frame)
+  run()
   {
-    prepare(frame);
-    codeKnownVoxels();
-    const bool has_new_voxels = coding_.codeRaw(!work_.target_keys.empty());
-    Range all{0, 0, history_.blocks().size(), 0, work_.target_keys.size()};
-    return !has_new_voxels ||
-           (levels_ == 0 ? codeBlock(all) : codeBranch(all, levels_));
-  }
-
-  /** \brief The blocks that were coded, ascending. */
-  void
-  collect(BlockList& frame) const
-  {
-    frame.clear();
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    std::size_t old = 0;
-    std::size_t added = 0;
-    std::uint32_t voxels = 0;
-    while (old < known.size() || added < work_.new_keys.size()) {
-      const bool is_old =
-          added == work_.new_keys.size() ||
-          (old < known.size() && known[old].key < work_.new_keys[added]);
-      const std::uint64_t key = is_old ? known[old].key : work_.new_keys[added];
-      const std::uint64_t mask = work_.occupied[is_old ? old : known.size() + added];
-      (is_old ? old : added) += 1;
-      if (mask == 0)
-        continue;
-      frame.append(key, mask, voxels);
-      voxels += cellCount(mask);
-    }
+    if (!coding_.codeRaw(!work_.target_keys.empty()))
+      return true;
+    const Range all{0, 0, history_.blocks().size(), 0, work_.target_keys.size()};
+    return levels_ == 0 ? codeBlock(all) : codeBranch(all, levels_);
   }
 
 private:
@@ -111,76 +80,6 @@ private:
     std::size_t target_begin;
     std::size_t target_end;
   };
-
-  void
-  prepare(const BlockList* frame)
-  {
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    work_.new_keys.clear();
-    work_.target_keys.clear();
-    work_.target_masks.clear();
-    work_.occupied.assign(known.size(), 0);
-    work_.directory.clear(known.size() + (frame != nullptr ? frame->size() : 0));
-    for (std::size_t i = 0; i < known.size(); ++i)
-      work_.directory.insert(known[i].key, static_cast<std::uint32_t>(i));
-    if (frame == nullptr)
-      return;
-    std::size_t old = 0;
-    for (std::size_t i = 0; i < frame->size(); ++i) {
-      while (old < known.size() && known[old].key < frame->keys[i])
-        ++old;
-      std::uint64_t new_voxels = frame->masks[i];
-      if (old < known.size() && known[old].key == frame->keys[i]) {
-        work_.occupied[old] = frame->masks[i] & known[old].known;
-        new_voxels &= ~known[old].known;
-      }
-      if (new_voxels != 0) {
-        work_.target_keys.push_back(frame->keys[i]);
-        work_.target_masks.push_back(new_voxels);
-      }
-    }
-  }
-
-  void
-  codeKnownVoxels()
-  {
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      const std::uint64_t target = work_.occupied[i];
-      std::uint64_t occupied = 0;
-      std::size_t record = known[i].first_record;
-      for (std::uint64_t cells = known[i].known; cells != 0; cells &= cells - 1) {
-        const std::uint64_t cell = cells & (~cells + 1);
-        if (coding_.code(
-                models_.known_voxel, {knownContext(record++)}, (target & cell) != 0))
-          occupied |= cell;
-      }
-      work_.occupied[i] = occupied;
-      voxels_ += cellCount(occupied);
-    }
-  }
-
-  /** \brief Context of a known voxel: how often it was occupied, its last two frames,
-   * how long it is known, and how many points it used to hold. */
-  std::uint32_t
-  knownContext(std::size_t record) const
-  {
-    const VoxelHistory::Records& records = history_.records();
-    const std::uint32_t mean = static_cast<std::uint32_t>(records.mean[record])
-                               << (4 - history_.fractionBits());
-    const std::uint32_t age = records.age[record];
-    const std::uint32_t age_class = age < 2 ? 0 : age < 5 ? 1 : 2;
-    const std::uint32_t mean_class = mean <= 20  ? 0
-                                     : mean < 32 ? 1
-                                     : mean < 48 ? 2
-                                     : mean < 80 ? 3
-                                                 : 4;
-    return (((records.probability[record] >> 11) * 4u + (records.recent[record] & 3u)) *
-                3 +
-            age_class) *
-               5 +
-           mean_class;
-  }
 
   /** \brief Codes in which of a branch's eight parts new voxels are, and these parts.
    * \param[in] branch at least one new voxel is in it
@@ -255,7 +154,7 @@ private:
     const std::uint32_t context =
         ((block_class * 3 + upTo(bit_counts[parts], 2)) * 4 + upTo(levels - 2, 3)) * 2 +
         is_i_frame_;
-    return coding_.code(models_.branch, {context}, has_new_voxels);
+    return coding_.code(models_.branch, {{context}}, has_new_voxels);
   }
 
   bool
@@ -274,14 +173,14 @@ private:
                                                      : 3;
       const std::uint32_t context =
           (block.activity * 4u + known_class) * 3 + part_class;
-      return coding_.code(models_.known_block, {context}, has_new_voxels);
+      return coding_.code(models_.known_block, {{context}}, has_new_voxels);
     }
     const auto child = static_cast<unsigned int>(part.key & 7);
     const std::uint32_t neighbours = (present >> (child ^ 1) & 1) +
                                      (present >> (child ^ 2) & 1) +
                                      (present >> (child ^ 4) & 1);
     const std::uint32_t context = (neighbours * 3 + part_class) * 2 + is_i_frame_;
-    return coding_.code(models_.new_block, {context}, has_new_voxels);
+    return coding_.code(models_.new_block, {{context}}, has_new_voxels);
   }
 
   /** \brief Codes the new voxels of a block that has at least one. */
@@ -297,6 +196,7 @@ private:
       block.unknown &= ~known;
       block.occupied = work_.occupied[range.known_begin];
       block.empty = countNeighbours(known & ~block.occupied, {});
+      block.activity = history_.blocks()[range.known_begin].activity;
     }
     if (block.unknown == 0)
       return false;
@@ -323,6 +223,7 @@ private:
     std::uint64_t target = 0;   // the encoder's: new ones
     NeighbourCounts empty;      // known cells around a cell, in the block, now empty
     NeighbourCounts full;       // occupied cells around a cell
+    std::uint8_t activity = 0;  // of the history
     std::array<std::uint64_t, face_count> neighbours{};
   };
 
@@ -374,17 +275,22 @@ private:
                                           : neighbours < 7  ? 3
                                           : neighbours < 12 ? 4
                                                             : 5;
-    const std::uint32_t known_class = known == 0  ? 0
-                                      : known < 3 ? 1
-                                      : known < 6 ? 2
-                                                  : 3;
+    const std::uint32_t known_class = known == 0 ? 0 : known < 3 ? 1 : known < 6 ? 2 : 3;
     const std::uint32_t occupied_class = occupied == 0 ? 0 : occupied < 3 ? 1 : 2;
-    const std::uint32_t context =
-        (((neighbour_class * 4 + known_class) * 3 + occupied_class) * 3 +
-         upTo(octants, 2)) *
+    const std::uint32_t octant_class = upTo(octants, 2);
+    typename decltype(models_.octant)::Contexts contexts;
+    contexts.ways[0] =
+        (((neighbour_class * 4 + known_class) * 3 + occupied_class) * 3 + octant_class) *
             2 +
         is_i_frame_;
-    return coding_.code(models_.octant, {context}, has_new_voxels);
+    if constexpr (CodingT::is_mixing) {
+      contexts.ways[1] = ((upTo(neighbours, 23) * 9 + known) * 9 + occupied) % 1944;
+      contexts.ways[2] =
+          ((block.activity * 8u + octant) * 10 + upTo(neighbours, 9)) * 8 +
+          upTo(octants, 3) * 2 + is_i_frame_;
+      contexts.weight_set = octant_class * 2 + is_i_frame_;
+    }
+    return coding_.code(models_.octant, contexts, has_new_voxels);
   }
 
   /** \brief Codes which cells of an octant are new voxels, of which there is one. */
@@ -397,14 +303,24 @@ private:
       --left;
       const std::uint64_t cell_bit = cells & (~cells + 1);
       const unsigned int cell = lowestCell(cells);
-      const std::uint32_t context =
-          (((block.full.of(cell) * 3 + upTo(found, 2)) * 4 + upTo(left, 3)) * 2 +
-           is_i_frame_) *
-              4 +
+      const std::uint32_t full = block.full.of(cell);
+      typename decltype(models_.cell)::Contexts contexts;
+      contexts.ways[0] =
+          (((full * 3 + upTo(found, 2)) * 4 + upTo(left, 3)) * 2 + is_i_frame_) * 4 +
           upTo(block.empty.of(cell), 3);
+      if constexpr (CodingT::is_mixing) {
+        const std::uint32_t octant_mask = static_cast<std::uint32_t>(
+            block.occupied >> (cell & ~7u) & 0xff);
+        contexts.ways[1] = (octant_mask * 8 + (cell & 7)) + 2048 * (is_i_frame_ & 0);
+        contexts.ways[2] = facePattern(block, cell) * 28 + upTo(found, 3) * 7 +
+                           upTo(block.empty.of(cell), 6);
+        contexts.ways[3] =
+            ((block.activity * 7u + full) * 8 + upTo(left, 7)) * 2 + is_i_frame_;
+        contexts.weight_set = full * 2 + is_i_frame_;
+      }
       const bool is_implied = left == 0 && found == 0;
       if (!is_implied &&
-          !coding_.code(models_.cell, {context}, (block.target & cell_bit) != 0))
+          !coding_.code(models_.cell, contexts, (block.target & cell_bit) != 0))
         continue;
       ++found;
       block.occupied |= cell_bit;
@@ -412,8 +328,22 @@ private:
     }
   }
 
+  /** \brief Which of a cell's six neighbours are occupied, one bit each. */
+  static std::uint32_t
+  facePattern(const Block& block, unsigned int cell)
+  {
+    std::uint32_t pattern = 0;
+    for (std::size_t face = 0; face < face_count; ++face)
+      pattern |= static_cast<std::uint32_t>(
+                     occupiedAcross(block.occupied, block.neighbours[face], face) >>
+                         cell &
+                     1)
+                 << face;
+    return pattern;
+  }
+
   CodingT& coding_;
-  OccupancyModels& models_;
+  NewVoxelModels& models_;
   OccupancyWorkspace& work_;
   const VoxelHistory& history_;
   std::uint32_t is_i_frame_;
