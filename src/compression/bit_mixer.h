@@ -88,8 +88,9 @@ struct MixerWeights {
     for (std::size_t i = 0; i < InputCount; ++i) {
       const std::int64_t step = (std::int64_t{stretched[i]} * error + (1 << 15)) >> 16;
       const std::int64_t weight = weights[i] + step;
-      weights[i] = static_cast<std::int32_t>(
-          weight > heaviest ? heaviest : weight < -heaviest ? -heaviest : weight);
+      weights[i] = static_cast<std::int32_t>(weight > heaviest    ? heaviest
+                                             : weight < -heaviest ? -heaviest
+                                                                  : weight);
     }
   }
 };

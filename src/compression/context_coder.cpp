@@ -101,7 +101,12 @@ ContextCoder::decodeWith(const PayloadContext& context,
     return false;
   occupancy_bytes = static_cast<std::size_t>(side.position() - begin);
   intensities.numbers.assign(voxel_count, 0);
-  if (!codeIntensities(coding, trial_models_.intensity, workspace_.directory, context, frame, intensities) ||
+  if (!codeIntensities(coding,
+                       trial_models_.intensity,
+                       workspace_.directory,
+                       context,
+                       frame,
+                       intensities) ||
       side.position() != end)
     return false;
   std::swap(models_, trial_models_);
@@ -128,10 +133,20 @@ ContextCoder::decode(const PayloadContext& context,
                      CodedIntensities& intensities,
                      std::size_t& occupancy_bytes)
 {
-  return is_mixing_ ? decodeWith<MixedContextCoding>(
-                          context, begin, end, voxel_count, frame, intensities, occupancy_bytes)
-                    : decodeWith<SingleContextCoding>(
-                          context, begin, end, voxel_count, frame, intensities, occupancy_bytes);
+  return is_mixing_ ? decodeWith<MixedContextCoding>(context,
+                                                     begin,
+                                                     end,
+                                                     voxel_count,
+                                                     frame,
+                                                     intensities,
+                                                     occupancy_bytes)
+                    : decodeWith<SingleContextCoding>(context,
+                                                      begin,
+                                                      end,
+                                                      voxel_count,
+                                                      frame,
+                                                      intensities,
+                                                      occupancy_bytes);
 }
 
 } // namespace io

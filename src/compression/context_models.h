@@ -36,8 +36,8 @@ public:
                 std::uint8_t slowest_shift,
                 const std::array<std::uint32_t, WayCount>& sizes,
                 std::uint32_t weight_sets = 1)
-  : shifts_(learningShifts(
-        static_cast<std::uint8_t>(slowest_shift + (is_mixing ? 1 : 0))))
+  : shifts_(
+        learningShifts(static_cast<std::uint8_t>(slowest_shift + (is_mixing ? 1 : 0))))
   {
     for (std::size_t way = 0; way < (is_mixing ? WayCount : 1); ++way)
       bits_[way].resize(sizes[way]);

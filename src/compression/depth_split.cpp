@@ -28,23 +28,31 @@ bitLength(std::uint32_t number)
 std::uint32_t
 sizeOf(std::uint64_t exact)
 {
-  return bitLength(static_cast<std::uint32_t>(std::min<std::uint64_t>(exact >> 17, 127)));
+  return bitLength(
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(exact >> 17, 127)));
 }
 
-/** \brief Class of a rest by what it depends on: the symbol's size, whether several
- * points' places level out, on which side of the predicted symbol the exact number is,
- * and how well the depth offset is known.
+/** \brief Class of a rest by what it depends on: the symbol's size, where in the
+ * predicted symbol the exact number is, and how rough the voxel's rests were.
  * \param[in] exact predicted symbol, in 2^-16
- * \param[in] number points
- * \param[in] is_known the history knows the voxel for some frames
+ * \param[in] roughness 0..5
  */
 std::uint8_t
-restClass(std::uint64_t exact, std::uint32_t number, bool is_known)
+restClass(std::uint64_t exact, std::uint32_t roughness)
 {
-  const std::uint32_t points = number < 2 ? 0 : number < 4 ? 1 : 2;
   const auto fraction = static_cast<std::uint32_t>(exact >> 14 & 3);
-  return static_cast<std::uint8_t>(((sizeOf(exact) * 3 + points) * 4 + fraction) * 2 +
-                                   (is_known ? 1 : 0));
+  return static_cast<std::uint8_t>((sizeOf(exact) * 4 + fraction) * 6 + roughness);
+}
+
+/** \brief Class of a record's roughness, 1..5. */
+std::uint8_t
+roughnessClass(std::uint32_t roughness)
+{
+  return roughness < 6    ? 1
+         : roughness < 14 ? 2
+         : roughness < 24 ? 3
+         : roughness < 48 ? 4
+                          : 5;
 }
 
 } // namespace
@@ -65,7 +73,7 @@ DepthSplit::begin(const DepthModel& model,
   }
   centre_symbols_.clear();
   point_symbols_.clear();
-  is_known_.clear();
+  roughness_.clear();
   const std::vector<HistoryBlock>& known = history.blocks();
   const VoxelHistory::Records& records = history.records();
   std::size_t old = 0;
@@ -83,17 +91,17 @@ DepthSplit::begin(const DepthModel& model,
       const std::uint64_t centre =
           model.pointSymbolAt(depth + cell_depth[lowestCell(cells)]);
       std::uint64_t point = centre;
-      std::uint8_t is_known_voxel = 0;
+      std::uint8_t roughness = 0;
       if ((known_cells & cell) != 0) {
         const std::size_t record =
             known[old].first_record + cellCount(known_cells & (cell - 1));
         const std::int64_t factor = one_offset + records.depth_offset[record];
         point = centre * static_cast<std::uint64_t>(factor) >> 14;
-        is_known_voxel = records.age[record] >= 3 ? 1 : 0;
+        roughness = roughnessClass(records.roughness[record]);
       }
       centre_symbols_.push_back(centre);
       point_symbols_.push_back(point);
-      is_known_.push_back(is_known_voxel);
+      roughness_.push_back(roughness);
     }
   }
 }
@@ -120,15 +128,17 @@ DepthSplit::predict(const std::vector<std::uint16_t>& numbers)
   predicted_.resize(numbers.size());
   classes_.resize(numbers.size());
   places_.resize(numbers.size());
+  point_classes_.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::uint64_t exact = numbers[i] * point_symbols_[i];
     const auto predicted = static_cast<std::uint32_t>(
         std::min<std::uint64_t>((exact + one_symbol / 2) >> 16, max_symbol_));
     predicted_[i] = static_cast<std::uint16_t>(predicted);
     places_[i] = static_cast<std::uint8_t>(sizeOf(exact) * 16 + (exact >> 12 & 15));
-    classes_[i] = point_symbols_[i] < one_symbol
-                      ? no_rest
-                      : restClass(exact, numbers[i], is_known_[i] != 0);
+    const unsigned int number = numbers[i];
+    point_classes_[i] = number < 2 ? 0 : number < 3 ? 1 : number < 6 ? 2 : 3;
+    classes_[i] =
+        point_symbols_[i] < one_symbol ? no_rest : restClass(exact, roughness_[i]);
   }
 }
 
@@ -147,19 +157,24 @@ DepthSplit::symbol(std::size_t voxel, std::uint32_t rest, std::uint16_t& symbol)
 }
 
 void
-DepthSplit::depthOffsets(const std::vector<std::uint16_t>& numbers,
-                         const std::vector<std::uint16_t>& symbols,
-                         std::vector<std::int16_t>& offsets) const
+DepthSplit::observe(const std::vector<std::uint16_t>& numbers,
+                    const std::vector<std::uint16_t>& symbols,
+                    DepthObservations& depths) const
 {
-  offsets.resize(numbers.size());
+  depths.offsets.resize(numbers.size());
+  depths.rests.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    offsets[i] = 0;
+    depths.offsets[i] = 0;
+    depths.rests[i] =
+        classes_[i] == no_rest
+            ? std::uint8_t{0}
+            : static_cast<std::uint8_t>(std::min(rest(i, symbols[i]), 15u));
     // A symbol at the end of the scale says nothing about where its points are.
     if (classes_[i] == no_rest || numbers[i] == 0 || symbols[i] == max_symbol_)
       continue;
     const auto centred = static_cast<std::int64_t>(numbers[i] * centre_symbols_[i]);
     const std::int64_t distance = (std::int64_t{symbols[i]} << 16) - centred;
-    offsets[i] = static_cast<std::int16_t>(
+    depths.offsets[i] = static_cast<std::int16_t>(
         std::clamp(distance * one_offset / centred, -largest_offset, largest_offset));
   }
 }

@@ -64,6 +64,13 @@ public:
     return places_[voxel];
   }
 
+  /** \brief Class of a voxel's number of points, 0..3. */
+  std::uint32_t
+  pointClass(std::size_t voxel) const
+  {
+    return point_classes_[voxel];
+  }
+
   /** \brief The rest of a voxel: 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ... */
   std::uint32_t
   rest(std::size_t voxel, std::uint16_t symbol) const
@@ -86,20 +93,21 @@ public:
   /** \brief What the history is to remember of each voxel, once the symbols are known.
    */
   void
-  depthOffsets(const std::vector<std::uint16_t>& numbers,
-               const std::vector<std::uint16_t>& symbols,
-               std::vector<std::int16_t>& offsets) const;
+  observe(const std::vector<std::uint16_t>& numbers,
+          const std::vector<std::uint16_t>& symbols,
+          DepthObservations& depths) const;
 
 private:
   std::uint32_t max_symbol_ = 0;
   // Of each voxel what a point adds to the symbol, in 2^-16: at the centre, and with the
-  // depth offset; and whether that is known well.
+  // depth offset; and the class of its roughness.
   std::vector<std::uint64_t> centre_symbols_;
   std::vector<std::uint64_t> point_symbols_;
-  std::vector<std::uint8_t> is_known_;
+  std::vector<std::uint8_t> roughness_;
   std::vector<std::uint16_t> predicted_; // symbols
   std::vector<std::uint8_t> classes_;
   std::vector<std::uint8_t> places_;
+  std::vector<std::uint8_t> point_classes_;
 };
 
 } // namespace io

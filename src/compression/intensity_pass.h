@@ -23,11 +23,22 @@ struct IntensityModels {
   static constexpr std::uint32_t longest_escape = 17; ///< bits
 
   explicit IntensityModels(bool is_mixing)
-  : more(is_mixing, 5, {240 * longest_count, 640 * longest_count, 512 * longest_count, 240 * longest_count}, 20)
+  : more(is_mixing,
+         5,
+         {240 * longest_count,
+          640 * longest_count,
+          512 * longest_count,
+          240 * longest_count},
+         20)
   , differs(is_mixing, 5, {14 * 4})
   , above(is_mixing, 5, {14 * 4})
   , farther(is_mixing, 5, {14 * 4 * 2 * longest_distance})
-  , rest(is_mixing, 5, {DepthSplit::class_count * longest_rest, 256 * longest_rest, 128 * longest_rest}, 8)
+  , rest(is_mixing,
+         5,
+         {DepthSplit::class_count * longest_rest,
+          768 * longest_rest,
+          512 * longest_rest},
+         8)
   , escape(is_mixing, 5, {3 * longest_escape})
   {}
 
@@ -95,7 +106,8 @@ public:
         std::uint32_t neighbour_class = 0;
         if constexpr (CodingT::is_mixing)
           neighbour_class = neighbours.classOf(lowestCell(cells), symbols);
-        const std::uint32_t symbol = codeSymbol(record, neighbour_class, symbols[voxel]);
+        const std::uint32_t symbol =
+            codeSymbol(record, neighbour_class, symbols[voxel]);
         if (symbol > max_symbol_)
           return false;
         symbols[voxel++] = static_cast<std::uint16_t>(symbol);
@@ -125,8 +137,9 @@ public:
       contexts.ways[0] = rest_class * IntensityModels::longest_rest;
       if constexpr (CodingT::is_mixing) {
         const std::uint32_t place = split.place(i);
-        contexts.ways[1] = (place * 2 + (rest_class & 1)) * IntensityModels::longest_rest;
-        contexts.ways[2] = ((place >> 2) * 4 + std::min(running_rest / 8, 3u)) *
+        contexts.ways[1] = (place * 6 + rest_class % 6) * IntensityModels::longest_rest;
+        contexts.ways[2] = (((place >> 2) * 4 + std::min(running_rest / 8, 3u)) * 4 +
+                            split.pointClass(i)) *
                            IntensityModels::longest_rest;
       }
       std::uint32_t rest = 0;
@@ -186,7 +199,8 @@ private:
       contexts.ways[0] = row * 8 + runningClass();
       if constexpr (CodingT::is_mixing) {
         const std::uint32_t deviation =
-            has_mean ? static_cast<std::uint32_t>(records.deviation[record]) << shift : 0;
+            has_mean ? static_cast<std::uint32_t>(records.deviation[record]) << shift
+                     : 0;
         contexts.ways[1] =
             has_mean ? std::min(expected / 4, 39u) * 15 + std::min(deviation / 6, 14u)
                      : 600 + static_cast<std::uint32_t>(std::min(running_ / 8, 39));

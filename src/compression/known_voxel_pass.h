@@ -38,7 +38,10 @@ public:
                  KnownVoxelModels& models,
                  OccupancyWorkspace& workspace,
                  const PayloadContext& context)
-  : coding_(coding), models_(models), work_(workspace), history_(context.history)
+  : coding_(coding)
+  , models_(models)
+  , work_(workspace)
+  , history_(context.history)
   , levels_(levelsAboveBlocks(context.grid_depth))
   {}
 
@@ -62,9 +65,9 @@ private:
   /** \brief What has changed around a block since the last frame, as far as it is coded.
    */
   struct Surroundings {
-    NeighbourCounts before;  // neighbours that the last frame had
-    NeighbourCounts came;    // those that are occupied now and were not
-    NeighbourCounts went;    // those that were and are not
+    NeighbourCounts before; // neighbours that the last frame had
+    NeighbourCounts came;   // those that are occupied now and were not
+    NeighbourCounts went;   // those that were and are not
     std::array<std::uint64_t, face_count> came_around{};
     std::array<std::uint64_t, face_count> went_around{};
     std::uint64_t came_here = 0;

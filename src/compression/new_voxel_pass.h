@@ -275,14 +275,17 @@ private:
                                           : neighbours < 7  ? 3
                                           : neighbours < 12 ? 4
                                                             : 5;
-    const std::uint32_t known_class = known == 0 ? 0 : known < 3 ? 1 : known < 6 ? 2 : 3;
+    const std::uint32_t known_class = known == 0  ? 0
+                                      : known < 3 ? 1
+                                      : known < 6 ? 2
+                                                  : 3;
     const std::uint32_t occupied_class = occupied == 0 ? 0 : occupied < 3 ? 1 : 2;
     const std::uint32_t octant_class = upTo(octants, 2);
     typename decltype(models_.octant)::Contexts contexts;
-    contexts.ways[0] =
-        (((neighbour_class * 4 + known_class) * 3 + occupied_class) * 3 + octant_class) *
-            2 +
-        is_i_frame_;
+    contexts.ways[0] = (((neighbour_class * 4 + known_class) * 3 + occupied_class) * 3 +
+                        octant_class) *
+                           2 +
+                       is_i_frame_;
     if constexpr (CodingT::is_mixing) {
       contexts.ways[1] = ((upTo(neighbours, 23) * 9 + known) * 9 + occupied) % 1944;
       contexts.ways[2] =
@@ -309,8 +312,8 @@ private:
           (((full * 3 + upTo(found, 2)) * 4 + upTo(left, 3)) * 2 + is_i_frame_) * 4 +
           upTo(block.empty.of(cell), 3);
       if constexpr (CodingT::is_mixing) {
-        const std::uint32_t octant_mask = static_cast<std::uint32_t>(
-            block.occupied >> (cell & ~7u) & 0xff);
+        const std::uint32_t octant_mask =
+            static_cast<std::uint32_t>(block.occupied >> (cell & ~7u) & 0xff);
         contexts.ways[1] = (octant_mask * 8 + (cell & 7)) + 2048 * (is_i_frame_ & 0);
         contexts.ways[2] = facePattern(block, cell) * 28 + upTo(found, 3) * 7 +
                            upTo(block.empty.of(cell), 6);
@@ -334,11 +337,10 @@ private:
   {
     std::uint32_t pattern = 0;
     for (std::size_t face = 0; face < face_count; ++face)
-      pattern |= static_cast<std::uint32_t>(
-                     occupiedAcross(block.occupied, block.neighbours[face], face) >>
-                         cell &
-                     1)
-                 << face;
+      pattern |=
+          static_cast<std::uint32_t>(
+              occupiedAcross(block.occupied, block.neighbours[face], face) >> cell & 1)
+          << face;
     return pattern;
   }
 

@@ -41,9 +41,8 @@ OccupancyWorkspace::collect(const VoxelHistory& history, BlockList& frame) const
   std::size_t added = 0;
   std::uint32_t voxels = 0;
   while (old < known.size() || added < new_keys.size()) {
-    const bool is_old =
-        added == new_keys.size() ||
-        (old < known.size() && known[old].key < new_keys[added]);
+    const bool is_old = added == new_keys.size() ||
+                        (old < known.size() && known[old].key < new_keys[added]);
     const std::uint64_t key = is_old ? known[old].key : new_keys[added];
     const std::uint64_t mask = occupied[is_old ? old : known.size() + added];
     (is_old ? old : added) += 1;

@@ -3,10 +3,22 @@
 namespace pcl_ext {
 namespace io {
 
-PayloadContext
-PayloadCoder::contextOf(const VoxelFrame& frame, bool is_i_frame)
+namespace {
+
+/** \brief Where the knowledge of a record costs more time than an effort has for the
+ * bytes that it saves, as a probability in 2^-16. */
+std::uint16_t
+forgottenBelow(Effort effort)
 {
-  empty_history_.clear(frame.intensity_scale.bits);
+  return effort == Effort::Small ? 1000 : 3000;
+}
+
+} // namespace
+
+PayloadContext
+PayloadCoder::contextOf(const VoxelFrame& frame, bool is_i_frame, Effort effort)
+{
+  empty_history_.clear(frame.intensity_scale.bits, forgottenBelow(effort));
   return {is_i_frame ? empty_history_ : history_,
           is_i_frame,
           frame.grid.depth,
@@ -24,7 +36,7 @@ PayloadCoder::encode(const VoxelFrame& frame,
   PayloadSizes sizes;
   blocks_.assign(frame.keys);
   intensities_.symbols = frame.intensities;
-  const PayloadContext context = contextOf(frame, is_i_frame);
+  const PayloadContext context = contextOf(frame, is_i_frame, effort);
   if (context.depth_model != nullptr) {
     intensities_.split.begin(
         *context.depth_model, blocks_, context.history, context.maxSymbol());
@@ -33,9 +45,10 @@ PayloadCoder::encode(const VoxelFrame& frame,
   else
     intensities_.numbers = intensities_.symbols;
   if (!frame.keys.empty())
-    sizes.occupancy = contextCoder(effort).encode(context, blocks_, intensities_, payload);
+    sizes.occupancy =
+        contextCoder(effort).encode(context, blocks_, intensities_, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
-  learn(frame, is_i_frame);
+  learn(frame, is_i_frame, effort);
   return sizes;
 }
 
@@ -52,20 +65,20 @@ PayloadCoder::decode(const std::uint8_t* begin,
   blocks_.clear();
   intensities_.numbers.clear();
   intensities_.symbols.clear();
-  const PayloadContext context = contextOf(frame, is_i_frame);
+  const PayloadContext context = contextOf(frame, is_i_frame, effort);
   if (voxel_count == 0 ? begin != end
                        : !contextCoder(effort).decode(context,
-                                                begin,
-                                                end,
-                                                voxel_count,
-                                                blocks_,
-                                                intensities_,
-                                                sizes.occupancy))
+                                                      begin,
+                                                      end,
+                                                      voxel_count,
+                                                      blocks_,
+                                                      intensities_,
+                                                      sizes.occupancy))
     return false;
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
   frame.intensities = intensities_.symbols;
-  learn(frame, is_i_frame);
+  learn(frame, is_i_frame, effort);
   return true;
 }
 
@@ -79,15 +92,15 @@ PayloadCoder::contextCoder(Effort effort)
 }
 
 void
-PayloadCoder::learn(const VoxelFrame& frame, bool is_i_frame)
+PayloadCoder::learn(const VoxelFrame& frame, bool is_i_frame, Effort effort)
 {
   if (is_i_frame)
-    history_.clear(frame.intensity_scale.bits);
-  depth_offsets_.clear();
-  if (frame.depth_model && !frame.keys.empty())
-    intensities_.split.depthOffsets(
-        intensities_.numbers, intensities_.symbols, depth_offsets_);
-  history_.update(blocks_, intensities_.numbers, depth_offsets_, is_i_frame);
+    history_.clear(frame.intensity_scale.bits, forgottenBelow(effort));
+  const bool has_depths = frame.depth_model && !frame.keys.empty();
+  if (has_depths)
+    intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
+  history_.update(
+      blocks_, intensities_.numbers, has_depths ? &depths_ : nullptr, is_i_frame);
 }
 
 std::size_t

@@ -82,13 +82,13 @@ public:
 
 private:
   PayloadContext
-  contextOf(const VoxelFrame& frame, bool is_i_frame);
+  contextOf(const VoxelFrame& frame, bool is_i_frame, Effort effort);
 
   ContextCoder&
   contextCoder(Effort effort);
 
   void
-  learn(const VoxelFrame& frame, bool is_i_frame);
+  learn(const VoxelFrame& frame, bool is_i_frame, Effort effort);
 
   VoxelHistory history_;
   VoxelHistory empty_history_; // of I-frames, as a failure must not clear the other
@@ -98,7 +98,7 @@ private:
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   CodedIntensities intensities_;
-  std::vector<std::int16_t> depth_offsets_;
+  DepthObservations depths_;
 };
 
 } // namespace io

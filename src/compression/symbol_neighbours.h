@@ -24,7 +24,9 @@ public:
    * \param[in] levels octree levels above the blocks
    * \param[in] directory memory for one of the blocks
    */
-  SymbolNeighbours(const BlockList& frame, unsigned int levels, BlockDirectory& directory)
+  SymbolNeighbours(const BlockList& frame,
+                   unsigned int levels,
+                   BlockDirectory& directory)
   : frame_(frame), levels_(levels), directory_(directory)
   {}
 

@@ -12,8 +12,6 @@ namespace {
 // A voxel of an I-frame most likely stays; most of those that turn up later are noise.
 constexpr std::uint16_t first_probability_i_frame = 52000;
 constexpr std::uint16_t first_probability_p_frame = 26000;
-// Below this a record costs more time than its knowledge saves bytes.
-constexpr std::uint16_t forgotten_below = 3000;
 constexpr std::uint8_t most_active = 7;
 constexpr std::uint8_t first_activity_p_frame = 2;
 
@@ -38,31 +36,32 @@ VoxelHistory::Records::reserve(std::size_t size)
   mean.resize(size);
   deviation.resize(size);
   depth_offset.resize(size);
+  roughness.resize(size);
 }
 
 void
-VoxelHistory::clear(unsigned int symbol_bits)
+VoxelHistory::clear(unsigned int symbol_bits, std::uint16_t forgotten_below)
 {
   blocks_.clear();
   records_.count = 0;
   fraction_bits_ = std::min(4u, 16 - symbol_bits);
+  forgotten_below_ = forgotten_below;
 }
 
 /** \brief Writes the next state record by record; there is room for all. */
 struct VoxelHistory::Writer {
   const Records& from;
   Records& to;
+  const DepthObservations* depths;
   unsigned int fraction_bits;
+  std::uint32_t forgotten_below;
   std::size_t size = 0;
 
   /** \brief The record of a known voxel after one more frame.
    * \return false if it is forgotten
    */
   bool
-  keep(std::size_t record,
-       bool is_occupied,
-       std::uint16_t number,
-       std::int16_t depth_offset)
+  keep(std::size_t record, bool is_occupied, std::uint16_t number, std::size_t voxel)
   {
     const std::uint32_t before = from.probability[record];
     const std::uint8_t age = from.age[record];
@@ -77,15 +76,18 @@ struct VoxelHistory::Writer {
     to.mean[size] = from.mean[record];
     to.deviation[size] = from.deviation[record];
     to.depth_offset[size] = from.depth_offset[record];
+    to.roughness[size] = from.roughness[record];
     if (is_occupied)
-      learnIntensity(number, depth_offset);
+      learnNumber(number);
+    if (is_occupied && depths != nullptr)
+      learnDepth(voxel);
     const bool is_kept = probability >= forgotten_below;
     size += is_kept ? 1 : 0;
     return is_kept;
   }
 
   void
-  add(std::uint16_t number, std::int16_t depth_offset, std::uint16_t probability)
+  add(std::uint16_t number, std::size_t voxel, std::uint16_t probability)
   {
     to.probability[size] = probability;
     to.recent[size] = 1;
@@ -94,7 +96,10 @@ struct VoxelHistory::Writer {
     to.mean[size] = static_cast<std::uint16_t>(value);
     to.deviation[size] =
         static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
-    to.depth_offset[size] = depth_offset;
+    to.depth_offset[size] =
+        depths != nullptr ? depths->offsets[voxel] : std::int16_t{0};
+    to.roughness[size] =
+        static_cast<std::uint8_t>(depths != nullptr ? depths->rests[voxel] << 4 : 0);
     ++size;
   }
 
@@ -106,7 +111,7 @@ struct VoxelHistory::Writer {
   }
 
   void
-  learnIntensity(std::uint16_t number, std::int16_t depth_offset)
+  learnNumber(std::uint16_t number)
   {
     const int value = fixedPoint(number);
     std::uint16_t& mean = to.mean[size];
@@ -118,21 +123,30 @@ struct VoxelHistory::Writer {
         static_cast<int>(deviation) + ((distance - static_cast<int>(deviation)) >> 2));
     mean = static_cast<std::uint16_t>(static_cast<int>(mean) +
                                       ((value - static_cast<int>(mean)) >> 2));
+  }
+
+  void
+  learnDepth(std::size_t voxel)
+  {
     std::int16_t& offset = to.depth_offset[size];
-    offset = static_cast<std::int16_t>(offset + ((depth_offset - offset) >> 2));
+    offset =
+        static_cast<std::int16_t>(offset + ((depths->offsets[voxel] - offset) >> 2));
+    std::uint8_t& roughness = to.roughness[size];
+    roughness = static_cast<std::uint8_t>(
+        roughness + (((depths->rests[voxel] << 4) - roughness) >> 2));
   }
 };
 
 void
 VoxelHistory::update(const BlockList& frame,
                      const std::vector<std::uint16_t>& numbers,
-                     const std::vector<std::int16_t>& depth_offsets,
+                     const DepthObservations* depths,
                      bool is_i_frame)
 {
   // At most every record stays and every voxel is new.
   next_records_.reserve(records_.count + numbers.size());
   next_blocks_.clear();
-  Writer writer{records_, next_records_, fraction_bits_};
+  Writer writer{records_, next_records_, depths, fraction_bits_, forgotten_below_};
   const std::uint16_t first_probability =
       is_i_frame ? first_probability_i_frame : first_probability_p_frame;
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
@@ -162,18 +176,14 @@ VoxelHistory::update(const BlockList& frame,
     for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
       const std::uint64_t cell = cells & (~cells + 1);
       const bool is_occupied = (occupied & cell) != 0;
-      std::uint16_t number = 0;
-      std::int16_t depth_offset = 0;
-      if (is_occupied) {
-        number = numbers[voxel];
-        depth_offset = depth_offsets.empty() ? std::int16_t{0} : depth_offsets[voxel];
-        ++voxel;
+      const std::uint16_t number = is_occupied ? numbers[voxel] : std::uint16_t{0};
+      if ((known & cell) == 0) {
+        writer.add(number, voxel, first_probability);
+        block.known |= cell;
       }
-      if ((known & cell) == 0)
-        writer.add(number, depth_offset, first_probability);
-      else if (!writer.keep(record++, is_occupied, number, depth_offset))
-        continue;
-      block.known |= cell;
+      else if (writer.keep(record++, is_occupied, number, voxel))
+        block.known |= cell;
+      voxel += is_occupied ? 1 : 0;
     }
     const unsigned int new_voxels =
         is_i_frame ? 0 : std::min(cellCount(occupied & ~known), 7u);

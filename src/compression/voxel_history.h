@@ -18,6 +18,13 @@ struct HistoryBlock {
   std::uint8_t activity;      ///< how many new voxels the last frames brought, 0..7
 };
 
+/** \brief What a frame tells of its voxels where there is a depth model; see DepthSplit.
+ */
+struct DepthObservations {
+  std::vector<std::int16_t> offsets;
+  std::vector<std::uint8_t> rests; ///< held within 0..15
+};
+
 /** \brief What encoder and decoder remember of the frames since the last I-frame: for
  * each voxel that was occupied lately how often it was, and with which intensity
  * (doc/bitstream.md, "History").
@@ -37,6 +44,7 @@ public:
     std::vector<std::uint16_t> mean;        ///< running mean of the number, fixed point
     std::vector<std::uint16_t> deviation;   ///< running mean distance from the mean
     std::vector<std::int16_t> depth_offset; ///< see DepthSplit
+    std::vector<std::uint8_t> roughness;    ///< running mean of the rest, in sixteenths
 
     /** \brief Makes room for as many records. */
     void
@@ -65,22 +73,24 @@ public:
 
   /** \brief Forgets everything, as at an I-frame.
    * \param[in] symbol_bits bits of an intensity symbol from here on, 1..16
+   * \param[in] forgotten_below probability below which a record is forgotten from here
+   * on, in 2^-16
    */
   void
-  clear(unsigned int symbol_bits);
+  clear(unsigned int symbol_bits, std::uint16_t forgotten_below);
 
   /** \brief Learns a frame.
    * \param[in] frame its blocks
    * \param[in] numbers what was coded of its voxels' intensities: symbols, or numbers of
    * points
-   * \param[in] depth_offsets see DepthSplit, one for each voxel; empty if there are none
+   * \param[in] depths one element for each voxel; null without a depth model
    * \param[in] is_i_frame the frame stands alone; its voxels are worth more than those
    * that turn up between two others
    */
   void
   update(const BlockList& frame,
          const std::vector<std::uint16_t>& numbers,
-         const std::vector<std::int16_t>& depth_offsets,
+         const DepthObservations* depths,
          bool is_i_frame);
 
 private:
@@ -89,6 +99,7 @@ private:
   std::vector<HistoryBlock> blocks_;
   Records records_;
   unsigned int fraction_bits_ = 4;
+  std::uint16_t forgotten_below_ = 0;
   // What the next state is written to; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   Records next_records_;
