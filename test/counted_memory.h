@@ -19,6 +19,7 @@ namespace test {
 
 /** \brief Bytes since the last reset; tests of one thread only. */
 struct MemoryCount {
+  std::size_t allocations = 0;
   std::size_t largest = 0; ///< of one allocation
   std::size_t live = 0;    ///< allocated and not yet given back
   std::size_t peak = 0;    ///< the most that was live
@@ -26,6 +27,7 @@ struct MemoryCount {
   void
   reset()
   {
+    allocations = 0;
     largest = 0;
     peak = live;
   }
@@ -45,6 +47,7 @@ operator new(std::size_t size)
   void* memory = std::malloc(size);
   if (memory == nullptr)
     throw std::bad_alloc();
+  ++count.allocations;
   count.largest = std::max(count.largest, size);
   count.live += malloc_usable_size(memory);
   count.peak = std::max(count.peak, count.live);
