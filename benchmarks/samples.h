@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief One figure of many frames. */
+class Samples {
+public:
+  void
+  add(double sample)
+  {
+    samples_.push_back(sample);
+  }
+
+  double
+  sum() const
+  {
+    return std::accumulate(samples_.begin(), samples_.end(), 0.0);
+  }
+
+  double
+  mean() const
+  {
+    return samples_.empty() ? 0.0 : sum() / static_cast<double>(samples_.size());
+  }
+
+  /** \brief The middle sample; of an even number the upper one. */
+  double
+  median() const
+  {
+    if (samples_.empty())
+      return 0.0;
+    std::vector<double> sorted = samples_;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return *middle;
+  }
+
+private:
+  std::vector<double> samples_;
+};
+
+/** \brief Milliseconds that an action takes. */
+template <typename ActionT>
+double
+timeOf(ActionT&& action)
+{
+  const auto start = std::chrono::steady_clock::now();
+  action();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
+                                                   start)
+      .count();
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext
