@@ -9,7 +9,6 @@
 
 #include "frame_buffer.h"
 #include "sampled_room.h"
-#include "stage_times.h"
 #include "workload.h"
 
 #include <benchmark/benchmark.h>

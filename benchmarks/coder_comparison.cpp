@@ -1,79 +1,116 @@
 #include "coder_comparison.h"
 
 #include "allocation_count.h"
+#include "take_turns.h"
 
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace benchmarks {
 
 namespace {
 
-/** \brief Runs an action, and adds its time and its allocations to the samples. */
+/** \brief What a coder did with one frame; goes from its process to the parent's. */
+struct FrameFigures {
+  std::size_t points = 0;
+  std::size_t decoded = 0;
+  std::size_t bytes = 0;
+  double encode_ms = 0.0;
+  double decode_ms = 0.0;
+  std::size_t encode_allocations = 0;
+  std::size_t decode_allocations = 0;
+  NearestDistances to_decoded;
+  NearestDistances from_decoded;
+};
+
+/** \brief Runs an action; gives its time and its allocations. */
 template <typename ActionT>
 void
-measure(ActionT&& action, Samples& milliseconds, Samples& allocations)
+measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
 {
   const std::size_t before = allocationCount();
-  const double time = timeOf(action);
-  allocations.add(static_cast<double>(allocationCount() - before));
-  milliseconds.add(time);
+  milliseconds = timeOf(action);
+  allocations = allocationCount() - before;
 }
 
-void
-runFrame(StreamCoder& coder, const InputFrame& frame, CoderFigures& figures)
-{
-  measure([&] { coder.encode(frame); }, figures.encode_ms, figures.encode_allocations);
-  measure([&] { coder.decode(); }, figures.decode_ms, figures.decode_allocations);
-  coder.check(frame);
-  figures.bytes.add(static_cast<double>(coder.frameBytes()));
-}
+/** \brief One coder and its stream, in the coder's process. */
+class CoderRun {
+public:
+  CoderRun(const std::vector<InputFrame>& frames,
+           std::unique_ptr<StreamCoder> coder,
+           std::size_t error_every)
+  : frames_(frames), coder_(std::move(coder)), error_every_(error_every)
+  {}
 
-void
-addErrors(const StreamCoder& coder, const InputFrame& frame, CoderFigures& figures)
-{
-  figures.to_decoded += nearestDistances(frame.positions, coder.decodedPositions());
-  figures.from_decoded += nearestDistances(coder.decodedPositions(), frame.positions);
-}
-
-void
-runStream(const InputStream& stream,
-          const Workload& workload,
-          StreamCoders& coders,
-          std::size_t error_every,
-          Comparison& comparison)
-{
-  FrameReader reader(stream, workload);
-  InputFrame frame;
-  for (std::size_t index = 0; index < stream.clouds->size(); ++index) {
-    reader.read(index, frame);
-    comparison.points.add(static_cast<double>(frame.points->size()));
-    for (std::size_t turn = 0; turn < coders.size(); ++turn) {
-      const std::size_t which = (index + turn) % coders.size();
-      StreamCoder& coder = *coders[which];
-      try {
-        runFrame(coder, frame, comparison.coders[which]);
-      }
-      catch (const std::exception& error) {
-        throw std::runtime_error(stream.clouds->name() + ", frame " +
-                                 std::to_string(index) + ", " + coder.name() + ": " +
-                                 error.what());
-      }
-      if (error_every != 0 && index % error_every == 0)
-        addErrors(coder, frame, comparison.coders[which]);
+  FrameFigures
+  run(std::size_t index)
+  {
+    const InputFrame& frame = frames_[index];
+    FrameFigures figures;
+    measure(
+        [&] { coder_->encode(frame); }, figures.encode_ms, figures.encode_allocations);
+    measure([&] { coder_->decode(); }, figures.decode_ms, figures.decode_allocations);
+    coder_->check(frame);
+    const PositionCloud::ConstPtr decoded = coder_->decodedPositions();
+    figures.points = frame.points->size();
+    figures.decoded = decoded->size();
+    figures.bytes = coder_->frameBytes();
+    if (error_every_ != 0 && index % error_every_ == 0) {
+      figures.to_decoded = nearestDistances(frame.positions, decoded);
+      figures.from_decoded = nearestDistances(decoded, frame.positions);
     }
-    const std::size_t reference = coders.front()->decodedPositions()->size();
-    for (std::size_t i = 0; i < coders.size(); ++i) {
-      const Content content = coders[i]->content();
-      const bool are_voxels =
-          content == Content::VoxelsWithIntensity || content == Content::Voxels;
-      comparison.coders[i].voxels.add(static_cast<double>(
-          are_voxels ? coders[i]->decodedPositions()->size() : reference));
-    }
+    return figures;
   }
+
+private:
+  const std::vector<InputFrame>& frames_;
+  std::unique_ptr<StreamCoder> coder_;
+  std::size_t error_every_;
+};
+
+void
+addFrame(const FrameFigures& frame, CoderFigures& figures)
+{
+  figures.points.add(static_cast<double>(frame.points));
+  figures.decoded.add(static_cast<double>(frame.decoded));
+  figures.bytes.add(static_cast<double>(frame.bytes));
+  figures.encode_ms.add(frame.encode_ms);
+  figures.decode_ms.add(frame.decode_ms);
+  figures.encode_allocations.add(static_cast<double>(frame.encode_allocations));
+  figures.decode_allocations.add(static_cast<double>(frame.decode_allocations));
+  figures.to_decoded += frame.to_decoded;
+  figures.from_decoded += frame.from_decoded;
+}
+
+/** \brief Starts a coder's process; the coder itself is made there. */
+ProcessOf<FrameFigures>
+startCoder(const std::vector<InputFrame>& frames,
+           const Workload& workload,
+           const MakeCoders& make_coders,
+           std::size_t which,
+           const std::string& name,
+           std::size_t error_every)
+{
+  return ProcessOf<FrameFigures>(
+      name, [&frames, workload, make_coders, which, error_every] {
+        StreamCoders coders = make_coders(workload);
+        const auto run =
+            std::make_shared<CoderRun>(frames, std::move(coders[which]), error_every);
+        return [run](std::size_t index) { return run->run(index); };
+      });
 }
 
 } // namespace
+
+double
+Comparison::voxels(const CoderFigures& coder) const
+{
+  const bool are_voxels =
+      coder.content == Content::VoxelsWithIntensity || coder.content == Content::Voxels;
+  return are_voxels ? coder.decoded.mean() : coders.front().decoded.mean();
+}
 
 Comparison
 compareCoders(const InputStream& stream,
@@ -81,16 +118,42 @@ compareCoders(const InputStream& stream,
               const MakeCoders& make_coders,
               const ComparisonSettings& settings)
 {
+  const std::vector<InputFrame> frames =
+      readFrames(stream, workload, Keep::Preprocessed);
   Comparison comparison;
+  for (const auto& coder : make_coders(workload)) {
+    comparison.coders.emplace_back();
+    comparison.coders.back().name = coder->name();
+    comparison.coders.back().content = coder->content();
+  }
+  const auto start = [&](std::size_t which, std::size_t error_every) {
+    return startCoder(frames,
+                      workload,
+                      make_coders,
+                      which,
+                      comparison.coders[which].name,
+                      error_every);
+  };
+  const auto add = [&comparison](std::size_t which, const FrameFigures& frame) {
+    addFrame(frame, comparison.coders[which]);
+  };
   for (std::size_t i = 0; i < settings.repetitions; ++i) {
-    StreamCoders coders = make_coders(workload);
-    if (comparison.coders.empty())
-      for (const auto& coder : coders) {
-        comparison.coders.emplace_back();
-        comparison.coders.back().name = coder->name();
-        comparison.coders.back().content = coder->content();
+    // The errors of a repetition are those of the first time.
+    const std::size_t error_every = i == 0 ? settings.error_every : 0;
+    std::vector<ProcessOf<FrameFigures>> processes;
+    for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
+      processes.push_back(start(which, error_every));
+      if (!settings.take_turns) {
+        takeTurns(stream.clouds->name(),
+                  frames.size(),
+                  processes,
+                  [&](std::size_t /*only*/, const FrameFigures& frame) {
+                    add(which, frame);
+                  });
+        processes.clear();
       }
-    runStream(stream, workload, coders, i == 0 ? settings.error_every : 0, comparison);
+    }
+    takeTurns(stream.clouds->name(), frames.size(), processes, add);
   }
   return comparison;
 }

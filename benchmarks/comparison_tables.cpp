@@ -71,13 +71,21 @@ factor(double faster)
   return formatted(faster, 1) + "x";
 }
 
-/** \brief Bytes against the published layout's, in percent with a sign; a dash for what
+/** \brief The median, and how much faster it is than a reference's. */
+std::string
+timeAgainst(const Samples& samples, const Samples& reference)
+{
+  return formatted(samples.median(), 2) + " (" +
+         factor(reference.median() / samples.median()) + ")";
+}
+
+/** \brief Bytes against the published layout's, in percent with a sign; nothing for what
  * does not carry the same. */
 std::string
 againstPublished(const CoderFigures& coder, const Comparison& comparison)
 {
   if (coder.content != Content::VoxelsWithIntensity)
-    return "-";
+    return {};
   const double percent =
       100.0 * (coder.bytes.sum() / publishedOf(comparison).bytes.sum() - 1.0);
   return (percent > 0.0 ? "+" : "") + formatted(percent, 1) + " %";
@@ -121,7 +129,7 @@ printPeers(const ComparisonOptions& options, std::ostream& output)
                     makeAllCoders,
                     settings);
   output << "### All coders, robot cell, 4 cm, count\n\n"
-         << formatted(comparison.points.mean(), 0)
+         << formatted(comparison.coders.front().points.mean(), 0)
          << " points a frame. Times are median (mean) of a frame, ms.\n\n";
   MarkdownTable table({"coder",
                        "carries",
@@ -140,10 +148,10 @@ printPeers(const ComparisonOptions& options, std::ostream& output)
   for (const CoderFigures& coder : comparison.coders)
     table.addRow({coder.name,
                   nameOf(coder.content),
-                  formatted(coder.voxels.mean(), 0),
+                  formatted(comparison.voxels(coder), 0),
                   formatted(coder.bytes.mean(), 0),
-                  formatted(coder.bytesPerVoxel(), 3),
-                  formatted(16.0 * comparison.points.sum() / coder.bytes.sum(), 1),
+                  formatted(comparison.bytesPerVoxel(coder), 3),
+                  formatted(16.0 * coder.points.sum() / coder.bytes.sum(), 1),
                   medianAndMean(coder.encode_ms),
                   medianAndMean(coder.decode_ms),
                   formatted(coder.encode_allocations.median(), 0),
@@ -182,19 +190,15 @@ printEfforts(const ComparisonOptions& options, std::ostream& output)
                       makeLibraryAndPcl,
                       ComparisonSettings());
     const CoderFigures& pcl = pclOf(comparison);
-    const auto time = [](const Samples& ms, const Samples& pcl_ms) {
-      return formatted(ms.median(), 2) + " (" + factor(pcl_ms.median() / ms.median()) +
-             ")";
-    };
     for (const CoderFigures& coder : comparison.coders)
       table.addRow({workload.name,
                     coder.name,
-                    formatted(coder.voxels.mean(), 0),
+                    formatted(comparison.voxels(coder), 0),
                     formatted(coder.bytes.mean(), 0),
                     againstPublished(coder, comparison),
-                    formatted(coder.bytesPerVoxel(), 3),
-                    time(coder.encode_ms, pcl.encode_ms),
-                    time(coder.decode_ms, pcl.decode_ms)});
+                    formatted(comparison.bytesPerVoxel(coder), 3),
+                    timeAgainst(coder.encode_ms, pcl.encode_ms),
+                    timeAgainst(coder.decode_ms, pcl.decode_ms)});
   }
   table.print(output);
 }
@@ -260,7 +264,9 @@ printRecorded(const ComparisonOptions& options, std::ostream& output)
   MarkdownTable::Row header = {"stream", "frames", "points", "voxels"};
   std::vector<MarkdownTable> tables;
   const std::vector<std::string> titles = {
-      "bytes a frame, and against published", "encode ms, median", "decode ms, median"};
+      "bytes a frame (against published)",
+      "encode ms, median (how much faster than PCL, voxel grid)",
+      "decode ms, median (how much faster than PCL, voxel grid)"};
   for (const auto& coder : makeAllCoders(workload))
     header.push_back(coder->name());
   tables.resize(titles.size(), MarkdownTable(header));
@@ -270,16 +276,18 @@ printRecorded(const ComparisonOptions& options, std::ostream& output)
     const MarkdownTable::Row start = {
         stream.clouds->name(),
         std::to_string(stream.clouds->size()),
-        formatted(comparison.points.mean(), 0),
-        formatted(comparison.coders.front().voxels.mean(), 0)};
+        formatted(comparison.coders.front().points.mean(), 0),
+        formatted(comparison.coders.front().decoded.mean(), 0)};
     MarkdownTable::Row bytes = start;
     MarkdownTable::Row encode_ms = start;
     MarkdownTable::Row decode_ms = start;
+    const CoderFigures& pcl = pclOf(comparison);
     for (const CoderFigures& coder : comparison.coders) {
-      bytes.push_back(formatted(coder.bytes.mean(), 0) + " (" +
-                      againstPublished(coder, comparison) + ")");
-      encode_ms.push_back(formatted(coder.encode_ms.median(), 2));
-      decode_ms.push_back(formatted(coder.decode_ms.median(), 2));
+      const std::string change = againstPublished(coder, comparison);
+      bytes.push_back(formatted(coder.bytes.mean(), 0) +
+                      (change.empty() ? "" : " (" + change + ")"));
+      encode_ms.push_back(timeAgainst(coder.encode_ms, pcl.encode_ms));
+      decode_ms.push_back(timeAgainst(coder.decode_ms, pcl.decode_ms));
     }
     tables[0].addRow(bytes);
     tables[1].addRow(encode_ms);

@@ -5,7 +5,6 @@
 #include <pcl_ext/compression/voxelizer.h>
 
 #include "decoded_checks.h"
-#include "stage_times.h"
 #include "stream_coder.h"
 
 #include <pcl/common/io.h>

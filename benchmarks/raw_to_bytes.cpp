@@ -19,40 +19,36 @@ namespace benchmarks {
 
 namespace {
 
+/** \brief What one frame took; goes from the way's process to the parent's. */
+struct FrameTimes {
+  double move_and_crop_ms = 0.0;
+  double compress_ms = 0.0;
+  std::size_t bytes = 0;
+};
+
 /** \brief One way from the sensor's cloud to bytes. */
 class RawToBytes {
 public:
-  RawToBytes(const std::string& name, const std::string& passes)
-  {
-    times_.name = name;
-    times_.passes = passes;
-  }
-
   virtual ~RawToBytes() = default;
 
-  void
+  FrameTimes
   run(const InputFrame& frame)
   {
     buffer_.restart();
     stream_.clear();
-    const double move_and_crop_ms = timeOf([&] { moveAndCrop(frame.raw); });
-    const double compress_ms = timeOf([&] { compress(stream_); });
+    // As a driver's, the cloud has just been written when it comes.
+    *raw_ = *frame.raw;
+    FrameTimes times;
+    times.move_and_crop_ms = timeOf([&] { moveAndCrop(raw_); });
+    times.compress_ms = timeOf([&] { compress(stream_); });
+    times.bytes = buffer_.size();
     // A point on a face of the box may fall on either side when it is moved.
     const double kept = static_cast<double>(keptPoints());
     const double expected = static_cast<double>(frame.points->size());
     if (std::abs(kept - expected) > 0.001 * expected)
-      throw std::runtime_error(times_.name + " keeps " + std::to_string(keptPoints()) +
+      throw std::runtime_error("it keeps " + std::to_string(keptPoints()) +
                                " points of " + std::to_string(frame.points->size()));
-    times_.move_and_crop.add(move_and_crop_ms);
-    times_.compress.add(compress_ms);
-    times_.total.add(move_and_crop_ms + compress_ms);
-    times_.bytes.add(static_cast<double>(buffer_.size()));
-  }
-
-  const RawToBytesTimes&
-  times() const
-  {
-    return times_;
+    return times;
   }
 
 private:
@@ -65,7 +61,7 @@ private:
   virtual std::size_t
   keptPoints() const = 0;
 
-  RawToBytesTimes times_;
+  PositionCloud::Ptr raw_{new PositionCloud};
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
 };
@@ -75,8 +71,7 @@ public:
   LibraryRawToBytes(const InputStream& stream,
                     const Workload& workload,
                     const Variant& variant)
-  : RawToBytes(coderName(variant), "SensorPreprocessor, class")
-  , preprocess_(
+  : preprocess_(
         makePreprocessing(workload, stream.clouds->sensorPose(), stream.crop_box))
   , encoder_(compressionSettings(workload, variant))
   {}
@@ -109,8 +104,7 @@ private:
 class PclRawToBytes : public RawToBytes {
 public:
   PclRawToBytes(const InputStream& stream, const Workload& workload)
-  : RawToBytes("PCL, voxel grid", "transformPointCloud, CropBox, class")
-  , sensor_pose_(stream.clouds->sensorPose().cast<float>().matrix())
+  : sensor_pose_(stream.clouds->sensorPose().cast<float>().matrix())
   , encoder_({workload.resolution, workload.resolution, true, workload.i_frame_rate})
   {
     if (!stream.crop_box)
@@ -155,19 +149,50 @@ private:
   PositionCloud::Ptr cropped_{new PositionCloud};
 };
 
+ProcessOf<FrameTimes>
+startWay(const std::string& name,
+         const std::vector<InputFrame>& frames,
+         const std::function<std::shared_ptr<RawToBytes>()>& make_way)
+{
+  return ProcessOf<FrameTimes>(name, [&frames, make_way] {
+    const std::shared_ptr<RawToBytes> way = make_way();
+    return [way, &frames](std::size_t index) { return way->run(frames[index]); };
+  });
+}
+
 } // namespace
 
 std::vector<RawToBytesTimes>
 timeRawToBytes(const InputStream& stream, const Workload& workload)
 {
-  std::vector<std::unique_ptr<RawToBytes>> ways;
-  for (const Variant& variant : libraryVariants())
-    ways.push_back(std::make_unique<LibraryRawToBytes>(stream, workload, variant));
-  ways.push_back(std::make_unique<PclRawToBytes>(stream, workload));
-  takeTurns(stream, workload, ways);
+  const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
   std::vector<RawToBytesTimes> times;
-  for (const auto& way : ways)
-    times.push_back(way->times());
+  std::vector<ProcessOf<FrameTimes>> processes;
+  const auto start = [&](const std::string& name,
+                         const std::string& passes,
+                         const std::function<std::shared_ptr<RawToBytes>()>& make_way) {
+    times.emplace_back();
+    times.back().name = name;
+    times.back().passes = passes;
+    processes.push_back(startWay(name, frames, make_way));
+  };
+  for (const Variant& variant : libraryVariants())
+    start(
+        coderName(variant), "SensorPreprocessor, class", [&stream, workload, variant] {
+          return std::make_shared<LibraryRawToBytes>(stream, workload, variant);
+        });
+  start("PCL, voxel grid", "transformPointCloud, CropBox, class", [&stream, workload] {
+    return std::make_shared<PclRawToBytes>(stream, workload);
+  });
+  takeTurns(stream.clouds->name(),
+            frames.size(),
+            processes,
+            [&times](std::size_t which, const FrameTimes& frame) {
+              times[which].move_and_crop.add(frame.move_and_crop_ms);
+              times[which].compress.add(frame.compress_ms);
+              times[which].total.add(frame.move_and_crop_ms + frame.compress_ms);
+              times[which].bytes.add(static_cast<double>(frame.bytes));
+            });
   return times;
 }
 

@@ -27,6 +27,17 @@ demand(const io::CompressionStatus& status)
     throw std::runtime_error(status.message());
 }
 
+/** \brief What the stages of one frame took; goes from the variant's process to the
+ * parent's. */
+struct FrameStages {
+  double preprocess_ms = 0.0;
+  double voxelize_ms = 0.0;
+  double code_ms = 0.0;
+  double decode_ms = 0.0;
+  double class_encode_ms = 0.0;
+  double class_decode_ms = 0.0;
+};
+
 /** \brief All stages of one variant, by themselves and within the class. */
 class TimedVariant {
 public:
@@ -40,40 +51,32 @@ public:
   , frame_encoder_(makeFrameEncoder(settings_))
   , encoder_(settings_)
   , decoder_(settings_)
-  {
-    times_.name = coderName(variant);
-  }
+  {}
 
-  void
+  FrameStages
   run(const InputFrame& frame)
   {
-    times_.preprocess.add(timeOf([&] { preprocess_(*frame.raw, *points_); }));
+    // As a driver's, the cloud has just been written when it comes.
+    raw_ = *frame.raw;
+    FrameStages times;
+    times.preprocess_ms = timeOf([&] { preprocess_(raw_, *points_); });
     const io::PointView view = viewOf(*points_);
-    times_.voxelize.add(timeOf(
-        [&] { voxelizer_.voxelize(view, frame_encoder_.isIFrameDue(), voxels_); }));
-    times_.code.add(
-        timeOf([&] { demand(frame_encoder_.encode(voxels_, std::nullopt, bytes_)); }));
-    const double decode_ms = timeOf([&] {
+    times.voxelize_ms = timeOf(
+        [&] { voxelizer_.voxelize(view, frame_encoder_.isIFrameDue(), voxels_); });
+    times.code_ms =
+        timeOf([&] { demand(frame_encoder_.encode(voxels_, std::nullopt, bytes_)); });
+    times.decode_ms = timeOf([&] {
       demand(frame_decoder_.decode(bytes_.data(), bytes_.size(), decoded_voxels_));
     });
-    times_.decode.add(decode_ms);
     buffer_.restart();
     stream_.clear();
-    times_.class_encode.add(
-        timeOf([&] { demand(encoder_.encodePointCloud(points_, stream_)); }));
-    const double class_decode_ms =
+    times.class_encode_ms =
+        timeOf([&] { demand(encoder_.encodePointCloud(points_, stream_)); });
+    times.class_decode_ms =
         timeOf([&] { demand(decoder_.decodePointCloud(stream_, decoded_)); });
-    times_.class_decode.add(class_decode_ms);
-    times_.fill_cloud.add(class_decode_ms - decode_ms);
     if (!isSame(voxels_, decoded_voxels_) || !isSame(voxels_, decoder_.getVoxelFrame()))
-      throw std::runtime_error(times_.name +
-                               ": it was not decoded to what was encoded");
-  }
-
-  const StageTimes&
-  times() const
-  {
-    return times_;
+      throw std::runtime_error("it was not decoded to what was encoded");
+    return times;
   }
 
 private:
@@ -84,13 +87,13 @@ private:
   }
 
   io::IntensityCompressionSettings settings_;
-  StageTimes times_;
   Preprocessing preprocess_;
   io::Voxelizer voxelizer_;
   io::FrameEncoder frame_encoder_;
   io::FrameDecoder frame_decoder_;
   Compression encoder_;
   Compression decoder_;
+  PositionCloud raw_;
   IntensityCloud::Ptr points_{new IntensityCloud};
   io::VoxelFrame voxels_;
   io::VoxelFrame decoded_voxels_;
@@ -100,37 +103,45 @@ private:
   IntensityCloud::Ptr decoded_{new IntensityCloud};
 };
 
+ProcessOf<FrameStages>
+startVariant(const InputStream& stream,
+             const std::vector<InputFrame>& frames,
+             const Workload& workload,
+             const Variant& variant)
+{
+  return ProcessOf<FrameStages>(
+      coderName(variant), [&stream, &frames, workload, variant] {
+        const auto timed = std::make_shared<TimedVariant>(stream, workload, variant);
+        return
+            [timed, &frames](std::size_t index) { return timed->run(frames[index]); };
+      });
+}
+
 } // namespace
-
-io::PointView
-viewOf(const IntensityCloud& points)
-{
-  constexpr std::size_t floats_per_point = sizeof(pcl::PointXYZI) / sizeof(float);
-  io::PointView view;
-  view.count = points.size();
-  view.coordinates = &points.front().x;
-  view.coordinate_stride = floats_per_point;
-  view.intensities = &points.front().intensity;
-  view.intensity_stride = floats_per_point;
-  return view;
-}
-
-io::FrameEncoder
-makeFrameEncoder(const io::IntensityCompressionSettings& settings)
-{
-  return io::FrameEncoder(settings.format, settings.i_frame_rate);
-}
 
 std::vector<StageTimes>
 timeStages(const InputStream& stream, const Workload& workload)
 {
-  std::vector<std::unique_ptr<TimedVariant>> variants;
-  for (const Variant& variant : libraryVariants())
-    variants.push_back(std::make_unique<TimedVariant>(stream, workload, variant));
-  takeTurns(stream, workload, variants);
+  const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
   std::vector<StageTimes> times;
-  for (const auto& variant : variants)
-    times.push_back(variant->times());
+  std::vector<ProcessOf<FrameStages>> processes;
+  for (const Variant& variant : libraryVariants()) {
+    times.emplace_back();
+    times.back().name = coderName(variant);
+    processes.push_back(startVariant(stream, frames, workload, variant));
+  }
+  takeTurns(stream.clouds->name(),
+            frames.size(),
+            processes,
+            [&times](std::size_t which, const FrameStages& frame) {
+              times[which].preprocess.add(frame.preprocess_ms);
+              times[which].voxelize.add(frame.voxelize_ms);
+              times[which].code.add(frame.code_ms);
+              times[which].decode.add(frame.decode_ms);
+              times[which].class_encode.add(frame.class_encode_ms);
+              times[which].class_decode.add(frame.class_decode_ms);
+              times[which].fill_cloud.add(frame.class_decode_ms - frame.decode_ms);
+            });
   return times;
 }
 

@@ -3,9 +3,6 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/frame_encoder.h>
-#include <pcl_ext/compression/voxelizer.h>
-
 #include "samples.h"
 #include "workload.h"
 
@@ -14,14 +11,6 @@
 
 namespace pcl_ext {
 namespace benchmarks {
-
-/** \brief Preprocessed points as the voxelizer wants them; at least one. */
-io::PointView
-viewOf(const IntensityCloud& points);
-
-/** \brief The encoder that the settings ask for. */
-io::FrameEncoder
-makeFrameEncoder(const io::IntensityCompressionSettings& settings);
 
 /** \brief Milliseconds of each stage of one variant; samples are frames. */
 struct StageTimes {

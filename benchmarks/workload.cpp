@@ -107,6 +107,25 @@ compressionSettings(const Workload& workload, const Variant& variant)
   return settings;
 }
 
+io::PointView
+viewOf(const IntensityCloud& points)
+{
+  constexpr std::size_t floats_per_point = sizeof(pcl::PointXYZI) / sizeof(float);
+  io::PointView view;
+  view.count = points.size();
+  view.coordinates = &points.front().x;
+  view.coordinate_stride = floats_per_point;
+  view.intensities = &points.front().intensity;
+  view.intensity_stride = floats_per_point;
+  return view;
+}
+
+io::FrameEncoder
+makeFrameEncoder(const io::IntensityCompressionSettings& settings)
+{
+  return io::FrameEncoder(settings.format, settings.i_frame_rate);
+}
+
 Preprocessing
 makePreprocessing(const Workload& workload,
                   const Eigen::Isometry3d& sensor_pose,
@@ -143,21 +162,28 @@ openRecordedStreams(const std::vector<std::string>& folders)
   return streams;
 }
 
-FrameReader::FrameReader(const InputStream& stream, const Workload& workload)
-: clouds_(*stream.clouds)
-, preprocess_(makePreprocessing(workload, stream.clouds->sensorPose(), stream.crop_box))
-{}
-
-void
-FrameReader::read(std::size_t index, InputFrame& frame)
+std::vector<InputFrame>
+readFrames(const InputStream& stream, const Workload& workload, Keep keep)
 {
-  clouds_.read(index, message_);
-  pcl::fromPCLPointCloud2(message_, *frame.raw);
-  preprocess_(*frame.raw, *frame.points);
-  pcl::copyPointCloud(*frame.points, *frame.positions);
-  if (frame.points->empty())
-    throw std::runtime_error(clouds_.name() + ": frame " + std::to_string(index) +
-                             " has no point within the crop box");
+  const Preprocessing preprocess =
+      makePreprocessing(workload, stream.clouds->sensorPose(), stream.crop_box);
+  pcl::PCLPointCloud2 message;
+  IntensityCloud points;
+  std::vector<InputFrame> frames(stream.clouds->size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    stream.clouds->read(i, message);
+    pcl::fromPCLPointCloud2(message, *frames[i].raw);
+    preprocess(*frames[i].raw, points);
+    if (points.empty())
+      throw std::runtime_error(stream.clouds->name() + ": frame " + std::to_string(i) +
+                               " has no point within the crop box");
+    // A copy has no memory for the points that were cropped.
+    *frames[i].points = points;
+    pcl::copyPointCloud(points, *frames[i].positions);
+    if (keep == Keep::Preprocessed)
+      frames[i].raw.reset();
+  }
+  return frames;
 }
 
 } // namespace benchmarks

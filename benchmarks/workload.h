@@ -4,6 +4,8 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/voxelizer.h>
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -58,6 +60,14 @@ coderName(const Variant& variant);
 io::IntensityCompressionSettings
 compressionSettings(const Workload& workload, const Variant& variant);
 
+/** \brief Preprocessed points as the voxelizer wants them; at least one. */
+io::PointView
+viewOf(const IntensityCloud& points);
+
+/** \brief The encoder that the settings ask for. */
+io::FrameEncoder
+makeFrameEncoder(const io::IntensityCompressionSettings& settings);
+
 /** \brief SensorPreprocessor with a law chosen when the program runs. */
 using Preprocessing = std::function<void(const PositionCloud&, IntensityCloud&)>;
 
@@ -98,22 +108,17 @@ openRoomStream(std::size_t points, std::size_t frames);
 std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders);
 
-/** \brief Reads a stream's raw clouds and preprocesses them. */
-class FrameReader {
-public:
-  FrameReader(const InputStream& stream, const Workload& workload);
+/** \brief What of the frames to keep. */
+enum class Keep { All, Preprocessed };
 
-  /** \brief Reads one frame; its memory is reused.
-   * \throws std::runtime_error if there is no point in it, which PCL's class cannot code
-   */
-  void
-  read(std::size_t index, InputFrame& frame);
-
-private:
-  tools::CloudSequence& clouds_;
-  Preprocessing preprocess_;
-  pcl::PCLPointCloud2 message_;
-};
+/** \brief Reads and preprocesses a whole stream, so that nothing else comes between the
+ * frames when they are measured: coders with trees of small nodes, as PCL's class, take
+ * twice the time when something empties the caches before each frame.
+ * \throws std::runtime_error if a frame cannot be read, or has no point, which PCL's class
+ * cannot code
+ */
+std::vector<InputFrame>
+readFrames(const InputStream& stream, const Workload& workload, Keep keep);
 
 } // namespace benchmarks
 } // namespace pcl_ext
