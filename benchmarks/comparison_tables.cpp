@@ -11,6 +11,7 @@
 #include <fstream>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -91,10 +92,14 @@ againstPublished(const CoderFigures& coder, const Comparison& comparison)
   return (percent > 0.0 ? "+" : "") + formatted(percent, 1) + " %";
 }
 
-std::string
-millimetres(double metres)
+/** \brief Root mean square and largest, millimetres; dashes if none were searched. */
+std::pair<std::string, std::string>
+millimetres(const NearestDistances& distances)
 {
-  return formatted(1000.0 * metres, 2);
+  if (distances.points == 0)
+    return {"-", "-"};
+  return {formatted(1000.0 * distances.rms(), 2),
+          formatted(1000.0 * distances.largest, 2)};
 }
 
 /** \brief The processor's name where the system tells it. */
@@ -156,10 +161,10 @@ printPeers(const ComparisonOptions& options, std::ostream& output)
                   medianAndMean(coder.decode_ms),
                   formatted(coder.encode_allocations.median(), 0),
                   formatted(coder.decode_allocations.median(), 0),
-                  millimetres(coder.to_decoded.rms()),
-                  millimetres(coder.to_decoded.largest),
-                  millimetres(coder.from_decoded.rms()),
-                  millimetres(coder.from_decoded.largest)});
+                  millimetres(coder.to_decoded).first,
+                  millimetres(coder.to_decoded).second,
+                  millimetres(coder.from_decoded).first,
+                  millimetres(coder.from_decoded).second});
   table.print(output);
 }
 

@@ -94,7 +94,8 @@ void
 checkVoxels(const PositionCloud& points,
             const PositionCloud& decoded,
             const Lattice& lattice,
-            double face_tolerance)
+            double face_tolerance,
+            Repeats repeats)
 {
   const VoxelKeys keys(lattice);
   std::vector<VoxelKey> certain;
@@ -122,7 +123,7 @@ checkVoxels(const PositionCloud& points,
   for (const pcl::PointXYZ& centre : decoded)
     found.push_back(keys.key(centre));
   sortUnique(found);
-  if (found.size() != decoded.size())
+  if (repeats == Repeats::Forbidden && found.size() != decoded.size())
     throw std::runtime_error("a voxel was decoded twice");
   if (!std::includes(found.begin(), found.end(), certain.begin(), certain.end()) ||
       !std::includes(possible.begin(), possible.end(), found.begin(), found.end()))

@@ -18,18 +18,23 @@ struct Lattice {
   double resolution = 0.0;        ///< metres
 };
 
-/** \brief Checks that the decoded points are, once each, the voxels that hold points.
+/** \brief Whether a voxel may be decoded more than once. */
+enum class Repeats { Forbidden, Allowed };
+
+/** \brief Checks that the decoded points are the voxels that hold points.
  * \param[in] points what was encoded
  * \param[in] decoded centres of voxels
  * \param[in] lattice whose voxels they are
  * \param[in] face_tolerance voxels; a point that close to a face may be on either side
+ * \param[in] repeats forbidden where decoded points are voxels
  * \throws std::runtime_error if they are not
  */
 void
 checkVoxels(const PositionCloud& points,
             const PositionCloud& decoded,
             const Lattice& lattice,
-            double face_tolerance);
+            double face_tolerance,
+            Repeats repeats = Repeats::Forbidden);
 
 /** \brief Checks exactly that each decoded voxel has the sum of its points' intensities.
  * \param[in] points what was encoded

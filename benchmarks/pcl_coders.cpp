@@ -6,7 +6,6 @@
 #include "pcl_compression.h"
 #include "stream_coder.h"
 
-#include <cmath>
 #include <istream>
 #include <stdexcept>
 #include <string>
@@ -20,7 +19,11 @@ namespace {
  * is off by the rounding of some additions. Voxels. */
 constexpr double corner_rounding = 1e-9;
 
+/** \brief Metres. */
 constexpr double millimetre = 0.001;
+
+/** \brief PCL divides by a millimetre as a float. Millimetres. */
+constexpr double millimetre_rounding = 1e-5;
 
 class PclCoder : public StreamCoder {
 public:
@@ -90,33 +93,22 @@ public:
   : PclCoder("PCL, 1 mm", Content::Points, settings)
   {}
 
-  /** \brief All points are there, and each within a millimetre an axis of one. */
+  /** \brief The points are cut off to millimetres from the corner of a voxel, which is a
+   * whole number of millimetres from that of the box: so they are voxels, too. */
   void
   check(const InputFrame& frame) override
   {
-    const PositionCloud& decoded = *decodedPositions();
-    if (decoded.size() != frame.positions->size())
-      throw std::runtime_error("PCL decoded " + std::to_string(decoded.size()) +
+    PositionCloud centres = *decodedPositions();
+    if (centres.size() != frame.positions->size())
+      throw std::runtime_error("PCL decoded " + std::to_string(centres.size()) +
                                " points of " + std::to_string(frame.positions->size()));
-    // A millimetre is cut off towards the corner of the voxel, in which both points
-    // are but for rounding.
-    PositionCloud middles = decoded;
-    for (pcl::PointXYZ& point : middles)
+    for (pcl::PointXYZ& point : centres)
       point.getVector3fMap().array() += static_cast<float>(0.5 * millimetre);
-    checkNear(*frame.positions, middles);
-  }
-
-private:
-  /** \brief A float's step at 100 m is a hundredth of a millimetre. */
-  static void
-  checkNear(const PositionCloud& points, const PositionCloud& middles)
-  {
-    const double tolerance = std::sqrt(3.0) * 0.5 * millimetre + 0.00002;
-    const double largest =
-        nearestDistances(points.makeShared(), middles.makeShared()).largest;
-    if (largest > tolerance)
-      throw std::runtime_error("PCL decoded no point within a millimetre of one, but " +
-                               std::to_string(1000.0 * largest) + " mm off");
+    checkVoxels(*frame.positions,
+                centres,
+                {lattice().anchor, millimetre},
+                millimetre_rounding,
+                Repeats::Allowed);
   }
 };
 
