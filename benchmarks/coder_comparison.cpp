@@ -3,6 +3,7 @@
 #include "allocation_count.h"
 #include "take_turns.h"
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -38,15 +39,22 @@ measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
 /** \brief One coder and its stream, in the coder's process. */
 class CoderRun {
 public:
+  using MakeCoder = std::function<std::unique_ptr<StreamCoder>()>;
+
   CoderRun(const std::vector<InputFrame>& frames,
-           std::unique_ptr<StreamCoder> coder,
+           MakeCoder make_coder,
            std::size_t error_every)
-  : frames_(frames), coder_(std::move(coder)), error_every_(error_every)
+  : frames_(frames), make_coder_(std::move(make_coder)), error_every_(error_every)
   {}
 
+  /** \brief Runs a frame; the first one always on a new coder. */
   FrameFigures
   run(std::size_t index)
   {
+    if (index == 0) {
+      coder_ = make_coder_();
+      ++times_begun_;
+    }
     const InputFrame& frame = frames_[index];
     FrameFigures figures;
     measure(
@@ -57,7 +65,8 @@ public:
     figures.points = frame.points->size();
     figures.decoded = decoded->size();
     figures.bytes = coder_->frameBytes();
-    if (error_every_ != 0 && index % error_every_ == 0) {
+    // When the stream is repeated, its errors are.
+    if (error_every_ != 0 && index % error_every_ == 0 && times_begun_ == 1) {
       figures.to_decoded = nearestDistances(frame.positions, decoded);
       figures.from_decoded = nearestDistances(decoded, frame.positions);
     }
@@ -66,8 +75,10 @@ public:
 
 private:
   const std::vector<InputFrame>& frames_;
-  std::unique_ptr<StreamCoder> coder_;
+  MakeCoder make_coder_;
   std::size_t error_every_;
+  std::unique_ptr<StreamCoder> coder_;
+  unsigned int times_begun_ = 0;
 };
 
 void
@@ -84,22 +95,23 @@ addFrame(const FrameFigures& frame, CoderFigures& figures)
   figures.from_decoded += frame.from_decoded;
 }
 
-/** \brief Starts a coder's process; the coder itself is made there. */
+/** \brief Starts the process of one of the coders that are made. */
 ProcessOf<FrameFigures>
 startCoder(const std::vector<InputFrame>& frames,
            const Workload& workload,
            const MakeCoders& make_coders,
            std::size_t which,
-           const std::string& name,
+           const CoderFigures& figures,
            std::size_t error_every)
 {
-  return ProcessOf<FrameFigures>(
-      name, [&frames, workload, make_coders, which, error_every] {
-        StreamCoders coders = make_coders(workload);
-        const auto run =
-            std::make_shared<CoderRun>(frames, std::move(coders[which]), error_every);
-        return [run](std::size_t index) { return run->run(index); };
-      });
+  const auto make_coder = [workload, make_coders, which] {
+    StreamCoders coders = make_coders(workload);
+    return std::move(coders[which]);
+  };
+  return ProcessOf<FrameFigures>(figures.name, [&frames, make_coder, error_every] {
+    const auto run = std::make_shared<CoderRun>(frames, make_coder, error_every);
+    return [run](std::size_t index) { return run->run(index); };
+  });
 }
 
 } // namespace
@@ -126,35 +138,26 @@ compareCoders(const InputStream& stream,
     comparison.coders.back().name = coder->name();
     comparison.coders.back().content = coder->content();
   }
-  const auto start = [&](std::size_t which, std::size_t error_every) {
-    return startCoder(frames,
-                      workload,
-                      make_coders,
-                      which,
-                      comparison.coders[which].name,
-                      error_every);
-  };
   const auto add = [&comparison](std::size_t which, const FrameFigures& frame) {
     addFrame(frame, comparison.coders[which]);
   };
-  for (std::size_t i = 0; i < settings.repetitions; ++i) {
-    // The errors of a repetition are those of the first time.
-    const std::size_t error_every = i == 0 ? settings.error_every : 0;
-    std::vector<ProcessOf<FrameFigures>> processes;
-    for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
-      processes.push_back(start(which, error_every));
-      if (!settings.take_turns) {
-        takeTurns(stream.clouds->name(),
-                  frames.size(),
-                  processes,
-                  [&](std::size_t /*only*/, const FrameFigures& frame) {
-                    add(which, frame);
-                  });
-        processes.clear();
-      }
-    }
-    takeTurns(stream.clouds->name(), frames.size(), processes, add);
+  std::vector<ProcessOf<FrameFigures>> processes;
+  const auto run = [&](const auto& add_frame) {
+    for (std::size_t i = 0; i < settings.repetitions; ++i)
+      takeTurns(stream.clouds->name(), frames.size(), processes, add_frame);
+    processes.clear();
+  };
+  for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
+    processes.push_back(startCoder(frames,
+                                   workload,
+                                   make_coders,
+                                   which,
+                                   comparison.coders[which],
+                                   settings.error_every));
+    if (!settings.take_turns)
+      run([&](std::size_t /*only*/, const FrameFigures& frame) { add(which, frame); });
   }
+  run(add);
   return comparison;
 }
 

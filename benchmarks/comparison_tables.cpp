@@ -69,7 +69,7 @@ medianAndMean(const Samples& samples)
 std::string
 factor(double faster)
 {
-  return formatted(faster, 1) + "x";
+  return formatted(faster, faster < 1.0 ? 2 : 1) + "x";
 }
 
 /** \brief The median, and how much faster it is than a reference's. */

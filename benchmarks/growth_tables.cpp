@@ -64,6 +64,8 @@ compareInRoom(const ComparisonOptions& options,
   // Ten million points need too much memory for all coders at once.
   ComparisonSettings settings;
   settings.take_turns = false;
+  // What is over soon would else be mostly the first use of memory.
+  settings.repetitions = points <= 100000 ? 10 : 1;
   return compareCoders(
       openRoomStream(points, options.growth_frames), workload, makeAllCoders, settings);
 }
