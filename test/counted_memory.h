@@ -17,12 +17,16 @@ namespace pcl_ext {
 namespace io {
 namespace test {
 
-/** \brief Bytes since the last reset; tests of one thread only. */
+/** \brief Bytes since the last reset; programs of one thread only. */
 struct MemoryCount {
-  std::size_t allocations = 0;
-  std::size_t largest = 0; ///< of one allocation
-  std::size_t live = 0;    ///< allocated and not yet given back
-  std::size_t peak = 0;    ///< the most that was live
+  /** \brief Off: allocations are counted and nothing else, which costs no time worth
+   * mentioning, so that a benchmark can look at both. */
+  bool counts_bytes = true;
+
+  std::size_t allocations = 0; ///< since the last reset
+  std::size_t largest = 0;     ///< of one allocation
+  std::size_t live = 0;        ///< allocated and not yet given back
+  std::size_t peak = 0;        ///< the most that was live
 
   void
   reset()
@@ -48,6 +52,8 @@ operator new(std::size_t size)
   if (memory == nullptr)
     throw std::bad_alloc();
   ++count.allocations;
+  if (!count.counts_bytes)
+    return memory;
   count.largest = std::max(count.largest, size);
   count.live += malloc_usable_size(memory);
   count.peak = std::max(count.peak, count.live);
@@ -63,8 +69,9 @@ operator new[](std::size_t size)
 [[gnu::noinline]] void
 operator delete(void* memory) noexcept
 {
-  if (memory != nullptr)
-    pcl_ext::io::test::memory_count.live -= malloc_usable_size(memory);
+  auto& count = pcl_ext::io::test::memory_count;
+  if (memory != nullptr && count.counts_bytes)
+    count.live -= malloc_usable_size(memory);
   std::free(memory);
 }
 

@@ -183,7 +183,7 @@ private:
   PreprocessingStatistics statistics_;
 
   // Of the current cloud.
-  detail::PointMove move_;
+  detail::PointMove move_{};
   std::size_t kept_ = 0; // points of the output that are valid
   Output input_;         // the points of a cloud that is its own output
 };

@@ -1,0 +1,31 @@
+#include "stream_coder.h"
+
+namespace pcl_ext {
+namespace benchmarks {
+
+#ifndef PCL_EXT_BENCHMARKS_DRACO
+void
+addDracoCoders(const Workload& /*workload*/, StreamCoders& /*coders*/)
+{}
+#endif
+
+#ifndef PCL_EXT_BENCHMARKS_ZSTD
+void
+addZstdCoder(StreamCoders& /*coders*/)
+{}
+#endif
+
+StreamCoders
+makeAllCoders(const Workload& workload)
+{
+  StreamCoders coders;
+  addLibraryCoders(workload, coders);
+  addPclVoxelGridCoder(workload, coders);
+  addPclMillimetreCoder(workload, coders);
+  addDracoCoders(workload, coders);
+  addZstdCoder(coders);
+  return coders;
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,165 @@
+#include "coder_comparison.h"
+
+#include "allocation_count.h"
+#include "take_turns.h"
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+namespace {
+
+/** \brief What a coder did with one frame; goes from its process to the parent's. */
+struct FrameFigures {
+  std::size_t points = 0;
+  std::size_t decoded = 0;
+  std::size_t bytes = 0;
+  double encode_ms = 0.0;
+  double decode_ms = 0.0;
+  std::size_t encode_allocations = 0;
+  std::size_t decode_allocations = 0;
+  NearestDistances to_decoded;
+  NearestDistances from_decoded;
+};
+
+/** \brief Runs an action; gives its time and its allocations. */
+template <typename ActionT>
+void
+measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
+{
+  const std::size_t before = allocationCount();
+  milliseconds = timeOf(action);
+  allocations = allocationCount() - before;
+}
+
+/** \brief One coder and its stream, in the coder's process. */
+class CoderRun {
+public:
+  using MakeCoder = std::function<std::unique_ptr<StreamCoder>()>;
+
+  CoderRun(const std::vector<InputFrame>& frames,
+           MakeCoder make_coder,
+           std::size_t error_every)
+  : frames_(frames), make_coder_(std::move(make_coder)), error_every_(error_every)
+  {}
+
+  /** \brief Runs a frame; the first one always on a new coder. */
+  FrameFigures
+  run(std::size_t index)
+  {
+    if (index == 0) {
+      coder_ = make_coder_();
+      ++times_begun_;
+    }
+    const InputFrame& frame = frames_[index];
+    FrameFigures figures;
+    measure(
+        [&] { coder_->encode(frame); }, figures.encode_ms, figures.encode_allocations);
+    measure([&] { coder_->decode(); }, figures.decode_ms, figures.decode_allocations);
+    coder_->check(frame);
+    const PositionCloud::ConstPtr decoded = coder_->decodedPositions();
+    figures.points = frame.points->size();
+    figures.decoded = decoded->size();
+    figures.bytes = coder_->frameBytes();
+    // When the stream is repeated, its errors are.
+    if (error_every_ != 0 && index % error_every_ == 0 && times_begun_ == 1) {
+      figures.to_decoded = nearestDistances(frame.positions, decoded);
+      figures.from_decoded = nearestDistances(decoded, frame.positions);
+    }
+    return figures;
+  }
+
+private:
+  const std::vector<InputFrame>& frames_;
+  MakeCoder make_coder_;
+  std::size_t error_every_;
+  std::unique_ptr<StreamCoder> coder_;
+  unsigned int times_begun_ = 0;
+};
+
+void
+addFrame(const FrameFigures& frame, CoderFigures& figures)
+{
+  figures.points.add(static_cast<double>(frame.points));
+  figures.decoded.add(static_cast<double>(frame.decoded));
+  figures.bytes.add(static_cast<double>(frame.bytes));
+  figures.encode_ms.add(frame.encode_ms);
+  figures.decode_ms.add(frame.decode_ms);
+  figures.encode_allocations.add(static_cast<double>(frame.encode_allocations));
+  figures.decode_allocations.add(static_cast<double>(frame.decode_allocations));
+  figures.to_decoded += frame.to_decoded;
+  figures.from_decoded += frame.from_decoded;
+}
+
+/** \brief Starts the process of one of the coders that are made. */
+ProcessOf<FrameFigures>
+startCoder(const std::vector<InputFrame>& frames,
+           const Workload& workload,
+           const MakeCoders& make_coders,
+           std::size_t which,
+           const CoderFigures& figures,
+           std::size_t error_every)
+{
+  const auto make_coder = [workload, make_coders, which] {
+    StreamCoders coders = make_coders(workload);
+    return std::move(coders[which]);
+  };
+  return ProcessOf<FrameFigures>(figures.name, [&frames, make_coder, error_every] {
+    const auto run = std::make_shared<CoderRun>(frames, make_coder, error_every);
+    return [run](std::size_t index) { return run->run(index); };
+  });
+}
+
+} // namespace
+
+double
+Comparison::voxels(const CoderFigures& coder) const
+{
+  const bool are_voxels =
+      coder.content == Content::VoxelsWithIntensity || coder.content == Content::Voxels;
+  return are_voxels ? coder.decoded.mean() : coders.front().decoded.mean();
+}
+
+Comparison
+compareCoders(const InputStream& stream,
+              const Workload& workload,
+              const MakeCoders& make_coders,
+              const ComparisonSettings& settings)
+{
+  const std::vector<InputFrame> frames =
+      readFrames(stream, workload, Keep::Preprocessed);
+  Comparison comparison;
+  for (const auto& coder : make_coders(workload)) {
+    comparison.coders.emplace_back();
+    comparison.coders.back().name = coder->name();
+    comparison.coders.back().content = coder->content();
+  }
+  const auto add = [&comparison](std::size_t which, const FrameFigures& frame) {
+    addFrame(frame, comparison.coders[which]);
+  };
+  std::vector<ProcessOf<FrameFigures>> processes;
+  const auto run = [&](const auto& add_frame) {
+    for (std::size_t i = 0; i < settings.repetitions; ++i)
+      takeTurns(stream.clouds->name(), frames.size(), processes, add_frame);
+    processes.clear();
+  };
+  for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
+    processes.push_back(startCoder(frames,
+                                   workload,
+                                   make_coders,
+                                   which,
+                                   comparison.coders[which],
+                                   settings.error_every));
+    if (!settings.take_turns)
+      run([&](std::size_t /*only*/, const FrameFigures& frame) { add(which, frame); });
+  }
+  run(add);
+  return comparison;
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,73 @@
+/** \file
+ * \brief Coders side by side on the same clouds.
+ */
+#pragma once
+
+#include "decoded_checks.h"
+#include "samples.h"
+#include "stream_coder.h"
+#include "workload.h"
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief What a coder did with a stream; samples are frames. */
+struct CoderFigures {
+  std::string name;
+  Content content = Content::Points;
+  Samples points;  ///< that went in
+  Samples decoded; ///< points that came out
+  Samples bytes;
+  Samples encode_ms;
+  Samples decode_ms;
+  Samples encode_allocations;
+  Samples decode_allocations;
+  NearestDistances to_decoded;   ///< from each point that went in
+  NearestDistances from_decoded; ///< from each point that came out
+};
+
+/** \brief The figures of all coders, in their order; the first one makes voxels. */
+struct Comparison {
+  std::vector<CoderFigures> coders;
+
+  /** \brief Mean of a frame; of coders that keep points the first coder's. */
+  double
+  voxels(const CoderFigures& coder) const;
+
+  double
+  bytesPerVoxel(const CoderFigures& coder) const
+  {
+    return coder.bytes.mean() / voxels(coder);
+  }
+};
+
+/** \brief How a comparison is made. */
+struct ComparisonSettings {
+  std::size_t repetitions = 1; ///< of the whole stream, with new coders each time
+  std::size_t error_every =
+      0; ///< frames from one that is searched to the next; 0: none
+
+  /** \brief All coders take a frame, one after the other, before the next one comes;
+   * else each takes the whole stream, which needs memory for one of them only. */
+  bool take_turns = true;
+};
+
+using MakeCoders = std::function<StreamCoders(const Workload&)>;
+
+/** \brief Gives each frame of a stream to all coders, each in a process of its own.
+ * \throws std::runtime_error naming coder and frame if what was decoded is not what was
+ * encoded; there are no figures of unlike work
+ */
+Comparison
+compareCoders(const InputStream& stream,
+              const Workload& workload,
+              const MakeCoders& make_coders,
+              const ComparisonSettings& settings);
+
+} // namespace benchmarks
+} // namespace pcl_ext

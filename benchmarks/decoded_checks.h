@@ -1,0 +1,74 @@
+/** \file
+ * \brief Whether a decoded cloud is what went in, by ways of its own: a naive
+ * voxelization, and the nearest neighbour of each point.
+ */
+#pragma once
+
+#include "workload.h"
+
+#include <array>
+#include <cstddef>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief Voxel (i, j, k) covers [anchor + i d_v, anchor + (i + 1) d_v) x ... */
+struct Lattice {
+  std::array<double, 3> anchor{}; ///< metres
+  double resolution = 0.0;        ///< metres
+};
+
+/** \brief Whether a voxel may be decoded more than once. */
+enum class Repeats { Forbidden, Allowed };
+
+/** \brief Checks that the decoded points are the voxels that hold points.
+ * \param[in] points what was encoded
+ * \param[in] decoded centres of voxels
+ * \param[in] lattice whose voxels they are
+ * \param[in] face_tolerance voxels; a point that close to a face may be on either side
+ * \param[in] repeats forbidden where decoded points are voxels
+ * \throws std::runtime_error if they are not
+ */
+void
+checkVoxels(const PositionCloud& points,
+            const PositionCloud& decoded,
+            const Lattice& lattice,
+            double face_tolerance,
+            Repeats repeats = Repeats::Forbidden);
+
+/** \brief Checks exactly that each decoded voxel has the sum of its points' intensities.
+ * \param[in] points what was encoded
+ * \param[in] decoded centres of voxels; all of them, see checkVoxels
+ * \param[in] lattice whose voxels they are
+ * \param[in] top sums above are held there
+ * \param[in] tolerance largest error that is no error
+ * \throws std::runtime_error if one is further off
+ */
+void
+checkIntensities(const IntensityCloud& points,
+                 const IntensityCloud& decoded,
+                 const Lattice& lattice,
+                 double top,
+                 double tolerance);
+
+/** \brief Distances from each point of one cloud to the nearest of another. */
+struct NearestDistances {
+  std::size_t points = 0;
+  double sum_of_squares = 0.0; ///< square metres
+  double largest = 0.0;        ///< metres
+
+  NearestDistances&
+  operator+=(const NearestDistances& other);
+
+  /** \brief Root mean square, metres. */
+  double
+  rms() const;
+};
+
+/** \brief Searches with pcl::KdTreeFLANN. Neither cloud is empty. */
+NearestDistances
+nearestDistances(const PositionCloud::ConstPtr& from,
+                 const PositionCloud::ConstPtr& to);
+
+} // namespace benchmarks
+} // namespace pcl_ext

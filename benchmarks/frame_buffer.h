@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <streambuf>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief Holds the bytes of one frame between an encoder and a decoder that want
+ * streams. Keeps its memory, which std::stringstream does not, so that what is counted
+ * and timed is the coder's own doing. */
+class FrameBuffer : public std::streambuf {
+public:
+  /** \brief Forgets the frame. */
+  void
+  restart()
+  {
+    bytes_.clear();
+    setg(nullptr, nullptr, nullptr);
+  }
+
+  std::size_t
+  size() const
+  {
+    return bytes_.size();
+  }
+
+protected:
+  int_type
+  overflow(int_type byte) override
+  {
+    if (!traits_type::eq_int_type(byte, traits_type::eof()))
+      bytes_.push_back(traits_type::to_char_type(byte));
+    return traits_type::not_eof(byte);
+  }
+
+  std::streamsize
+  xsputn(const char* bytes, std::streamsize count) override
+  {
+    bytes_.insert(bytes_.end(), bytes, bytes + count);
+    return count;
+  }
+
+  int_type
+  underflow() override
+  {
+    if (gptr() == nullptr && !bytes_.empty())
+      setg(bytes_.data(), bytes_.data(), bytes_.data() + bytes_.size());
+    return gptr() == egptr() ? traits_type::eof() : traits_type::to_int_type(*gptr());
+  }
+
+private:
+  std::vector<char> bytes_;
+};
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,105 @@
+/** \file
+ * This library's efforts and the published layout, through the class with PCL's face.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "decoded_checks.h"
+#include "frame_buffer.h"
+#include "stream_coder.h"
+
+#include <pcl/common/io.h>
+
+#include <istream>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+namespace {
+
+void
+demand(const io::CompressionStatus& status)
+{
+  if (!status.ok())
+    throw std::runtime_error(status.message());
+}
+
+class LibraryCoder : public StreamCoder {
+public:
+  LibraryCoder(const Workload& workload, const Variant& variant)
+  : StreamCoder(coderName(variant), Content::VoxelsWithIntensity)
+  , encoder_(compressionSettings(workload, variant))
+  , decoder_(compressionSettings(workload, variant))
+  , intensity_tolerance_(toleranceOf(workload, variant))
+  {}
+
+  void
+  encode(const InputFrame& frame) override
+  {
+    buffer_.restart();
+    stream_.clear();
+    demand(encoder_.encodePointCloud(frame.points, stream_));
+  }
+
+  std::size_t
+  frameBytes() const override
+  {
+    return buffer_.size();
+  }
+
+  void
+  decode() override
+  {
+    demand(decoder_.decodePointCloud(stream_, decoded_));
+  }
+
+  void
+  check(const InputFrame& frame) override
+  {
+    const io::VoxelGrid& grid = encoder_.getVoxelFrame().grid;
+    const Lattice lattice{grid.anchor, grid.resolution};
+    pcl::copyPointCloud(*decoded_, *positions_);
+    checkVoxels(*frame.positions, *positions_, lattice, /* face_tolerance */ 0.0);
+    checkIntensities(
+        *frame.points, *decoded_, lattice, /* top */ 255.0, intensity_tolerance_);
+  }
+
+  PositionCloud::ConstPtr
+  decodedPositions() const override
+  {
+    return positions_;
+  }
+
+private:
+  using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+  /** \brief Counts are exact; shares are rounded, in the published layout cut off. A
+   * thousandth is left for sums of floats in another order. */
+  static double
+  toleranceOf(const Workload& workload, const Variant& variant)
+  {
+    if (workload.law == Law::Count)
+      return 0.0;
+    return variant.format == io::StreamFormat::Published ? 1.001 : 0.501;
+  }
+
+  Compression encoder_;
+  Compression decoder_;
+  double intensity_tolerance_;
+  FrameBuffer buffer_;
+  std::iostream stream_{&buffer_};
+  IntensityCloud::Ptr decoded_{new IntensityCloud};
+  PositionCloud::Ptr positions_{new PositionCloud};
+};
+
+} // namespace
+
+void
+addLibraryCoders(const Workload& workload, StreamCoders& coders)
+{
+  for (const Variant& variant : libraryVariants())
+    coders.push_back(std::make_unique<LibraryCoder>(workload, variant));
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief A number with so many digits behind the point, thousands apart: 1,234.5 */
+std::string
+formatted(double value, int digits);
+
+/** \brief A table that is filled row by row and printed as Markdown, columns aligned. */
+class MarkdownTable {
+public:
+  using Row = std::vector<std::string>;
+
+  explicit MarkdownTable(Row header) : rows_{std::move(header)} {}
+
+  void
+  addRow(Row row)
+  {
+    rows_.push_back(std::move(row));
+  }
+
+  void
+  print(std::ostream& output) const;
+
+private:
+  std::vector<Row> rows_; ///< the first is the header
+};
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,34 @@
+/** \file
+ * \brief Where this library's time goes, stage by stage.
+ */
+#pragma once
+
+#include "samples.h"
+#include "workload.h"
+
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief Milliseconds of each stage of one variant; samples are frames. */
+struct StageTimes {
+  std::string name;
+  Samples preprocess;   ///< SensorPreprocessor, from the raw cloud
+  Samples voxelize;     ///< Voxelizer
+  Samples code;         ///< FrameEncoder
+  Samples decode;       ///< FrameDecoder
+  Samples class_encode; ///< OctreePointCloudIntensityCompression, points to bytes
+  Samples class_decode; ///< the same class, bytes to cloud
+  Samples fill_cloud;   ///< the class's decoding less that of FrameDecoder
+};
+
+/** \brief The stages of all variants, variant by variant on each frame.
+ * \throws std::runtime_error if what was decoded is not what was encoded
+ */
+std::vector<StageTimes>
+timeStages(const InputStream& stream, const Workload& workload);
+
+} // namespace benchmarks
+} // namespace pcl_ext

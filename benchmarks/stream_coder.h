@@ -1,0 +1,120 @@
+/** \file
+ * \brief The face that all coders of the comparison show.
+ */
+#pragma once
+
+#include "workload.h"
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief What of the points a coder's bytes hold. */
+enum class Content { VoxelsWithIntensity, Voxels, PointsWithIntensity, Points };
+
+inline const char*
+nameOf(Content content)
+{
+  switch (content) {
+  case Content::VoxelsWithIntensity:
+    return "voxels, intensity";
+  case Content::Voxels:
+    return "voxels";
+  case Content::PointsWithIntensity:
+    return "points, intensity";
+  case Content::Points:
+    break;
+  }
+  return "points";
+}
+
+/** \brief Encoder and decoder of one stream. What is timed is encode(), from the
+ * preprocessed points to bytes in memory, and decode(), from there to a PCL cloud. */
+class StreamCoder {
+public:
+  /** \param[in] name for tables
+   * \param[in] content what of the points the bytes hold
+   */
+  StreamCoder(std::string name, Content content)
+  : name_(std::move(name)), content_(content)
+  {}
+
+  virtual ~StreamCoder() = default;
+
+  const std::string&
+  name() const
+  {
+    return name_;
+  }
+
+  Content
+  content() const
+  {
+    return content_;
+  }
+
+  /** \brief Encodes the next frame.
+   * \throws std::runtime_error if the coder does not take it
+   */
+  virtual void
+  encode(const InputFrame& frame) = 0;
+
+  /** \brief Bytes of the frame that was encoded last. */
+  virtual std::size_t
+  frameBytes() const = 0;
+
+  /** \brief Decodes the frame that was encoded last.
+   * \throws std::runtime_error if that fails
+   */
+  virtual void
+  decode() = 0;
+
+  /** \brief Compares what was decoded with what went in, as far as the coder carries it.
+   * \throws std::runtime_error with the difference
+   */
+  virtual void
+  check(const InputFrame& frame) = 0;
+
+  /** \brief The points that were decoded. */
+  virtual PositionCloud::ConstPtr
+  decodedPositions() const = 0;
+
+private:
+  std::string name_;
+  Content content_;
+};
+
+using StreamCoders = std::vector<std::unique_ptr<StreamCoder>>;
+
+/** \brief One coder for each of libraryVariants(). */
+void
+addLibraryCoders(const Workload& workload, StreamCoders& coders);
+
+/** \brief pcl::io::OctreePointCloudCompression in voxel-grid mode. */
+void
+addPclVoxelGridCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief The same class keeping all points to a millimetre. */
+void
+addPclMillimetreCoder(const Workload& workload, StreamCoders& coders);
+
+/** \brief Draco's KD-tree coder at its smallest and at its fastest; nothing if the
+ * program was built without Draco. */
+void
+addDracoCoders(const Workload& workload, StreamCoders& coders);
+
+/** \brief zstd over 16 bytes a point; nothing if the program was built without zstd. */
+void
+addZstdCoder(StreamCoders& coders);
+
+/** \brief All of the above, in this order. */
+StreamCoders
+makeAllCoders(const Workload& workload);
+
+} // namespace benchmarks
+} // namespace pcl_ext

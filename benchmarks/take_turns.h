@@ -1,0 +1,107 @@
+/** \file
+ * \brief Measurements that take turns, each in a process of its own.
+ */
+#pragma once
+
+#include "measuring_process.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief A MeasuringProcess whose answers are a struct of plain numbers. */
+template <typename FiguresT>
+class ProcessOf {
+  static_assert(std::is_trivially_copyable<FiguresT>::value,
+                "figures go from one process to another as bytes");
+
+public:
+  using Measure = std::function<FiguresT(std::size_t frame)>;
+
+  /** \param[in] name for messages
+   * \param[in] make see MeasuringProcess
+   */
+  ProcessOf(std::string name, const std::function<Measure()>& make)
+  : name_(std::move(name))
+  , process_(std::make_unique<MeasuringProcess>([make]() -> MeasuringProcess::Measure {
+    return [measure = make()](std::size_t frame) {
+      const FiguresT figures = measure(frame);
+      std::vector<char> bytes(sizeof(figures));
+      std::memcpy(bytes.data(), &figures, sizeof(figures));
+      return bytes;
+    };
+  }))
+  {}
+
+  /** \brief Measures a frame there.
+   * \throws std::runtime_error with name and message if that failed
+   */
+  FiguresT
+  measure(std::size_t frame)
+  {
+    try {
+      const std::vector<char> bytes = process_->measure(frame);
+      FiguresT figures;
+      if (bytes.size() != sizeof(figures))
+        throw std::runtime_error("an answer of another size");
+      std::memcpy(&figures, bytes.data(), sizeof(figures));
+      return figures;
+    }
+    catch (const std::exception& error) {
+      throw std::runtime_error("frame " + std::to_string(frame) + ", " + name_ + ": " +
+                               error.what());
+    }
+  }
+
+private:
+  std::string name_;
+  std::unique_ptr<MeasuringProcess> process_;
+};
+
+/** \brief Frames that one takes before it is another's turn. Few, so that what else the
+ * machine does meets all alike; not one, as the caches would then be others' with every
+ * frame, which doubles the times of trees of small nodes, as PCL's class builds. */
+constexpr std::size_t frames_of_a_turn = 10;
+
+/** \brief Has all measure the frames of a stream, one at a time and some frames in a
+ * row, beginning with another one each time.
+ * \param[in] stream its name, for messages
+ * \param[in] frames number of frames
+ * \param[in,out] processes what measures
+ * \param[in] add takes the index of a process and its figures of a frame
+ */
+template <typename FiguresT, typename AddT>
+void
+takeTurns(const std::string& stream,
+          std::size_t frames,
+          std::vector<ProcessOf<FiguresT>>& processes,
+          const AddT& add)
+{
+  std::size_t first = 0;
+  for (std::size_t begin = 0; begin < frames; begin += frames_of_a_turn, ++first) {
+    const std::size_t end = std::min(begin + frames_of_a_turn, frames);
+    for (std::size_t turn = 0; turn < processes.size(); ++turn) {
+      const std::size_t which = (first + turn) % processes.size();
+      try {
+        for (std::size_t index = begin; index < end; ++index)
+          add(which, processes[which].measure(index));
+      }
+      catch (const std::exception& error) {
+        throw std::runtime_error(stream + ", " + error.what());
+      }
+    }
+  }
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext
