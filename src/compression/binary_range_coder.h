@@ -41,6 +41,13 @@ public:
     return bit;
   }
 
+  /** \brief Bytes that the bits so far have settled; the decoder counts the same. */
+  std::size_t
+  settledBytes() const
+  {
+    return bytes_.size() - begin_;
+  }
+
   /** \brief Ends the row with as few bytes as tell it from all others; trailing zeros
    * are left out, as reading behind the end gives zeros. */
   void
@@ -121,11 +128,18 @@ public:
     return bit;
   }
 
-  /** \brief First byte that was not read. */
-  const std::uint8_t*
-  position() const
+  /** \brief As BinaryRangeEncoder::settledBytes. */
+  std::size_t
+  settledBytes() const
   {
-    return next_;
+    return 2 * words_ - 4;
+  }
+
+  /** \brief True if no byte is left that was not read. */
+  bool
+  isAtEnd() const
+  {
+    return next_ == end_;
   }
 
 private:
@@ -134,12 +148,14 @@ private:
   void
   readWord()
   {
+    ++words_;
     for (int i = 0; i < 2; ++i)
       code_ = code_ << 8 | (next_ != end_ ? *next_++ : 0u);
   }
 
   const std::uint8_t* next_;
   const std::uint8_t* end_;
+  std::size_t words_ = 0; // read, of 16 bits each
   std::uint32_t code_ = 0;
   std::uint32_t range_ = 0xffffffff;
 };

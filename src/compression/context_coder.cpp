@@ -74,7 +74,7 @@ ContextCoder::encodeWith(const PayloadContext& context,
   BinaryRangeEncoder side(payload);
   CodingT<BinaryRangeEncoder> coding(side);
   codeOccupancy(coding, models_, context, &frame, intensities.numbers.size());
-  const std::size_t occupancy_bytes = payload.size() - begin;
+  const std::size_t occupancy_bytes = side.settledBytes();
   codeIntensities(
       coding, models_.intensity, workspace_.directory, context, frame, intensities);
   side.finish();
@@ -99,7 +99,8 @@ ContextCoder::decodeWith(const PayloadContext& context,
   workspace_.collect(context.history, frame);
   if (frame.voxelCount() != voxel_count)
     return false;
-  occupancy_bytes = static_cast<std::size_t>(side.position() - begin);
+  occupancy_bytes =
+      std::min(side.settledBytes(), static_cast<std::size_t>(end - begin));
   intensities.numbers.assign(voxel_count, 0);
   if (!codeIntensities(coding,
                        trial_models_.intensity,
@@ -107,7 +108,7 @@ ContextCoder::decodeWith(const PayloadContext& context,
                        context,
                        frame,
                        intensities) ||
-      side.position() != end)
+      !side.isAtEnd())
     return false;
   std::swap(models_, trial_models_);
   return true;

@@ -21,7 +21,10 @@ namespace io {
 constexpr std::size_t
 maxRecords(std::size_t voxels)
 {
-  return 16 * voxels + 65536;
+  // Streams of fixed sensors have two to five for each voxel.
+  const std::size_t of_small_frames = 8 * voxels + (std::size_t{1} << 16);
+  const std::size_t of_large_frames = 2 * voxels + (std::size_t{1} << 20);
+  return of_small_frames < of_large_frames ? of_small_frames : of_large_frames;
 }
 
 /** \brief Bytes of a payload by what they tell. */
