@@ -75,7 +75,7 @@ DepthSplit::begin(const DepthModel& model,
   point_symbols_.clear();
   roughness_.clear();
   const std::vector<HistoryBlock>& known = history.blocks();
-  const VoxelHistory::Records& records = history.records();
+  const VoxelRecord* const records = history.records();
   std::size_t old = 0;
   for (std::size_t block = 0; block < frame.size(); ++block) {
     while (old < known.size() && known[old].key < frame.keys[block])
@@ -95,9 +95,9 @@ DepthSplit::begin(const DepthModel& model,
       if ((known_cells & cell) != 0) {
         const std::size_t record =
             known[old].first_record + cellCount(known_cells & (cell - 1));
-        const std::int64_t factor = one_offset + records.depth_offset[record];
+        const std::int64_t factor = one_offset + records[record].depth_offset;
         point = centre * static_cast<std::uint64_t>(factor) >> 14;
-        roughness = roughnessClass(records.roughness[record]);
+        roughness = roughnessClass(records[record].roughness);
       }
       centre_symbols_.push_back(centre);
       point_symbols_.push_back(point);

@@ -185,12 +185,12 @@ private:
   std::uint32_t
   codeSymbol(std::size_t record, std::uint32_t neighbour_class, std::uint32_t symbol)
   {
-    const VoxelHistory::Records& records = history_.records();
+    const VoxelRecord* const records = history_.records();
     const unsigned int shift = 4 - history_.fractionBits();
     const bool has_mean = record != no_record;
     // In sixteenths of a symbol.
     const std::uint32_t expected =
-        has_mean       ? static_cast<std::uint32_t>(records.mean[record]) << shift
+        has_mean       ? static_cast<std::uint32_t>(records[record].mean) << shift
         : running_ < 0 ? 16u
                        : static_cast<std::uint32_t>(running_);
     if (expected < 160) {
@@ -199,14 +199,14 @@ private:
       contexts.ways[0] = row * 8 + runningClass();
       if constexpr (CodingT::is_mixing) {
         const std::uint32_t deviation =
-            has_mean ? static_cast<std::uint32_t>(records.deviation[record]) << shift
+            has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
                      : 0;
         contexts.ways[1] =
             has_mean ? std::min(expected / 4, 39u) * 15 + std::min(deviation / 6, 14u)
                      : 600 + static_cast<std::uint32_t>(std::min(running_ / 8, 39));
         contexts.ways[2] =
-            has_mean ? ((records.probability[record] >> 12) * 16 + expected / 10) * 2 +
-                           (records.recent[record] & 1)
+            has_mean ? ((records[record].probability >> 12) * 16 + expected / 10) * 2 +
+                           (records[record].recent & 1)
                      : runningClass();
         contexts.ways[3] =
             neighbour_class * 20 + (has_mean ? expected / 10 : 16 + runningClass() / 2);
@@ -214,7 +214,7 @@ private:
       return codeCount(contexts, symbol);
     }
     const std::uint32_t deviation =
-        has_mean ? static_cast<std::uint32_t>(records.deviation[record]) << shift
+        has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
                  : expected / 4;
     return codeDistance(expected >> 4, deviation, has_mean, symbol);
   }

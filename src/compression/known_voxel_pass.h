@@ -105,14 +105,14 @@ private:
   std::uint32_t
   recordContext(std::size_t record) const
   {
-    const VoxelHistory::Records& records = history_.records();
+    const VoxelRecord* const records = history_.records();
     const std::uint32_t mean = meanOf(record);
     const std::uint32_t mean_class = mean <= 20  ? 0
                                      : mean < 32 ? 1
                                      : mean < 48 ? 2
                                      : mean < 80 ? 3
                                                  : 4;
-    return (((records.probability[record] >> 11) * 4u + (records.recent[record] & 3u)) *
+    return (((records[record].probability >> 11) * 4u + (records[record].recent & 3u)) *
                 3 +
             ageClass(record)) *
                5 +
@@ -122,7 +122,7 @@ private:
   std::uint32_t
   ageClass(std::size_t record) const
   {
-    const std::uint32_t age = history_.records().age[record];
+    const std::uint32_t age = history_.records()[record].age;
     return age < 2 ? 0 : age < 5 ? 1 : 2;
   }
 
@@ -130,7 +130,7 @@ private:
   std::uint32_t
   meanOf(std::size_t record) const
   {
-    return static_cast<std::uint32_t>(history_.records().mean[record])
+    return static_cast<std::uint32_t>(history_.records()[record].mean)
            << (4 - history_.fractionBits());
   }
 
@@ -166,7 +166,7 @@ private:
          Surroundings& around) const
   {
     const auto probability =
-        static_cast<std::int32_t>(history_.records().probability[record]);
+        static_cast<std::int32_t>(history_.records()[record].probability);
     around.surprise +=
         ((is_occupied ? 0xffff - probability : -probability) - around.surprise) >> 2;
     const bool was_occupied = (block.last & cell) != 0;
@@ -187,9 +187,9 @@ private:
               const Surroundings& around,
               Contexts& contexts) const
   {
-    const VoxelHistory::Records& records = history_.records();
-    const std::uint32_t probability = records.probability[record];
-    const std::uint32_t recent = records.recent[record];
+    const VoxelRecord* const records = history_.records();
+    const std::uint32_t probability = records[record].probability;
+    const std::uint32_t recent = records[record].recent;
     const std::uint32_t age_class = ageClass(record);
     const std::uint32_t mean = meanOf(record);
     const std::uint32_t before = around.before.of(cell);
@@ -202,7 +202,7 @@ private:
         std::clamp((around.surprise + 0x10000) >> 13, 0, 15));
     contexts.ways[3] = ((probability >> 11) * 16 + surprise) * 4 + (recent & 3);
     contexts.ways[4] = ((probability >> 12) * 16 + std::min(mean / 8, 15u)) * 8 +
-                       std::min<std::uint32_t>(records.age[record] / 4, 7u);
+                       std::min<std::uint32_t>(records[record].age / 4, 7u);
     contexts.ways[5] =
         (static_cast<std::uint32_t>(occupied >> (cell & ~7u) & 0xff) * 16) +
         (probability >> 12);

@@ -80,7 +80,7 @@ public:
   std::size_t
   recordCount() const
   {
-    return history_.records().count;
+    return history_.recordCount();
   }
 
 private:

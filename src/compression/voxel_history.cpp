@@ -26,82 +26,20 @@ rateShift(unsigned int age)
 } // namespace
 
 void
-VoxelHistory::Records::reserve(std::size_t size)
-{
-  if (size <= probability.size())
-    return;
-  probability.resize(size);
-  recent.resize(size);
-  age.resize(size);
-  mean.resize(size);
-  deviation.resize(size);
-  depth_offset.resize(size);
-  roughness.resize(size);
-}
-
-void
 VoxelHistory::clear(unsigned int symbol_bits, std::uint16_t forgotten_below)
 {
   blocks_.clear();
-  records_.count = 0;
+  record_count_ = 0;
   fraction_bits_ = std::min(4u, 16 - symbol_bits);
   forgotten_below_ = forgotten_below;
 }
 
-/** \brief Writes the next state record by record; there is room for all. */
-struct VoxelHistory::Writer {
-  const Records& from;
-  Records& to;
+/** \brief How one frame changes the records. Written without branches, as whether a
+ * voxel is occupied is what nobody could predict. */
+struct VoxelHistory::Learning {
   const DepthObservations* depths;
   unsigned int fraction_bits;
-  std::uint32_t forgotten_below;
-  std::size_t size = 0;
-
-  /** \brief The record of a known voxel after one more frame.
-   * \return false if it is forgotten
-   */
-  bool
-  keep(std::size_t record, bool is_occupied, std::uint16_t number, std::size_t voxel)
-  {
-    const std::uint32_t before = from.probability[record];
-    const std::uint8_t age = from.age[record];
-    const unsigned int shift = rateShift(age);
-    const std::uint32_t probability = is_occupied
-                                          ? before + ((0xffff - before) >> shift)
-                                          : before - (before >> shift);
-    to.probability[size] = static_cast<std::uint16_t>(probability);
-    to.recent[size] = static_cast<std::uint8_t>(from.recent[record] << 1 |
-                                                static_cast<int>(is_occupied));
-    to.age[size] = static_cast<std::uint8_t>(age + (age < 0xff ? 1 : 0));
-    to.mean[size] = from.mean[record];
-    to.deviation[size] = from.deviation[record];
-    to.depth_offset[size] = from.depth_offset[record];
-    to.roughness[size] = from.roughness[record];
-    if (is_occupied)
-      learnNumber(number);
-    if (is_occupied && depths != nullptr)
-      learnDepth(voxel);
-    const bool is_kept = probability >= forgotten_below;
-    size += is_kept ? 1 : 0;
-    return is_kept;
-  }
-
-  void
-  add(std::uint16_t number, std::size_t voxel, std::uint16_t probability)
-  {
-    to.probability[size] = probability;
-    to.recent[size] = 1;
-    to.age[size] = 0;
-    const int value = fixedPoint(number);
-    to.mean[size] = static_cast<std::uint16_t>(value);
-    to.deviation[size] =
-        static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
-    to.depth_offset[size] =
-        depths != nullptr ? depths->offsets[voxel] : std::int16_t{0};
-    to.roughness[size] =
-        static_cast<std::uint8_t>(depths != nullptr ? depths->rests[voxel] << 4 : 0);
-    ++size;
-  }
+  std::uint16_t first_probability;
 
   /** \brief A number with the history's fraction bits; numbers have 16 bits with them. */
   int
@@ -110,30 +48,59 @@ struct VoxelHistory::Writer {
     return static_cast<int>(number) << fraction_bits;
   }
 
-  void
-  learnNumber(std::uint16_t number)
+  VoxelRecord
+  begin(std::uint16_t number, std::size_t voxel) const
   {
     const int value = fixedPoint(number);
-    std::uint16_t& mean = to.mean[size];
-    std::uint16_t& deviation = to.deviation[size];
-    // Differences are halved towards minus infinity by a shift that every compiler that
-    // this library meets does alike; C++20 promises it.
-    const int distance = std::abs(value - static_cast<int>(mean));
-    deviation = static_cast<std::uint16_t>(
-        static_cast<int>(deviation) + ((distance - static_cast<int>(deviation)) >> 2));
-    mean = static_cast<std::uint16_t>(static_cast<int>(mean) +
-                                      ((value - static_cast<int>(mean)) >> 2));
+    VoxelRecord record{};
+    record.probability = first_probability;
+    record.mean = static_cast<std::uint16_t>(value);
+    record.deviation =
+        static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
+    record.recent = 1;
+    if (depths != nullptr) {
+      record.depth_offset = depths->offsets[voxel];
+      record.roughness = static_cast<std::uint8_t>(depths->rests[voxel] << 4);
+    }
+    return record;
+  }
+
+  /** \brief Another frame.
+   * \param[in] is_occupied 1 or 0
+   * \param[in] number of the voxel, whatever it is if it is not occupied
+   */
+  void
+  goOn(VoxelRecord& record,
+       std::uint32_t is_occupied,
+       std::uint16_t number,
+       std::size_t voxel) const
+  {
+    // Towards 0xffff or 0, rounded towards the old value.
+    const std::uint32_t flip = (0 - is_occupied) & 0xffff;
+    const std::uint32_t distance = record.probability ^ flip;
+    record.probability = static_cast<std::uint16_t>(
+        (distance - (distance >> rateShift(record.age))) ^ flip);
+    record.recent = static_cast<std::uint8_t>(record.recent << 1 | is_occupied);
+    record.age = static_cast<std::uint8_t>(record.age + (record.age < 0xff ? 1 : 0));
+    // Differences are divided by a shift, towards minus infinity, which every compiler
+    // that this library meets does alike; C++20 promises it.
+    const int mask = -static_cast<int>(is_occupied);
+    const int difference = fixedPoint(number) - static_cast<int>(record.mean);
+    const int spread = std::abs(difference) - static_cast<int>(record.deviation);
+    record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2 & mask));
+    record.deviation =
+        static_cast<std::uint16_t>(record.deviation + (spread >> 2 & mask));
+    if (depths != nullptr && is_occupied != 0)
+      learnDepth(record, voxel);
   }
 
   void
-  learnDepth(std::size_t voxel)
+  learnDepth(VoxelRecord& record, std::size_t voxel) const
   {
-    std::int16_t& offset = to.depth_offset[size];
-    offset =
-        static_cast<std::int16_t>(offset + ((depths->offsets[voxel] - offset) >> 2));
-    std::uint8_t& roughness = to.roughness[size];
-    roughness = static_cast<std::uint8_t>(
-        roughness + (((depths->rests[voxel] << 4) - roughness) >> 2));
+    record.depth_offset = static_cast<std::int16_t>(
+        record.depth_offset + ((depths->offsets[voxel] - record.depth_offset) >> 2));
+    record.roughness = static_cast<std::uint8_t>(
+        record.roughness + (((depths->rests[voxel] << 4) - record.roughness) >> 2));
   }
 };
 
@@ -144,58 +111,63 @@ VoxelHistory::update(const BlockList& frame,
                      bool is_i_frame)
 {
   // At most every record stays and every voxel is new.
-  next_records_.reserve(records_.count + numbers.size());
+  if (next_records_.size() < record_count_ + numbers.size())
+    next_records_.resize(record_count_ + numbers.size());
   next_blocks_.clear();
-  Writer writer{records_, next_records_, depths, fraction_bits_, forgotten_below_};
-  const std::uint16_t first_probability =
-      is_i_frame ? first_probability_i_frame : first_probability_p_frame;
+  const Learning learning{depths,
+                          fraction_bits_,
+                          is_i_frame ? first_probability_i_frame
+                                     : first_probability_p_frame};
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
+  const std::size_t last_voxel = numbers.empty() ? 0 : numbers.size() - 1;
+  const std::uint16_t no_number = 0;
+  const std::uint16_t* const number_of = numbers.empty() ? &no_number : numbers.data();
   constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+  const VoxelRecord* record = records_.data();
+  VoxelRecord* const begin = next_records_.data();
+  VoxelRecord* next = begin;
+  std::size_t voxel = 0;
   std::size_t old = 0;
   std::size_t now = 0;
   while (old < blocks_.size() || now < frame.size()) {
     const std::uint64_t old_key = old < blocks_.size() ? blocks_[old].key : no_key;
     const std::uint64_t now_key = now < frame.size() ? frame.keys[now] : no_key;
     HistoryBlock block{std::min(old_key, now_key), 0, 0, 0, first_activity};
-    block.first_record = static_cast<std::uint32_t>(writer.size);
+    block.first_record = static_cast<std::uint32_t>(next - begin);
     std::uint64_t known = 0;
-    std::size_t record = 0;
     if (old_key == block.key) {
       known = blocks_[old].known;
-      record = blocks_[old].first_record;
       block.activity = blocks_[old].activity;
       ++old;
     }
-    std::uint64_t occupied = 0;
-    std::size_t voxel = 0;
-    if (now_key == block.key) {
-      occupied = frame.masks[now];
-      voxel = frame.first_voxels[now];
-      ++now;
-    }
-    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
-      const std::uint64_t cell = cells & (~cells + 1);
-      const bool is_occupied = (occupied & cell) != 0;
-      const std::uint16_t number = is_occupied ? numbers[voxel] : std::uint16_t{0};
-      if ((known & cell) == 0) {
-        writer.add(number, voxel, first_probability);
-        block.known |= cell;
+    if (now_key == block.key)
+      block.last = frame.masks[now++];
+    for (std::uint64_t cells = known | block.last; cells != 0; cells &= cells - 1) {
+      const unsigned int cell = lowestCell(cells);
+      const auto is_occupied = static_cast<std::uint32_t>(block.last >> cell & 1);
+      const std::uint16_t number = number_of[std::min(voxel, last_voxel)];
+      std::uint64_t is_kept = 1;
+      if ((known >> cell & 1) != 0) {
+        *next = *record++;
+        learning.goOn(*next, is_occupied, number, voxel);
+        is_kept = next->probability >= forgotten_below_ ? 1 : 0;
       }
-      else if (writer.keep(record++, is_occupied, number, voxel))
-        block.known |= cell;
-      voxel += is_occupied ? 1 : 0;
+      else
+        *next = learning.begin(number, voxel);
+      next += is_kept;
+      block.known |= is_kept << cell;
+      voxel += is_occupied;
     }
     const unsigned int new_voxels =
-        is_i_frame ? 0 : std::min(cellCount(occupied & ~known), 7u);
+        is_i_frame ? 0 : std::min(cellCount(block.last & ~known), 7u);
     block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
         (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
-    block.last = occupied;
     if (block.known != 0)
       next_blocks_.push_back(block);
   }
-  next_records_.count = writer.size;
+  record_count_ = static_cast<std::size_t>(next - begin);
   blocks_.swap(next_blocks_);
-  std::swap(records_, next_records_);
+  records_.swap(next_records_);
 }
 
 } // namespace io

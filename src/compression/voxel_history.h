@@ -18,6 +18,17 @@ struct HistoryBlock {
   std::uint8_t activity;      ///< how many new voxels the last frames brought, 0..7
 };
 
+/** \brief What the history knows of one voxel. */
+struct VoxelRecord {
+  std::uint16_t probability; ///< running share of frames that had it, 2^16 is 1
+  std::uint16_t mean;        ///< running mean of the number, fixed point
+  std::uint16_t deviation;   ///< running mean distance from the mean, fixed point
+  std::int16_t depth_offset; ///< see DepthSplit
+  std::uint8_t recent;       ///< occupied or not, the last frame lowest
+  std::uint8_t age;          ///< frames since the first, up to 255
+  std::uint8_t roughness;    ///< running mean of the rest, in sixteenths
+};
+
 /** \brief What a frame tells of its voxels where there is a depth model; see DepthSplit.
  */
 struct DepthObservations {
@@ -33,34 +44,24 @@ struct DepthObservations {
  */
 class VoxelHistory {
 public:
-  /** \brief The records, in the order of the blocks and of their cells. The vectors
-   * are memory, of which the first `count` elements are in use: making them smaller
-   * would mean writing them again when they grow. */
-  struct Records {
-    std::size_t count = 0;
-    std::vector<std::uint16_t> probability; ///< running share of frames, 2^16 is 1
-    std::vector<std::uint8_t> recent;       ///< occupied or not, the last frame lowest
-    std::vector<std::uint8_t> age;          ///< frames since the first, up to 255
-    std::vector<std::uint16_t> mean;        ///< running mean of the number, fixed point
-    std::vector<std::uint16_t> deviation;   ///< running mean distance from the mean
-    std::vector<std::int16_t> depth_offset; ///< see DepthSplit
-    std::vector<std::uint8_t> roughness;    ///< running mean of the rest, in sixteenths
-
-    /** \brief Makes room for as many records. */
-    void
-    reserve(std::size_t size);
-  };
-
   const std::vector<HistoryBlock>&
   blocks() const
   {
     return blocks_;
   }
 
-  const Records&
+  /** \brief The records, in the order of the blocks and of their known cells. */
+  const VoxelRecord*
   records() const
   {
-    return records_;
+    return records_.data();
+  }
+
+  /** \brief Number of records. */
+  std::size_t
+  recordCount() const
+  {
+    return record_count_;
   }
 
   /** \brief Bits behind the binary point of means and deviations: 4 for symbols of up
@@ -94,15 +95,18 @@ public:
          bool is_i_frame);
 
 private:
-  struct Writer;
+  struct Learning;
 
   std::vector<HistoryBlock> blocks_;
-  Records records_;
+  // Memory, of which the first elements are in use: making it smaller would mean writing
+  // it again when it grows.
+  std::vector<VoxelRecord> records_;
+  std::size_t record_count_ = 0;
   unsigned int fraction_bits_ = 4;
   std::uint16_t forgotten_below_ = 0;
   // What the next state is written to; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
-  Records next_records_;
+  std::vector<VoxelRecord> next_records_;
 };
 
 } // namespace io
