@@ -23,7 +23,7 @@ struct MemoryCount {
    * mentioning, so that a benchmark can look at both. */
   bool counts_bytes = true;
 
-  std::size_t allocations = 0; ///< since the program began
+  std::size_t allocations = 0; ///< since the last reset
   std::size_t largest = 0;     ///< of one allocation
   std::size_t live = 0;        ///< allocated and not yet given back
   std::size_t peak = 0;        ///< the most that was live
@@ -31,6 +31,7 @@ struct MemoryCount {
   void
   reset()
   {
+    allocations = 0;
     largest = 0;
     peak = live;
   }

@@ -64,11 +64,16 @@ recordStream(std::size_t size, unsigned int i_frame_rate, StreamFormat format)
   Compression encoder(settings);
   Compression decoder;
   RecordedStream stream;
+  // A scene that stays, so that frames depend on each other, and something in it that
+  // moves.
+  const auto scene = randomCloud<pcl::PointXYZI>(99, 160);
   for (std::size_t i = 0; i < size; ++i) {
     const auto cloud =
-        randomCloud<pcl::PointXYZI>(100 + static_cast<unsigned int>(i), 200);
+        randomCloud<pcl::PointXYZI>(100 + static_cast<unsigned int>(i), 40);
+    *cloud += *scene;
     stream.frames.push_back(encodeFrame(encoder, cloud));
     stream.is_i_frame.push_back(encoder.getStatistics().coding.is_i_frame);
+    EXPECT_EQ(stream.is_i_frame.back(), i % i_frame_rate == 0);
     Cloud::Ptr decoded;
     EXPECT_TRUE(decodeBytes(decoder, stream.frames.back(), decoded).ok());
     stream.decoded.push_back(*decoded);

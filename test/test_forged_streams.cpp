@@ -1,16 +1,10 @@
-#include "compression/bit_io.h"
-#include "compression/byte_source.h"
 #include "compression/byte_writer.h"
-#include "compression/memory_buffer.h"
 #include "compression/static_range_coder.h"
-#include "compression/static_rans.h"
-#include "compression/version1_header.h"
 #include "counted_memory.h"
-#include "voxel_frames.h"
+#include "forged_frames.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -26,51 +20,6 @@ using namespace pcl_ext::io::test;
 constexpr std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/** \brief A version 1 frame taken apart, to be put together with a lie in it and a
- * checksum that is right. */
-struct Parts {
-  Version1Header header;
-  Bytes payload;
-};
-
-Parts
-takeApart(const Bytes& frame)
-{
-  MemoryBuffer buffer(frame.data() + version1_magic_size,
-                      frame.size() - version1_magic_size);
-  ByteSource source(buffer, frame.size());
-  Parts parts;
-  std::uint32_t checksum = 0;
-  Bytes header_bytes;
-  EXPECT_TRUE(
-      readVersion1Header(source, DecoderLimits(), parts.header, checksum, header_bytes)
-          .ok());
-  const auto payload_size = static_cast<std::ptrdiff_t>(parts.header.occupancy_size +
-                                                        parts.header.intensity_size);
-  parts.payload.assign(frame.end() - payload_size, frame.end());
-  return parts;
-}
-
-Bytes
-putTogether(const Parts& parts)
-{
-  Bytes bytes;
-  writeVersion1Frame(parts.header, parts.payload, 0, bytes);
-  return bytes;
-}
-
-/** \brief The bytes of an occupancy section: prediction, nodes and a row of them. */
-Bytes
-occupancy(std::uint8_t prediction, std::uint64_t nodes, const Bytes& row)
-{
-  Bytes bytes;
-  ByteWriter writer(bytes);
-  writer.u8(prediction);
-  writer.varint(nodes);
-  writer.raw(row.data(), row.size());
-  return bytes;
-}
 
 /** \brief Expects a refusal, without an allocation beyond a bound. */
 void
@@ -109,22 +58,16 @@ TEST(ForgedStreams, HeadersThatLie)
                                      std::uint64_t{1000},
                                      std::uint64_t{0}}) {
     lies.push_back([=](Version1Header& h) { h.voxel_count = number; });
-    lies.push_back([=](Version1Header& h) { h.occupancy_size = number; });
-    lies.push_back([=](Version1Header& h) { h.intensity_size = number; });
+    lies.push_back([=](Version1Header& h) { h.payload_size = number; });
     lies.push_back([=](Version1Header& h) {
-      h.occupancy_size = number;
-      h.intensity_size = huge - number + 1; // the sum is 0, or too large
+      h.voxel_count = number;
+      h.payload_size = number;
     });
   }
   for (const int step : {-1, 1}) {
     const auto off_by_one = static_cast<std::uint64_t>(static_cast<std::int64_t>(step));
     lies.push_back([=](Version1Header& h) { h.voxel_count += off_by_one; });
-    lies.push_back([=](Version1Header& h) { h.occupancy_size += off_by_one; });
-    lies.push_back([=](Version1Header& h) { h.intensity_size += off_by_one; });
-    lies.push_back([=](Version1Header& h) {
-      h.occupancy_size += off_by_one;
-      h.intensity_size -= off_by_one;
-    });
+    lies.push_back([=](Version1Header& h) { h.payload_size += off_by_one; });
     lies.push_back(
         [=](Version1Header& h) { h.grid.depth += static_cast<unsigned>(step); });
   }
@@ -136,12 +79,14 @@ TEST(ForgedStreams, HeadersThatLie)
        {INT32_MIN, INT32_MAX, -(1 << 20) - 1, (1 << 20) - 15, 1 << 20})
     lies.push_back([=](Version1Header& h) { h.grid.first_index[1] = number; });
   for (const unsigned int number : {0u, 7u, 17u, 255u})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale->bits = number; });
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.bits = number; });
   for (const float number : {0.0f, -1.0f, nan_float, infinite_float})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale->step = number; });
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.step = number; });
   for (const float number : {nan_float, infinite_float, -infinite_float})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale->offset = number; });
-  lies.push_back([](Version1Header& h) { h.intensity_scale.reset(); });
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
+  lies.push_back([](Version1Header& h) { h.has_depth_model = true; });
+  for (const int number : {3, 4, 15})
+    lies.push_back([=](Version1Header& h) { h.effort = static_cast<Effort>(number); });
   lies.push_back([](Version1Header& h) { h.frame_id = std::string(1025, 'x'); });
   for (std::size_t i = 0; i < lies.size(); ++i) {
     SCOPED_TRACE(i);
@@ -152,34 +97,16 @@ TEST(ForgedStreams, HeadersThatLie)
   VoxelFrame back;
   FrameDecoder decoder;
   EXPECT_EQ(decoded(decoder, putTogether(good), back), CompressionCode::Ok);
-  Parts self = good;
-  self.header.is_i_frame = false; // a P-frame that depends on itself
-  expectRefused(putTogether(self), small_allocation, DecoderLimits());
 }
 
-/** \brief A rANS row that gives all of the range to the symbol 1, so that a few bytes
- * decode to any number of it. */
-Bytes
-greedyRow(std::uint64_t count)
+TEST(ForgedStreams, EmptyFramesWithAPayload)
 {
-  Bytes bytes{2, 1}; // rANS, symbols 0 and 1
-  BitWriter bits(bytes);
-  bits.gamma(1);
-  bits.gamma((count < 32768 ? 1u << 12 : 1u << 14) + 1);
-  bits.flush();
-  for (int i = 0; i < (count < 256 ? 1 : 2); ++i)
-    ByteWriter(bytes).u32(1u << 16);
-  return bytes;
-}
-
-TEST(ForgedStreams, GreedyRowsAreRows)
-{
-  for (const std::size_t count : {100u, 1000u, 100000u}) {
-    const Bytes row = greedyRow(count);
-    const std::uint8_t* cursor = row.data();
-    Bytes symbols;
-    EXPECT_TRUE(decodeSymbols(cursor, row.data() + row.size(), count, symbols));
-    EXPECT_EQ(symbols, Bytes(count, 1));
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
+  EXPECT_TRUE(parts.payload.empty());
+  for (const Bytes& payload : {Bytes{0}, Bytes{1}, Bytes(30, 0)}) {
+    parts.payload = payload;
+    expectRefused(putTogetherSized(parts), small_allocation, DecoderLimits());
   }
 }
 
@@ -190,71 +117,168 @@ TEST(ForgedStreams, PayloadsThatGrow)
   const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
   DecoderLimits limits;
   limits.max_voxels = 20000;
-  const Bytes ones{1, 0x01};
-  const Bytes all{1, 0xff};
-  for (const unsigned int depth : {4u, 21u})
-    for (const std::uint64_t voxels : {std::uint64_t{30}, std::uint64_t{20000}})
-      for (const Bytes& section :
-           {occupancy(0, huge, ones),
-            occupancy(0, voxels * depth + 1, ones),
-            occupancy(0, voxels * depth, ones),
-            occupancy(0, voxels * depth, all),
-            occupancy(0, voxels * depth, greedyRow(voxels * depth)),
-            occupancy(0, 1 + 8 + 64 + 512, all),
-            occupancy(1, depth, ones), // an I-frame, predicted
-            occupancy(2, depth, ones), // no such prediction
-            occupancy(0, 0, {}),
-            Bytes{0},
-            Bytes{0, 0xff, 0xff}}) {
+  // All decisions are 1, or 0: every voxel of the grid, or as few as there can be.
+  for (const unsigned int depth : {1u, 2u, 3u, 4u, 8u, 21u})
+    for (const std::uint64_t voxels : {std::uint64_t{2},
+                                       std::uint64_t{8},
+                                       std::uint64_t{64},
+                                       std::uint64_t{512},
+                                       std::uint64_t{4096},
+                                       std::uint64_t{20000}})
+      for (const Bytes& payload : {Bytes{},
+                                   Bytes{0},
+                                   Bytes(1, 0xff),
+                                   Bytes(100, 0xff),
+                                   Bytes(5000, 0xff),
+                                   Bytes(5000, 0)}) {
         Parts parts = good;
         parts.header.grid.depth = depth;
         parts.header.grid.first_index.fill(-(1 << (depth - 1)));
         parts.header.voxel_count = voxels;
-        parts.payload = section;
-        parts.header.occupancy_size = section.size();
-        parts.header.intensity_size = ones.size();
-        append(ones, parts.payload);
-        expectRefused(putTogether(parts), 64 * limits.max_voxels, limits);
+        parts.payload = payload;
+        expectRefused(putTogetherSized(parts), 100 * limits.max_voxels, limits);
       }
 }
 
-TEST(ForgedStreams, PayloadsThatAreNotCanonical)
+TEST(ForgedStreams, BytesBehindAPayload)
 {
-  struct Lie {
-    std::uint64_t voxels;
-    unsigned int bits;
-    Bytes occupancy;
-    Bytes intensities;
-    bool is_good;
-  };
-  const Bytes one = occupancy(0, 4, {1, 0x01}); // one voxel, four levels
-  for (const Lie& lie : std::vector<Lie>{
-           {1, 8, one, {1, 9}, true},
-           {2, 8, occupancy(0, 4, {0, 0x01, 0x01, 0x01, 0x03}), {1, 9}, true},
-           {2,
-            8,
-            occupancy(0, 5, {0, 0x03, 0x00, 0x01, 0x01, 0x03}),
-            {1, 9},
-            false},                              // a barren node
-           {1, 8, one, {1, 9, 0}, false},        // a byte too many
-           {1, 4, one, {1, 0x10}, false},        // beyond 4 bits
-           {1, 12, one, {1, 9, 1, 9}, true},     // high row, low row
-           {1, 12, one, {1, 0, 1, 0x10}, false}, // beyond the 4 low bits
-           {1, 12, one, {1, 9}, false}}) {
-    Parts parts;
-    parts.header.grid.resolution = 0.1;
-    parts.header.grid.depth = 4;
-    parts.header.intensity_scale.emplace();
-    parts.header.intensity_scale->bits = lie.bits;
-    parts.header.voxel_count = lie.voxels;
-    parts.header.occupancy_size = lie.occupancy.size();
-    parts.header.intensity_size = lie.intensities.size();
-    parts.payload = lie.occupancy;
-    append(lie.intensities, parts.payload);
+  std::mt19937_64 random(3);
+  for (const unsigned int depth : {1u, 2u, 6u, 21u})
+    for (const bool is_i_frame : {true, false}) {
+      FrameEncoder encoder(StreamFormat::Version1, 10);
+      const VoxelFrame frame = randomFrame(random, depth, 5);
+      const Bytes first = encoded(encoder, frame);
+      Parts parts = takeApart(is_i_frame ? first : encoded(encoder, frame));
+      const std::uint32_t reference = is_i_frame ? 0 : takeApart(first).checksum;
+      FrameDecoder decoder;
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
+      // A row of bits is shorter than what is read of it by its last zeros, four bytes
+      // at most.
+      parts.payload.resize(parts.payload.size() + 4, 0);
+      for (std::size_t more = 1; more < 40; ++more) {
+        parts.payload.push_back(static_cast<std::uint8_t>(more % 3));
+        EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
+                  CompressionCode::Corrupt);
+      }
+    }
+}
+
+TEST(ForgedStreams, PFramesThatDoNotFit)
+{
+  std::mt19937_64 random(4);
+  const VoxelFrame frame = randomFrame(random, 4, 30);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Bytes i_frame = encoded(encoder, frame);
+  const Bytes p_frame = encoded(encoder, frame);
+  const std::uint32_t reference = takeApart(i_frame).checksum;
+  const Parts good = takeApart(p_frame);
+  ASSERT_FALSE(good.header.is_i_frame);
+  const auto code = [&](const Parts& parts) {
     FrameDecoder decoder;
     VoxelFrame back;
-    EXPECT_EQ(decoded(decoder, putTogether(parts), back),
-              lie.is_good ? CompressionCode::Ok : CompressionCode::Corrupt);
+    EXPECT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
+    const CompressionCode result =
+        decoded(decoder, putTogetherSized(parts, reference), back);
+    // Whatever it was, the stream goes on behind the last good frame.
+    EXPECT_EQ(decoded(decoder, p_frame, back),
+              result == CompressionCode::Ok ? CompressionCode::MissingReference
+                                            : CompressionCode::Ok);
+    return result;
+  };
+  EXPECT_EQ(code(good), CompressionCode::Ok);
+  Parts parts = good;
+  parts.header.effort = Effort::Fast; // the I-frame's is Balanced
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  parts = good;
+  parts.header.has_depth_model = true; // the I-frame has none
+  DepthModel model;
+  model.full_symbol = 1000;
+  Bytes payload;
+  writeDepthModel(model, payload);
+  append(parts.payload, payload);
+  parts.payload = payload;
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  parts = good;
+  parts.header.stamp = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  for (const std::uint32_t number : {0u, 1u, 3u, 0xffffffffu}) {
+    parts = good;
+    parts.header.frame_number = number;
+    EXPECT_EQ(code(parts), CompressionCode::MissingReference) << number;
+  }
+  for (const int change : {-1, 1}) {
+    parts = good;
+    parts.header.voxel_count += static_cast<std::uint64_t>(std::int64_t{change});
+    EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  }
+}
+
+TEST(ForgedStreams, UnknownFlags)
+{
+  std::mt19937_64 random(5);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Bytes good = encoded(encoder, randomFrame(random, 4, 30));
+  for (unsigned int bits = 3; bits < 16; ++bits) {
+    Bytes bytes = good;
+    bytes[flags_offset] =
+        static_cast<std::uint8_t>((bytes[flags_offset] & 15u) | bits << 4);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, withChecksum(bytes), back), CompressionCode::Corrupt);
+  }
+  FrameDecoder decoder;
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, withChecksum(good), back), CompressionCode::Ok);
+}
+
+TEST(ForgedStreams, DepthModelsThatAreNone)
+{
+  std::mt19937_64 random(6);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  VoxelFrame frame = randomFrame(random, 4, 30);
+  frame.depth_model.emplace();
+  frame.depth_model->full_symbol = (1u << 24) - 1;
+  frame.depth_model->origin = std::int64_t{1} << 56;
+  const Parts good = takeApart(encoded(encoder, frame));
+  ASSERT_TRUE(good.header.has_depth_model);
+  const auto code = [&](const DepthModel& model) {
+    Parts parts = good;
+    Bytes bytes;
+    writeDepthModel(model, bytes);
+    EXPECT_EQ(bytes.size(), depth_model_size);
+    std::copy(bytes.begin(), bytes.end(), parts.payload.begin());
+    FrameDecoder decoder;
+    VoxelFrame back;
+    return decoded(decoder, putTogether(parts), back);
+  };
+  EXPECT_EQ(code(*frame.depth_model), CompressionCode::Ok);
+  for (const unsigned int exponent : {0u, 3u, 255u}) {
+    DepthModel model = *frame.depth_model;
+    model.exponent = static_cast<std::uint8_t>(exponent);
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << exponent;
+  }
+  for (const std::uint32_t symbol : {1u << 24, 0xffffffffu}) {
+    DepthModel model = *frame.depth_model;
+    model.full_symbol = symbol;
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << symbol;
+  }
+  for (const std::int64_t origin : {(std::int64_t{1} << 56) + 1,
+                                    -(std::int64_t{1} << 56) - 1,
+                                    std::numeric_limits<std::int64_t>::min(),
+                                    std::numeric_limits<std::int64_t>::max()}) {
+    DepthModel model = *frame.depth_model;
+    model.origin = origin;
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << origin;
+  }
+  // A payload that ends within the model.
+  for (std::size_t size = 0; size < depth_model_size; ++size) {
+    Parts parts = good;
+    parts.payload.resize(size);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, putTogetherSized(parts), back),
+              CompressionCode::Corrupt);
   }
 }
 
@@ -278,7 +302,7 @@ TEST(ForgedStreams, MutatedFramesWithGoodChecksumsAreFramesOrRefused)
     }
     if (below(random, 4) == 0)
       parts.header.voxel_count = below(random, 400);
-    const Bytes bytes = putTogether(parts);
+    const Bytes bytes = putTogetherSized(parts);
     FrameDecoder decoder;
     VoxelFrame back;
     memory_count.reset();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -135,10 +136,13 @@ TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
   FrameEncoder other(StreamFormat::Version1, 10);
   FrameDecoder decoder;
   VoxelFrame back;
-  const VoxelFrame frame = randomFrame(random, 5, 100);
-  encoded(other, randomFrame(random, 5, 100));
+  VoxelFrame frame = randomFrame(random, 5, 100);
+  encoded(other, frame);
+  walk(random, 20, frame); // the same voxels but for some, so that P-frames follow
   ASSERT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
-  EXPECT_EQ(decoded(decoder, encoded(other, frame), back), CompressionCode::Corrupt);
+  const Bytes stranger = encoded(other, frame);
+  ASSERT_FALSE(other.statistics().is_i_frame);
+  EXPECT_EQ(decoded(decoder, stranger, back), CompressionCode::Corrupt);
   EXPECT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
   expectSameFrame(back, frame);
 }
@@ -157,17 +161,58 @@ TEST(FrameStreams, StampsAreCarried)
       "map", "map", "lidar", "lidar", "lidar", "", "", "a", longest, longest};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const VoxelFrame frame = randomFrame(random, 4, 30);
-    const FrameStamp stamp{std::uint64_t{0xfedcba9876543210} + i, names[i]};
+    const FrameStamp stamp{std::uint64_t{0xfedcba9876543210} + 100 * i, names[i]};
     const Bytes bytes = encoded(encoder, frame, stamp);
     const std::size_t plain_size = encoded(plain, frame).size();
     ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
     ASSERT_TRUE(decoder.stamp().has_value());
     EXPECT_EQ(decoder.stamp()->stamp, stamp.stamp);
     EXPECT_EQ(decoder.stamp()->frame_id, names[i]);
-    const bool is_sent = i % 4 == 0 || names[i] != names[i - 1];
+    const bool is_i_frame = i % 4 == 0;
+    ASSERT_EQ(encoder.statistics().is_i_frame, is_i_frame);
+    const bool is_sent = is_i_frame || names[i] != names[i - 1];
     const std::size_t name_size = names[i].size() + (names[i].size() < 128 ? 1 : 2);
-    EXPECT_EQ(bytes.size(), plain_size + 8 + (is_sent ? name_size : 0)) << i;
+    // A stamp is whole on I-frames, a change on P-frames; 100 is a varint of two bytes.
+    const std::size_t stamp_size = is_i_frame ? 8 : 2;
+    EXPECT_EQ(bytes.size(), plain_size + stamp_size + (is_sent ? name_size : 0)) << i;
   }
+}
+
+TEST(FrameStreams, StampsMayBeAnywhere)
+{
+  // Differences of unsigned stamps, which wrap round; the one difference that has no
+  // varint makes an I-frame.
+  constexpr std::uint64_t half = std::uint64_t{1} << 63;
+  constexpr std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
+  std::mt19937_64 random(81);
+  const VoxelFrame frame = randomFrame(random, 4, 30);
+  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  std::uint64_t before = 0;
+  std::size_t i_frames = 0;
+  for (const std::uint64_t stamp : {std::uint64_t{7},
+                                    std::uint64_t{0},
+                                    last,
+                                    std::uint64_t{0},
+                                    half,
+                                    half - 1,
+                                    std::uint64_t{5},
+                                    half + 5,
+                                    half + 5,
+                                    last,
+                                    half - 1,
+                                    std::uint64_t{1}}) {
+    const Bytes bytes = encoded(encoder, frame, FrameStamp{stamp, "a"});
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    ASSERT_TRUE(decoder.stamp().has_value());
+    EXPECT_EQ(decoder.stamp()->stamp, stamp);
+    EXPECT_EQ(decoder.statistics().is_i_frame,
+              decoder.statistics().frame_number == 1 || stamp - before == half);
+    i_frames += decoder.statistics().is_i_frame ? 1 : 0;
+    before = stamp;
+  }
+  EXPECT_EQ(i_frames, 4u);
 }
 
 TEST(FrameStreams, StampsMayComeAndGo)

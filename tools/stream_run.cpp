@@ -144,6 +144,17 @@ defaultThreshold(Law law)
   return 2.0f;
 }
 
+/** \brief What the preprocessed intensities depend on, for the coder. */
+std::optional<io::DepthLaw>
+depthLaw(const StreamOptions& options, Law law)
+{
+  if (law != Law::Quadratic && law != Law::Linear)
+    return std::nullopt;
+  const IntensityModel<RuntimeSensor, QuadraticLaw> model(options.settings.resolution,
+                                                          options.sensor);
+  return io::DepthLaw{law == Law::Quadratic ? 2u : 1u, model.cutOffDepth(), 255.0};
+}
+
 /** \brief The preprocessed points carry their intensity, so the class takes it as the
  * points' own: summed for the laws of the paper, averaged for a native one. */
 io::IntensityCompressionSettings
@@ -160,6 +171,7 @@ compressionSettings(const StreamOptions& options,
     settings.intensity_bits =
         settings.intensity_bits != 0 ? settings.intensity_bits : 8;
     settings.intensity_range = 255.0f;
+    settings.depth_law = depthLaw(options, law);
   }
   return settings;
 }

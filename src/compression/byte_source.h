@@ -94,6 +94,15 @@ public:
   std::uint64_t
   varint();
 
+  /** \brief Counterpart of ByteWriter::signedVarint; what is no varint reads as the
+   * smallest number, which no field allows. */
+  std::int64_t
+  signedVarint()
+  {
+    const std::uint64_t bits = varint();
+    return static_cast<std::int64_t>((bits & 1) != 0 ? ~(bits >> 1) : bits >> 1);
+  }
+
   /** \brief Appends bytes to a vector; its memory grows with what really arrives, not
    * with what was asked for. */
   void

@@ -70,6 +70,14 @@ public:
     u8(static_cast<std::uint8_t>(number));
   }
 
+  /** \brief 0, -1, 1, -2, 2, ... as the varints 0, 1, 2, 3, 4, ... */
+  void
+  signedVarint(std::int64_t number)
+  {
+    const auto bits = static_cast<std::uint64_t>(number);
+    varint(number < 0 ? ~(bits << 1) : bits << 1);
+  }
+
   void
   raw(const void* source, std::size_t size)
   {

@@ -52,6 +52,20 @@ checkBoxOnLattice(const BoundingBox& box, double resolution)
 }
 
 CompressionStatus
+checkDepthLaw(const DepthLaw& law)
+{
+  if (law.exponent != 1 && law.exponent != 2)
+    return invalid("depth_law.exponent", law.exponent, "1 or 2");
+  if (!std::isfinite(law.cut_off_depth) || !(law.cut_off_depth > 0.0))
+    return invalid(
+        "depth_law.cut_off_depth", law.cut_off_depth, "a positive depth in metres");
+  if (!std::isfinite(law.full_intensity) || !(law.full_intensity > 0.0))
+    return invalid(
+        "depth_law.full_intensity", law.full_intensity, "a positive intensity");
+  return {};
+}
+
+CompressionStatus
 checkPublished(const IntensityCompressionSettings& settings)
 {
   if (settings.intensity_bits != 0 && settings.intensity_bits != 8)
@@ -86,6 +100,10 @@ checkSettings(const IntensityCompressionSettings& settings)
     return invalid("decoder_limits.max_voxels", 0, "above 0");
   if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
     return invalid("sensor_pose", "no rigid pose", "a rotation and a translation");
+  if (settings.depth_law)
+    if (const CompressionStatus status = checkDepthLaw(*settings.depth_law);
+        !status.ok())
+      return status;
   if (settings.bounding_box)
     if (const CompressionStatus status =
             checkBox(*settings.bounding_box, settings.resolution);

@@ -2,9 +2,9 @@
 
 #include "byte_source.h"
 #include "memory_buffer.h"
+#include "payload_coder.h"
 #include "published_frame.h"
 #include "version1_header.h"
-#include "version1_payload.h"
 
 #include <algorithm>
 #include <new>
@@ -198,20 +198,19 @@ private:
         !status.ok())
       return status;
     const std::size_t header_size = checked_bytes_.size();
-    const auto occupancy_size = static_cast<std::size_t>(header.occupancy_size);
-    const auto intensity_size = static_cast<std::size_t>(header.intensity_size);
-    source.read(occupancy_size + intensity_size, checked_bytes_);
+    const auto payload_size = static_cast<std::size_t>(header.payload_size);
+    source.read(payload_size, checked_bytes_);
     if (source.failure() == ByteSource::Failure::LimitExceeded)
       return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
     if (source.failure() == ByteSource::Failure::EndOfInput)
       return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
     if (!header.is_i_frame && !followsHistory(header))
       return {CompressionCode::MissingReference,
-              "P-frame " + std::to_string(header.frame_number) + " depends on frame " +
-                  std::to_string(header.frame_number - header.reference_distance) +
-                  (has_history_ ? "; the last one decoded is frame " +
+              "P-frame " + std::to_string(header.frame_number) +
+                  " depends on the frame before it; " +
+                  (has_history_ ? "the last one decoded is frame " +
                                       std::to_string(frame_number_)
-                                : "; none has been decoded")};
+                                : "none has been decoded")};
     if (version1Checksum(header.is_i_frame ? 0 : checksum_,
                          checked_bytes_.data(),
                          checked_bytes_.size()) != checksum)
@@ -219,77 +218,85 @@ private:
               "frame " + std::to_string(header.frame_number) +
                   " contradicts its checksum"};
 
-    frame.grid = header.is_i_frame ? header.grid : grid_;
-    frame.intensity_scale = header.intensity_scale.value_or(intensity_scale_);
-    const std::uint8_t* occupancy = checked_bytes_.data() + header_size;
-    OccupancyTree tree;
+    PayloadSizes sizes;
     if (CompressionStatus status =
-            decodePayload(header, occupancy, occupancy + occupancy_size, tree, frame);
+            decodePayload(header, checked_bytes_.data() + header_size, frame, sizes);
         !status.ok())
       return status;
     statistics.frame_number = header.frame_number;
     statistics.is_i_frame = header.is_i_frame;
-    statistics.occupancy_bytes = occupancy_size;
-    statistics.intensity_bytes = intensity_size;
-    statistics.header_bytes =
-        version1_magic_size + source.consumed() - occupancy_size - intensity_size;
-    commit(header, checksum, frame, std::move(tree), stamp);
+    statistics.occupancy_bytes = sizes.occupancy;
+    statistics.intensity_bytes = payload_size - sizes.occupancy;
+    statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
+    commit(header, checksum, frame, stamp);
     return {};
   }
 
+  /** \brief True if a P-frame is the successor of what was decoded last. */
   bool
   followsHistory(const Version1Header& header) const
   {
-    return has_history_ &&
-           header.frame_number - header.reference_distance == frame_number_;
+    return has_history_ && header.frame_number - 1 == frame_number_;
   }
 
   CompressionStatus
   decodePayload(const Version1Header& header,
-                const std::uint8_t* occupancy,
-                const std::uint8_t* occupancy_end,
-                OccupancyTree& tree,
-                VoxelFrame& frame) const
+                const std::uint8_t* payload,
+                VoxelFrame& frame,
+                PayloadSizes& sizes)
   {
-    frame.keys.clear();
-    frame.intensities.clear();
-    tree.reset(frame.grid.depth);
-    if (header.voxel_count == 0)
-      return {};
-    const auto voxel_count = static_cast<std::size_t>(header.voxel_count);
-    const CompressionStatus status =
-        decodeOccupancy(occupancy,
-                        occupancy_end,
-                        voxel_count,
-                        limits_,
-                        header.is_i_frame ? nullptr : &tree_,
-                        tree,
-                        frame.keys);
-    return status.ok() ? decodeIntensities(occupancy_end,
-                                           occupancy_end + header.intensity_size,
-                                           voxel_count,
-                                           frame.intensity_scale.bits,
-                                           frame.intensities)
-                       : status;
+    const std::uint8_t* const end = payload + header.payload_size;
+    frame.grid = header.is_i_frame ? header.grid : grid_;
+    frame.intensity_scale =
+        header.is_i_frame ? header.intensity_scale : intensity_scale_;
+    frame.depth_model = header.is_i_frame ? std::nullopt : depth_model_;
+    if (!header.is_i_frame && header.effort != effort_)
+      return {CompressionCode::Corrupt,
+              "frame header: a P-frame of another coder than its I-frame"};
+    if (header.has_depth_model) {
+      if (!header.is_i_frame && !depth_model_)
+        return {CompressionCode::Corrupt,
+                "frame header: a depth model that the I-frame does not have"};
+      if (!readDepthModel(payload, frame.depth_model.emplace()))
+        return {CompressionCode::Corrupt, "the depth model is none"};
+      payload += depth_model_size;
+    }
+    if (!header.is_i_frame && payload_.recordCount() > maxRecords(limits_.max_voxels))
+      return {CompressionCode::LimitExceeded,
+              "the stream's history is larger than the limit on voxels allows"};
+    if (!payload_.decode(payload,
+                         end,
+                         static_cast<std::size_t>(header.voxel_count),
+                         header.is_i_frame,
+                         header.effort,
+                         frame,
+                         sizes))
+      return {CompressionCode::Corrupt,
+              "the payload is not " + std::to_string(header.voxel_count) + " voxels"};
+    return {};
   }
 
   void
   commit(const Version1Header& header,
          std::uint32_t checksum,
          const VoxelFrame& frame,
-         OccupancyTree&& tree,
          std::optional<FrameStamp>& stamp)
   {
     if (header.frame_id || header.is_i_frame)
       frame_id_ = header.frame_id.value_or("");
-    if (header.stamp)
-      stamp = FrameStamp{*header.stamp, frame_id_};
+    if (header.is_i_frame)
+      last_stamp_ = 0;
+    if (header.stamp) {
+      last_stamp_ += static_cast<std::uint64_t>(*header.stamp);
+      stamp = FrameStamp{last_stamp_, frame_id_};
+    }
     has_history_ = true;
     frame_number_ = header.frame_number;
     checksum_ = checksum;
+    effort_ = header.effort;
     grid_ = frame.grid;
     intensity_scale_ = frame.intensity_scale;
-    tree_ = std::move(tree);
+    depth_model_ = frame.depth_model;
   }
 
   DecoderLimits limits_;
@@ -299,14 +306,17 @@ private:
 
   PublishedHistory published_;
 
-  // History of version 1: the last frame that was decoded.
+  // Of version 1: the frames that were decoded.
   bool has_history_ = false;
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
+  Effort effort_ = Effort::Balanced;
+  std::optional<DepthModel> depth_model_;
   std::string frame_id_;
-  OccupancyTree tree_;
+  std::uint64_t last_stamp_ = 0;
+  PayloadCoder payload_;
   std::vector<std::uint8_t> checked_bytes_; // member so that its memory is reused
 };
 

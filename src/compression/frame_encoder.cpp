@@ -1,20 +1,20 @@
 #include <pcl_ext/compression/frame_encoder.h>
 
 #include "grid_fit.h"
-#include "occupancy_tree.h"
+#include "payload_coder.h"
 #include "published_frame.h"
 #include "version1_header.h"
-#include "version1_payload.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
 
 class FrameEncoder::Implementation {
 public:
-  Implementation(StreamFormat format, unsigned int i_frame_rate)
-  : format_(format), i_frame_rate_(std::max(i_frame_rate, 1u))
+  Implementation(StreamFormat format, unsigned int i_frame_rate, Effort effort)
+  : format_(format), effort_(effort), i_frame_rate_(std::max(i_frame_rate, 1u))
   {}
 
   bool
@@ -37,19 +37,20 @@ public:
     bytes.clear();
     if (CompressionStatus status = check(frame, stamp); !status.ok())
       return status;
-    const VoxelGrid& last_grid =
-        format_ == StreamFormat::Published ? published_.grid : grid_;
     statistics_ = CodedFrameStatistics();
     statistics_.voxels = frame.size();
-    statistics_.is_i_frame = isIFrameDue() || frame.grid != last_grid;
+    statistics_.is_i_frame = isIFrameDue();
     if (format_ == StreamFormat::Published) {
       // PCL's empty octree forgets its depth, so a frame without voxels stands alone
       // and so does the frame behind it; the authors' encoder restarts there, too.
-      statistics_.is_i_frame |= frame.keys.empty() || is_last_empty_;
+      statistics_.is_i_frame |=
+          frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
       encodePublished(frame, statistics_.is_i_frame, published_, bytes, statistics_);
     }
-    else
+    else {
+      statistics_.is_i_frame = statistics_.is_i_frame || standsAlone(frame, stamp);
       encodeVersion1(frame, stamp, bytes);
+    }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
     frames_since_i_frame_ = statistics_.is_i_frame ? 1 : frames_since_i_frame_ + 1;
@@ -89,51 +90,74 @@ private:
     return {};
   }
 
+  /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */
+  bool
+  standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
+  {
+    if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
+        frame.depth_model.has_value() != depth_model_.has_value() ||
+        (stamp && stampChange(*stamp) == std::numeric_limits<std::int64_t>::min()))
+      return true;
+    // A history that knows little of the frame costs more than it saves, and one that
+    // piles up behind a moving sensor costs time and memory on both sides.
+    return payload_.recordCount() > maxRecords(frame.size()) ||
+           (frame.size() >= 64 && 4 * payload_.knownVoxels(frame) < frame.size());
+  }
+
+  /** \brief Change of the stamp since the last frame, wrapping round. */
+  std::int64_t
+  stampChange(const FrameStamp& stamp) const
+  {
+    return static_cast<std::int64_t>(stamp.stamp - stamp_);
+  }
+
   void
   encodeVersion1(const VoxelFrame& frame,
                  const std::optional<FrameStamp>& stamp,
                  std::vector<std::uint8_t>& bytes)
   {
-    OccupancyTree tree;
-    tree.build(frame.keys, frame.grid.depth);
-    std::vector<std::uint8_t> payload;
-    if (!frame.keys.empty())
-      encodeOccupancy(tree, statistics_.is_i_frame ? nullptr : &tree_, payload);
-    statistics_.occupancy_bytes = payload.size();
-    if (!frame.keys.empty())
-      encodeIntensities(frame.intensities, frame.intensity_scale.bits, payload);
-    statistics_.intensity_bytes = payload.size() - statistics_.occupancy_bytes;
-
     Version1Header header;
     header.is_i_frame = statistics_.is_i_frame;
+    header.effort = effort_;
     header.frame_number = ++frame_number_;
-    header.reference_distance = header.is_i_frame ? 0 : 1;
     header.grid = frame.grid;
-    if (header.is_i_frame || frame.intensity_scale != intensity_scale_)
-      header.intensity_scale = frame.intensity_scale;
-    if (header.is_i_frame)
-      frame_id_.clear(); // as the decoder does
+    header.intensity_scale = frame.intensity_scale;
+    if (header.is_i_frame) {
+      // As the decoder does.
+      frame_id_.clear();
+      stamp_ = 0;
+      depth_model_.reset();
+    }
     if (stamp) {
-      header.stamp = stamp->stamp;
+      header.stamp = stampChange(*stamp);
       if (header.is_i_frame || stamp->frame_id != frame_id_)
         header.frame_id = stamp->frame_id;
       frame_id_ = stamp->frame_id;
+      stamp_ = stamp->stamp;
     }
     header.voxel_count = frame.size();
-    header.occupancy_size = statistics_.occupancy_bytes;
-    header.intensity_size = statistics_.intensity_bytes;
-    checksum_ =
-        writeVersion1Frame(header, payload, header.is_i_frame ? 0 : checksum_, bytes);
+    bytes_of_payload_.clear();
+    header.has_depth_model = frame.depth_model != depth_model_;
+    if (header.has_depth_model)
+      writeDepthModel(*frame.depth_model, bytes_of_payload_);
+    const PayloadSizes sizes =
+        payload_.encode(frame, header.is_i_frame, effort_, bytes_of_payload_);
+    header.payload_size = bytes_of_payload_.size();
+    checksum_ = writeVersion1Frame(
+        header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
 
     statistics_.frame_number = frame_number_;
     statistics_.bytes = bytes.size();
-    statistics_.header_bytes = bytes.size() - payload.size();
+    statistics_.header_bytes = bytes.size() - bytes_of_payload_.size();
+    statistics_.occupancy_bytes = sizes.occupancy;
+    statistics_.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
     grid_ = frame.grid;
     intensity_scale_ = frame.intensity_scale;
-    tree_ = std::move(tree);
+    depth_model_ = frame.depth_model;
   }
 
   StreamFormat format_;
+  Effort effort_;
   std::uint32_t i_frame_rate_;
   std::uint32_t frames_since_i_frame_ = 0;
   bool is_i_frame_requested_ = true;
@@ -142,17 +166,22 @@ private:
 
   PublishedHistory published_;
 
-  // History of version 1: the last frame.
+  // Of version 1: the frames before.
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
+  std::optional<DepthModel> depth_model_;
   std::string frame_id_;
-  OccupancyTree tree_;
+  std::uint64_t stamp_ = 0;
+  PayloadCoder payload_;
+  std::vector<std::uint8_t> bytes_of_payload_; // member so that its memory is reused
 };
 
-FrameEncoder::FrameEncoder(StreamFormat format, unsigned int i_frame_rate)
-: implementation_(std::make_unique<Implementation>(format, i_frame_rate))
+FrameEncoder::FrameEncoder(StreamFormat format,
+                           unsigned int i_frame_rate,
+                           Effort effort)
+: implementation_(std::make_unique<Implementation>(format, i_frame_rate, effort))
 {}
 
 FrameEncoder::~FrameEncoder() = default;

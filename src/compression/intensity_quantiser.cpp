@@ -78,6 +78,28 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
   return out_of_range;
 }
 
+bool
+IntensityQuantiser::takesCounts() const
+{
+  return !follows_values_ && unit_factor_ == 1.0 && scale_.offset == 0.0f &&
+         scale_.step == 1.0f;
+}
+
+std::size_t
+IntensityQuantiser::quantiseCounts(const std::vector<std::uint32_t>& counts,
+                                   VoxelFrame& frame) const
+{
+  frame.intensity_scale = scale_;
+  frame.intensities.resize(counts.size());
+  const std::uint32_t max_symbol = scale_.maxSymbol();
+  std::size_t out_of_range = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    out_of_range += counts[i] > max_symbol ? 1 : 0;
+    frame.intensities[i] = static_cast<std::uint16_t>(std::min(counts[i], max_symbol));
+  }
+  return out_of_range;
+}
+
 void
 IntensityQuantiser::followValues(const std::vector<double>& values,
                                  bool all_whole_numbers)

@@ -34,6 +34,18 @@ public:
            bool may_refit,
            VoxelFrame& frame);
 
+  /** \brief True if the symbol of a count is the count itself, held within the scale. */
+  bool
+  takesCounts() const;
+
+  /** \brief Quantises the voxels of one frame, if takesCounts().
+   * \param[in] counts number of points in each voxel
+   * \param[out] frame as above
+   * \return as above
+   */
+  std::size_t
+  quantiseCounts(const std::vector<std::uint32_t>& counts, VoxelFrame& frame) const;
+
 private:
   void
   followValues(const std::vector<double>& values, bool all_whole_numbers);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -50,11 +52,7 @@ public:
   indexOf(const float* point, LatticeIndex& index) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Divided, not multiplied by the inverse: at a face the inverse's rounding would
-      // put points into the neighbour of the voxel that they are in. Looking whether a
-      // product is near a face costs more than the division.
-      const double position =
-          (static_cast<double>(point[axis]) - anchor_[axis]) / resolution_;
+      const double position = positionOf(axis, point[axis]);
       // Written so that NaN fails.
       if (!(position >= begin_[axis] && position < end_[axis]))
         return false;
@@ -70,13 +68,66 @@ public:
     LatticeIndex index;
     for (std::size_t axis = 0; axis < 3; ++axis)
       index[axis] = floorOf(
-          std::clamp((static_cast<double>(point[axis]) - anchor_[axis]) / resolution_,
-                     begin_[axis],
-                     end_[axis] - 1.0));
+          std::clamp(positionOf(axis, point[axis]), begin_[axis], end_[axis] - 1.0));
     return index;
   }
 
+  /** \brief The lowest coordinate of the part that can be used on each axis, metres. */
+  std::array<float, 3>
+  lowestCoordinates() const
+  {
+    std::array<float, 3> lowest;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto is_usable = [&](float coordinate) {
+        return positionOf(axis, coordinate) >= begin_[axis];
+      };
+      float coordinate = nearestCoordinate(axis, begin_[axis]);
+      while (is_usable(coordinate) && coordinate > std::numeric_limits<float>::lowest())
+        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::lowest());
+      while (!is_usable(coordinate))
+        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::max());
+      lowest[axis] = coordinate;
+    }
+    return lowest;
+  }
+
+  /** \brief The highest coordinate of the part that can be used on each axis, metres. */
+  std::array<float, 3>
+  highestCoordinates() const
+  {
+    std::array<float, 3> highest;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto is_usable = [&](float coordinate) {
+        return positionOf(axis, coordinate) < end_[axis];
+      };
+      float coordinate = nearestCoordinate(axis, end_[axis]);
+      while (is_usable(coordinate) && coordinate < std::numeric_limits<float>::max())
+        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::max());
+      while (!is_usable(coordinate))
+        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::lowest());
+      highest[axis] = coordinate;
+    }
+    return highest;
+  }
+
 private:
+  /** \brief Divided, not multiplied by the inverse: at a face the inverse's rounding
+   * would put points into the neighbour of the voxel that they are in. */
+  double
+  positionOf(std::size_t axis, float coordinate) const
+  {
+    return (static_cast<double>(coordinate) - anchor_[axis]) / resolution_;
+  }
+
+  /** \brief A float that is next to a position or nearly so. */
+  float
+  nearestCoordinate(std::size_t axis, double position) const
+  {
+    constexpr double largest = std::numeric_limits<float>::max();
+    return static_cast<float>(
+        std::clamp(anchor_[axis] + position * resolution_, -largest, largest));
+  }
+
   /** \brief Floor of a number within the range of the type, without a call into the
    * mathematics library. */
   static std::int32_t

@@ -45,5 +45,19 @@ radixSort(std::vector<EntryT>& entries,
   }
 }
 
+/** \brief Bits of the largest `key` of some entries; 1 at least. */
+template <typename EntryT>
+unsigned int
+usedBits(const std::vector<EntryT>& entries)
+{
+  std::uint64_t all_bits = 0;
+  for (const EntryT& entry : entries)
+    all_bits |= entry.key;
+  unsigned int bits = 1;
+  while (bits < 64 && all_bits >> bits != 0)
+    ++bits;
+  return bits;
+}
+
 } // namespace io
 } // namespace pcl_ext

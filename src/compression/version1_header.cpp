@@ -2,10 +2,12 @@
 
 #include "byte_writer.h"
 #include "grid_fit.h"
+#include "memory_buffer.h"
 
 #include <boost/crc.hpp>
 
 #include <cmath>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -17,11 +19,13 @@ constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
-  intensity_scale_flag = 2,
+  depth_model_flag = 2,
   stamp_flag = 4,
-  frame_id_flag = 8,
-  all_flags = 15
+  frame_id_flag = 8
 };
+
+// Above the flags: the coder of the payload.
+constexpr unsigned int effort_shift = 4;
 
 CompressionStatus
 corrupt(const std::string& what)
@@ -33,9 +37,10 @@ std::uint8_t
 flagsOf(const Version1Header& header)
 {
   return static_cast<std::uint8_t>((header.is_i_frame ? i_frame_flag : 0) |
-                                   (header.intensity_scale ? intensity_scale_flag : 0) |
+                                   (header.has_depth_model ? depth_model_flag : 0) |
                                    (header.stamp ? stamp_flag : 0) |
-                                   (header.frame_id ? frame_id_flag : 0));
+                                   (header.frame_id ? frame_id_flag : 0) |
+                                   static_cast<int>(header.effort) << effort_shift);
 }
 
 void
@@ -48,23 +53,20 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     for (const std::int32_t index : header.grid.first_index)
       writer.i32(index);
     writer.u8(static_cast<std::uint8_t>(header.grid.depth));
+    writer.f32(header.intensity_scale.offset);
+    writer.f32(header.intensity_scale.step);
+    writer.u8(static_cast<std::uint8_t>(header.intensity_scale.bits));
   }
-  else
-    writer.u8(header.reference_distance);
-  if (header.intensity_scale) {
-    writer.f32(header.intensity_scale->offset);
-    writer.f32(header.intensity_scale->step);
-    writer.u8(static_cast<std::uint8_t>(header.intensity_scale->bits));
-  }
-  if (header.stamp)
-    writer.u64(*header.stamp);
+  if (header.stamp && header.is_i_frame)
+    writer.u64(static_cast<std::uint64_t>(*header.stamp));
+  else if (header.stamp)
+    writer.signedVarint(*header.stamp);
   if (header.frame_id) {
     writer.varint(header.frame_id->size());
     writer.raw(header.frame_id->data(), header.frame_id->size());
   }
   writer.varint(header.voxel_count);
-  writer.varint(header.occupancy_size);
-  writer.varint(header.intensity_size);
+  writer.varint(header.payload_size);
 }
 
 CompressionStatus
@@ -88,15 +90,14 @@ readGrid(ByteSource& source, VoxelGrid& grid)
 }
 
 CompressionStatus
-readIntensityScale(ByteSource& source, std::optional<IntensityScale>& scale)
+readIntensityScale(ByteSource& source, IntensityScale& scale)
 {
-  scale.emplace();
-  scale->offset = source.f32();
-  scale->step = source.f32();
-  scale->bits = source.u8();
+  scale.offset = source.f32();
+  scale.step = source.f32();
+  scale.bits = source.u8();
   if (source.failure() == ByteSource::Failure::None &&
-      (!std::isfinite(scale->offset) || !std::isfinite(scale->step) ||
-       !(scale->step > 0.0f) || scale->bits < 1 || scale->bits > 16))
+      (!std::isfinite(scale.offset) || !std::isfinite(scale.step) ||
+       !(scale.step > 0.0f) || scale.bits < 1 || scale.bits > 16))
     return corrupt("the intensity scale is none");
   return {};
 }
@@ -121,17 +122,15 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
   CompressionStatus status;
   if (header.is_i_frame)
     status = readGrid(source, header.grid);
-  else
-    header.reference_distance = source.u8();
-  if (status.ok() && (flags & intensity_scale_flag) != 0)
+  if (status.ok() && header.is_i_frame)
     status = readIntensityScale(source, header.intensity_scale);
   if (status.ok() && (flags & stamp_flag) != 0)
-    header.stamp = source.u64();
+    header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
+                                     : source.signedVarint();
   if (status.ok() && (flags & frame_id_flag) != 0)
     status = readFrameId(source, header.frame_id);
   header.voxel_count = source.varint();
-  header.occupancy_size = source.varint();
-  header.intensity_size = source.varint();
+  header.payload_size = source.varint();
   return status;
 }
 
@@ -139,28 +138,47 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 CompressionStatus
 checkFields(const Version1Header& header, const DecoderLimits& limits)
 {
-  if (header.is_i_frame && !header.intensity_scale)
-    return corrupt("an I-frame without intensity scale");
-  if (!header.is_i_frame && header.reference_distance == 0)
-    return corrupt("a P-frame that depends on itself");
   if (header.voxel_count > limits.max_voxels)
     return {CompressionCode::LimitExceeded,
             "frame header: " + std::to_string(header.voxel_count) +
                 " voxels are more than the limit of " +
                 std::to_string(limits.max_voxels)};
-  if (header.occupancy_size > limits.max_frame_bytes ||
-      header.intensity_size > limits.max_frame_bytes ||
-      header.occupancy_size + header.intensity_size > limits.max_frame_bytes)
+  if (header.payload_size > limits.max_frame_bytes)
     return {CompressionCode::LimitExceeded,
             "frame header: a payload of more bytes than the limit of " +
                 std::to_string(limits.max_frame_bytes)};
-  if ((header.voxel_count == 0) !=
-      (header.occupancy_size == 0 && header.intensity_size == 0))
-    return corrupt("voxels without payload, or payload without voxels");
+  if (!header.is_i_frame && header.stamp == std::numeric_limits<std::int64_t>::min())
+    return corrupt("the stamp's change is no number");
+  if (header.payload_size < (header.has_depth_model ? depth_model_size : 0))
+    return corrupt("a payload smaller than the depth model in it");
   return {};
 }
 
 } // namespace
+
+void
+writeDepthModel(const DepthModel& model, std::vector<std::uint8_t>& payload)
+{
+  ByteWriter writer(payload);
+  writer.u8(model.exponent);
+  writer.u32(model.full_symbol);
+  writer.u64(static_cast<std::uint64_t>(model.origin));
+  for (const std::int32_t step : model.step)
+    writer.i32(step);
+}
+
+bool
+readDepthModel(const std::uint8_t* bytes, DepthModel& model)
+{
+  MemoryBuffer buffer(bytes, depth_model_size);
+  ByteSource source(buffer, depth_model_size);
+  model.exponent = source.u8();
+  model.full_symbol = source.u32();
+  model.origin = static_cast<std::int64_t>(source.u64());
+  for (std::int32_t& step : model.step)
+    step = source.i32();
+  return isConsistent(model);
+}
 
 std::uint32_t
 version1Checksum(std::uint32_t reference_checksum,
@@ -217,9 +235,11 @@ readVersion1Header(ByteSource& source,
   checked_bytes.clear();
   source.recordTo(&checked_bytes);
   const std::uint8_t flags = source.u8();
-  if ((flags & ~all_flags) != 0)
+  if (flags >> effort_shift > static_cast<int>(Effort::Small))
     return corrupt("unknown flags");
+  header.effort = static_cast<Effort>(flags >> effort_shift);
   header.is_i_frame = (flags & i_frame_flag) != 0;
+  header.has_depth_model = (flags & depth_model_flag) != 0;
   CompressionStatus status = readFields(source, flags, header);
   if (status.ok() && source.failure() == ByteSource::Failure::None)
     status = checkFields(header, limits);

@@ -27,20 +27,35 @@ constexpr std::size_t max_frame_id_size = 1024;
 /** \brief Frame header of stream version 1, field by field as in doc/bitstream.md. */
 struct Version1Header {
   bool is_i_frame = true;
-  std::uint32_t frame_number = 0;
-  std::uint8_t reference_distance = 0; // P: depends on frame_number - this; I: 0
-  VoxelGrid grid;                      // on the wire in I-frames only
-  std::optional<IntensityScale> intensity_scale; // P: only if it changed
-  std::optional<std::uint64_t> stamp;
+  bool has_depth_model = false; // the payload begins with one
+  Effort effort = Effort::Balanced;
+  std::uint32_t frame_number = 0;      // a P-frame depends on the frame before it
+  VoxelGrid grid;                      // I only
+  IntensityScale intensity_scale;      // I only
+  std::optional<std::int64_t> stamp;   // P: change since the frame before it
   std::optional<std::string> frame_id; // P: only if it changed
   std::uint64_t voxel_count = 0;
-  std::uint64_t occupancy_size = 0; // bytes
-  std::uint64_t intensity_size = 0; // bytes
+  std::uint64_t payload_size = 0; // bytes
 };
 
+/** \brief Bytes of a depth model in front of a payload. */
+constexpr std::size_t depth_model_size = 25;
+
+/** \brief Appends a depth model as a payload begins with it. */
+void
+writeDepthModel(const DepthModel& model, std::vector<std::uint8_t>& payload);
+
+/** \brief Reads a depth model.
+ * \param[in] bytes depth_model_size bytes
+ * \param[out] model the model
+ * \return false if there can be no such model
+ */
+bool
+readDepthModel(const std::uint8_t* bytes, DepthModel& model);
+
 /** \brief Writes a whole frame: header, payload, and over both the checksum.
- * \param[in] header the sizes in it are those of the payload
- * \param[in] payload occupancy, then intensities
+ * \param[in] header its size is the payload's
+ * \param[in] payload what follows the header
  * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for
  * an I-frame; not written, but part of the checksum, so that a P-frame cannot pass for
  * the successor of another stream's frame of the same number

@@ -32,6 +32,7 @@ bool
 isConsistent(const VoxelFrame& frame)
 {
   if (!isGrid(frame.grid) || !isScale(frame.intensity_scale) ||
+      (frame.depth_model && !isConsistent(*frame.depth_model)) ||
       frame.keys.size() != frame.intensities.size())
     return false;
   if (frame.keys.empty())

@@ -2,12 +2,15 @@
 
 #include "grid_fit.h"
 #include "intensity_quantiser.h"
-#include "lattice.h"
-#include "radix_sort.h"
+#include "place_finder.h"
+#include "sorted_voxels.h"
+#include "voxel_blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstdint>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -21,233 +24,197 @@ public:
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
               settings.format != StreamFormat::Published))
   , has_fixed_grid_(settings.bounding_box.has_value())
-  , has_pcl_grid_(has_fixed_grid_ && settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
-  , box_(settings.bounding_box)
-  , grid_(initialGrid(settings))
-  , lattice_(makeLattice(grid_, has_fixed_grid_))
+  , finder_(settings)
   {}
 
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
   {
+    if (!has_fixed_grid_ && (!has_grid_ || may_refit))
+      adaptGrid(points, may_refit);
     VoxelizationStatistics statistics;
-    statistics.points = points.count;
-    collectRuns(points, statistics);
-    if (run_count_ != 0 && !has_fixed_grid_)
-      adaptGrid(may_refit);
-    sortByKey();
-    aggregate(frame);
-    frame.grid = grid_;
-    statistics.intensities_out_of_range =
-        quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
+    // What is new may be sparse, and the sort minds that least.
+    if (points_a_block_ < fewest_points_a_block)
+      statistics = voxelizeWith(sorted_voxels_, points, may_refit, frame);
+    else
+      statistics = voxelizeWith(blocks_, points, may_refit, frame);
     statistics.voxels = frame.size();
     return statistics;
   }
 
 private:
-  /** \brief Consecutive points in the same voxel. Neighbours in a cloud mostly are
-   * neighbours in space, so that there are fewer runs than points to sort. */
+  /** \brief Consecutive points in the same voxel. */
   struct Run {
-    LatticeIndex index;
-    std::uint32_t count;
-    double sum; // of the points' intensities
+    std::size_t added = static_cast<std::size_t>(-1); ///< at first none
+    double sum = 0.0;                                 ///< of the points' intensities
   };
 
-  struct KeyedRun {
-    std::uint64_t key;
-    std::uint32_t run;
-  };
+  /** \brief With fewer points in each block of voxels, sorting points takes less time
+   * than gathering them in blocks. */
+  static constexpr std::size_t fewest_points_a_block = 4;
 
-  static VoxelGrid
-  initialGrid(const IntensityCompressionSettings& settings)
+  template <typename VoxelsT>
+  VoxelizationStatistics
+  voxelizeWith(VoxelsT& voxels,
+               const PointView& points,
+               bool may_refit,
+               VoxelFrame& frame)
   {
-    if (settings.bounding_box)
-      return settings.format == StreamFormat::Published
-                 ? pclGridOfBox(settings.resolution, *settings.bounding_box)
-                 : gridOfBox(settings.resolution, *settings.bounding_box);
-    VoxelGrid grid;
-    grid.resolution = settings.resolution;
-    return grid;
-  }
-
-  /** \brief A fixed grid is all that can be used; without one it is the whole lattice. */
-  static Lattice
-  makeLattice(const VoxelGrid& grid, bool is_fixed)
-  {
-    std::array<std::int64_t, 3> begin;
-    std::array<std::int64_t, 3> end;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      begin[axis] = is_fixed ? grid.first_index[axis] : -lattice_end;
-      end[axis] = is_fixed ? begin[axis] + grid.size() : lattice_end;
+    VoxelizationStatistics statistics;
+    if (!collect(points, voxels, statistics)) {
+      adaptGrid(points, may_refit);
+      collect(points, voxels, statistics);
     }
-    return {grid, begin, end};
-  }
-
-  bool
-  isInBox(const float* point) const
-  {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto coordinate = static_cast<double>(point[axis]);
-      // Written so that NaN is outside.
-      if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
-        return false;
+    voxels.writeVoxels(frame.keys, voxel_counts_);
+    if (!frame.keys.empty())
+      points_a_block_ = statistics.points_used / voxels.occupiedBlocks();
+    frame.grid = finder_.grid();
+    if (points.intensities != nullptr)
+      sumIntensities(voxels, frame.size());
+    else if (!is_mean_ && quantiser_.takesCounts()) {
+      statistics.intensities_out_of_range =
+          quantiser_.quantiseCounts(voxel_counts_, frame);
+      return statistics;
     }
-    return true;
-  }
-
-  /** \brief Finds the voxel of a point; false if the point is to be left out. */
-  bool
-  findVoxel(const float* point, LatticeIndex& index) const
-  {
-    if (!box_)
-      return lattice_.indexOf(point, index);
-    if (!isInBox(point))
-      return false;
-    if (lattice_.indexOf(point, index))
-      return true;
-    // The box may be the very cube of PCL's octree, whose upper faces belong to the box
-    // and not to the cube. This library's own grids may end before the box does.
-    if (has_pcl_grid_)
-      index = lattice_.nearestIndexOf(point);
-    return has_pcl_grid_;
-  }
-
-  void
-  countUnused(const float* point, VoxelizationStatistics& statistics) const
-  {
-    if (!std::isfinite(point[0]) || !std::isfinite(point[1]) ||
-        !std::isfinite(point[2]))
-      ++statistics.points_not_finite;
-    else if (box_ && !isInBox(point))
-      ++statistics.points_outside_box;
+    else if (is_mean_)
+      voxel_values_.assign(frame.size(), 1.0);
     else
-      ++statistics.points_outside_grid;
+      voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
+    statistics.intensities_out_of_range =
+        quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
+    return statistics;
   }
 
-  void
-  collectRuns(const PointView& points, VoxelizationStatistics& statistics)
+  /** \brief Adds all points that can be used.
+   * \return false if one of them is outside the grid
+   */
+  template <typename VoxelsT>
+  bool
+  collect(const PointView& points, VoxelsT& voxels, VoxelizationStatistics& statistics)
   {
-    // Never made smaller, as growing again would write all of it.
-    if (runs_.size() < points.count)
-      runs_.resize(points.count);
-    constexpr std::int32_t nowhere = std::numeric_limits<std::int32_t>::min();
-    Run run{{nowhere, nowhere, nowhere}, 0, 0.0};
-    std::size_t last = static_cast<std::size_t>(-1); // of the runs; the first is next
-    all_whole_numbers_ = true;
-    const float* point = points.coordinates;
-    LatticeIndex index;
-    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
-      if (!findVoxel(point, index)) {
-        countUnused(point, statistics);
-        continue;
-      }
-      const double intensity =
-          points.intensities != nullptr
-              ? usableIntensity(points.intensities[i * points.intensity_stride],
-                                statistics)
-              : 1.0;
-      // Arithmetic instead of a branch: whether a run goes on is a coin toss. The run is
-      // written at every point and overwritten as long as it goes on.
-      const bool goes_on = isSame(index, run.index);
-      last += goes_on ? 0 : 1;
-      run.index = index;
-      run.count = (goes_on ? run.count : 0) + 1;
-      run.sum = static_cast<double>(goes_on) * run.sum + intensity;
-      runs_[last] = run;
+    statistics = VoxelizationStatistics();
+    statistics.points = points.count;
+    voxels.clear();
+    startRuns(points);
+    std::array<std::size_t, PlacedPoints::most> added;
+    for (std::size_t i = 0; i < points.count; i += PlacedPoints::most) {
+      if (!finder_.find(points, i, placed_, statistics))
+        return false;
+      voxels.add(placed_, added.data());
+      if (points.intensities != nullptr)
+        addRuns(points, added.data(), statistics);
     }
-    run_count_ = last + 1;
     statistics.points_used = points.count - statistics.points_not_finite -
                              statistics.points_outside_box -
                              statistics.points_outside_grid;
+    return true;
   }
 
-  LatticeRange
-  rangeOfRuns() const
+  void
+  adaptGrid(const PointView& points, bool may_refit)
   {
-    LatticeRange range{runs_[0].index, runs_[0].index};
-    for (std::size_t i = 1; i < run_count_; ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        range.lowest[axis] = std::min(range.lowest[axis], runs_[i].index[axis]);
-        range.highest[axis] = std::max(range.highest[axis], runs_[i].index[axis]);
-      }
-    return range;
+    LatticeRange range;
+    if (!finder_.measureRange(points, range))
+      return;
+    VoxelGrid grid = finder_.grid();
+    // Two levels too many is an outlier's work that has passed; one is breathing space.
+    const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
+    if (!has_grid_ || is_far_too_large)
+      grid = fitGrid(grid.resolution, range);
+    else if (!containsRange(grid, range))
+      grid = fitGrid(grid.resolution, unite(rangeOf(grid), range));
+    has_grid_ = true;
+    if (grid == finder_.grid())
+      return;
+    finder_.setGrid(grid);
+    blocks_.reset();
   }
 
-  double
+  void
+  startRuns(const PointView& points)
+  {
+    all_whole_numbers_ = true;
+    run_ = Run();
+    last_run_ = 0;
+    // Never made smaller, as growing again would write all of it.
+    if (points.intensities != nullptr && runs_.size() <= points.count)
+      runs_.resize(points.count + 1);
+  }
+
+  void
+  addRuns(const PointView& points,
+          const std::size_t* added,
+          VoxelizationStatistics& statistics)
+  {
+    Run run = run_;
+    std::size_t last = last_run_;
+    for (std::size_t i = 0; i < placed_.count; ++i) {
+      const float intensity = usableIntensity(
+          points.intensities[placed_.points[i] * points.intensity_stride], statistics);
+      // Arithmetic instead of a branch: whether a run goes on is a coin toss. The run is
+      // written at every point and overwritten as long as it goes on.
+      const bool goes_on = added[i] == run.added;
+      last += goes_on ? 0 : 1;
+      run.added = added[i];
+      run.sum = static_cast<double>(goes_on) * run.sum + static_cast<double>(intensity);
+      runs_[last] = run;
+    }
+    run_ = run;
+    last_run_ = last;
+  }
+
+  float
   usableIntensity(float intensity, VoxelizationStatistics& statistics)
   {
     if (!std::isfinite(intensity)) {
       ++statistics.intensities_not_finite;
-      return 0.0;
+      return 0.0f;
     }
     if (is_native_ && all_whole_numbers_)
-      all_whole_numbers_ = std::floor(intensity) == intensity;
-    return static_cast<double>(intensity);
+      all_whole_numbers_ = isWholeNumber(intensity);
+    return intensity;
   }
 
-  void
-  adaptGrid(bool may_refit)
+  /** \brief Finite numbers only; without a call into the mathematics library. */
+  static bool
+  isWholeNumber(float number)
   {
-    const LatticeRange range = rangeOfRuns();
-    // Two levels too many is an outlier's work that has passed; one is breathing space.
-    const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid_.depth;
-    if (!has_grid_ || is_far_too_large)
-      grid_ = fitGrid(grid_.resolution, range);
-    else if (!containsRange(grid_, range))
-      grid_ = fitGrid(grid_.resolution, unite(rangeOf(grid_), range));
-    has_grid_ = true;
+    return std::abs(number) >= 0x1p23f ||
+           static_cast<float>(static_cast<std::int32_t>(number)) == number;
   }
 
+  /** \brief Sums the runs in the order of their points: in double the order shows. */
+  template <typename VoxelsT>
   void
-  sortByKey()
+  sumIntensities(const VoxelsT& voxels, std::size_t count)
   {
-    keyed_runs_.resize(run_count_);
-    for (std::size_t i = 0; i < run_count_; ++i) {
-      const auto position = [&](std::size_t axis) {
-        return static_cast<std::uint32_t>(runs_[i].index[axis] -
-                                          grid_.first_index[axis]);
-      };
-      keyed_runs_[i] = {mortonKey({position(0), position(1), position(2)}),
-                        static_cast<std::uint32_t>(i)};
-    }
-    radixSort(keyed_runs_, spare_keyed_runs_, 3 * grid_.depth);
-  }
-
-  void
-  aggregate(VoxelFrame& frame)
-  {
-    frame.keys.clear();
-    voxel_values_.clear();
-    for (std::size_t i = 0; i < keyed_runs_.size();) {
-      const std::uint64_t key = keyed_runs_[i].key;
-      double sum = 0.0;
-      std::uint64_t count = 0;
-      for (; i < keyed_runs_.size() && keyed_runs_[i].key == key; ++i) {
-        sum += runs_[keyed_runs_[i].run].sum;
-        count += runs_[keyed_runs_[i].run].count;
-      }
-      frame.keys.push_back(key);
-      voxel_values_.push_back(is_mean_ ? sum / static_cast<double>(count) : sum);
-    }
+    // Not assign(), which allocates anew for every cloud that is the largest so far.
+    voxel_values_.resize(count);
+    std::fill(voxel_values_.begin(), voxel_values_.end(), 0.0);
+    for (std::size_t i = 1; i <= last_run_; ++i)
+      voxel_values_[voxels.voxelOf(runs_[i].added)] += runs_[i].sum;
+    for (std::size_t i = 0; is_mean_ && i < count; ++i)
+      voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);
   }
 
   IntensityQuantiser quantiser_;
   bool is_native_;
   bool is_mean_;
   bool has_fixed_grid_;
-  bool has_pcl_grid_;
   bool has_grid_;
-  std::optional<BoundingBox> box_;
-  VoxelGrid grid_;
-  Lattice lattice_;
+  PlaceFinder finder_;
+  VoxelBlocks blocks_;
+  SortedVoxels sorted_voxels_;
+  std::size_t points_a_block_ = 0; // of the last cloud
 
   // Of the current cloud; members so that their memory is reused.
+  PlacedPoints placed_;
   bool all_whole_numbers_ = true;
-  std::vector<Run> runs_;
-  std::size_t run_count_ = 0; // of runs_, whose further elements are spare memory
-  std::vector<KeyedRun> keyed_runs_;
-  std::vector<KeyedRun> spare_keyed_runs_;
+  Run run_;
+  std::vector<Run> runs_;    // the first is none
+  std::size_t last_run_ = 0; // of runs_, whose further elements are spare memory
+  std::vector<std::uint32_t> voxel_counts_;
   std::vector<double> voxel_values_;
 };
 

@@ -94,34 +94,55 @@ private:
   std::size_t size_;
 };
 
-/** \brief An I-frame and P-frames behind it, with payloads of these bytes. */
+DepthModel
+depthModel(Parts& parts)
+{
+  DepthModel model;
+  model.exponent = static_cast<std::uint8_t>(1 + parts.number(2));
+  // Every tenth model or so is none.
+  model.full_symbol = parts.number(1 << 16) << parts.number(10);
+  model.origin = (static_cast<std::int64_t>(parts.number(1 << 16)) - (1 << 15)) *
+                 (std::int64_t{1} << parts.number(43));
+  for (std::int32_t& step : model.step)
+    step = static_cast<std::int32_t>(parts.number(1 << 16) << parts.number(17));
+  return model;
+}
+
+/** \brief Frames, of which some are I-frames, with payloads of these bytes. */
 std::string
 framesAround(Parts parts)
 {
   std::vector<std::uint8_t> bytes;
   std::uint32_t checksum = 0;
-  Version1Header header;
-  for (int i = 0; i < 3 && !parts.isAtEnd(); ++i) {
-    header.is_i_frame = i == 0;
-    header.reference_distance = i == 0 ? 0 : 1;
-    header.frame_number = static_cast<std::uint32_t>(i) + 1;
-    if (i == 0) {
+  bool stream_has_depth_model = false;
+  Effort effort = Effort::Balanced;
+  for (std::uint32_t number = 1; number <= 8 && !parts.isAtEnd(); ++number) {
+    const std::uint32_t choice = parts.number(256);
+    Version1Header header;
+    header.is_i_frame = number == 1 || choice % 8 == 0;
+    header.frame_number = number;
+    if (header.is_i_frame || choice / 96 == 0)
+      effort = static_cast<Effort>(choice / 8 % 3);
+    header.effort = effort;
+    if (header.is_i_frame) {
       header.grid.resolution = 0.04;
       header.grid.depth = 1 + parts.number(max_grid_depth);
-      header.intensity_scale.emplace();
-      header.intensity_scale->bits = 1 + parts.number(16);
       if (header.grid.depth == max_grid_depth)
         header.grid.first_index = {-(1 << 20), -(1 << 20), -(1 << 20)};
+      header.intensity_scale.bits = 1 + parts.number(16);
+      stream_has_depth_model = choice / 24 % 2 == 0;
     }
-    else
-      header.intensity_scale.reset();
+    header.has_depth_model =
+        stream_has_depth_model && (header.is_i_frame || choice / 48 % 2 == 0);
     header.voxel_count = parts.number(1 << 15);
-    std::vector<std::uint8_t> payload = parts.row(parts.number(1 << 12));
-    header.occupancy_size = payload.size();
-    const std::vector<std::uint8_t> intensities = parts.row(parts.number(1 << 12));
-    header.intensity_size = intensities.size();
-    payload.insert(payload.end(), intensities.begin(), intensities.end());
-    checksum = writeVersion1Frame(header, payload, i == 0 ? 0 : checksum, bytes);
+    std::vector<std::uint8_t> payload;
+    if (header.has_depth_model)
+      writeDepthModel(depthModel(parts), payload);
+    const std::vector<std::uint8_t> voxels = parts.row(parts.number(1 << 12));
+    payload.insert(payload.end(), voxels.begin(), voxels.end());
+    header.payload_size = payload.size();
+    checksum =
+        writeVersion1Frame(header, payload, header.is_i_frame ? 0 : checksum, bytes);
   }
   return {bytes.begin(), bytes.end()};
 }

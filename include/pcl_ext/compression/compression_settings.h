@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_status.h>
+#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/export.h>
 
 #include <Eigen/Geometry>
@@ -97,6 +98,12 @@ struct IntensityCompressionSettings {
    * cloud), from which intensity models take a point's depth. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;
+
+  /** \brief The law behind the clouds' own intensities, as SensorPreprocessor makes them;
+   * with it and the sensor's pose (above) they take less than half the bytes. A hint: a
+   * wrong one costs bytes, no accuracy. None: the law of the class's intensity model, if
+   * that depends on depth. Exponent 1 or 2; depth and intensity above 0. Version1 only. */
+  std::optional<DepthLaw> depth_law;
 
   /** \brief Carry header.stamp and header.frame_id to the decoded cloud. Off costs no
    * bytes. Version1 only. */

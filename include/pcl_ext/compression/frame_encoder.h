@@ -28,8 +28,11 @@ public:
   /** \brief An encoder at the start of a stream.
    * \param[in] format bitstream to write
    * \param[in] i_frame_rate frames from one I-frame to the next; 0 counts as 1
+   * \param[in] effort time against size; Version1 only
    */
-  FrameEncoder(StreamFormat format, unsigned int i_frame_rate);
+  FrameEncoder(StreamFormat format,
+               unsigned int i_frame_rate,
+               Effort effort = Effort::Balanced);
   ~FrameEncoder();
   FrameEncoder(FrameEncoder&&) noexcept;
   FrameEncoder&

@@ -241,6 +241,9 @@ private:
   Eigen::Isometry3f
   sensorPose(const PointCloud& cloud) const;
 
+  std::optional<DepthModel>
+  depthModel(const PointCloud& cloud) const;
+
   void
   fillCloud(PointCloud& cloud) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/morton_key.h>
 #include <pcl_ext/export.h>
 
@@ -8,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -116,6 +118,7 @@ struct IntensityScale {
 struct VoxelFrame {
   VoxelGrid grid;
   IntensityScale intensity_scale;
+  std::optional<DepthModel> depth_model;  ///< where intensities depend on depth
   std::vector<std::uint64_t> keys;        ///< Morton keys, strictly ascending
   std::vector<std::uint16_t> intensities; ///< a symbol of intensity_scale for each key
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
+#include <pcl_ext/filters/moved_points.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/point_intensity.h>
 #include <pcl_ext/status.h>
@@ -156,8 +157,20 @@ private:
   void
   startOutput(const pcl::PCLHeader& header, std::size_t points, Output& output);
 
+  template <typename NativeOfT>
   void
-  addPoint(const Eigen::Vector3f& point, float native, Output& output);
+  addPoints(const unsigned char* points,
+            std::size_t stride,
+            std::size_t count,
+            const NativeOfT& native_of,
+            Output& output);
+
+  template <typename PointOfT, typename NativeOfT>
+  void
+  gatherPoints(std::size_t count,
+               const PointOfT& point_of,
+               const NativeOfT& native_of,
+               Output& output);
 
   void
   finishOutput(Output& output) const;
@@ -168,6 +181,11 @@ private:
   float intensity_scale_ = 1.0f;
   std::string intensity_field_ = "intensity";
   PreprocessingStatistics statistics_;
+
+  // Of the current cloud.
+  detail::PointMove move_{};
+  std::size_t kept_ = 0; // points of the output that are valid
+  Output input_;         // the points of a cloud that is its own output
 };
 
 } // namespace pcl_ext

@@ -44,6 +44,9 @@ struct QuadraticLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
   static constexpr bool uses_native = false;
+  /** \brief Power of the relative depth that this law is, which lets coders tell the
+   * number of points from an intensity. Laws that are no power do without. */
+  static constexpr unsigned int depth_exponent = 2;
 
   float
   operator()(float relative_depth, float /*native*/) const
@@ -58,6 +61,7 @@ struct LinearLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
   static constexpr bool uses_native = false;
+  static constexpr unsigned int depth_exponent = 1;
 
   float
   operator()(float relative_depth, float /*native*/) const
@@ -202,6 +206,14 @@ struct HasAtResolution<
     ModelT,
     std::void_t<decltype(std::declval<const ModelT&>().atResolution(1.0))>>
 : std::true_type {};
+
+/** \brief The power of the relative depth that a model's law is; 0 if it is none. */
+template <typename ModelT, typename = void>
+struct DepthExponent : std::integral_constant<unsigned int, 0> {};
+
+template <typename ModelT>
+struct DepthExponent<ModelT, std::void_t<decltype(ModelT::Law::depth_exponent)>>
+: std::integral_constant<unsigned int, ModelT::Law::depth_exponent> {};
 
 } // namespace detail
 

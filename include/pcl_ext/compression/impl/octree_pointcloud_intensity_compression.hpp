@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/compression/voxel_centres.h>
 
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>
@@ -58,6 +59,13 @@ usableSettings(const IntensityCompressionSettings& settings)
   return checkSettings(settings).ok() ? settings : IntensityCompressionSettings();
 }
 
+/** \brief True if every point is worth exactly 1, which need not be computed. */
+template <typename IntensityModelT>
+constexpr bool counts_points = false;
+
+template <typename SensorT>
+constexpr bool counts_points<IntensityModel<SensorT, CountLaw>> = true;
+
 } // namespace detail
 
 template <typename PointT,
@@ -102,7 +110,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 , settings_status_(checkSettings(settings))
 , intensity_model_(intensity_model)
 , voxelizer_(detail::usableSettings(settings), IntensityModelT::unit)
-, encoder_(settings.format, settings.i_frame_rate)
+, encoder_(settings.format, settings.i_frame_rate, settings.effort)
 , decoder_(settings.decoder_limits)
 {}
 
@@ -145,7 +153,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
             "the output stream had failed or ended before; clear() makes it writable"};
   }
   this->setInputCloud(cloud); // as PCL's class does
-  computeIntensities(*cloud);
+  if constexpr (!detail::counts_points<IntensityModelT>)
+    computeIntensities(*cloud);
   PointView view;
   view.count = cloud->size();
   static_assert(sizeof(PointT) % sizeof(float) == 0,
@@ -153,11 +162,14 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (!cloud->empty()) {
     view.coordinates = &cloud->front().x;
     view.coordinate_stride = sizeof(PointT) / sizeof(float);
-    view.intensities = intensities_.data();
-    view.intensity_stride = 1;
+    if constexpr (!detail::counts_points<IntensityModelT>) {
+      view.intensities = intensities_.data();
+      view.intensity_stride = 1;
+    }
   }
   const VoxelizationStatistics voxelization =
       voxelizer_.voxelize(view, encoder_.isIFrameDue(), frame_);
+  frame_.depth_model = depthModel(*cloud);
 
   std::optional<FrameStamp> stamp;
   if (settings_.carry_header)
@@ -300,19 +312,53 @@ template <typename PointT,
           typename LeafT,
           typename BranchT,
           typename OctreeT>
+std::optional<DepthModel>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    depthModel(const PointCloud& cloud) const
+{
+  std::optional<DepthLaw> law = settings_.depth_law;
+  if constexpr (pcl_ext::detail::DepthExponent<IntensityModelT>::value != 0)
+    law = DepthLaw{pcl_ext::detail::DepthExponent<IntensityModelT>::value,
+                   intensity_model_.cutOffDepth(),
+                   255.0};
+  if (!law || settings_.format != StreamFormat::Version1)
+    return std::nullopt;
+  const Eigen::Isometry3d pose = sensorPose(cloud).template cast<double>();
+  const auto elements = [](const Eigen::Vector3d& vector) {
+    return std::array<double, 3>{vector.x(), vector.y(), vector.z()};
+  };
+  return depthModelOf(*law,
+                      elements(pose.translation()),
+                      elements(pose.linear().col(2)),
+                      frame_.grid,
+                      frame_.intensity_scale);
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
 void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     fillCloud(PointCloud& cloud) const
 {
   cloud.resize(frame_.size());
-  for (std::size_t i = 0; i < frame_.size(); ++i) {
-    const VoxelPosition position = voxelPosition(frame_.keys[i]);
-    PointT& point = cloud[i];
-    point = PointT();
-    point.x = static_cast<float>(frame_.grid.centre(0, position.x));
-    point.y = static_cast<float>(frame_.grid.centre(1, position.y));
-    point.z = static_cast<float>(frame_.grid.centre(2, position.z));
-    setNativeIntensity(point, frame_.intensity_scale.value(frame_.intensities[i]));
+  // Static, as the compiler would build one anew on the stack for each point, piece by
+  // piece, and the processor waits for a copy of what it has just written in pieces.
+  static const PointT blank;
+  VoxelCentres centres;
+  for (std::size_t begin = 0; begin < frame_.size(); begin += VoxelCentres::most) {
+    const std::size_t count = voxelCentres(frame_, begin, centres);
+    PointT* const points = &cloud.points[begin];
+    for (std::size_t i = 0; i < count; ++i) {
+      PointT& point = points[i];
+      point = blank;
+      point.x = centres.x[i];
+      point.y = centres.y[i];
+      point.z = centres.z[i];
+      setNativeIntensity(point, centres.intensity[i]);
+    }
   }
   cloud.width = static_cast<std::uint32_t>(cloud.size());
   cloud.height = 1;

@@ -3,8 +3,11 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 namespace pcl_ext {
@@ -56,6 +59,35 @@ readScalar(const std::uint8_t* bytes, std::uint8_t datatype)
   }
 }
 
+/** \brief Reads x, y and z of a point. */
+inline Eigen::Vector3f
+readPoint(const std::uint8_t* bytes, const PointLayout& layout)
+{
+  if (layout.is_double)
+    return Eigen::Vector3d(readNumber<double>(bytes + layout.x),
+                           readNumber<double>(bytes + layout.y),
+                           readNumber<double>(bytes + layout.z))
+        .cast<float>();
+  return {readNumber<float>(bytes + layout.x),
+          readNumber<float>(bytes + layout.y),
+          readNumber<float>(bytes + layout.z)};
+}
+
+/** \brief True if x, y and z of each point are consecutive floats, as in all of PCL's
+ * types; false for an empty cloud. */
+template <typename PointT>
+bool
+hasConsecutiveFloats([[maybe_unused]] const pcl::PointCloud<PointT>& cloud)
+{
+  if constexpr (std::is_same<decltype(PointT::x), float>::value &&
+                std::is_same<decltype(PointT::y), float>::value &&
+                std::is_same<decltype(PointT::z), float>::value)
+    return !cloud.empty() && &cloud[0].y == &cloud[0].x + 1 &&
+           &cloud[0].z == &cloud[0].y + 1;
+  else
+    return false;
+}
+
 } // namespace detail
 
 template <typename IntensityModelT>
@@ -74,25 +106,27 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
 
   startOutput(cloud.header, std::size_t{cloud.width} * cloud.height, output);
   for (std::size_t row = 0; row < cloud.height; ++row) {
-    const std::uint8_t* bytes = cloud.data.data() + row * cloud.row_step;
-    for (std::size_t column = 0; column < cloud.width;
-         ++column, bytes += cloud.point_step) {
-      Eigen::Vector3f point;
-      if (layout.is_double)
-        point = Eigen::Vector3d(detail::readNumber<double>(bytes + layout.x),
-                                detail::readNumber<double>(bytes + layout.y),
-                                detail::readNumber<double>(bytes + layout.z))
-                    .cast<float>();
-      else
-        point = {detail::readNumber<float>(bytes + layout.x),
-                 detail::readNumber<float>(bytes + layout.y),
-                 detail::readNumber<float>(bytes + layout.z)};
-      addPoint(point,
-               layout.has_intensity ? detail::readScalar(bytes + layout.intensity,
-                                                         layout.intensity_datatype)
-                                    : 0.0f,
-               output);
-    }
+    const std::uint8_t* const bytes = cloud.data.data() + row * cloud.row_step;
+    const auto native_of = [&](std::size_t column) {
+      return layout.has_intensity
+                 ? detail::readScalar(bytes + column * cloud.point_step +
+                                          layout.intensity,
+                                      layout.intensity_datatype)
+                 : 0.0f;
+    };
+    const bool is_consecutive = !layout.is_double &&
+                                layout.y == layout.x + sizeof(float) &&
+                                layout.z == layout.y + sizeof(float);
+    if (is_consecutive)
+      addPoints(bytes + layout.x, cloud.point_step, cloud.width, native_of, output);
+    else
+      gatherPoints(
+          cloud.width,
+          [&](std::size_t column) {
+            return detail::readPoint(bytes + column * cloud.point_step, layout);
+          },
+          native_of,
+          output);
   }
   finishOutput(output);
   return {};
@@ -106,8 +140,9 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
 {
   if constexpr (std::is_same<PointT, pcl::PointXYZI>::value)
     if (&cloud == &output) {
-      const Output copy = cloud;
-      return process(copy, output);
+      // The memory of the two takes turns.
+      input_.swap(output);
+      return process(input_, output);
     }
   startOutput(cloud.header, 0, output);
   if (PreprocessingStatus status = checkSettings(); !status.ok())
@@ -116,8 +151,21 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
     return {PreprocessingCode::MissingField,
             "the intensity model is native, but the point type has no intensity"};
   startOutput(cloud.header, cloud.size(), output);
-  for (const PointT& point : cloud)
-    addPoint({point.x, point.y, point.z}, nativeIntensity(point, 0.0f), output);
+  const auto native_of = [&](std::size_t i) { return nativeIntensity(cloud[i], 0.0f); };
+  if (detail::hasConsecutiveFloats(cloud))
+    addPoints(reinterpret_cast<const unsigned char*>(&cloud[0].x),
+              sizeof(PointT),
+              cloud.size(),
+              native_of,
+              output);
+  else
+    gatherPoints(
+        cloud.size(),
+        [&](std::size_t i) {
+          return Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z);
+        },
+        native_of,
+        output);
   finishOutput(output);
   return {};
 }
@@ -153,36 +201,77 @@ SensorPreprocessor<IntensityModelT>::startOutput(const pcl::PCLHeader& header,
   output.is_dense = true;
   output.sensor_origin_ << sensor_pose_.translation(), 1.0f;
   output.sensor_orientation_ = Eigen::Quaternionf(sensor_pose_.linear());
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  kept_ = 0;
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    const auto axis = static_cast<std::size_t>(row);
+    for (Eigen::Index column = 0; column < 4; ++column)
+      move_.rows[axis][static_cast<std::size_t>(column)] =
+          sensor_pose_.matrix()(row, column);
+    move_.min[axis] = crop_box_ ? crop_box_->min[row] : -infinity;
+    move_.max[axis] = crop_box_ ? crop_box_->max[row] : infinity;
+  }
 }
 
 template <typename IntensityModelT>
+template <typename NativeOfT>
 void
-SensorPreprocessor<IntensityModelT>::addPoint(const Eigen::Vector3f& point,
-                                              float native,
-                                              Output& output)
+SensorPreprocessor<IntensityModelT>::addPoints(const unsigned char* points,
+                                               std::size_t stride,
+                                               std::size_t count,
+                                               const NativeOfT& native_of,
+                                               Output& output)
 {
-  // A point that is not finite does not become so, and a finite one may stop being it.
-  const Eigen::Vector3f moved = sensor_pose_ * point;
-  if (!moved.allFinite()) {
-    ++statistics_.points_not_finite;
-    return;
+  static_assert(sizeof(pcl::PointXYZI) == detail::moved_point_floats * sizeof(float),
+                "points are written as floats from one x to the next");
+  detail::MovedPoints moved;
+  for (std::size_t begin = 0; begin < count; begin += detail::MovedPoints::most) {
+    const std::size_t most = std::min(detail::MovedPoints::most, count - begin);
+    if (output.points.size() < kept_ + most)
+      output.points.resize(kept_ + most);
+    pcl::PointXYZI* const results = &output.points[kept_];
+    detail::movePoints(
+        {points + begin * stride, stride, most}, move_, results->data, moved);
+    for (std::size_t i = 0; i < moved.count; ++i) {
+      const float native =
+          IntensityModelT::uses_native ? native_of(begin + moved.sources[i]) : 0.0f;
+      results[i].intensity =
+          intensity_scale_ * intensity_model_(moved.depths[i], native);
+    }
+    kept_ += moved.count;
+    statistics_.points_not_finite += moved.not_finite;
+    statistics_.points_cropped += most - moved.count - moved.not_finite;
   }
-  if (crop_box_ && !((moved.array() >= crop_box_->min.array()).all() &&
-                     (moved.array() <= crop_box_->max.array()).all())) {
-    ++statistics_.points_cropped;
-    return;
+}
+
+template <typename IntensityModelT>
+template <typename PointOfT, typename NativeOfT>
+void
+SensorPreprocessor<IntensityModelT>::gatherPoints(std::size_t count,
+                                                  const PointOfT& point_of,
+                                                  const NativeOfT& native_of,
+                                                  Output& output)
+{
+  std::array<std::array<float, 3>, detail::MovedPoints::most> points;
+  for (std::size_t begin = 0; begin < count; begin += points.size()) {
+    const std::size_t most = std::min(points.size(), count - begin);
+    for (std::size_t i = 0; i < most; ++i)
+      Eigen::Map<Eigen::Vector3f>(points[i].data()) = point_of(begin + i);
+    addPoints(
+        reinterpret_cast<const unsigned char*>(points.data()),
+        sizeof(points[0]),
+        most,
+        [&](std::size_t i) { return native_of(begin + i); },
+        output);
   }
-  pcl::PointXYZI result;
-  result.getVector3fMap() = moved;
-  result.intensity = intensity_scale_ * intensity_model_(point.z(), native);
-  output.points.push_back(result);
 }
 
 template <typename IntensityModelT>
 void
 SensorPreprocessor<IntensityModelT>::finishOutput(Output& output) const
 {
-  output.width = static_cast<std::uint32_t>(output.points.size());
+  output.points.resize(kept_);
+  output.width = static_cast<std::uint32_t>(kept_);
   output.height = 1;
 }
 

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/export.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief A law by which the intensity of a point depends on its depth in the sensor's
+ * frame: full_intensity * (z / cut_off_depth)^exponent, full_intensity at most (sections
+ * 2.5.2 and 2.5.3 of the paper). */
+struct DepthLaw {
+  /** \brief 1: linear; 2: quadratic. */
+  unsigned int exponent = 2;
+
+  /** \brief z_c, metres: the depth at which one point fills a voxel face; above 0. See
+   * IntensityModel::cutOffDepth. */
+  double cut_off_depth = 0.0;
+
+  /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities; above
+   * 0. */
+  double full_intensity = 255.0;
+};
+
+/** \brief What one point is worth in each voxel of a grid, for intensities that depend on
+ * the depth in a sensor's frame. With it a coder can tell from a voxel's intensity how
+ * many points it holds, and needs few bits for the rest. It predicts only: no intensity
+ * depends on it.
+ *
+ * Fixed point, so that both ends of a stream compute the same numbers.
+ */
+struct DepthModel {
+  /** \brief Power of the relative depth z / z_c that a point is worth: 1 for the linear
+   * law, 2 for the quadratic one (sections 2.5.2 and 2.5.3 of the paper). */
+  std::uint8_t exponent = 2;
+
+  /** \brief Symbol that a share of 1 stands for, in 2^-8; below 2^24. */
+  std::uint32_t full_symbol = 0;
+
+  /** \brief Relative depth at the centre of the grid's lowest voxel, in 2^-32; its
+   * magnitude is at most 2^56. */
+  std::int64_t origin = 0;
+
+  /** \brief Change of the relative depth from one voxel to the next along x, y and z, in
+   * 2^-32. */
+  std::array<std::int32_t, 3> step{};
+
+  /** \brief What a point at the centre of a voxel adds to the symbol, in 2^-16. */
+  std::uint64_t
+  pointSymbol(const VoxelPosition& position) const
+  {
+    return pointSymbolAt(origin + std::int64_t{step[0]} * position.x +
+                         std::int64_t{step[1]} * position.y +
+                         std::int64_t{step[2]} * position.z);
+  }
+
+  /** \brief The same at a relative depth in 2^-32, which is held within 0..1. */
+  std::uint64_t
+  pointSymbolAt(std::int64_t depth) const
+  {
+    constexpr std::int64_t one = std::int64_t{1} << 32;
+    const auto relative_depth =
+        static_cast<std::uint64_t>(std::clamp(depth, std::int64_t{0}, one)) >> 8;
+    const std::uint64_t share =
+        exponent == 2 ? relative_depth * relative_depth >> 24 : relative_depth;
+    return share * full_symbol >> 16;
+  }
+
+  bool
+  operator==(const DepthModel& other) const
+  {
+    return exponent == other.exponent && full_symbol == other.full_symbol &&
+           origin == other.origin && step == other.step;
+  }
+
+  bool
+  operator!=(const DepthModel& other) const
+  {
+    return !(*this == other);
+  }
+};
+
+/** \brief True if the numbers of a depth model are within their ranges. */
+PCL_EXT_EXPORT bool
+isConsistent(const DepthModel& model);
+
+struct VoxelGrid;
+struct IntensityScale;
+
+/** \brief The depth model of a grid.
+ * \param[in] law the law; its full intensity in the unit of decoded intensities
+ * \param[in] sensor_origin where the sensor is in the world, metres
+ * \param[in] optical_axis direction of the sensor's z axis in the world, of length 1
+ * \param[in] grid the voxels
+ * \param[in] scale how intensities become symbols
+ * \return nothing if the model's numbers leave their ranges, as where voxels are as large
+ * as the cut-off depth, or where a scale does not begin at 0
+ */
+PCL_EXT_EXPORT std::optional<DepthModel>
+depthModelOf(const DepthLaw& law,
+             const std::array<double, 3>& sensor_origin,
+             const std::array<double, 3>& optical_axis,
+             const VoxelGrid& grid,
+             const IntensityScale& scale);
+
+} // namespace io
+} // namespace pcl_ext

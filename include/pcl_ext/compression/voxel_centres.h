@@ -1,0 +1,33 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
+
+#include <array>
+#include <cstddef>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Some voxels of a frame as points. */
+struct VoxelCentres {
+  static constexpr std::size_t most = 64;
+
+  std::array<float, most> x; ///< of the voxels' centres, metres
+  std::array<float, most> y;
+  std::array<float, most> z;
+  std::array<float, most> intensity; ///< in the unit of the frame's scale
+};
+
+/** \brief Computes voxels as points: VoxelGrid::centre and IntensityScale::value for many
+ * voxels at a time.
+ * \param[in] frame as isConsistent() asks
+ * \param[in] begin the first voxel, at most frame.size()
+ * \param[out] centres the voxels from there
+ * \return how many there are: VoxelCentres::most, or what the frame has left
+ */
+PCL_EXT_EXPORT std::size_t
+voxelCentres(const VoxelFrame& frame, std::size_t begin, VoxelCentres& centres);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <pcl_ext/compression/morton_key.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Where a voxel is within a grid: a block of 4 x 4 x 4 voxels, and one of the 64
+ * in it. */
+struct BlockPlace {
+  static constexpr unsigned int axis_bits = max_grid_depth - 2;
+
+  std::uint64_t block; ///< x, y, z of the block, 19 bits each, x the highest
+  std::uint32_t voxel; ///< x, y, z within the block, 2 bits each, x the highest
+};
+
+/** \brief The places of some points of a cloud, in their order. */
+struct PlacedPoints {
+  static constexpr std::size_t most = 256;
+
+  std::size_t count = 0;
+  std::array<std::uint64_t, most> blocks; ///< as in BlockPlace
+  std::array<std::uint32_t, most> voxels; ///< as in BlockPlace
+  std::array<std::size_t, most> points;   ///< index in the cloud
+};
+
+/** \brief The place of a voxel, from its position within the grid. */
+inline BlockPlace
+blockPlace(const VoxelPosition& position)
+{
+  return {std::uint64_t{position.x >> 2} << 2 * BlockPlace::axis_bits |
+              std::uint64_t{position.y >> 2} << BlockPlace::axis_bits | position.z >> 2,
+          (position.x & 3) << 4 | (position.y & 3) << 2 | (position.z & 3)};
+}
+
+/** \brief The Morton key of a block among the blocks. */
+constexpr std::uint64_t
+mortonKeyOfBlock(std::uint64_t block)
+{
+  constexpr std::uint64_t mask = (std::uint64_t{1} << BlockPlace::axis_bits) - 1;
+  return mortonKey({static_cast<std::uint32_t>(block >> 2 * BlockPlace::axis_bits),
+                    static_cast<std::uint32_t>(block >> BlockPlace::axis_bits & mask),
+                    static_cast<std::uint32_t>(block & mask)});
+}
+
+/** \brief The place of each voxel of a block in Morton order. */
+inline constexpr std::array<std::uint8_t, 64> morton_order = [] {
+  std::array<std::uint8_t, 64> order{};
+  for (std::uint32_t voxel = 0; voxel < 64; ++voxel)
+    order[voxel] =
+        static_cast<std::uint8_t>(mortonKey({voxel >> 4, voxel >> 2 & 3, voxel & 3}));
+  return order;
+}();
+
+/** \brief The Morton key of a voxel. */
+constexpr std::uint64_t
+mortonKey(const BlockPlace& place)
+{
+  return mortonKeyOfBlock(place.block) << 6 | morton_order[place.voxel];
+}
+
+} // namespace io
+} // namespace pcl_ext

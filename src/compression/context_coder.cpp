@@ -1,0 +1,153 @@
+#include "context_coder.h"
+
+#include "binary_range_coder.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Codes numbers and rests of a frame whose blocks are known. */
+template <typename CodingT>
+bool
+codeIntensities(CodingT& coding,
+                IntensityModels& models,
+                BlockDirectory& directory,
+                const PayloadContext& context,
+                const BlockList& frame,
+                CodedIntensities& intensities)
+{
+  IntensityPass pass(coding, models, directory, context);
+  if (!pass.run(frame, intensities.numbers))
+    return false;
+  if (CodingT::is_decoder)
+    intensities.symbols = intensities.numbers;
+  if (context.depth_model == nullptr)
+    return true;
+  if (CodingT::is_decoder)
+    intensities.split.begin(
+        *context.depth_model, frame, context.history, context.maxSymbol());
+  intensities.split.predict(intensities.numbers);
+  return pass.runRests(intensities.split, intensities.symbols);
+}
+
+} // namespace
+
+ContextCoder::ContextCoder(bool is_mixing)
+: is_mixing_(is_mixing)
+, fresh_models_(is_mixing)
+, models_(fresh_models_)
+, trial_models_(fresh_models_)
+{}
+
+template <typename CodingT>
+bool
+ContextCoder::codeOccupancy(CodingT& coding,
+                            Models& models,
+                            const PayloadContext& context,
+                            const BlockList* frame,
+                            std::size_t max_voxels)
+{
+  workspace_.begin(context.history, frame);
+  KnownVoxelPass known_voxels(coding, models.known_voxels, workspace_, context);
+  const std::size_t voxels = known_voxels.run();
+  if (voxels > max_voxels)
+    return false;
+  NewVoxelPass new_voxels(
+      coding, models.new_voxels, workspace_, context, max_voxels - voxels);
+  return new_voxels.run();
+}
+
+template <template <typename> class CodingT>
+std::size_t
+ContextCoder::encodeWith(const PayloadContext& context,
+                         const BlockList& frame,
+                         CodedIntensities& intensities,
+                         std::vector<std::uint8_t>& payload)
+{
+  if (context.is_i_frame)
+    models_ = fresh_models_;
+  const std::size_t begin = payload.size();
+  BinaryRangeEncoder side(payload);
+  CodingT<BinaryRangeEncoder> coding(side);
+  codeOccupancy(coding, models_, context, &frame, intensities.numbers.size());
+  const std::size_t occupancy_bytes = payload.size() - begin;
+  codeIntensities(
+      coding, models_.intensity, workspace_.directory, context, frame, intensities);
+  side.finish();
+  return std::min(occupancy_bytes, payload.size() - begin);
+}
+
+template <template <typename> class CodingT>
+bool
+ContextCoder::decodeWith(const PayloadContext& context,
+                         const std::uint8_t* begin,
+                         const std::uint8_t* end,
+                         std::size_t voxel_count,
+                         BlockList& frame,
+                         CodedIntensities& intensities,
+                         std::size_t& occupancy_bytes)
+{
+  trial_models_ = context.is_i_frame ? fresh_models_ : models_;
+  BinaryRangeDecoder side(begin, end);
+  CodingT<BinaryRangeDecoder> coding(side);
+  if (!codeOccupancy(coding, trial_models_, context, nullptr, voxel_count))
+    return false;
+  workspace_.collect(context.history, frame);
+  if (frame.voxelCount() != voxel_count)
+    return false;
+  occupancy_bytes = static_cast<std::size_t>(side.position() - begin);
+  intensities.numbers.assign(voxel_count, 0);
+  if (!codeIntensities(coding,
+                       trial_models_.intensity,
+                       workspace_.directory,
+                       context,
+                       frame,
+                       intensities) ||
+      side.position() != end)
+    return false;
+  std::swap(models_, trial_models_);
+  return true;
+}
+
+std::size_t
+ContextCoder::encode(const PayloadContext& context,
+                     const BlockList& frame,
+                     CodedIntensities& intensities,
+                     std::vector<std::uint8_t>& payload)
+{
+  return is_mixing_
+             ? encodeWith<MixedContextCoding>(context, frame, intensities, payload)
+             : encodeWith<SingleContextCoding>(context, frame, intensities, payload);
+}
+
+bool
+ContextCoder::decode(const PayloadContext& context,
+                     const std::uint8_t* begin,
+                     const std::uint8_t* end,
+                     std::size_t voxel_count,
+                     BlockList& frame,
+                     CodedIntensities& intensities,
+                     std::size_t& occupancy_bytes)
+{
+  return is_mixing_ ? decodeWith<MixedContextCoding>(context,
+                                                     begin,
+                                                     end,
+                                                     voxel_count,
+                                                     frame,
+                                                     intensities,
+                                                     occupancy_bytes)
+                    : decodeWith<SingleContextCoding>(context,
+                                                      begin,
+                                                      end,
+                                                      voxel_count,
+                                                      frame,
+                                                      intensities,
+                                                      occupancy_bytes);
+}
+
+} // namespace io
+} // namespace pcl_ext

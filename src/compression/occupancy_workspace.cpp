@@ -1,0 +1,57 @@
+#include "occupancy_workspace.h"
+
+namespace pcl_ext {
+namespace io {
+
+void
+OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
+{
+  const std::vector<HistoryBlock>& known = history.blocks();
+  new_keys.clear();
+  target_keys.clear();
+  target_masks.clear();
+  occupied.assign(known.size(), 0);
+  directory.clear(known.size() + (frame != nullptr ? frame->size() : 0));
+  for (std::size_t i = 0; i < known.size(); ++i)
+    directory.insert(known[i].key, static_cast<std::uint32_t>(i));
+  if (frame == nullptr)
+    return;
+  std::size_t old = 0;
+  for (std::size_t i = 0; i < frame->size(); ++i) {
+    while (old < known.size() && known[old].key < frame->keys[i])
+      ++old;
+    std::uint64_t new_voxels = frame->masks[i];
+    if (old < known.size() && known[old].key == frame->keys[i]) {
+      occupied[old] = frame->masks[i] & known[old].known;
+      new_voxels &= ~known[old].known;
+    }
+    if (new_voxels != 0) {
+      target_keys.push_back(frame->keys[i]);
+      target_masks.push_back(new_voxels);
+    }
+  }
+}
+
+void
+OccupancyWorkspace::collect(const VoxelHistory& history, BlockList& frame) const
+{
+  frame.clear();
+  const std::vector<HistoryBlock>& known = history.blocks();
+  std::size_t old = 0;
+  std::size_t added = 0;
+  std::uint32_t voxels = 0;
+  while (old < known.size() || added < new_keys.size()) {
+    const bool is_old = added == new_keys.size() ||
+                        (old < known.size() && known[old].key < new_keys[added]);
+    const std::uint64_t key = is_old ? known[old].key : new_keys[added];
+    const std::uint64_t mask = occupied[is_old ? old : known.size() + added];
+    (is_old ? old : added) += 1;
+    if (mask == 0)
+      continue;
+    frame.append(key, mask, voxels);
+    voxels += cellCount(mask);
+  }
+}
+
+} // namespace io
+} // namespace pcl_ext

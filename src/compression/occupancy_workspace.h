@@ -1,0 +1,41 @@
+#pragma once
+
+#include "block_directory.h"
+#include "context_models.h"
+#include "voxel_block.h"
+#include "voxel_history.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Blocks of a frame while they are coded; kept from frame to frame so that
+ * their memory is reused. */
+struct OccupancyWorkspace {
+  /** \brief Occupied cells: of the blocks of the history, then of the new blocks. */
+  std::vector<std::uint64_t> occupied;
+  std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
+  BlockDirectory directory;            ///< into `occupied`
+
+  // The encoder's: blocks with new voxels, ascending, and their new voxels.
+  std::vector<std::uint64_t> target_keys;
+  std::vector<std::uint64_t> target_masks;
+
+  /** \brief Begins with a frame.
+   * \param[in] history what is known before the frame
+   * \param[in] frame its blocks, of which `occupied` gets the known cells; the decoder
+   * gives null
+   */
+  void
+  begin(const VoxelHistory& history, const BlockList* frame);
+
+  /** \brief The blocks that were coded, ascending. */
+  void
+  collect(const VoxelHistory& history, BlockList& frame) const;
+};
+
+} // namespace io
+} // namespace pcl_ext

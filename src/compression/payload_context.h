@@ -1,0 +1,41 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "depth_split.h"
+#include "voxel_history.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What a payload is coded with besides the frame itself, the same on both
+ * sides. */
+struct PayloadContext {
+  const VoxelHistory& history;   ///< of the frames before
+  bool is_i_frame;               ///< the history is empty, and so is what was learnt
+  unsigned int grid_depth;       ///< 1..21
+  unsigned int symbol_bits;      ///< 1..16
+  const DepthModel* depth_model; ///< null if intensities do not depend on depth
+
+  std::uint32_t
+  maxSymbol() const
+  {
+    return (std::uint32_t{1} << symbol_bits) - 1;
+  }
+};
+
+/** \brief The intensities of a frame's voxels, as they are coded. Both coders speak of
+ * them in this form. */
+struct CodedIntensities {
+  /** \brief What is coded first: the number of points where the depth model can tell it,
+   * else the symbol itself. */
+  std::vector<std::uint16_t> numbers;
+  std::vector<std::uint16_t> symbols;
+  DepthSplit split; ///< used with a depth model only
+};
+
+} // namespace io
+} // namespace pcl_ext

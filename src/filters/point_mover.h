@@ -1,0 +1,28 @@
+#pragma once
+
+#include <pcl_ext/filters/moved_points.h>
+
+#include "../lanes/lanes.h"
+
+namespace pcl_ext {
+namespace detail {
+
+/** \brief detail::movePoints with any kind of lanes. */
+template <typename LanesT>
+void
+movePointsWith(const PointBytes& points,
+               const PointMove& move,
+               float* output,
+               MovedPoints& moved);
+
+// Made where the compiler is kept from contracting products and sums, so that all
+// machines get the same.
+extern template void
+movePointsWith<ScalarLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
+#if defined(__SSE2__) || (defined(__aarch64__) && !defined(__AARCH64EB__))
+extern template void
+movePointsWith<NativeLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
+#endif
+
+} // namespace detail
+} // namespace pcl_ext

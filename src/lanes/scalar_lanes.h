@@ -1,0 +1,284 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace pcl_ext {
+
+/** \brief Four floats or integers side by side, in plain C++: for machines without
+ * vector instructions, and what the others must agree with to the last bit.
+ *
+ * Contract of a lanes type: the members below. Comparisons give a mask, all bits of a
+ * lane set where they hold; they are false for NaN. Code that is to run at the full
+ * speed of a machine takes the lanes as a template parameter.
+ */
+struct ScalarLanes {
+  using Floats = std::array<float, 4>;
+  using Ints = std::array<std::int32_t, 4>;
+
+  static Floats
+  all(float value)
+  {
+    return {value, value, value, value};
+  }
+
+  static Ints
+  all(std::int32_t value)
+  {
+    return {value, value, value, value};
+  }
+
+  static Floats
+  add(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a + b; });
+  }
+
+  static Floats
+  subtract(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a - b; });
+  }
+
+  static Floats
+  multiply(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a * b; });
+  }
+
+  /** \brief The second where the first is NaN. */
+  static Floats
+  min(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a < b ? a : b; });
+  }
+
+  /** \brief The second where the first is NaN. */
+  static Floats
+  max(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a > b ? a : b; });
+  }
+
+  static Ints
+  less(const Floats& first, const Floats& second)
+  {
+    Ints mask;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      mask[lane] = first[lane] < second[lane] ? -1 : 0;
+    return mask;
+  }
+
+  static Ints
+  lessOrEqual(const Floats& first, const Floats& second)
+  {
+    Ints mask;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      mask[lane] = first[lane] <= second[lane] ? -1 : 0;
+    return mask;
+  }
+
+  /** \brief The floats where the mask is set, 0 elsewhere. */
+  static Floats
+  where(const Ints& mask, const Floats& values)
+  {
+    Floats result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = mask[lane] != 0 ? values[lane] : 0.0f;
+    return result;
+  }
+
+  /** \brief One float or the other. */
+  static Floats
+  select(const Ints& mask, const Floats& if_set, const Floats& if_not)
+  {
+    Floats result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = mask[lane] != 0 ? if_set[lane] : if_not[lane];
+    return result;
+  }
+
+  static Floats
+  absolute(const Floats& values)
+  {
+    return each(values, values, [](float a, float) { return std::fabs(a); });
+  }
+
+  /** \brief The nearest integers, by whatever the machine's rounding is set to; any
+   * integer for what is no 32-bit integer. */
+  static Ints
+  round(const Floats& values)
+  {
+    Ints result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = values[lane] >= -0x1p31f && values[lane] < 0x1p31f
+                         ? static_cast<std::int32_t>(std::nearbyint(values[lane]))
+                         : std::numeric_limits<std::int32_t>::min();
+    return result;
+  }
+
+  static Floats
+  toFloats(const Ints& values)
+  {
+    Floats result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = static_cast<float>(values[lane]);
+    return result;
+  }
+
+  /** \brief Sums, modulo 2^32. */
+  static Ints
+  add(const Ints& first, const Ints& second)
+  {
+    return eachBits(
+        first, second, [](std::uint32_t a, std::uint32_t b) { return a + b; });
+  }
+
+  /** \brief Differences, modulo 2^32. */
+  static Ints
+  subtract(const Ints& first, const Ints& second)
+  {
+    return eachBits(
+        first, second, [](std::uint32_t a, std::uint32_t b) { return a - b; });
+  }
+
+  static Ints
+  bitAnd(const Ints& first, const Ints& second)
+  {
+    return eachBits(
+        first, second, [](std::uint32_t a, std::uint32_t b) { return a & b; });
+  }
+
+  static Ints
+  bitOr(const Ints& first, const Ints& second)
+  {
+    return eachBits(
+        first, second, [](std::uint32_t a, std::uint32_t b) { return a | b; });
+  }
+
+  static Ints
+  isZero(const Ints& values)
+  {
+    return eachBits(values, values, [](std::uint32_t a, std::uint32_t) {
+      return a == 0 ? ~0u : 0u;
+    });
+  }
+
+  template <int bits>
+  static Ints
+  shiftLeft(const Ints& values)
+  {
+    return eachBits(
+        values, values, [](std::uint32_t a, std::uint32_t) { return a << bits; });
+  }
+
+  /** \brief Zeros come in from above. */
+  template <int bits>
+  static Ints
+  shiftRight(const Ints& values)
+  {
+    return eachBits(
+        values, values, [](std::uint32_t a, std::uint32_t) { return a >> bits; });
+  }
+
+  /** \brief Bit i is set where lane i of a mask is. */
+  static unsigned int
+  bitsOf(const Ints& mask)
+  {
+    unsigned int bits = 0;
+    for (unsigned int lane = 0; lane < 4; ++lane)
+      bits |= mask[lane] != 0 ? 1u << lane : 0u;
+    return bits;
+  }
+
+  static void
+  store(const Ints& values, std::uint32_t* to)
+  {
+    std::memcpy(to, values.data(), sizeof(values));
+  }
+
+  static void
+  store(const Floats& values, float* to)
+  {
+    std::memcpy(to, values.data(), sizeof(values));
+  }
+
+  /** \brief Writes four numbers of 64 bits, made of a low and a high half. */
+  static void
+  storePairs(const Ints& low, const Ints& high, std::uint64_t* to)
+  {
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      to[lane] = static_cast<std::uint32_t>(low[lane]) |
+                 std::uint64_t{static_cast<std::uint32_t>(high[lane])} << 32;
+  }
+
+  /** \brief Bit i is set where byte i of 16 is not 0. */
+  static unsigned int
+  nonZeroBytes(const std::uint8_t* bytes)
+  {
+    unsigned int bits = 0;
+    for (unsigned int i = 0; i < 16; ++i)
+      bits |= bytes[i] != 0 ? 1u << i : 0u;
+    return bits;
+  }
+
+  /** \brief Reads x, y and z of four points; four floats are read of each.
+   * \param[in] points x of the first; need not be aligned
+   * \param[in] stride bytes from one x to the next
+   * \param[out] x,y,z one lane a point
+   */
+  static void
+  loadPoints(
+      const unsigned char* points, std::size_t stride, Floats& x, Floats& y, Floats& z)
+  {
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      float point[3];
+      std::memcpy(point, points + lane * stride, sizeof(point));
+      x[lane] = point[0];
+      y[lane] = point[1];
+      z[lane] = point[2];
+    }
+  }
+
+  /** \brief The inverse for points x, y, z, w: one of four floats for each lane. */
+  static void
+  transpose(Floats& x, Floats& y, Floats& z, Floats& w)
+  {
+    const std::array<Floats, 4> rows{x, y, z, w};
+    for (std::size_t row = 0; row < 4; ++row) {
+      x[row] = rows[row][0];
+      y[row] = rows[row][1];
+      z[row] = rows[row][2];
+      w[row] = rows[row][3];
+    }
+  }
+
+private:
+  template <typename OperationT>
+  static Floats
+  each(const Floats& first, const Floats& second, OperationT operation)
+  {
+    Floats result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = operation(first[lane], second[lane]);
+    return result;
+  }
+
+  template <typename OperationT>
+  static Ints
+  eachBits(const Ints& first, const Ints& second, OperationT operation)
+  {
+    Ints result;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      result[lane] = static_cast<std::int32_t>(
+          operation(static_cast<std::uint32_t>(first[lane]),
+                    static_cast<std::uint32_t>(second[lane])));
+    return result;
+  }
+};
+
+} // namespace pcl_ext

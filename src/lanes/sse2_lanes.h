@@ -1,0 +1,203 @@
+#pragma once
+
+#include <emmintrin.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+
+/** \brief The lanes of SSE2, which every x86-64 machine has; see ScalarLanes. */
+struct Sse2Lanes {
+  using Floats = __m128;
+  using Ints = __m128i;
+
+  static Floats
+  all(float value)
+  {
+    return _mm_set1_ps(value);
+  }
+
+  static Ints
+  all(std::int32_t value)
+  {
+    return _mm_set1_epi32(value);
+  }
+
+  static Floats
+  add(Floats first, Floats second)
+  {
+    return _mm_add_ps(first, second);
+  }
+
+  static Floats
+  subtract(Floats first, Floats second)
+  {
+    return _mm_sub_ps(first, second);
+  }
+
+  static Floats
+  multiply(Floats first, Floats second)
+  {
+    return _mm_mul_ps(first, second);
+  }
+
+  static Floats
+  min(Floats first, Floats second)
+  {
+    return _mm_min_ps(first, second);
+  }
+
+  static Floats
+  max(Floats first, Floats second)
+  {
+    return _mm_max_ps(first, second);
+  }
+
+  static Ints
+  less(Floats first, Floats second)
+  {
+    return _mm_castps_si128(_mm_cmplt_ps(first, second));
+  }
+
+  static Ints
+  lessOrEqual(Floats first, Floats second)
+  {
+    return _mm_castps_si128(_mm_cmple_ps(first, second));
+  }
+
+  static Floats
+  where(Ints mask, Floats values)
+  {
+    return _mm_and_ps(_mm_castsi128_ps(mask), values);
+  }
+
+  static Floats
+  select(Ints mask, Floats if_set, Floats if_not)
+  {
+    const __m128 bits = _mm_castsi128_ps(mask);
+    return _mm_or_ps(_mm_and_ps(bits, if_set), _mm_andnot_ps(bits, if_not));
+  }
+
+  static Floats
+  absolute(Floats values)
+  {
+    return _mm_andnot_ps(_mm_set1_ps(-0.0f), values);
+  }
+
+  static Ints
+  round(Floats values)
+  {
+    return _mm_cvtps_epi32(values);
+  }
+
+  static Floats
+  toFloats(Ints values)
+  {
+    return _mm_cvtepi32_ps(values);
+  }
+
+  static Ints
+  add(Ints first, Ints second)
+  {
+    return _mm_add_epi32(first, second);
+  }
+
+  static Ints
+  subtract(Ints first, Ints second)
+  {
+    return _mm_sub_epi32(first, second);
+  }
+
+  static Ints
+  bitAnd(Ints first, Ints second)
+  {
+    return _mm_and_si128(first, second);
+  }
+
+  static Ints
+  bitOr(Ints first, Ints second)
+  {
+    return _mm_or_si128(first, second);
+  }
+
+  static Ints
+  isZero(Ints values)
+  {
+    return _mm_cmpeq_epi32(values, _mm_setzero_si128());
+  }
+
+  template <int bits>
+  static Ints
+  shiftLeft(Ints values)
+  {
+    return _mm_slli_epi32(values, bits);
+  }
+
+  template <int bits>
+  static Ints
+  shiftRight(Ints values)
+  {
+    return _mm_srli_epi32(values, bits);
+  }
+
+  static unsigned int
+  bitsOf(Ints mask)
+  {
+    return static_cast<unsigned int>(_mm_movemask_ps(_mm_castsi128_ps(mask)));
+  }
+
+  static void
+  store(Ints values, std::uint32_t* to)
+  {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), values);
+  }
+
+  static void
+  store(Floats values, float* to)
+  {
+    _mm_storeu_ps(to, values);
+  }
+
+  static void
+  storePairs(Ints low, Ints high, std::uint64_t* to)
+  {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_unpacklo_epi32(low, high));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to + 2), _mm_unpackhi_epi32(low, high));
+  }
+
+  static unsigned int
+  nonZeroBytes(const std::uint8_t* bytes)
+  {
+    const __m128i values = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes));
+    const int zeros = _mm_movemask_epi8(_mm_cmpeq_epi8(values, _mm_setzero_si128()));
+    return static_cast<unsigned int>(zeros) ^ 0xffff;
+  }
+
+  static void
+  loadPoints(
+      const unsigned char* points, std::size_t stride, Floats& x, Floats& y, Floats& z)
+  {
+    x = loadPoint(points);
+    y = loadPoint(points + stride);
+    z = loadPoint(points + 2 * stride);
+    Floats w = loadPoint(points + 3 * stride);
+    transpose(x, y, z, w);
+  }
+
+  static void
+  transpose(Floats& x, Floats& y, Floats& z, Floats& w)
+  {
+    _MM_TRANSPOSE4_PS(x, y, z, w);
+  }
+
+private:
+  static Floats
+  loadPoint(const unsigned char* point)
+  {
+    // Through integers, as bytes may be aligned like no float.
+    return _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(point)));
+  }
+};
+
+} // namespace pcl_ext
