@@ -123,7 +123,7 @@ viewOf(const IntensityCloud& points)
 io::FrameEncoder
 makeFrameEncoder(const io::IntensityCompressionSettings& settings)
 {
-  return io::FrameEncoder(settings.format, settings.i_frame_rate);
+  return io::FrameEncoder(settings.format, settings.i_frame_rate, settings.effort);
 }
 
 Preprocessing
