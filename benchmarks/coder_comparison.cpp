@@ -82,15 +82,17 @@ private:
 };
 
 void
-addFrame(const FrameFigures& frame, CoderFigures& figures)
+addFrame(std::size_t index, const FrameFigures& frame, CoderFigures& figures)
 {
-  figures.points.add(static_cast<double>(frame.points));
-  figures.decoded.add(static_cast<double>(frame.decoded));
-  figures.bytes.add(static_cast<double>(frame.bytes));
-  figures.encode_ms.add(frame.encode_ms);
-  figures.decode_ms.add(frame.decode_ms);
-  figures.encode_allocations.add(static_cast<double>(frame.encode_allocations));
-  figures.decode_allocations.add(static_cast<double>(frame.decode_allocations));
+  figures.points.keepLeast(index, static_cast<double>(frame.points));
+  figures.decoded.keepLeast(index, static_cast<double>(frame.decoded));
+  figures.bytes.keepLeast(index, static_cast<double>(frame.bytes));
+  figures.encode_ms.keepLeast(index, frame.encode_ms);
+  figures.decode_ms.keepLeast(index, frame.decode_ms);
+  figures.encode_allocations.keepLeast(index,
+                                       static_cast<double>(frame.encode_allocations));
+  figures.decode_allocations.keepLeast(index,
+                                       static_cast<double>(frame.decode_allocations));
   figures.to_decoded += frame.to_decoded;
   figures.from_decoded += frame.from_decoded;
 }
@@ -138,13 +140,17 @@ compareCoders(const InputStream& stream,
     comparison.coders.back().name = coder->name();
     comparison.coders.back().content = coder->content();
   }
-  const auto add = [&comparison](std::size_t which, const FrameFigures& frame) {
-    addFrame(frame, comparison.coders[which]);
-  };
+  const auto add =
+      [&comparison](std::size_t which, std::size_t index, const FrameFigures& frame) {
+        addFrame(index, frame, comparison.coders[which]);
+      };
   std::vector<ProcessOf<FrameFigures>> processes;
   const auto run = [&](const auto& add_frame) {
-    for (std::size_t i = 0; i < settings.repetitions; ++i)
-      takeTurns(stream.clouds->name(), frames.size(), processes, add_frame);
+    takeTurns(stream.clouds->name(),
+              frames.size(),
+              settings.repetitions,
+              processes,
+              add_frame);
     processes.clear();
   };
   for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
@@ -155,7 +161,9 @@ compareCoders(const InputStream& stream,
                                    comparison.coders[which],
                                    settings.error_every));
     if (!settings.take_turns)
-      run([&](std::size_t /*only*/, const FrameFigures& frame) { add(which, frame); });
+      run([&](std::size_t /*only*/, std::size_t index, const FrameFigures& frame) {
+        add(which, index, frame);
+      });
   }
   run(add);
   return comparison;

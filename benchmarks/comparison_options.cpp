@@ -47,8 +47,8 @@ describeOptions(ComparisonOptions& result)
          options::value(&result.error_every)->default_value(10),
          "frames from one whose errors are searched to the next; 0: none");
   option("repetitions",
-         options::value(&result.repetitions)->default_value(10),
-         "of the recorded streams, which are short");
+         options::value(&result.repetitions)->default_value(3),
+         "of each stream; each frame's fastest counts");
   option("growth-frames",
          options::value(&result.growth_frames)->default_value(5),
          "of the sampled room for each number of points and each voxel edge");

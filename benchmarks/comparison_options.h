@@ -16,7 +16,7 @@ struct ComparisonOptions {
   unsigned int sensor = 0;             ///< of the robot cell, 1..6
   unsigned int i_frame_rate = 0;
   std::size_t error_every = 0;   ///< frames between those whose errors are searched
-  std::size_t repetitions = 0;   ///< of recorded streams
+  std::size_t repetitions = 0;   ///< of each stream
   std::size_t growth_frames = 0; ///< for each size
   std::size_t fewest_points = 0;
   std::size_t most_points = 0;

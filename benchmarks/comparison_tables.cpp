@@ -8,6 +8,7 @@
 #include <pcl/pcl_config.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <ostream>
 #include <string>
@@ -102,6 +103,14 @@ millimetres(const NearestDistances& distances)
           formatted(1000.0 * distances.largest, 2)};
 }
 
+/** \brief Programs that wanted a processor in the last minute. */
+double
+loadAverage()
+{
+  double load = 0.0;
+  return getloadavg(&load, 1) == 1 ? load : 0.0;
+}
+
 /** \brief The processor's name where the system tells it. */
 std::string
 processorName()
@@ -119,7 +128,8 @@ void
 printMachine(std::ostream& output)
 {
   output << "Processor: " << processorName() << "; compiler: " << __VERSION__
-         << "; PCL " << PCL_VERSION_PRETTY << ".\n\n";
+         << "; PCL " << PCL_VERSION_PRETTY << "; " << formatted(loadAverage(), 1)
+         << " programs were running at the start.\n\n";
 }
 
 void
@@ -128,6 +138,7 @@ printPeers(const ComparisonOptions& options, std::ostream& output)
   const Workload workload = workloadAt(options, 0.04);
   ComparisonSettings settings;
   settings.error_every = options.error_every;
+  settings.repetitions = options.repetitions;
   const Comparison comparison =
       compareCoders(openCellStream(options.sensor, options.frames),
                     workload,
@@ -173,6 +184,8 @@ printEfforts(const ComparisonOptions& options, std::ostream& output)
 {
   output << "### Efforts against the published layout and PCL, robot cell\n\n"
             "Times are medians, ms; in brackets how much faster than PCL's class.\n\n";
+  ComparisonSettings settings;
+  settings.repetitions = options.repetitions;
   MarkdownTable table({"workload",
                        "coder",
                        "voxels",
@@ -193,7 +206,7 @@ printEfforts(const ComparisonOptions& options, std::ostream& output)
         compareCoders(openCellStream(options.sensor, options.frames),
                       workloadAt(options, workload.resolution, workload.law),
                       makeLibraryAndPcl,
-                      ComparisonSettings());
+                      settings);
     const CoderFigures& pcl = pclOf(comparison);
     for (const CoderFigures& coder : comparison.coders)
       table.addRow({workload.name,
@@ -224,15 +237,17 @@ printStages(const ComparisonOptions& options, std::ostream& output)
                        "decode",
                        "fill cloud",
                        "class, decode"});
-  for (const StageTimes& times : timeStages(
-           openCellStream(options.sensor, options.frames), workloadAt(options, 0.04)))
+  for (const StageTimes& times :
+       timeStages(openCellStream(options.sensor, options.frames),
+                  workloadAt(options, 0.04),
+                  options.repetitions))
     table.addRow({times.name,
                   medianAndMean(times.preprocess),
                   medianAndMean(times.voxelize),
                   medianAndMean(times.code),
                   medianAndMean(times.class_encode),
                   medianAndMean(times.decode),
-                  medianAndMean(times.fill_cloud),
+                  formatted(times.class_decode.median() - times.decode.median(), 2),
                   medianAndMean(times.class_decode)});
   table.print(output);
 }
@@ -240,8 +255,10 @@ printStages(const ComparisonOptions& options, std::ostream& output)
 void
 printRawToBytes(const ComparisonOptions& options, std::ostream& output)
 {
-  const std::vector<RawToBytesTimes> ways = timeRawToBytes(
-      openCellStream(options.sensor, options.frames), workloadAt(options, 0.04));
+  const std::vector<RawToBytesTimes> ways =
+      timeRawToBytes(openCellStream(options.sensor, options.frames),
+                     workloadAt(options, 0.04),
+                     options.repetitions);
   output
       << "### From the sensor's organised cloud to bytes, robot cell, 4 cm, count\n\n"
          "217,088 points in. Median (mean) of a frame, ms.\n\n";

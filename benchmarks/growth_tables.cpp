@@ -65,7 +65,7 @@ compareInRoom(const ComparisonOptions& options,
   ComparisonSettings settings;
   settings.take_turns = false;
   // What is over soon would else be mostly the first use of memory.
-  settings.repetitions = points <= 100000 ? 10 : 1;
+  settings.repetitions = points <= 100000 ? options.repetitions : 1;
   return compareCoders(
       openRoomStream(points, options.growth_frames), workload, makeAllCoders, settings);
 }

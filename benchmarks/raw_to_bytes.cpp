@@ -155,15 +155,21 @@ startWay(const std::string& name,
          const std::function<std::shared_ptr<RawToBytes>()>& make_way)
 {
   return ProcessOf<FrameTimes>(name, [&frames, make_way] {
-    const std::shared_ptr<RawToBytes> way = make_way();
-    return [way, &frames](std::size_t index) { return way->run(frames[index]); };
+    return [&frames, make_way, way = std::shared_ptr<RawToBytes>()](
+               std::size_t index) mutable {
+      if (index == 0)
+        way = make_way();
+      return way->run(frames[index]);
+    };
   });
 }
 
 } // namespace
 
 std::vector<RawToBytesTimes>
-timeRawToBytes(const InputStream& stream, const Workload& workload)
+timeRawToBytes(const InputStream& stream,
+               const Workload& workload,
+               std::size_t repetitions)
 {
   const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
   std::vector<RawToBytesTimes> times;
@@ -186,12 +192,14 @@ timeRawToBytes(const InputStream& stream, const Workload& workload)
   });
   takeTurns(stream.clouds->name(),
             frames.size(),
+            repetitions,
             processes,
-            [&times](std::size_t which, const FrameTimes& frame) {
-              times[which].move_and_crop.add(frame.move_and_crop_ms);
-              times[which].compress.add(frame.compress_ms);
-              times[which].total.add(frame.move_and_crop_ms + frame.compress_ms);
-              times[which].bytes.add(static_cast<double>(frame.bytes));
+            [&times](std::size_t which, std::size_t index, const FrameTimes& frame) {
+              times[which].move_and_crop.keepLeast(index, frame.move_and_crop_ms);
+              times[which].compress.keepLeast(index, frame.compress_ms);
+              times[which].total.keepLeast(index,
+                                           frame.move_and_crop_ms + frame.compress_ms);
+              times[which].bytes.keepLeast(index, static_cast<double>(frame.bytes));
             });
   return times;
 }

@@ -30,7 +30,9 @@ struct RawToBytesTimes {
  * \throws std::runtime_error if the ways differ in the points that they keep
  */
 std::vector<RawToBytesTimes>
-timeRawToBytes(const InputStream& stream, const Workload& workload);
+timeRawToBytes(const InputStream& stream,
+               const Workload& workload,
+               std::size_t repetitions);
 
 } // namespace benchmarks
 } // namespace pcl_ext

@@ -4,19 +4,24 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <vector>
 
 namespace pcl_ext {
 namespace benchmarks {
 
-/** \brief One figure of many frames. */
+/** \brief One figure of all frames of a stream. */
 class Samples {
 public:
+  /** \brief Adds a frame's sample, or the least of several when the stream is repeated:
+   * what else a machine does makes times longer, never shorter. */
   void
-  add(double sample)
+  keepLeast(std::size_t frame, double sample)
   {
-    samples_.push_back(sample);
+    if (frame >= samples_.size())
+      samples_.resize(frame + 1, std::numeric_limits<double>::infinity());
+    samples_[frame] = std::min(samples_[frame], sample);
   }
 
   double

@@ -111,16 +111,22 @@ startVariant(const InputStream& stream,
 {
   return ProcessOf<FrameStages>(
       coderName(variant), [&stream, &frames, workload, variant] {
-        const auto timed = std::make_shared<TimedVariant>(stream, workload, variant);
-        return
-            [timed, &frames](std::size_t index) { return timed->run(frames[index]); };
+        return [&stream,
+                &frames,
+                workload,
+                variant,
+                timed = std::shared_ptr<TimedVariant>()](std::size_t index) mutable {
+          if (index == 0)
+            timed = std::make_shared<TimedVariant>(stream, workload, variant);
+          return timed->run(frames[index]);
+        };
       });
 }
 
 } // namespace
 
 std::vector<StageTimes>
-timeStages(const InputStream& stream, const Workload& workload)
+timeStages(const InputStream& stream, const Workload& workload, std::size_t repetitions)
 {
   const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
   std::vector<StageTimes> times;
@@ -132,15 +138,15 @@ timeStages(const InputStream& stream, const Workload& workload)
   }
   takeTurns(stream.clouds->name(),
             frames.size(),
+            repetitions,
             processes,
-            [&times](std::size_t which, const FrameStages& frame) {
-              times[which].preprocess.add(frame.preprocess_ms);
-              times[which].voxelize.add(frame.voxelize_ms);
-              times[which].code.add(frame.code_ms);
-              times[which].decode.add(frame.decode_ms);
-              times[which].class_encode.add(frame.class_encode_ms);
-              times[which].class_decode.add(frame.class_decode_ms);
-              times[which].fill_cloud.add(frame.class_decode_ms - frame.decode_ms);
+            [&times](std::size_t which, std::size_t index, const FrameStages& frame) {
+              times[which].preprocess.keepLeast(index, frame.preprocess_ms);
+              times[which].voxelize.keepLeast(index, frame.voxelize_ms);
+              times[which].code.keepLeast(index, frame.code_ms);
+              times[which].decode.keepLeast(index, frame.decode_ms);
+              times[which].class_encode.keepLeast(index, frame.class_encode_ms);
+              times[which].class_decode.keepLeast(index, frame.class_decode_ms);
             });
   return times;
 }

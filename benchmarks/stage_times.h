@@ -21,14 +21,15 @@ struct StageTimes {
   Samples decode;       ///< FrameDecoder
   Samples class_encode; ///< OctreePointCloudIntensityCompression, points to bytes
   Samples class_decode; ///< the same class, bytes to cloud
-  Samples fill_cloud;   ///< the class's decoding less that of FrameDecoder
 };
 
 /** \brief The stages of all variants, variant by variant on each frame.
  * \throws std::runtime_error if what was decoded is not what was encoded
  */
 std::vector<StageTimes>
-timeStages(const InputStream& stream, const Workload& workload);
+timeStages(const InputStream& stream,
+           const Workload& workload,
+           std::size_t repetitions);
 
 } // namespace benchmarks
 } // namespace pcl_ext

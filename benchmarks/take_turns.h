@@ -78,28 +78,32 @@ constexpr std::size_t frames_of_a_turn = 10;
  * \param[in] stream its name, for messages
  * \param[in] frames number of frames
  * \param[in,out] processes what measures
- * \param[in] add takes the index of a process and its figures of a frame
+ * \param[in] repetitions of the stream; a measurement of frame 0 begins it anew
+ * \param[in] add takes the index of a process, a frame's and the figures
  */
 template <typename FiguresT, typename AddT>
 void
 takeTurns(const std::string& stream,
           std::size_t frames,
+          std::size_t repetitions,
           std::vector<ProcessOf<FiguresT>>& processes,
           const AddT& add)
 {
   std::size_t first = 0;
-  for (std::size_t begin = 0; begin < frames; begin += frames_of_a_turn, ++first) {
-    const std::size_t end = std::min(begin + frames_of_a_turn, frames);
+  for (std::size_t begin = 0; begin < frames * repetitions; ++first) {
+    const std::size_t end_of_stream = (begin / frames + 1) * frames;
+    const std::size_t end = std::min(begin + frames_of_a_turn, end_of_stream);
     for (std::size_t turn = 0; turn < processes.size(); ++turn) {
       const std::size_t which = (first + turn) % processes.size();
       try {
-        for (std::size_t index = begin; index < end; ++index)
-          add(which, processes[which].measure(index));
+        for (std::size_t i = begin; i < end; ++i)
+          add(which, i % frames, processes[which].measure(i % frames));
       }
       catch (const std::exception& error) {
         throw std::runtime_error(stream + ", " + error.what());
       }
     }
+    begin = end;
   }
 }
 

@@ -103,6 +103,11 @@ compressionSettings(const Workload& workload, const Variant& variant)
   if (variant.format == io::StreamFormat::Version1) {
     settings.intensity_bits = 8;
     settings.intensity_range = scale_top;
+    if (workload.law == Law::Quadratic)
+      settings.depth_law = io::DepthLaw{
+          2u,
+          IntensityModel<KinectV2, QuadraticLaw>(workload.resolution).cutOffDepth(),
+          static_cast<double>(scale_top)};
   }
   return settings;
 }
@@ -123,7 +128,7 @@ viewOf(const IntensityCloud& points)
 io::FrameEncoder
 makeFrameEncoder(const io::IntensityCompressionSettings& settings)
 {
-  return io::FrameEncoder(settings.format, settings.i_frame_rate);
+  return io::FrameEncoder(settings.format, settings.i_frame_rate, settings.effort);
 }
 
 Preprocessing
