@@ -79,7 +79,7 @@ TEST(DecoderLimits, AFrameBehindMuchGarbageIsFoundWhereverItBegins)
 }
 
 // As DecoderLimits::max_voxels has them.
-constexpr std::size_t bytes_per_voxel = 350;
+constexpr std::size_t bytes_per_voxel = 500;
 constexpr std::size_t hostile_bytes_per_voxel = 2000;
 
 TEST(DecoderLimits, MemoryStaysWithinThePromise)
