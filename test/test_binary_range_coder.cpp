@@ -291,29 +291,29 @@ TEST(AdaptiveBit, BeginsEvenAndLearnsFastFirst)
 {
   AdaptiveBit bit;
   EXPECT_EQ(bit.probability, 0x8000);
-  bit.learn(true, 5);
+  bit.learn(true, learningShifts(5));
   EXPECT_EQ(bit.probability, 0x8000 + (0x10000 - 48 - 0x8000) / 2);
   const int step = bit.probability - 0x8000;
   const int before = bit.probability;
-  bit.learn(true, 5);
+  bit.learn(true, learningShifts(5));
   EXPECT_GT(bit.probability, before);
   EXPECT_LT(bit.probability - before, step);
 }
 
 TEST(AdaptiveBit, IsNeverSureAndAlwaysRecovers)
 {
-  for (unsigned int shift = 4; shift <= 7; ++shift)
+  for (std::uint8_t shift = 4; shift <= 7; ++shift)
     for (const bool usual : {false, true}) {
       AdaptiveBit bit;
       for (int i = 0; i < 5000; ++i) {
-        bit.learn(usual, shift);
+        bit.learn(usual, learningShifts(shift));
         ASSERT_GE(bit.probability, 48);
         ASSERT_LE(bit.probability, 0x10000 - 48);
       }
       EXPECT_TRUE(usual ? bit.probability > 65000 : bit.probability < 536)
           << bit.probability;
       for (int i = 0; i < 600; ++i)
-        bit.learn(!usual, shift);
+        bit.learn(!usual, learningShifts(shift));
       EXPECT_TRUE(usual ? bit.probability < 1500 : bit.probability > 64036)
           << bit.probability;
     }
@@ -321,14 +321,15 @@ TEST(AdaptiveBit, IsNeverSureAndAlwaysRecovers)
 
 TEST(AdaptiveBit, LearnsTheShareOfOnes)
 {
-  for (unsigned int shift = 4; shift <= 7; ++shift)
+  for (std::uint8_t shift = 4; shift <= 7; ++shift)
     for (const double share : {0.05, 0.3, 0.5, 0.9}) {
       std::mt19937_64 random(shift);
       AdaptiveBit bit;
       double mean = 0.0;
       constexpr int rounds = 20000;
       for (int i = 0; i < rounds; ++i) {
-        bit.learn(static_cast<double>(random() >> 11) * 0x1p-53 < share, shift);
+        bit.learn(static_cast<double>(random() >> 11) * 0x1p-53 < share,
+                  learningShifts(shift));
         mean += bit.probability / 65536.0 / rounds;
       }
       EXPECT_NEAR(mean, share, 0.01) << shift;
@@ -340,13 +341,13 @@ TEST(AdaptiveBit, AHigherShiftIsSteadier)
   AdaptiveBit slow;
   AdaptiveBit fast;
   for (int i = 0; i < 200; ++i) {
-    slow.learn(i % 2 == 0, 7);
-    fast.learn(i % 2 == 0, 4);
+    slow.learn(i % 2 == 0, learningShifts(7));
+    fast.learn(i % 2 == 0, learningShifts(4));
   }
   const int slow_before = slow.probability;
   const int fast_before = fast.probability;
-  slow.learn(true, 7);
-  fast.learn(true, 4);
+  slow.learn(true, learningShifts(7));
+  fast.learn(true, learningShifts(4));
   EXPECT_LT(slow.probability - slow_before, (fast.probability - fast_before) / 4);
 }
 

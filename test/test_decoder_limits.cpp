@@ -1,8 +1,11 @@
+#include "compression/payload_coder.h"
 #include "counted_memory.h"
+#include "forged_frames.h"
 #include "voxel_frames.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <sstream>
 #include <string>
@@ -75,13 +78,9 @@ TEST(DecoderLimits, AFrameBehindMuchGarbageIsFoundWhereverItBegins)
   }
 }
 
-/** \brief As DecoderLimits::max_voxels has it. At 21 levels random voxels share hardly
- * a branch. */
-constexpr std::size_t
-promisedBytesPerVoxel(unsigned int depth)
-{
-  return depth < 21 ? 100 : 350;
-}
+// As DecoderLimits::max_voxels has them.
+constexpr std::size_t bytes_per_voxel = 500;
+constexpr std::size_t hostile_bytes_per_voxel = 2000;
 
 TEST(DecoderLimits, MemoryStaysWithinThePromise)
 {
@@ -90,7 +89,7 @@ TEST(DecoderLimits, MemoryStaysWithinThePromise)
   limits.max_voxels = std::size_t{1} << 15;
   for (const StreamFormat format : formats)
     for (const unsigned int depth : {5u, 8u, 21u}) {
-      FrameEncoder encoder(format, 2);
+      FrameEncoder encoder(format, 100);
       VoxelFrame frame = randomFrame(random, depth, 0);
       if (depth == 5) // all of the grid
         for (std::uint64_t key = 0; key < limits.max_voxels; ++key) {
@@ -99,20 +98,68 @@ TEST(DecoderLimits, MemoryStaysWithinThePromise)
         }
       else
         frame = randomFrame(random, depth, limits.max_voxels);
-      const Bytes i_frame = encoded(encoder, frame);
-      const Bytes p_frame = encoded(encoder, frame);
+      std::vector<Bytes> stream;
+      for (int i = 0; i < 8; ++i) {
+        stream.push_back(encoded(encoder, frame));
+        if (depth != 5)
+          walk(random, static_cast<unsigned int>(limits.max_voxels / 50), frame);
+      }
       FrameDecoder decoder(limits);
       VoxelFrame back;
       memory_count.reset();
       const std::size_t before = memory_count.live;
-      ASSERT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
-      ASSERT_EQ(decoded(decoder, p_frame, back), CompressionCode::Ok);
+      for (const Bytes& bytes : stream)
+        ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
       const std::size_t taken = memory_count.peak - before;
-      EXPECT_LE(taken,
-                promisedBytesPerVoxel(depth) * limits.max_voxels + i_frame.size() +
-                    p_frame.size())
+      EXPECT_LE(taken, bytes_per_voxel * limits.max_voxels + stream[0].size())
           << "depth " << depth << ": " << taken / limits.max_voxels << " bytes a voxel";
     }
+}
+
+TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
+{
+  // Every frame has other voxels, none of which is forgotten so soon.
+  DecoderLimits limits;
+  limits.max_voxels = std::size_t{1} << 17;
+  FrameDecoder decoder(limits);
+  VoxelFrame back;
+  PayloadCoder hostile; // without the encoder's rules
+  Parts frame;
+  frame.header.grid = emptyFrame(21).grid;
+  frame.header.voxel_count = limits.max_voxels;
+  frame.header.effort = Effort::Small; // which keeps records longest
+  std::uint32_t checksum = 0;
+  std::size_t good_frames = 0;
+  std::size_t kept = 0; // by the decoder
+  std::size_t peak = 0;
+  CompressionCode code = CompressionCode::Ok;
+  while (code == CompressionCode::Ok && good_frames < 20) {
+    VoxelFrame voxels = emptyFrame(21);
+    // Voxels a block apart, which take the most memory.
+    const std::uint64_t first = good_frames * limits.max_voxels;
+    for (std::uint64_t i = 0; i < limits.max_voxels; ++i)
+      voxels.keys.push_back((first + i) << block_key_bits);
+    voxels.intensities.assign(limits.max_voxels, 1);
+    frame.header.is_i_frame = good_frames == 0;
+    ++frame.header.frame_number;
+    frame.payload.clear();
+    hostile.encode(voxels, good_frames == 0, frame.header.effort, frame.payload);
+    const Bytes bytes = putTogetherSized(frame, checksum);
+    checksum = takeApart(bytes).checksum;
+    memory_count.reset();
+    const std::size_t before = memory_count.live;
+    code = decoded(decoder, bytes, back);
+    peak = std::max(peak, kept + memory_count.peak - before);
+    kept += memory_count.live - before;
+    good_frames += code == CompressionCode::Ok ? 1 : 0;
+  }
+  EXPECT_EQ(code, CompressionCode::LimitExceeded);
+  EXPECT_GE(good_frames, 3u); // no honest stream is refused so soon
+  EXPECT_LE(peak, hostile_bytes_per_voxel * limits.max_voxels)
+      << peak / limits.max_voxels << " bytes a voxel";
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  EXPECT_EQ(decoded(decoder, encoded(encoder, emptyFrame(3)), back),
+            CompressionCode::Ok);
 }
 
 } // namespace

@@ -1,4 +1,5 @@
 #include "voxel_frames.h"
+#include "voxel_streams.h"
 
 #include <gtest/gtest.h>
 
@@ -38,6 +39,111 @@ TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
       }
     }
   }
+}
+
+/** \brief Bytes of some frames of a room behind its first second.
+ * \param[in] is_p_only leave I-frames out
+ */
+std::size_t
+bytesOfRoom(const RoomStream::Settings& settings, FrameEncoder encoder, bool is_p_only)
+{
+  RoomStream room(settings);
+  std::size_t bytes = 0;
+  for (int i = 0; i < 40; ++i) {
+    const std::size_t size = encoded(encoder, room.next()).size();
+    if (i >= 20 && (!is_p_only || !encoder.statistics().is_i_frame))
+      bytes += size;
+  }
+  return bytes;
+}
+
+TEST(FrameSizes, AStaticSceneIsMuchSmallerThanInThePublishedLayout)
+{
+  for (const std::uint32_t width : {25u, 60u, 150u}) {
+    RoomStream::Settings settings;
+    settings.width = width;
+    settings.noise = width / 5;
+    for (const bool is_p_only : {false, true}) {
+      const std::size_t published =
+          bytesOfRoom(settings, FrameEncoder(StreamFormat::Published, 10), is_p_only);
+      std::vector<std::size_t> bytes;
+      for (const Effort effort : efforts)
+        bytes.push_back(bytesOfRoom(
+            settings, FrameEncoder(StreamFormat::Version1, 10, effort), is_p_only));
+      EXPECT_LE(bytes[0], published) << width;
+      EXPECT_LE(4 * bytes[1], 3 * published) << width;
+      EXPECT_LE(4 * bytes[2], 3 * published) << width;
+      // More effort is no larger.
+      EXPECT_LE(bytes[1], bytes[0]) << width;
+      EXPECT_LE(bytes[2], bytes[1]) << width;
+    }
+  }
+}
+
+TEST(FrameSizes, HistoryAndIFramesAreWorthTheirBytes)
+{
+  RoomStream::Settings settings;
+  for (const Effort effort : efforts) {
+    const auto size = [&](unsigned int rate) {
+      return bytesOfRoom(
+          settings, FrameEncoder(StreamFormat::Version1, rate, effort), false);
+    };
+    EXPECT_LT(5 * size(1000), 4 * size(1));
+  }
+}
+
+TEST(FrameSizes, FiftyVoxelsOfAKnownSceneTakeNinetyBytesAtMost)
+{
+  // Most of them stay, as on a robot's arm that holds still; all of the frame counts.
+  for (const Effort effort : efforts) {
+    std::mt19937_64 random(5);
+    VoxelFrame scene = randomFrame(random, 8, 50);
+    for (std::uint16_t& symbol : scene.intensities)
+      symbol = static_cast<std::uint16_t>(1 + below(random, 4));
+    FrameEncoder encoder(StreamFormat::Version1, 30, effort);
+    for (int i = 0; i < 30; ++i) {
+      VoxelFrame frame = scene;
+      for (int change = 0; change < 3; ++change) {
+        const std::size_t lost = below(random, frame.size());
+        frame.keys.erase(frame.keys.begin() + static_cast<std::ptrdiff_t>(lost));
+        frame.intensities.erase(frame.intensities.begin() +
+                                static_cast<std::ptrdiff_t>(lost));
+      }
+      for (int change = 0; change < 10; ++change)
+        frame.intensities[below(random, frame.size())] =
+            static_cast<std::uint16_t>(1 + below(random, 4));
+      const std::size_t size = encoded(encoder, frame).size();
+      if (i >= 20) {
+        EXPECT_LE(size, 90u) << "frame " << i;
+      }
+    }
+  }
+}
+
+TEST(FrameSizes, ADepthModelMakesIntensitiesOfItsLawSmall)
+{
+  for (const Effort effort : {Effort::Balanced, Effort::Small})
+    for (const std::uint8_t exponent : {std::uint8_t{1}, std::uint8_t{2}})
+      for (const unsigned int bits : {8u, 12u}) {
+        RoomStream::Settings settings;
+        settings.bits = bits;
+        settings.depth_model = roomDepthModel(settings.depth, bits, exponent);
+        RoomStream room(settings);
+        FrameEncoder with(StreamFormat::Version1, 20, effort);
+        FrameEncoder without(StreamFormat::Version1, 20, effort);
+        std::size_t bytes_with = 0;
+        std::size_t bytes_without = 0;
+        for (int i = 0; i < 40; ++i) {
+          VoxelFrame frame = room.next();
+          encoded(with, frame);
+          bytes_with += with.statistics().intensity_bytes;
+          frame.depth_model.reset();
+          encoded(without, frame);
+          bytes_without += without.statistics().intensity_bytes;
+        }
+        EXPECT_LT(4 * bytes_with, 3 * bytes_without)
+            << bits << " bits, exponent " << static_cast<int>(exponent);
+      }
 }
 
 } // namespace

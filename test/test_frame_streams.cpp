@@ -129,6 +129,41 @@ TEST(FrameStreams, ALostFrameCostsThePFramesBehindItAndNoMore)
   }
 }
 
+TEST(FrameStreams, AReceiverMayJoinAtAnEmptyIFrame)
+{
+  // Also an I-frame without voxels forgets all that was learnt before.
+  std::mt19937_64 random(61);
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+    for (const bool has_depth_model : {false, true}) {
+      FrameEncoder encoder(StreamFormat::Version1, 100, effort);
+      VoxelFrame frame = randomFrame(random, 5, 2000);
+      VoxelFrame empty = emptyFrame(5);
+      if (has_depth_model) {
+        frame.depth_model.emplace();
+        frame.depth_model->full_symbol = 1 << 16;
+        frame.depth_model->origin = std::int64_t{1} << 31;
+        empty.depth_model = frame.depth_model;
+      }
+      for (int i = 0; i < 5; ++i) {
+        encoded(encoder, frame);
+        walk(random, 20, frame);
+      }
+      FrameDecoder late;
+      VoxelFrame back;
+      encoder.requestIFrame();
+      ASSERT_EQ(decoded(late, encoded(encoder, empty), back), CompressionCode::Ok);
+      EXPECT_TRUE(back.keys.empty());
+      for (int i = 0; i < 3; ++i) {
+        // Fewer than 64 voxels do not make an I-frame by themselves.
+        frame.keys.resize(60);
+        frame.intensities.resize(60);
+        ASSERT_EQ(decoded(late, encoded(encoder, frame), back), CompressionCode::Ok);
+        EXPECT_FALSE(encoder.statistics().is_i_frame);
+        expectSameFrame(back, frame);
+      }
+    }
+}
+
 TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
 {
   std::mt19937_64 random(7);

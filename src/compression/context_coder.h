@@ -56,6 +56,14 @@ public:
          CodedIntensities& intensities,
          std::size_t& occupancy_bytes);
 
+  /** \brief Learns an I-frame without voxels, which has no payload: forgets all that was
+   * learnt before. */
+  void
+  learnEmptyIFrame()
+  {
+    models_ = fresh_models_;
+  }
+
 private:
   struct Models {
     explicit Models(bool is_mixing)

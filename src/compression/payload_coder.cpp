@@ -96,6 +96,8 @@ PayloadCoder::learn(const VoxelFrame& frame, bool is_i_frame, Effort effort)
 {
   if (is_i_frame)
     history_.clear(frame.intensity_scale.bits, forgottenBelow(effort));
+  if (is_i_frame && frame.keys.empty())
+    contextCoder(effort).learnEmptyIFrame();
   const bool has_depths = frame.depth_model && !frame.keys.empty();
   if (has_depths)
     intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);

@@ -1,0 +1,105 @@
+/** \file
+ * \brief What a stream of frames of about the same size takes from the heap once it
+ * runs: nothing.
+ */
+#include "counted_memory.h"
+#include "voxel_frames.h"
+#include "voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr unsigned int i_frame_rate = 30;
+constexpr std::size_t first_second = 20; // frames
+constexpr std::size_t warm_up = first_second + i_frame_rate;
+constexpr std::size_t frame_count = warm_up + 3 * i_frame_rate;
+
+struct Case {
+  Effort effort;
+  bool has_depth_model;
+  bool has_stamp;
+};
+
+std::vector<Case>
+cases()
+{
+  std::vector<Case> cases;
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+    for (const bool has_depth_model : {false, true})
+      for (const bool has_stamp : {false, true})
+        cases.push_back({effort, has_depth_model, has_stamp});
+  return cases;
+}
+
+std::vector<VoxelFrame>
+room(bool has_depth_model)
+{
+  RoomStream::Settings settings;
+  settings.width = 100;
+  if (has_depth_model)
+    settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  RoomStream stream(settings);
+  std::vector<VoxelFrame> frames;
+  for (std::size_t i = 0; i < frame_count; ++i)
+    frames.push_back(stream.next());
+  return frames;
+}
+
+std::optional<FrameStamp>
+stampOf(const Case& stream, std::size_t frame)
+{
+  if (!stream.has_stamp)
+    return std::nullopt;
+  return FrameStamp{1700000000000000 + 50000 * frame, "a_frame_of_some_length"};
+}
+
+TEST(Allocations, AnEncoderThatRunsTakesNone)
+{
+  for (const Case& stream : cases()) {
+    const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    std::vector<std::uint8_t> bytes;
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const std::optional<FrameStamp> stamp = stampOf(stream, i);
+      memory_count.reset();
+      ASSERT_TRUE(encoder.encode(frames[i], stamp, bytes).ok());
+      EXPECT_EQ(encoder.statistics().is_i_frame, i % i_frame_rate == 0);
+      allocations += i < warm_up ? 0 : memory_count.allocations;
+    }
+    EXPECT_EQ(allocations, 0u)
+        << "effort " << static_cast<int>(stream.effort) << ", depth model "
+        << stream.has_depth_model << ", stamp " << stream.has_stamp;
+  }
+}
+
+TEST(Allocations, ADecoderThatRunsTakesNone)
+{
+  for (const Case& stream : cases()) {
+    const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Bytes bytes = encoded(encoder, frames[i], stampOf(stream, i));
+      memory_count.reset();
+      ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
+      allocations += i < warm_up ? 0 : memory_count.allocations;
+      ASSERT_EQ(decoder.stamp().has_value(), stream.has_stamp);
+    }
+    EXPECT_EQ(allocations, 0u)
+        << "effort " << static_cast<int>(stream.effort) << ", depth model "
+        << stream.has_depth_model << ", stamp " << stream.has_stamp;
+  }
+}
+
+} // namespace
