@@ -318,7 +318,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   cloud.resize(frame_.size());
   // Static, as the compiler would build one anew on the stack for each point, piece by
   // piece, and the processor waits for a copy of what it has just written in pieces.
-  static const PointT blank;
+  static const PointT blank = PointT();
   VoxelCentres centres;
   for (std::size_t begin = 0; begin < frame_.size(); begin += VoxelCentres::most) {
     const std::size_t count = voxelCentres(frame_, begin, centres);
