@@ -75,6 +75,26 @@ TEST(VoxelizerStreams, DenseAndSparseCloudsTakeTurns)
   }
 }
 
+TEST(VoxelizerStreams, ADenseStreamMayTurnSparseWithinACloud)
+{
+  for (const IntensityUnit unit : {IntensityUnit::Points, IntensityUnit::Native}) {
+    Stream stream(settingsOf(0.04), unit);
+    for (std::uint64_t i = 0; i < 12; ++i) {
+      Cloud cloud = withoutIntensities(surface(i, 1.0f, 3000));
+      if (i % 3 == 2)
+        for (const Point& point : withoutIntensities(randomCloud(i, -9.0, 9.0, 9000)))
+          cloud.push_back(point);
+      stream.add(cloud);
+      const std::map<LatticeIndex, float> counts = naiveCounts(cloud, 0.04);
+      ASSERT_TRUE(unit != IntensityUnit::Points || stream.values() == counts);
+      ASSERT_EQ(stream.frame.size(), counts.size());
+      for (const auto& voxel : stream.values())
+        ASSERT_TRUE(unit == IntensityUnit::Points || voxel.second == 1.0f);
+      EXPECT_EQ(stream.statistics.points_used, cloud.size());
+    }
+  }
+}
+
 TEST(VoxelizerStreams, SumsDoNotDependOnWhatWasBefore)
 {
   for (const IntensityUnit unit : {IntensityUnit::Share, IntensityUnit::Native}) {

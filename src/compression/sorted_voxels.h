@@ -27,6 +27,13 @@ public:
   void
   add(const PlacedPoints& placed, std::size_t* added);
 
+  /** \brief No cloud is. */
+  static bool
+  areTooSparse(std::size_t /*points*/)
+  {
+    return false;
+  }
+
   /** \brief Writes the voxels.
    * \param[out] keys Morton keys of the voxels, strictly ascending
    * \param[out] counts number of points in each voxel

@@ -4,8 +4,9 @@
 #include "grid_fit.h"
 #include "memory_buffer.h"
 
-#include <boost/crc.hpp>
+#include <zlib.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -185,12 +186,16 @@ version1Checksum(std::uint32_t reference_checksum,
                  const std::uint8_t* bytes,
                  std::size_t size)
 {
-  std::vector<std::uint8_t> prefix;
-  ByteWriter(prefix).u32(reference_checksum);
-  boost::crc_32_type crc;
-  crc.process_bytes(prefix.data(), prefix.size());
-  crc.process_bytes(bytes, size);
-  return crc.checksum();
+  const std::array<std::uint8_t, 4> prefix{
+      static_cast<std::uint8_t>(reference_checksum),
+      static_cast<std::uint8_t>(reference_checksum >> 8),
+      static_cast<std::uint8_t>(reference_checksum >> 16),
+      static_cast<std::uint8_t>(reference_checksum >> 24)};
+  auto checksum = crc32_z(0, prefix.data(), prefix.size());
+  // Where there are no bytes there may be no pointer, for which zlib starts again.
+  if (size != 0)
+    checksum = crc32_z(checksum, bytes, size);
+  return static_cast<std::uint32_t>(checksum);
 }
 
 std::uint32_t

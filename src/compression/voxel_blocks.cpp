@@ -74,14 +74,24 @@ VoxelBlocks::clear()
   further_points_.clear();
 }
 
+bool
+VoxelBlocks::areTooSparse(std::size_t points) const
+{
+  constexpr std::size_t blocks_that_cost_little = 1024;
+  const std::size_t new_blocks = blocks_.size() - 1 - order_.size();
+  return new_blocks > points / 2 + blocks_that_cost_little;
+}
+
 void
 VoxelBlocks::dropEmptyBlocks()
 {
   order_.clear();
   kept_blocks_.assign(1, no_block);
   for (std::size_t i = 0; i < occupied_count_; ++i) {
-    order_.push_back({occupied_[i].key, static_cast<std::uint32_t>(i + 1)});
+    const auto kept = static_cast<std::uint32_t>(i + 1);
+    order_.push_back({occupied_[i].key, kept});
     kept_blocks_.push_back(blocks_[occupied_[i].block]);
+    occupied_[i].block = kept;
   }
   blocks_.swap(kept_blocks_);
   fillTable();

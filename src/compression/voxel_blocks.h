@@ -42,6 +42,13 @@ public:
   void
   add(const PlacedPoints& placed, std::size_t* added);
 
+  /** \brief True if so many points are in blocks of their own that SortedVoxels would
+   * take less time.
+   * \param[in] points that were added
+   */
+  bool
+  areTooSparse(std::size_t points) const;
+
   /** \brief Writes the voxels; before anything is added again, there is to be a clear().
    * \param[out] keys Morton keys of the voxels, strictly ascending
    * \param[out] counts number of points in each voxel

@@ -35,10 +35,9 @@ public:
       adaptGrid(points, may_refit);
     VoxelizationStatistics statistics;
     // What is new may be sparse, and the sort minds that least.
-    if (points_a_block_ < fewest_points_a_block)
-      statistics = voxelizeWith(sorted_voxels_, points, may_refit, frame);
-    else
-      statistics = voxelizeWith(blocks_, points, may_refit, frame);
+    if (points_a_block_ < fewest_points_a_block ||
+        !voxelizeWith(blocks_, points, may_refit, frame, statistics))
+      voxelizeWith(sorted_voxels_, points, may_refit, frame, statistics);
     statistics.voxels = frame.size();
     return statistics;
   }
@@ -54,43 +53,55 @@ private:
    * than gathering them in blocks. */
   static constexpr std::size_t fewest_points_a_block = 4;
 
+  enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
+
+  /** \brief Voxelizes a cloud; false if it is too sparse for these voxels. */
   template <typename VoxelsT>
-  VoxelizationStatistics
+  bool
   voxelizeWith(VoxelsT& voxels,
                const PointView& points,
                bool may_refit,
-               VoxelFrame& frame)
+               VoxelFrame& frame,
+               VoxelizationStatistics& statistics)
   {
-    VoxelizationStatistics statistics;
-    if (!collect(points, voxels, statistics)) {
+    Collected collected = collect(points, voxels, statistics);
+    if (collected == Collected::PointOutsideGrid) {
       adaptGrid(points, may_refit);
-      collect(points, voxels, statistics);
+      collected = collect(points, voxels, statistics);
+    }
+    if (collected == Collected::TooSparse) {
+      blocks_.reset();
+      return false;
     }
     voxels.writeVoxels(frame.keys, voxel_counts_);
     if (!frame.keys.empty())
       points_a_block_ = statistics.points_used / voxels.occupiedBlocks();
     frame.grid = finder_.grid();
+    statistics.intensities_out_of_range = quantise(voxels, points, may_refit, frame);
+    return true;
+  }
+
+  template <typename VoxelsT>
+  std::size_t
+  quantise(const VoxelsT& voxels,
+           const PointView& points,
+           bool may_refit,
+           VoxelFrame& frame)
+  {
     if (points.intensities != nullptr)
       sumIntensities(voxels, frame.size());
-    else if (!is_mean_ && quantiser_.takesCounts()) {
-      statistics.intensities_out_of_range =
-          quantiser_.quantiseCounts(voxel_counts_, frame);
-      return statistics;
-    }
-    else if (is_mean_)
+    else if (!is_mean_ && quantiser_.takesCounts())
+      return quantiser_.quantiseCounts(voxel_counts_, frame);
+    else if (is_mean_) // of ones
       voxel_values_.assign(frame.size(), 1.0);
     else
       voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
-    statistics.intensities_out_of_range =
-        quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
-    return statistics;
+    return quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
   }
 
-  /** \brief Adds all points that can be used.
-   * \return false if one of them is outside the grid
-   */
+  /** \brief Adds all points that can be used, unless something is in the way. */
   template <typename VoxelsT>
-  bool
+  Collected
   collect(const PointView& points, VoxelsT& voxels, VoxelizationStatistics& statistics)
   {
     statistics = VoxelizationStatistics();
@@ -100,15 +111,17 @@ private:
     std::array<std::size_t, PlacedPoints::most> added;
     for (std::size_t i = 0; i < points.count; i += PlacedPoints::most) {
       if (!finder_.find(points, i, placed_, statistics))
-        return false;
+        return Collected::PointOutsideGrid;
       voxels.add(placed_, added.data());
+      if (voxels.areTooSparse(i))
+        return Collected::TooSparse;
       if (points.intensities != nullptr)
         addRuns(points, added.data(), statistics);
     }
     statistics.points_used = points.count - statistics.points_not_finite -
                              statistics.points_outside_box -
                              statistics.points_outside_grid;
-    return true;
+    return Collected::AllPoints;
   }
 
   void

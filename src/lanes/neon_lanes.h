@@ -163,8 +163,10 @@ struct NeonLanes {
   static void
   storePairs(Ints low, Ints high, std::uint64_t* to)
   {
-    vst1q_u64(to, vreinterpretq_u64_s32(vzip1q_s32(low, high)));
-    vst1q_u64(to + 2, vreinterpretq_u64_s32(vzip2q_s32(low, high)));
+    // As bytes: what the type of 64 bits is called differs from system to system.
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(to);
+    vst1q_u8(bytes, vreinterpretq_u8_s32(vzip1q_s32(low, high)));
+    vst1q_u8(bytes + 16, vreinterpretq_u8_s32(vzip2q_s32(low, high)));
   }
 
   static unsigned int

@@ -265,6 +265,7 @@ private:
   // Members so that their memory is reused.
   VoxelFrame frame_;
   std::vector<float> intensities_;
+  std::optional<FrameStamp> stamp_; // of what is encoded
   std::vector<std::uint8_t> bytes_;
 };
 

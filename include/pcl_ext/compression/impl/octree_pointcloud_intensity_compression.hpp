@@ -171,10 +171,13 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
       voxelizer_.voxelize(view, encoder_.isIFrameDue(), frame_);
   frame_.depth_model = depthModel(*cloud);
 
-  std::optional<FrameStamp> stamp;
-  if (settings_.carry_header)
-    stamp = FrameStamp{cloud->header.stamp, cloud->header.frame_id};
-  if (const CompressionStatus status = encoder_.encode(frame_, stamp, bytes_);
+  if (settings_.carry_header) {
+    if (!stamp_)
+      stamp_.emplace();
+    stamp_->stamp = cloud->header.stamp;
+    stamp_->frame_id = cloud->header.frame_id;
+  }
+  if (const CompressionStatus status = encoder_.encode(frame_, stamp_, bytes_);
       !status.ok())
     return status;
   statistics_ = {voxelization, encoder_.statistics()};
