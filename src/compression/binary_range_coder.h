@@ -19,7 +19,7 @@ public:
 
   /** \brief Starts a row of bits behind the bytes that are there. */
   explicit BinaryRangeEncoder(std::vector<std::uint8_t>& bytes)
-  : bytes_(bytes), begin_(bytes.size())
+  : bytes_(&bytes), begin_(bytes.size())
   {}
 
   /** \brief Writes a bit.
@@ -45,7 +45,7 @@ public:
   std::size_t
   settledBytes() const
   {
-    return bytes_.size() - begin_;
+    return bytes_->size() - begin_;
   }
 
   /** \brief Ends the row with as few bytes as tell it from all others; trailing zeros
@@ -65,8 +65,8 @@ public:
     }
     writeWord();
     writeWord();
-    while (bytes_.size() > begin_ && bytes_.back() == 0)
-      bytes_.pop_back();
+    while (bytes_->size() > begin_ && bytes_->back() == 0)
+      bytes_->pop_back();
   }
 
 private:
@@ -79,16 +79,16 @@ private:
     if (low_ >= carry) {
       // The sum of what was written and what is to come stays below 1, so the carry
       // ends within this row.
-      for (std::size_t i = bytes_.size(); ++bytes_[--i] == 0;) {
+      for (std::size_t i = bytes_->size(); ++(*bytes_)[--i] == 0;) {
       }
       low_ -= carry;
     }
-    bytes_.push_back(static_cast<std::uint8_t>(low_ >> 24));
-    bytes_.push_back(static_cast<std::uint8_t>(low_ >> 16));
+    bytes_->push_back(static_cast<std::uint8_t>(low_ >> 24));
+    bytes_->push_back(static_cast<std::uint8_t>(low_ >> 16));
     low_ = (low_ & 0xffff) << 16;
   }
 
-  std::vector<std::uint8_t>& bytes_;
+  std::vector<std::uint8_t>* bytes_;
   std::size_t begin_;
   std::uint64_t low_ = 0; // 32 bits and the carry
   std::uint32_t range_ = 0xffffffff;

@@ -71,13 +71,12 @@ ContextCoder::encodeWith(const PayloadContext& context,
   if (context.is_i_frame)
     models_ = fresh_models_;
   const std::size_t begin = payload.size();
-  BinaryRangeEncoder side(payload);
-  CodingT<BinaryRangeEncoder> coding(side);
+  CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
   codeOccupancy(coding, models_, context, &frame, intensities.numbers.size());
-  const std::size_t occupancy_bytes = side.settledBytes();
+  const std::size_t occupancy_bytes = coding.side().settledBytes();
   codeIntensities(
       coding, models_.intensity, workspace_.directory, context, frame, intensities);
-  side.finish();
+  coding.side().finish();
   return std::min(occupancy_bytes, payload.size() - begin);
 }
 
@@ -92,15 +91,14 @@ ContextCoder::decodeWith(const PayloadContext& context,
                          std::size_t& occupancy_bytes)
 {
   trial_models_ = context.is_i_frame ? fresh_models_ : models_;
-  BinaryRangeDecoder side(begin, end);
-  CodingT<BinaryRangeDecoder> coding(side);
+  CodingT<BinaryRangeDecoder> coding{BinaryRangeDecoder(begin, end)};
   if (!codeOccupancy(coding, trial_models_, context, nullptr, voxel_count))
     return false;
   workspace_.collect(context.history, frame);
   if (frame.voxelCount() != voxel_count)
     return false;
   occupancy_bytes =
-      std::min(side.settledBytes(), static_cast<std::size_t>(end - begin));
+      std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
   intensities.numbers.assign(voxel_count, 0);
   if (!codeIntensities(coding,
                        trial_models_.intensity,
@@ -108,7 +106,7 @@ ContextCoder::decodeWith(const PayloadContext& context,
                        context,
                        frame,
                        intensities) ||
-      !side.isAtEnd())
+      !coding.side().isAtEnd())
     return false;
   std::swap(models_, trial_models_);
   return true;

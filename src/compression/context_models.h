@@ -78,7 +78,13 @@ public:
   static constexpr bool is_decoder = SideT::is_decoder;
   static constexpr bool is_mixing = false;
 
-  explicit SingleContextCoding(SideT& side) : side_(side) {}
+  explicit SingleContextCoding(const SideT& side) : side_(side) {}
+
+  SideT&
+  side()
+  {
+    return side_;
+  }
 
   /** \brief Codes one decision and learns it.
    * \param[in] bit what was decided; the decoder finds it out
@@ -104,7 +110,7 @@ public:
   }
 
 private:
-  SideT& side_;
+  SideT side_;
 };
 
 /** \brief Codes decisions with the probabilities of all their contexts, mixed.
@@ -116,7 +122,15 @@ public:
   static constexpr bool is_decoder = SideT::is_decoder;
   static constexpr bool is_mixing = true;
 
-  explicit MixedContextCoding(SideT& side) : side_(side), tables_(logisticTables()) {}
+  explicit MixedContextCoding(const SideT& side)
+  : side_(side), tables_(&logisticTables())
+  {}
+
+  SideT&
+  side()
+  {
+    return side_;
+  }
 
   /** \brief As SingleContextCoding::code. */
   template <std::size_t WayCount>
@@ -125,15 +139,19 @@ public:
        const typename DecisionModel<WayCount>::Contexts& contexts,
        bool bit)
   {
-    if constexpr (WayCount == 1)
-      return SingleContextCoding<SideT>(side_).code(model, contexts, bit);
+    if constexpr (WayCount == 1) {
+      AdaptiveBit& prediction = model.bit(0, contexts.ways[0]);
+      const bool decision = side_.code(bit, prediction.probability);
+      prediction.learn(decision, model.shifts());
+      return decision;
+    }
     else {
       std::array<std::int32_t, WayCount> stretched;
       for (std::size_t way = 0; way < WayCount; ++way)
         stretched[way] =
-            tables_.stretch(model.bit(way, contexts.ways[way]).probability);
+            tables_->stretch(model.bit(way, contexts.ways[way]).probability);
       MixerWeights<WayCount>& weights = model.weights(contexts.weight_set);
-      const std::int32_t probability = tables_.squash(weights.mix(stretched));
+      const std::int32_t probability = tables_->squash(weights.mix(stretched));
       const bool decision = side_.code(bit, static_cast<std::uint32_t>(probability));
       weights.learn(stretched, (decision ? 1 << 16 : 0) - probability);
       for (std::size_t way = 0; way < WayCount; ++way)
@@ -149,8 +167,8 @@ public:
   }
 
 private:
-  SideT& side_;
-  const LogisticTables& tables_;
+  SideT side_;
+  const LogisticTables* tables_;
 };
 
 } // namespace io

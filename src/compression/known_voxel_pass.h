@@ -43,6 +43,8 @@ public:
   , work_(workspace)
   , history_(context.history)
   , levels_(levelsAboveBlocks(context.grid_depth))
+  , mean_shift_(context.history.fractionBits() -
+                std::min(context.history.fractionBits(), 2u))
   {}
 
   /** \brief Codes the known voxels.
@@ -52,10 +54,13 @@ public:
   run()
   {
     std::size_t voxels = 0;
+    // A copy, whose numbers can stay in registers.
+    CodingT coding = coding_;
     for (std::size_t i = 0; i < history_.blocks().size(); ++i) {
-      work_.occupied[i] = codeBlock(i, work_.occupied[i]);
+      work_.occupied[i] = codeBlock(coding, i, work_.occupied[i]);
       voxels += cellCount(work_.occupied[i]);
     }
+    coding_ = coding;
     return voxels;
   }
 
@@ -76,7 +81,7 @@ private:
   };
 
   std::uint64_t
-  codeBlock(std::size_t index, std::uint64_t target)
+  codeBlock(CodingT& coding, std::size_t index, std::uint64_t target)
   {
     const HistoryBlock& block = history_.blocks()[index];
     Surroundings around;
@@ -91,7 +96,7 @@ private:
       if constexpr (CodingT::is_mixing)
         addContexts(record, lowestCell(cells), occupied, around, contexts);
       const bool is_occupied =
-          coding_.code(models_.voxel, contexts, (target & cell) != 0);
+          coding.code(models_.voxel, contexts, (target & cell) != 0);
       if (is_occupied)
         occupied |= cell;
       if constexpr (CodingT::is_mixing)
@@ -105,26 +110,20 @@ private:
   std::uint32_t
   recordContext(std::size_t record) const
   {
-    const VoxelRecord* const records = history_.records();
-    const std::uint32_t mean = meanOf(record);
-    const std::uint32_t mean_class = mean <= 20  ? 0
-                                     : mean < 32 ? 1
-                                     : mean < 48 ? 2
-                                     : mean < 80 ? 3
-                                                 : 4;
-    return (((records[record].probability >> 11) * 4u + (records[record].recent & 3u)) *
-                3 +
-            ageClass(record)) *
+    const VoxelRecord& known = history_.records()[record];
+    // By tables, as whatever a branch would guess is wrong too often.
+    const std::uint32_t mean_class =
+        mean_classes[std::min<std::uint32_t>(known.mean >> mean_shift_, 20)];
+    return (((known.probability >> 11) * 4u + (known.recent & 3u)) * 3 +
+            age_classes[std::min<std::uint32_t>(known.age, 5)]) *
                5 +
            mean_class;
   }
 
-  std::uint32_t
-  ageClass(std::size_t record) const
-  {
-    const std::uint32_t age = history_.records()[record].age;
-    return age < 2 ? 0 : age < 5 ? 1 : 2;
-  }
+  /** \brief Classes of a mean in quarters of a point: ends at 1.5, 2, 3 and 5 points. */
+  static constexpr std::array<std::uint8_t, 21> mean_classes = {
+      0, 0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 4};
+  static constexpr std::array<std::uint8_t, 6> age_classes = {0, 0, 1, 1, 1, 2};
 
   /** \brief Mean number of a voxel, in sixteenths. */
   std::uint32_t
@@ -190,7 +189,8 @@ private:
     const VoxelRecord* const records = history_.records();
     const std::uint32_t probability = records[record].probability;
     const std::uint32_t recent = records[record].recent;
-    const std::uint32_t age_class = ageClass(record);
+    const std::uint32_t age_class =
+        age_classes[std::min<std::uint32_t>(records[record].age, 5)];
     const std::uint32_t mean = meanOf(record);
     const std::uint32_t before = around.before.of(cell);
     const std::uint32_t came = std::min(around.came.of(cell), 3u);
@@ -214,6 +214,7 @@ private:
   OccupancyWorkspace& work_;
   const VoxelHistory& history_;
   unsigned int levels_;
+  unsigned int mean_shift_; // from a mean's fixed point to quarters
 };
 
 } // namespace io

@@ -202,7 +202,10 @@ private:
       return false;
     findNeighbours(range.key, block);
     const std::uint64_t before = block.occupied;
-    codeOctants(block);
+    // A copy, whose numbers can stay in registers.
+    CodingT coding = coding_;
+    codeOctants(coding, block);
+    coding_ = coding;
     const std::uint64_t new_voxels = block.occupied & ~before;
     voxels_ += cellCount(new_voxels);
     if (is_known)
@@ -242,7 +245,7 @@ private:
   }
 
   void
-  codeOctants(Block& block)
+  codeOctants(CodingT& coding, Block& block)
   {
     std::uint32_t octants = 0; // with new voxels so far
     for (unsigned int octant = 0; octant < 8; ++octant) {
@@ -253,16 +256,17 @@ private:
           8 * octant + 8 >= block_cells || block.unknown >> (8 * octant + 8) == 0;
       const bool has_new_voxels =
           (is_last && octants == 0) ||
-          codeIsOctantNew(block, octant, octants, (block.target & cells) != 0);
+          codeIsOctantNew(coding, block, octant, octants, (block.target & cells) != 0);
       if (!has_new_voxels)
         continue;
       ++octants;
-      codeCells(block, block.unknown & cells);
+      codeCells(coding, block, block.unknown & cells);
     }
   }
 
   bool
-  codeIsOctantNew(const Block& block,
+  codeIsOctantNew(CodingT& coding,
+                  const Block& block,
                   unsigned int octant,
                   std::uint32_t octants,
                   bool has_new_voxels)
@@ -293,12 +297,12 @@ private:
           upTo(octants, 3) * 2 + is_i_frame_;
       contexts.weight_set = octant_class * 2 + is_i_frame_;
     }
-    return coding_.code(models_.octant, contexts, has_new_voxels);
+    return coding.code(models_.octant, contexts, has_new_voxels);
   }
 
   /** \brief Codes which cells of an octant are new voxels, of which there is one. */
   void
-  codeCells(Block& block, std::uint64_t cells)
+  codeCells(CodingT& coding, Block& block, std::uint64_t cells)
   {
     std::uint32_t found = 0;
     std::uint32_t left = cellCount(cells);
@@ -323,7 +327,7 @@ private:
       }
       const bool is_implied = left == 0 && found == 0;
       if (!is_implied &&
-          !coding_.code(models_.cell, contexts, (block.target & cell_bit) != 0))
+          !coding.code(models_.cell, contexts, (block.target & cell_bit) != 0))
         continue;
       ++found;
       block.occupied |= cell_bit;
