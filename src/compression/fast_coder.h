@@ -1,0 +1,123 @@
+#pragma once
+
+#include "fast_frame.h"
+#include "fast_history.h"
+#include "fast_models.h"
+#include "fast_occupancy.h"
+#include "fast_symbols.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Codes the payload of one stream's frames, an encoder or a decoder of its own
+ * for each stream and direction (doc/bitstream_fast.md).
+ *
+ * It remembers the frames since the last I-frame. Everything adapts; nothing depends on
+ * the compiler or the width of its words. Memory is kept from frame to frame.
+ */
+class FastCoder {
+public:
+  /** \brief Appends the payload of a frame, and learns the frame.
+   * \param[in] is_i_frame the frame stands alone; the first one has to
+   * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
+   * \param[in] symbols as many intensity symbols, below 2^bits
+   * \param[in] bits of a symbol, 1..16; another number than in the last frame asks for
+   * an I-frame or `forgetSymbols`
+   * \param[in] depth of the grid, 1..21; that of the last frame unless this is an I-frame
+   * \param[in,out] payload where to append
+   */
+  void
+  encode(bool is_i_frame,
+         const std::vector<std::uint64_t>& keys,
+         const std::vector<std::uint16_t>& symbols,
+         unsigned int bits,
+         unsigned int depth,
+         std::vector<std::uint8_t>& payload);
+
+  /** \brief Reads a payload and learns the frame.
+   * \param[in] begin first byte
+   * \param[in] end behind the last byte
+   * \param[in] is_i_frame as for `encode`
+   * \param[in] voxel_count number of voxels, 1..2^25; the caller has checked it against
+   * its limits
+   * \param[in] bits as for `encode`
+   * \param[in] depth as for `encode`
+   * \param[out] keys Morton keys of the voxels, ascending
+   * \param[out] symbols their symbols
+   * \return false if the bytes are not what an encoder writes; the coder is then as it
+   * was before, keys and symbols are anything
+   */
+  bool
+  decode(const std::uint8_t* begin,
+         const std::uint8_t* end,
+         bool is_i_frame,
+         std::size_t voxel_count,
+         unsigned int bits,
+         unsigned int depth,
+         std::vector<std::uint64_t>& keys,
+         std::vector<std::uint16_t>& symbols);
+
+  /** \brief Forgets the intensities, as where their scale changes. */
+  void
+  forgetSymbols();
+
+  /** \brief Number of voxels that are known of the last frames; seven times those of the
+   * largest frame at most. */
+  std::size_t
+  recordCount() const;
+
+  /** \brief How much of a frame is known.
+   * \param[in] keys Morton keys of its voxels, ascending
+   * \return number of them that are known
+   */
+  std::size_t
+  knownVoxels(const std::vector<std::uint64_t>& keys);
+
+private:
+  void
+  beginFrame(bool is_i_frame, unsigned int depth, std::size_t voxel_count);
+
+  const FastHistory&
+  before() const
+  {
+    return frame_.is_i_frame ? no_history_ : history_;
+  }
+
+  /** \brief The moments of this frame: those of the history are kept until another
+   * I-frame is known to be whole. */
+  std::vector<std::uint16_t>&
+  moments()
+  {
+    return frame_.is_i_frame ? next_history_.moments : history_.moments;
+  }
+
+  void
+  keepHistory();
+
+  void
+  expandBlocks(std::vector<std::uint64_t>& keys);
+
+  const FastModels first_models_;
+  const FastHistory no_history_{};
+  // Those of the frames so far, and what a decoder makes of them until it knows that the
+  // frame is whole.
+  std::array<FastModels, 2> models_;
+  unsigned int current_models_ = 0;
+  FastHistory history_;
+  FastHistory next_history_;
+
+  FastFrame frame_;
+  FastOccupancy occupancy_;
+  FastSymbols symbols_;
+  std::vector<std::uint32_t> steps_;
+  std::vector<std::uint16_t> words_;
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace io
+} // namespace pcl_ext

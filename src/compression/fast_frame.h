@@ -1,0 +1,54 @@
+#pragma once
+
+#include "fast_history.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Makes a vector at least this long, with room to grow. */
+template <class T>
+void
+ensureSize(std::vector<T>& vector, std::size_t size)
+{
+  if (vector.size() < size)
+    vector.resize(size + size / 4);
+}
+
+/** \brief One frame on its way through the fast coder: what its passes hand on. */
+struct FastFrame {
+  bool is_i_frame = false;
+  unsigned int depth = 0; ///< of the grid
+  std::size_t voxel_count = 0;
+
+  // Occupied cells by block number of the history; of known voxels at first, in a
+  // decoder, then of all.
+  std::vector<std::uint64_t> occupied;
+
+  // Blocks that the history does not know, ascending.
+  std::vector<std::uint64_t> new_keys;
+  std::vector<std::uint64_t> new_masks;
+
+  // The frame's blocks, ascending.
+  std::vector<std::uint64_t> keys;
+  std::vector<std::uint64_t> masks;
+  std::vector<std::uint32_t> numbers; ///< in the history
+
+  // Voxels, in Morton order.
+  std::vector<std::uint32_t> block_of; ///< index of a voxel's block in `keys`
+  std::vector<std::uint8_t> cell_of;   ///< its cell in that block
+
+  void
+  resizeBlocks(std::size_t size)
+  {
+    keys.resize(size);
+    masks.resize(size);
+    numbers.resize(size);
+  }
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,132 @@
+#pragma once
+
+#include "fast_frame.h"
+#include "fast_models.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Codes which voxels are occupied (doc/bitstream_fast.md, "Occupancy"), in
+ * three passes: those that the history knows, new ones in blocks that it knows, new
+ * blocks. What the frame teaches goes into a history of its own.
+ *
+ * A Coder is NibbleEncoder or NibbleDecoder.
+ */
+class FastOccupancy {
+public:
+  /** \brief For an encoder: sorts the voxels into blocks and finds the known ones.
+   * \param[in] keys Morton keys, ascending, at least one
+   */
+  static void
+  match(const FastHistory& before,
+        const std::vector<std::uint64_t>& keys,
+        FastFrame& frame);
+
+  /** \brief Codes a frame.
+   * \param[in] before the history; empty at an I-frame
+   * \param[out] after the history behind this frame, its moments excepted
+   * \param[in,out] moments those of the history; new voxels get none
+   * \param[in,out] frame as `match` left it, or, in a decoder, its voxel count; its
+   * blocks come out
+   * \return false if the bytes are not such a frame; never in an encoder
+   */
+  template <class Coder>
+  bool
+  code(Coder& coder,
+       FastModels& models,
+       const FastHistory& before,
+       FastHistory& after,
+       std::vector<std::uint16_t>& moments,
+       FastFrame& frame);
+
+private:
+  template <class Coder>
+  bool
+  codeKnownVoxels(Coder& coder,
+                  FastModels& models,
+                  const FastHistory& before,
+                  FastHistory& after,
+                  FastFrame& frame);
+
+  template <class Coder>
+  bool
+  splitBucket(Coder& coder,
+              FastModels& models,
+              unsigned int past,
+              const FastHistory& before,
+              FastHistory& after,
+              FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeNewOctants(Coder& coder,
+                 FastModels& models,
+                 const FastHistory& before,
+                 FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeOctantMasks(Coder& coder,
+                  FastModels& models,
+                  const FastHistory& before,
+                  FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeNewCells(Coder& coder,
+               FastModels& models,
+               const FastHistory& before,
+               FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeNewBlocks(Coder& coder, FastModels& models, FastFrame& frame);
+
+  void
+  collectNodes(const FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeNodes(Coder& coder, FastModels& models, unsigned int level, FastFrame& frame);
+
+  template <class Coder>
+  bool
+  codeBlockCells(Coder& coder, FastModels& models, FastFrame& frame);
+
+  static void
+  makeRoom(const FastHistory& before,
+           FastHistory& after,
+           std::vector<std::uint16_t>& moments,
+           const FastFrame& frame);
+
+  bool
+  learnBlocks(const FastHistory& before,
+              FastHistory& after,
+              std::vector<std::uint16_t>& moments,
+              FastFrame& frame);
+
+  void
+  numberNewBlocks(const FastHistory& before, const FastFrame& frame);
+
+  bool
+  mergeBlocks(const FastHistory& before, FastHistory& after, FastFrame& frame);
+
+  std::size_t found_voxels_ = 0; // by a decoder
+  // Known blocks with new voxels: their index in the history, and what was coded.
+  std::vector<std::uint32_t> renewed_blocks_;
+  std::vector<std::uint8_t> octant_symbols_;
+  std::vector<std::uint8_t> is_renewed_;   // for each known block
+  std::vector<std::uint32_t> new_numbers_; // of the new blocks
+  std::vector<VoxelPlace> octants_;        // first cells of octants with new voxels
+  // Octree above the new blocks: keys of a level, and in an encoder masks of all.
+  std::vector<std::uint64_t> node_keys_;
+  std::vector<std::uint64_t> other_node_keys_;
+  std::vector<std::vector<std::uint8_t>> node_masks_;
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,154 @@
+#include "fast_occupancy.h"
+#include "voxel_block.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Takes the forgotten voxels out, and finds room and numbers for new ones. */
+void
+FastOccupancy::makeRoom(const FastHistory& before,
+                        FastHistory& after,
+                        std::vector<std::uint16_t>& moments,
+                        const FastFrame& frame)
+{
+  after.known.assign(before.known.begin(), before.known.end());
+  std::uint32_t end = 0;
+  for (unsigned int past = 1; past < voxel_past::count; ++past) {
+    end = std::max(end, after.first[past] + after.size[past]);
+    if (!voxel_past::isForgotten(past))
+      continue;
+    const VoxelPlace* const places = after.places.data() + after.first[past];
+    for (std::uint32_t i = 0; i < after.size[past]; ++i)
+      after.known[places[i] / block_cells] &=
+          ~(std::uint64_t{1} << (places[i] % block_cells));
+    after.size[past] = 0;
+  }
+  const std::size_t spare =
+      std::min(before.spare_numbers.size(), frame.new_keys.size());
+  after.spare_numbers.assign(before.spare_numbers.begin(),
+                             before.spare_numbers.end() -
+                                 static_cast<std::ptrdiff_t>(spare));
+  after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
+  ensureSize(moments, after.known.size() * block_cells);
+  // New voxels come behind all others: nothing else gets into their bucket.
+  ensureSize(after.places, end + frame.voxel_count);
+  after.first[frame.is_i_frame ? voxel_past::born_in_i_frame
+                               : voxel_past::born_in_p_frame] = end;
+}
+
+bool
+FastOccupancy::learnBlocks(const FastHistory& before,
+                           FastHistory& after,
+                           std::vector<std::uint16_t>& moments,
+                           FastFrame& frame)
+{
+  makeRoom(before, after, moments, frame);
+  const unsigned int born =
+      frame.is_i_frame ? voxel_past::born_in_i_frame : voxel_past::born_in_p_frame;
+  VoxelPlace* place = after.places.data() + after.first[born];
+  const auto add = [&](std::uint32_t number, std::uint64_t cells) {
+    after.known[number] |= cells;
+    for (; cells != 0; cells &= cells - 1) {
+      *place = number * block_cells + lowestCell(cells);
+      moments[*place++] = FastHistory::no_moment;
+    }
+  };
+  for (const std::uint32_t block : renewed_blocks_) {
+    const std::uint32_t number = before.numbers[block];
+    add(number, frame.occupied[number] & ~before.known[number]);
+  }
+  numberNewBlocks(before, frame);
+  for (std::size_t i = 0; i < new_numbers_.size(); ++i)
+    add(new_numbers_[i], frame.new_masks[i]);
+  after.size[born] =
+      static_cast<std::uint32_t>(place - after.places.data()) - after.first[born];
+  return mergeBlocks(before, after, frame);
+}
+
+/** \brief New blocks take the numbers that became free last, then further ones. */
+void
+FastOccupancy::numberNewBlocks(const FastHistory& before, const FastFrame& frame)
+{
+  const std::size_t spare = before.spare_numbers.size();
+  auto next = static_cast<std::uint32_t>(before.known.size());
+  new_numbers_.resize(frame.new_keys.size());
+  for (std::size_t i = 0; i < new_numbers_.size(); ++i)
+    new_numbers_[i] = i < spare ? before.spare_numbers[spare - 1 - i] : next++;
+}
+
+/** \brief Makes the ascending blocks of the frame, and those of the history behind it.
+ * \return false if a new block is not new
+ */
+bool
+FastOccupancy::mergeBlocks(const FastHistory& before,
+                           FastHistory& after,
+                           FastFrame& frame)
+{
+  const std::size_t count = before.keys.size();
+  const std::size_t new_count = frame.new_keys.size();
+  frame.resizeBlocks(count + new_count);
+  after.keys.resize(count + new_count);
+  after.numbers.resize(count + new_count);
+  after.activity.resize(count + new_count);
+  // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
+  std::uint64_t* const frame_keys = frame.keys.data();
+  std::uint64_t* const frame_masks = frame.masks.data();
+  std::uint32_t* const frame_numbers = frame.numbers.data();
+  std::uint64_t* const kept_keys = after.keys.data();
+  std::uint32_t* const kept_numbers = after.numbers.data();
+  std::uint8_t* const kept_activity = after.activity.data();
+  const std::uint64_t* const known = after.known.data();
+  const std::uint64_t* const all_occupied = frame.occupied.data();
+  const std::uint64_t* const old_keys = before.keys.data();
+  const std::uint32_t* const old_numbers = before.numbers.data();
+  const std::uint8_t* const old_activity = before.activity.data();
+  const std::uint8_t* const is_renewed = is_renewed_.data();
+  std::size_t in_frame = 0;
+  std::size_t kept = 0;
+  const auto append = [&](std::uint64_t key,
+                          std::uint32_t number,
+                          std::uint64_t occupied,
+                          unsigned int activity) {
+    // Without branches: what is not counted is written over.
+    frame_keys[in_frame] = key;
+    frame_masks[in_frame] = occupied;
+    frame_numbers[in_frame] = number;
+    in_frame += occupied != 0 ? 1 : 0;
+    kept_keys[kept] = key;
+    kept_numbers[kept] = number;
+    kept_activity[kept] = static_cast<std::uint8_t>(activity);
+    kept += known[number] != 0 ? 1 : 0;
+  };
+  std::size_t now = 0;
+  const auto appendNew = [&] {
+    append(frame.new_keys[now],
+           new_numbers_[now],
+           frame.new_masks[now],
+           frame.is_i_frame ? 0 : 3);
+    ++now;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t key = old_keys[i];
+    while (now < new_count && frame.new_keys[now] < key)
+      appendNew();
+    if (now < new_count && frame.new_keys[now] == key)
+      return false;
+    const std::uint32_t number = old_numbers[i];
+    append(
+        key, number, all_occupied[number], (old_activity[i] * 2u + is_renewed[i]) % 16);
+    if (known[number] == 0)
+      after.spare_numbers.push_back(number);
+  }
+  while (now < new_count)
+    appendNew();
+  frame.resizeBlocks(in_frame);
+  after.keys.resize(kept);
+  after.numbers.resize(kept);
+  after.activity.resize(kept);
+  return true;
+}
+
+} // namespace io
+} // namespace pcl_ext

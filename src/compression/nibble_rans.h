@@ -1,0 +1,194 @@
+#pragma once
+
+#include "nibble_model.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief How many rANS states take turns: one costs fewer bytes, four less time. */
+enum class Interleaving { One, Four };
+
+/** \brief Collects symbols in the order in which they are decoded. rANS codes the last
+ * symbol first, so that bytes are made only when all are there.
+ *
+ * `code` has the face that NibbleDecoder's has: one function for both directions walks
+ * through a frame.
+ */
+class NibbleEncoder {
+public:
+  static constexpr bool is_decoder = false;
+
+  explicit NibbleEncoder(std::vector<std::uint32_t>& steps)
+  : steps_(&steps), next_(steps.data()), end_(steps.data() + steps.size())
+  {}
+
+  /** \brief Makes room for this many more symbols. */
+  void
+  expect(std::size_t symbols)
+  {
+    if (static_cast<std::size_t>(end_ - next_) >= symbols)
+      return;
+    const auto used = static_cast<std::size_t>(next_ - steps_->data());
+    steps_->resize(2 * used + symbols);
+    next_ = steps_->data() + used;
+    end_ = steps_->data() + steps_->size();
+  }
+
+  unsigned int
+  code(NibbleModel& model, unsigned int symbol)
+  {
+    push(model.range(symbol));
+    model.learn(symbol);
+    return symbol;
+  }
+
+  unsigned int
+  code(BitModel& model, unsigned int bit)
+  {
+    push(model.range(bit));
+    model.learn(bit);
+    return bit;
+  }
+
+  /** \brief Codes a number below 2^count as it is; count 1..12. */
+  unsigned int
+  codeBits(unsigned int count, unsigned int number)
+  {
+    const unsigned int shift = probability_bits - count;
+    push({number << shift, 1u << shift});
+    return number;
+  }
+
+  /** \brief For the likeness with NibbleDecoder. */
+  static constexpr bool
+  isOverrun()
+  {
+    return false;
+  }
+
+  /** \brief Appends the bytes of all symbols. */
+  void
+  finish(Interleaving interleaving,
+         std::vector<std::uint16_t>& words,
+         std::vector<std::uint8_t>& bytes) const;
+
+private:
+  void
+  push(ProbabilityRange range)
+  {
+    *next_++ = range.start | range.width << 16;
+  }
+
+  std::vector<std::uint32_t>* steps_;
+  std::uint32_t* next_;
+  std::uint32_t* end_;
+};
+
+/** \brief Reads what NibbleEncoder wrote. Copies are cheap: a loop works on its own.
+ *
+ * Behind the end it reads zeros, for `slack` symbols; a loop asks `isOverrun` at least
+ * that often.
+ */
+class NibbleDecoder {
+public:
+  static constexpr bool is_decoder = true;
+  /** \brief Symbols that may be decoded between two looks at isOverrun. */
+  static constexpr std::size_t slack = 64;
+
+  /** \brief Takes a copy of the bytes to read from.
+   * \param[in,out] copy memory for it, which must outlive the decoder
+   */
+  NibbleDecoder(const std::uint8_t* begin,
+                const std::uint8_t* end,
+                Interleaving interleaving,
+                std::vector<std::uint8_t>& copy);
+
+  void
+  expect(std::size_t)
+  {}
+
+  /** \brief Whether more bytes were read than there are, or a state cannot be. */
+  bool
+  isOverrun() const
+  {
+    return next_ > end_;
+  }
+
+  /** \brief Whether all bytes are used up, as an encoder leaves them. */
+  bool
+  isAtEnd() const;
+
+  unsigned int
+  code(NibbleModel& model, unsigned int)
+  {
+    const unsigned int symbol = model.find(slot());
+    advance(model.range(symbol));
+    model.learn(symbol);
+    return symbol;
+  }
+
+  unsigned int
+  code(BitModel& model, unsigned int)
+  {
+    const unsigned int bit = model.find(slot());
+    advance(model.range(bit));
+    model.learn(bit);
+    return bit;
+  }
+
+  unsigned int
+  codeBits(unsigned int count, unsigned int)
+  {
+    const unsigned int shift = probability_bits - count;
+    const unsigned int number = slot() >> shift;
+    advance({number << shift, 1u << shift});
+    return number;
+  }
+
+private:
+  friend class NibbleEncoder;
+  static constexpr std::uint32_t lowest_state = 1u << 15;
+
+  std::uint32_t
+  slot() const
+  {
+    return first_ & (probability_one - 1);
+  }
+
+  void
+  advance(ProbabilityRange range)
+  {
+    std::uint32_t state =
+        range.width * (first_ >> probability_bits) + slot() - range.start;
+    // The sign of a difference: g++ makes a branch of a comparison, and which way it
+    // goes is as good as random.
+    const std::uint32_t is_low = (state - lowest_state) >> 31;
+    const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
+    state = state << (16 * is_low) | (word & (0u - is_low));
+    next_ += 2 * is_low;
+    if (is_single_) {
+      first_ = state;
+      return;
+    }
+    first_ = second_;
+    second_ = third_;
+    third_ = fourth_;
+    fourth_ = state;
+  }
+
+  // The states in the order in which they come next.
+  std::uint32_t first_ = lowest_state;
+  std::uint32_t second_ = lowest_state;
+  std::uint32_t third_ = lowest_state;
+  std::uint32_t fourth_ = lowest_state;
+  bool is_single_;
+  const std::uint8_t* next_;
+  const std::uint8_t* end_;
+};
+
+} // namespace io
+} // namespace pcl_ext
