@@ -1,11 +1,8 @@
 #include "fast_coder.h"
 
-#include "block_octants.h"
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
-#include <algorithm>
-#include <cstring>
 #include <utility>
 
 namespace pcl_ext {
@@ -39,6 +36,7 @@ FastCoder::encode(bool is_i_frame,
   FastOccupancy::match(before(), keys, frame_);
   NibbleEncoder coder(steps_);
   occupancy_.code(coder, models, before(), next_history_, moments(), frame_);
+  expandBlocks<false>(nullptr);
   symbols_.encode(coder, models, frame_, moments(), bits, symbols);
   coder.finish(interleaving(keys.size()), words_, payload);
   keepHistory();
@@ -62,21 +60,15 @@ FastCoder::decode(const std::uint8_t* begin,
   if (coder.isOverrun() ||
       !occupancy_.code(coder, models, before(), next_history_, moments(), frame_))
     return false;
-  expandBlocks(keys);
+  expandBlocks<true>(&keys);
   if (!symbols_.decode(coder, models, frame_, moments(), bits, symbols) ||
       !coder.isAtEnd()) {
-    symbols_.forget(moments());
+    symbols_.forget(frame_, moments());
     return false;
   }
   keepHistory();
   current_models_ = next_models;
   return true;
-}
-
-void
-FastCoder::forgetSymbols()
-{
-  std::fill(history_.moments.begin(), history_.moments.end(), FastHistory::no_moment);
 }
 
 std::size_t
@@ -116,33 +108,33 @@ FastCoder::keepHistory()
   std::swap(history_, next_history_);
 }
 
+/** \brief Lists the voxels of the frame's blocks: their places, and for a decoder their
+ * keys. */
+template <bool with_keys>
 void
-FastCoder::expandBlocks(std::vector<std::uint64_t>& keys)
+FastCoder::expandBlocks(std::vector<std::uint64_t>* keys)
 {
-  // Eight are written where there are fewer.
-  frame_.block_of.resize(frame_.voxel_count + 8);
-  frame_.cell_of.resize(frame_.voxel_count + 8);
-  std::uint32_t* block_of = frame_.block_of.data();
-  std::uint8_t* cell_of = frame_.cell_of.data();
-  for (std::size_t i = 0; i < frame_.keys.size(); ++i) {
-    const std::uint8_t* const first = cell_of;
-    for (unsigned int octant = 0; octant < 8; ++octant) {
-      const auto mask = static_cast<std::uint8_t>(frame_.masks[i] >> (8 * octant));
-      // All eight in one word: what is added to a byte stays in it.
-      std::uint64_t cells;
-      std::memcpy(&cells, child_masks.children[mask].data(), 8);
-      cells += 0x0808080808080808 * octant;
-      std::memcpy(cell_of, &cells, 8);
-      cell_of += child_masks.count[mask];
-    }
-    const std::uint32_t* const end = block_of + (cell_of - first);
-    for (std::uint32_t* eight = block_of; eight < end; eight += 8)
-      std::fill(eight, eight + 8, static_cast<std::uint32_t>(i));
-    block_of += cell_of - first;
+  frame_.places.resize(frame_.voxel_count);
+  VoxelPlace* place = frame_.places.data();
+  std::uint64_t* key = nullptr;
+  if constexpr (with_keys) {
+    keys->resize(frame_.voxel_count);
+    key = keys->data();
   }
-  keys.resize(frame_.voxel_count);
-  for (std::size_t i = 0; i < keys.size(); ++i)
-    keys[i] = frame_.keys[frame_.block_of[i]] << block_key_bits | frame_.cell_of[i];
+  const std::size_t count = frame_.keys.size();
+  const std::uint64_t* const block_keys = frame_.keys.data();
+  const std::uint64_t* const masks = frame_.masks.data();
+  const std::uint32_t* const numbers = frame_.numbers.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const VoxelPlace first = numbers[i] * block_cells;
+    const std::uint64_t block_key = block_keys[i] << block_key_bits;
+    for (std::uint64_t mask = masks[i]; mask != 0; mask &= mask - 1) {
+      const unsigned int cell = lowestCell(mask);
+      *place++ = first + cell;
+      if constexpr (with_keys)
+        *key++ = block_key + cell;
+    }
+  }
 }
 
 } // namespace io

@@ -36,10 +36,7 @@ struct FastFrame {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
   std::vector<std::uint32_t> numbers; ///< in the history
-
-  // Voxels, in Morton order.
-  std::vector<std::uint32_t> block_of; ///< index of a voxel's block in `keys`
-  std::vector<std::uint8_t> cell_of;   ///< its cell in that block
+  std::vector<VoxelPlace> places; ///< of the voxels, in Morton order
 
   void
   resizeBlocks(std::size_t size)

@@ -1,0 +1,187 @@
+#include "fast_occupancy.h"
+
+#include "block_octants.h"
+#include "code_byte.h"
+#include "nibble_rans.h"
+#include "voxel_block.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+// Symbols of an octant's or a cell's place; up to them it is the rank of a single one.
+constexpr unsigned int several_octants = 9;
+constexpr unsigned int several_cells = 8;
+
+} // namespace
+
+template <class Coder>
+bool
+FastOccupancy::codeNewOctants(Coder& coder_now,
+                              FastModels& models,
+                              const FastHistory& before,
+                              FastFrame& frame)
+{
+  const std::size_t count = before.keys.size();
+  coder_now.expect(count);
+  Coder coder = coder_now;
+  is_renewed_.resize(count);
+  ensureSize(renewed_blocks_, count + 1);
+  ensureSize(octant_symbols_, count + 1);
+  // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint8_t* const activity = before.activity.data();
+  const std::uint64_t* const all_known = before.known.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  std::uint8_t* const is_renewed_of = is_renewed_.data();
+  std::uint32_t* const blocks = renewed_blocks_.data();
+  std::uint8_t* const symbols = octant_symbols_.data();
+  NibbleModel* const octant_models = models.octant.data();
+  std::size_t renewed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[i];
+    std::uint64_t known_occupied = occupied[number];
+    unsigned int symbol = 0;
+    if (!Coder::is_decoder) {
+      const std::uint64_t known = all_known[number];
+      const unsigned int octants = occupiedOctants(known_occupied & ~known);
+      known_occupied &= known;
+      // Without a branch: every third block or so has new voxels.
+      const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
+      const unsigned int rank =
+          child_masks
+              .rank[occupiedOctants(known_occupied)][lowestCell(octants | 256) % 8];
+      symbol = ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
+      symbol &= 0u - static_cast<unsigned int>(octants != 0);
+    }
+    const unsigned int context = activity[i] * 2u + (known_occupied == 0 ? 1 : 0);
+    symbol = coder.code(octant_models[context], symbol);
+    const unsigned int is_renewed = symbol != 0 ? 1 : 0;
+    is_renewed_of[i] = static_cast<std::uint8_t>(is_renewed);
+    blocks[renewed] = static_cast<std::uint32_t>(i);
+    symbols[renewed] = static_cast<std::uint8_t>(symbol);
+    renewed += is_renewed;
+    if (coder.isOverrun())
+      return false;
+  }
+  renewed_blocks_.resize(renewed);
+  coder_now = coder;
+  return true;
+}
+
+template <class Coder>
+bool
+FastOccupancy::codeOctantMasks(Coder& coder_now,
+                               FastModels& models,
+                               const FastHistory& before,
+                               FastFrame& frame)
+{
+  coder_now.expect(2 * renewed_blocks_.size());
+  Coder coder = coder_now;
+  octants_.resize(8 * renewed_blocks_.size());
+  VoxelPlace* octant = octants_.data();
+  for (std::size_t i = 0; i < renewed_blocks_.size(); ++i) {
+    const std::uint32_t number = before.numbers[renewed_blocks_[i]];
+    const unsigned int symbol = octant_symbols_[i];
+    const std::uint64_t occupied = frame.occupied[number];
+    unsigned int mask = 0;
+    if (Coder::is_decoder) {
+      if (symbol > several_octants)
+        return false;
+      if (symbol < several_octants)
+        mask = 1u << child_masks.by_neighbours[occupiedOctants(occupied)][symbol - 1];
+    }
+    else {
+      mask = occupiedOctants(occupied & ~before.known[number]);
+    }
+    if (symbol == several_octants) {
+      mask = codeByte(coder, models.octants, 0, mask);
+      if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
+        return false;
+    }
+    for (; mask != 0; mask &= mask - 1)
+      *octant++ = number * block_cells + 8 * lowestCell(mask);
+  }
+  octants_.resize(static_cast<std::size_t>(octant - octants_.data()));
+  coder_now = coder;
+  return true;
+}
+
+template <class Coder>
+bool
+FastOccupancy::codeNewCells(Coder& coder_now,
+                            FastModels& models,
+                            const FastHistory& before,
+                            FastFrame& frame)
+{
+  coder_now.expect(3 * octants_.size());
+  Coder coder = coder_now;
+  for (const VoxelPlace octant : octants_) {
+    const std::uint32_t number = octant / block_cells;
+    const unsigned int shift = octant % block_cells;
+    const std::uint64_t known = before.known[number];
+    const std::uint64_t occupied = frame.occupied[number];
+    // What is coded by now: the known cells and the octants below.
+    const std::uint64_t coded = occupied & (known | ((std::uint64_t{1} << shift) - 1));
+    const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
+    const unsigned int near =
+        static_cast<unsigned int>(cellsBeside(coded) >> shift) & open;
+    const unsigned int far = open & ~near;
+    const unsigned int near_count = child_masks.count[near];
+    const unsigned int open_count = child_masks.count[open];
+    unsigned int cells = 0;
+    unsigned int rank = 0;
+    if (!Coder::is_decoder) {
+      cells = static_cast<unsigned int>(occupied >> shift) & open;
+      const unsigned int below = (cells - 1) & 0xff;
+      rank = (cells & near) != 0 ? child_masks.count[near & below]
+                                 : near_count + child_masks.count[far & below];
+      rank = (cells & below) != 0 ? several_cells : rank;
+    }
+    const unsigned int context = std::min(near_count, 7u) * 3 + (open_count == 8  ? 0
+                                                                 : open_count > 4 ? 1
+                                                                                  : 2);
+    rank = coder.code(models.cell[context], rank);
+    if (rank >= several_cells) {
+      cells = codeByte(coder, models.cells, 0, cells);
+      if (Coder::is_decoder && (rank > several_cells || child_masks.count[cells] < 2 ||
+                                (cells & ~open) != 0))
+        return false;
+    }
+    else if (Coder::is_decoder) {
+      if (rank >= open_count)
+        return false;
+      cells = 1u << (rank < near_count ? child_masks.children[near][rank]
+                                       : child_masks.children[far][rank - near_count]);
+    }
+    if (Coder::is_decoder) {
+      frame.occupied[number] = occupied | std::uint64_t{cells} << shift;
+      found_voxels_ += child_masks.count[cells];
+      if (coder.isOverrun())
+        return false;
+    }
+  }
+  coder_now = coder;
+  return found_voxels_ <= frame.voxel_count;
+}
+
+template bool
+FastOccupancy::codeNewOctants(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+template bool
+FastOccupancy::codeNewOctants(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+
+template bool
+FastOccupancy::codeOctantMasks(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+template bool
+FastOccupancy::codeOctantMasks(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+
+template bool
+FastOccupancy::codeNewCells(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+template bool
+FastOccupancy::codeNewCells(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+
+} // namespace io
+} // namespace pcl_ext
