@@ -50,11 +50,10 @@ FastSymbols::code(Coder& coder,
   if (!codeKnown(coder, models, moments, symbols) ||
       !codeNew(coder, models, frame.is_i_frame, moments, symbols))
     return false;
-  for (const Row& row : quads_)
-    if (!codeEscapes(coder, models, row, moments, symbols))
+  for (unsigned int i = 0; i < low_class_count; ++i)
+    if (!codeHighQuadSteps(coder, models, i, moments, symbols))
       return false;
-  return codeEscapes(coder, models, known_, moments, symbols) &&
-         codeBitsWithinSteps(coder, symbols);
+  return codeNotedSteps(coder, models, moments, symbols);
 }
 
 template <class Coder, class Symbol>
@@ -69,7 +68,10 @@ FastSymbols::codeQuads(Coder& coder_now,
   QuadModel& model = models.quad[low_class];
   coder_now.expect(row.count / 4);
   Coder coder = coder_now; // in registers
-  const std::uint32_t* voxels = row.voxels.data();
+  std::uint32_t* const row_voxels = row.voxels.data();
+  const std::uint32_t* voxels = row_voxels;
+  // Behind which the loop always is.
+  std::uint32_t* noted = row_voxels;
   const VoxelPlace* const places = places_;
   const std::uint16_t* const before = before_.data();
   const unsigned int origin = origin_;
@@ -77,7 +79,6 @@ FastSymbols::codeQuads(Coder& coder_now,
   const std::uint16_t* const after =
       has_moments ? quad_moments_after.data() : first_moments.data();
   const unsigned int after_steps = has_moments ? 4 : 0;
-  std::uint64_t* escaped = row.escapes.data();
   for (std::size_t i = 0; i < row.count / 4; ++i, voxels += 4) {
     unsigned int quad = 0;
     if (!Coder::is_decoder)
@@ -88,15 +89,15 @@ FastSymbols::codeQuads(Coder& coder_now,
       const std::uint32_t voxel = voxels[k];
       const unsigned int step = quad >> 2 * k & 3;
       moments[places[voxel]] = after[before[voxel] * after_steps + step];
-      *escaped = voxel;
-      escaped += (step + 1) >> 2;
+      *noted = voxel;
+      noted += (step + 1) >> 2;
       if constexpr (Coder::is_decoder)
         symbols[voxel] = static_cast<std::uint16_t>(step + origin);
     }
     if (coder.isOverrun())
       return false;
   }
-  row.escape_count = static_cast<std::size_t>(escaped - row.escapes.data());
+  row.noted = static_cast<std::size_t>(noted - row_voxels);
   coder_now = coder;
   return true;
 }
@@ -117,37 +118,31 @@ FastSymbols::codeKnown(Coder& coder_now,
 {
   coder_now.expect(known_.count);
   Coder coder = coder_now;
-  const std::uint32_t* const voxels = known_.voxels.data();
+  std::uint32_t* const voxels = known_.voxels.data();
   const VoxelPlace* const places = places_;
   const std::uint16_t* const before = before_.data();
   const unsigned int origin = origin_;
-  std::uint64_t* escaped = known_.escapes.data();
-  Notes notes = this->notes();
+  std::size_t noted = 0;
   for (std::size_t i = 0; i < known_.count; ++i) {
     const std::uint32_t voxel = voxels[i];
     const std::uint16_t moment = before[voxel];
     const symbol_moment::MeanClass mean =
         symbol_moment::mean_classes[symbol_moment::mean(moment)];
-    const unsigned int context =
-        mean.level * symbol_moment::spread_count +
-        symbol_moment::spread(symbol_moment::deviation(moment));
     unsigned int symbol = 0;
     if (!Coder::is_decoder)
       symbol = std::min(stepOf(symbols[voxel] - origin) - mean.lowest, escape);
-    symbol = coder.code(models.known_symbol[context], symbol);
+    symbol = coder.code(models.known_symbol[symbol_moment::contextOf(moment)], symbol);
     const unsigned int step = mean.lowest + symbol;
-    const unsigned int is_escape = symbol == escape ? 1 : 0;
     moments[places[voxel]] = symbol_moment::next(moment, step);
-    *escaped = voxel | std::uint64_t{mean.lowest} << 32;
-    escaped += is_escape;
     if constexpr (Coder::is_decoder)
       symbols[voxel] = static_cast<std::uint16_t>(step + origin);
-    notes.add(voxel, step & (is_escape - 1));
+    // Those with a 15 and those with bits within their step.
+    voxels[noted] = voxel;
+    noted += ((symbol + 1) | step) >> 4 != 0 ? 1 : 0;
     if (coder.isOverrun())
       return false;
   }
-  known_.escape_count = static_cast<std::size_t>(escaped - known_.escapes.data());
-  keep(notes);
+  known_.noted = noted;
   coder_now = coder;
   return true;
 }
@@ -160,122 +155,138 @@ FastSymbols::codeNew(Coder& coder_now,
                      std::uint16_t* moments,
                      Symbol* symbols)
 {
-  coder_now.expect(3 * new_.count);
+  coder_now.expect(4 * new_.count);
   Coder coder = coder_now;
   const std::uint32_t* const voxels = new_.voxels.data();
   const VoxelPlace* const places = places_;
-  const unsigned int origin = origin_;
-  Notes notes = this->notes();
   auto& new_symbol = models.new_symbol[is_i_frame ? 1 : 0];
   // Over these voxels, as if they were one.
   std::uint16_t running = symbol_moment::first(2);
   for (std::size_t i = 0; i < new_.count; ++i) {
     const std::uint32_t voxel = voxels[i];
-    const symbol_moment::MeanClass mean =
-        symbol_moment::mean_classes[symbol_moment::mean(running)];
-    const unsigned int context =
-        mean.level * symbol_moment::spread_count +
-        symbol_moment::spread(symbol_moment::deviation(running));
-    unsigned int step = Coder::is_decoder ? 0 : stepOf(symbols[voxel] - origin);
-    const unsigned int symbol =
-        coder.code(new_symbol[context], std::min(step - mean.lowest, escape));
-    if (symbol == escape) {
+    const unsigned int lowest =
+        symbol_moment::mean_classes[symbol_moment::mean(running)].lowest;
+    unsigned int value = Coder::is_decoder ? 0 : symbols[voxel] - origin_;
+    unsigned int step = Coder::is_decoder ? 0 : stepOf(value);
+    const unsigned int symbol = coder.code(new_symbol[symbol_moment::contextOf(running)],
+                                           std::min(step - lowest, escape));
+    step = lowest + symbol;
+    if (((symbol + 1) | step) >> 4 != 0) {
       // Of a copy, so that the coder itself can stay in registers.
       Coder copy = coder;
-      step = codeWholeStep(copy, models, step);
-      coder = copy;
-      if (step - mean.lowest < escape || step > symbol_steps::highest)
+      if (symbol == escape && !codeWholeStep(copy, models, lowest, value, step))
         return false;
+      if (!codeValue(copy, step, value))
+        return false;
+      coder = copy;
     }
     else {
-      step = mean.lowest + symbol;
+      value = step;
     }
     moments[places[voxel]] = symbol_moment::first(step);
     running = symbol_moment::next(running, step);
     if constexpr (Coder::is_decoder)
-      symbols[voxel] = static_cast<std::uint16_t>(step + origin);
-    notes.add(voxel, step);
+      symbols[voxel] = static_cast<std::uint16_t>(value + origin_);
     if (coder.isOverrun())
       return false;
   }
-  keep(notes);
   coder_now = coder;
   return true;
 }
 
+/** \brief Codes the step of a value, which is none of the fifteen from `lowest` on. */
 template <class Coder>
-unsigned int
-FastSymbols::codeWholeStep(Coder& coder, FastModels& models, unsigned int step)
+bool
+FastSymbols::codeWholeStep(Coder& coder,
+                           FastModels& models,
+                           unsigned int lowest,
+                           unsigned int value,
+                           unsigned int& step)
 {
+  step = Coder::is_decoder ? 0 : stepOf(value);
   const unsigned int high = coder.code(models.escape_high, step >> 4);
-  return high << 4 | coder.code(models.escape_low[high & 7], step & 15);
+  step = high << 4 | coder.code(models.escape_low[high & 7], step & 15);
+  return step - lowest >= escape;
 }
 
-template <class Coder, class Symbol>
+/** \brief Codes the bits within a step; for a decoder they make the value. */
+template <class Coder>
 bool
-FastSymbols::codeEscapes(
-    Coder& coder, FastModels& models, const Row& row, std::uint16_t* moments, Symbol* symbols)
+FastSymbols::codeValue(Coder& coder, unsigned int step, unsigned int& value)
 {
-  coder.expect(3 * row.escape_count);
-  Notes notes = this->notes();
-  for (std::size_t i = 0; i < row.escape_count; ++i) {
-    const auto voxel = static_cast<std::uint32_t>(row.escapes[i]);
-    const std::uint16_t moment = before_[voxel];
-    unsigned int step = Coder::is_decoder ? 0 : stepOf(symbols[voxel] - origin_);
-    // Which steps are none of these.
-    auto lowest = static_cast<unsigned int>(row.escapes[i] >> 32);
-    unsigned int end = lowest + escape;
-    bool is_whole = true;
-    if (&row != &known_) {
-      const auto low_class = static_cast<std::size_t>(&row - quads_.data());
-      end = quad_escape + escape;
-      const unsigned int above = coder.code(models.quad_escape[low_class],
-                                            std::min(step - quad_escape, escape));
-      is_whole = above == escape;
-      step = is_whole ? step : quad_escape + above;
-    }
-    if (is_whole) {
-      step = codeWholeStep(coder, models, step);
-      if (Coder::is_decoder && step >= lowest && step < end)
-        return false;
-    }
-    if (coder.isOverrun() || step > highest_step_)
-      return false;
-    if constexpr (Coder::is_decoder)
-      symbols[voxel] = static_cast<std::uint16_t>(step + origin_);
-    moments[places_[voxel]] = moment == FastHistory::no_moment
-                                  ? symbol_moment::first(step)
-                                  : symbol_moment::next(moment, step);
-    notes.add(voxel, step);
+  if (step > highest_step_)
+    return false;
+  if (step == top_step_)
+    value = top_;
+  else if (step < symbol_steps::exact)
+    value = step;
+  else {
+    const unsigned int bits = symbol_steps::bitsWithin(step);
+    value = symbol_steps::lowestValue(step) |
+            coder.codeBits(bits, value & ((1u << bits) - 1));
+    return value < top_ && !coder.isOverrun();
   }
-  keep(notes);
   return true;
 }
 
 template <class Coder, class Symbol>
 bool
-FastSymbols::codeBitsWithinSteps(Coder& coder_now, Symbol* symbols)
+FastSymbols::codeHighQuadSteps(Coder& coder,
+                               FastModels& models,
+                               unsigned int low_class,
+                               std::uint16_t* moments,
+                               Symbol* symbols)
 {
-  coder_now.expect(wide_count_);
-  Coder coder = coder_now;
-  for (std::size_t i = 0; i < wide_count_; ++i) {
-    Symbol& symbol = symbols[static_cast<std::uint32_t>(wide_[i])];
-    const auto step = static_cast<unsigned int>(wide_[i] >> 32);
-    if (step > highest_step_)
+  const Row& row = quads_[low_class];
+  coder.expect(4 * row.noted);
+  for (std::size_t i = 0; i < row.noted; ++i) {
+    const std::uint32_t voxel = row.voxels[i];
+    unsigned int value = Coder::is_decoder ? 0 : symbols[voxel] - origin_;
+    unsigned int step = Coder::is_decoder ? 0 : stepOf(value);
+    const unsigned int above =
+        coder.code(models.quad_escape[low_class], std::min(step - quad_escape, escape));
+    step = quad_escape + above;
+    if (above == escape && !codeWholeStep(coder, models, quad_escape, value, step))
       return false;
-    unsigned int value = top_;
-    if (step != top_step_) {
-      const unsigned int bits = symbol_steps::bitsWithin(step);
-      const unsigned int mask = (1u << bits) - 1;
-      value = symbol_steps::lowestValue(step) |
-              coder.codeBits(bits, (symbol - origin_) & mask);
-      if (Coder::is_decoder && (value >= top_ || coder.isOverrun()))
-        return false;
-    }
+    if (!codeValue(coder, step, value) || step < quad_escape || coder.isOverrun())
+      return false;
     if constexpr (Coder::is_decoder)
-      symbol = static_cast<std::uint16_t>(value + origin_);
+      symbols[voxel] = static_cast<std::uint16_t>(value + origin_);
+    moments[places_[voxel]] = low_class == without_moment
+                                  ? symbol_moment::first(step)
+                                  : symbol_moment::next(before_[voxel], step);
   }
-  coder_now = coder;
+  return true;
+}
+
+/** \brief What remains of the voxels with a moment: steps that did not fit, and the bits
+ * within steps. */
+template <class Coder, class Symbol>
+bool
+FastSymbols::codeNotedSteps(Coder& coder,
+                            FastModels& models,
+                            std::uint16_t* moments,
+                            Symbol* symbols)
+{
+  coder.expect(3 * known_.noted);
+  for (std::size_t i = 0; i < known_.noted; ++i) {
+    const std::uint32_t voxel = known_.voxels[i];
+    const std::uint16_t moment = before_[voxel];
+    const unsigned int lowest =
+        symbol_moment::mean_classes[symbol_moment::mean(moment)].lowest;
+    unsigned int value = symbols[voxel] - origin_;
+    // In a decoder it is the step so far.
+    unsigned int step = Coder::is_decoder ? value : stepOf(value);
+    if (step - lowest >= escape) {
+      if (!codeWholeStep(coder, models, lowest, value, step))
+        return false;
+      moments[places_[voxel]] = symbol_moment::next(moment, step);
+    }
+    if (!codeValue(coder, step, value) || coder.isOverrun())
+      return false;
+    if constexpr (Coder::is_decoder)
+      symbols[voxel] = static_cast<std::uint16_t>(value + origin_);
+  }
   return true;
 }
 

@@ -21,8 +21,20 @@ constexpr std::array<unsigned int, 3> class_ends = {4, 10, 16};
 inline void
 appendVoxels(std::uint32_t*& row, std::uint32_t first, unsigned int mask)
 {
+  const auto& children = child_masks.children[mask];
+#if defined(__SSE2__)
+  const __m128i zero = _mm_setzero_si128();
+  const __m128i firsts = _mm_set1_epi32(static_cast<int>(first));
+  const __m128i bytes =
+      _mm_loadl_epi64(reinterpret_cast<const __m128i*>(children.data()));
+  const __m128i words = _mm_unpacklo_epi8(bytes, zero);
+  auto* const eight = reinterpret_cast<__m128i*>(row);
+  _mm_storeu_si128(eight, _mm_add_epi32(_mm_unpacklo_epi16(words, zero), firsts));
+  _mm_storeu_si128(eight + 1, _mm_add_epi32(_mm_unpackhi_epi16(words, zero), firsts));
+#else
   for (unsigned int k = 0; k < 8; ++k)
-    row[k] = first + child_masks.children[mask][k];
+    row[k] = first + children[k];
+#endif
   row += child_masks.count[mask];
 }
 
@@ -131,15 +143,12 @@ FastSymbols::sortIntoRows(const FastFrame& frame,
     before[i] = moments[places_[i]];
   const auto start = [&](Row& row) {
     ensureSize(row.voxels, count + 8);
-    ensureSize(row.escapes, count + 8);
-    row.escape_count = 0;
+    row.noted = 0;
     return row.voxels.data();
   };
   const auto end = [](Row& row, const std::uint32_t* last) {
     row.count = static_cast<std::size_t>(last - row.voxels.data());
   };
-  ensureSize(wide_, count + 1);
-  wide_count_ = 0;
   std::array<std::uint32_t*, low_class_count> low;
   for (unsigned int i = 0; i < low_class_count; ++i)
     low[i] = start(quads_[i]);

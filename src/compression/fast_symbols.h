@@ -50,39 +50,14 @@ public:
   forget(const FastFrame& frame, std::vector<std::uint16_t>& moments);
 
 private:
-  /** \brief Voxels that are coded alike, in Morton order. The vectors are memory, of
-   * which the first `count` and `escape_count` elements are in use. */
+  /** \brief Voxels that are coded alike, in Morton order. The vector is memory, of
+   * which the first `count` elements are in use; once they are coded it is the first
+   * `noted`, those of which more is to be coded. */
   struct Row {
     std::vector<std::uint32_t> voxels; ///< their index in the frame
     std::size_t count = 0;
-    /** \brief Voxels whose step did not fit, and 2^32 times the lowest that did. */
-    std::vector<std::uint64_t> escapes;
-    std::size_t escape_count = 0;
+    std::size_t noted = 0;
   };
-
-  /** \brief Where a loop notes the steps that bits follow. */
-  struct Notes {
-    std::uint64_t* next; ///< index + step * 2^32
-
-    void
-    add(std::uint32_t voxel, unsigned int step)
-    {
-      *next = voxel | std::uint64_t{step} << 32;
-      next += step >= 16 ? 1 : 0;
-    }
-  };
-
-  Notes
-  notes()
-  {
-    return {wide_.data() + wide_count_};
-  }
-
-  void
-  keep(const Notes& notes)
-  {
-    wide_count_ = static_cast<std::size_t>(notes.next - wide_.data());
-  }
 
   template <class Coder, class Symbol>
   bool
@@ -129,19 +104,30 @@ private:
 
   template <class Coder, class Symbol>
   bool
-  codeEscapes(Coder& coder,
-              FastModels& models,
-              const Row& row,
-              std::uint16_t* moments,
-              Symbol* symbols);
-
-  template <class Coder>
-  unsigned int
-  codeWholeStep(Coder& coder, FastModels& models, unsigned int step);
+  codeHighQuadSteps(Coder& coder,
+                    FastModels& models,
+                    unsigned int low_class,
+                    std::uint16_t* moments,
+                    Symbol* symbols);
 
   template <class Coder, class Symbol>
   bool
-  codeBitsWithinSteps(Coder& coder, Symbol* symbols);
+  codeNotedSteps(Coder& coder,
+                 FastModels& models,
+                 std::uint16_t* moments,
+                 Symbol* symbols);
+
+  template <class Coder>
+  bool
+  codeWholeStep(Coder& coder,
+                FastModels& models,
+                unsigned int lowest,
+                unsigned int value,
+                unsigned int& step);
+
+  template <class Coder>
+  bool
+  codeValue(Coder& coder, unsigned int step, unsigned int& value);
 
   unsigned int
   stepOf(unsigned int value) const;
@@ -155,8 +141,6 @@ private:
   std::array<Row, low_class_count> quads_;
   Row known_;
   Row new_;
-  std::vector<std::uint64_t> wide_; ///< index + step * 2^32
-  std::size_t wide_count_ = 0;
   unsigned int origin_ = 0;       // lowest value that is coded
   unsigned int top_ = 0;          // highest one, less the origin
   unsigned int top_step_ = 0;     // its step if it has one of its own, else above all
