@@ -5,7 +5,7 @@
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
-#include <algorithm>
+#include <array>
 
 namespace pcl_ext {
 namespace io {
@@ -15,6 +15,24 @@ namespace {
 // Symbols of an octant's or a cell's place; up to them it is the rank of a single one.
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
+
+constexpr unsigned int all_ones = ~0u;
+
+/** \brief Context of new cells in an octant, by near cells and open ones. */
+constexpr std::array<std::array<std::uint8_t, 9>, 9>
+makeCellContexts()
+{
+  std::array<std::array<std::uint8_t, 9>, 9> contexts{};
+  for (unsigned int near = 0; near < 9; ++near)
+    for (unsigned int open = 0; open < 9; ++open)
+      contexts[near][open] = static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 +
+                                                       (open == 8  ? 0
+                                                        : open > 4 ? 1
+                                                                   : 2));
+  return contexts;
+}
+
+constexpr auto cell_contexts = makeCellContexts();
 
 } // namespace
 
@@ -83,25 +101,30 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
   Coder coder = coder_now;
   octants_.resize(8 * renewed_blocks_.size());
   VoxelPlace* octant = octants_.data();
-  for (std::size_t i = 0; i < renewed_blocks_.size(); ++i) {
-    const std::uint32_t number = before.numbers[renewed_blocks_[i]];
-    const unsigned int symbol = octant_symbols_[i];
-    const std::uint64_t occupied = frame.occupied[number];
+  const std::size_t count = renewed_blocks_.size();
+  const std::uint32_t* const blocks = renewed_blocks_.data();
+  const std::uint8_t* const symbols = octant_symbols_.data();
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  const std::uint64_t* const known = before.known.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[blocks[i]];
+    const unsigned int symbol = symbols[i];
     unsigned int mask = 0;
-    if (Coder::is_decoder) {
-      if (symbol > several_octants)
-        return false;
-      if (symbol < several_octants)
-        mask = 1u << child_masks.by_neighbours[occupiedOctants(occupied)][symbol - 1];
+    if (!Coder::is_decoder)
+      mask = occupiedOctants(occupied[number] & ~known[number]);
+    if (symbol < several_octants) {
+      const unsigned int single =
+          Coder::is_decoder
+              ? child_masks.by_neighbours[occupiedOctants(occupied[number])][symbol - 1]
+              : lowestCell(mask);
+      *octant++ = number * block_cells + 8 * single;
+      continue;
     }
-    else {
-      mask = occupiedOctants(occupied & ~before.known[number]);
-    }
-    if (symbol == several_octants) {
-      mask = codeByte(coder, models.octants, 0, mask);
-      if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
-        return false;
-    }
+    mask = codeByte(coder, models.octants, 0, mask);
+    if (Coder::is_decoder && (symbol > several_octants || child_masks.count[mask] < 2 ||
+                              coder.isOverrun()))
+      return false;
     for (; mask != 0; mask &= mask - 1)
       *octant++ = number * block_cells + 8 * lowestCell(mask);
   }
@@ -129,22 +152,21 @@ FastOccupancy::codeNewCells(Coder& coder_now,
     const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
     const unsigned int near =
         static_cast<unsigned int>(cellsBeside(coded) >> shift) & open;
-    const unsigned int far = open & ~near;
     const unsigned int near_count = child_masks.count[near];
     const unsigned int open_count = child_masks.count[open];
     unsigned int cells = 0;
     unsigned int rank = 0;
     if (!Coder::is_decoder) {
       cells = static_cast<unsigned int>(occupied >> shift) & open;
+      // Without branches, here and below: all of it is hard to predict.
       const unsigned int below = (cells - 1) & 0xff;
-      rank = (cells & near) != 0 ? child_masks.count[near & below]
-                                 : near_count + child_masks.count[far & below];
-      rank = (cells & below) != 0 ? several_cells : rank;
+      const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
+      const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
+      rank = (near_count & is_far) +
+             child_masks.count[(near ^ (open & is_far)) & below];
+      rank = (rank & is_single) | (several_cells & ~is_single);
     }
-    const unsigned int context = std::min(near_count, 7u) * 3 + (open_count == 8  ? 0
-                                                                 : open_count > 4 ? 1
-                                                                                  : 2);
-    rank = coder.code(models.cell[context], rank);
+    rank = coder.code(models.cell[cell_contexts[near_count][open_count]], rank);
     if (rank >= several_cells) {
       cells = codeByte(coder, models.cells, 0, cells);
       if (Coder::is_decoder && (rank > several_cells || child_masks.count[cells] < 2 ||
@@ -154,8 +176,10 @@ FastOccupancy::codeNewCells(Coder& coder_now,
     else if (Coder::is_decoder) {
       if (rank >= open_count)
         return false;
-      cells = 1u << (rank < near_count ? child_masks.children[near][rank]
-                                       : child_masks.children[far][rank - near_count]);
+      // All ones where the cell is not near.
+      const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
+      cells = 1u << child_masks.children[near ^ (open & is_far)]
+                                        [rank - (near_count & is_far)];
     }
     if (Coder::is_decoder) {
       frame.occupied[number] = occupied | std::uint64_t{cells} << shift;

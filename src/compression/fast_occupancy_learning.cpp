@@ -6,6 +6,17 @@
 namespace pcl_ext {
 namespace io {
 
+namespace {
+
+/** \brief 1 or 0, arithmetically: g++ makes a branch of a comparison. */
+inline std::size_t
+isNotZero(std::uint64_t mask)
+{
+  return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
+}
+
+} // namespace
+
 /** \brief Takes the forgotten voxels out, and finds room and numbers for new ones. */
 void
 FastOccupancy::makeRoom(const FastHistory& before,
@@ -33,7 +44,7 @@ FastOccupancy::makeRoom(const FastHistory& before,
   after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
   ensureSize(moments, after.known.size() * block_cells);
   // New voxels come behind all others: nothing else gets into their bucket.
-  ensureSize(after.places, end + frame.voxel_count);
+  ensureSize(after.places, end + frame.voxel_count + 4);
   after.first[frame.is_i_frame ? voxel_past::born_in_i_frame
                                : voxel_past::born_in_p_frame] = end;
 }
@@ -48,12 +59,23 @@ FastOccupancy::learnBlocks(const FastHistory& before,
   const unsigned int born =
       frame.is_i_frame ? voxel_past::born_in_i_frame : voxel_past::born_in_p_frame;
   VoxelPlace* place = after.places.data() + after.first[born];
+  std::uint64_t* const known = after.known.data();
+  std::uint16_t* const all_moments = moments.data();
   const auto add = [&](std::uint32_t number, std::uint64_t cells) {
-    after.known[number] |= cells;
-    for (; cells != 0; cells &= cells - 1) {
-      *place = number * block_cells + lowestCell(cells);
-      moments[*place++] = FastHistory::no_moment;
-    }
+    known[number] |= cells;
+    const std::uint32_t first = number * block_cells;
+    const unsigned int count = cellCount(cells);
+    // Four at a time, the highest one again and again if there are less: how many
+    // there are is hard to predict.
+    for (unsigned int done = 0; done < count; done += 4)
+      for (unsigned int k = 0; k < 4; ++k) {
+        const VoxelPlace added = first + lowestCell(cells);
+        place[done + k] = added;
+        all_moments[added] = FastHistory::no_moment;
+        const std::uint64_t others = cells & (cells - 1);
+        cells = others != 0 ? others : cells;
+      }
+    place += count;
   };
   for (const std::uint32_t block : renewed_blocks_) {
     const std::uint32_t number = before.numbers[block];
@@ -107,6 +129,9 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
   const std::uint8_t* const is_renewed = is_renewed_.data();
   std::size_t in_frame = 0;
   std::size_t kept = 0;
+  ensureSize(freed_numbers_, count + 1);
+  std::uint32_t* const freed = freed_numbers_.data();
+  std::size_t freed_count = 0;
   const auto append = [&](std::uint64_t key,
                           std::uint32_t number,
                           std::uint64_t occupied,
@@ -115,38 +140,40 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
     frame_keys[in_frame] = key;
     frame_masks[in_frame] = occupied;
     frame_numbers[in_frame] = number;
-    in_frame += occupied != 0 ? 1 : 0;
+    in_frame += isNotZero(occupied);
     kept_keys[kept] = key;
     kept_numbers[kept] = number;
     kept_activity[kept] = static_cast<std::uint8_t>(activity);
-    kept += known[number] != 0 ? 1 : 0;
+    kept += isNotZero(known[number]);
+  };
+  const auto appendOld = [&](std::size_t i) {
+    const std::uint32_t number = old_numbers[i];
+    const unsigned int activity = (old_activity[i] * 2u + is_renewed[i]) % 16;
+    freed[freed_count] = number;
+    freed_count += 1 - isNotZero(known[number]);
+    append(old_keys[i], number, all_occupied[number], activity);
   };
   std::size_t now = 0;
   const auto appendNew = [&] {
-    append(frame.new_keys[now],
-           new_numbers_[now],
-           frame.new_masks[now],
-           frame.is_i_frame ? 0 : 3);
+    append(frame.new_keys[now], new_numbers_[now], frame.new_masks[now], frame.is_i_frame ? 0 : 3);
     ++now;
   };
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint64_t key = old_keys[i];
-    while (now < new_count && frame.new_keys[now] < key)
-      appendNew();
-    if (now < new_count && frame.new_keys[now] == key)
+  std::size_t i = 0;
+  while (now < new_count) {
+    const std::uint64_t end = frame.new_keys[now];
+    for (; i < count && old_keys[i] < end; ++i)
+      appendOld(i);
+    if (i < count && old_keys[i] == end)
       return false;
-    const std::uint32_t number = old_numbers[i];
-    append(
-        key, number, all_occupied[number], (old_activity[i] * 2u + is_renewed[i]) % 16);
-    if (known[number] == 0)
-      after.spare_numbers.push_back(number);
-  }
-  while (now < new_count)
     appendNew();
+  }
+  for (; i < count; ++i)
+    appendOld(i);
   frame.resizeBlocks(in_frame);
   after.keys.resize(kept);
   after.numbers.resize(kept);
   after.activity.resize(kept);
+  after.spare_numbers.insert(after.spare_numbers.end(), freed, freed + freed_count);
   return true;
 }
 
