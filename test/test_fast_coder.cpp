@@ -219,20 +219,6 @@ TEST(FastCoder, SmallFramesAreSmall)
   EXPECT_LE(bytes, 60u);
 }
 
-TEST(FastCoder, IntensitiesAreForgottenAtBothEnds)
-{
-  Random random(5);
-  Stream stream;
-  for (int i = 0; i < 6; ++i) {
-    if (i == 3) {
-      stream.encoder.forgetSymbols();
-      stream.decoder.forgetSymbols();
-    }
-    const unsigned int bits = i < 3 ? 8 : 12;
-    stream.send(random.sensorFrame(500, 5, i < 3 ? 255 : 4095), i == 0, bits, 5);
-  }
-}
-
 /** \brief A stream up to the frame that a test changes. */
 struct ChangedFrame : testing::TestWithParam<int> {
   Random random{6};

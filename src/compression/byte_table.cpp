@@ -66,17 +66,14 @@ occupancyTable(unsigned int share)
   return tables->tables[OccupancyTables::index(tableShare(share))];
 }
 
-QuadModel::QuadModel()
-{
-  setTable();
-}
+QuadModel::QuadModel() { setTable(); }
 
 void
 QuadModel::adapt()
 {
   std::uint32_t below = 0;
   for (unsigned int i = 1; i < number_count; ++i) {
-    below += counts_ >> (16 * (i - 1)) & 0xffff;
+    below += static_cast<std::uint16_t>(counts_ >> (16 * (i - 1)));
     const std::uint32_t goal = below << (14 - period_log2_);
     starts_[i] = (starts_[i] + goal) / 2;
   }

@@ -122,7 +122,7 @@ FastCoder::expandBlocks(std::vector<std::uint64_t>* keys)
     key = keys->data();
   }
   constexpr std::uint64_t no_cell = std::uint64_t{1} << 63;
-  const std::size_t count = frame_.keys.size();
+  const std::size_t count = frame_.block_count;
   const std::uint64_t* const block_keys = frame_.keys.data();
   const std::uint64_t* const masks = frame_.masks.data();
   const std::uint32_t* const numbers = frame_.numbers.data();

@@ -1,5 +1,4 @@
 #include "fast_occupancy.h"
-
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
@@ -22,8 +21,8 @@ std::uint16_t
 learntShare(std::uint16_t share, std::uint32_t occupied, std::uint32_t count)
 {
   constexpr std::uint64_t weight = 32;
-  return static_cast<std::uint16_t>((weight * share + std::uint64_t{0xffff} * occupied) /
-                                    (weight + count));
+  return static_cast<std::uint16_t>(
+      (weight * share + std::uint64_t{0xffff} * occupied) / (weight + count));
 }
 
 } // namespace
@@ -114,16 +113,18 @@ FastOccupancy::splitBucket(Coder& coder_now,
   found_voxels_ += occupied_count;
   after.size[past_if_empty] += before.size[past] - occupied_count;
   after.size[past_if_occupied] += occupied_count;
-  models.known_share[past] = learntShare(
-      models.known_share[past], occupied_count, before.size[past]);
+  models.known_share[past] =
+      learntShare(models.known_share[past], occupied_count, before.size[past]);
   coder_now = coder;
   return !coder.isOverrun();
 }
 
 template bool
-FastOccupancy::codeKnownVoxels(NibbleEncoder&, FastModels&, const FastHistory&, FastHistory&, FastFrame&);
+FastOccupancy::codeKnownVoxels(
+    NibbleEncoder&, FastModels&, const FastHistory&, FastHistory&, FastFrame&);
 template bool
-FastOccupancy::codeKnownVoxels(NibbleDecoder&, FastModels&, const FastHistory&, FastHistory&, FastFrame&);
+FastOccupancy::codeKnownVoxels(
+    NibbleDecoder&, FastModels&, const FastHistory&, FastHistory&, FastFrame&);
 
 } // namespace io
 } // namespace pcl_ext

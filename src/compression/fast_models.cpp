@@ -6,8 +6,7 @@ namespace io {
 FastModels::FastModels()
 {
   for (unsigned int past = 1; past < voxel_past::count; ++past)
-    known_share[past] =
-        static_cast<std::uint16_t>(voxel_past::firstProbability(past));
+    known_share[past] = static_cast<std::uint16_t>(voxel_past::firstProbability(past));
 }
 
 } // namespace io

@@ -36,9 +36,11 @@ struct FastModels {
   std::array<ByteModels<16>, 2> new_block_cells; ///< low: by neighbours
 
   // Symbols.
-  std::array<QuadModel, 4> quad;          ///< by the class of all four
-  std::array<NibbleModel, 4> quad_escape; ///< by the class
+  std::array<QuadModel, 4> quad;             ///< by the class of all four
+  std::array<NibbleModel, 4> quad_escape;    ///< by the class
   std::array<NibbleModel, 125> known_symbol; ///< by mean and deviation
+  /** \brief Whether voxels without a moment had low steps lately. */
+  bool new_steps_are_low = false;
   /** \brief The same of a running mean; the second ones in I-frames. */
   std::array<std::array<NibbleModel, 125>, 2> new_symbol;
   NibbleModel escape_high;

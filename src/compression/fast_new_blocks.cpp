@@ -1,7 +1,6 @@
-#include "fast_occupancy.h"
-
 #include "block_octants.h"
 #include "code_byte.h"
+#include "fast_occupancy.h"
 #include "nibble_rans.h"
 #include "voxel_block.h"
 

@@ -1,7 +1,6 @@
-#include "fast_occupancy.h"
-
 #include "block_octants.h"
 #include "code_byte.h"
+#include "fast_occupancy.h"
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
@@ -25,10 +24,10 @@ makeCellContexts()
   std::array<std::array<std::uint8_t, 9>, 9> contexts{};
   for (unsigned int near = 0; near < 9; ++near)
     for (unsigned int open = 0; open < 9; ++open)
-      contexts[near][open] = static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 +
-                                                       (open == 8  ? 0
-                                                        : open > 4 ? 1
-                                                                   : 2));
+      contexts[near][open] =
+          static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 + (open == 8  ? 0
+                                                                 : open > 4 ? 1
+                                                                            : 2));
   return contexts;
 }
 
@@ -122,8 +121,8 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
       continue;
     }
     mask = codeByte(coder, models.octants, 0, mask);
-    if (Coder::is_decoder && (symbol > several_octants || child_masks.count[mask] < 2 ||
-                              coder.isOverrun()))
+    if (Coder::is_decoder &&
+        (symbol > several_octants || child_masks.count[mask] < 2 || coder.isOverrun()))
       return false;
     for (; mask != 0; mask &= mask - 1)
       *octant++ = number * block_cells + 8 * lowestCell(mask);
@@ -162,8 +161,8 @@ FastOccupancy::codeNewCells(Coder& coder_now,
       const unsigned int below = (cells - 1) & 0xff;
       const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
       const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
-      rank = (near_count & is_far) +
-             child_masks.count[(near ^ (open & is_far)) & below];
+      rank =
+          (near_count & is_far) + child_masks.count[(near ^ (open & is_far)) & below];
       rank = (rank & is_single) | (several_cells & ~is_single);
     }
     rank = coder.code(models.cell[cell_contexts[near_count][open_count]], rank);
@@ -178,8 +177,8 @@ FastOccupancy::codeNewCells(Coder& coder_now,
         return false;
       // All ones where the cell is not near.
       const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
-      cells = 1u << child_masks.children[near ^ (open & is_far)]
-                                        [rank - (near_count & is_far)];
+      cells = 1u << child_masks
+                        .children[near ^ (open & is_far)][rank - (near_count & is_far)];
     }
     if (Coder::is_decoder) {
       frame.occupied[number] = occupied | std::uint64_t{cells} << shift;
@@ -193,19 +192,37 @@ FastOccupancy::codeNewCells(Coder& coder_now,
 }
 
 template bool
-FastOccupancy::codeNewOctants(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeNewOctants(NibbleEncoder&,
+                              FastModels&,
+                              const FastHistory&,
+                              FastFrame&);
 template bool
-FastOccupancy::codeNewOctants(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeNewOctants(NibbleDecoder&,
+                              FastModels&,
+                              const FastHistory&,
+                              FastFrame&);
 
 template bool
-FastOccupancy::codeOctantMasks(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeOctantMasks(NibbleEncoder&,
+                               FastModels&,
+                               const FastHistory&,
+                               FastFrame&);
 template bool
-FastOccupancy::codeOctantMasks(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeOctantMasks(NibbleDecoder&,
+                               FastModels&,
+                               const FastHistory&,
+                               FastFrame&);
 
 template bool
-FastOccupancy::codeNewCells(NibbleEncoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeNewCells(NibbleEncoder&,
+                            FastModels&,
+                            const FastHistory&,
+                            FastFrame&);
 template bool
-FastOccupancy::codeNewCells(NibbleDecoder&, FastModels&, const FastHistory&, FastFrame&);
+FastOccupancy::codeNewCells(NibbleDecoder&,
+                            FastModels&,
+                            const FastHistory&,
+                            FastFrame&);
 
 } // namespace io
 } // namespace pcl_ext

@@ -17,24 +17,24 @@ constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 std::size_t
 collectBlocks(const std::vector<std::uint64_t>& voxel_keys, FastFrame& frame)
 {
-  frame.resizeBlocks(voxel_keys.size() + 1);
+  frame.expectBlocks(voxel_keys.size() + 1);
   std::uint64_t* const keys = frame.keys.data();
   std::uint64_t* const masks = frame.masks.data();
-  std::uint64_t key = voxel_keys.front() >> block_key_bits;
+  std::uint64_t last = voxel_keys.front() >> block_key_bits;
   std::uint64_t mask = 0;
   std::size_t count = 0;
   for (const std::uint64_t voxel : voxel_keys) {
-    const std::uint64_t next = voxel >> block_key_bits;
-    // Without a branch: every third voxel or so begins a block.
-    const std::uint64_t is_other = next != key ? 1 : 0;
-    keys[count] = key;
-    masks[count] = mask;
+    // Without a branch: every sixth voxel or so begins a block, whose key and mask are
+    // written again and again as it grows.
+    const std::uint64_t key = voxel >> block_key_bits;
+    const std::uint64_t is_other = key != last ? 1 : 0;
     count += is_other;
     mask = (mask & (is_other - 1)) | std::uint64_t{1} << (voxel % block_cells);
-    key = next;
+    keys[count] = key;
+    masks[count] = mask;
+    last = key;
   }
-  keys[count] = key;
-  masks[count++] = mask;
+  ++count;
   keys[count] = no_key;
   return count;
 }

@@ -119,10 +119,10 @@ private:
   // Known blocks with new voxels: their index in the history, and what was coded.
   std::vector<std::uint32_t> renewed_blocks_;
   std::vector<std::uint8_t> octant_symbols_;
-  std::vector<std::uint8_t> is_renewed_;   // for each known block
-  std::vector<std::uint32_t> new_numbers_; // of the new blocks
+  std::vector<std::uint8_t> is_renewed_;     // for each known block
+  std::vector<std::uint32_t> new_numbers_;   // of the new blocks
   std::vector<std::uint32_t> freed_numbers_; // of blocks that have no voxels any more
-  std::vector<VoxelPlace> octants_;        // first cells of octants with new voxels
+  std::vector<VoxelPlace> octants_;          // first cells of octants with new voxels
   // Octree above the new blocks: keys of a level, and in an encoder masks of all.
   std::vector<std::uint64_t> node_keys_;
   std::vector<std::uint64_t> other_node_keys_;

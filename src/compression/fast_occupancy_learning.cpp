@@ -6,17 +6,6 @@
 namespace pcl_ext {
 namespace io {
 
-namespace {
-
-/** \brief 1 or 0, arithmetically: g++ makes a branch of a comparison. */
-inline std::size_t
-isNotZero(std::uint64_t mask)
-{
-  return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
-}
-
-} // namespace
-
 /** \brief Takes the forgotten voxels out, and finds room and numbers for new ones. */
 void
 FastOccupancy::makeRoom(const FastHistory& before,
@@ -44,7 +33,7 @@ FastOccupancy::makeRoom(const FastHistory& before,
   after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
   ensureSize(moments, after.known.size() * block_cells);
   // New voxels come behind all others: nothing else gets into their bucket.
-  ensureSize(after.places, end + frame.voxel_count + 4);
+  ensureSize(after.places, end + frame.voxel_count + 2);
   after.first[frame.is_i_frame ? voxel_past::born_in_i_frame
                                : voxel_past::born_in_p_frame] = end;
 }
@@ -65,10 +54,10 @@ FastOccupancy::learnBlocks(const FastHistory& before,
     known[number] |= cells;
     const std::uint32_t first = number * block_cells;
     const unsigned int count = cellCount(cells);
-    // Four at a time, the highest one again and again if there are less: how many
-    // there are is hard to predict.
-    for (unsigned int done = 0; done < count; done += 4)
-      for (unsigned int k = 0; k < 4; ++k) {
+    // Two at a time, the highest one twice if it has none beside it: how many there
+    // are is hard to predict.
+    for (unsigned int done = 0; done < count; done += 2)
+      for (unsigned int k = 0; k < 2; ++k) {
         const VoxelPlace added = first + lowestCell(cells);
         place[done + k] = added;
         all_moments[added] = FastHistory::no_moment;
@@ -110,7 +99,7 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
 {
   const std::size_t count = before.keys.size();
   const std::size_t new_count = frame.new_keys.size();
-  frame.resizeBlocks(count + new_count);
+  frame.expectBlocks(count + new_count);
   after.keys.resize(count + new_count);
   after.numbers.resize(count + new_count);
   after.activity.resize(count + new_count);
@@ -155,7 +144,10 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
   };
   std::size_t now = 0;
   const auto appendNew = [&] {
-    append(frame.new_keys[now], new_numbers_[now], frame.new_masks[now], frame.is_i_frame ? 0 : 3);
+    append(frame.new_keys[now],
+           new_numbers_[now],
+           frame.new_masks[now],
+           frame.is_i_frame ? 0 : 3);
     ++now;
   };
   std::size_t i = 0;
@@ -169,7 +161,7 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
   }
   for (; i < count; ++i)
     appendOld(i);
-  frame.resizeBlocks(in_frame);
+  frame.block_count = in_frame;
   after.keys.resize(kept);
   after.numbers.resize(kept);
   after.activity.resize(kept);

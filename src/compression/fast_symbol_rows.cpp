@@ -1,5 +1,4 @@
 #include "fast_symbols.h"
-
 #include "symbol_moment.h"
 
 #include <algorithm>
@@ -160,6 +159,7 @@ FastSymbols::codeNew(Coder& coder_now,
   const std::uint32_t* const voxels = new_.voxels.data();
   const VoxelPlace* const places = places_;
   auto& new_symbol = models.new_symbol[is_i_frame ? 1 : 0];
+  std::size_t low = 0;
   // Over these voxels, as if they were one.
   std::uint16_t running = symbol_moment::first(2);
   for (std::size_t i = 0; i < new_.count; ++i) {
@@ -168,8 +168,8 @@ FastSymbols::codeNew(Coder& coder_now,
         symbol_moment::mean_classes[symbol_moment::mean(running)].lowest;
     unsigned int value = Coder::is_decoder ? 0 : symbols[voxel] - origin_;
     unsigned int step = Coder::is_decoder ? 0 : stepOf(value);
-    const unsigned int symbol = coder.code(new_symbol[symbol_moment::contextOf(running)],
-                                           std::min(step - lowest, escape));
+    const unsigned int symbol = coder.code(
+        new_symbol[symbol_moment::contextOf(running)], std::min(step - lowest, escape));
     step = lowest + symbol;
     if (((symbol + 1) | step) >> 4 != 0) {
       // Of a copy, so that the coder itself can stay in registers.
@@ -185,11 +185,18 @@ FastSymbols::codeNew(Coder& coder_now,
     }
     moments[places[voxel]] = symbol_moment::first(step);
     running = symbol_moment::next(running, step);
+    low += step < quad_escape ? 1 : 0;
     if constexpr (Coder::is_decoder)
       symbols[voxel] = static_cast<std::uint16_t>(value + origin_);
     if (coder.isOverrun())
       return false;
   }
+  // Do they fit into quads, by and large?
+  const Row& quads = quads_[without_moment];
+  const std::size_t count = new_.count + quads.count;
+  low += quads.count - quads.noted;
+  if (count != 0)
+    models.new_steps_are_low = low > count / 8 * 7;
   coder_now = coder;
   return true;
 }
@@ -291,8 +298,11 @@ FastSymbols::codeNotedSteps(Coder& coder,
 }
 
 template bool
-FastSymbols::code(
-    NibbleEncoder&, FastModels&, const FastFrame&, std::uint16_t*, const std::uint16_t*);
+FastSymbols::code(NibbleEncoder&,
+                  FastModels&,
+                  const FastFrame&,
+                  std::uint16_t*,
+                  const std::uint16_t*);
 template bool
 FastSymbols::code(
     NibbleDecoder&, FastModels&, const FastFrame&, std::uint16_t*, std::uint16_t*);

@@ -84,13 +84,10 @@ FastSymbols::encode(NibbleEncoder& coder,
   unsigned int has_zeros = 0;
   for (const std::uint16_t symbol : symbols)
     has_zeros |= symbol == 0 ? 1u : 0u;
-  coder.expect(2);
+  coder.expect(1);
   setOrigin(coder.codeBits(1, 1 - has_zeros), bits);
   sortIntoRows(frame, moments);
-  const bool in_quads = !frame.is_i_frame && haveLowSteps(symbols);
-  if (!frame.is_i_frame)
-    coder.codeBits(1, in_quads ? 1 : 0);
-  splitNewVoxels(in_quads);
+  splitNewVoxels(!frame.is_i_frame && models.new_steps_are_low);
   code(coder, models, frame, moments.data(), symbols.data());
 }
 
@@ -104,7 +101,7 @@ FastSymbols::decode(NibbleDecoder& coder,
 {
   setOrigin(coder.codeBits(1, 0), bits);
   sortIntoRows(frame, moments);
-  splitNewVoxels(!frame.is_i_frame && coder.codeBits(1, 0) != 0);
+  splitNewVoxels(!frame.is_i_frame && models.new_steps_are_low);
   symbols.resize(frame.voxel_count);
   return code(coder, models, frame, moments.data(), symbols.data()) &&
          areSymbols(symbols);
@@ -184,18 +181,6 @@ FastSymbols::splitNewVoxels(bool in_quads)
               new_.count,
               new_.voxels.begin());
   quads.count = kept;
-}
-
-/** \brief For an encoder: whether the steps of voxels without a moment fit into quads,
- * by and large. */
-bool
-FastSymbols::haveLowSteps(const std::vector<std::uint16_t>& symbols) const
-{
-  const Row& row = quads_[without_moment];
-  std::size_t low = 0;
-  for (std::size_t i = 0; i < row.count; ++i)
-    low += symbols[row.voxels[i]] < origin_ + 3 ? 1 : 0;
-  return low > row.count / 8 * 7;
 }
 
 void

@@ -74,9 +74,6 @@ private:
   splitNewVoxels(bool in_quads);
 
   bool
-  haveLowSteps(const std::vector<std::uint16_t>& symbols) const;
-
-  bool
   areSymbols(const std::vector<std::uint16_t>& symbols) const;
 
   void
@@ -136,7 +133,7 @@ private:
   static constexpr unsigned int low_class_count = 4;
   static constexpr unsigned int without_moment = 3;
 
-  std::vector<std::uint16_t> before_; ///< by voxel: its moment before this frame
+  std::vector<std::uint16_t> before_;  ///< by voxel: its moment before this frame
   const VoxelPlace* places_ = nullptr; ///< those of the frame
   std::array<Row, low_class_count> quads_;
   Row known_;
