@@ -84,7 +84,7 @@ FastOccupancy::codeNewOctants(Coder& coder_now,
     if (coder.isOverrun())
       return false;
   }
-  renewed_blocks_.resize(renewed);
+  renewed_count_ = renewed;
   coder_now = coder;
   return true;
 }
@@ -96,38 +96,43 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
                                const FastHistory& before,
                                FastFrame& frame)
 {
-  coder_now.expect(2 * renewed_blocks_.size());
+  const std::size_t count = renewed_count_;
+  coder_now.expect(2 * count);
   Coder coder = coder_now;
-  octants_.resize(8 * renewed_blocks_.size());
+  ensureSize(octants_, 8 * count + 1);
+  ensureSize(several_, count + 1);
   VoxelPlace* octant = octants_.data();
-  const std::size_t count = renewed_blocks_.size();
   const std::uint32_t* const blocks = renewed_blocks_.data();
   const std::uint8_t* const symbols = octant_symbols_.data();
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint64_t* const occupied = frame.occupied.data();
   const std::uint64_t* const known = before.known.data();
+  std::uint32_t* const several = several_.data();
+  std::size_t several_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[blocks[i]];
-    const unsigned int symbol = symbols[i];
-    unsigned int mask = 0;
-    if (!Coder::is_decoder)
-      mask = occupiedOctants(occupied[number] & ~known[number]);
-    if (symbol < several_octants) {
-      const unsigned int single =
-          Coder::is_decoder
-              ? child_masks.by_neighbours[occupiedOctants(occupied[number])][symbol - 1]
-              : lowestCell(mask);
-      *octant++ = number * block_cells + 8 * single;
-      continue;
-    }
+    const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
+    const unsigned int rank = (symbols[i] - 1u) % 8;
+    // Without a branch: one of both lists keeps it.
+    const unsigned int is_single = (symbols[i] - several_octants) >> 31;
+    *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
+    octant += is_single;
+    several[several_count] = number;
+    several_count += 1 - is_single;
+    if (Coder::is_decoder && symbols[i] > several_octants)
+      return false;
+  }
+  for (std::size_t i = 0; i < several_count; ++i) {
+    const std::uint32_t number = several[i];
+    unsigned int mask =
+        Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~known[number]);
     mask = codeByte(coder, models.octants, 0, mask);
-    if (Coder::is_decoder &&
-        (symbol > several_octants || child_masks.count[mask] < 2 || coder.isOverrun()))
+    if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
       return false;
     for (; mask != 0; mask &= mask - 1)
       *octant++ = number * block_cells + 8 * lowestCell(mask);
   }
-  octants_.resize(static_cast<std::size_t>(octant - octants_.data()));
+  octant_count_ = static_cast<std::size_t>(octant - octants_.data());
   coder_now = coder;
   return true;
 }
@@ -139,9 +144,11 @@ FastOccupancy::codeNewCells(Coder& coder_now,
                             const FastHistory& before,
                             FastFrame& frame)
 {
-  coder_now.expect(3 * octants_.size());
+  coder_now.expect(3 * octant_count_);
   Coder coder = coder_now;
-  for (const VoxelPlace octant : octants_) {
+  const VoxelPlace* const octants = octants_.data();
+  for (std::size_t i = 0; i < octant_count_; ++i) {
+    const VoxelPlace octant = octants[i];
     const std::uint32_t number = octant / block_cells;
     const unsigned int shift = octant % block_cells;
     const std::uint64_t known = before.known[number];

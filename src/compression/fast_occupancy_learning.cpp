@@ -66,8 +66,8 @@ FastOccupancy::learnBlocks(const FastHistory& before,
       }
     place += count;
   };
-  for (const std::uint32_t block : renewed_blocks_) {
-    const std::uint32_t number = before.numbers[block];
+  for (std::size_t i = 0; i < renewed_count_; ++i) {
+    const std::uint32_t number = before.numbers[renewed_blocks_[i]];
     add(number, frame.occupied[number] & ~before.known[number]);
   }
   numberNewBlocks(before, frame);
