@@ -146,25 +146,25 @@ FastOccupancy::codeNewCells(Coder& coder_now,
 {
   coder_now.expect(3 * octant_count_);
   Coder coder = coder_now;
+  ensureSize(several_, octant_count_ + 1);
   const VoxelPlace* const octants = octants_.data();
+  std::uint64_t* const all_occupied = frame.occupied.data();
+  VoxelPlace* const several = several_.data();
+  std::size_t several_count = 0;
   for (std::size_t i = 0; i < octant_count_; ++i) {
-    const VoxelPlace octant = octants[i];
-    const std::uint32_t number = octant / block_cells;
-    const unsigned int shift = octant % block_cells;
+    const std::uint32_t number = octants[i] / block_cells;
+    const unsigned int shift = octants[i] % block_cells;
     const std::uint64_t known = before.known[number];
-    const std::uint64_t occupied = frame.occupied[number];
-    // What is coded by now: the known cells and the octants below.
-    const std::uint64_t coded = occupied & (known | ((std::uint64_t{1} << shift) - 1));
+    const std::uint64_t occupied = all_occupied[number];
     const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
     const unsigned int near =
-        static_cast<unsigned int>(cellsBeside(coded) >> shift) & open;
+        static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
     const unsigned int near_count = child_masks.count[near];
     const unsigned int open_count = child_masks.count[open];
-    unsigned int cells = 0;
     unsigned int rank = 0;
+    // Without branches: all of it is hard to predict.
     if (!Coder::is_decoder) {
-      cells = static_cast<unsigned int>(occupied >> shift) & open;
-      // Without branches, here and below: all of it is hard to predict.
+      const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
       const unsigned int below = (cells - 1) & 0xff;
       const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
       const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
@@ -173,29 +173,53 @@ FastOccupancy::codeNewCells(Coder& coder_now,
       rank = (rank & is_single) | (several_cells & ~is_single);
     }
     rank = coder.code(models.cell[cell_contexts[near_count][open_count]], rank);
-    if (rank >= several_cells) {
-      cells = codeByte(coder, models.cells, 0, cells);
-      if (Coder::is_decoder && (rank > several_cells || child_masks.count[cells] < 2 ||
-                                (cells & ~open) != 0))
-        return false;
-    }
-    else if (Coder::is_decoder) {
-      if (rank >= open_count)
+    const unsigned int is_single = (rank - several_cells) >> 31;
+    several[several_count] = octants[i];
+    several_count += 1 - is_single;
+    if (Coder::is_decoder) {
+      if (rank > several_cells || rank >= open_count + 8 * (1 - is_single) ||
+          coder.isOverrun())
         return false;
       // All ones where the cell is not near.
       const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
-      cells = 1u << child_masks
-                        .children[near ^ (open & is_far)][rank - (near_count & is_far)];
-    }
-    if (Coder::is_decoder) {
-      frame.occupied[number] = occupied | std::uint64_t{cells} << shift;
-      found_voxels_ += child_masks.count[cells];
-      if (coder.isOverrun())
-        return false;
+      const unsigned int cell =
+          child_masks
+              .children[near ^ (open & is_far)][(rank - (near_count & is_far)) % 8];
+      all_occupied[number] = occupied | std::uint64_t{is_single} << (shift + cell);
     }
   }
+  found_voxels_ += octant_count_ - several_count;
   coder_now = coder;
-  return found_voxels_ <= frame.voxel_count;
+  return codeSeveralCells(coder_now, models, several_count, before, frame);
+}
+
+/** \brief Codes the cells of octants with several new voxels. */
+template <class Coder>
+bool
+FastOccupancy::codeSeveralCells(Coder& coder,
+                                FastModels& models,
+                                std::size_t count,
+                                const FastHistory& before,
+                                FastFrame& frame)
+{
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = several_[i] / block_cells;
+    const unsigned int shift = several_[i] % block_cells;
+    const std::uint64_t closed = before.known[number];
+    unsigned int cells = 0;
+    if (!Coder::is_decoder)
+      cells =
+          static_cast<unsigned int>((frame.occupied[number] & ~closed) >> shift & 0xff);
+    cells = codeByte(coder, models.cells, 0, cells);
+    if (!Coder::is_decoder)
+      continue;
+    if (child_masks.count[cells] < 2 || (cells & closed >> shift) != 0 ||
+        coder.isOverrun())
+      return false;
+    frame.occupied[number] |= std::uint64_t{cells} << shift;
+    found_voxels_ += child_masks.count[cells];
+  }
+  return !Coder::is_decoder || found_voxels_ <= frame.voxel_count;
 }
 
 template bool

@@ -84,6 +84,14 @@ private:
 
   template <class Coder>
   bool
+  codeSeveralCells(Coder& coder,
+                   FastModels& models,
+                   std::size_t count,
+                   const FastHistory& before,
+                   FastFrame& frame);
+
+  template <class Coder>
+  bool
   codeNewBlocks(Coder& coder, FastModels& models, FastFrame& frame);
 
   void
@@ -121,7 +129,8 @@ private:
   std::size_t renewed_count_ = 0;
   std::vector<std::uint32_t> renewed_blocks_;
   std::vector<std::uint8_t> octant_symbols_;
-  std::vector<std::uint32_t> several_; // numbers of blocks with several such octants
+  std::vector<std::uint32_t>
+      several_; // blocks with several such octants, octants with several new voxels
   std::size_t octant_count_ = 0;
   std::vector<VoxelPlace> octants_;          // first cells of octants with new voxels
   std::vector<std::uint8_t> is_renewed_;     // for each known block
