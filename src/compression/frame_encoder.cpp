@@ -116,7 +116,7 @@ private:
                  const std::optional<FrameStamp>& stamp,
                  std::vector<std::uint8_t>& bytes)
   {
-    Version1Header header;
+    Version1Header& header = header_;
     header.is_i_frame = statistics_.is_i_frame;
     header.effort = effort_;
     header.frame_number = ++frame_number_;
@@ -128,9 +128,12 @@ private:
       stamp_ = 0;
       depth_model_.reset();
     }
+    header.stamp.reset();
+    header.has_frame_id = stamp && (header.is_i_frame || stamp->frame_id != frame_id_);
+    header.frame_id.clear();
     if (stamp) {
       header.stamp = stampChange(*stamp);
-      if (header.is_i_frame || stamp->frame_id != frame_id_)
+      if (header.has_frame_id)
         header.frame_id = stamp->frame_id;
       frame_id_ = stamp->frame_id;
       stamp_ = stamp->stamp;
@@ -175,7 +178,9 @@ private:
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
   PayloadCoder payload_;
-  std::vector<std::uint8_t> bytes_of_payload_; // member so that its memory is reused
+  // Of the current frame; members so that their memory is reused.
+  Version1Header header_;
+  std::vector<std::uint8_t> bytes_of_payload_;
 };
 
 FrameEncoder::FrameEncoder(StreamFormat format,
