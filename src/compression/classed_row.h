@@ -47,6 +47,10 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint16_t>& numbers);
 
+  /** \brief Forgets the row that was decoded last, as if it had not been. */
+  void
+  discard();
+
 private:
   struct Models {
     std::array<NibbleModel, class_count> number;

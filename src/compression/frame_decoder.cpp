@@ -260,16 +260,17 @@ private:
         return {CompressionCode::Corrupt, "the depth model is none"};
       payload += depth_model_size;
     }
-    if (!header.is_i_frame && payload_.recordCount() > maxRecords(limits_.max_voxels))
+    if (!header.is_i_frame &&
+        coders_.of(effort_).recordCount() > maxRecords(limits_.max_voxels))
       return {CompressionCode::LimitExceeded,
               "the stream's history is larger than the limit on voxels allows"};
-    if (!payload_.decode(payload,
-                         end,
-                         static_cast<std::size_t>(header.voxel_count),
-                         header.is_i_frame,
-                         header.effort,
-                         frame,
-                         sizes))
+    if (!coders_.of(header.effort)
+             .decode(payload,
+                     end,
+                     static_cast<std::size_t>(header.voxel_count),
+                     header.is_i_frame,
+                     frame,
+                     sizes))
       return {CompressionCode::Corrupt,
               "the payload is not " + std::to_string(header.voxel_count) + " voxels"};
     return {};
@@ -317,7 +318,7 @@ private:
   std::optional<DepthModel> depth_model_;
   std::string frame_id_;
   std::uint64_t last_stamp_ = 0;
-  PayloadCoder payload_;
+  PayloadCoders coders_;
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
   std::vector<std::uint8_t> checked_bytes_;
