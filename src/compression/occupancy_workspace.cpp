@@ -11,6 +11,7 @@ OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
   target_keys.clear();
   target_masks.clear();
   occupied.assign(known.size(), 0);
+  new_cells.assign(known.size(), 0);
   directory.clear(known.size() + (frame != nullptr ? frame->size() : 0));
   for (std::size_t i = 0; i < known.size(); ++i)
     directory.insert(known[i].key, static_cast<std::uint32_t>(i));
@@ -20,14 +21,13 @@ OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
   for (std::size_t i = 0; i < frame->size(); ++i) {
     while (old < known.size() && known[old].key < frame->keys[i])
       ++old;
-    std::uint64_t new_voxels = frame->masks[i];
     if (old < known.size() && known[old].key == frame->keys[i]) {
       occupied[old] = frame->masks[i] & known[old].known;
-      new_voxels &= ~known[old].known;
+      new_cells[old] = frame->masks[i] & ~known[old].known;
     }
-    if (new_voxels != 0) {
+    else {
       target_keys.push_back(frame->keys[i]);
-      target_masks.push_back(new_voxels);
+      target_masks.push_back(frame->masks[i]);
     }
   }
 }

@@ -150,6 +150,16 @@ struct NeighbourCounts {
                                      (bits[2] >> cell & 1) << 2);
   }
 
+  /** \brief The cells with some number of occupied neighbours, 0..6. */
+  std::uint64_t
+  cellsWith(std::uint32_t count) const
+  {
+    const auto bit = [&](unsigned int index) {
+      return (count >> index & 1) != 0 ? bits[index] : ~bits[index];
+    };
+    return bit(0) & bit(1) & bit(2);
+  }
+
   /** \brief Sum over the cells of an octant. */
   unsigned int
   sum(unsigned int octant) const
