@@ -239,8 +239,7 @@ private:
     block.target = CodingT::is_decoder ? 0 : work_.target_masks[range.target_begin];
     if (!codeCellsOf(block, range.key))
       return false;
-    work_.directory.insert(range.key,
-                           static_cast<std::uint32_t>(work_.occupied.size()));
+    work_.directory.insert(range.key);
     work_.occupied.push_back(block.occupied);
     work_.new_keys.push_back(range.key);
     return true;

@@ -12,9 +12,9 @@ OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
   target_masks.clear();
   occupied.assign(known.size(), 0);
   new_cells.assign(known.size(), 0);
-  directory.clear(known.size() + (frame != nullptr ? frame->size() : 0));
-  for (std::size_t i = 0; i < known.size(); ++i)
-    directory.insert(known[i].key, static_cast<std::uint32_t>(i));
+  directory.clear(known.size() + known.size() / 8);
+  for (const HistoryBlock& block : known)
+    directory.insert(block.key);
   if (frame == nullptr)
     return;
   std::size_t old = 0;
