@@ -22,8 +22,10 @@ public:
   void
   clear(std::size_t expected_blocks)
   {
+    // The frame before tells how many there will be where nobody knows.
+    const std::size_t blocks = std::max(expected_blocks, keys_.size());
     unsigned int bits = 4;
-    while ((std::size_t{1} << bits) < 2 * expected_blocks)
+    while ((std::size_t{1} << bits) < 2 * blocks)
       ++bits;
     // Smaller again once in a while only: a stream's frames are about as large.
     if (slots_.size() < (std::size_t{1} << bits) ||

@@ -36,7 +36,7 @@ ContextPayload::encode(const VoxelFrame& frame,
   const std::size_t begin = payload.size();
   PayloadSizes sizes;
   blocks_.assign(frame.keys);
-  intensities_.symbols = frame.intensities;
+  copyNumbers(frame.intensities, intensities_.symbols);
   const PayloadContext context = contextOf(frame, is_i_frame);
   if (context.depth_model != nullptr) {
     intensities_.split.begin(
@@ -44,7 +44,7 @@ ContextPayload::encode(const VoxelFrame& frame,
     intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
   }
   else
-    intensities_.numbers = intensities_.symbols;
+    copyNumbers(intensities_.symbols, intensities_.numbers);
   if (!frame.keys.empty())
     sizes.occupancy = coder_.encode(context, blocks_, intensities_, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
@@ -62,8 +62,10 @@ ContextPayload::decode(const std::uint8_t* begin,
 {
   sizes = PayloadSizes();
   blocks_.clear();
-  intensities_.numbers.clear();
-  intensities_.symbols.clear();
+  if (voxel_count == 0) {
+    intensities_.numbers.clear();
+    intensities_.symbols.clear();
+  }
   const PayloadContext context = contextOf(frame, is_i_frame);
   if (voxel_count == 0 ? begin != end
                        : !coder_.decode(context,
@@ -76,7 +78,7 @@ ContextPayload::decode(const std::uint8_t* begin,
     return false;
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
-  frame.intensities = intensities_.symbols;
+  copyNumbers(intensities_.symbols, frame.intensities);
   learn(frame, is_i_frame);
   return true;
 }

@@ -10,8 +10,12 @@ OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
   new_keys.clear();
   target_keys.clear();
   target_masks.clear();
-  occupied.assign(known.size(), 0);
-  new_cells.assign(known.size(), 0);
+  // With room to grow, so that a stream soon needs no more memory.
+  for (std::vector<std::uint64_t>* cells : {&occupied, &new_cells}) {
+    if (cells->capacity() < known.size())
+      cells->reserve(known.size() / 4 * 5 + 4);
+    cells->assign(known.size(), 0);
+  }
   directory.clear(known.size() + known.size() / 8);
   for (const HistoryBlock& block : known)
     directory.insert(block.key);
