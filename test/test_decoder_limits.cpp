@@ -1,4 +1,5 @@
 #include "compression/payload_coder.h"
+#include "compression/voxel_block.h"
 #include "counted_memory.h"
 #include "forged_frames.h"
 #include "voxel_frames.h"
@@ -124,7 +125,7 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
   limits.max_voxels = std::size_t{1} << 15;
   FrameDecoder decoder(limits);
   VoxelFrame back;
-  PayloadCoder hostile; // without the encoder's rules
+  PayloadCoders hostile; // without the encoder's rules
   Parts frame;
   frame.header.grid = emptyFrame(21).grid;
   frame.header.voxel_count = limits.max_voxels;
@@ -144,7 +145,7 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
     frame.header.is_i_frame = good_frames == 0;
     ++frame.header.frame_number;
     frame.payload.clear();
-    hostile.encode(voxels, good_frames == 0, frame.header.effort, frame.payload);
+    hostile.of(frame.header.effort).encode(voxels, good_frames == 0, frame.payload);
     const Bytes bytes = putTogetherSized(frame, checksum);
     checksum = takeApart(bytes).checksum;
     memory_count.reset();

@@ -47,6 +47,13 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint16_t>& numbers);
 
+  /** \brief Forgets all rows, as at an I-frame. */
+  void
+  reset()
+  {
+    models_ = Models();
+  }
+
   /** \brief Forgets the row that was decoded last, as if it had not been. */
   void
   discard();

@@ -17,7 +17,7 @@ FastPayload::encode(const VoxelFrame& frame,
   const std::size_t begin = payload.size();
   if (frame.keys.empty()) {
     if (is_i_frame)
-      coder_.reset();
+      forget();
   }
   else if (frame.depth_model)
     encodeWithDepth(frame, is_i_frame, payload);
@@ -73,7 +73,7 @@ FastPayload::decode(const std::uint8_t* begin,
   frame.intensities.clear();
   if (voxel_count == 0) {
     if (begin == end && is_i_frame)
-      coder_.reset();
+      forget();
     return begin == end;
   }
   const std::uint8_t* rests = end;
@@ -134,6 +134,13 @@ FastPayload::beginSplit(const VoxelFrame& frame)
   blocks_.assign(frame.keys);
   split_.begin(
       *frame.depth_model, blocks_, no_history_, frame.intensity_scale.maxSymbol());
+}
+
+void
+FastPayload::forget()
+{
+  coder_.reset();
+  rests_.reset();
 }
 
 /** \brief The classes of the row: where in its symbol a prediction is, and the symbol's

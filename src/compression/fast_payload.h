@@ -62,6 +62,10 @@ private:
   void
   collectClasses();
 
+  /** \brief Forgets all frames, as an I-frame without voxels does. */
+  void
+  forget();
+
   FastCoder coder_;
   ClassedRow rests_;
   std::size_t rests_begin_ = 0; // in the payload
