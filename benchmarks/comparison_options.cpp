@@ -17,7 +17,7 @@ const std::vector<std::string>&
 tableNames()
 {
   static const std::vector<std::string> names = {
-      "peers", "efforts", "stages", "raw", "recorded", "points", "edges"};
+      "peers", "efforts", "stages", "raw", "recorded", "bits", "points", "edges"};
   return names;
 }
 
@@ -32,10 +32,10 @@ describeOptions(ComparisonOptions& result)
   auto option = description.add_options();
   option("help,h", "print this and stop");
   option("recording", options::value(&result.recordings), "folders of PCD files");
-  option(
-      "tables",
-      options::value(&result.tables)->multitoken(),
-      "which to make (default: all): peers efforts stages raw recorded points edges");
+  option("tables",
+         options::value(&result.tables)->multitoken(),
+         "which to make (default: all): peers efforts stages raw recorded bits points "
+         "edges");
   option("frames,n",
          options::value(&result.frames)->default_value(300),
          "of the robot cell");

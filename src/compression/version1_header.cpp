@@ -28,6 +28,9 @@ enum Flag : std::uint8_t {
   frame_id_flag = 8
 };
 
+// Beside the bits of a scale: it is companded, and its range follows.
+constexpr std::uint8_t companded_flag = 0x80;
+
 // Above the flags: the coder of the payload.
 constexpr unsigned int effort_shift = 4;
 
@@ -58,6 +61,18 @@ clear(Version1Header& header)
 }
 
 void
+writeIntensityScale(const IntensityScale& scale, ByteWriter& writer)
+{
+  writer.f32(scale.offset);
+  writer.f32(scale.step);
+  const bool is_companded = scale.companded_range != 0;
+  writer.u8(
+      static_cast<std::uint8_t>(scale.bits | (is_companded ? companded_flag : 0)));
+  if (is_companded)
+    writer.u16(static_cast<std::uint16_t>(scale.companded_range));
+}
+
+void
 writeFields(const Version1Header& header, ByteWriter& writer)
 {
   writer.u8(flagsOf(header));
@@ -67,9 +82,7 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     for (const std::int32_t index : header.grid.first_index)
       writer.i32(index);
     writer.u8(static_cast<std::uint8_t>(header.grid.depth));
-    writer.f32(header.intensity_scale.offset);
-    writer.f32(header.intensity_scale.step);
-    writer.u8(static_cast<std::uint8_t>(header.intensity_scale.bits));
+    writeIntensityScale(header.intensity_scale, writer);
   }
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
@@ -108,11 +121,18 @@ readIntensityScale(ByteSource& source, IntensityScale& scale)
 {
   scale.offset = source.f32();
   scale.step = source.f32();
-  scale.bits = source.u8();
+  const std::uint8_t bits = source.u8();
+  const bool is_companded = (bits & companded_flag) != 0;
+  scale.bits = bits & ~companded_flag;
+  scale.companded_range = is_companded ? source.u16() : 0;
   if (source.failure() == ByteSource::Failure::None &&
       (!std::isfinite(scale.offset) || !std::isfinite(scale.step) ||
        !(scale.step > 0.0f) || scale.bits < 1 || scale.bits > 16))
     return corrupt("the intensity scale is none");
+  // There is one way to write a scale whose levels are single numbers: as linear.
+  if (source.failure() == ByteSource::Failure::None && is_companded &&
+      scale.companded_range <= scale.maxSymbol())
+    return corrupt("a companded scale with no more numbers than levels");
   return {};
 }
 

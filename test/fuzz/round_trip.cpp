@@ -28,15 +28,18 @@ require(bool condition)
 }
 
 IntensityCompressionSettings
-settingsOf(std::uint8_t choice)
+settingsOf(std::uint8_t choice, bool is_companded)
 {
   IntensityCompressionSettings settings;
   settings.resolution = (choice & 1) != 0 ? 0.04 : 1000.0;
   settings.format =
       (choice & 2) != 0 ? StreamFormat::Published : StreamFormat::Version1;
   settings.i_frame_rate = 3;
-  if (settings.format == StreamFormat::Version1)
+  if (settings.format == StreamFormat::Version1) {
     settings.intensity_bits = choice >> 4;
+    settings.intensity_curve =
+        is_companded ? IntensityCurve::Companded : IntensityCurve::Linear;
+  }
   if ((choice & 4) != 0)
     settings.bounding_box = BoundingBox{{-3.0, -2.0, 0.1}, {3.0, 2.5, 4.0}};
   return settings;
@@ -120,7 +123,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   if (size < 3)
     return 0;
-  const IntensityCompressionSettings settings = settingsOf(data[0]);
+  const IntensityCompressionSettings settings = settingsOf(data[0], data[1] >= 128);
   require(checkSettings(settings).ok());
   const Choices choices(data[1]);
   std::vector<float> numbers((size - 3) / sizeof(float));
