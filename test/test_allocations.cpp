@@ -51,9 +51,13 @@ room(bool has_depth_model)
   if (has_depth_model)
     settings.depth_model = roomDepthModel(settings.depth, settings.bits);
   RoomStream stream(settings);
+  // The first second has the largest frames: a frame that is larger than all before it
+  // may take memory.
+  settings.noise *= 40;
+  RoomStream first(settings); // of the same scene
   std::vector<VoxelFrame> frames;
   for (std::size_t i = 0; i < frame_count; ++i)
-    frames.push_back(stream.next());
+    frames.push_back(i < first_second ? first.next() : stream.next());
   return frames;
 }
 

@@ -106,7 +106,10 @@ TEST(ForgedStreams, HeadersThatLie)
   lies.push_back([](Version1Header& h) { h.has_depth_model = true; });
   for (const int number : {3, 4, 15})
     lies.push_back([=](Version1Header& h) { h.effort = static_cast<Effort>(number); });
-  lies.push_back([](Version1Header& h) { h.frame_id = std::string(1025, 'x'); });
+  lies.push_back([](Version1Header& h) {
+    h.has_frame_id = true;
+    h.frame_id = std::string(1025, 'x');
+  });
   for (std::size_t i = 0; i < lies.size(); ++i) {
     SCOPED_TRACE(i);
     Parts parts = good;

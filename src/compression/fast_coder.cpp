@@ -65,18 +65,30 @@ FastCoder::decode(const std::uint8_t* begin,
   expandBlocks(keys);
   if (!symbols_.decode(coder, models, frame_, moments(), bits, symbols) ||
       !coder.isAtEnd()) {
-    symbols_.forget(moments());
+    discard();
     return false;
   }
-  keepHistory();
-  current_models_ = next_models;
   return true;
 }
 
 void
-FastCoder::forgetSymbols()
+FastCoder::commit()
 {
-  std::fill(history_.moments.begin(), history_.moments.end(), FastHistory::no_moment);
+  keepHistory();
+  current_models_ = 1 - current_models_;
+}
+
+void
+FastCoder::discard()
+{
+  symbols_.forget(moments());
+}
+
+void
+FastCoder::reset()
+{
+  models_[current_models_] = first_models_;
+  history_ = no_history_;
 }
 
 std::size_t

@@ -39,7 +39,11 @@ public:
          unsigned int depth,
          std::vector<std::uint8_t>& payload);
 
-  /** \brief Reads a payload and learns the frame.
+  /** \brief Forgets all frames, as at an I-frame. */
+  void
+  reset();
+
+  /** \brief Reads a payload; either commit() or discard() follows if that succeeds.
    * \param[in] begin first byte
    * \param[in] end behind the last byte
    * \param[in] is_i_frame as for `encode`
@@ -62,9 +66,13 @@ public:
          std::vector<std::uint64_t>& keys,
          std::vector<std::uint16_t>& symbols);
 
-  /** \brief Forgets the intensities, as where their scale changes. */
+  /** \brief Learns the frame that was decoded last. */
   void
-  forgetSymbols();
+  commit();
+
+  /** \brief Leaves the coder as it was before the frame that was decoded last. */
+  void
+  discard();
 
   /** \brief Number of voxels that are known of the last frames; seven times those of the
    * largest frame at most. */

@@ -200,7 +200,7 @@ FastOccupancy::codeNewOctants(Coder& coder_now,
   const std::size_t count = before.keys.size();
   coder_now.expect(count);
   Coder coder = coder_now;
-  is_renewed_.resize(count);
+  ensureSize(is_renewed_, count);
   ensureSize(renewed_blocks_, count + 1);
   ensureSize(octant_symbols_, count + 1);
   // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
@@ -253,6 +253,9 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
 {
   coder_now.expect(2 * renewed_blocks_.size());
   Coder coder = coder_now;
+  // What is gone of a vector's length does not count when it grows.
+  if (octants_.capacity() < 8 * renewed_blocks_.size())
+    octants_.reserve(10 * renewed_blocks_.size());
   octants_.resize(8 * renewed_blocks_.size());
   VoxelPlace* octant = octants_.data();
   for (std::size_t i = 0; i < renewed_blocks_.size(); ++i) {

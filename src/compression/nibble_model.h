@@ -37,6 +37,7 @@ public:
   {
     for (std::uint32_t i = 0; i < symbol_count; ++i)
       starts_[i] = static_cast<std::uint16_t>(i * (fine_one / symbol_count));
+    starts_[symbol_count] = fine_one;
   }
 
   /** \brief Starts with given probabilities.
@@ -52,6 +53,7 @@ public:
       starts_[i] = static_cast<std::uint16_t>(i * least_width + shared * below / sum);
       below += weights[i];
     }
+    starts_[symbol_count] = fine_one;
   }
 
   ProbabilityRange
@@ -103,8 +105,7 @@ private:
   void
   adapt();
 
-  std::array<std::uint16_t, symbol_count> starts_;
-  std::uint16_t end_ = fine_one; // where symbol 15 ends
+  std::array<std::uint16_t, symbol_count + 1> starts_; // the last is where 15 ends
   std::uint8_t left_ = 4;
   std::uint8_t period_log2_ = 2;
   alignas(16) std::array<std::uint8_t, symbol_count> counts_{};

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -17,6 +18,8 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
+// But for the frame_id's text.
+constexpr std::size_t most_header_bytes = 96;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
@@ -43,8 +46,18 @@ flagsOf(const Version1Header& header)
   return static_cast<std::uint8_t>((header.is_i_frame ? i_frame_flag : 0) |
                                    (header.has_depth_model ? depth_model_flag : 0) |
                                    (header.stamp ? stamp_flag : 0) |
-                                   (header.frame_id ? frame_id_flag : 0) |
+                                   (header.has_frame_id ? frame_id_flag : 0) |
                                    static_cast<int>(header.effort) << effort_shift);
+}
+
+/** \brief A header as at its beginning; the frame_id keeps its memory. */
+void
+clear(Version1Header& header)
+{
+  std::string frame_id = std::move(header.frame_id);
+  frame_id.clear();
+  header = Version1Header();
+  header.frame_id = std::move(frame_id);
 }
 
 void
@@ -75,9 +88,9 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
   else if (header.stamp)
     writer.signedVarint(*header.stamp);
-  if (header.frame_id) {
-    writer.varint(header.frame_id->size());
-    writer.raw(header.frame_id->data(), header.frame_id->size());
+  if (header.has_frame_id) {
+    writer.varint(header.frame_id.size());
+    writer.raw(header.frame_id.data(), header.frame_id.size());
   }
   writer.varint(header.voxel_count);
   writer.varint(header.payload_size);
@@ -124,15 +137,14 @@ readIntensityScale(ByteSource& source, IntensityScale& scale)
 }
 
 CompressionStatus
-readFrameId(ByteSource& source, std::optional<std::string>& frame_id)
+readFrameId(ByteSource& source, std::string& frame_id)
 {
   const std::uint64_t size = source.varint();
   if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
     return corrupt("the frame_id is too long");
-  std::vector<std::uint8_t> text;
-  // read() records by itself only what goes into another vector.
-  source.read(static_cast<std::size_t>(size), text);
-  frame_id.emplace(text.begin(), text.end());
+  for (std::uint64_t i = 0; i < size && source.failure() == ByteSource::Failure::None;
+       ++i)
+    frame_id.push_back(static_cast<char>(source.u8()));
   return {};
 }
 
@@ -148,7 +160,8 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();
-  if (status.ok() && (flags & frame_id_flag) != 0)
+  header.has_frame_id = (flags & frame_id_flag) != 0;
+  if (status.ok() && header.has_frame_id)
     status = readFrameId(source, header.frame_id);
   header.voxel_count = source.varint();
   header.payload_size = source.varint();
@@ -225,6 +238,11 @@ writeVersion1Frame(const Version1Header& header,
                    std::vector<std::uint8_t>& bytes)
 {
   const std::size_t begin = bytes.size();
+  // More than it takes, so that a stream's frames soon need no more memory.
+  const std::size_t end =
+      begin + most_header_bytes + header.frame_id.size() + payload.size();
+  if (bytes.capacity() < end)
+    bytes.reserve(end + end / 4);
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);
@@ -235,11 +253,8 @@ writeVersion1Frame(const Version1Header& header,
   const std::size_t checked_begin = begin + checksum_end;
   const std::uint32_t checksum = version1Checksum(
       reference_checksum, bytes.data() + checked_begin, bytes.size() - checked_begin);
-  std::vector<std::uint8_t> checksum_bytes;
-  ByteWriter(checksum_bytes).u32(checksum);
-  std::copy(checksum_bytes.begin(),
-            checksum_bytes.end(),
-            bytes.begin() + static_cast<std::ptrdiff_t>(checked_begin - 4));
+  for (std::size_t i = 0; i < 4; ++i)
+    bytes[checked_begin - 4 + i] = static_cast<std::uint8_t>(checksum >> (8 * i));
   return checksum;
 }
 
@@ -250,7 +265,7 @@ readVersion1Header(ByteSource& source,
                    std::uint32_t& checksum,
                    std::vector<std::uint8_t>& checked_bytes)
 {
-  header = Version1Header();
+  clear(header);
   const std::uint8_t stream_version = source.u8();
   if (source.failure() == ByteSource::Failure::None && stream_version != version)
     return {CompressionCode::UnsupportedVersion,

@@ -51,9 +51,9 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 26;
 
-  /** \brief Voxels of one frame. Memory stays below about 500 bytes for each of them,
-   * 2000 in a stream that is made to fill the history; retain_octree, which builds PCL's
-   * octree of pointers, takes as much again and more. */
+  /** \brief Voxels of one frame. Memory stays below about 500 bytes for each of them, or
+   * 2000 and 16 MiB in a stream that is made to fill the history; retain_octree, which
+   * builds PCL's octree of pointers, takes as much again and more. */
   std::size_t max_voxels = std::size_t{1} << 22;
 };
 
