@@ -118,7 +118,7 @@ private:
     record.probability += is_occupied ? (65535 - record.probability) / divisor
                                       : -(record.probability / divisor);
     record.recent = (2 * record.recent + (is_occupied ? 1 : 0)) % 256;
-    record.age = std::min(record.age + 1, 255);
+    record.age = std::min(record.age + 1, 31);
   }
 
   void
