@@ -25,6 +25,7 @@ printTables(const ComparisonOptions& options)
       {"stages", pcl_ext::benchmarks::printStages},
       {"raw", pcl_ext::benchmarks::printRawToBytes},
       {"recorded", pcl_ext::benchmarks::printRecorded},
+      {"bits", pcl_ext::benchmarks::printBits},
       {"points", pcl_ext::benchmarks::printGrowthWithPoints},
       {"edges", pcl_ext::benchmarks::printGrowthWithEdge}};
   pcl_ext::benchmarks::printMachine(std::cout);

@@ -34,6 +34,10 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 void
 printRecorded(const ComparisonOptions& options, std::ostream& output);
 
+/** \brief Bytes and changed decisions over the bits of a count, linear and companded. */
+void
+printBits(const ComparisonOptions& options, std::ostream& output);
+
 /** \brief Time and bytes over the number of points. */
 void
 printGrowthWithPoints(const ComparisonOptions& options, std::ostream& output);

@@ -26,6 +26,7 @@ using pcl_ext::io::CompressionCode;
 using pcl_ext::io::CompressionStatus;
 using pcl_ext::io::Effort;
 using pcl_ext::io::IntensityCompressionSettings;
+using pcl_ext::io::IntensityCurve;
 using pcl_ext::io::OctreePointCloudIntensityCompression;
 using pcl_ext::io::StreamFormat;
 
@@ -92,6 +93,7 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_EQ(settings.aggregation, Aggregation::Automatic);
   EXPECT_EQ(settings.intensity_range, 0.0f);
   EXPECT_EQ(settings.intensity_bits, 0u);
+  EXPECT_EQ(settings.intensity_curve, IntensityCurve::Linear);
   EXPECT_FALSE(settings.bounding_box.has_value());
   EXPECT_FALSE(settings.sensor_pose.has_value());
   EXPECT_FALSE(settings.carry_header);
@@ -174,10 +176,13 @@ TEST(CompressionSettings, AnIntensityRangeThatIsAcceptedCanBeEncoded)
                             1.0f,
                             1e30f,
                             FLT_MAX})
-    for (const unsigned int bits : {0u, 1u, 8u, 16u}) {
+    for (const unsigned int choice : {0u, 1u, 8u, 16u, 100u, 101u, 108u, 116u}) {
+      const unsigned int bits = choice % 100;
       Settings settings;
       settings.intensity_range = range;
       settings.intensity_bits = bits;
+      if (choice >= 100)
+        settings.intensity_curve = IntensityCurve::Companded;
       if (!checkSettings(settings).ok())
         continue;
       pcl::PointXYZI point;
@@ -324,6 +329,19 @@ TEST(CompressionSettings, PublishedLayoutHasEightBitsAndItsOwnScale)
         "intensity_range",
         [range](Settings& settings) { settings.intensity_range = range; },
         publishedSettings());
+}
+
+TEST(CompressionSettings, PublishedLayoutHasALinearScale)
+{
+  for (unsigned int bits = 0; bits <= 16; ++bits)
+    expectAccepted([bits](Settings& settings) {
+      settings.intensity_curve = IntensityCurve::Companded;
+      settings.intensity_bits = bits;
+    });
+  expectRefused(
+      "intensity_curve",
+      [](Settings& settings) { settings.intensity_curve = IntensityCurve::Companded; },
+      publishedSettings());
 }
 
 TEST(CompressionSettings, PublishedLayoutCarriesNoHeader)

@@ -83,6 +83,9 @@ TEST(DepthModel, ThereIsNoneWhereItsNumbersLeaveTheirRanges)
   other.offset = 1.0f;
   EXPECT_FALSE(has(law, sensor, grid, other));
   other = scale;
+  other.companded_range = 256; // a point is not worth the same at each symbol
+  EXPECT_FALSE(has(law, sensor, grid, other));
+  other = scale;
   other.step = 1e-6f; // a point is worth more symbols than there can be
   EXPECT_FALSE(has(law, sensor, grid, other));
   EXPECT_FALSE(has(law, sensor, gridOf(10.0, 0), scale)); // beyond the cut-off depth

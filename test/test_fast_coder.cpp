@@ -41,14 +41,17 @@ decoded(FastCoder& decoder,
         unsigned int depth,
         Frame& frame)
 {
-  return decoder.decode(payload.data(),
-                        payload.data() + payload.size(),
-                        is_i_frame,
-                        count,
-                        bits,
-                        depth,
-                        frame.keys,
-                        frame.symbols);
+  const bool is_good = decoder.decode(payload.data(),
+                                      payload.data() + payload.size(),
+                                      is_i_frame,
+                                      count,
+                                      bits,
+                                      depth,
+                                      frame.keys,
+                                      frame.symbols);
+  if (is_good)
+    decoder.commit();
+  return is_good;
 }
 
 /** \brief Both ends of a stream. */
@@ -217,6 +220,34 @@ TEST(FastCoder, SmallFramesAreSmall)
     bytes = stream.send(frame, i == 0, 8, 7);
   }
   EXPECT_LE(bytes, 60u);
+}
+
+TEST(FastCoder, ADiscardedFrameHasNotBeen)
+{
+  Random random(5);
+  Stream stream;
+  for (int i = 0; i < 12; ++i) {
+    const bool is_i_frame = i % 6 == 0;
+    const Frame frame = random.sensorFrame(500, 5, 255);
+    const Bytes payload = encoded(stream.encoder, frame, is_i_frame, 8, 5);
+    for (int times = 0; times < 3; ++times) {
+      Frame back;
+      ASSERT_TRUE(stream.decoder.decode(payload.data(),
+                                        payload.data() + payload.size(),
+                                        is_i_frame,
+                                        frame.keys.size(),
+                                        8,
+                                        5,
+                                        back.keys,
+                                        back.symbols));
+      ASSERT_EQ(back.keys, frame.keys);
+      ASSERT_EQ(back.symbols, frame.symbols);
+      if (times < 2)
+        stream.decoder.discard();
+      else
+        stream.decoder.commit();
+    }
+  }
 }
 
 /** \brief A stream up to the frame that a test changes. */

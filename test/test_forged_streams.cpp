@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -84,10 +85,31 @@ TEST(ForgedStreams, HeadersThatLie)
     lies.push_back([=](Version1Header& h) { h.intensity_scale.step = number; });
   for (const float number : {nan_float, infinite_float, -infinite_float})
     lies.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
+  // Companded scales with no more numbers than levels, and with too many levels.
+  for (const auto& [bits, range] :
+       std::vector<std::pair<unsigned int, std::uint32_t>>{{1, 1},
+                                                           {4, 1},
+                                                           {4, 15},
+                                                           {8, 255},
+                                                           {15, 32767},
+                                                           {16, 65535},
+                                                           {17, 65535},
+                                                           {0, 65535},
+                                                           {127, 65535}})
+    lies.push_back([bits = bits, range = range](Version1Header& h) {
+      h.intensity_scale.bits = bits;
+      h.intensity_scale.companded_range = range;
+    });
+  lies.push_back([](Version1Header& h) { // written as 0
+    h.intensity_scale.companded_range = 65536;
+  });
   lies.push_back([](Version1Header& h) { h.has_depth_model = true; });
   for (const int number : {3, 4, 15})
     lies.push_back([=](Version1Header& h) { h.effort = static_cast<Effort>(number); });
-  lies.push_back([](Version1Header& h) { h.frame_id = std::string(1025, 'x'); });
+  lies.push_back([](Version1Header& h) {
+    h.has_frame_id = true;
+    h.frame_id = std::string(1025, 'x');
+  });
   for (std::size_t i = 0; i < lies.size(); ++i) {
     SCOPED_TRACE(i);
     Parts parts = good;
@@ -97,6 +119,22 @@ TEST(ForgedStreams, HeadersThatLie)
   VoxelFrame back;
   FrameDecoder decoder;
   EXPECT_EQ(decoded(decoder, putTogether(good), back), CompressionCode::Ok);
+}
+
+TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
+  for (unsigned int bits = 1; bits <= 15; ++bits) {
+    parts.header.intensity_scale.bits = bits;
+    VoxelFrame back;
+    FrameDecoder decoder;
+    parts.header.intensity_scale.companded_range = 1u << bits;
+    EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+    EXPECT_TRUE(isConsistent(back));
+    parts.header.intensity_scale.companded_range = (1u << bits) - 1;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
 }
 
 TEST(ForgedStreams, EmptyFramesWithAPayload)

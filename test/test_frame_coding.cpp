@@ -175,7 +175,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
   const float nan_value = std::numeric_limits<float>::quiet_NaN();
   for (const StreamFormat format : formats) {
     const VoxelFrame good = randomFrame(random, 4, 30);
-    std::vector<VoxelFrame> bad(14, good);
+    std::vector<VoxelFrame> bad(17, good);
     std::swap(bad[0].keys[3], bad[0].keys[4]);
     bad[1].keys[4] = bad[1].keys[3];
     bad[2].keys.back() = 1u << 12;
@@ -191,16 +191,20 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
     bad[11].intensity_scale.offset = nan_value;
     bad[12].intensity_scale.bits = 17;
     bad[13].grid.anchor[2] = double{nan_value};
+    bad[14].intensity_scale.companded_range = 255;
+    bad[15].intensity_scale.companded_range = 65536;
+    bad[16].intensity_scale = {0.0f, 1.0f, 16, 65535};
     if (format == StreamFormat::Version1) {
-      bad.resize(17, good);
-      bad[14].grid.first_index[0] = (1 << 20) - 15;
-      bad[15].grid.first_index[2] = -(1 << 20) - 1;
-      bad[16].grid.anchor[0] = 1.0;
+      bad.resize(20, good);
+      bad[17].grid.first_index[0] = (1 << 20) - 15;
+      bad[18].grid.first_index[2] = -(1 << 20) - 1;
+      bad[19].grid.anchor[0] = 1.0;
     }
     else {
-      bad.resize(16, good);
-      bad[14].intensity_scale.bits = 16;
-      bad[15].intensity_scale.step = 2.0f;
+      bad.resize(20, good);
+      bad[17].intensity_scale.bits = 16;
+      bad[18].intensity_scale.step = 2.0f;
+      bad[19].intensity_scale.companded_range = 256;
     }
     FrameEncoder encoder(format, 10);
     FrameDecoder decoder;

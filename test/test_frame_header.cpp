@@ -133,6 +133,32 @@ TEST(FrameHeader, BytesAreThoseOfTheSpecification)
   ASSERT_EQ(decoded(decoder, fourth, back), CompressionCode::Ok);
 }
 
+TEST(FrameHeader, CompandedScalesHaveTheirRangeBehindTheBits)
+{
+  VoxelFrame frame = emptyFrame(2);
+  frame.intensity_scale = {1.0f, 0.5f, 4, 0x1234};
+  FrameEncoder encoder(StreamFormat::Version1, 9);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  const Bytes bytes = encoded(encoder, frame);
+  const std::string header = headerOf(bytes, encoder.statistics().header_bytes, 0);
+  EXPECT_EQ(header.substr(header.size() - 26),
+            "0000803f" // offset 1
+            "0000003f" // step 1/2
+            "843412"   // companded, 4 bits; the range
+            "0000");   // no voxels, no payload
+  ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+  EXPECT_EQ(back.intensity_scale, frame.intensity_scale);
+  // P-frames keep the scale; another one needs an I-frame.
+  ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+  EXPECT_FALSE(encoder.statistics().is_i_frame);
+  EXPECT_EQ(back.intensity_scale, frame.intensity_scale);
+  frame.intensity_scale.companded_range = 0x1235;
+  ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+  EXPECT_TRUE(encoder.statistics().is_i_frame);
+  EXPECT_EQ(back.intensity_scale, frame.intensity_scale);
+}
+
 TEST(FrameHeader, FlagsNameTheEffort)
 {
   const VoxelFrame frame = emptyFrame(3);

@@ -33,11 +33,11 @@ struct Attack {
     if (has_depth_model)
       settings.depth_model = roomDepthModel(settings.depth, bits);
     RoomStream room(settings);
-    PayloadCoder encoder;
-    for (int i = 0; i < 5; ++i) {
+    PayloadCoders encoder;
+    for (std::size_t i = 0; i < 5; ++i) {
       frames.push_back(room.next());
       payloads.emplace_back();
-      encoder.encode(frames.back(), isIFrame(i), effort, payloads.back());
+      encoder.of(effort).encode(frames.back(), isIFrame(i), payloads.back());
     }
   }
 
@@ -49,7 +49,7 @@ struct Attack {
 
   /** \brief The receiver in front of frame 3. */
   void
-  begin(PayloadCoder& decoder) const
+  begin(PayloadCoders& decoder) const
   {
     for (std::size_t i = 0; i < 3; ++i) {
       VoxelFrame back;
@@ -60,7 +60,7 @@ struct Attack {
   }
 
   bool
-  decode(PayloadCoder& decoder,
+  decode(PayloadCoders& decoder,
          const Bytes& payload,
          const VoxelFrame& like,
          std::size_t count,
@@ -73,13 +73,8 @@ struct Attack {
     PayloadSizes sizes;
     memory_count.reset();
     const std::size_t before = memory_count.live;
-    const bool is_good = decoder.decode(exact.data(),
-                                        exact.data() + exact.size(),
-                                        count,
-                                        on_i_frame,
-                                        effort,
-                                        back,
-                                        sizes);
+    const bool is_good = decoder.of(effort).decode(
+        exact.data(), exact.data() + exact.size(), count, on_i_frame, back, sizes);
     EXPECT_LE(memory_count.peak - before, std::size_t{1} << 22);
     if (is_good) {
       EXPECT_TRUE(isConsistent(back));
@@ -109,7 +104,7 @@ public:
     if (attack_.decode(
             decoder_, payload, attack_.frames[3], count, attack_.isIFrame(3), back)) {
       ++outcome.accepted;
-      decoder_ = PayloadCoder();
+      decoder_ = PayloadCoders();
       attack_.begin(decoder_);
     }
     else
@@ -137,7 +132,7 @@ public:
 
 private:
   const Attack& attack_;
-  PayloadCoder decoder_;
+  PayloadCoders decoder_;
 };
 
 /** \brief Every kind of stream for each effort. */
@@ -236,17 +231,12 @@ TEST(HostilePayloads, ADeepGridOfTheMostVoxelsEndsSoon)
   // The dearest payload: no bytes, all decisions as they come, 19 levels above blocks.
   for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
     for (const std::uint8_t byte : Bytes{0, 0xff}) {
-      PayloadCoder decoder;
+      PayloadCoders decoder;
       VoxelFrame back = emptyFrame(21);
       PayloadSizes sizes;
       const Bytes payload(100000, byte);
-      EXPECT_FALSE(decoder.decode(payload.data(),
-                                  payload.data() + payload.size(),
-                                  1 << 17,
-                                  true,
-                                  effort,
-                                  back,
-                                  sizes));
+      EXPECT_FALSE(decoder.of(effort).decode(
+          payload.data(), payload.data() + payload.size(), 1 << 17, true, back, sizes));
     }
 }
 

@@ -33,7 +33,7 @@ public:
   encode(const VoxelFrame& frame, bool is_i_frame)
   {
     Bytes payload;
-    sizes_ = encoder_.encode(frame, is_i_frame, effort_, payload);
+    sizes_ = encoder_.of(effort_).encode(frame, is_i_frame, payload);
     EXPECT_EQ(sizes_.occupancy + sizes_.intensity, payload.size());
     return payload;
   }
@@ -61,13 +61,8 @@ public:
     back.keys = {1, 2, 3};
     back.intensities = {9, 9};
     PayloadSizes sizes;
-    const bool is_good = decoder_.decode(copy.data(),
-                                         copy.data() + copy.size(),
-                                         voxel_count,
-                                         is_i_frame,
-                                         effort_,
-                                         back,
-                                         sizes);
+    const bool is_good = decoder_.of(effort_).decode(
+        copy.data(), copy.data() + copy.size(), voxel_count, is_i_frame, back, sizes);
     if (is_good) {
       EXPECT_TRUE(isConsistent(back));
       EXPECT_EQ(back.size(), voxel_count);
@@ -85,14 +80,14 @@ public:
     ASSERT_TRUE(decode(payload, frame, is_i_frame, back));
     expectSameFrame(back, frame);
     EXPECT_EQ(decoded_sizes_.occupancy, sizes_.occupancy);
-    EXPECT_EQ(decoder_.recordCount(), encoder_.recordCount());
-    EXPECT_EQ(decoder_.knownVoxels(frame), frame.size());
+    EXPECT_EQ(decoder_.of(effort_).recordCount(), encoder_.of(effort_).recordCount());
+    EXPECT_EQ(decoder_.of(effort_).knownVoxels(frame), frame.size());
   }
 
 private:
   Effort effort_;
-  PayloadCoder encoder_;
-  PayloadCoder decoder_;
+  PayloadCoders encoder_;
+  PayloadCoders decoder_;
   PayloadSizes sizes_;
   PayloadSizes decoded_sizes_;
 };
@@ -208,15 +203,15 @@ TEST_P(PayloadCoding, RoomsComeBack)
 TEST_P(PayloadCoding, PayloadsAreAppended)
 {
   std::mt19937_64 random(1);
-  PayloadCoder one;
-  PayloadCoder other;
+  PayloadCoders one;
+  PayloadCoders other;
   VoxelFrame frame = randomFrame(random, 5, 300);
   for (int i = 0; i < 5; ++i) {
     Bytes alone;
     const Bytes before(below(random, 40), 0xff);
     Bytes appended = before;
-    one.encode(frame, i == 0, GetParam(), alone);
-    other.encode(frame, i == 0, GetParam(), appended);
+    one.of(GetParam()).encode(frame, i == 0, alone);
+    other.of(GetParam()).encode(frame, i == 0, appended);
     Bytes expected = before;
     append(alone, expected);
     ASSERT_EQ(appended, expected);
@@ -258,31 +253,33 @@ TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
 TEST_P(PayloadCoding, WhatWasLearntIsForgottenAtAnIFrame)
 {
   RoomStream room({});
-  PayloadCoder old;
+  PayloadCoders old;
   for (int i = 0; i < 10; ++i) {
     Bytes payload;
-    old.encode(room.next(), i == 0, GetParam(), payload);
+    old.of(GetParam()).encode(room.next(), i == 0, payload);
   }
-  PayloadCoder fresh;
+  PayloadCoders fresh;
   for (int i = 0; i < 3; ++i) {
     const VoxelFrame frame = room.next();
     Bytes of_old;
     Bytes of_fresh;
-    old.encode(frame, i == 0, GetParam(), of_old);
-    fresh.encode(frame, i == 0, GetParam(), of_fresh);
+    old.of(GetParam()).encode(frame, i == 0, of_old);
+    fresh.of(GetParam()).encode(frame, i == 0, of_fresh);
     EXPECT_EQ(of_old, of_fresh);
   }
 }
 
-TEST(PayloadCoder, KnownVoxelsAreCounted)
+TEST_P(PayloadCoding, KnownVoxelsAreCounted)
 {
-  PayloadCoder coder;
+  PayloadCoders coders;
+  PayloadCoder& coder = coders.of(GetParam());
   VoxelFrame frame = emptyFrame(4);
   frame.keys = {0, 1, 64, 200, 4095};
   frame.intensities.assign(5, 1);
   EXPECT_EQ(coder.knownVoxels(frame), 0u);
+  EXPECT_EQ(coder.recordCount(), 0u);
   Bytes payload;
-  coder.encode(frame, true, Effort::Balanced, payload);
+  coder.encode(frame, true, payload);
   EXPECT_EQ(coder.knownVoxels(frame), 5u);
   EXPECT_EQ(coder.recordCount(), 5u);
   frame.keys = {1, 2, 65, 200, 4094};
@@ -295,25 +292,23 @@ TEST(PayloadCoder, EffortsShareNoState)
 {
   // A new effort begins with an I-frame, and what the other one learnt is not in it.
   RoomStream room({});
-  PayloadCoder encoder;
-  PayloadCoder late;
+  PayloadCoders encoder;
   const Effort order[] = {
       Effort::Balanced, Effort::Small, Effort::Fast, Effort::Small, Effort::Balanced};
   for (const Effort effort : order) {
-    PayloadCoder fresh;
+    PayloadCoders fresh;
     for (int i = 0; i < 4; ++i) {
       const VoxelFrame frame = room.next();
       Bytes payload;
-      encoder.encode(frame, i == 0, effort, payload);
+      encoder.of(effort).encode(frame, i == 0, payload);
       VoxelFrame back = frame;
       PayloadSizes sizes;
-      ASSERT_TRUE(fresh.decode(payload.data(),
-                               payload.data() + payload.size(),
-                               frame.size(),
-                               i == 0,
-                               effort,
-                               back,
-                               sizes));
+      ASSERT_TRUE(fresh.of(effort).decode(payload.data(),
+                                          payload.data() + payload.size(),
+                                          frame.size(),
+                                          i == 0,
+                                          back,
+                                          sizes));
       expectSameFrame(back, frame);
     }
   }

@@ -94,7 +94,7 @@ TEST(RestartRules, NoDecoderWithTheEncodersLimitsRefuses)
   // Voxels that wander as fast as they can without an I-frame.
   std::mt19937_64 random(3);
   DecoderLimits limits;
-  limits.max_voxels = 30000;
+  limits.max_voxels = 15000;
   FrameEncoder encoder(StreamFormat::Version1, 1000, Effort::Small);
   FrameDecoder decoder(limits);
   VoxelFrame back;

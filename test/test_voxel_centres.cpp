@@ -41,9 +41,11 @@ void
 expectCentres(const VoxelFrame& frame)
 {
   VoxelCentres centres;
+  SymbolIntensities symbol_intensities;
+  symbol_intensities.setScale(frame.intensity_scale);
   std::size_t next = 0;
   while (next < frame.size()) {
-    const std::size_t count = voxelCentres(frame, next, centres);
+    const std::size_t count = voxelCentres(frame, symbol_intensities, next, centres);
     ASSERT_EQ(count, std::min(VoxelCentres::most, frame.size() - next));
     for (std::size_t i = 0; i < count; ++i, ++next) {
       const VoxelPosition position = voxelPosition(frame.keys[next]);
@@ -55,7 +57,7 @@ expectCentres(const VoxelFrame& frame)
                 frame.intensity_scale.value(frame.intensities[next]));
     }
   }
-  EXPECT_EQ(voxelCentres(frame, frame.size(), centres), 0u);
+  EXPECT_EQ(voxelCentres(frame, symbol_intensities, frame.size(), centres), 0u);
 }
 
 TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
@@ -63,6 +65,19 @@ TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
   for (unsigned int depth = 1; depth <= max_grid_depth; ++depth)
     for (const std::size_t voxels : {0u, 1u, 61u, 62u, 63u, 64u, 500u})
       expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
+}
+
+TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
+{
+  for (const unsigned int bits : {1u, 4u, 8u, 15u}) {
+    VoxelFrame frame = randomFrame(2 + bits, 5, 100);
+    frame.intensity_scale.bits = bits;
+    frame.intensity_scale.companded_range = 40000;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+    ASSERT_TRUE(isConsistent(frame));
+    expectCentres(frame);
+  }
 }
 
 TEST(VoxelCentres, IntensitiesStayWithinTheFloats)

@@ -128,6 +128,13 @@ describeOptions(StreamOptions& result)
   option("bits",
          options::value<std::int64_t>()->default_value(0),
          "bits of an intensity, 1 to 16; 0: automatic");
+  option("effort,e",
+         options::value<std::string>()->default_value("balanced"),
+         "fast, balanced or small: time against size");
+  option("curve",
+         options::value<std::string>()->default_value("linear"),
+         "linear or companded: small intensities exact, steps that grow above them; "
+         "--bits 0 is then 4");
   option("threshold,t",
          options::value<float>(),
          "least intensity that denoising keeps (default: count 2, quadratic and linear "
@@ -192,6 +199,16 @@ parseOptions(int argc, const char* const* argv)
                                values["format"].as<std::string>(),
                                {{"version1", io::StreamFormat::Version1},
                                 {"published", io::StreamFormat::Published}});
+  result.settings.effort = lookUp<io::Effort>("effort",
+                                              values["effort"].as<std::string>(),
+                                              {{"fast", io::Effort::Fast},
+                                               {"balanced", io::Effort::Balanced},
+                                               {"small", io::Effort::Small}});
+  result.settings.intensity_curve =
+      lookUp<io::IntensityCurve>("curve",
+                                 values["curve"].as<std::string>(),
+                                 {{"linear", io::IntensityCurve::Linear},
+                                  {"companded", io::IntensityCurve::Companded}});
   if (values.count("threshold") != 0) {
     result.threshold = values["threshold"].as<float>();
     if (!std::isfinite(*result.threshold))

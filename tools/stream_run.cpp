@@ -168,8 +168,9 @@ compressionSettings(const StreamOptions& options,
     return settings;
   settings.aggregation = io::Aggregation::Sum;
   if (settings.format == io::StreamFormat::Version1) {
-    settings.intensity_bits =
-        settings.intensity_bits != 0 ? settings.intensity_bits : 8;
+    if (settings.intensity_bits == 0 &&
+        settings.intensity_curve == io::IntensityCurve::Linear)
+      settings.intensity_bits = 8;
     settings.intensity_range = 255.0f;
     settings.depth_law = depthLaw(options, law);
   }

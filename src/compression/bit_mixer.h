@@ -59,10 +59,10 @@ struct MixerWeights {
   static constexpr std::array<std::int32_t, InputCount>
   startingWeights()
   {
+    constexpr std::int32_t others = InputCount > 1 ? InputCount - 1 : 1;
     std::array<std::int32_t, InputCount> start{};
     for (std::size_t i = 0; i < InputCount; ++i)
-      start[i] = i == 0 ? one * 4 / 10
-                        : one * 8 / 10 / static_cast<std::int32_t>(InputCount - 1);
+      start[i] = i == 0 ? one * 4 / 10 : one * 8 / 10 / others;
     return start;
   }
 

@@ -22,30 +22,33 @@ public:
   void
   clear(std::size_t expected_blocks)
   {
+    // The frame before tells how many there will be where nobody knows.
+    const std::size_t blocks = std::max(expected_blocks, keys_.size());
     unsigned int bits = 4;
-    while ((std::size_t{1} << bits) < 2 * expected_blocks)
+    while ((std::size_t{1} << bits) < 2 * blocks)
       ++bits;
     // Smaller again once in a while only: a stream's frames are about as large.
     if (slots_.size() < (std::size_t{1} << bits) ||
         slots_.size() > (std::size_t{64} << bits)) {
-      slots_.assign(std::size_t{1} << bits, Slot{0, not_found});
+      slots_.assign(std::size_t{1} << bits, not_found);
       shift_ = 64 - bits;
     }
     else
-      std::fill(slots_.begin(), slots_.end(), Slot{0, not_found});
-    count_ = 0;
+      std::fill(slots_.begin(), slots_.end(), not_found);
+    keys_.clear();
   }
 
-  /** \brief Adds a block that is not there yet.
+  /** \brief Adds a block that is not there yet; its index is the number of blocks so far.
    * \param[in] key Morton key of the block
-   * \param[in] index what find() answers, below not_found
    */
   void
-  insert(std::uint64_t key, std::uint32_t index)
+  insert(std::uint64_t key)
   {
-    if (2 * ++count_ > slots_.size())
+    keys_.push_back(key);
+    if (2 * keys_.size() > slots_.size())
       grow();
-    place({key, index});
+    else
+      place(static_cast<std::uint32_t>(keys_.size() - 1));
   }
 
   /** \brief Index of a block, or not_found. */
@@ -53,17 +56,14 @@ public:
   find(std::uint64_t key) const
   {
     const std::size_t mask = slots_.size() - 1;
-    for (std::size_t slot = slotOf(key);; slot = (slot + 1) & mask)
-      if (slots_[slot].index == not_found || slots_[slot].key == key)
-        return slots_[slot].index;
+    for (std::size_t slot = slotOf(key);; slot = (slot + 1) & mask) {
+      const std::uint32_t index = slots_[slot];
+      if (index == not_found || keys_[index] == key)
+        return index;
+    }
   }
 
 private:
-  struct Slot {
-    std::uint64_t key;
-    std::uint32_t index;
-  };
-
   std::size_t
   slotOf(std::uint64_t key) const
   {
@@ -73,29 +73,27 @@ private:
   }
 
   void
-  place(const Slot& block)
+  place(std::uint32_t index)
   {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = slotOf(block.key);
-    while (slots_[slot].index != not_found)
+    std::size_t slot = slotOf(keys_[index]);
+    while (slots_[slot] != not_found)
       slot = (slot + 1) & mask;
-    slots_[slot] = block;
+    slots_[slot] = index;
   }
 
   void
   grow()
   {
-    std::vector<Slot> old(2 * slots_.size(), Slot{0, not_found});
-    old.swap(slots_);
+    slots_.assign(2 * slots_.size(), not_found);
     --shift_;
-    for (const Slot& block : old)
-      if (block.index != not_found)
-        place(block);
+    for (std::size_t index = 0; index < keys_.size(); ++index)
+      place(static_cast<std::uint32_t>(index));
   }
 
-  std::vector<Slot> slots_ = std::vector<Slot>(16, Slot{0, not_found});
+  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(16, not_found);
+  std::vector<std::uint64_t> keys_; // by index
   unsigned int shift_ = 60;
-  std::size_t count_ = 0;
   std::uint64_t seed_ =
       std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
 };

@@ -31,6 +31,9 @@ ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
   while (size > 0 && failure_ == Failure::None) {
     const std::size_t step = std::min(size, largest_step);
     const std::size_t old_size = bytes.size();
+    // More than it takes, so that a stream's frames soon need no more memory.
+    if (bytes.capacity() < old_size + step)
+      bytes.reserve((old_size + step) / 4 * 5 + 4);
     bytes.resize(old_size + step);
     const auto got = static_cast<std::size_t>(
         buffer_.sgetn(reinterpret_cast<char*>(bytes.data() + old_size),

@@ -52,6 +52,12 @@ public:
     return number;
   }
 
+  std::uint16_t
+  u16()
+  {
+    return static_cast<std::uint16_t>(littleEndian(2));
+  }
+
   std::uint32_t
   u32()
   {

@@ -3,6 +3,7 @@
 #include "nibble_rans.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -100,8 +101,14 @@ ClassedRow::decode(const std::uint8_t* begin,
   if (coder.isOverrun() || !code(coder, next_models_, classes, numbers.data()) ||
       !coder.isAtEnd())
     return false;
-  models_ = next_models_;
+  std::swap(models_, next_models_);
   return true;
+}
+
+void
+ClassedRow::discard()
+{
+  std::swap(models_, next_models_);
 }
 
 } // namespace io

@@ -47,6 +47,17 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint16_t>& numbers);
 
+  /** \brief Forgets all rows, as at an I-frame. */
+  void
+  reset()
+  {
+    models_ = Models();
+  }
+
+  /** \brief Forgets the row that was decoded last, as if it had not been. */
+  void
+  discard();
+
 private:
   struct Models {
     std::array<NibbleModel, class_count> number;

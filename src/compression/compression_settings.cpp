@@ -75,6 +75,8 @@ checkPublished(const IntensityCompressionSettings& settings)
     return invalid("intensity_range",
                    settings.intensity_range,
                    "0 in the published layout, whose scale ends at 255");
+  if (settings.intensity_curve != IntensityCurve::Linear)
+    return invalid("intensity_curve", "companded", "linear in the published layout");
   if (settings.carry_header)
     return invalid("carry_header", "on", "off in the published layout");
   return {};

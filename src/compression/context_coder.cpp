@@ -24,7 +24,7 @@ codeIntensities(CodingT& coding,
   if (!pass.run(frame, intensities.numbers))
     return false;
   if (CodingT::is_decoder)
-    intensities.symbols = intensities.numbers;
+    copyNumbers(intensities.numbers, intensities.symbols);
   if (context.depth_model == nullptr)
     return true;
   if (CodingT::is_decoder)
@@ -99,7 +99,7 @@ ContextCoder::decodeWith(const PayloadContext& context,
     return false;
   occupancy_bytes =
       std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
-  intensities.numbers.assign(voxel_count, 0);
+  intensities.numbers.resize(voxel_count); // of any value, as all are decoded
   if (!codeIntensities(coding,
                        trial_models_.intensity,
                        workspace_.directory,

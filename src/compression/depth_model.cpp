@@ -22,7 +22,7 @@ depthModelOf(const DepthLaw& law,
              const VoxelGrid& grid,
              const IntensityScale& scale)
 {
-  if (scale.offset != 0.0f)
+  if (scale.offset != 0.0f || scale.companded_range != 0)
     return std::nullopt;
   const double one = std::exp2(32);
   DepthModel model;

@@ -63,12 +63,30 @@ FastCoder::decode(const std::uint8_t* begin,
   expandBlocks<true>(&keys);
   if (!symbols_.decode(coder, models, frame_, moments(), bits, symbols) ||
       !coder.isAtEnd()) {
-    symbols_.forget(frame_, moments());
+    discard();
     return false;
   }
-  keepHistory();
-  current_models_ = next_models;
   return true;
+}
+
+void
+FastCoder::commit()
+{
+  keepHistory();
+  current_models_ = 1 - current_models_;
+}
+
+void
+FastCoder::discard()
+{
+  symbols_.forget(frame_, moments());
+}
+
+void
+FastCoder::reset()
+{
+  models_[current_models_] = first_models_;
+  history_ = no_history_;
 }
 
 std::size_t

@@ -38,7 +38,11 @@ public:
          unsigned int depth,
          std::vector<std::uint8_t>& payload);
 
-  /** \brief Reads a payload and learns the frame.
+  /** \brief Forgets all frames, as at an I-frame. */
+  void
+  reset();
+
+  /** \brief Reads a payload; either commit() or discard() follows if that succeeds.
    * \param[in] begin first byte
    * \param[in] end behind the last byte
    * \param[in] is_i_frame as for `encode`
@@ -60,6 +64,14 @@ public:
          unsigned int depth,
          std::vector<std::uint64_t>& keys,
          std::vector<std::uint16_t>& symbols);
+
+  /** \brief Learns the frame that was decoded last. */
+  void
+  commit();
+
+  /** \brief Leaves the coder as it was before the frame that was decoded last. */
+  void
+  discard();
 
   /** \brief Number of voxels that are known of the last frames; seven times those of the
    * largest frame at most. */

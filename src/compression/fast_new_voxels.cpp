@@ -45,7 +45,7 @@ FastOccupancy::codeNewOctants(Coder& coder_now,
   const std::size_t count = before.keys.size();
   coder_now.expect(count);
   Coder coder = coder_now;
-  is_renewed_.resize(count);
+  ensureSize(is_renewed_, count);
   ensureSize(renewed_blocks_, count + 1);
   ensureSize(octant_symbols_, count + 1);
   // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.

@@ -50,8 +50,12 @@ FastOccupancy::match(const FastHistory& before,
   const std::uint64_t* const frame_keys = frame.keys.data();
   const std::uint64_t* const frame_masks = frame.masks.data();
   frame.occupied.resize(before.known.size());
-  ensureSize(frame.new_keys, count);
-  ensureSize(frame.new_masks, count);
+  for (auto* vector : {&frame.new_keys, &frame.new_masks}) {
+    // What is gone of a vector's length does not count when it grows.
+    if (vector->capacity() < count)
+      vector->reserve(count + count / 4);
+    vector->resize(count);
+  }
   std::uint64_t* const occupied = frame.occupied.data();
   std::size_t now = 0;
   std::size_t new_count = 0;

@@ -157,17 +157,17 @@ private:
     ByteSource source(buffer,
                       limits_.max_frame_bytes -
                           std::min(limits_.max_frame_bytes, magic_size));
-    std::optional<FrameStamp> stamp;
     const CompressionStatus status =
         format == FoundFormat::Version1
-            ? decodeVersion1(source, frame, statistics, stamp)
+            ? decodeVersion1(source, frame, statistics)
             : decodePublished(source, limits_, published_, frame, statistics);
     if (!status.ok())
       return status;
     statistics.voxels = frame.size();
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
-    stamp_ = stamp;
+    if (format == FoundFormat::Published)
+      stamp_.reset();
     return status;
   }
 
@@ -188,10 +188,9 @@ private:
   CompressionStatus
   decodeVersion1(ByteSource& source,
                  VoxelFrame& frame,
-                 CodedFrameStatistics& statistics,
-                 std::optional<FrameStamp>& stamp)
+                 CodedFrameStatistics& statistics)
   {
-    Version1Header header;
+    Version1Header& header = header_;
     std::uint32_t checksum = 0;
     if (CompressionStatus status =
             readVersion1Header(source, limits_, header, checksum, checked_bytes_);
@@ -228,7 +227,7 @@ private:
     statistics.occupancy_bytes = sizes.occupancy;
     statistics.intensity_bytes = payload_size - sizes.occupancy;
     statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
-    commit(header, checksum, frame, stamp);
+    commit(header, checksum, frame);
     return {};
   }
 
@@ -261,35 +260,38 @@ private:
         return {CompressionCode::Corrupt, "the depth model is none"};
       payload += depth_model_size;
     }
-    if (!header.is_i_frame && payload_.recordCount() > maxRecords(limits_.max_voxels))
+    if (!header.is_i_frame &&
+        coders_.of(effort_).recordCount() > maxRecords(limits_.max_voxels))
       return {CompressionCode::LimitExceeded,
               "the stream's history is larger than the limit on voxels allows"};
-    if (!payload_.decode(payload,
-                         end,
-                         static_cast<std::size_t>(header.voxel_count),
-                         header.is_i_frame,
-                         header.effort,
-                         frame,
-                         sizes))
+    if (!coders_.of(header.effort)
+             .decode(payload,
+                     end,
+                     static_cast<std::size_t>(header.voxel_count),
+                     header.is_i_frame,
+                     frame,
+                     sizes))
       return {CompressionCode::Corrupt,
               "the payload is not " + std::to_string(header.voxel_count) + " voxels"};
     return {};
   }
 
   void
-  commit(const Version1Header& header,
-         std::uint32_t checksum,
-         const VoxelFrame& frame,
-         std::optional<FrameStamp>& stamp)
+  commit(const Version1Header& header, std::uint32_t checksum, const VoxelFrame& frame)
   {
-    if (header.frame_id || header.is_i_frame)
-      frame_id_ = header.frame_id.value_or("");
+    if (header.has_frame_id || header.is_i_frame)
+      frame_id_ = header.frame_id;
     if (header.is_i_frame)
       last_stamp_ = 0;
     if (header.stamp) {
       last_stamp_ += static_cast<std::uint64_t>(*header.stamp);
-      stamp = FrameStamp{last_stamp_, frame_id_};
+      if (!stamp_)
+        stamp_.emplace();
+      stamp_->stamp = last_stamp_;
+      stamp_->frame_id = frame_id_;
     }
+    else
+      stamp_.reset();
     has_history_ = true;
     frame_number_ = header.frame_number;
     checksum_ = checksum;
@@ -316,8 +318,10 @@ private:
   std::optional<DepthModel> depth_model_;
   std::string frame_id_;
   std::uint64_t last_stamp_ = 0;
-  PayloadCoder payload_;
-  std::vector<std::uint8_t> checked_bytes_; // member so that its memory is reused
+  PayloadCoders coders_;
+  // Of the current frame; members so that their memory is reused.
+  Version1Header header_;
+  std::vector<std::uint8_t> checked_bytes_;
 };
 
 FrameDecoder::FrameDecoder(const DecoderLimits& limits)

@@ -100,8 +100,14 @@ private:
       return true;
     // A history that knows little of the frame costs more than it saves, and one that
     // piles up behind a moving sensor costs time and memory on both sides.
-    return payload_.recordCount() > maxRecords(frame.size()) ||
-           (frame.size() >= 64 && 4 * payload_.knownVoxels(frame) < frame.size());
+    return coder().recordCount() > maxRecords(frame.size()) ||
+           (frame.size() >= 64 && 4 * coder().knownVoxels(frame) < frame.size());
+  }
+
+  PayloadCoder&
+  coder()
+  {
+    return coders_.of(effort_);
   }
 
   /** \brief Change of the stamp since the last frame, wrapping round. */
@@ -116,7 +122,7 @@ private:
                  const std::optional<FrameStamp>& stamp,
                  std::vector<std::uint8_t>& bytes)
   {
-    Version1Header header;
+    Version1Header& header = header_;
     header.is_i_frame = statistics_.is_i_frame;
     header.effort = effort_;
     header.frame_number = ++frame_number_;
@@ -128,9 +134,12 @@ private:
       stamp_ = 0;
       depth_model_.reset();
     }
+    header.stamp.reset();
+    header.has_frame_id = stamp && (header.is_i_frame || stamp->frame_id != frame_id_);
+    header.frame_id.clear();
     if (stamp) {
       header.stamp = stampChange(*stamp);
-      if (header.is_i_frame || stamp->frame_id != frame_id_)
+      if (header.has_frame_id)
         header.frame_id = stamp->frame_id;
       frame_id_ = stamp->frame_id;
       stamp_ = stamp->stamp;
@@ -141,7 +150,7 @@ private:
     if (header.has_depth_model)
       writeDepthModel(*frame.depth_model, bytes_of_payload_);
     const PayloadSizes sizes =
-        payload_.encode(frame, header.is_i_frame, effort_, bytes_of_payload_);
+        coder().encode(frame, header.is_i_frame, bytes_of_payload_);
     header.payload_size = bytes_of_payload_.size();
     checksum_ = writeVersion1Frame(
         header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
@@ -174,8 +183,10 @@ private:
   std::optional<DepthModel> depth_model_;
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
-  PayloadCoder payload_;
-  std::vector<std::uint8_t> bytes_of_payload_; // member so that its memory is reused
+  PayloadCoders coders_;
+  // Of the current frame; members so that their memory is reused.
+  Version1Header header_;
+  std::vector<std::uint8_t> bytes_of_payload_;
 };
 
 FrameEncoder::FrameEncoder(StreamFormat format,

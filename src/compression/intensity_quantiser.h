@@ -53,8 +53,29 @@ private:
   void
   spanScale(double offset, double range, unsigned int automatic_bits);
 
+  /** \brief The companded scale of counts or shares, which follow no values. */
+  void
+  compandFixedScale(IntensityUnit unit);
+
+  /** \brief A companded scale; a linear one if its bits are enough for the numbers.
+   * \param[in] offset intensity of number 0, as it is shown
+   * \param[in] range from there to the highest number
+   * \param[in] step from one number to the next
+   */
+  void
+  spanNumbers(double offset, double range, double step);
+
+  unsigned int
+  compandedBits() const;
+
+  /** \brief Puts the level of each number in its place, where the scale has levels. */
+  void
+  compandNumbers(std::vector<std::uint16_t>& numbers) const;
+
   bool follows_values_;
-  bool truncates_;          // the published layout drops the fraction, the paper rounds
+  bool truncates_; // the published layout drops the fraction, the paper rounds
+  bool is_companded_;
+  bool are_counts_;         // intensities, if whole, begin at 1 as counts do
   double unit_factor_;      // a share of 1 shows as 255
   unsigned int fixed_bits_; // 0: automatic
   double fixed_range_;      // 0: automatic
@@ -62,6 +83,7 @@ private:
   double lowest_ = 0.0; // of the values that the scale follows
   double highest_ = 0.0;
   IntensityScale scale_;
+  std::vector<std::uint16_t> levels_; // by number; of a companded scale
 };
 
 } // namespace io

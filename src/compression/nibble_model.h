@@ -105,7 +105,7 @@ private:
   void
   adapt();
 
-  std::array<std::uint16_t, symbol_count + 1> starts_; ///< the last one is fine_one
+  std::array<std::uint16_t, symbol_count + 1> starts_; // the last is where 15 ends
   std::uint8_t left_ = 4;
   std::uint8_t period_log2_ = 2;
   alignas(16) std::array<std::uint8_t, symbol_count> counts_{};

@@ -10,24 +10,28 @@ OccupancyWorkspace::begin(const VoxelHistory& history, const BlockList* frame)
   new_keys.clear();
   target_keys.clear();
   target_masks.clear();
-  occupied.assign(known.size(), 0);
-  directory.clear(known.size() + (frame != nullptr ? frame->size() : 0));
-  for (std::size_t i = 0; i < known.size(); ++i)
-    directory.insert(known[i].key, static_cast<std::uint32_t>(i));
+  // With room to grow, so that a stream soon needs no more memory.
+  for (std::vector<std::uint64_t>* cells : {&occupied, &new_cells}) {
+    if (cells->capacity() < known.size())
+      cells->reserve(known.size() / 4 * 5 + 4);
+    cells->assign(known.size(), 0);
+  }
+  directory.clear(known.size() + known.size() / 8);
+  for (const HistoryBlock& block : known)
+    directory.insert(block.key);
   if (frame == nullptr)
     return;
   std::size_t old = 0;
   for (std::size_t i = 0; i < frame->size(); ++i) {
     while (old < known.size() && known[old].key < frame->keys[i])
       ++old;
-    std::uint64_t new_voxels = frame->masks[i];
     if (old < known.size() && known[old].key == frame->keys[i]) {
       occupied[old] = frame->masks[i] & known[old].known;
-      new_voxels &= ~known[old].known;
+      new_cells[old] = frame->masks[i] & ~known[old].known;
     }
-    if (new_voxels != 0) {
+    else {
       target_keys.push_back(frame->keys[i]);
-      target_masks.push_back(new_voxels);
+      target_masks.push_back(frame->masks[i]);
     }
   }
 }

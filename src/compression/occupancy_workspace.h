@@ -20,7 +20,9 @@ struct OccupancyWorkspace {
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
   BlockDirectory directory;            ///< into `occupied`
 
-  // The encoder's: blocks with new voxels, ascending, and their new voxels.
+  // The encoder's: new voxels in each block of the history, and the new blocks,
+  // ascending. A decoder's are 0, and none.
+  std::vector<std::uint64_t> new_cells;
   std::vector<std::uint64_t> target_keys;
   std::vector<std::uint64_t> target_masks;
 

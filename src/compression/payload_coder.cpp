@@ -1,124 +1,20 @@
 #include "payload_coder.h"
 
+#include "context_payload.h"
+#include "fast_payload.h"
+
 namespace pcl_ext {
 namespace io {
 
-namespace {
-
-/** \brief Where the knowledge of a record costs more time than an effort has for the
- * bytes that it saves, as a probability in 2^-16. */
-std::uint16_t
-forgottenBelow(Effort effort)
+PayloadCoder&
+PayloadCoders::of(Effort effort)
 {
-  return effort == Effort::Small ? 1000 : 3000;
-}
-
-} // namespace
-
-PayloadContext
-PayloadCoder::contextOf(const VoxelFrame& frame, bool is_i_frame, Effort effort)
-{
-  empty_history_.clear(frame.intensity_scale.bits, forgottenBelow(effort));
-  return {is_i_frame ? empty_history_ : history_,
-          is_i_frame,
-          frame.grid.depth,
-          frame.intensity_scale.bits,
-          frame.depth_model ? &*frame.depth_model : nullptr};
-}
-
-PayloadSizes
-PayloadCoder::encode(const VoxelFrame& frame,
-                     bool is_i_frame,
-                     Effort effort,
-                     std::vector<std::uint8_t>& payload)
-{
-  const std::size_t begin = payload.size();
-  PayloadSizes sizes;
-  blocks_.assign(frame.keys);
-  intensities_.symbols = frame.intensities;
-  const PayloadContext context = contextOf(frame, is_i_frame, effort);
-  if (context.depth_model != nullptr) {
-    intensities_.split.begin(
-        *context.depth_model, blocks_, context.history, context.maxSymbol());
-    intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
-  }
-  else
-    intensities_.numbers = intensities_.symbols;
-  if (!frame.keys.empty())
-    sizes.occupancy =
-        contextCoder(effort).encode(context, blocks_, intensities_, payload);
-  sizes.intensity = payload.size() - begin - sizes.occupancy;
-  learn(frame, is_i_frame, effort);
-  return sizes;
-}
-
-bool
-PayloadCoder::decode(const std::uint8_t* begin,
-                     const std::uint8_t* end,
-                     std::size_t voxel_count,
-                     bool is_i_frame,
-                     Effort effort,
-                     VoxelFrame& frame,
-                     PayloadSizes& sizes)
-{
-  sizes = PayloadSizes();
-  blocks_.clear();
-  intensities_.numbers.clear();
-  intensities_.symbols.clear();
-  const PayloadContext context = contextOf(frame, is_i_frame, effort);
-  if (voxel_count == 0 ? begin != end
-                       : !contextCoder(effort).decode(context,
-                                                      begin,
-                                                      end,
-                                                      voxel_count,
-                                                      blocks_,
-                                                      intensities_,
-                                                      sizes.occupancy))
-    return false;
-  sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
-  blocks_.voxelKeys(frame.keys);
-  frame.intensities = intensities_.symbols;
-  learn(frame, is_i_frame, effort);
-  return true;
-}
-
-ContextCoder&
-PayloadCoder::contextCoder(Effort effort)
-{
-  std::unique_ptr<ContextCoder>& coder = effort == Effort::Small ? small_ : balanced_;
-  if (!coder)
-    coder = std::make_unique<ContextCoder>(effort == Effort::Small);
+  std::unique_ptr<PayloadCoder>& coder = coders_[static_cast<std::size_t>(effort)];
+  if (!coder && effort == Effort::Fast)
+    coder = std::make_unique<FastPayload>();
+  else if (!coder)
+    coder = std::make_unique<ContextPayload>(effort == Effort::Small);
   return *coder;
-}
-
-void
-PayloadCoder::learn(const VoxelFrame& frame, bool is_i_frame, Effort effort)
-{
-  if (is_i_frame)
-    history_.clear(frame.intensity_scale.bits, forgottenBelow(effort));
-  if (is_i_frame && frame.keys.empty())
-    contextCoder(effort).learnEmptyIFrame();
-  const bool has_depths = frame.depth_model && !frame.keys.empty();
-  if (has_depths)
-    intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
-  history_.update(
-      blocks_, intensities_.numbers, has_depths ? &depths_ : nullptr, is_i_frame);
-}
-
-std::size_t
-PayloadCoder::knownVoxels(const VoxelFrame& frame)
-{
-  blocks_.assign(frame.keys);
-  const std::vector<HistoryBlock>& known = history_.blocks();
-  std::size_t voxels = 0;
-  std::size_t old = 0;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    while (old < known.size() && known[old].key < blocks_.keys[i])
-      ++old;
-    if (old < known.size() && known[old].key == blocks_.keys[i])
-      voxels += cellCount(blocks_.masks[i] & known[old].known);
-  }
-  return voxels;
 }
 
 } // namespace io

@@ -27,6 +27,16 @@ struct PayloadContext {
   }
 };
 
+/** \brief Copies numbers. Memory grows by more than it must, which assignment does not, so
+ * that a stream's frames soon need no more. */
+inline void
+copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to)
+{
+  if (to.capacity() < from.size())
+    to.reserve(from.size() / 4 * 5 + 4);
+  to.assign(from.begin(), from.end());
+}
+
 /** \brief The intensities of a frame's voxels, as they are coded. Both coders speak of
  * them in this form. */
 struct CodedIntensities {

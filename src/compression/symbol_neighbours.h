@@ -34,8 +34,8 @@ public:
   begin()
   {
     directory_.clear(frame_.size());
-    for (std::size_t i = 0; i < frame_.size(); ++i)
-      directory_.insert(frame_.keys[i], static_cast<std::uint32_t>(i));
+    for (const std::uint64_t key : frame_.keys)
+      directory_.insert(key);
   }
 
   /** \brief Goes to a block. */

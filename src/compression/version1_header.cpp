@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -17,6 +18,8 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
+// But for the frame_id's text.
+constexpr std::size_t most_header_bytes = 96;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
@@ -24,6 +27,9 @@ enum Flag : std::uint8_t {
   stamp_flag = 4,
   frame_id_flag = 8
 };
+
+// Beside the bits of a scale: it is companded, and its range follows.
+constexpr std::uint8_t companded_flag = 0x80;
 
 // Above the flags: the coder of the payload.
 constexpr unsigned int effort_shift = 4;
@@ -40,8 +46,30 @@ flagsOf(const Version1Header& header)
   return static_cast<std::uint8_t>((header.is_i_frame ? i_frame_flag : 0) |
                                    (header.has_depth_model ? depth_model_flag : 0) |
                                    (header.stamp ? stamp_flag : 0) |
-                                   (header.frame_id ? frame_id_flag : 0) |
+                                   (header.has_frame_id ? frame_id_flag : 0) |
                                    static_cast<int>(header.effort) << effort_shift);
+}
+
+/** \brief A header as at its beginning; the frame_id keeps its memory. */
+void
+clear(Version1Header& header)
+{
+  std::string frame_id = std::move(header.frame_id);
+  frame_id.clear();
+  header = Version1Header();
+  header.frame_id = std::move(frame_id);
+}
+
+void
+writeIntensityScale(const IntensityScale& scale, ByteWriter& writer)
+{
+  writer.f32(scale.offset);
+  writer.f32(scale.step);
+  const bool is_companded = scale.companded_range != 0;
+  writer.u8(
+      static_cast<std::uint8_t>(scale.bits | (is_companded ? companded_flag : 0)));
+  if (is_companded)
+    writer.u16(static_cast<std::uint16_t>(scale.companded_range));
 }
 
 void
@@ -54,17 +82,15 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     for (const std::int32_t index : header.grid.first_index)
       writer.i32(index);
     writer.u8(static_cast<std::uint8_t>(header.grid.depth));
-    writer.f32(header.intensity_scale.offset);
-    writer.f32(header.intensity_scale.step);
-    writer.u8(static_cast<std::uint8_t>(header.intensity_scale.bits));
+    writeIntensityScale(header.intensity_scale, writer);
   }
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
   else if (header.stamp)
     writer.signedVarint(*header.stamp);
-  if (header.frame_id) {
-    writer.varint(header.frame_id->size());
-    writer.raw(header.frame_id->data(), header.frame_id->size());
+  if (header.has_frame_id) {
+    writer.varint(header.frame_id.size());
+    writer.raw(header.frame_id.data(), header.frame_id.size());
   }
   writer.varint(header.voxel_count);
   writer.varint(header.payload_size);
@@ -95,24 +121,30 @@ readIntensityScale(ByteSource& source, IntensityScale& scale)
 {
   scale.offset = source.f32();
   scale.step = source.f32();
-  scale.bits = source.u8();
+  const std::uint8_t bits = source.u8();
+  const bool is_companded = (bits & companded_flag) != 0;
+  scale.bits = bits & ~companded_flag;
+  scale.companded_range = is_companded ? source.u16() : 0;
   if (source.failure() == ByteSource::Failure::None &&
       (!std::isfinite(scale.offset) || !std::isfinite(scale.step) ||
        !(scale.step > 0.0f) || scale.bits < 1 || scale.bits > 16))
     return corrupt("the intensity scale is none");
+  // There is one way to write a scale whose levels are single numbers: as linear.
+  if (source.failure() == ByteSource::Failure::None && is_companded &&
+      scale.companded_range <= scale.maxSymbol())
+    return corrupt("a companded scale with no more numbers than levels");
   return {};
 }
 
 CompressionStatus
-readFrameId(ByteSource& source, std::optional<std::string>& frame_id)
+readFrameId(ByteSource& source, std::string& frame_id)
 {
   const std::uint64_t size = source.varint();
   if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
     return corrupt("the frame_id is too long");
-  std::vector<std::uint8_t> text;
-  // read() records by itself only what goes into another vector.
-  source.read(static_cast<std::size_t>(size), text);
-  frame_id.emplace(text.begin(), text.end());
+  for (std::uint64_t i = 0; i < size && source.failure() == ByteSource::Failure::None;
+       ++i)
+    frame_id.push_back(static_cast<char>(source.u8()));
   return {};
 }
 
@@ -128,7 +160,8 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();
-  if (status.ok() && (flags & frame_id_flag) != 0)
+  header.has_frame_id = (flags & frame_id_flag) != 0;
+  if (status.ok() && header.has_frame_id)
     status = readFrameId(source, header.frame_id);
   header.voxel_count = source.varint();
   header.payload_size = source.varint();
@@ -205,6 +238,11 @@ writeVersion1Frame(const Version1Header& header,
                    std::vector<std::uint8_t>& bytes)
 {
   const std::size_t begin = bytes.size();
+  // More than it takes, so that a stream's frames soon need no more memory.
+  const std::size_t end =
+      begin + most_header_bytes + header.frame_id.size() + payload.size();
+  if (bytes.capacity() < end)
+    bytes.reserve(end + end / 4);
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);
@@ -215,11 +253,8 @@ writeVersion1Frame(const Version1Header& header,
   const std::size_t checked_begin = begin + checksum_end;
   const std::uint32_t checksum = version1Checksum(
       reference_checksum, bytes.data() + checked_begin, bytes.size() - checked_begin);
-  std::vector<std::uint8_t> checksum_bytes;
-  ByteWriter(checksum_bytes).u32(checksum);
-  std::copy(checksum_bytes.begin(),
-            checksum_bytes.end(),
-            bytes.begin() + static_cast<std::ptrdiff_t>(checked_begin - 4));
+  for (std::size_t i = 0; i < 4; ++i)
+    bytes[checked_begin - 4 + i] = static_cast<std::uint8_t>(checksum >> (8 * i));
   return checksum;
 }
 
@@ -230,7 +265,7 @@ readVersion1Header(ByteSource& source,
                    std::uint32_t& checksum,
                    std::vector<std::uint8_t>& checked_bytes)
 {
-  header = Version1Header();
+  clear(header);
   const std::uint8_t stream_version = source.u8();
   if (source.failure() == ByteSource::Failure::None && stream_version != version)
     return {CompressionCode::UnsupportedVersion,

@@ -29,11 +29,12 @@ struct Version1Header {
   bool is_i_frame = true;
   bool has_depth_model = false; // the payload begins with one
   Effort effort = Effort::Balanced;
-  std::uint32_t frame_number = 0;      // a P-frame depends on the frame before it
-  VoxelGrid grid;                      // I only
-  IntensityScale intensity_scale;      // I only
-  std::optional<std::int64_t> stamp;   // P: change since the frame before it
-  std::optional<std::string> frame_id; // P: only if it changed
+  std::uint32_t frame_number = 0;    // a P-frame depends on the frame before it
+  VoxelGrid grid;                    // I only
+  IntensityScale intensity_scale;    // I only
+  std::optional<std::int64_t> stamp; // P: change since the frame before it
+  bool has_frame_id = false;         // P: only if it changed
+  std::string frame_id;              // empty without
   std::uint64_t voxel_count = 0;
   std::uint64_t payload_size = 0; // bytes
 };

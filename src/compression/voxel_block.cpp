@@ -5,11 +5,6 @@ namespace io {
 
 namespace {
 
-/** \brief Bits of x, y and z in a Morton key of blocks or of cells; x is the highest of
- * each three. */
-constexpr std::array<std::uint64_t, 3> axis_bits = {
-    0x4924924924924924, 0x2492492492492492, 0x9249249249249249};
-
 /** \brief Cells whose coordinate on an axis has its low bit (0) or high bit (1) set. */
 constexpr std::array<std::array<std::uint64_t, 2>, 3>
 makeCellsWithBit()
@@ -65,27 +60,6 @@ BlockList::voxelKeys(std::vector<std::uint64_t>& voxel_keys) const
   for (std::size_t block = 0; block < size(); ++block)
     for (std::uint64_t mask = masks[block]; mask != 0; mask &= mask - 1)
       *voxel_key++ = keys[block] << block_key_bits | lowestCell(mask);
-}
-
-bool
-neighbourBlock(std::uint64_t key,
-               std::size_t face,
-               unsigned int levels,
-               std::uint64_t& neighbour)
-{
-  const std::uint64_t grid_bits = (std::uint64_t{1} << (3 * levels)) - 1;
-  const std::uint64_t axis = axis_bits[face % 3] & grid_bits;
-  const std::uint64_t one = axis & (~axis + 1);
-  const std::uint64_t position = key & axis;
-  const bool is_below = face < 3;
-  if (position == (is_below ? 0 : axis))
-    return false;
-  // Carries and borrows run through the other axes' bits, which are 1 for the sum and 0
-  // for the difference.
-  const std::uint64_t moved =
-      is_below ? (position - one) & axis : ((position | ~axis) + one) & axis;
-  neighbour = moved | (key & ~axis);
-  return true;
 }
 
 std::uint64_t

@@ -129,11 +129,28 @@ constexpr std::size_t face_count = 6;
  * \param[out] neighbour key of the neighbour
  * \return false if the block lies at that face of the grid
  */
-bool
+inline bool
 neighbourBlock(std::uint64_t key,
                std::size_t face,
                unsigned int levels,
-               std::uint64_t& neighbour);
+               std::uint64_t& neighbour)
+{
+  // Bits of x, y and z; x is the highest of each three.
+  constexpr std::array<std::uint64_t, 3> axis_bits = {
+      0x4924924924924924, 0x2492492492492492, 0x9249249249249249};
+  const bool is_below = face < 3;
+  const std::size_t axis_index = is_below ? face : face - 3;
+  const std::uint64_t axis =
+      axis_bits[axis_index] & ((std::uint64_t{1} << (3 * levels)) - 1);
+  const std::uint64_t one = std::uint64_t{4} >> axis_index;
+  const std::uint64_t position = key & axis;
+  // Carries and borrows run through the other axes' bits, which are 1 for the sum and 0
+  // for the difference.
+  const std::uint64_t moved =
+      is_below ? (position - one) & axis : ((position | ~axis) + one) & axis;
+  neighbour = moved | (key & ~axis);
+  return position != (is_below ? 0 : axis);
+}
 
 /** \brief For each cell of a block whether its neighbour across a face is occupied.
  * \param[in] mask the block's occupied cells
@@ -155,6 +172,16 @@ struct NeighbourCounts {
     return static_cast<unsigned int>((bits[0] >> cell & 1) |
                                      (bits[1] >> cell & 1) << 1 |
                                      (bits[2] >> cell & 1) << 2);
+  }
+
+  /** \brief The cells with some number of occupied neighbours, 0..6. */
+  std::uint64_t
+  cellsWith(std::uint32_t count) const
+  {
+    const auto bit = [&](unsigned int index) {
+      return (count >> index & 1) != 0 ? bits[index] : ~bits[index];
+    };
+    return bit(0) & bit(1) & bit(2);
   }
 
   /** \brief Sum over the cells of an octant. */

@@ -76,6 +76,16 @@ computeCentres(const VoxelGrid& grid,
 }
 
 void
+lookUpIntensities(const float* values,
+                  const std::uint16_t* frame_intensities,
+                  std::size_t count,
+                  std::array<float, most>& intensities)
+{
+  for (std::size_t i = 0; i < count; ++i)
+    intensities[i] = values[frame_intensities[i]];
+}
+
+void
 computeIntensities(const IntensityScale& scale,
                    const std::uint16_t* frame_intensities,
                    std::size_t count,
@@ -98,7 +108,10 @@ computeIntensities(const IntensityScale& scale,
 } // namespace
 
 std::size_t
-voxelCentres(const VoxelFrame& frame, std::size_t begin, VoxelCentres& centres)
+voxelCentres(const VoxelFrame& frame,
+             const SymbolIntensities& symbol_intensities,
+             std::size_t begin,
+             VoxelCentres& centres)
 {
   const std::size_t count = std::min(most, frame.size() - begin);
   const std::uint64_t* const keys = frame.keys.data() + begin;
@@ -106,10 +119,11 @@ voxelCentres(const VoxelFrame& frame, std::size_t begin, VoxelCentres& centres)
     computeCentres<std::uint32_t>(frame.grid, keys, count, centres);
   else
     computeCentres<std::uint64_t>(frame.grid, keys, count, centres);
-  computeIntensities(frame.intensity_scale,
-                     frame.intensities.data() + begin,
-                     count,
-                     centres.intensity);
+  const std::uint16_t* const symbols = frame.intensities.data() + begin;
+  if (const float* const values = symbol_intensities.compandedValues())
+    lookUpIntensities(values, symbols, count, centres.intensity);
+  else
+    computeIntensities(frame.intensity_scale, symbols, count, centres.intensity);
   return count;
 }
 

@@ -23,7 +23,9 @@ bool
 isScale(const IntensityScale& scale)
 {
   return std::isfinite(scale.offset) && std::isfinite(scale.step) &&
-         scale.step > 0.0f && scale.bits >= 1 && scale.bits <= 16;
+         scale.step > 0.0f && scale.bits >= 1 && scale.bits <= 16 &&
+         (scale.companded_range == 0 || (scale.companded_range > scale.maxSymbol() &&
+                                         scale.companded_range <= 65535));
 }
 
 } // namespace

@@ -25,7 +25,7 @@ struct VoxelRecord {
   std::uint16_t deviation;   ///< running mean distance from the mean, fixed point
   std::int16_t depth_offset; ///< see DepthSplit
   std::uint8_t recent;       ///< occupied or not, the last frame lowest
-  std::uint8_t age;          ///< frames since the first, up to 255
+  std::uint8_t age;          ///< frames since the first, up to 31
   std::uint8_t roughness;    ///< running mean of the rest, in sixteenths
 };
 

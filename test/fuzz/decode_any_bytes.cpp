@@ -129,7 +129,10 @@ framesAround(Parts parts)
       header.grid.depth = 1 + parts.number(max_grid_depth);
       if (header.grid.depth == max_grid_depth)
         header.grid.first_index = {-(1 << 20), -(1 << 20), -(1 << 20)};
-      header.intensity_scale.bits = 1 + parts.number(16);
+      const std::uint32_t scale = parts.number(32);
+      header.intensity_scale.bits = 1 + scale % 16;
+      if (scale >= 16 && header.intensity_scale.bits < 16)
+        header.intensity_scale.companded_range = 65535;
       stream_has_depth_model = choice / 24 % 2 == 0;
     }
     header.has_depth_model =

@@ -1,15 +1,18 @@
 /** \file
  * Fuzz target: any points, as a stream of clouds, come back as the voxels that went in,
- * in either format, and encoding the decoded frames again gives the same bytes.
+ * in either format and with each effort, with and without a depth law; and encoding the
+ * decoded frames again gives the same bytes.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxelizer.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 namespace {
@@ -25,18 +28,92 @@ require(bool condition)
 }
 
 IntensityCompressionSettings
-settingsOf(std::uint8_t choice)
+settingsOf(std::uint8_t choice, bool is_companded)
 {
   IntensityCompressionSettings settings;
   settings.resolution = (choice & 1) != 0 ? 0.04 : 1000.0;
   settings.format =
       (choice & 2) != 0 ? StreamFormat::Published : StreamFormat::Version1;
   settings.i_frame_rate = 3;
-  if (settings.format == StreamFormat::Version1)
+  if (settings.format == StreamFormat::Version1) {
     settings.intensity_bits = choice >> 4;
+    settings.intensity_curve =
+        is_companded ? IntensityCurve::Companded : IntensityCurve::Linear;
+  }
   if ((choice & 4) != 0)
     settings.bounding_box = BoundingBox{{-3.0, -2.0, 0.1}, {3.0, 2.5, 4.0}};
   return settings;
+}
+
+/** \brief What is chosen besides the voxelizer's settings. */
+struct Choices {
+  explicit Choices(std::uint8_t byte)
+  : points_per_cloud(1 + byte % 64)
+  , effort(static_cast<Effort>(byte / 64 % 3))
+  , repetitions(byte % 3 + 1)
+  {}
+
+  std::size_t points_per_cloud;
+  Effort effort;
+  /** \brief Frames that each cloud makes, so that frames know each other. */
+  std::size_t repetitions;
+};
+
+/** \brief A depth model of a frame's own grid, or none. */
+std::optional<DepthModel>
+depthModel(const VoxelFrame& frame, std::uint8_t choice, std::size_t cloud)
+{
+  if (choice % 2 == 0)
+    return std::nullopt;
+  DepthLaw law;
+  law.exponent = 1 + choice / 2 % 2;
+  law.cut_off_depth = 0.01 * (1 + choice);
+  law.full_intensity = static_cast<double>(1 << choice / 16);
+  // A sensor that moves now and then.
+  const double place = static_cast<double>(cloud / 2);
+  return depthModelOf(
+      law, {place, 0.0, -place}, {0.0, 0.6, 0.8}, frame.grid, frame.intensity_scale);
+}
+
+/** \brief Encodes, decodes and encodes again. */
+void
+requireRoundTrip(StreamFormat format,
+                 const VoxelFrame& frame,
+                 FrameEncoder& encoder,
+                 FrameEncoder& second_encoder,
+                 FrameDecoder& decoder)
+{
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::uint8_t> bytes_again;
+  VoxelFrame decoded;
+  require(encoder.encode(frame, std::nullopt, bytes).ok());
+  require(decoder.decode(bytes.data(), bytes.size(), decoded).ok());
+  require(decoded.keys == frame.keys && decoded.intensities == frame.intensities);
+  require(decoded.intensity_scale == frame.intensity_scale);
+  require(decoder.statistics().occupancy_bytes == encoder.statistics().occupancy_bytes);
+  // The published layout knows a grid by its box, not by its place on a lattice.
+  if (format == StreamFormat::Version1)
+    require(decoded.grid == frame.grid && decoded.depth_model == frame.depth_model);
+  require(second_encoder
+              .encode(format == StreamFormat::Version1 ? decoded : frame,
+                      std::nullopt,
+                      bytes_again)
+              .ok());
+  require(bytes == bytes_again);
+}
+
+/** \brief A voxel less, and the others' intensities a little different. */
+void
+forgetOne(VoxelFrame& frame)
+{
+  if (frame.keys.empty())
+    return;
+  const auto middle = static_cast<std::ptrdiff_t>(frame.keys.size() / 2);
+  frame.keys.erase(frame.keys.begin() + middle);
+  frame.intensities.erase(frame.intensities.begin() + middle);
+  for (std::size_t i = 0; i < frame.intensities.size(); i += 3)
+    frame.intensities[i] = static_cast<std::uint16_t>(
+        (frame.intensities[i] + 1u) & frame.intensity_scale.maxSymbol());
 }
 
 } // namespace
@@ -44,50 +121,42 @@ settingsOf(std::uint8_t choice)
 extern "C" int
 LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  if (size < 2)
+  if (size < 3)
     return 0;
-  const IntensityCompressionSettings settings = settingsOf(data[0]);
+  const IntensityCompressionSettings settings =
+      settingsOf(data[0], data[2] % 4 == 2); // which has no depth model
   require(checkSettings(settings).ok());
-  const std::size_t points_per_cloud = 1 + data[1] % 64;
-  std::vector<float> numbers((size - 2) / sizeof(float));
+  const Choices choices(data[1]);
+  std::vector<float> numbers((size - 3) / sizeof(float));
   if (!numbers.empty())
-    std::memcpy(numbers.data(), data + 2, numbers.size() * sizeof(float));
+    std::memcpy(numbers.data(), data + 3, numbers.size() * sizeof(float));
 
   const IntensityUnit unit =
       (data[0] & 8) != 0 ? IntensityUnit::Native : IntensityUnit::Share;
   Voxelizer voxelizer(settings, unit);
-  FrameEncoder encoder(settings.format, settings.i_frame_rate);
-  FrameEncoder second_encoder(settings.format, settings.i_frame_rate);
+  FrameEncoder encoder(settings.format, settings.i_frame_rate, choices.effort);
+  FrameEncoder second_encoder(settings.format, settings.i_frame_rate, choices.effort);
   FrameDecoder decoder;
   VoxelFrame frame;
-  VoxelFrame decoded;
-  std::vector<std::uint8_t> bytes;
-  std::vector<std::uint8_t> bytes_again;
-  for (std::size_t begin = 0; begin < numbers.size(); begin += 4 * points_per_cloud) {
+  const std::size_t step = 4 * choices.points_per_cloud;
+  for (std::size_t begin = 0; begin < numbers.size(); begin += step) {
     const std::size_t points = (numbers.size() - begin) / 4;
     const PointView view{numbers.data() + begin,
                          4,
                          numbers.data() + begin + 3,
                          4,
-                         points < points_per_cloud ? points : points_per_cloud};
+                         std::min(points, choices.points_per_cloud)};
     const VoxelizationStatistics statistics =
         voxelizer.voxelize(view, encoder.isIFrameDue(), frame);
     require(statistics.points_used + statistics.points_not_finite +
                 statistics.points_outside_box + statistics.points_outside_grid ==
             view.count);
-    require(encoder.encode(frame, std::nullopt, bytes).ok());
-    require(decoder.decode(bytes.data(), bytes.size(), decoded).ok());
-    require(decoded.keys == frame.keys && decoded.intensities == frame.intensities);
-    require(decoded.intensity_scale == frame.intensity_scale);
-    // The published layout knows a grid by its box, not by its place on a lattice.
     if (settings.format == StreamFormat::Version1)
-      require(decoded.grid == frame.grid);
-    require(second_encoder
-                .encode(settings.format == StreamFormat::Version1 ? decoded : frame,
-                        std::nullopt,
-                        bytes_again)
-                .ok());
-    require(bytes == bytes_again);
+      frame.depth_model = depthModel(frame, data[2], begin / step);
+    for (std::size_t i = 0; i < choices.repetitions; ++i) {
+      requireRoundTrip(settings.format, frame, encoder, second_encoder, decoder);
+      forgetOne(frame);
+    }
   }
   return 0;
 }

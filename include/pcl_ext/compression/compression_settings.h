@@ -34,6 +34,12 @@ enum class Aggregation {
   Mean       ///< the mean, for native intensities
 };
 
+/** \brief How intensities are spread over the symbols. */
+enum class IntensityCurve {
+  Linear,   ///< steps of the same size
+  Companded ///< small numbers exact, then steps that grow, see compandedEdge
+};
+
 /** \brief An axis-aligned box in world coordinates, metres; both ends belong to it. */
 struct BoundingBox {
   std::array<double, 3> min{};
@@ -45,9 +51,9 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 26;
 
-  /** \brief Voxels of one frame. Memory stays below about 500 bytes for each of them,
-   * 2000 in a stream that is made to fill the history; retain_octree, which builds PCL's
-   * octree of pointers, takes as much again and more. */
+  /** \brief Voxels of one frame. Memory stays below about 500 bytes for each of them, or
+   * 2000 and 16 MiB in a stream that is made to fill the history; retain_octree, which
+   * builds PCL's octree of pointers, takes as much again and more. */
   std::size_t max_voxels = std::size_t{1} << 22;
 };
 
@@ -65,7 +71,7 @@ struct IntensityCompressionSettings {
    */
   unsigned int i_frame_rate = 30;
 
-  /** \brief Time against size. The coder of this release is the same for all three. */
+  /** \brief Time against size; Version1 only. A decoder reads all three. */
   Effort effort = Effort::Balanced;
 
   /** \brief Bitstream to write. */
@@ -86,9 +92,20 @@ struct IntensityCompressionSettings {
   /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
    *
    * Automatic is 8, except for native intensities: whole numbers get the 8 to 16 bits
-   * that make a step of 1, others get 16. Published: 0 or 8.
+   * that make a step of 1, others get 16. On a companded scale automatic is 4. Published: 0
+   * or 8.
    */
   unsigned int intensity_bits = 0;
+
+  /** \brief Linear, or companded: as the noise of a count grows with its root, 3 or 4 bits
+   * are enough for it, and thresholds of 2 to 5 points decide as without a loss.
+   *
+   * Companded are whole numbers of a step, of which the bits keep the small ones: counts
+   * from 1 on, up to 255 or intensity_range; shares in steps of 1/255 of the range; native
+   * whole numbers in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. Bits
+   * that are enough for all the numbers make the scale linear. Version1 only.
+   */
+  IntensityCurve intensity_curve = IntensityCurve::Linear;
 
   /** \brief Fixed box, world coordinates, metres; points outside are counted and left
    * out. None: the grid follows the points. min < max on each axis. */

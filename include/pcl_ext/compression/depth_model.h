@@ -99,7 +99,7 @@ struct IntensityScale;
  * \param[in] grid the voxels
  * \param[in] scale how intensities become symbols
  * \return nothing if the model's numbers leave their ranges, as where voxels are as large
- * as the cut-off depth, or where a scale does not begin at 0
+ * as the cut-off depth, or where a scale does not begin at 0 or is companded
  */
 PCL_EXT_EXPORT std::optional<DepthModel>
 depthModelOf(const DepthLaw& law,

@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
@@ -265,7 +266,8 @@ private:
   // Members so that their memory is reused.
   VoxelFrame frame_;
   std::vector<float> intensities_;
-  std::optional<FrameStamp> stamp_; // of what is encoded
+  SymbolIntensities symbol_intensities_; // of what was decoded
+  std::optional<FrameStamp> stamp_;      // of what is encoded
   std::vector<std::uint8_t> bytes_;
 };
 

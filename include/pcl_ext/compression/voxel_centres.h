@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 
@@ -22,12 +23,16 @@ struct VoxelCentres {
 /** \brief Computes voxels as points: VoxelGrid::centre and IntensityScale::value for many
  * voxels at a time.
  * \param[in] frame as isConsistent() asks
+ * \param[in] symbol_intensities set to the frame's scale
  * \param[in] begin the first voxel, at most frame.size()
  * \param[out] centres the voxels from there
  * \return how many there are: VoxelCentres::most, or what the frame has left
  */
 PCL_EXT_EXPORT std::size_t
-voxelCentres(const VoxelFrame& frame, std::size_t begin, VoxelCentres& centres);
+voxelCentres(const VoxelFrame& frame,
+             const SymbolIntensities& symbol_intensities,
+             std::size_t begin,
+             VoxelCentres& centres);
 
 } // namespace io
 } // namespace pcl_ext

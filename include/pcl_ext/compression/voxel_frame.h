@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/companded_levels.h>
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/morton_key.h>
 #include <pcl_ext/export.h>
@@ -74,13 +75,19 @@ struct VoxelGrid {
   }
 };
 
-/** \brief How a voxel intensity becomes a symbol of 1 to 16 bits and back: value =
- * offset
- * + symbol * step. */
+/** \brief How a voxel intensity becomes a symbol of 1 to 16 bits and back: intensity =
+ * offset + number * step.
+ *
+ * On a linear scale the symbol is the number. On a companded one it is the level that the
+ * number lies in, and stands for the middle number of the level; see compandedEdge.
+ */
 struct IntensityScale {
-  float offset = 0.0f;   ///< intensity of symbol 0
-  float step = 1.0f;     ///< intensity from one symbol to the next, above 0
+  float offset = 0.0f;   ///< intensity of number 0
+  float step = 1.0f;     ///< intensity from one number to the next, above 0
   unsigned int bits = 8; ///< symbols are below 2^bits; 1..16
+
+  /** \brief The highest number of a companded scale, 2^bits..65535; 0: a linear scale. */
+  std::uint32_t companded_range = 0;
 
   /** \brief The highest symbol. */
   std::uint32_t
@@ -89,21 +96,32 @@ struct IntensityScale {
     return (std::uint32_t{1} << bits) - 1;
   }
 
-  /** \brief Intensity that a symbol stands for. */
+  /** \brief The highest number. */
+  std::uint32_t
+  maxNumber() const
+  {
+    return companded_range != 0 ? companded_range : maxSymbol();
+  }
+
+  /** \brief Intensity that a symbol stands for; SymbolIntensities is faster for many
+   * symbols of a companded scale. */
   float
   value(std::uint16_t symbol) const
   {
+    const std::uint32_t number =
+        companded_range != 0 ? compandedMiddle(bits, companded_range, symbol) : symbol;
     // Held within float, which the top of a scale may leave by rounding.
     constexpr double largest = std::numeric_limits<float>::max();
     const double intensity = static_cast<double>(offset) +
-                             static_cast<double>(symbol) * static_cast<double>(step);
+                             static_cast<double>(number) * static_cast<double>(step);
     return static_cast<float>(std::clamp(intensity, -largest, largest));
   }
 
   bool
   operator==(const IntensityScale& other) const
   {
-    return offset == other.offset && step == other.step && bits == other.bits;
+    return offset == other.offset && step == other.step && bits == other.bits &&
+           companded_range == other.companded_range;
   }
 
   bool

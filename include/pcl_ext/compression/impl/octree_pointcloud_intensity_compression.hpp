@@ -256,6 +256,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (!status.ok())
     return status;
   statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
+  symbol_intensities_.setScale(frame_.intensity_scale);
   fillCloud(cloud);
   if (decoder_.stamp()) {
     cloud.header.stamp = decoder_.stamp()->stamp;
@@ -352,7 +353,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   static const PointT blank = PointT();
   VoxelCentres centres;
   for (std::size_t begin = 0; begin < frame_.size(); begin += VoxelCentres::most) {
-    const std::size_t count = voxelCentres(frame_, begin, centres);
+    const std::size_t count = voxelCentres(frame_, symbol_intensities_, begin, centres);
     PointT* const points = &cloud.points[begin];
     for (std::size_t i = 0; i < count; ++i) {
       PointT& point = points[i];
