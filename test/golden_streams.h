@@ -40,6 +40,7 @@ public:
       add(static_cast<std::uint32_t>(index));
     add(frame.grid.depth);
     add(frame.intensity_scale.bits);
+    add(frame.intensity_scale.companded_range);
     add(frame.keys.size());
     for (std::size_t i = 0; i < frame.size(); ++i) {
       add(frame.keys[i]);
@@ -120,6 +121,11 @@ goldenStreams()
     settings.noise = 5;
     streams.push_back(
         goldenRoom(std::string(prefix) + "counts", effort, settings, true));
+    GoldenStream companded =
+        goldenRoom(std::string(prefix) + "companded", effort, settings, false);
+    for (GoldenFrame& frame : companded.frames)
+      frame.frame.intensity_scale.companded_range = 1000;
+    streams.push_back(companded);
     settings.bits = 16;
     settings.depth_model = roomDepthModel(settings.depth, settings.bits, 1);
     streams.push_back(

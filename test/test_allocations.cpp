@@ -2,12 +2,16 @@
  * \brief What a stream of frames of about the same size takes from the heap once it
  * runs: nothing.
  */
+#include <pcl_ext/compression/voxel_centres.h>
+
 #include "counted_memory.h"
 #include "voxel_frames.h"
 #include "voxel_streams.h"
+#include "voxelized_stream.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -103,6 +107,44 @@ TEST(Allocations, ADecoderThatRunsTakesNone)
     EXPECT_EQ(allocations, 0u)
         << "effort " << static_cast<int>(stream.effort) << ", depth model "
         << stream.has_depth_model << ", stamp " << stream.has_stamp;
+  }
+}
+
+/** \brief A cloud of so many points, in voxels of 4 cm, with up to 300 points in one. */
+Cloud
+cloudOf(std::uint64_t seed)
+{
+  Cloud cloud = randomCloud(seed, -0.4, 0.4);
+  cloud.insert(cloud.end(), 300, Point{0.01f, 0.01f, 0.01f, 1.0f});
+  for (Point& point : cloud)
+    point.intensity = std::round(1000.0f * point.intensity);
+  return cloud;
+}
+
+TEST(Allocations, CompandingTakesNoneWhileTheScaleStays)
+{
+  for (const auto unit : {pcl_ext::IntensityUnit::Points,
+                          pcl_ext::IntensityUnit::Share,
+                          pcl_ext::IntensityUnit::Native}) {
+    IntensityCompressionSettings settings = settingsOf(0.04);
+    settings.intensity_curve = IntensityCurve::Companded;
+    settings.bounding_box = BoundingBox{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
+    Voxelizer voxelizer(settings, unit);
+    SymbolIntensities symbol_intensities;
+    VoxelFrame frame;
+    VoxelCentres centres;
+    const Cloud cloud = cloudOf(3);
+    const PointView view{&cloud[0].x, 4, &cloud[0].intensity, 4, cloud.size()};
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < 10; ++i) {
+      memory_count.reset();
+      voxelizer.voxelize(view, i % 3 == 0, frame);
+      symbol_intensities.setScale(frame.intensity_scale);
+      voxelCentres(frame, symbol_intensities, 0, centres);
+      allocations += i < 3 ? 0 : memory_count.allocations;
+    }
+    EXPECT_NE(frame.intensity_scale.companded_range, 0u);
+    EXPECT_EQ(allocations, 0u) << static_cast<int>(unit);
   }
 }
 

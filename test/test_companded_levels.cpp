@@ -41,10 +41,10 @@ specifiedEdges(unsigned int bits, std::uint32_t range)
   Edges edges{0, 1, 2, 3};
   const std::uint64_t n = levels - 4;
   for (std::uint64_t j = 0; j <= n; ++j) {
-    // floor(excess j^3 / n^3): each bit of excess, the highest first.
+    // floor(excess j^2 / n^2): each bit of excess, the highest first.
     const std::uint64_t excess = range - 3 - n;
-    const std::uint64_t numerator = j * j * j;
-    const std::uint64_t denominator = n * n * n;
+    const std::uint64_t numerator = j * j;
+    const std::uint64_t denominator = n * n;
     std::uint64_t quotient = 0;
     std::uint64_t remainder = 0;
     for (int bit = 16; bit >= 0; --bit) {
@@ -78,9 +78,9 @@ TEST(CompandedLevels, EdgesOfCounts)
 {
   EXPECT_EQ(edgesOf(1, 254), (Edges{0, 1, 255}));
   EXPECT_EQ(edgesOf(2, 254), (Edges{0, 1, 2, 4, 255}));
-  EXPECT_EQ(edgesOf(3, 254), (Edges{0, 1, 2, 3, 4, 8, 36, 111, 255}));
+  EXPECT_EQ(edgesOf(3, 254), (Edges{0, 1, 2, 3, 4, 20, 67, 145, 255}));
   EXPECT_EQ(edgesOf(4, 254),
-            (Edges{0, 1, 2, 3, 4, 5, 7, 10, 16, 26, 39, 58, 82, 113, 152, 199, 255}));
+            (Edges{0, 1, 2, 3, 4, 6, 12, 21, 34, 50, 69, 92, 118, 147, 179, 215, 255}));
 }
 
 TEST(CompandedLevels, EdgesAreThoseOfTheSpecification)

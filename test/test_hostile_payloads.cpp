@@ -34,7 +34,7 @@ struct Attack {
       settings.depth_model = roomDepthModel(settings.depth, bits);
     RoomStream room(settings);
     PayloadCoders encoder;
-    for (int i = 0; i < 5; ++i) {
+    for (std::size_t i = 0; i < 5; ++i) {
       frames.push_back(room.next());
       payloads.emplace_back();
       encoder.of(effort).encode(frames.back(), isIFrame(i), payloads.back());

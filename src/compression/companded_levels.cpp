@@ -16,13 +16,11 @@ compandedEdge(unsigned int bits, std::uint32_t range, std::uint32_t level)
   constexpr std::uint32_t exact = 4;
   if (level <= exact)
     return level;
-  // Below 2^16 * 2^45.
   const std::uint64_t widening = level_count - exact;
   const std::uint64_t step = level - exact;
   const std::uint64_t excess = range + 1 - exact - widening;
-  return exact +
-         static_cast<std::uint32_t>(step + excess * (step * step * step) /
-                                               (widening * widening * widening));
+  return exact + static_cast<std::uint32_t>(step + excess * step * step /
+                                                       (widening * widening));
 }
 
 std::uint32_t

@@ -152,7 +152,7 @@ struct VoxelHistory::Learning {
     const std::uint32_t distance = record.probability ^ flip;
     record.probability = static_cast<std::uint16_t>(
         (distance - (distance >> rate_shifts[record.age])) ^ flip);
-    record.recent = static_cast<std::uint8_t>(record.recent << 1 | is_occupied);
+    record.recent = static_cast<std::uint8_t>(record.recent * 2u | is_occupied);
     record.age = static_cast<std::uint8_t>(record.age + (record.age < oldest ? 1 : 0));
   }
 

@@ -123,7 +123,8 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   if (size < 3)
     return 0;
-  const IntensityCompressionSettings settings = settingsOf(data[0], data[1] >= 128);
+  const IntensityCompressionSettings settings =
+      settingsOf(data[0], data[2] % 4 == 2); // which has no depth model
   require(checkSettings(settings).ok());
   const Choices choices(data[1]);
   std::vector<float> numbers((size - 3) / sizeof(float));

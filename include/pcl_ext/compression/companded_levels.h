@@ -11,10 +11,9 @@ namespace io {
  *
  * The numbers 0..range fall into 2^bits levels, each of them at least one number. The
  * first levels are single numbers, with 8 levels or more the numbers 0..3 and where
- * level 4 begins; from there on they widen, so that the edges grow with the cube of the
- * level:
+ * level 4 begins; from there on they widen as the noise of a count does, with its root:
  *
- *     edge(4 + j) = 4 + j + (range - 3 - n) * j^3 / n^3,  n = 2^bits - 4,  j = 0..n
+ *     edge(4 + j) = 4 + j + (range - 3 - n) * j^2 / n^2,  n = 2^bits - 4,  j = 0..n
  *
  * rounded down. Four levels begin at 0, 1, 2, 4 and two at 0, 1. For counts from 1 on
  * (number = count - 1) the decisions "at least 2, 3, 4, 5 points" are thus exact with 3
