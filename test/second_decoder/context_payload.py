@@ -4,6 +4,7 @@ doc/bitstream_context.md; each class of this file holds one of its sections.
 """
 
 from bisect import bisect_right
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Sequence, Set
 
@@ -291,6 +292,10 @@ class _NewBlocks:
         self._payload = payload
         self._i = int(payload.frame.is_i_frame)
         self._occupied_blocks = {key >> BLOCK_BITS for key in payload.occupied}
+        self._known_blocks = [
+            Counter(block >> (3 * levels) for block in payload.known_cells)
+            for levels in range(levels_above_blocks(payload.frame.depth))
+        ]
 
     def read(self) -> None:
         if not self._payload.bits.raw_bit():
@@ -305,13 +310,11 @@ class _NewBlocks:
     def _read_branch(self, branch: int, levels: int) -> None:
         """The parts of a branch so many levels above the blocks."""
         payload = self._payload
-        parts = [8 * branch + part for part in range(8)]
-        if levels == 1:
-            parts = [part for part in parts if part not in payload.known_cells]
-        require(bool(parts), "new blocks are said to be where all are known")
         found = 0
-        for place, part in enumerate(parts):
-            is_implied = found == 0 and place == len(parts) - 1
+        for part in range(8 * branch, 8 * branch + 8):
+            if levels == 1 and part in payload.known_cells:
+                continue
+            is_implied = found == 0 and part % 8 == 7
             if not is_implied and not self._has_new(part, levels, found):
                 continue
             found += 1
@@ -319,15 +322,14 @@ class _NewBlocks:
                 self._read_block(part)
             else:
                 self._read_branch(part, levels - 1)
+        require(found > 0, "a branch has no new blocks after all")
 
     def _has_new(self, part: int, levels: int, n: int) -> int:
         kinds, bits = self._payload.kinds, self._payload.bits
         if levels == 1:
             across_faces = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
             return kinds.new_block.read(bits, [(3 * across_faces + min(n, 2)) * 2 + self._i])
-        below = 3 * (levels - 1)
-        known = sum(block >> below == part for block in self._payload.known_cells)
-        b = _class_of(known, (1, 2, 4, 8, 16))
+        b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
         return kinds.branch.read(
             bits, [((b * 3 + min(n, 2)) * 4 + min(levels - 2, 3)) * 2 + self._i]
         )

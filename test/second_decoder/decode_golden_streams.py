@@ -18,9 +18,11 @@ from invalid_frame import InvalidFrame
 
 
 def voxel_checksum(frame: Frame) -> int:
-    """FNV-1a with 64 bits over 64-bit numbers: grid, bits, keys and symbols."""
+    """FNV-1a with 64 bits over 64-bit numbers: grid, scale, keys and symbols."""
     x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
-    numbers = [x, y, z, frame.grid.depth, frame.scale.bits, len(frame.voxels.keys)]
+    numbers = [x, y, z, frame.grid.depth]
+    numbers += (frame.scale.bits, frame.scale.number_range or 0)
+    numbers.append(len(frame.voxels.keys))
     for key, symbol in zip(frame.voxels.keys, frame.voxels.symbols):
         numbers += (key, symbol)
     checksum = 0xCBF29CE484222325
