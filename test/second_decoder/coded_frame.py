@@ -1,0 +1,33 @@
+"""What a payload's coder is told of its frame, and what it tells.
+
+doc/bitstream.md, "Payload".
+"""
+
+from dataclasses import dataclass
+from typing import List, Optional
+
+from depth_model import DepthModel
+
+
+@dataclass(frozen=True)
+class CodedFrame:
+    """What is known before the payload's coder begins."""
+
+    is_i_frame: bool
+    effort: int
+    voxel_count: int
+    symbol_bits: int
+    depth: int
+    depth_model: Optional[DepthModel]
+
+    @property
+    def highest_symbol(self) -> int:
+        return (1 << self.symbol_bits) - 1
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """Occupied voxels: Morton keys, ascending, and the symbol of each."""
+
+    keys: List[int]
+    symbols: List[int]

@@ -1,0 +1,25 @@
+"""Companded scales: levels of numbers.
+
+doc/bitstream.md, "Companded scales".
+"""
+
+from typing import List
+
+
+def edges(bits: int, number_range: int) -> List[int]:
+    """The lowest number of each level, and the number behind the last level's highest."""
+    if bits == 1:
+        first = [0, 1]
+    elif bits == 2:
+        first = [0, 1, 2, 4]
+    else:
+        n = (1 << bits) - 4
+        wide = number_range - 3 - n
+        return [0, 1, 2, 3] + [4 + j + wide * j**3 // n**3 for j in range(n + 1)]
+    return first + [number_range + 1]
+
+
+def middle_number(bits: int, number_range: int, symbol: int) -> int:
+    """The number that a symbol stands for."""
+    edge = edges(bits, number_range)
+    return (edge[symbol] + edge[symbol + 1] - 1) // 2

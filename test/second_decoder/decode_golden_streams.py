@@ -1,0 +1,77 @@
+"""Decodes the golden streams and compares every frame with checksums.txt.
+
+    python3 decode_golden_streams.py test/data/golden
+
+An implementation made from the documents alone: that it finds the voxels which the
+library's encoder was given shows that the documents say all there is to say. Each line
+of checksums.txt is a frame: stream, I or P, number of voxels, checksum of the voxels
+(hexadecimal), stamp or -. Ends with 1 at the first difference.
+"""
+
+import sys
+from pathlib import Path
+from typing import Dict, List
+
+from frame_decoder import Frame, FrameDecoder
+from frame_header import ByteReader
+from invalid_frame import InvalidFrame
+
+
+def voxel_checksum(frame: Frame) -> int:
+    """FNV-1a with 64 bits over 64-bit numbers: grid, scale, keys and symbols."""
+    x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
+    numbers = [x, y, z, frame.grid.depth]
+    numbers += (frame.scale.bits, frame.scale.number_range or 0)
+    numbers.append(len(frame.voxels.keys))
+    for key, symbol in zip(frame.voxels.keys, frame.voxels.symbols):
+        numbers += (key, symbol)
+    checksum = 0xCBF29CE484222325
+    for number in numbers:
+        for byte in number.to_bytes(8, "little"):
+            checksum = (checksum ^ byte) * 0x100000001B3 % (1 << 64)
+    return checksum
+
+
+def line_of(name: str, frame: Frame) -> str:
+    """A frame as checksums.txt tells of it."""
+    kind = "I" if frame.is_i_frame else "P"
+    stamp = "-" if frame.stamp is None else str(frame.stamp)
+    return f"{name} {kind} {len(frame.voxels.keys)} {voxel_checksum(frame):016x} {stamp}"
+
+
+def require_stream(name: str, stream: bytes, lines: List[str]) -> None:
+    """Refuses a stream that is not the one that the lines tell of."""
+    reader = ByteReader(stream)
+    decoder = FrameDecoder()
+    for index, line in enumerate(lines):
+        try:
+            found = line_of(name, decoder.decode(reader))
+        except InvalidFrame as error:
+            raise InvalidFrame(f"{name}, frame {index}: {error}") from error
+        if found != line:
+            raise InvalidFrame(f"{name}, frame {index}: '{found}' is not '{line}'")
+    if reader.at != len(stream):
+        raise InvalidFrame(f"{name}: bytes are left behind the last frame")
+
+
+def main(arguments: List[str]) -> int:
+    if len(arguments) != 2:
+        print(__doc__)
+        return 1
+    folder = Path(arguments[1])
+    lines: Dict[str, List[str]] = {}
+    for line in (folder / "checksums.txt").read_text().splitlines():
+        lines.setdefault(line.split()[0], []).append(line)
+    for name, lines_of_stream in lines.items():
+        try:
+            stream = (folder / f"{name}.pcxi").read_bytes()
+            require_stream(name, stream, lines_of_stream)
+        except (InvalidFrame, OSError) as error:
+            print(error)
+            return 1
+        print(f"{name}: {len(lines_of_stream)} frames, {len(stream)} bytes")
+    return 0 if lines else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))

@@ -1,0 +1,132 @@
+"""Frames of a stream one behind the other, and what is kept between them.
+
+doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
+"""
+
+from dataclasses import dataclass, replace
+from typing import Optional, Union
+
+from coded_frame import CodedFrame, Voxels
+from context_payload import ContextMemory, decode_context_payload
+from depth_model import DepthModel, read_depth_model
+from frame_header import (
+    MAGIC,
+    ByteReader,
+    FrameHeader,
+    Grid,
+    IntensityScale,
+    read_header,
+    require_checksum,
+)
+from invalid_frame import InvalidFrame, require
+
+MOST_BYTES = 64 << 20
+MOST_VOXELS = 1 << 22
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a decoder keeps of the frames so far."""
+
+    number: int
+    checksum: int
+    grid: Grid
+    scale: IntensityScale
+    effort: int
+    depth_model: Optional[DepthModel]
+    stamp: int
+    frame_id: bytes
+    memory: ContextMemory
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A decoded frame."""
+
+    is_i_frame: bool
+    number: int
+    grid: Grid
+    scale: IntensityScale
+    stamp: Optional[int]
+    frame_id: bytes
+    voxels: Voxels
+
+
+class FrameDecoder:
+    """Decodes frames in the order of the stream."""
+
+    def __init__(self) -> None:
+        self._kept: Optional[Kept] = None
+
+    def decode(self, reader: ByteReader) -> Frame:
+        """The frame at the reader. A frame that fails changes nothing here."""
+        start = reader.at
+        header = read_header(reader)
+        require(header.payload_size <= MOST_BYTES, "the payload is too large")
+        require(header.voxel_count <= MOST_VOXELS, "there are too many voxels")
+        payload = reader.bytes(header.payload_size)
+        depended_on = 0
+        if not header.is_i_frame:
+            depended_on = self._frame_before(header).checksum
+        require_checksum(header, reader.since(start), depended_on)
+        kept = self._with_header(header)
+        return self._with_payload(header, kept, payload)
+
+    def _frame_before(self, header: FrameHeader) -> Kept:
+        if self._kept is None or (self._kept.number + 1) % (1 << 32) != header.number:
+            raise InvalidFrame("the frame before this P-frame is missing")
+        return self._kept
+
+    def _with_header(self, header: FrameHeader) -> Kept:
+        """What is to be kept of the header; depth model and memory are as before."""
+        if header.is_i_frame:
+            assert header.grid is not None and header.scale is not None
+            return Kept(
+                header.number,
+                header.checksum,
+                header.grid,
+                header.scale,
+                header.effort,
+                None,
+                header.stamp or 0,
+                header.frame_id or b"",
+                ContextMemory.at_start(header.effort),
+            )
+        kept = self._frame_before(header)
+        require(header.effort == kept.effort, "a P-frame has another effort")
+        return replace(
+            kept,
+            number=header.number,
+            checksum=header.checksum,
+            stamp=(kept.stamp + (header.stamp or 0)) % (1 << 64),
+            frame_id=kept.frame_id if header.frame_id is None else header.frame_id,
+        )
+
+    def _with_payload(self, header: FrameHeader, kept: Kept, payload: bytes) -> Frame:
+        model = kept.depth_model
+        if header.has_depth_model:
+            require(header.is_i_frame or model is not None, "the I-frame has no depth model")
+            reader = ByteReader(payload)
+            model = read_depth_model(reader)
+            payload = payload[reader.at :]
+        require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
+        require(bool(header.voxel_count) or not payload, "a frame without voxels has a payload")
+        coded = CodedFrame(
+            header.is_i_frame,
+            kept.effort,
+            header.voxel_count,
+            kept.scale.bits,
+            kept.grid.depth,
+            model,
+        )
+        voxels, memory = decode_context_payload(payload, coded, kept.memory)
+        self._kept = replace(kept, depth_model=model, memory=memory)
+        return Frame(
+            header.is_i_frame,
+            header.number,
+            kept.grid,
+            kept.scale,
+            None if header.stamp is None else kept.stamp,
+            kept.frame_id,
+            voxels,
+        )

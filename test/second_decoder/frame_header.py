@@ -1,0 +1,168 @@
+"""The frame header of stream version 1.
+
+doc/bitstream.md, "Frame header" and "What a frame says".
+"""
+
+import math
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+from invalid_frame import InvalidFrame, require
+
+MAGIC = b"PCXI"
+VERSION = 1
+CHECKED_FROM = 9
+"""Bytes of magic, version and checksum; the checksum covers what follows them."""
+
+_I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID = 1, 2, 4, 8
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The lattice's resolution and the part of it that frames have."""
+
+    resolution: float
+    first_index: Tuple[int, int, int]
+    depth: int
+
+
+@dataclass(frozen=True)
+class IntensityScale:
+    """What numbers and symbols are worth; the number range is None on a linear scale."""
+
+    offset: float
+    step: float
+    bits: int
+    number_range: Optional[int]
+
+    @property
+    def highest_symbol(self) -> int:
+        return (1 << self.bits) - 1
+
+
+@dataclass(frozen=True)
+class FrameHeader:
+    """A header as it is written; what only I-frames have is None in P-frames."""
+
+    checksum: int
+    is_i_frame: bool
+    has_depth_model: bool
+    effort: int
+    number: int
+    grid: Optional[Grid]
+    scale: Optional[IntensityScale]
+    stamp: Optional[int]
+    """The stamp in an I-frame, its change in a P-frame."""
+    frame_id: Optional[bytes]
+    voxel_count: int
+    payload_size: int
+
+
+class ByteReader:
+    """Numbers one behind the other; refuses to read behind the end."""
+
+    def __init__(self, source: bytes, at: int = 0) -> None:
+        self._source = source
+        self.at = at
+
+    def bytes(self, size: int) -> bytes:
+        require(self.at + size <= len(self._source), "the frame is cut off")
+        self.at += size
+        return self._source[self.at - size : self.at]
+
+    def since(self, start: int) -> bytes:
+        """What was read from a place on."""
+        return self._source[start : self.at]
+
+    def numbers(self, layout: str) -> tuple:
+        """Little-endian numbers by the letters of `struct`."""
+        return struct.unpack("<" + layout, self.bytes(struct.calcsize("<" + layout)))
+
+    def varint(self) -> int:
+        """Seven bits a byte, the lowest first; 64 bits at most; no byte too many."""
+        number = shift = 0
+        while True:
+            (byte,) = self.numbers("B")
+            number |= (byte & 0x7F) << shift
+            require(number < 1 << 64 and shift < 70, "a varint has more than 64 bits")
+            if byte < 0x80:
+                require(byte != 0 or shift == 0, "a varint ends with a byte 0")
+                return number
+            shift += 7
+
+
+def from_zigzag(code: int) -> int:
+    """0, -1, 1, -2, 2, ... of 0, 1, 2, 3, 4, ..."""
+    return -((code + 1) // 2) if code % 2 else code // 2
+
+
+def _grid(reader: ByteReader) -> Grid:
+    resolution, x, y, z, depth = reader.numbers("d3iB")
+    require(1e-6 <= resolution <= 1e6, "the resolution is none")
+    require(1 <= depth <= 21, "the depth is none of 1..21")
+    for first in (x, y, z):
+        require(
+            -(1 << 20) <= first and first + (1 << depth) <= 1 << 20,
+            "the grid leaves the lattice",
+        )
+    return Grid(resolution, (x, y, z), depth)
+
+
+def _scale(reader: ByteReader) -> IntensityScale:
+    offset, step, bits = reader.numbers("ffB")
+    require(math.isfinite(offset), "the offset is not finite")
+    require(math.isfinite(step) and step > 0, "the step is none")
+    number_range = None
+    if bits >= 128:
+        bits -= 128
+        (number_range,) = reader.numbers("H")
+        require(number_range >= 1 << bits, "the scale should be a linear one")
+    require(1 <= bits <= 16, "the bits are none of 1..16")
+    return IntensityScale(offset, step, bits, number_range)
+
+
+def read_header(reader: ByteReader) -> FrameHeader:
+    """The header at the reader, which stops at the payload."""
+    require(reader.bytes(len(MAGIC)) == MAGIC, "no frame begins here")
+    version, checksum, flags, number = reader.numbers("BIBI")
+    require(version == VERSION, f"stream version {version} is unknown")
+    is_i_frame = bool(flags & _I_FRAME)
+    effort = flags >> 4
+    require(effort <= 2, f"effort {effort} is unknown")
+    grid = _grid(reader) if is_i_frame else None
+    scale = _scale(reader) if is_i_frame else None
+    stamp = None
+    if flags & _STAMP:
+        stamp = reader.numbers("Q")[0] if is_i_frame else from_zigzag(reader.varint())
+        require(is_i_frame or stamp != -(1 << 63), "the stamp's change is -2^63")
+    frame_id = None
+    if flags & _FRAME_ID:
+        size = reader.varint()
+        require(size <= 1024, "the frame_id is too long")
+        frame_id = reader.bytes(size)
+    voxel_count, payload_size = reader.varint(), reader.varint()
+    return FrameHeader(
+        checksum,
+        is_i_frame,
+        bool(flags & _DEPTH_MODEL),
+        effort,
+        number,
+        grid,
+        scale,
+        stamp,
+        frame_id,
+        voxel_count,
+        payload_size,
+    )
+
+
+def require_checksum(header: FrameHeader, frame: bytes, depended_on: int) -> None:
+    """Refuses a frame whose bytes, or whose frame before, are not those meant.
+
+    `depended_on` is the checksum of the frame before, 0 for an I-frame.
+    """
+    start = zlib.crc32(struct.pack("<I", depended_on))
+    if zlib.crc32(frame[CHECKED_FROM:], start) != header.checksum:
+        raise InvalidFrame("the checksum is another one")

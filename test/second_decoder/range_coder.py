@@ -1,0 +1,140 @@
+"""Range coder, adaptive bits and their mixing.
+
+doc/bitstream_context.md, "Range coder", "Adaptive bits" and "Mixing".
+"""
+
+from typing import Dict, List, Sequence, Tuple
+
+from invalid_frame import require
+
+
+class RangeDecoder:
+    """Reads bits whose probabilities both ends know."""
+
+    def __init__(self, payload: bytes) -> None:
+        self._payload = payload
+        self._at = 0
+        self._range = (1 << 32) - 1
+        self._code = self._next_bytes(4)
+
+    def _next_bytes(self, size: int) -> int:
+        """The next bytes, the first one highest; 0 behind the end."""
+        taken = self._payload[self._at : self._at + size]
+        self._at += size
+        return int.from_bytes(taken + bytes(size - len(taken)), "big")
+
+    def bit(self, p: int) -> int:
+        """A bit whose probability of being 1 is p / 2^16."""
+        bound = self._range * p >> 16
+        if self._code < bound:
+            bit = 1
+            self._range = bound
+        else:
+            bit = 0
+            self._code -= bound
+            self._range -= bound
+        if self._range < 1 << 16:
+            self._range <<= 16
+            self._code = self._code << 16 | self._next_bytes(2)
+        return bit
+
+    def raw_bit(self) -> int:
+        """A bit that is 0 as often as 1."""
+        return self.bit(1 << 15)
+
+    def raw_bits(self, size: int) -> int:
+        """A number of raw bits, the highest first."""
+        number = 0
+        for _ in range(size):
+            number = 2 * number + self.raw_bit()
+        return number
+
+    def require_end(self) -> None:
+        """Refuses a payload with bytes behind the last bit."""
+        require(self._at >= len(self._payload), "bytes are left behind the last bit")
+
+
+def _squash_table() -> Dict[int, int]:
+    squash = {}
+    e = 1 << 18
+    for x in range(2048):
+        squash[x] = (e << 16) // (e + (1 << 18))
+        squash[-x] = (1 << 16) - squash[x]
+        e = e * 0x10100802B >> 32
+    return squash
+
+
+def _stretch_table() -> List[int]:
+    stretch = []
+    x = -2047
+    for i in range(4096):
+        while x < 2047 and SQUASH[x] < 16 * i + 8:
+            x += 1
+        stretch.append(x)
+    return stretch
+
+
+SQUASH = _squash_table()
+STRETCH = _stretch_table()
+
+_FIRST_SHIFTS = (1, 2, 3, 3, 3, 3) + 10 * (4,)
+_NEW_BIT = (1 << 15, 0)
+
+
+def _held(low: int, high: int, number: int) -> int:
+    return low if number < low else high if number > high else number
+
+
+class Kind:
+    """A kind of decision: ways of adaptive bits, and the weights that mix them.
+
+    Bits and weights are kept for the contexts that have come up; others are as at the
+    start.
+    """
+
+    def __init__(self, ways: int, shift: int, effort: int) -> None:
+        self._shift = shift + (effort == 2)
+        self._has_all_ways = effort == 2 and ways > 1
+        used = ways if self._has_all_ways else 1
+        self._bits: List[Dict[int, Tuple[int, int]]] = [{} for _ in range(used)]
+        self._weights: Dict[int, Tuple[int, ...]] = {}
+        if self._has_all_ways:
+            others = ((1 << 16) * 8 // 10) // (ways - 1)
+            self._first_weights = ((1 << 16) * 4 // 10,) + (ways - 1) * (others,)
+
+    def copy(self) -> "Kind":
+        """A kind that learns without changing this one."""
+        other = Kind.__new__(Kind)
+        other.__dict__.update(self.__dict__)
+        other._bits = [dict(way) for way in self._bits]
+        other._weights = dict(self._weights)
+        return other
+
+    def read(
+        self, coder: RangeDecoder, contexts: Sequence[int], weight_set: int = 0
+    ) -> int:
+        """Decides, with a context for each way, and learns."""
+        if not self._has_all_ways:
+            way = self._bits[0]
+            p, count = way.get(contexts[0], _NEW_BIT)
+            bit = coder.bit(p)
+            way[contexts[0]] = self._learnt(p, count, bit)
+            return bit
+        bits = [way.get(c, _NEW_BIT) for way, c in zip(self._bits, contexts)]
+        stretched = [STRETCH[p >> 4] for p, _ in bits]
+        weights = self._weights.get(weight_set, self._first_weights)
+        x = sum(w * t for w, t in zip(weights, stretched)) >> 16
+        p = SQUASH[_held(-2047, 2047, x)]
+        bit = coder.bit(p)
+        error = (bit << 16) - p
+        self._weights[weight_set] = tuple(
+            _held(-(1 << 19), 1 << 19, w + ((t * error + (1 << 15)) >> 16))
+            for w, t in zip(weights, stretched)
+        )
+        for way, context, (p, count) in zip(self._bits, contexts, bits):
+            way[context] = self._learnt(p, count, bit)
+        return bit
+
+    def _learnt(self, p: int, count: int, bit: int) -> Tuple[int, int]:
+        shift = _FIRST_SHIFTS[count] if count < 16 else self._shift
+        return p + (((65488 if bit else 48) - p) >> shift), min(count + 1, 16)
