@@ -35,6 +35,7 @@ class Kinds:
         self.farther = Kind(1, 5, effort)
         self.escape = Kind(1, 5, effort)
         self.rest = Kind(3, 5, effort)
+        self.plain = Kind(1, 6, effort)
 
     def copy(self) -> "Kinds":
         other = Kinds.__new__(Kinds)
