@@ -128,6 +128,9 @@ describeOptions(StreamOptions& result)
   option("bits",
          options::value<std::int64_t>()->default_value(0),
          "bits of an intensity, 1 to 16; 0: automatic");
+  option("effort,e",
+         options::value<std::string>()->default_value("balanced"),
+         "fast, balanced or small: time against size");
   option("curve",
          options::value<std::string>()->default_value("linear"),
          "linear or companded: small intensities exact, steps that grow above them; "
@@ -196,6 +199,11 @@ parseOptions(int argc, const char* const* argv)
                                values["format"].as<std::string>(),
                                {{"version1", io::StreamFormat::Version1},
                                 {"published", io::StreamFormat::Published}});
+  result.settings.effort = lookUp<io::Effort>("effort",
+                                              values["effort"].as<std::string>(),
+                                              {{"fast", io::Effort::Fast},
+                                               {"balanced", io::Effort::Balanced},
+                                               {"small", io::Effort::Small}});
   result.settings.intensity_curve =
       lookUp<io::IntensityCurve>("curve",
                                  values["curve"].as<std::string>(),

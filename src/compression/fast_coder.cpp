@@ -1,11 +1,8 @@
 #include "fast_coder.h"
 
-#include "block_octants.h"
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
-#include <algorithm>
-#include <cstring>
 #include <utility>
 
 namespace pcl_ext {
@@ -39,6 +36,7 @@ FastCoder::encode(bool is_i_frame,
   FastOccupancy::match(before(), keys, frame_);
   NibbleEncoder coder(steps_);
   occupancy_.code(coder, models, before(), next_history_, moments(), frame_);
+  expandBlocks<false>(nullptr);
   symbols_.encode(coder, models, frame_, moments(), bits, symbols);
   coder.finish(interleaving(keys.size()), words_, payload);
   keepHistory();
@@ -62,7 +60,7 @@ FastCoder::decode(const std::uint8_t* begin,
   if (coder.isOverrun() ||
       !occupancy_.code(coder, models, before(), next_history_, moments(), frame_))
     return false;
-  expandBlocks(keys);
+  expandBlocks<true>(&keys);
   if (!symbols_.decode(coder, models, frame_, moments(), bits, symbols) ||
       !coder.isAtEnd()) {
     discard();
@@ -81,7 +79,7 @@ FastCoder::commit()
 void
 FastCoder::discard()
 {
-  symbols_.forget(moments());
+  symbols_.forget(frame_, moments());
 }
 
 void
@@ -128,33 +126,43 @@ FastCoder::keepHistory()
   std::swap(history_, next_history_);
 }
 
+/** \brief Lists the voxels of the frame's blocks: their places, and for a decoder their
+ * keys. */
+template <bool with_keys>
 void
-FastCoder::expandBlocks(std::vector<std::uint64_t>& keys)
+FastCoder::expandBlocks(std::vector<std::uint64_t>* keys)
 {
-  // Eight are written where there are fewer.
-  frame_.block_of.resize(frame_.voxel_count + 8);
-  frame_.cell_of.resize(frame_.voxel_count + 8);
-  std::uint32_t* block_of = frame_.block_of.data();
-  std::uint8_t* cell_of = frame_.cell_of.data();
-  for (std::size_t i = 0; i < frame_.keys.size(); ++i) {
-    const std::uint8_t* const first = cell_of;
-    for (unsigned int octant = 0; octant < 8; ++octant) {
-      const auto mask = static_cast<std::uint8_t>(frame_.masks[i] >> (8 * octant));
-      // All eight in one word: what is added to a byte stays in it.
-      std::uint64_t cells;
-      std::memcpy(&cells, child_masks.children[mask].data(), 8);
-      cells += 0x0808080808080808 * octant;
-      std::memcpy(cell_of, &cells, 8);
-      cell_of += child_masks.count[mask];
-    }
-    const std::uint32_t* const end = block_of + (cell_of - first);
-    for (std::uint32_t* eight = block_of; eight < end; eight += 8)
-      std::fill(eight, eight + 8, static_cast<std::uint32_t>(i));
-    block_of += cell_of - first;
+  ensureSize(frame_.places, frame_.voxel_count + 8);
+  VoxelPlace* place = frame_.places.data();
+  std::uint64_t* key = nullptr;
+  if constexpr (with_keys) {
+    keys->resize(frame_.voxel_count + 8);
+    key = keys->data();
   }
-  keys.resize(frame_.voxel_count);
-  for (std::size_t i = 0; i < keys.size(); ++i)
-    keys[i] = frame_.keys[frame_.block_of[i]] << block_key_bits | frame_.cell_of[i];
+  constexpr std::uint64_t no_cell = std::uint64_t{1} << 63;
+  const std::size_t count = frame_.block_count;
+  const std::uint64_t* const block_keys = frame_.keys.data();
+  const std::uint64_t* const masks = frame_.masks.data();
+  const std::uint32_t* const numbers = frame_.numbers.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const VoxelPlace first = numbers[i] * block_cells;
+    const std::uint64_t block_key = block_keys[i] << block_key_bits;
+    std::uint64_t mask = masks[i];
+    const unsigned int cells = cellCount(mask);
+    // Eight at a time, some of them for nothing: how many there are is hard to predict.
+    for (unsigned int done = 0; done < cells; done += 8)
+      for (unsigned int k = 0; k < 8; ++k, mask &= mask - 1) {
+        const unsigned int cell = lowestCell(mask | no_cell);
+        place[done + k] = first + cell;
+        if constexpr (with_keys)
+          key[done + k] = block_key + cell;
+      }
+    place += cells;
+    if constexpr (with_keys)
+      key += cells;
+  }
+  if constexpr (with_keys)
+    keys->resize(frame_.voxel_count);
 }
 
 } // namespace io

@@ -26,8 +26,7 @@ public:
    * \param[in] is_i_frame the frame stands alone; the first one has to
    * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
    * \param[in] symbols as many intensity symbols, below 2^bits
-   * \param[in] bits of a symbol, 1..16; another number than in the last frame asks for
-   * an I-frame or `forgetSymbols`
+   * \param[in] bits of a symbol, 1..16; that of the last frame unless this is an I-frame
    * \param[in] depth of the grid, 1..21; that of the last frame unless this is an I-frame
    * \param[in,out] payload where to append
    */
@@ -107,8 +106,9 @@ private:
   void
   keepHistory();
 
+  template <bool with_keys>
   void
-  expandBlocks(std::vector<std::uint64_t>& keys);
+  expandBlocks(std::vector<std::uint64_t>* keys);
 
   const FastModels first_models_;
   const FastHistory no_history_{};

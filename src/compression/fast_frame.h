@@ -32,21 +32,20 @@ struct FastFrame {
   std::vector<std::uint64_t> new_keys;
   std::vector<std::uint64_t> new_masks;
 
-  // The frame's blocks, ascending.
+  // The frame's blocks, ascending; as many as `block_count` says.
+  std::size_t block_count = 0;
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
   std::vector<std::uint32_t> numbers; ///< in the history
+  std::vector<VoxelPlace> places;     ///< of the voxels, in Morton order
 
-  // Voxels, in Morton order.
-  std::vector<std::uint32_t> block_of; ///< index of a voxel's block in `keys`
-  std::vector<std::uint8_t> cell_of;   ///< its cell in that block
-
+  /** \brief Makes room for blocks. */
   void
-  resizeBlocks(std::size_t size)
+  expectBlocks(std::size_t count)
   {
-    keys.resize(size);
-    masks.resize(size);
-    numbers.resize(size);
+    ensureSize(keys, count);
+    ensureSize(masks, count);
+    ensureSize(numbers, count);
   }
 };
 

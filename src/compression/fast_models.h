@@ -1,5 +1,6 @@
 #pragma once
 
+#include "byte_table.h"
 #include "fast_history.h"
 #include "nibble_model.h"
 
@@ -19,9 +20,8 @@ struct ByteModels {
 struct FastModels {
   FastModels();
 
-  // Known voxels, by their past: four at a time, and what remains of each bucket.
-  std::array<NibbleModel, voxel_past::count> known;
-  std::array<BitModel, voxel_past::count> known_rest;
+  /** \brief Share of known voxels that are occupied, by their past; 2^16 is 1. */
+  std::array<std::uint16_t, voxel_past::count> known_share{};
 
   // New voxels in known blocks.
   std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
@@ -36,9 +36,11 @@ struct FastModels {
   std::array<ByteModels<16>, 2> new_block_cells; ///< low: by neighbours
 
   // Symbols.
-  std::array<NibbleModel, 9> pair;           ///< by the classes of both voxels
-  std::array<NibbleModel, 3> pair_escape;    ///< by the class
+  std::array<QuadModel, 4> quad;             ///< by the class of all four
+  std::array<NibbleModel, 4> quad_escape;    ///< by the class
   std::array<NibbleModel, 125> known_symbol; ///< by mean and deviation
+  /** \brief Whether voxels without a moment had low steps lately. */
+  bool new_steps_are_low = false;
   /** \brief The same of a running mean; the second ones in I-frames. */
   std::array<std::array<NibbleModel, 125>, 2> new_symbol;
   NibbleModel escape_high;

@@ -84,6 +84,14 @@ private:
 
   template <class Coder>
   bool
+  codeSeveralCells(Coder& coder,
+                   FastModels& models,
+                   std::size_t count,
+                   const FastHistory& before,
+                   FastFrame& frame);
+
+  template <class Coder>
+  bool
   codeNewBlocks(Coder& coder, FastModels& models, FastFrame& frame);
 
   void
@@ -116,12 +124,18 @@ private:
   mergeBlocks(const FastHistory& before, FastHistory& after, FastFrame& frame);
 
   std::size_t found_voxels_ = 0; // by a decoder
-  // Known blocks with new voxels: their index in the history, and what was coded.
+  // Known blocks with new voxels, ascending: their index in the history, and what was
+  // coded. Of these vectors only so many elements are in use as a count says.
+  std::size_t renewed_count_ = 0;
   std::vector<std::uint32_t> renewed_blocks_;
   std::vector<std::uint8_t> octant_symbols_;
-  std::vector<std::uint8_t> is_renewed_;   // for each known block
-  std::vector<std::uint32_t> new_numbers_; // of the new blocks
-  std::vector<VoxelPlace> octants_;        // first cells of octants with new voxels
+  std::vector<std::uint32_t>
+      several_; // blocks with several such octants, octants with several new voxels
+  std::size_t octant_count_ = 0;
+  std::vector<VoxelPlace> octants_;          // first cells of octants with new voxels
+  std::vector<std::uint8_t> is_renewed_;     // for each known block
+  std::vector<std::uint32_t> new_numbers_;   // of the new blocks
+  std::vector<std::uint32_t> freed_numbers_; // of blocks that have no voxels any more
   // Octree above the new blocks: keys of a level, and in an encoder masks of all.
   std::vector<std::uint64_t> node_keys_;
   std::vector<std::uint64_t> other_node_keys_;

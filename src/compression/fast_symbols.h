@@ -4,6 +4,7 @@
 #include "fast_models.h"
 #include "nibble_rans.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -12,8 +13,8 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Codes the intensity symbols of a frame (doc/bitstream_fast.md, "Symbols"),
- * grouped by what is known of them: pairs of voxels with a low mean, other voxels with
- * a mean, voxels without; then steps that did not fit, then the bits within steps.
+ * grouped by what is known of them: voxels with a low mean, four at a time, other voxels
+ * with a mean, voxels without; then steps that did not fit, then the bits within steps.
  *
  * A Coder is NibbleEncoder or NibbleDecoder; a Symbol is constant for an encoder.
  */
@@ -46,45 +47,17 @@ public:
 
   /** \brief Gives the moments back as they were before the last `code`. */
   void
-  forget(std::vector<std::uint16_t>& moments);
+  forget(const FastFrame& frame, std::vector<std::uint16_t>& moments);
 
 private:
-  /** \brief Voxels that are coded alike, in Morton order. The vectors are memory, of
-   * which the first `count` and `escape_count` elements are in use. */
+  /** \brief Voxels that are coded alike, in Morton order. The vector is memory, of
+   * which the first `count` elements are in use; once they are coded it is the first
+   * `noted`, those of which more is to be coded. */
   struct Row {
     std::vector<std::uint32_t> voxels; ///< their index in the frame
     std::size_t count = 0;
-    /** \brief Voxels whose step did not fit, and 2^32 times the lowest that did. */
-    std::vector<std::uint64_t> escapes;
-    std::size_t escape_count = 0;
+    std::size_t noted = 0;
   };
-
-  /** \brief Where a loop notes the steps that bits follow, and the highest of all. */
-  struct Notes {
-    std::uint64_t* next; ///< index + step * 2^32
-    unsigned int highest;
-
-    void
-    add(std::uint32_t voxel, unsigned int step)
-    {
-      *next = voxel | std::uint64_t{step} << 32;
-      next += step >= 16 ? 1 : 0;
-      highest = step > highest ? step : highest;
-    }
-  };
-
-  Notes
-  notes()
-  {
-    return {wide_.data() + wide_count_, highest_seen_};
-  }
-
-  void
-  keep(const Notes& notes)
-  {
-    wide_count_ = static_cast<std::size_t>(notes.next - wide_.data());
-    highest_seen_ = notes.highest;
-  }
 
   template <class Coder, class Symbol>
   bool
@@ -98,11 +71,21 @@ private:
   sortIntoRows(const FastFrame& frame, const std::vector<std::uint16_t>& moments);
 
   void
+  splitNewVoxels(bool in_quads);
+
+  bool
+  areSymbols(const std::vector<std::uint16_t>& symbols) const;
+
+  void
   setOrigin(unsigned int origin, unsigned int bits);
 
   template <class Coder, class Symbol>
   bool
-  codePairs(Coder& coder, FastModels& models, std::uint16_t* moments, Symbol* symbols);
+  codeQuads(Coder& coder,
+            FastModels& models,
+            unsigned int low_class,
+            std::uint16_t* moments,
+            Symbol* symbols);
 
   template <class Coder, class Symbol>
   bool
@@ -118,36 +101,47 @@ private:
 
   template <class Coder, class Symbol>
   bool
-  codeEscapes(Coder& coder,
-              FastModels& models,
-              Row& row,
-              std::uint16_t* moments,
-              Symbol* symbols);
-
-  template <class Coder>
-  unsigned int
-  codeWholeStep(Coder& coder, FastModels& models, unsigned int step);
+  codeHighQuadSteps(Coder& coder,
+                    FastModels& models,
+                    unsigned int low_class,
+                    std::uint16_t* moments,
+                    Symbol* symbols);
 
   template <class Coder, class Symbol>
   bool
-  codeBitsWithinSteps(Coder& coder, Symbol* symbols);
+  codeNotedSteps(Coder& coder,
+                 FastModels& models,
+                 std::uint16_t* moments,
+                 Symbol* symbols);
+
+  template <class Coder>
+  bool
+  codeWholeStep(Coder& coder,
+                FastModels& models,
+                unsigned int lowest,
+                unsigned int value,
+                unsigned int& step);
+
+  template <class Coder>
+  bool
+  codeValue(Coder& coder, unsigned int step, unsigned int& value);
 
   unsigned int
   stepOf(unsigned int value) const;
 
-  // By voxel: where it is in the history, and its moment before this frame.
-  std::vector<VoxelPlace> places_;
-  std::vector<std::uint16_t> before_;
-  Row pairs_;
+  /** \brief Classes of voxels with a low mean, and those without a moment. */
+  static constexpr unsigned int low_class_count = 4;
+  static constexpr unsigned int without_moment = 3;
+
+  std::vector<std::uint16_t> before_;  ///< by voxel: its moment before this frame
+  const VoxelPlace* places_ = nullptr; ///< those of the frame
+  std::array<Row, low_class_count> quads_;
   Row known_;
   Row new_;
-  std::vector<std::uint64_t> wide_; // index + step * 2^32
-  std::size_t wide_count_ = 0;
   unsigned int origin_ = 0;       // lowest value that is coded
   unsigned int top_ = 0;          // highest one, less the origin
   unsigned int top_step_ = 0;     // its step if it has one of its own, else above all
   unsigned int highest_step_ = 0; // highest that may occur
-  unsigned int highest_seen_ = 0;
 };
 
 } // namespace io

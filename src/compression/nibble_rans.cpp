@@ -9,31 +9,20 @@ namespace {
 
 constexpr std::size_t state_bytes = 4;
 
-/** \brief For each width w the number 2^(31 + ceil(log2 w)) / w, rounded up: with it
- * the division by w of a number below 2^31 is exact (T. Granlund and P. Montgomery,
- * Division by invariant integers using multiplication, 1994). */
-struct Reciprocals {
-  std::array<std::uint32_t, probability_one> factors{};
-  std::array<std::uint8_t, probability_one> shifts{};
-};
+/** \brief For each width w the number 2^43 / w, rounded up: with it the division by w of
+ * a number x below 2^19 w is exact, for that adds less than x / 2^43 < 1 / w. */
+constexpr unsigned int reciprocal_bits = 43;
 
-constexpr Reciprocals
+constexpr std::array<std::uint64_t, probability_one>
 makeReciprocals()
 {
-  Reciprocals reciprocals;
-  unsigned int log2 = 0;
-  for (std::uint32_t width = 1; width < probability_one; ++width) {
-    if (width > 1u << log2)
-      ++log2;
-    const std::uint64_t power = std::uint64_t{1} << (31 + log2);
-    reciprocals.factors[width] =
-        static_cast<std::uint32_t>((power + width - 1) / width);
-    reciprocals.shifts[width] = static_cast<std::uint8_t>(31 + log2);
-  }
+  std::array<std::uint64_t, probability_one> reciprocals{};
+  for (std::uint32_t width = 1; width < probability_one; ++width)
+    reciprocals[width] = ((std::uint64_t{1} << reciprocal_bits) + width - 1) / width;
   return reciprocals;
 }
 
-constexpr Reciprocals reciprocals = makeReciprocals();
+constexpr auto reciprocals = makeReciprocals();
 
 std::size_t
 stateCount(Interleaving interleaving)
@@ -52,8 +41,8 @@ pushed(std::uint32_t state, std::uint32_t step, std::uint16_t*& words)
   words[-1] = static_cast<std::uint16_t>(state);
   words -= is_full;
   state >>= 16 * is_full;
-  const auto quotient = static_cast<std::uint32_t>(
-      (std::uint64_t{state} * reciprocals.factors[width]) >> reciprocals.shifts[width]);
+  const auto quotient =
+      static_cast<std::uint32_t>(state * reciprocals[width] >> reciprocal_bits);
   return state + start + quotient * (probability_one - width);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "byte_table.h"
 #include "nibble_model.h"
 
 #include <cstddef>
@@ -52,6 +53,21 @@ public:
     push(model.range(bit));
     model.learn(bit);
     return bit;
+  }
+
+  unsigned int
+  code(const ByteTable& table, unsigned int byte)
+  {
+    push(table.range(byte));
+    return byte;
+  }
+
+  unsigned int
+  code(QuadModel& model, unsigned int quad)
+  {
+    push(model.table().range(quad));
+    model.learn(quad);
+    return quad;
   }
 
   /** \brief Codes a number below 2^count as it is; count 1..12. */
@@ -138,6 +154,22 @@ public:
     advance(model.range(bit));
     model.learn(bit);
     return bit;
+  }
+
+  unsigned int
+  code(const ByteTable& table, unsigned int)
+  {
+    const unsigned int byte = table.find(slot());
+    advance(table.range(byte));
+    return byte;
+  }
+
+  unsigned int
+  code(QuadModel& model, unsigned int)
+  {
+    const unsigned int quad = code(model.table(), 0);
+    model.learn(quad);
+    return quad;
   }
 
   unsigned int

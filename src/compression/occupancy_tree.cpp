@@ -1,6 +1,7 @@
 #include "occupancy_tree.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -66,9 +67,14 @@ OccupancyTree::nodeCount() const
 std::size_t
 maxBranchNodes(const DecoderLimits& limits, unsigned int depth)
 {
-  constexpr std::size_t few = std::size_t{1} << 20;
-  const std::size_t voxels = std::min(limits.max_voxels, std::size_t{1} << 40);
-  return std::min(voxels, few) * depth + 2 * (voxels - std::min(voxels, few));
+  // In 64 bits whatever the machine's.
+  constexpr std::uint64_t few = std::uint64_t{1} << 20;
+  const std::uint64_t voxels =
+      std::min<std::uint64_t>(limits.max_voxels, std::uint64_t{1} << 40);
+  const std::uint64_t nodes =
+      std::min(voxels, few) * depth + 2 * (voxels - std::min(voxels, few));
+  return static_cast<std::size_t>(
+      std::min<std::uint64_t>(nodes, std::numeric_limits<std::size_t>::max()));
 }
 
 } // namespace io

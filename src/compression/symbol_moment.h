@@ -122,6 +122,24 @@ spread(unsigned int deviation)
          (deviation >= 16 ? 1u : 0u) + (deviation >= 28 ? 1u : 0u);
 }
 
+constexpr std::array<std::uint8_t, deviation_count>
+makeSpreads()
+{
+  std::array<std::uint8_t, deviation_count> spreads{};
+  for (unsigned int i = 0; i < deviation_count; ++i)
+    spreads[i] = static_cast<std::uint8_t>(spread(i));
+  return spreads;
+}
+
+inline constexpr auto spreads = makeSpreads();
+
+/** \brief Class of a moment, 0..124. */
+inline unsigned int
+contextOf(std::uint16_t moment)
+{
+  return mean_classes[mean(moment)].level * spread_count + spreads[deviation(moment)];
+}
+
 } // namespace symbol_moment
 
 } // namespace io

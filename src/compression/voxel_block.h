@@ -44,6 +44,13 @@ lowestCell(std::uint64_t mask)
 #endif
 }
 
+/** \brief 0 for an empty mask, else 1; arithmetic, for g++ makes a branch of a comparison. */
+constexpr std::size_t
+isNotZero(std::uint64_t mask)
+{
+  return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
+}
+
 /** \brief Number of bits set in a mask, without the instruction that x86-64 may lack. */
 constexpr unsigned int
 cellCount(std::uint64_t mask)

@@ -71,7 +71,7 @@ struct IntensityCompressionSettings {
    */
   unsigned int i_frame_rate = 30;
 
-  /** \brief Time against size. The coder of this release is the same for all three. */
+  /** \brief Time against size; Version1 only. A decoder reads all three. */
   Effort effort = Effort::Balanced;
 
   /** \brief Bitstream to write. */

@@ -1,0 +1,259 @@
+#include "block_octants.h"
+#include "code_byte.h"
+#include "fast_occupancy.h"
+#include "nibble_rans.h"
+#include "voxel_block.h"
+
+#include <array>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+// Symbols of an octant's or a cell's place; up to them it is the rank of a single one.
+constexpr unsigned int several_octants = 9;
+constexpr unsigned int several_cells = 8;
+
+constexpr unsigned int all_ones = ~0u;
+
+/** \brief Context of new cells in an octant, by near cells and open ones. */
+constexpr std::array<std::array<std::uint8_t, 9>, 9>
+makeCellContexts()
+{
+  std::array<std::array<std::uint8_t, 9>, 9> contexts{};
+  for (unsigned int near = 0; near < 9; ++near)
+    for (unsigned int open = 0; open < 9; ++open)
+      contexts[near][open] =
+          static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 + (open == 8  ? 0
+                                                                 : open > 4 ? 1
+                                                                            : 2));
+  return contexts;
+}
+
+constexpr auto cell_contexts = makeCellContexts();
+
+} // namespace
+
+template <class Coder>
+bool
+FastOccupancy::codeNewOctants(Coder& coder_now,
+                              FastModels& models,
+                              const FastHistory& before,
+                              FastFrame& frame)
+{
+  const std::size_t count = before.keys.size();
+  coder_now.expect(count);
+  Coder coder = coder_now;
+  ensureSize(is_renewed_, count);
+  ensureSize(renewed_blocks_, count + 1);
+  ensureSize(octant_symbols_, count + 1);
+  // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint8_t* const activity = before.activity.data();
+  const std::uint64_t* const all_known = before.known.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  std::uint8_t* const is_renewed_of = is_renewed_.data();
+  std::uint32_t* const blocks = renewed_blocks_.data();
+  std::uint8_t* const symbols = octant_symbols_.data();
+  NibbleModel* const octant_models = models.octant.data();
+  std::size_t renewed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[i];
+    std::uint64_t known_occupied = occupied[number];
+    unsigned int symbol = 0;
+    if (!Coder::is_decoder) {
+      const std::uint64_t known = all_known[number];
+      const unsigned int octants = occupiedOctants(known_occupied & ~known);
+      known_occupied &= known;
+      // Without a branch: every third block or so has new voxels.
+      const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
+      const unsigned int rank =
+          child_masks
+              .rank[occupiedOctants(known_occupied)][lowestCell(octants | 256) % 8];
+      symbol = ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
+      symbol &= 0u - static_cast<unsigned int>(octants != 0);
+    }
+    const unsigned int context = activity[i] * 2u + (known_occupied == 0 ? 1 : 0);
+    symbol = coder.code(octant_models[context], symbol);
+    const unsigned int is_renewed = symbol != 0 ? 1 : 0;
+    is_renewed_of[i] = static_cast<std::uint8_t>(is_renewed);
+    blocks[renewed] = static_cast<std::uint32_t>(i);
+    symbols[renewed] = static_cast<std::uint8_t>(symbol);
+    renewed += is_renewed;
+    if (coder.isOverrun())
+      return false;
+  }
+  renewed_count_ = renewed;
+  coder_now = coder;
+  return true;
+}
+
+template <class Coder>
+bool
+FastOccupancy::codeOctantMasks(Coder& coder_now,
+                               FastModels& models,
+                               const FastHistory& before,
+                               FastFrame& frame)
+{
+  const std::size_t count = renewed_count_;
+  coder_now.expect(2 * count);
+  Coder coder = coder_now;
+  ensureSize(octants_, 8 * count + 1);
+  ensureSize(several_, count + 1);
+  VoxelPlace* octant = octants_.data();
+  const std::uint32_t* const blocks = renewed_blocks_.data();
+  const std::uint8_t* const symbols = octant_symbols_.data();
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  const std::uint64_t* const known = before.known.data();
+  std::uint32_t* const several = several_.data();
+  std::size_t several_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[blocks[i]];
+    const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
+    const unsigned int rank = (symbols[i] - 1u) % 8;
+    // Without a branch: one of both lists keeps it.
+    const unsigned int is_single = (symbols[i] - several_octants) >> 31;
+    *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
+    octant += is_single;
+    several[several_count] = number;
+    several_count += 1 - is_single;
+    if (Coder::is_decoder && symbols[i] > several_octants)
+      return false;
+  }
+  for (std::size_t i = 0; i < several_count; ++i) {
+    const std::uint32_t number = several[i];
+    unsigned int mask =
+        Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~known[number]);
+    mask = codeByte(coder, models.octants, 0, mask);
+    if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
+      return false;
+    for (; mask != 0; mask &= mask - 1)
+      *octant++ = number * block_cells + 8 * lowestCell(mask);
+  }
+  octant_count_ = static_cast<std::size_t>(octant - octants_.data());
+  coder_now = coder;
+  return true;
+}
+
+template <class Coder>
+bool
+FastOccupancy::codeNewCells(Coder& coder_now,
+                            FastModels& models,
+                            const FastHistory& before,
+                            FastFrame& frame)
+{
+  coder_now.expect(3 * octant_count_);
+  Coder coder = coder_now;
+  ensureSize(several_, octant_count_ + 1);
+  const VoxelPlace* const octants = octants_.data();
+  std::uint64_t* const all_occupied = frame.occupied.data();
+  VoxelPlace* const several = several_.data();
+  std::size_t several_count = 0;
+  for (std::size_t i = 0; i < octant_count_; ++i) {
+    const std::uint32_t number = octants[i] / block_cells;
+    const unsigned int shift = octants[i] % block_cells;
+    const std::uint64_t known = before.known[number];
+    const std::uint64_t occupied = all_occupied[number];
+    const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
+    const unsigned int near =
+        static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
+    const unsigned int near_count = child_masks.count[near];
+    const unsigned int open_count = child_masks.count[open];
+    unsigned int rank = 0;
+    // Without branches: all of it is hard to predict.
+    if (!Coder::is_decoder) {
+      const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
+      const unsigned int below = (cells - 1) & 0xff;
+      const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
+      const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
+      rank =
+          (near_count & is_far) + child_masks.count[(near ^ (open & is_far)) & below];
+      rank = (rank & is_single) | (several_cells & ~is_single);
+    }
+    rank = coder.code(models.cell[cell_contexts[near_count][open_count]], rank);
+    const unsigned int is_single = (rank - several_cells) >> 31;
+    several[several_count] = octants[i];
+    several_count += 1 - is_single;
+    if (Coder::is_decoder) {
+      if (rank > several_cells || rank >= open_count + 8 * (1 - is_single) ||
+          coder.isOverrun())
+        return false;
+      // All ones where the cell is not near.
+      const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
+      const unsigned int cell =
+          child_masks
+              .children[near ^ (open & is_far)][(rank - (near_count & is_far)) % 8];
+      all_occupied[number] = occupied | std::uint64_t{is_single} << (shift + cell);
+    }
+  }
+  found_voxels_ += octant_count_ - several_count;
+  coder_now = coder;
+  return codeSeveralCells(coder_now, models, several_count, before, frame);
+}
+
+/** \brief Codes the cells of octants with several new voxels. */
+template <class Coder>
+bool
+FastOccupancy::codeSeveralCells(Coder& coder,
+                                FastModels& models,
+                                std::size_t count,
+                                const FastHistory& before,
+                                FastFrame& frame)
+{
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = several_[i] / block_cells;
+    const unsigned int shift = several_[i] % block_cells;
+    const std::uint64_t closed = before.known[number];
+    unsigned int cells = 0;
+    if (!Coder::is_decoder)
+      cells =
+          static_cast<unsigned int>((frame.occupied[number] & ~closed) >> shift & 0xff);
+    cells = codeByte(coder, models.cells, 0, cells);
+    if (!Coder::is_decoder)
+      continue;
+    if (child_masks.count[cells] < 2 || (cells & closed >> shift) != 0 ||
+        coder.isOverrun())
+      return false;
+    frame.occupied[number] |= std::uint64_t{cells} << shift;
+    found_voxels_ += child_masks.count[cells];
+  }
+  return !Coder::is_decoder || found_voxels_ <= frame.voxel_count;
+}
+
+template bool
+FastOccupancy::codeNewOctants(NibbleEncoder&,
+                              FastModels&,
+                              const FastHistory&,
+                              FastFrame&);
+template bool
+FastOccupancy::codeNewOctants(NibbleDecoder&,
+                              FastModels&,
+                              const FastHistory&,
+                              FastFrame&);
+
+template bool
+FastOccupancy::codeOctantMasks(NibbleEncoder&,
+                               FastModels&,
+                               const FastHistory&,
+                               FastFrame&);
+template bool
+FastOccupancy::codeOctantMasks(NibbleDecoder&,
+                               FastModels&,
+                               const FastHistory&,
+                               FastFrame&);
+
+template bool
+FastOccupancy::codeNewCells(NibbleEncoder&,
+                            FastModels&,
+                            const FastHistory&,
+                            FastFrame&);
+template bool
+FastOccupancy::codeNewCells(NibbleDecoder&,
+                            FastModels&,
+                            const FastHistory&,
+                            FastFrame&);
+
+} // namespace io
+} // namespace pcl_ext
