@@ -15,7 +15,7 @@ def edges(bits: int, number_range: int) -> List[int]:
     else:
         n = (1 << bits) - 4
         wide = number_range - 3 - n
-        return [0, 1, 2, 3] + [4 + j + wide * j**3 // n**3 for j in range(n + 1)]
+        return [0, 1, 2, 3] + [4 + j + wide * j**2 // n**2 for j in range(n + 1)]
     return first + [number_range + 1]
 
 

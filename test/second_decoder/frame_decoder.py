@@ -9,6 +9,7 @@ from typing import Optional, Union
 from coded_frame import CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
 from depth_model import DepthModel, read_depth_model
+from fast_payload import FastMemory, decode_fast_payload
 from frame_header import (
     MAGIC,
     ByteReader,
@@ -36,7 +37,11 @@ class Kept:
     depth_model: Optional[DepthModel]
     stamp: int
     frame_id: bytes
-    memory: ContextMemory
+    memory: Union[ContextMemory, FastMemory]
+
+
+def _memory_at_start(effort: int) -> Union[ContextMemory, FastMemory]:
+    return FastMemory.at_start() if effort == 0 else ContextMemory.at_start(effort)
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,7 @@ class FrameDecoder:
                 None,
                 header.stamp or 0,
                 header.frame_id or b"",
-                ContextMemory.at_start(header.effort),
+                _memory_at_start(header.effort),
             )
         kept = self._frame_before(header)
         require(header.effort == kept.effort, "a P-frame has another effort")
@@ -119,7 +124,11 @@ class FrameDecoder:
             kept.grid.depth,
             model,
         )
-        voxels, memory = decode_context_payload(payload, coded, kept.memory)
+        memory: Union[ContextMemory, FastMemory]
+        if isinstance(kept.memory, FastMemory):
+            voxels, memory = decode_fast_payload(payload, coded, kept.memory)
+        else:
+            voxels, memory = decode_context_payload(payload, coded, kept.memory)
         self._kept = replace(kept, depth_model=model, memory=memory)
         return Frame(
             header.is_i_frame,

@@ -1,0 +1,68 @@
+"""What effort 0 remembers of voxels and blocks since the last I-frame.
+
+doc/bitstream_fast.md, "History", and "Moment" in "Symbols".
+"""
+
+from dataclasses import dataclass, field
+from typing import Dict, List, NamedTuple
+
+from morton import BLOCK_BITS
+
+
+class Moment(NamedTuple):
+    """Mean, in eighths of a step, and deviation of a voxel's steps."""
+
+    mean: int
+    deviation: int
+
+    @staticmethod
+    def of_first(step: int) -> "Moment":
+        return Moment(8 * step, 8 + step if step < 32 else 40)
+
+    def after(self, step: int) -> "Moment":
+        d = 8 * step - self.mean
+        a = min(abs(d), 63)
+        return Moment(
+            self.mean + ((d + 2) >> 2), self.deviation + ((a - self.deviation + 2) >> 2)
+        )
+
+
+def first_share(past: int) -> int:
+    """The share of a past at the start, in 2^-16."""
+    share = 26000
+    below_leading = bin(past)[3:]
+    for place, bit in enumerate(below_leading):
+        t = 1 if place < 2 else 2 if place < 5 else 3
+        share += ((65535 if bit == "1" else 0) - share) >> t
+    return share
+
+
+def next_past(past: int, is_occupied: int) -> int:
+    """A past one frame on."""
+    q = 2 * past + is_occupied
+    return 128 + q % 128 if past >= 128 else q
+
+
+def is_forgotten(past: int) -> bool:
+    return past == 16 or (past >= 64 and past % 64 == 0)
+
+
+@dataclass
+class FastHistory:
+    """Buckets by past, shares by past, moments by key, activities by block."""
+
+    buckets: Dict[int, List[int]] = field(default_factory=dict)
+    shares: Dict[int, int] = field(default_factory=dict)
+    moments: Dict[int, Moment] = field(default_factory=dict)
+    activities: Dict[int, int] = field(default_factory=dict)
+
+    def share(self, past: int) -> int:
+        return self.shares.get(past, first_share(past))
+
+    def known_cells(self) -> Dict[int, int]:
+        """The mask of known cells of each block, ascending."""
+        masks: Dict[int, int] = {}
+        for key in sorted(key for bucket in self.buckets.values() for key in bucket):
+            block = key >> BLOCK_BITS
+            masks[block] = masks.get(block, 0) | 1 << (key & 63)
+        return masks

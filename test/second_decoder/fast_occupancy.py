@@ -1,0 +1,224 @@
+"""Which voxels are occupied, with effort 0.
+
+doc/bitstream_fast.md, "History".
+"""
+
+from dataclasses import dataclass
+from typing import Dict, List
+
+from coded_frame import CodedFrame
+from fast_history import FastHistory, is_forgotten, next_past
+from fast_models import FastModels
+from invalid_frame import require
+from morton import BLOCK_BITS, cells_of_block, levels_above_blocks
+from rans import BitModel, RansDecoder, occupancy_table
+
+
+@dataclass(frozen=True)
+class FastOccupancy:
+    """Occupied voxels, known ones and those that the frame brings, and what follows.
+
+    `history` is the one behind the frame, with the moments of the one before.
+    """
+
+    known: List[int]
+    brought: List[int]
+    history: FastHistory
+
+
+def _ones(mask: int) -> List[int]:
+    return [bit for bit in range(mask.bit_length()) if mask >> bit & 1]
+
+
+def _beside(mask: int) -> int:
+    """The cells of a block that share a face with one of a mask."""
+    beside = 0
+    for cell in _ones(mask):
+        for axis in (0b001001, 0b010010, 0b100100):
+            place = cell & axis
+            if place:
+                beside |= 1 << ((place - 1) & axis | cell & ~axis)
+            if place != axis:
+                beside |= 1 << (((place | ~axis) + 1) & axis | cell & ~axis)
+    return beside
+
+
+class FastOccupancyReader:
+    """Reads known voxels, new voxels in known blocks and new blocks, in this order."""
+
+    def __init__(
+        self, rans: RansDecoder, frame: CodedFrame, models: FastModels, history: FastHistory
+    ) -> None:
+        self._rans = rans
+        self._frame = frame
+        self._models = models
+        self._history = history
+        self._after = FastHistory(
+            shares=dict(history.shares), moments=dict(history.moments)
+        )
+        self._known_cells = history.known_cells()
+        self._occupied_cells = {block: 0 for block in self._known_cells}
+        self._known: List[int] = []
+        self._brought: List[int] = []
+
+    def read(self) -> FastOccupancy:
+        self._read_known_voxels()
+        new_cells = self._read_new_voxels_in_known_blocks()
+        for block in sorted(new_cells):
+            self._bring(block, new_cells[block])
+        for block, cells in self._read_new_blocks().items():
+            self._bring(block, cells)
+        require(
+            len(self._known) + len(self._brought) == self._frame.voxel_count,
+            "there are not as many voxels as the header says",
+        )
+        first_past = 3 if self._frame.is_i_frame else 1
+        self._after.buckets.setdefault(first_past, []).extend(self._brought)
+        self._learn_activities(new_cells)
+        return FastOccupancy(self._known, self._brought, self._after)
+
+    def _bring(self, block: int, cells: int) -> None:
+        keys = [block << BLOCK_BITS | cell for cell in _ones(cells)]
+        require(keys[-1] & 63 < cells_of_block(self._frame.depth), "a cell is outside")
+        self._brought += keys
+
+    # Known voxels
+
+    def _read_known_voxels(self) -> None:
+        for past in sorted(self._history.buckets):
+            bucket = self._history.buckets[past]
+            if not bucket:
+                continue
+            share = self._history.share(past)
+            occupied = self._occupied_of(bucket, share)
+            for key, bit in zip(bucket, occupied):
+                self._move_on(key, past, bit)
+            n, m = len(bucket), sum(occupied)
+            self._after.shares[past] = (32 * share + 65535 * m) // (32 + n)
+
+    def _occupied_of(self, bucket: List[int], share: int) -> List[int]:
+        table = occupancy_table(share)
+        occupied: List[int] = []
+        for _ in range(len(bucket) // 8):
+            byte = self._rans.symbol(table)
+            occupied += [byte >> k & 1 for k in range(8)]
+        rest = BitModel(share)
+        occupied += [rest.read(self._rans) for _ in range(len(bucket) % 8)]
+        return occupied
+
+    def _move_on(self, key: int, past: int, is_occupied: int) -> None:
+        if is_occupied:
+            self._known.append(key)
+            self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
+        new_past = next_past(past, is_occupied)
+        if is_forgotten(new_past):
+            del self._after.moments[key]
+        else:
+            self._after.buckets.setdefault(new_past, []).append(key)
+
+    # New voxels in known blocks
+
+    def _read_new_voxels_in_known_blocks(self) -> Dict[int, int]:
+        """The mask of new cells of each known block that has some."""
+        in_one_octant: Dict[int, List[int]] = {}
+        in_several: Dict[int, List[int]] = {}
+        for block in self._known_cells:
+            activity = self._history.activities[block]
+            is_empty = self._occupied_cells[block] == 0
+            symbol = self._models.nibble(self._rans, "octant", 2 * activity + is_empty)
+            require(symbol <= 9, "a symbol of a block is none")
+            if symbol == 9:
+                in_several[block] = []
+            elif symbol:
+                in_one_octant[block] = [self._octants_by_rank(block)[symbol - 1]]
+        for block in in_several:
+            octants = _ones(self._models.byte(self._rans, "octants"))
+            require(len(octants) >= 2, "several octants are fewer than two")
+            in_several[block] = octants
+        new_octants = [
+            (block, octant)
+            for blocks in (in_one_octant, in_several)
+            for block, octants in blocks.items()
+            for octant in octants
+        ]
+        new_cells: Dict[int, int] = {}
+        have_several = []
+        for block, octant in new_octants:
+            cell = self._single_cell(block, octant)
+            if cell < 0:
+                have_several.append((block, octant))
+            else:
+                new_cells[block] = new_cells.get(block, 0) | 1 << cell
+        for block, octant in have_several:
+            cells = self._models.byte(self._rans, "cells")
+            require(cells.bit_count() >= 2, "several voxels are fewer than two")
+            cells <<= 8 * octant
+            require(not cells & self._known_cells[block], "a new voxel is a known one")
+            new_cells[block] = new_cells.get(block, 0) | cells
+        return new_cells
+
+    def _octants_by_rank(self, block: int) -> List[int]:
+        occupied = self._occupied_cells[block]
+        m = [int(occupied >> 8 * octant & 255 != 0) for octant in range(8)]
+        return sorted(
+            range(8), key=lambda o: -(4 * m[o] + m[o ^ 1] + m[o ^ 2] + m[o ^ 4])
+        )
+
+    def _single_cell(self, block: int, octant: int) -> int:
+        """The only new cell of an octant; -1 if there are several."""
+        open_cells = ~self._known_cells[block] & 255 << 8 * octant
+        near = open_cells & _beside(self._occupied_cells[block])
+        count = open_cells.bit_count()
+        c = 0 if count == 8 else 1 if count > 4 else 2
+        place = self._models.nibble(
+            self._rans, "cell", 3 * min(near.bit_count(), 7) + c
+        )
+        if place == 8:
+            return -1
+        require(place < count, "a new voxel is in none of the open cells")
+        return (_ones(near) + _ones(open_cells & ~near))[place]
+
+    # New blocks
+
+    def _read_new_blocks(self) -> Dict[int, int]:
+        """The mask of cells of each new block."""
+        blocks: Dict[int, int] = {}
+        for block in self._read_octree():
+            require(block not in self._known_cells, "a new block is a known one")
+            blocks[block] = self._read_block()
+        return blocks
+
+    def _read_octree(self) -> List[int]:
+        if not self._models.has_new_blocks.read(self._rans):
+            return []
+        nodes = [0]
+        for level in reversed(range(levels_above_blocks(self._frame.depth))):
+            parents, nodes = nodes, []
+            for parent in parents:
+                children = self._models.byte(self._rans, "node", min(level, 3))
+                require(children != 0, "a node has no children")
+                nodes += [8 * parent + child for child in _ones(children)]
+            require(len(nodes) <= self._frame.voxel_count, "there are too many nodes")
+        return nodes
+
+    def _read_block(self) -> int:
+        f = int(self._frame.is_i_frame)
+        octants = self._models.byte(self._rans, "new_block_octants", f)
+        require(octants != 0, "a new block has no octants")
+        occupied = 0
+        for octant in _ones(octants):
+            near = _beside(occupied) >> 8 * octant & 15
+            cells = self._models.byte(self._rans, "new_block_cells", f, low_model=near)
+            require(cells != 0, "an octant of a new block has no cells")
+            occupied |= cells << 8 * octant
+        return occupied
+
+    # What blocks learn
+
+    def _learn_activities(self, new_cells: Dict[int, int]) -> None:
+        for block in self._after.known_cells():
+            if block in self._known_cells:
+                before = self._history.activities[block]
+                self._after.activities[block] = (2 * before + (block in new_cells)) % 16
+            else:
+                self._after.activities[block] = 0 if self._frame.is_i_frame else 3

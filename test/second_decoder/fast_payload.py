@@ -1,0 +1,120 @@
+"""The payload of effort 0, with rests where there is a depth model.
+
+doc/bitstream_fast.md; "Classed rows" and "Rests" are in this file.
+"""
+
+from dataclasses import dataclass, replace
+from typing import List, Tuple
+
+from coded_frame import CodedFrame, Voxels
+from depth_model import has_rest, predicted_symbol
+from fast_history import FastHistory, Moment
+from fast_models import FastModels
+from fast_occupancy import FastOccupancyReader
+from fast_symbols import FastSymbolReader
+from frame_header import ByteReader, from_zigzag
+from invalid_frame import require
+from rans import RansDecoder
+
+
+@dataclass(frozen=True)
+class FastMemory:
+    """What is kept from frame to frame since the last I-frame."""
+
+    history: FastHistory
+    models: FastModels
+    models_of_rests: FastModels
+    few: bool
+
+    @staticmethod
+    def at_start() -> "FastMemory":
+        return FastMemory(FastHistory(), FastModels(), FastModels(), False)
+
+
+def _decode_numbers(
+    source: bytes, frame: CodedFrame, memory: FastMemory
+) -> Tuple[Voxels, FastMemory]:
+    """Voxels with numbers of points instead of symbols where there is a depth model."""
+    models = memory.models.copy()
+    rans = RansDecoder(source, frame.voxel_count)
+    occupancy = FastOccupancyReader(rans, frame, models, memory.history).read()
+    keys = sorted(occupancy.known + occupancy.brought)
+    reader = FastSymbolReader(rans, frame, models, memory.history.moments, memory.few)
+    symbols, steps = reader.read(keys)
+    rans.require_end()
+    history, few = occupancy.history, memory.few
+    if not reader.is_plain:
+        without = [key for key in keys if key not in memory.history.moments]
+        for key in keys:
+            moment = memory.history.moments.get(key)
+            history.moments[key] = (
+                Moment.of_first(steps[key]) if moment is None else moment.after(steps[key])
+            )
+        if without:
+            small = sum(steps[key] < 3 for key in without)
+            few = small > 7 * (len(without) // 8)
+    after = replace(memory, history=history, models=models, few=few)
+    return Voxels(keys, symbols), after
+
+
+def _classed_row(source: bytes, classes: List[int], models: FastModels) -> List[int]:
+    """Section "Classed rows"."""
+    rans = RansDecoder(source, len(classes))
+    row = []
+    for number_class in classes:
+        number = models.nibble(rans, "number", number_class)
+        if number == 15:
+            b = models.nibble(rans, "length")
+            u = 1
+            for size in (max(b - 8, 0), min(b, 8)):
+                if size:
+                    u = u << size | rans.bits(size)
+            number = u + 14
+            require(number < 1 << 16, "a number of a row is too large")
+        row.append(number)
+    rans.require_end()
+    return row
+
+
+def _decode_with_rests(
+    source: bytes, frame: CodedFrame, memory: FastMemory
+) -> Tuple[Voxels, FastMemory]:
+    """Section "Rests"."""
+    model = frame.depth_model
+    assert model is not None
+    reader = ByteReader(source)
+    size = reader.varint()
+    numbers, memory = _decode_numbers(reader.bytes(size), frame, memory)
+    exact = {}
+    for key, number in zip(numbers.keys, numbers.symbols):
+        w = model.point_at_centre(key)
+        if has_rest(w):
+            exact[key] = number * w
+    classes = []
+    for e in exact.values():
+        length = min(e >> 17, 127).bit_length()
+        classes.append(4 * (max(length, 4) - 4) + (e >> 14) % 4)
+    models = memory.models_of_rests.copy()
+    row = _classed_row(source[reader.at :], classes, models)
+    symbols = dict(zip(numbers.keys, numbers.symbols))
+    for key, rest in zip(exact, row):
+        predicted = predicted_symbol(exact[key], frame.highest_symbol)
+        symbols[key] = predicted + from_zigzag(rest)
+        require(0 <= symbols[key] <= frame.highest_symbol, "a symbol is out of its range")
+    return (
+        Voxels(numbers.keys, list(symbols.values())),
+        replace(memory, models_of_rests=models),
+    )
+
+
+def decode_fast_payload(
+    source: bytes, frame: CodedFrame, memory: FastMemory
+) -> Tuple[Voxels, FastMemory]:
+    """The voxels of a frame and the memory behind it; `memory` stays as it is."""
+    if frame.is_i_frame:
+        memory = FastMemory.at_start()
+    if not frame.voxel_count:
+        return Voxels([], []), memory
+    if frame.depth_model is None:
+        return _decode_numbers(source, frame, memory)
+    return _decode_with_rests(source, frame, memory)
