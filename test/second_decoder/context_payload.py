@@ -354,6 +354,7 @@ class _Numbers:
         numbers: Dict[int, int] = {}
         for key in keys:
             number = self._read_number(key, numbers)
+            require(number <= self._payload.frame.highest_symbol, "a number is too large")
             numbers[key] = number
             if self._running is None:
                 self._running = 16 * number
@@ -462,7 +463,6 @@ class _Symbols:
         return symbol
 
     def _without_rest(self, key: int, number: int) -> int:
-        require(number <= self._payload.frame.highest_symbol, "a symbol is too large")
         self.seen[key] = SeenVoxel(number, 0, 0)
         return number
 
