@@ -106,6 +106,44 @@ goldenWalks(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Symbols of which nothing can be expected, of 3, 8 and 13 bits. */
+inline GoldenStream
+goldenNoise(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 4, {}};
+  std::mt19937_64 random(17);
+  for (const unsigned int bits : {3u, 8u, 13u}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 24;
+    settings.bits = bits;
+    RoomStream room(settings);
+    for (int i = 0; i < 3; ++i) {
+      GoldenFrame frame{room.next(), std::nullopt};
+      for (std::uint16_t& symbol : frame.frame.intensities)
+        symbol = static_cast<std::uint16_t>(random() >> (64 - bits));
+      stream.frames.push_back(frame);
+    }
+  }
+  return stream;
+}
+
+/** \brief Frames large enough for all that coders do with many voxels, and more of them
+ * than anything that is remembered counts. */
+inline GoldenStream
+goldenLargeRoom(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 40, {}};
+  RoomStream::Settings settings;
+  settings.depth = 7;
+  settings.width = 45;
+  settings.noise = 40;
+  RoomStream room(settings);
+  for (int i = 0; i < 36; ++i)
+    stream.frames.push_back({room.next(), std::nullopt});
+  return stream;
+}
+
 /** \brief All golden streams; each name is a file's. */
 inline std::vector<GoldenStream>
 goldenStreams()
@@ -141,6 +179,8 @@ goldenStreams()
           1000000 * static_cast<std::int64_t>(i);
     streams.push_back(moving);
     streams.push_back(goldenWalks(std::string(prefix) + "walks", effort));
+    streams.push_back(goldenNoise(std::string(prefix) + "noise", effort));
+    streams.push_back(goldenLargeRoom(std::string(prefix) + "large_room", effort));
   }
   return streams;
 }

@@ -29,11 +29,7 @@ TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
       FrameEncoder published(StreamFormat::Published, 3);
       VoxelFrame frame = randomFrame(random, scene.depth, scene.voxels);
       for (int i = 0; i < 6; ++i) {
-        // Of many voxels whose intensities are noise the published layout's static
-        // table knows more than contexts find out; no sensor makes such noise.
-        const std::size_t published_size = encoded(published, frame).size();
-        EXPECT_LE(encoded(version1, frame).size(),
-                  scene.voxels < 100000 ? published_size : published_size * 5 / 4)
+        EXPECT_LE(encoded(version1, frame).size(), encoded(published, frame).size())
             << scene.voxels << " voxels, depth " << scene.depth;
         walk(random, static_cast<unsigned int>(scene.voxels / 10), frame);
       }

@@ -10,28 +10,20 @@ namespace io {
 
 namespace {
 
-/** \brief Codes numbers and rests of a frame whose blocks are known. */
+/** \brief Codes the rests of a frame whose numbers are known. */
 template <typename CodingT>
 bool
-codeIntensities(CodingT& coding,
-                IntensityModels& models,
-                BlockDirectory& directory,
-                const PayloadContext& context,
-                const BlockList& frame,
-                CodedIntensities& intensities)
+codeRests(CodingT& coding,
+          IntensityModels& models,
+          BlockDirectory& directory,
+          const PayloadContext& context,
+          CodedIntensities& intensities)
 {
-  IntensityPass pass(coding, models, directory, context);
-  if (!pass.run(frame, intensities.numbers))
-    return false;
-  if (CodingT::is_decoder)
-    copyNumbers(intensities.numbers, intensities.symbols);
   if (context.depth_model == nullptr)
     return true;
-  if (CodingT::is_decoder)
-    intensities.split.begin(
-        *context.depth_model, frame, context.history, context.maxSymbol());
   intensities.split.predict(intensities.numbers);
-  return pass.runRests(intensities.split, intensities.symbols);
+  return IntensityPass(coding, models, directory, context)
+      .runRests(intensities.split, intensities.symbols);
 }
 
 } // namespace
@@ -61,6 +53,41 @@ ContextCoder::codeOccupancy(CodingT& coding,
   return new_voxels.run();
 }
 
+template <typename CodingT>
+void
+ContextCoder::encodeNumbers(CodingT& coding,
+                            const PayloadContext& context,
+                            const BlockList& frame,
+                            std::vector<std::uint16_t>& numbers,
+                            std::vector<std::uint8_t>& payload)
+{
+  // The payload so far, too, as a carry may run back into it.
+  IntensityModels& models_before = trial_models_.intensity;
+  models_before = models_.intensity;
+  payload_before_.assign(payload.begin(), payload.end());
+  const CodingT coding_before = coding;
+  const auto run = [&](bool is_plain) {
+    IntensityPass(coding, models_.intensity, workspace_.directory, context)
+        .run(frame, is_plain, numbers);
+    return payload.size();
+  };
+  const auto undo = [&] {
+    models_.intensity = models_before;
+    payload.assign(payload_before_.begin(), payload_before_.end());
+    coding = coding_before;
+  };
+  const std::size_t expected_size = run(false);
+  // Noise, for which expectations cost more than they save, costs half its bits at least.
+  const std::size_t bits = 8 * (expected_size - payload_before_.size());
+  if (2 * bits < numbers.size() * context.symbol_bits)
+    return;
+  undo();
+  if (run(true) < expected_size)
+    return;
+  undo();
+  run(false);
+}
+
 template <template <typename> class CodingT>
 std::size_t
 ContextCoder::encodeWith(const PayloadContext& context,
@@ -74,8 +101,8 @@ ContextCoder::encodeWith(const PayloadContext& context,
   CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
   codeOccupancy(coding, models_, context, &frame, intensities.numbers.size());
   const std::size_t occupancy_bytes = coding.side().settledBytes();
-  codeIntensities(
-      coding, models_.intensity, workspace_.directory, context, frame, intensities);
+  encodeNumbers(coding, context, frame, intensities.numbers, payload);
+  codeRests(coding, models_.intensity, workspace_.directory, context, intensities);
   coding.side().finish();
   return std::min(occupancy_bytes, payload.size() - begin);
 }
@@ -100,12 +127,18 @@ ContextCoder::decodeWith(const PayloadContext& context,
   occupancy_bytes =
       std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
   intensities.numbers.resize(voxel_count); // of any value, as all are decoded
-  if (!codeIntensities(coding,
-                       trial_models_.intensity,
-                       workspace_.directory,
-                       context,
-                       frame,
-                       intensities) ||
+  IntensityPass numbers(coding, trial_models_.intensity, workspace_.directory, context);
+  if (!numbers.run(frame, false, intensities.numbers))
+    return false;
+  copyNumbers(intensities.numbers, intensities.symbols);
+  if (context.depth_model != nullptr)
+    intensities.split.begin(
+        *context.depth_model, frame, context.history, context.maxSymbol());
+  if (!codeRests(coding,
+                 trial_models_.intensity,
+                 workspace_.directory,
+                 context,
+                 intensities) ||
       !coding.side().isAtEnd())
     return false;
   std::swap(models_, trial_models_);

@@ -83,6 +83,15 @@ private:
                 const BlockList* frame,
                 std::size_t max_voxels);
 
+  /** \brief Codes the numbers of a frame, as if they were noise where that is smaller. */
+  template <typename CodingT>
+  void
+  encodeNumbers(CodingT& coding,
+                const PayloadContext& context,
+                const BlockList& frame,
+                std::vector<std::uint16_t>& numbers,
+                std::vector<std::uint8_t>& payload);
+
   template <template <typename> class CodingT>
   std::size_t
   encodeWith(const PayloadContext& context,
@@ -103,7 +112,10 @@ private:
   bool is_mixing_;
   Models fresh_models_; // as at an I-frame
   Models models_;
-  Models trial_models_; // what decoding learns, until it is known to have succeeded
+  Models
+      trial_models_; // what decoding learns, until it is known to have succeeded; and
+                     // what encoding had learnt before a trial
+  std::vector<std::uint8_t> payload_before_; // a trial
   OccupancyWorkspace workspace_;
 };
 

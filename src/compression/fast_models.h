@@ -45,6 +45,7 @@ struct FastModels {
   std::array<std::array<NibbleModel, 125>, 2> new_symbol;
   NibbleModel escape_high;
   std::array<NibbleModel, 8> escape_low; ///< by the high bits
+  ByteModels<1> plain;                   ///< high bits of symbols that are noise
 };
 
 } // namespace io

@@ -81,14 +81,79 @@ FastSymbols::encode(NibbleEncoder& coder,
                     unsigned int bits,
                     const std::vector<std::uint16_t>& symbols)
 {
+  const NibbleEncoder::Mark start = coder.mark();
+  models_before_ = models;
+  encodeExpected(coder, models, frame, moments, bits, symbols);
+  // Noise, for which expectations cost more than they save, takes more than two steps of
+  // the coder a voxel.
+  const NibbleEncoder::Mark end = coder.mark();
+  if (end - start < 2 * symbols.size())
+    return;
+  const std::uint64_t expected_cost = coder.cost(start);
+  forget(frame, moments);
+  models = models_before_;
+  coder.expect(1 + 3 * symbols.size());
+  coder.codeBits(1, 1);
+  codePlain(coder, models, bits, symbols.size(), symbols.data());
+  if (coder.cost(end) < expected_cost) {
+    coder.erase(start, end);
+    return;
+  }
+  coder.erase(end, coder.mark());
+  models = models_before_;
+  coder.erase(start, end);
+  encodeExpected(coder, models, frame, moments, bits, symbols);
+}
+
+void
+FastSymbols::encodeExpected(NibbleEncoder& coder,
+                            FastModels& models,
+                            const FastFrame& frame,
+                            std::vector<std::uint16_t>& moments,
+                            unsigned int bits,
+                            const std::vector<std::uint16_t>& symbols)
+{
   unsigned int has_zeros = 0;
   for (const std::uint16_t symbol : symbols)
     has_zeros |= symbol == 0 ? 1u : 0u;
-  coder.expect(1);
+  coder.expect(2);
+  coder.codeBits(1, 0);
   setOrigin(coder.codeBits(1, 1 - has_zeros), bits);
   sortIntoRows(frame, moments);
   splitNewVoxels(!frame.is_i_frame && models.new_steps_are_low);
   code(coder, models, frame, moments.data(), symbols.data());
+}
+
+/** \brief Symbols as their high eight bits, whose frequencies are learnt, and low bits.
+ */
+template <class Coder, class Symbol>
+bool
+FastSymbols::codePlain(Coder& coder,
+                       FastModels& models,
+                       unsigned int bits,
+                       std::size_t count,
+                       Symbol* symbols)
+{
+  const unsigned int low_bits = bits > 8 ? bits - 8 : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Three symbols of the coder each at most.
+    if (i % 16 == 0 && coder.isOverrun())
+      return false;
+    const auto symbol = Coder::is_decoder ? 0u : static_cast<unsigned int>(symbols[i]);
+    const unsigned int high = symbol >> low_bits;
+    const unsigned int low_nibble = coder.code(models.plain.low[0], high & 15);
+    const unsigned int high_nibble =
+        coder.code(models.plain.high[low_nibble], high >> 4);
+    unsigned int decoded = (high_nibble << 4 | low_nibble) << low_bits;
+    if (low_bits > 0)
+      decoded |= coder.codeBits(low_bits, symbol & ((1u << low_bits) - 1));
+    if constexpr (Coder::is_decoder) {
+      if (decoded >> bits != 0)
+        return false;
+      symbols[i] = static_cast<std::uint16_t>(decoded);
+    }
+  }
+  return true;
 }
 
 bool
@@ -99,10 +164,14 @@ FastSymbols::decode(NibbleDecoder& coder,
                     unsigned int bits,
                     std::vector<std::uint16_t>& symbols)
 {
-  setOrigin(coder.codeBits(1, 0), bits);
-  sortIntoRows(frame, moments);
-  splitNewVoxels(!frame.is_i_frame && models.new_steps_are_low);
   symbols.resize(frame.voxel_count);
+  const bool is_plain = coder.codeBits(1, 0) != 0;
+  if (!is_plain)
+    setOrigin(coder.codeBits(1, 0), bits);
+  sortIntoRows(frame, moments);
+  if (is_plain)
+    return codePlain(coder, models, bits, frame.voxel_count, symbols.data());
+  splitNewVoxels(!frame.is_i_frame && models.new_steps_are_low);
   return code(coder, models, frame, moments.data(), symbols.data()) &&
          areSymbols(symbols);
 }

@@ -68,6 +68,22 @@ private:
        Symbol* symbols);
 
   void
+  encodeExpected(NibbleEncoder& coder,
+                 FastModels& models,
+                 const FastFrame& frame,
+                 std::vector<std::uint16_t>& moments,
+                 unsigned int bits,
+                 const std::vector<std::uint16_t>& symbols);
+
+  template <class Coder, class Symbol>
+  static bool
+  codePlain(Coder& coder,
+            FastModels& models,
+            unsigned int bits,
+            std::size_t count,
+            Symbol* symbols);
+
+  void
   sortIntoRows(const FastFrame& frame, const std::vector<std::uint16_t>& moments);
 
   void
@@ -134,6 +150,7 @@ private:
   static constexpr unsigned int without_moment = 3;
 
   std::vector<std::uint16_t> before_;  ///< by voxel: its moment before this frame
+  FastModels models_before_;           ///< an encoder's, before this frame
   const VoxelPlace* places_ = nullptr; ///< those of the frame
   std::array<Row, low_class_count> quads_;
   Row known_;

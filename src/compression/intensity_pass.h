@@ -40,6 +40,7 @@ struct IntensityModels {
           512 * longest_rest},
          8)
   , escape(is_mixing, 5, {3 * longest_escape})
+  , plain(is_mixing, 6, {256})
   {}
 
   DecisionModel<4> more;    ///< a small symbol goes on
@@ -48,6 +49,7 @@ struct IntensityModels {
   DecisionModel<1> farther; ///< its distance from there goes on
   DecisionModel<3> rest;    ///< a rest of a depth model goes on
   DecisionModel<1> escape;  ///< bits of what is beyond
+  DecisionModel<1> plain;   ///< bits of a number of which nothing is expected
 };
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
@@ -69,52 +71,24 @@ public:
   , directory_(directory)
   , history_(context.history)
   , levels_(levelsAboveBlocks(context.grid_depth))
+  , symbol_bits_(context.symbol_bits)
   , max_symbol_(context.maxSymbol())
   {}
 
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
+   * \param[in] is_plain nothing is expected of a symbol, as where they are noise; the
+   * decoder finds it out
    * \param[in,out] symbols one for each voxel; the decoder fills them
    * \return false if what was decoded are no symbols of that many bits
    */
   bool
-  run(const BlockList& frame, std::vector<std::uint16_t>& symbols)
+  run(const BlockList& frame, bool is_plain, std::vector<std::uint16_t>& symbols)
   {
-    // Counts of points are never 0, which need not be said of each.
-    const bool has_zero =
-        coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
-    lowest_ = has_zero ? 0 : 1;
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    [[maybe_unused]] SymbolNeighbours neighbours(frame, levels_, directory_);
-    if constexpr (CodingT::is_mixing)
-      neighbours.begin();
-    std::size_t old = 0;
-    std::size_t voxel = 0;
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      while (old < known.size() && known[old].key < frame.keys[i])
-        ++old;
-      const bool is_known = old < known.size() && known[old].key == frame.keys[i];
-      const std::uint64_t known_cells = is_known ? known[old].known : 0;
-      if constexpr (CodingT::is_mixing)
-        neighbours.moveTo(i);
-      for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
-        const std::uint64_t cell = cells & (~cells + 1);
-        const std::size_t record =
-            (known_cells & cell) != 0
-                ? known[old].first_record + cellCount(known_cells & (cell - 1))
-                : no_record;
-        std::uint32_t neighbour_class = 0;
-        if constexpr (CodingT::is_mixing)
-          neighbour_class = neighbours.classOf(lowestCell(cells), symbols);
-        const std::uint32_t symbol =
-            codeSymbol(record, neighbour_class, symbols[voxel]);
-        if (symbol > max_symbol_)
-          return false;
-        symbols[voxel++] = static_cast<std::uint16_t>(symbol);
-        const auto value = static_cast<std::int32_t>(symbol << 4);
-        running_ = running_ < 0 ? value : running_ + ((value - running_) >> 2);
-      }
-    }
+    if (!coding_.codeRaw(is_plain))
+      return runExpected(frame, symbols);
+    for (std::uint16_t& symbol : symbols)
+      symbol = static_cast<std::uint16_t>(codePlain(symbol));
     return true;
   }
 
@@ -167,6 +141,63 @@ private:
   static constexpr std::size_t no_record = static_cast<std::size_t>(-1);
   static constexpr std::uint32_t invalid = 0xffffffff;
   static constexpr std::uint32_t longest_escape = IntensityModels::longest_escape;
+
+  bool
+  runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
+  {
+    // Counts of points are never 0, which need not be said of each.
+    const bool has_zero =
+        coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
+    lowest_ = has_zero ? 0 : 1;
+    const std::vector<HistoryBlock>& known = history_.blocks();
+    [[maybe_unused]] SymbolNeighbours neighbours(frame, levels_, directory_);
+    if constexpr (CodingT::is_mixing)
+      neighbours.begin();
+    std::size_t old = 0;
+    std::size_t voxel = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      while (old < known.size() && known[old].key < frame.keys[i])
+        ++old;
+      const bool is_known = old < known.size() && known[old].key == frame.keys[i];
+      const std::uint64_t known_cells = is_known ? known[old].known : 0;
+      if constexpr (CodingT::is_mixing)
+        neighbours.moveTo(i);
+      for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
+        const std::uint64_t cell = cells & (~cells + 1);
+        const std::size_t record =
+            (known_cells & cell) != 0
+                ? known[old].first_record + cellCount(known_cells & (cell - 1))
+                : no_record;
+        std::uint32_t neighbour_class = 0;
+        if constexpr (CodingT::is_mixing)
+          neighbour_class = neighbours.classOf(lowestCell(cells), symbols);
+        const std::uint32_t symbol =
+            codeSymbol(record, neighbour_class, symbols[voxel]);
+        if (symbol > max_symbol_)
+          return false;
+        symbols[voxel++] = static_cast<std::uint16_t>(symbol);
+        const auto value = static_cast<std::int32_t>(symbol << 4);
+        running_ = running_ < 0 ? value : running_ + ((value - running_) >> 2);
+      }
+    }
+    return true;
+  }
+
+  /** \brief A symbol as its bits, the highest first: eight whose frequencies are learnt,
+   * the others raw. */
+  std::uint32_t
+  codePlain(std::uint32_t symbol)
+  {
+    const unsigned int raw_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
+    std::uint32_t node = 1; // the bits so far behind a 1
+    for (unsigned int bit = symbol_bits_; bit-- > raw_bits;)
+      node = node << 1 | static_cast<std::uint32_t>(coding_.code(
+                             models_.plain, {{node}}, (symbol >> bit & 1) != 0));
+    for (unsigned int bit = raw_bits; bit-- > 0;)
+      node = node << 1 |
+             static_cast<std::uint32_t>(coding_.codeRaw((symbol >> bit & 1) != 0));
+    return node & max_symbol_;
+  }
 
   /** \brief Class of the average of the symbols before, 0..7; 0 at the first. */
   std::uint32_t
@@ -303,6 +334,7 @@ private:
   BlockDirectory& directory_;
   const VoxelHistory& history_;
   unsigned int levels_;
+  unsigned int symbol_bits_;
   std::uint32_t max_symbol_;
   std::uint32_t lowest_ = 0;
   std::int32_t running_ = -1; // average of the symbols before, in sixteenths

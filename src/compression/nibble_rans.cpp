@@ -1,5 +1,6 @@
 #include "nibble_rans.h"
 
+#include <algorithm>
 #include <array>
 
 namespace pcl_ext {
@@ -47,6 +48,28 @@ pushed(std::uint32_t state, std::uint32_t step, std::uint16_t*& words)
 }
 
 } // namespace
+
+std::uint64_t
+NibbleEncoder::cost(Mark begin) const
+{
+  std::uint64_t sum = 0;
+  for (const std::uint32_t* step = steps_->data() + begin; step != next_; ++step) {
+    // The binary logarithm of the width, with a straight line between powers of two.
+    const std::uint32_t width = *step >> 16;
+    unsigned int power = 0;
+    while (width >> (power + 1) != 0)
+      ++power;
+    sum += 16 * (probability_bits - power) - ((width << 4 >> power) - 16);
+  }
+  return sum;
+}
+
+void
+NibbleEncoder::erase(Mark begin, Mark end)
+{
+  std::uint32_t* const first = steps_->data();
+  next_ = std::copy(first + end, next_, first + begin);
+}
 
 void
 NibbleEncoder::finish(Interleaving interleaving,

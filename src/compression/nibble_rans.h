@@ -79,6 +79,23 @@ public:
     return number;
   }
 
+  /** \brief A place among the symbols; differences count symbols. */
+  using Mark = std::size_t;
+
+  Mark
+  mark() const
+  {
+    return static_cast<Mark>(next_ - steps_->data());
+  }
+
+  /** \brief About how much the symbols behind a mark cost, in sixteenths of a bit. */
+  std::uint64_t
+  cost(Mark begin) const;
+
+  /** \brief Removes symbols between two marks. */
+  void
+  erase(Mark begin, Mark end);
+
   /** \brief For the likeness with NibbleDecoder. */
   static constexpr bool
   isOverrun()

@@ -35,6 +35,7 @@ class Kinds:
         self.farther = Kind(1, 5, effort)
         self.escape = Kind(1, 5, effort)
         self.rest = Kind(3, 5, effort)
+        self.plain = Kind(1, 6, effort)
 
     def copy(self) -> "Kinds":
         other = Kinds.__new__(Kinds)
@@ -350,7 +351,10 @@ class _Numbers:
 
     def read(self, keys: Sequence[int]) -> Dict[int, int]:
         """The number of each voxel."""
-        self._lowest = 0 if self._payload.bits.raw_bit() else 1
+        bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
+        if bits.raw_bit():
+            return {key: self._read_plain(bits, symbol_bits) for key in keys}
+        self._lowest = 0 if bits.raw_bit() else 1
         numbers: Dict[int, int] = {}
         for key in keys:
             number = self._read_number(key, numbers)
@@ -361,6 +365,15 @@ class _Numbers:
             else:
                 self._running += (16 * number - self._running) >> 2
         return numbers
+
+    def _read_plain(self, bits: RangeDecoder, symbol_bits: int) -> int:
+        """A number of which nothing is expected."""
+        node = 1
+        for _ in range(min(symbol_bits, 8)):
+            node = 2 * node + self._payload.kinds.plain.read(bits, [node])
+        for _ in range(symbol_bits - 8):
+            node = 2 * node + bits.raw_bit()
+        return node - (1 << symbol_bits)
 
     def _read_number(self, key: int, numbers: Dict[int, int]) -> int:
         record = self._payload.history.records.get(key)

@@ -112,7 +112,7 @@ class FastOccupancyReader:
             self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
         new_past = next_past(past, is_occupied)
         if is_forgotten(new_past):
-            del self._after.moments[key]
+            self._after.moments.pop(key, None)
         else:
             self._after.buckets.setdefault(new_past, []).append(key)
 

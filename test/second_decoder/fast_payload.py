@@ -43,13 +43,16 @@ def _decode_numbers(
     symbols, steps = reader.read(keys)
     rans.require_end()
     history, few = occupancy.history, memory.few
-    for key in occupancy.known:
-        history.moments[key] = history.moments[key].after(steps[key])
-    for key in occupancy.brought:
-        history.moments[key] = Moment.of_first(steps[key])
-    if occupancy.brought:
-        small = sum(steps[key] < 3 for key in occupancy.brought)
-        few = small > 7 * (len(occupancy.brought) // 8)
+    if not reader.is_plain:
+        without = [key for key in keys if key not in memory.history.moments]
+        for key in keys:
+            moment = memory.history.moments.get(key)
+            history.moments[key] = (
+                Moment.of_first(steps[key]) if moment is None else moment.after(steps[key])
+            )
+        if without:
+            small = sum(steps[key] < 3 for key in without)
+            few = small > 7 * (len(without) // 8)
     after = replace(memory, history=history, models=models, few=few)
     return Voxels(keys, symbols), after
 

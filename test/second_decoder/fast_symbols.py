@@ -49,14 +49,18 @@ class FastSymbolReader:
         self._moments = moments
         """Moments before the frame; voxels that it brings have none."""
         self._few = few
-        self._origin = rans.bits(1)
+        self.is_plain = rans.bits(1) == 1
+        self._origin = 0 if self.is_plain else rans.bits(1)
         self._top = frame.highest_symbol - self._origin
         self._top_step = _step_by_rule(self._top) + (self._top >= 16)
         self._steps: Dict[int, int] = {}
         self._values: Dict[int, int] = {}
 
     def read(self, keys: List[int]) -> Tuple[List[int], Dict[int, int]]:
-        """Symbols of the voxels, keys being ascending; and the step of each voxel."""
+        """Symbols of the voxels, keys being ascending; and the step of each voxel, of
+        which there are none if they are plain."""
+        if self.is_plain:
+            return [self._plain_symbol() for _ in keys], {}
         fours: List[List[int]] = []
         second: List[int] = []
         third: List[int] = []
@@ -85,6 +89,15 @@ class FastSymbolReader:
             "whether a symbol is 0 is not as the origin says",
         )
         return [self._values[key] + self._origin for key in keys], self._steps
+
+    def _plain_symbol(self) -> int:
+        """A byte of high bits, then the others."""
+        low_bits = max(self._frame.symbol_bits - 8, 0)
+        symbol = self._models.byte(self._rans, "plain")
+        if low_bits:
+            symbol = symbol << low_bits | self._rans.bits(low_bits)
+        require(symbol <= self._frame.highest_symbol, "a symbol has too many bits")
+        return symbol
 
     def _low_class(self, key: int) -> Optional[int]:
         moment = self._moments.get(key)
