@@ -7,7 +7,7 @@ from typing import List
 
 
 def edges(bits: int, number_range: int) -> List[int]:
-    """The lowest number of each level, and the number behind the last level's highest."""
+    """The lowest number of each level, and the one behind the highest of all."""
     if bits == 1:
         first = [0, 1]
     elif bits == 2:

@@ -145,11 +145,12 @@ class _KnownVoxels:
             for other in range(first_of_octant, key)
             if other in payload.occupied
         )
+        surprise_class = min(max((surprise + (1 << 16)) >> 13, 0), 15)
         return [
             (((p >> 11) * 4 + r % 4) * 3 + g) * 5 + c,
             ((p >> 11) * 7 + before) * 32 + 8 * min(came, 3) + 2 * min(went, 3) + r % 2,
             (4 * r + g) * 4 + (p >> 14),
-            ((p >> 11) * 16 + min(max((surprise + (1 << 16)) >> 13, 0), 15)) * 4 + r % 4,
+            ((p >> 11) * 16 + surprise_class) * 4 + r % 4,
             ((p >> 12) * 16 + min(m // 8, 15)) * 8 + min(record.age // 4, 7),
             16 * q + (p >> 12),
         ]
@@ -161,7 +162,9 @@ class _OctantsOfBlock:
     Sections "New voxels in known blocks", "Cells" and the end of "New blocks".
     """
 
-    def __init__(self, payload: _Payload, block: int, activity: int, is_new: bool) -> None:
+    def __init__(
+        self, payload: _Payload, block: int, activity: int, is_new: bool
+    ) -> None:
         self._payload = payload
         self._i = int(payload.frame.is_i_frame)
         self._first = block << BLOCK_BITS
@@ -188,7 +191,7 @@ class _OctantsOfBlock:
                     return
 
     def _octants(self) -> List[int]:
-        """The octants that can have new voxels, in the order in which they are asked."""
+        """The octants that can have new voxels, as they are asked about."""
         cells = cells_of_block(self._payload.frame.depth)
         octants = [o for o in range(cells // 8) if self._unknown_cells(o)]
         if self._is_new:
@@ -207,16 +210,13 @@ class _OctantsOfBlock:
         total = self._sum_of_full(octant)
         k = 8 - len(self._unknown_cells(octant))
         o = self._occupied_mask(octant).bit_count()
+        place = 8 * self._activity + octant
+        classes = _class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))
+        classes = classes * 3 + _class_of(o, (1, 3))
         return [
-            (
-                ((_class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))) * 3 + _class_of(o, (1, 3)))
-                * 3
-                + min(n, 2)
-            )
-            * 2
-            + self._i,
+            (classes * 3 + min(n, 2)) * 2 + self._i,
             (min(total, 23) * 9 + k) * 9 + o,
-            ((8 * self._activity + octant) * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
+            (place * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
         ]
 
     def _occupied_mask(self, octant: int) -> int:
@@ -234,7 +234,9 @@ class _OctantsOfBlock:
         found = 0
         for place, cell in enumerate(cells):
             left = len(cells) - place - 1
-            now_full = self._payload.full(self._first | cell) if self._is_new else full[cell]
+            now_full = full[cell]
+            if self._is_new:
+                now_full = self._payload.full(self._first | cell)
             is_implied = left == 0 and (found == 0 or not self._is_new)
             if not is_implied and not kinds.cell.read(
                 bits,
@@ -328,8 +330,9 @@ class _NewBlocks:
     def _has_new(self, part: int, levels: int, n: int) -> int:
         kinds, bits = self._payload.kinds, self._payload.bits
         if levels == 1:
-            across_faces = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
-            return kinds.new_block.read(bits, [(3 * across_faces + min(n, 2)) * 2 + self._i])
+            across = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
+            context = (3 * across + min(n, 2)) * 2 + self._i
+            return kinds.new_block.read(bits, [context])
         b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
         return kinds.branch.read(
             bits, [((b * 3 + min(n, 2)) * 4 + min(levels - 2, 3)) * 2 + self._i]
@@ -355,10 +358,11 @@ class _Numbers:
         if bits.raw_bit():
             return {key: self._read_plain(bits, symbol_bits) for key in keys}
         self._lowest = 0 if bits.raw_bit() else 1
+        highest = self._payload.frame.highest_symbol
         numbers: Dict[int, int] = {}
         for key in keys:
             number = self._read_number(key, numbers)
-            require(number <= self._payload.frame.highest_symbol, "a number is too large")
+            require(number <= highest, "a number is too large")
             numbers[key] = number
             if self._running is None:
                 self._running = 16 * number
@@ -420,9 +424,9 @@ class _Numbers:
                 r,
                 20 * c + 16 + r // 2,
             ]
+        more, bits = self._payload.kinds.more, self._payload.bits
         for t in range(self._lowest, 24):
-            contexts = [24 * x + t for x in rows]
-            if not self._payload.kinds.more.read(self._payload.bits, contexts, min(t, 9)):
+            if not more.read(bits, [24 * x + t for x in rows], min(t, 9)):
                 return t
         return 24 + self._payload.escape(0)
 

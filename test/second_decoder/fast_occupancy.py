@@ -47,7 +47,11 @@ class FastOccupancyReader:
     """Reads known voxels, new voxels in known blocks and new blocks, in this order."""
 
     def __init__(
-        self, rans: RansDecoder, frame: CodedFrame, models: FastModels, history: FastHistory
+        self,
+        rans: RansDecoder,
+        frame: CodedFrame,
+        models: FastModels,
+        history: FastHistory,
     ) -> None:
         self._rans = rans
         self._frame = frame

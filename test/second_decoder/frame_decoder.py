@@ -110,12 +110,17 @@ class FrameDecoder:
     def _with_payload(self, header: FrameHeader, kept: Kept, payload: bytes) -> Frame:
         model = kept.depth_model
         if header.has_depth_model:
-            require(header.is_i_frame or model is not None, "the I-frame has no depth model")
+            require(
+                header.is_i_frame or model is not None, "the I-frame has no depth model"
+            )
             reader = ByteReader(payload)
             model = read_depth_model(reader)
             payload = payload[reader.at :]
         require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
-        require(bool(header.voxel_count) or not payload, "a frame without voxels has a payload")
+        require(
+            bool(header.voxel_count) or not payload,
+            "a frame without voxels has a payload",
+        )
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
