@@ -88,8 +88,9 @@ class _Payload:
     def escape(self, kind: int) -> int:
         """A number of any size: see "Escape"."""
         b = 0
-        while b < 16 and self.kinds.escape.read(self.bits, [17 * kind + b]):
+        while self.kinds.escape.read(self.bits, [17 * kind + b]):
             b += 1
+            require(b <= 16, "a number has too many bits")
         return ((1 << b) | self.bits.raw_bits(b)) - 1
 
 
