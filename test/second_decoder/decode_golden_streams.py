@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 from typing import Dict, List
 
+from companded_scale import LEAST_COUNTS, edges
 from frame_decoder import Frame, FrameDecoder
 from frame_header import ByteReader
 from invalid_frame import InvalidFrame
@@ -85,6 +86,10 @@ def main(arguments: List[str]) -> int:
     if len(arguments) != 2:
         print(__doc__)
         return 1
+    for bits, counts in LEAST_COUNTS.items():
+        if [edge + 1 for edge in edges(bits, 254)[:-1]] != counts:
+            print(f"levels of {bits} bits are not those of the document")
+            return 1
     folder = Path(arguments[1])
     lines: Dict[str, List[str]] = {}
     for line in (folder / "checksums.txt").read_text().splitlines():
