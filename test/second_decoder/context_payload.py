@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Sequence, Set
 
-from coded_frame import CodedFrame, Voxels
+from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_history import ContextHistory, Record, SeenVoxel, fraction_bits
 from depth_model import has_rest, point_with_offset, predicted_symbol
 from frame_header import from_zigzag
@@ -510,6 +510,10 @@ def _quotient(a: int, b: int) -> int:
     return a // b if a >= 0 else -(-a // b)
 
 
+MOST_RECORDS = min(8 * MOST_VOXELS + (1 << 16), 2 * MOST_VOXELS + (1 << 20))
+"""See "History"; a P-frame's history may be larger only behind larger limits."""
+
+
 def decode_context_payload(
     bytes_of_payload: bytes, frame: CodedFrame, memory: ContextMemory
 ) -> "tuple[Voxels, ContextMemory]":
@@ -520,6 +524,7 @@ def decode_context_payload(
     if frame.is_i_frame:
         memory = ContextMemory.at_start(frame.effort)
     history = memory.history
+    require(len(history.records) <= MOST_RECORDS, "the history is too large")
     kinds = memory.kinds.copy()
     keys: List[int] = []
     symbols: Dict[int, int] = {}

@@ -6,7 +6,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 from dataclasses import dataclass, replace
 from typing import Optional, Union
 
-from coded_frame import CodedFrame, Voxels
+from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
 from depth_model import DepthModel, read_depth_model
 from fast_payload import FastMemory, decode_fast_payload
@@ -22,7 +22,6 @@ from frame_header import (
 from invalid_frame import InvalidFrame, require
 
 MOST_BYTES = 64 << 20
-MOST_VOXELS = 1 << 22
 
 
 @dataclass(frozen=True)
