@@ -8,6 +8,9 @@ from typing import List, Optional
 
 from depth_model import DepthModel
 
+MOST_VOXELS = 1 << 22
+"""Of a frame: this decoder's limit, and the library's unless it is told another."""
+
 
 @dataclass(frozen=True)
 class CodedFrame:

@@ -3,11 +3,19 @@
 doc/bitstream.md, "Companded scales".
 """
 
-from typing import List
+from typing import Dict, List
+
+LEAST_COUNTS: Dict[int, List[int]] = {
+    1: [1, 2],
+    2: [1, 2, 3, 5],
+    3: [1, 2, 3, 4, 5, 21, 68, 146],
+    4: [1, 2, 3, 4, 5, 7, 13, 22, 35, 51, 70, 93, 119, 148, 180, 216],
+}
+"""The document's table: by bits, the edges of range 254, plus 1."""
 
 
 def edges(bits: int, number_range: int) -> List[int]:
-    """The lowest number of each level, and the number behind the last level's highest."""
+    """The lowest number of each level, and the one behind the highest of all."""
     if bits == 1:
         first = [0, 1]
     elif bits == 2:

@@ -59,7 +59,9 @@ def _one_frame_on(record: Record, is_occupied: bool) -> Record:
     )
 
 
-def _with_seen(record: Record, seen: SeenVoxel, f: int, has_depth_model: bool) -> Record:
+def _with_seen(
+    record: Record, seen: SeenVoxel, f: int, has_depth_model: bool
+) -> Record:
     d = (seen.number << f) - record.mean
     record = record._replace(
         deviation=record.deviation + ((abs(d) - record.deviation) >> 2),

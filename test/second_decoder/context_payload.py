@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Sequence, Set
 
-from coded_frame import CodedFrame, Voxels
+from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_history import ContextHistory, Record, SeenVoxel, fraction_bits
 from depth_model import has_rest, point_with_offset, predicted_symbol
 from frame_header import from_zigzag
@@ -88,8 +88,9 @@ class _Payload:
     def escape(self, kind: int) -> int:
         """A number of any size: see "Escape"."""
         b = 0
-        while b < 16 and self.kinds.escape.read(self.bits, [17 * kind + b]):
+        while self.kinds.escape.read(self.bits, [17 * kind + b]):
             b += 1
+            require(b <= 16, "a number has too many bits")
         return ((1 << b) | self.bits.raw_bits(b)) - 1
 
 
@@ -145,11 +146,12 @@ class _KnownVoxels:
             for other in range(first_of_octant, key)
             if other in payload.occupied
         )
+        surprise_class = min(max((surprise + (1 << 16)) >> 13, 0), 15)
         return [
             (((p >> 11) * 4 + r % 4) * 3 + g) * 5 + c,
             ((p >> 11) * 7 + before) * 32 + 8 * min(came, 3) + 2 * min(went, 3) + r % 2,
             (4 * r + g) * 4 + (p >> 14),
-            ((p >> 11) * 16 + min(max((surprise + (1 << 16)) >> 13, 0), 15)) * 4 + r % 4,
+            ((p >> 11) * 16 + surprise_class) * 4 + r % 4,
             ((p >> 12) * 16 + min(m // 8, 15)) * 8 + min(record.age // 4, 7),
             16 * q + (p >> 12),
         ]
@@ -161,7 +163,9 @@ class _OctantsOfBlock:
     Sections "New voxels in known blocks", "Cells" and the end of "New blocks".
     """
 
-    def __init__(self, payload: _Payload, block: int, activity: int, is_new: bool) -> None:
+    def __init__(
+        self, payload: _Payload, block: int, activity: int, is_new: bool
+    ) -> None:
         self._payload = payload
         self._i = int(payload.frame.is_i_frame)
         self._first = block << BLOCK_BITS
@@ -188,7 +192,7 @@ class _OctantsOfBlock:
                     return
 
     def _octants(self) -> List[int]:
-        """The octants that can have new voxels, in the order in which they are asked."""
+        """The octants that can have new voxels, as they are asked about."""
         cells = cells_of_block(self._payload.frame.depth)
         octants = [o for o in range(cells // 8) if self._unknown_cells(o)]
         if self._is_new:
@@ -207,16 +211,13 @@ class _OctantsOfBlock:
         total = self._sum_of_full(octant)
         k = 8 - len(self._unknown_cells(octant))
         o = self._occupied_mask(octant).bit_count()
+        place = 8 * self._activity + octant
+        classes = _class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))
+        classes = classes * 3 + _class_of(o, (1, 3))
         return [
-            (
-                ((_class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))) * 3 + _class_of(o, (1, 3)))
-                * 9
-                + _candidate_class(n, left)
-            )
-            * 2
-            + self._i,
+            (classes * 9 + _candidate_class(n, left)) * 2 + self._i,
             (min(total, 23) * 9 + k) * 9 + o,
-            ((8 * self._activity + octant) * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
+            (place * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
         ]
 
     def _occupied_mask(self, octant: int) -> int:
@@ -234,7 +235,9 @@ class _OctantsOfBlock:
         found = 0
         for place, cell in enumerate(cells):
             left = len(cells) - place - 1
-            now_full = self._payload.full(self._first | cell) if self._is_new else full[cell]
+            now_full = full[cell]
+            if self._is_new:
+                now_full = self._payload.full(self._first | cell)
             is_implied = left == 0 and (found == 0 or not self._is_new)
             if not is_implied and not kinds.cell.read(
                 bits,
@@ -335,8 +338,9 @@ class _NewBlocks:
         kinds, bits = self._payload.kinds, self._payload.bits
         candidate = _candidate_class(n, 7 - part % 8)
         if levels == 1:
-            across_faces = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
-            return kinds.new_block.read(bits, [(9 * across_faces + candidate) * 2 + self._i])
+            across = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
+            context = (9 * across + candidate) * 2 + self._i
+            return kinds.new_block.read(bits, [context])
         b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
         return kinds.branch.read(
             bits, [((b * 9 + candidate) * 4 + min(levels - 2, 3)) * 2 + self._i]
@@ -362,9 +366,11 @@ class _Numbers:
         if bits.raw_bit():
             return {key: self._read_plain(bits, symbol_bits) for key in keys}
         self._lowest = 0 if bits.raw_bit() else 1
+        highest = self._payload.frame.highest_symbol
         numbers: Dict[int, int] = {}
         for key in keys:
             number = self._read_number(key, numbers)
+            require(number <= highest, "a number is too large")
             numbers[key] = number
             if self._running is None:
                 self._running = 16 * number
@@ -426,9 +432,9 @@ class _Numbers:
                 r,
                 20 * c + 16 + r // 2,
             ]
+        more, bits = self._payload.kinds.more, self._payload.bits
         for t in range(self._lowest, 24):
-            contexts = [24 * x + t for x in rows]
-            if not self._payload.kinds.more.read(self._payload.bits, contexts, min(t, 9)):
+            if not more.read(bits, [24 * x + t for x in rows], min(t, 9)):
                 return t
         return 24 + self._payload.escape(0)
 
@@ -482,7 +488,6 @@ class _Symbols:
         return symbol
 
     def _without_rest(self, key: int, number: int) -> int:
-        require(number <= self._payload.frame.highest_symbol, "a symbol is too large")
         self.seen[key] = SeenVoxel(number, 0, 0)
         return number
 
@@ -512,6 +517,10 @@ def _quotient(a: int, b: int) -> int:
     return a // b if a >= 0 else -(-a // b)
 
 
+MOST_RECORDS = min(8 * MOST_VOXELS + (1 << 16), 2 * MOST_VOXELS + (1 << 20))
+"""See "History"; a P-frame's history may be larger only behind larger limits."""
+
+
 def decode_context_payload(
     bytes_of_payload: bytes, frame: CodedFrame, memory: ContextMemory
 ) -> "tuple[Voxels, ContextMemory]":
@@ -522,6 +531,7 @@ def decode_context_payload(
     if frame.is_i_frame:
         memory = ContextMemory.at_start(frame.effort)
     history = memory.history
+    require(len(history.records) <= MOST_RECORDS, "the history is too large")
     kinds = memory.kinds.copy()
     keys: List[int] = []
     symbols: Dict[int, int] = {}

@@ -5,13 +5,16 @@
 An implementation made from the documents alone: that it finds the voxels which the
 library's encoder was given shows that the documents say all there is to say. Each line
 of checksums.txt is a frame: stream, I or P, number of voxels, checksum of the voxels
-(hexadecimal), stamp or -. Ends with 1 at the first difference.
+(hexadecimal), stamp or -. The first frame of each stream must be refused when it is
+cut off, when a bit is another one, and when it is not there. Ends with 1 at the first
+difference.
 """
 
 import sys
 from pathlib import Path
 from typing import Dict, List
 
+from companded_scale import LEAST_COUNTS, edges
 from frame_decoder import Frame, FrameDecoder
 from frame_header import ByteReader
 from invalid_frame import InvalidFrame
@@ -36,7 +39,8 @@ def line_of(name: str, frame: Frame) -> str:
     """A frame as checksums.txt tells of it."""
     kind = "I" if frame.is_i_frame else "P"
     stamp = "-" if frame.stamp is None else str(frame.stamp)
-    return f"{name} {kind} {len(frame.voxels.keys)} {voxel_checksum(frame):016x} {stamp}"
+    voxels, checksum = len(frame.voxels.keys), voxel_checksum(frame)
+    return f"{name} {kind} {voxels} {checksum:016x} {stamp}"
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:
@@ -54,10 +58,38 @@ def require_stream(name: str, stream: bytes, lines: List[str]) -> None:
         raise InvalidFrame(f"{name}: bytes are left behind the last frame")
 
 
+def is_refused(stream: bytes) -> bool:
+    """Whether the first frame of a stream is."""
+    try:
+        FrameDecoder().decode(ByteReader(stream))
+    except InvalidFrame:
+        return True
+    return False
+
+
+def require_refusals(name: str, stream: bytes) -> None:
+    """Refuses a stream whose first frame decodes when it is damaged."""
+    reader = ByteReader(stream)
+    FrameDecoder().decode(reader)
+    size = reader.at
+    for at in range(size):
+        if not is_refused(stream[:at]):
+            raise InvalidFrame(f"{name} decodes where only {at} bytes are left of it")
+        flipped = bytes([stream[at] ^ 1 << at % 8])
+        if not is_refused(stream[:at] + flipped + stream[at + 1 :]):
+            raise InvalidFrame(f"{name} decodes with a bit of byte {at} flipped")
+    if not is_refused(stream[size:]):
+        raise InvalidFrame(f"{name} decodes without its first frame")
+
+
 def main(arguments: List[str]) -> int:
     if len(arguments) != 2:
         print(__doc__)
         return 1
+    for bits, counts in LEAST_COUNTS.items():
+        if [edge + 1 for edge in edges(bits, 254)[:-1]] != counts:
+            print(f"levels of {bits} bits are not those of the document")
+            return 1
     folder = Path(arguments[1])
     lines: Dict[str, List[str]] = {}
     for line in (folder / "checksums.txt").read_text().splitlines():
@@ -66,6 +98,7 @@ def main(arguments: List[str]) -> int:
         try:
             stream = (folder / f"{name}.pcxi").read_bytes()
             require_stream(name, stream, lines_of_stream)
+            require_refusals(name, stream)
         except (InvalidFrame, OSError) as error:
             print(error)
             return 1

@@ -11,7 +11,7 @@ _Name = Tuple[Union[str, int], ...]
 
 
 class FastModels:
-    """What efforts 0 learns since the last I-frame, but for the history."""
+    """What effort 0 learns since the last I-frame, but for the history."""
 
     def __init__(self) -> None:
         self._nibbles: Dict[_Name, NibbleModel] = {}
@@ -30,7 +30,9 @@ class FastModels:
         """A nibble with nibble model name[0][name[1]]..."""
         return self._nibbles.setdefault(name, NibbleModel()).read(rans)
 
-    def byte(self, rans: RansDecoder, *name: Union[str, int], low_model: int = 0) -> int:
+    def byte(
+        self, rans: RansDecoder, *name: Union[str, int], low_model: int = 0
+    ) -> int:
         """A byte with byte models: the low nibble chooses the high one's model."""
         low = self.nibble(rans, *name, "low", low_model)
         return 16 * self.nibble(rans, *name, "high", low) + low

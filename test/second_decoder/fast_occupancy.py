@@ -47,7 +47,11 @@ class FastOccupancyReader:
     """Reads known voxels, new voxels in known blocks and new blocks, in this order."""
 
     def __init__(
-        self, rans: RansDecoder, frame: CodedFrame, models: FastModels, history: FastHistory
+        self,
+        rans: RansDecoder,
+        frame: CodedFrame,
+        models: FastModels,
+        history: FastHistory,
     ) -> None:
         self._rans = rans
         self._frame = frame
@@ -112,7 +116,7 @@ class FastOccupancyReader:
             self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
         new_past = next_past(past, is_occupied)
         if is_forgotten(new_past):
-            del self._after.moments[key]
+            self._after.moments.pop(key, None)
         else:
             self._after.buckets.setdefault(new_past, []).append(key)
 

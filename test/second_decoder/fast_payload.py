@@ -46,9 +46,9 @@ def _decode_numbers(
     if not reader.is_plain:
         without = [key for key in keys if key not in memory.history.moments]
         for key in keys:
-            moment = memory.history.moments.get(key)
+            moment, step = memory.history.moments.get(key), steps[key]
             history.moments[key] = (
-                Moment.of_first(steps[key]) if moment is None else moment.after(steps[key])
+                Moment.of_first(step) if moment is None else moment.after(step)
             )
         if without:
             small = sum(steps[key] < 3 for key in without)
@@ -99,8 +99,9 @@ def _decode_with_rests(
     symbols = dict(zip(numbers.keys, numbers.symbols))
     for key, rest in zip(exact, row):
         predicted = predicted_symbol(exact[key], frame.highest_symbol)
-        symbols[key] = predicted + from_zigzag(rest)
-        require(0 <= symbols[key] <= frame.highest_symbol, "a symbol is out of its range")
+        symbol = predicted + from_zigzag(rest)
+        require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
+        symbols[key] = symbol
     return (
         Voxels(numbers.keys, list(symbols.values())),
         replace(memory, models_of_rests=models),

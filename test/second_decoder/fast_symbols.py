@@ -84,6 +84,10 @@ class FastSymbolReader:
                 self._read_rest_of_four(low_class, key)
         for key in late:
             self._read_rest_with_moment(key)
+        require(
+            self._origin == 1 or 0 in self._values.values(),
+            "whether a symbol is 0 is not as the origin says",
+        )
         return [self._values[key] + self._origin for key in keys], self._steps
 
     def _plain_symbol(self) -> int:

@@ -6,7 +6,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 from dataclasses import dataclass, replace
 from typing import Optional, Union
 
-from coded_frame import CodedFrame, Voxels
+from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
 from depth_model import DepthModel, read_depth_model
 from fast_payload import FastMemory, decode_fast_payload
@@ -22,7 +22,6 @@ from frame_header import (
 from invalid_frame import InvalidFrame, require
 
 MOST_BYTES = 64 << 20
-MOST_VOXELS = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -110,12 +109,17 @@ class FrameDecoder:
     def _with_payload(self, header: FrameHeader, kept: Kept, payload: bytes) -> Frame:
         model = kept.depth_model
         if header.has_depth_model:
-            require(header.is_i_frame or model is not None, "the I-frame has no depth model")
+            require(
+                header.is_i_frame or model is not None, "the I-frame has no depth model"
+            )
             reader = ByteReader(payload)
             model = read_depth_model(reader)
             payload = payload[reader.at :]
         require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
-        require(bool(header.voxel_count) or not payload, "a frame without voxels has a payload")
+        require(
+            bool(header.voxel_count) or not payload,
+            "a frame without voxels has a payload",
+        )
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,

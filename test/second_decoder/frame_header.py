@@ -30,7 +30,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class IntensityScale:
-    """What numbers and symbols are worth; the number range is None on a linear scale."""
+    """What numbers and symbols are worth; no number range on a linear scale."""
 
     offset: float
     step: float

@@ -29,7 +29,7 @@ def position(key: int) -> Tuple[int, int, int]:
 
 @lru_cache(maxsize=1 << 16)
 def neighbours(key: int, depth: int) -> Neighbours:
-    """Keys across the faces -x, -y, -z, +x, +y, +z; None for what is outside the grid."""
+    """Keys across the faces -x, -y, -z, +x, +y, +z; None outside the grid."""
     grid = (1 << (3 * depth)) - 1
     below, above = [], []
     for all_levels in _AXES:

@@ -21,7 +21,8 @@ class RansDecoder:
     def __init__(self, source: bytes, length: int) -> None:
         count = 1 if length < 1024 else 4
         require(
-            len(source) >= 4 * count and len(source) % 2 == 0, "the rANS stream is cut off"
+            len(source) >= 4 * count and len(source) % 2 == 0,
+            "the rANS stream is cut off",
         )
         self._states = list(struct.unpack_from(f"<{count}I", source))
         words = len(source) // 2 - 2 * count
@@ -119,9 +120,8 @@ def _byte_table(weights: Sequence[int]) -> List[int]:
 
 @lru_cache(maxsize=None)
 def _occupancy_table_of(q: int) -> List[int]:
-    return _byte_table(
-        [q ** v.bit_count() * (128 - q) ** (8 - v.bit_count()) >> 24 for v in range(256)]
-    )
+    products = [q**ones * (128 - q) ** (8 - ones) for ones in range(9)]
+    return _byte_table([products[v.bit_count()] >> 24 for v in range(256)])
 
 
 def occupancy_table(share: int) -> List[int]:
@@ -133,10 +133,14 @@ def occupancy_table(share: int) -> List[int]:
 @lru_cache(maxsize=256)
 def _quad_table(bounds: Tuple[int, ...]) -> List[int]:
     share = [
-        1 + (252 * high >> 16) - (252 * low >> 16) for low, high in zip(bounds, bounds[1:])
+        1 + (252 * high >> 16) - (252 * low >> 16)
+        for low, high in zip(bounds, bounds[1:])
     ]
     return _byte_table(
-        [share[v & 3] * share[v >> 2 & 3] * share[v >> 4 & 3] * share[v >> 6] for v in range(256)]
+        [
+            share[v & 3] * share[v >> 2 & 3] * share[v >> 4 & 3] * share[v >> 6]
+            for v in range(256)
+        ]
     )
 
 
