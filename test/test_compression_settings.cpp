@@ -155,6 +155,16 @@ TEST(CompressionSettings, EveryEffortAndAggregationWillDo)
   }
 }
 
+TEST(CompressionSettings, AnEffortThatIsNoneIsRefused)
+{
+  for (const int effort : {-1, 3, 7, 255}) {
+    const CompressionStatus status = statusAfter(
+        [&](Settings& settings) { settings.effort = static_cast<Effort>(effort); });
+    EXPECT_EQ(status.code(), CompressionCode::InvalidSettings);
+    EXPECT_NE(status.message().find("effort"), std::string::npos) << status.message();
+  }
+}
+
 TEST(CompressionSettings, IntensityRangeMustBeZeroOrPositive)
 {
   for (const float good : {0.0f, -0.0f, 1e-3f, 1.0f, 65535.0f, FLT_MAX})

@@ -41,6 +41,24 @@ TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
   }
 }
 
+TEST(FrameSizes, ADepthModelThatOnlyCostsIsLeftOut)
+{
+  RoomStream::Settings settings;
+  settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  for (const Effort effort : efforts) {
+    RoomStream room(settings);
+    FrameEncoder with(StreamFormat::Version1, 4, effort);
+    FrameEncoder without(StreamFormat::Version1, 4, effort);
+    for (int i = 0; i < 10; ++i) {
+      VoxelFrame frame = room.next();
+      frame.intensities.assign(frame.size(), 255); // all are saturated
+      const Bytes bytes = encoded(with, frame);
+      frame.depth_model.reset();
+      EXPECT_EQ(bytes, encoded(without, frame));
+    }
+  }
+}
+
 /** \brief Bytes of some frames of a room behind its first second.
  * \param[in] is_p_only leave I-frames out
  */

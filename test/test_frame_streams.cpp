@@ -67,6 +67,33 @@ TEST(FrameStreams, AFrameWithoutItsReferenceIsReadWhole)
   }
 }
 
+TEST(FrameStreams, ADamagedSizeBehindALossHidesNoIFrame)
+{
+  std::mt19937_64 random(42);
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+    FrameEncoder encoder(StreamFormat::Version1, 3, effort);
+    VoxelFrame frame = randomFrame(random, 5, 100);
+    Bytes stream;
+    for (int i = 0; i < 5; ++i) {
+      Bytes bytes = encoded(encoder, frame);
+      if (i == 2) // its payload seems to reach into the I-frame behind it
+        bytes.resize(bytes.size() - 20);
+      if (i != 1) // lost
+        append(bytes, stream);
+      walk(random, 20, frame);
+    }
+    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::Ok);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::MissingReference);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::Ok);
+    EXPECT_TRUE(decoder.statistics().is_i_frame);
+    EXPECT_EQ(decoder.statistics().frame_number, 4u);
+    EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::Ok);
+  }
+}
+
 TEST(FrameStreams, BothFormatsShareAStream)
 {
   std::mt19937_64 random(5);

@@ -39,7 +39,8 @@ public:
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
    * seek is left one byte behind the start of the failed frame, so that the next call
-   * looks for another one; the bytes of one that cannot are lost.
+   * looks for another one; the bytes of one that cannot are lost. A frame that lacks its
+   * reference is passed over whole if another frame, or nothing, follows it.
    * \param[in,out] source where to read; no byte behind the frame is taken
    * \param[out] frame the voxels; empty unless the status is Ok
    * \return Ok, or why there is no frame
@@ -47,7 +48,9 @@ public:
   CompressionStatus
   decode(std::streambuf& source, VoxelFrame& frame);
 
-  /** \brief The same for bytes in memory.
+  /** \brief The same for bytes in memory: the first frame in them. It and what was skipped
+   * before it are statistics().skipped_bytes + statistics().bytes; the next call may go on
+   * behind them.
    * \param[in] bytes begin of the bytes
    * \param[in] size their number
    * \param[out] frame the voxels; empty unless the status is Ok
