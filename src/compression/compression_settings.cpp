@@ -90,6 +90,10 @@ checkSettings(const IntensityCompressionSettings& settings)
   if (!(settings.resolution >= smallest_resolution &&
         settings.resolution <= largest_resolution))
     return invalid("resolution", settings.resolution, "1e-6 to 1e6 metres");
+  if (settings.effort != Effort::Fast && settings.effort != Effort::Balanced &&
+      settings.effort != Effort::Small)
+    return invalid(
+        "effort", static_cast<int>(settings.effort), "Fast, Balanced or Small");
   if (!std::isfinite(settings.intensity_range) || settings.intensity_range < 0.0f)
     return invalid(
         "intensity_range", settings.intensity_range, "0 or a positive intensity");

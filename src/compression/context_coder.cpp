@@ -77,9 +77,10 @@ ContextCoder::encodeNumbers(CodingT& coding,
     coding = coding_before;
   };
   const std::size_t expected_size = run(false);
-  // Noise, for which expectations cost more than they save, costs half its bits at least.
+  // Numbers for which expectations cost more than they save cost a quarter of their bits
+  // at least.
   const std::size_t bits = 8 * (expected_size - payload_before_.size());
-  if (2 * bits < numbers.size() * context.symbol_bits)
+  if (4 * bits < numbers.size() * context.symbol_bits)
     return;
   undo();
   if (run(true) < expected_size)

@@ -84,10 +84,10 @@ FastSymbols::encode(NibbleEncoder& coder,
   const NibbleEncoder::Mark start = coder.mark();
   models_before_ = models;
   encodeExpected(coder, models, frame, moments, bits, symbols);
-  // Noise, for which expectations cost more than they save, takes more than two steps of
-  // the coder a voxel.
+  // Symbols for which expectations cost more than they save take more than one of the
+  // coder's own each.
   const NibbleEncoder::Mark end = coder.mark();
-  if (end - start < 2 * symbols.size())
+  if (4 * (end - start) < 5 * symbols.size())
     return;
   const std::uint64_t expected_cost = coder.cost(start);
   forget(frame, moments);

@@ -7,6 +7,7 @@
 #include "version1_header.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <utility>
 
@@ -63,7 +64,9 @@ public:
       const std::streambuf::off_type begin = positionOf(buffer);
       std::size_t frame_offset = 0;
       status = decodeNext(buffer, frame, frame_offset);
-      if (mayHideFrames(status.code()))
+      if (mayHideFrames(status.code()) ||
+          (status.code() == CompressionCode::MissingReference &&
+           !continuesWithFrame(buffer)))
         seekTo(buffer, begin, frame_offset + 1);
     }
     catch (const std::bad_alloc&) {
@@ -96,8 +99,28 @@ public:
   }
 
 private:
+  /** \brief True if a frame or nothing follows, so that the size of the one before, which
+   * nobody could check, was right. Buffers that cannot seek are believed. */
+  static bool
+  continuesWithFrame(std::streambuf& buffer)
+  {
+    const std::streambuf::off_type position = positionOf(buffer);
+    if (position < 0)
+      return true;
+    std::array<char, published_magic_size> next{};
+    const std::streamsize size = buffer.sgetn(next.data(), next.size());
+    seekTo(buffer, position, 0);
+    const auto begins = [&](const char* magic, std::size_t magic_size) {
+      const auto known = std::min(static_cast<std::size_t>(size), magic_size);
+      return std::equal(magic, magic + known, next.data());
+    };
+    return begins(version1_magic, version1_magic_size) ||
+           begins(published_magic, published_magic_size);
+  }
+
   /** \brief True if a forged size may have made the failed frame swallow others, which
-   * the next call shall find. A frame that merely lacks its reference was read whole.
+   * the next call shall find. A frame that merely lacks its reference has been read whole
+   * if another one follows it.
    */
   static bool
   mayHideFrames(CompressionCode code)

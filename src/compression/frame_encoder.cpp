@@ -6,7 +6,6 @@
 #include "version1_header.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -14,7 +13,10 @@ namespace io {
 class FrameEncoder::Implementation {
 public:
   Implementation(StreamFormat format, unsigned int i_frame_rate, Effort effort)
-  : format_(format), effort_(effort), i_frame_rate_(std::max(i_frame_rate, 1u))
+  : format_(format)
+  , effort_(effort == Effort::Fast || effort == Effort::Small ? effort
+                                                              : Effort::Balanced)
+  , i_frame_rate_(std::max(i_frame_rate, 1u))
   {}
 
   bool
@@ -95,8 +97,12 @@ private:
   standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
   {
     if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
-        frame.depth_model.has_value() != depth_model_.has_value() ||
-        (stamp && stampChange(*stamp) == std::numeric_limits<std::int64_t>::min()))
+        frame.depth_model.has_value() != has_depth_model_)
+      return true;
+    // A stamp far from the last one, as the first in a stream, takes as many bytes as in
+    // an I-frame, for which a P-frame's header has no room.
+    constexpr std::int64_t far = std::int64_t{1} << 27;
+    if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
       return true;
     // A history that knows little of the frame costs more than it saves, and one that
     // piles up behind a moving sensor costs time and memory on both sides.
@@ -132,7 +138,6 @@ private:
       // As the decoder does.
       frame_id_.clear();
       stamp_ = 0;
-      depth_model_.reset();
     }
     header.stamp.reset();
     header.has_frame_id = stamp && (header.is_i_frame || stamp->frame_id != frame_id_);
@@ -145,12 +150,7 @@ private:
       stamp_ = stamp->stamp;
     }
     header.voxel_count = frame.size();
-    bytes_of_payload_.clear();
-    header.has_depth_model = frame.depth_model != depth_model_;
-    if (header.has_depth_model)
-      writeDepthModel(*frame.depth_model, bytes_of_payload_);
-    const PayloadSizes sizes =
-        coder().encode(frame, header.is_i_frame, bytes_of_payload_);
+    const PayloadSizes sizes = encodePayload(frame, header);
     header.payload_size = bytes_of_payload_.size();
     checksum_ = writeVersion1Frame(
         header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
@@ -162,7 +162,43 @@ private:
     statistics_.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
     grid_ = frame.grid;
     intensity_scale_ = frame.intensity_scale;
+    has_depth_model_ = frame.depth_model.has_value();
+  }
+
+  /** \brief Encodes the payload; in an I-frame with a depth model also without it, as
+   * where most symbols are saturated and hide the number of points. What is smaller holds
+   * until the next I-frame. */
+  PayloadSizes
+  encodePayload(const VoxelFrame& frame, Version1Header& header)
+  {
+    if (!frame.depth_model)
+      return encodePayloadAs(frame, header);
+    if (header.is_i_frame || !uses_depth_model_) {
+      frame_without_model_.grid = frame.grid;
+      frame_without_model_.intensity_scale = frame.intensity_scale;
+      frame_without_model_.keys = frame.keys;
+      frame_without_model_.intensities = frame.intensities;
+    }
+    if (!header.is_i_frame)
+      return encodePayloadAs(uses_depth_model_ ? frame : frame_without_model_, header);
+    encodePayloadAs(frame_without_model_, header);
+    const std::size_t size_without = bytes_of_payload_.size();
+    const PayloadSizes sizes = encodePayloadAs(frame, header);
+    uses_depth_model_ = frame.keys.empty() || bytes_of_payload_.size() <= size_without;
+    return uses_depth_model_ ? sizes : encodePayloadAs(frame_without_model_, header);
+  }
+
+  PayloadSizes
+  encodePayloadAs(const VoxelFrame& frame, Version1Header& header)
+  {
+    if (header.is_i_frame)
+      depth_model_.reset();
+    bytes_of_payload_.clear();
+    header.has_depth_model = frame.depth_model != depth_model_;
+    if (header.has_depth_model)
+      writeDepthModel(*frame.depth_model, bytes_of_payload_);
     depth_model_ = frame.depth_model;
+    return coder().encode(frame, header.is_i_frame, bytes_of_payload_);
   }
 
   StreamFormat format_;
@@ -180,7 +216,10 @@ private:
   std::uint32_t checksum_ = 0;
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
-  std::optional<DepthModel> depth_model_;
+  bool has_depth_model_ = false;          // was given one
+  bool uses_depth_model_ = false;         // since the last I-frame
+  std::optional<DepthModel> depth_model_; // as the decoder knows it
+  VoxelFrame frame_without_model_;        // member so that its memory is reused
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
   PayloadCoders coders_;

@@ -18,11 +18,11 @@ namespace io {
 struct NewVoxelModels {
   explicit NewVoxelModels(bool is_mixing)
   : known_block(is_mixing, 5, {64})
-  , branch(is_mixing, 5, {144})
-  , new_block(is_mixing, 5, {24})
-  , octant(is_mixing, 5, {432, 1944, 5120}, 6)
+  , branch(is_mixing, 5, {432})
+  , new_block(is_mixing, 5, {72})
+  , octant(is_mixing, 5, {1296, 1944, 5120}, 6)
   , more_octants(is_mixing, 5, {16})
-  , cell(is_mixing, 5, {672, 2048, 1792, 896}, 14)
+  , cell(is_mixing, 5, {840, 2048, 1792, 896}, 14)
   , more_cells(is_mixing, 5, {32})
   {}
 
@@ -198,12 +198,23 @@ private:
     return std::min(number, highest);
   }
 
+  /** \brief Class 0..8 of one of up to eight candidates, of which one at least is it: how
+   * many are left behind it while none was found, as the odds rise with each that is none;
+   * else how many were.
+   */
+  static std::uint32_t
+  candidateClass(std::uint32_t found, std::uint32_t left)
+  {
+    return found == 0 ? 7 - upTo(left, 7) : 6 + upTo(found, 2);
+  }
+
   bool
   codeIsBranchNew(const Range& part,
                   unsigned int levels,
                   std::uint32_t parts,
                   bool has_new_blocks)
   {
+    const auto child = static_cast<std::uint32_t>(part.key & 7);
     const std::size_t blocks = part.known_end - part.known_begin;
     const std::uint32_t block_class = blocks == 0   ? 0
                                       : blocks < 2  ? 1
@@ -212,7 +223,9 @@ private:
                                       : blocks < 16 ? 4
                                                     : 5;
     const std::uint32_t context =
-        ((block_class * 3 + upTo(bit_counts[parts], 2)) * 4 + upTo(levels - 2, 3)) * 2 +
+        ((block_class * 9 + candidateClass(bit_counts[parts], 7 - child)) * 4 +
+         upTo(levels - 2, 3)) *
+            2 +
         is_i_frame_;
     return coding_.code(models_.branch, {{context}}, has_new_blocks);
   }
@@ -227,7 +240,8 @@ private:
                                      (present >> (child ^ 2) & 1) +
                                      (present >> (child ^ 4) & 1);
     const std::uint32_t context =
-        (neighbours * 3 + upTo(bit_counts[parts], 2)) * 2 + is_i_frame_;
+        (neighbours * 9 + candidateClass(bit_counts[parts], 7 - child)) * 2 +
+        is_i_frame_;
     return coding_.code(models_.new_block, {{context}}, has_new_blocks);
   }
 
@@ -302,7 +316,7 @@ private:
         const unsigned int octant = lowestCell(octants);
         --left;
         const bool is_implied = is_one_left && left == 0;
-        if (!is_implied && !codeIsOctantNew(coding, block, octant, found))
+        if (!is_implied && !codeIsOctantNew(coding, block, octant, found, left))
           continue;
         ++found;
         if (block.is_known)
@@ -342,7 +356,8 @@ private:
   codeIsOctantNew(CodingT& coding,
                   const Block& block,
                   unsigned int octant,
-                  std::uint32_t found)
+                  std::uint32_t found,
+                  std::uint32_t left)
   {
     const std::uint32_t neighbours = block.full.sum(octant);
     const unsigned int known = 8 - octantCount(block.unknown, octant);
@@ -354,8 +369,8 @@ private:
     typename decltype(models_.octant)::Contexts contexts;
     contexts.ways[0] = (((neighbourClass(neighbours) * 4 + known_classes[known]) * 3 +
                          occupied_classes[occupied]) *
-                            3 +
-                        found_class) *
+                            9 +
+                        candidateClass(found, left)) *
                            2 +
                        is_i_frame_;
     if constexpr (CodingT::is_mixing) {
@@ -431,11 +446,11 @@ private:
                 std::uint32_t left)
   {
     const std::uint32_t empty = block.empty.of(cell);
+    const std::uint32_t candidate =
+        found == 0 ? 7 - upTo(left, 7) : 3 + 4 * upTo(found, 2) + upTo(left, 3);
     typename decltype(models_.cell)::Contexts contexts;
     contexts.ways[0] =
-        (((neighbours * 3 + upTo(found, 2)) * 4 + upTo(left, 3)) * 2 + is_i_frame_) *
-            4 +
-        upTo(empty, 3);
+        ((neighbours * 15 + candidate) * 2 + is_i_frame_) * 4 + upTo(empty, 3);
     if constexpr (CodingT::is_mixing) {
       const auto octant_mask =
           static_cast<std::uint32_t>(block.occupied >> (cell & ~7u) & 0xff);

@@ -181,7 +181,9 @@ class _OctantsOfBlock:
             left = len(octants) - place - 1
             is_implied = left == 0 and (found == 0 or not self._is_new)
             if not is_implied and not kinds.octant.read(
-                bits, self._octant_contexts(octant, found), 2 * min(found, 2) + self._i
+                bits,
+                self._octant_contexts(octant, found, left),
+                2 * min(found, 2) + self._i,
             ):
                 continue
             self._read_cells(octant)
@@ -207,7 +209,7 @@ class _OctantsOfBlock:
         first = self._first | 8 * octant
         return sum(self._payload.full(key) for key in range(first, first + 8))
 
-    def _octant_contexts(self, octant: int, n: int) -> List[int]:
+    def _octant_contexts(self, octant: int, n: int, left: int) -> List[int]:
         total = self._sum_of_full(octant)
         k = 8 - len(self._unknown_cells(octant))
         o = self._occupied_mask(octant).bit_count()
@@ -215,7 +217,7 @@ class _OctantsOfBlock:
         classes = _class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))
         classes = classes * 3 + _class_of(o, (1, 3))
         return [
-            (classes * 3 + min(n, 2)) * 2 + self._i,
+            (classes * 9 + _candidate_class(n, left)) * 2 + self._i,
             (min(total, 23) * 9 + k) * 9 + o,
             (place * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
         ]
@@ -262,12 +264,18 @@ class _OctantsOfBlock:
             elif neighbour is not None and neighbour & ~63 == self._first:
                 empty += neighbour & 63 in self._known
         i = self._i
+        candidate = 7 - min(left, 7) if n == 0 else 3 + 4 * min(n, 2) + min(left, 3)
         return [
-            (((full * 3 + min(n, 2)) * 4 + min(left, 3)) * 2 + i) * 4 + min(empty, 3),
+            ((full * 15 + candidate) * 2 + i) * 4 + min(empty, 3),
             8 * self._occupied_mask(cell // 8) + cell % 8,
             28 * a + 7 * min(n, 3) + min(empty, 6),
             ((7 * self._activity + full) * 8 + min(left, 7)) * 2 + i,
         ]
+
+
+def _candidate_class(found: int, left: int) -> int:
+    """Class of one of some candidates, of which at least one is it."""
+    return 7 - min(left, 7) if found == 0 else 6 + min(found, 2)
 
 
 def _class_of_sum(total: int) -> int:
@@ -330,13 +338,13 @@ class _NewBlocks:
 
     def _has_new(self, part: int, levels: int, n: int) -> int:
         kinds, bits = self._payload.kinds, self._payload.bits
+        candidate = _candidate_class(n, 7 - part % 8)
         if levels == 1:
             across = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
-            context = (3 * across + min(n, 2)) * 2 + self._i
-            return kinds.new_block.read(bits, [context])
+            return kinds.new_block.read(bits, [(9 * across + candidate) * 2 + self._i])
         b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
         return kinds.branch.read(
-            bits, [((b * 3 + min(n, 2)) * 4 + min(levels - 2, 3)) * 2 + self._i]
+            bits, [((b * 9 + candidate) * 4 + min(levels - 2, 3)) * 2 + self._i]
         )
 
     def _read_block(self, block: int) -> None:
