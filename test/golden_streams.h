@@ -144,6 +144,48 @@ goldenLargeRoom(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Dense blocks, so that new ones come beside known ones, and small symbols of which
+ * some are the highest there is. */
+inline GoldenStream
+goldenDense(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 9, {}};
+  std::mt19937_64 random(29);
+  for (const unsigned int depth : {3u, 4u, 5u}) {
+    VoxelFrame frame = randomFrame(random, depth, depth == 3 ? 40 : 200);
+    for (int i = 0; i < 9; ++i) {
+      for (std::uint16_t& symbol : frame.intensities)
+        symbol = static_cast<std::uint16_t>(
+            below(random, 50) == 0 ? 255 - below(random, 2) : below(random, 4));
+      stream.frames.push_back({frame, std::nullopt});
+      walk(random, 15, frame);
+    }
+  }
+  return stream;
+}
+
+/** \brief A depth model that changes: rests as large as there are, and voxels without. */
+inline GoldenStream
+goldenLargeRests(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 30, {}};
+  std::mt19937_64 random(31);
+  VoxelFrame frame = randomFrame(random, 3, 60, 16);
+  DepthModel model;
+  model.exponent = 1;
+  model.origin = std::int64_t{1} << 32;
+  model.step = {0, 0, 0};
+  for (int i = 0; i < 24; ++i) {
+    // Depth offsets are learnt, behind which the model tells other numbers of points.
+    model.full_symbol = i < 20 ? 1u << 23 : i < 22 ? (1u << 24) - 1 : 100;
+    frame.depth_model = model;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol = static_cast<std::uint16_t>(i < 20 ? 49000 : i < 22 ? 48000 : i);
+    stream.frames.push_back({frame, std::nullopt});
+  }
+  return stream;
+}
+
 /** \brief All golden streams; each name is a file's. */
 inline std::vector<GoldenStream>
 goldenStreams()
@@ -181,6 +223,8 @@ goldenStreams()
     streams.push_back(goldenWalks(std::string(prefix) + "walks", effort));
     streams.push_back(goldenNoise(std::string(prefix) + "noise", effort));
     streams.push_back(goldenLargeRoom(std::string(prefix) + "large_room", effort));
+    streams.push_back(goldenDense(std::string(prefix) + "dense", effort));
+    streams.push_back(goldenLargeRests(std::string(prefix) + "large_rests", effort));
   }
   return streams;
 }

@@ -181,7 +181,9 @@ class _OctantsOfBlock:
             left = len(octants) - place - 1
             is_implied = left == 0 and (found == 0 or not self._is_new)
             if not is_implied and not kinds.octant.read(
-                bits, self._octant_contexts(octant, found, left), 2 * min(found, 2) + self._i
+                bits,
+                self._octant_contexts(octant, found, left),
+                2 * min(found, 2) + self._i,
             ):
                 continue
             self._read_cells(octant)
@@ -339,8 +341,7 @@ class _NewBlocks:
         candidate = _candidate_class(n, 7 - part % 8)
         if levels == 1:
             across = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
-            context = (9 * across + candidate) * 2 + self._i
-            return kinds.new_block.read(bits, [context])
+            return kinds.new_block.read(bits, [(9 * across + candidate) * 2 + self._i])
         b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
         return kinds.branch.read(
             bits, [((b * 9 + candidate) * 4 + min(levels - 2, 3)) * 2 + self._i]
