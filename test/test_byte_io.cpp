@@ -1,4 +1,3 @@
-#include "compression/bit_io.h"
 #include "compression/byte_source.h"
 #include "compression/byte_writer.h"
 #include "compression/memory_buffer.h"
@@ -25,44 +24,6 @@ randomBytes(std::uint64_t seed, std::size_t count)
   for (std::uint8_t& byte : bytes)
     byte = static_cast<std::uint8_t>(random());
   return bytes;
-}
-
-TEST(BitIo, GammaCodesAreEliass)
-{
-  Bytes bytes;
-  BitWriter writer(bytes);
-  for (const std::uint32_t number : {1u, 2u, 3u, 4u, 9u}) // 1 010 011 00100 0001001
-    writer.gamma(number);
-  writer.flush();
-  EXPECT_EQ(bytes, (Bytes{0xa6, 0x41, 0x20}));
-  writer.flush();
-  EXPECT_EQ(bytes.size(), 3u);
-}
-
-TEST(BitIo, GammaCodesComeBack)
-{
-  Bytes bytes;
-  BitWriter writer(bytes);
-  for (std::uint32_t number = 1; number < 65536; ++number)
-    writer.gamma(number);
-  writer.flush();
-  BitReader reader(bytes.data(), bytes.data() + bytes.size());
-  for (std::uint32_t number = 1; number < 65536; ++number)
-    ASSERT_EQ(reader.gamma(), number);
-  EXPECT_EQ(reader.position(), bytes.data() + bytes.size());
-}
-
-TEST(BitIo, GammaCodesThatAreNoneReadAsZero)
-{
-  const auto read = [](const Bytes& bytes) {
-    return BitReader(bytes.data(), bytes.data() + bytes.size()).gamma();
-  };
-  EXPECT_EQ(read({}), 0u);
-  EXPECT_EQ(read({0x00}), 0u);
-  EXPECT_EQ(read({0x01}), 0u);                         // seven bits are missing
-  EXPECT_EQ(read({0x00, 0x01, 0xff, 0xff}), 0xffffu);  // 16 bits
-  EXPECT_EQ(read({0x00, 0x01, 0xff}), 0u);             // 16 bits, cut off
-  EXPECT_EQ(read({0x00, 0x00, 0xff, 0xff, 0xff}), 0u); // 17 bits
 }
 
 TEST(ByteWriter, NumbersAreLittleEndian)

@@ -7,7 +7,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief The probability that a bit is 1, learnt from the bits before it: fast at
- * first, then slower (doc/bitstream.md, "Adaptive bits"). */
+ * first, then slower (doc/bitstream_context.md, "Adaptive bits"). */
 struct AdaptiveBit {
   std::uint16_t probability = 0x8000; ///< of a 1, 2^16 is 1
   std::uint16_t count = 0;            ///< bits learnt, up to where the rate is constant

@@ -8,7 +8,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Writes bits of known probability as bytes: a range coder with two symbols
- * (G. N. N. Martin, Range encoding, 1979; doc/bitstream.md, "Range coder").
+ * (G. N. N. Martin, Range encoding, 1979; doc/bitstream_context.md, "Range coder").
  *
  * Its counterpart is BinaryRangeDecoder; code() has the same form on both, so that what
  * is coded is written once for both directions.

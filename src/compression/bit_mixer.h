@@ -8,7 +8,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief The logistic function and its inverse in fixed point, which mixing needs
- * (doc/bitstream.md, "Mixing"). Tables made of integers only, so that every machine has
+ * (doc/bitstream_context.md, "Mixing"). Tables made of integers only, so that every machine has
  * the same. */
 class LogisticTables {
 public:

@@ -69,6 +69,23 @@ private:
   std::array<std::uint8_t, 17> shifts_;
 };
 
+/** \brief Codes one decision with the probability of one context, and learns it.
+ * \param[in] side BinaryRangeEncoder or BinaryRangeDecoder
+ * \param[in] bit what was decided; the decoder finds it out
+ * \return what was decided
+ */
+template <typename SideT>
+bool
+codeAdaptively(SideT& side,
+               AdaptiveBit& prediction,
+               const std::array<std::uint8_t, 17>& shifts,
+               bool bit)
+{
+  const bool decision = side.code(bit, prediction.probability);
+  prediction.learn(decision, shifts);
+  return decision;
+}
+
 /** \brief Codes decisions with the probability of their first context.
  * \tparam SideT BinaryRangeEncoder or BinaryRangeDecoder
  */
@@ -96,10 +113,7 @@ public:
        const typename DecisionModel<WayCount>::Contexts& contexts,
        bool bit)
   {
-    AdaptiveBit& prediction = model.bit(0, contexts.ways[0]);
-    const bool decision = side_.code(bit, prediction.probability);
-    prediction.learn(decision, model.shifts());
-    return decision;
+    return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
   }
 
   /** \brief Codes a bit of which nothing is known. */
@@ -139,12 +153,8 @@ public:
        const typename DecisionModel<WayCount>::Contexts& contexts,
        bool bit)
   {
-    if constexpr (WayCount == 1) {
-      AdaptiveBit& prediction = model.bit(0, contexts.ways[0]);
-      const bool decision = side_.code(bit, prediction.probability);
-      prediction.learn(decision, model.shifts());
-      return decision;
-    }
+    if constexpr (WayCount == 1)
+      return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
     else {
       std::array<std::int32_t, WayCount> stretched;
       for (std::size_t way = 0; way < WayCount; ++way)

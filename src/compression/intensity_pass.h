@@ -15,7 +15,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What is learnt about intensity symbols (doc/bitstream.md, "Intensities"). */
+/** \brief What is learnt about intensity symbols (doc/bitstream_context.md, "Numbers"). */
 struct IntensityModels {
   static constexpr std::uint32_t longest_count = 24;
   static constexpr std::uint32_t longest_distance = 28;

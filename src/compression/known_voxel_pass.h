@@ -14,7 +14,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What is learnt about known voxels (doc/bitstream.md, "Known voxels"). */
+/** \brief What is learnt about known voxels (doc/bitstream_context.md, "Known voxels"). */
 struct KnownVoxelModels {
   explicit KnownVoxelModels(bool is_mixing)
   : voxel(is_mixing, 6, {1920, 7168, 4096, 5120, 2048, 4096}, 24)

@@ -9,7 +9,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The same as VoxelBlocks for clouds whose voxels are so far apart that blocks
+/** \brief The same as PointBlocks for clouds whose voxels are so far apart that blocks
  * of them would be nearly empty: all points are sorted. */
 class SortedVoxels {
 public:

@@ -38,7 +38,7 @@ struct DepthObservations {
 
 /** \brief What encoder and decoder remember of the frames since the last I-frame: for
  * each voxel that was occupied lately how often it was, and with which intensity
- * (doc/bitstream.md, "History").
+ * (doc/bitstream_context.md, "History").
  *
  * Integers only, so that both ends agree to the bit whatever compiled them.
  */

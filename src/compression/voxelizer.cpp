@@ -3,8 +3,8 @@
 #include "grid_fit.h"
 #include "intensity_quantiser.h"
 #include "place_finder.h"
+#include "point_blocks.h"
 #include "sorted_voxels.h"
-#include "voxel_blocks.h"
 
 #include <algorithm>
 #include <array>
@@ -217,7 +217,7 @@ private:
   bool has_fixed_grid_;
   bool has_grid_;
   PlaceFinder finder_;
-  VoxelBlocks blocks_;
+  PointBlocks blocks_;
   SortedVoxels sorted_voxels_;
   std::size_t points_a_block_ = 0; // of the last cloud
 

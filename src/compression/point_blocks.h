@@ -23,9 +23,9 @@ namespace io {
  * part when voxels are written. So a cloud made to collide costs a sort of its points and
  * nothing worse, and memory follows the number of points, never the size of the grid.
  */
-class VoxelBlocks {
+class PointBlocks {
 public:
-  VoxelBlocks();
+  PointBlocks();
 
   /** \brief Forgets the blocks, too; for another grid. */
   void

@@ -1,4 +1,4 @@
-#include "voxel_blocks.h"
+#include "point_blocks.h"
 
 #include "../lanes/lanes.h"
 #include "radix_sort.h"
@@ -49,10 +49,10 @@ lowestBit(std::uint64_t bits)
 
 } // namespace
 
-VoxelBlocks::VoxelBlocks() { reset(); }
+PointBlocks::PointBlocks() { reset(); }
 
 void
-VoxelBlocks::reset()
+PointBlocks::reset()
 {
   blocks_.assign(1, no_block);
   order_.clear();
@@ -62,7 +62,7 @@ VoxelBlocks::reset()
 }
 
 void
-VoxelBlocks::clear()
+PointBlocks::clear()
 {
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
@@ -75,7 +75,7 @@ VoxelBlocks::clear()
 }
 
 bool
-VoxelBlocks::areTooSparse(std::size_t points) const
+PointBlocks::areTooSparse(std::size_t points) const
 {
   constexpr std::size_t blocks_that_cost_little = 1024;
   const std::size_t new_blocks = blocks_.size() - 1 - order_.size();
@@ -83,7 +83,7 @@ VoxelBlocks::areTooSparse(std::size_t points) const
 }
 
 void
-VoxelBlocks::dropEmptyBlocks()
+PointBlocks::dropEmptyBlocks()
 {
   order_.clear();
   kept_blocks_.assign(1, no_block);
@@ -98,7 +98,7 @@ VoxelBlocks::dropEmptyBlocks()
 }
 
 void
-VoxelBlocks::fillTable()
+PointBlocks::fillTable()
 {
   std::size_t size = smallest_table;
   unsigned int bits = 10;
@@ -111,7 +111,7 @@ VoxelBlocks::fillTable()
 }
 
 std::size_t
-VoxelBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
+PointBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
 {
   const std::size_t mask = table_.size() - 1;
   std::size_t place = first_try;
@@ -123,7 +123,7 @@ VoxelBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
 }
 
 void
-VoxelBlocks::add(const PlacedPoints& placed, std::size_t* added)
+PointBlocks::add(const PlacedPoints& placed, std::size_t* added)
 {
   // Local, as a byte that is written might be part of any member.
   const std::uint32_t* table = table_.data();
@@ -147,7 +147,7 @@ VoxelBlocks::add(const PlacedPoints& placed, std::size_t* added)
 }
 
 std::size_t
-VoxelBlocks::findOrInsert(std::uint64_t block, std::size_t first_try)
+PointBlocks::findOrInsert(std::uint64_t block, std::size_t first_try)
 {
   std::uint32_t& entry = table_[findPlace(block, first_try)];
   if (blocks_[entry] != block) {
@@ -159,7 +159,7 @@ VoxelBlocks::findOrInsert(std::uint64_t block, std::size_t first_try)
 }
 
 void
-VoxelBlocks::sortNewBlocks()
+PointBlocks::sortNewBlocks()
 {
   new_blocks_.clear();
   for (std::size_t i = order_.size() + 1; i < blocks_.size(); ++i)
@@ -181,7 +181,7 @@ VoxelBlocks::sortNewBlocks()
 }
 
 void
-VoxelBlocks::writeVoxels(std::vector<std::uint64_t>& keys,
+PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys,
                          std::vector<std::uint32_t>& counts)
 {
   sortNewBlocks();
@@ -200,7 +200,7 @@ VoxelBlocks::writeVoxels(std::vector<std::uint64_t>& keys,
 }
 
 std::size_t
-VoxelBlocks::findOccupied()
+PointBlocks::findOccupied()
 {
   uniteParts();
   first_voxels_.resize(blocks_.size());
@@ -223,7 +223,7 @@ VoxelBlocks::findOccupied()
 }
 
 void
-VoxelBlocks::uniteParts()
+PointBlocks::uniteParts()
 {
   parts_.clear();
   for (std::size_t i = 1; i < order_.size(); ++i) {
@@ -247,7 +247,7 @@ VoxelBlocks::uniteParts()
 }
 
 void
-VoxelBlocks::writeBlock(const OccupiedBlock& block,
+PointBlocks::writeBlock(const OccupiedBlock& block,
                         std::uint64_t* keys,
                         std::uint32_t* counts)
 {

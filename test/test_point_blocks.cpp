@@ -1,5 +1,5 @@
+#include "compression/point_blocks.h"
 #include "compression/sorted_voxels.h"
-#include "compression/voxel_blocks.h"
 
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ constexpr std::uint32_t grid_end = std::uint32_t{1} << max_grid_depth;
 template <typename VoxelsT>
 class VoxelSets : public ::testing::Test {};
 
-using AllSets = ::testing::Types<VoxelBlocks, SortedVoxels>;
+using AllSets = ::testing::Types<PointBlocks, SortedVoxels>;
 TYPED_TEST_SUITE(VoxelSets, AllSets);
 
 TYPED_TEST(VoxelSets, AreThoseOfAMap)
@@ -120,7 +120,7 @@ TYPED_TEST(VoxelSets, GrowAndShrinkWithTheCloud)
 
 /** \brief Blocks that want the same place in any table of the class, so that it forgets
  * them again and again. */
-TEST(VoxelBlocks, UniteBlocksThatCollide)
+TEST(PointBlocks, UniteBlocksThatCollide)
 {
   constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;
   Positions colliding;
@@ -134,7 +134,7 @@ TEST(VoxelBlocks, UniteBlocksThatCollide)
     if (mixed >> 52 == 0x7a5)
       colliding.push_back(position);
   }
-  VoxelBlocks voxels;
+  PointBlocks voxels;
   for (int cloud = 0; cloud < 4; ++cloud) {
     Positions positions;
     for (int i = 0; i < 20000; ++i) {
