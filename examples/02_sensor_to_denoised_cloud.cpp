@@ -34,7 +34,6 @@ int
 main()
 {
   const double resolution = 0.04; // m
-
   // At the sensor: each point gets its share of a voxel face, 255 being a full one.
   pcl_ext::SensorPreprocessor<KinectIntensity> preprocessor{
       KinectIntensity(resolution)};
@@ -54,6 +53,8 @@ main()
   settings.aggregation = pcl_ext::io::Aggregation::Sum;
   settings.intensity_range = 255.0f;
   settings.intensity_bits = 8;
+  const double cut_off_depth = KinectIntensity(resolution).cutOffDepth();
+  settings.depth_law = pcl_ext::io::DepthLaw{2, cut_off_depth, 255.0}; // fewer bytes
   Compression encoder(settings);
   std::stringstream bytes;
   if (!encoder.encodePointCloud(cloud, bytes).ok())
