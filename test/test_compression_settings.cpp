@@ -157,12 +157,10 @@ TEST(CompressionSettings, EveryEffortAndAggregationWillDo)
 
 TEST(CompressionSettings, AnEffortThatIsNoneIsRefused)
 {
-  for (const int effort : {-1, 3, 7, 255}) {
-    const CompressionStatus status = statusAfter(
-        [&](Settings& settings) { settings.effort = static_cast<Effort>(effort); });
-    EXPECT_EQ(status.code(), CompressionCode::InvalidSettings);
-    EXPECT_NE(status.message().find("effort"), std::string::npos) << status.message();
-  }
+  for (const int effort : {-1, 3, 7, 255})
+    expectRefused("effort", [effort](Settings& settings) {
+      settings.effort = static_cast<Effort>(effort);
+    });
 }
 
 TEST(CompressionSettings, IntensityRangeMustBeZeroOrPositive)
