@@ -4,6 +4,11 @@
 
 namespace pcl_ext {
 
+/** \brief A pose in the world: the frame of a sensor -> the global frame, metres; takes an
+ * Eigen::Isometry3d. Not aligned, so that it looks the same to the library and to programs
+ * built with other vector instructions. */
+using WorldPose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
+
 /** \brief True if a pose is what it says: a rotation and a translation, all finite. */
 inline bool
 isRigid(const Eigen::Isometry3f& pose)

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <pcl_ext/compression/symbol_intensities.h>
+#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Puts a frame's voxels into an OctoMap, each as far as it can be trusted.
+ *
+ * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, one of
+ * less as that part of a hit: it adds trust * getProbHitLog() to the log-odds of the node
+ * that holds its centre. With an origin, nodes on the rays to the voxels that hold no
+ * voxel count as missed, so that what went away leaves the map.
+ *
+ * Needs OctoMap, which the library itself does not: link with octomap.
+ * \param[in] frame the voxels, world coordinates
+ * \param[in] full_intensity intensity of a voxel that is trusted fully, in the unit of the
+ * frame; above 0
+ * \param[in] sensor_origin where the sensor is in the world, metres; none: no rays
+ * \param[in,out] map of any resolution; best that of the frame, whose grid is then the
+ * map's. Inner nodes are up to date behind the call
+ */
+inline void
+insertVoxels(const io::VoxelFrame& frame,
+             float full_intensity,
+             const std::optional<octomap::point3d>& sensor_origin,
+             octomap::OcTree& map)
+{
+  io::SymbolIntensities symbol_intensities;
+  symbol_intensities.setScale(frame.intensity_scale);
+  // Until the end, as each update of inner nodes would walk the tree again.
+  constexpr bool lazily = true;
+
+  const auto forEachVoxel = [&](const auto& visit) {
+    io::VoxelCentres centres;
+    for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
+      const std::size_t count =
+          io::voxelCentres(frame, symbol_intensities, begin, centres);
+      for (std::size_t i = 0; i < count; ++i)
+        visit(octomap::point3d(centres.x[i], centres.y[i], centres.z[i]),
+              centres.intensity[i]);
+    }
+  };
+
+  if (sensor_origin) {
+    octomap::Pointcloud cloud;
+    cloud.reserve(frame.size());
+    forEachVoxel(
+        [&](const octomap::point3d& centre, float) { cloud.push_back(centre); });
+    octomap::KeySet free_nodes;
+    octomap::KeySet occupied_nodes;
+    map.computeUpdate(cloud, *sensor_origin, free_nodes, occupied_nodes, -1.0);
+    for (const octomap::OcTreeKey& key : free_nodes)
+      map.updateNode(key, false, lazily);
+  }
+  forEachVoxel([&](const octomap::point3d& centre, float intensity) {
+    const float trust = std::clamp(intensity / full_intensity, 0.0f, 1.0f);
+    map.updateNode(centre, trust * map.getProbHitLog(), lazily);
+  });
+  map.updateInnerOccupancy();
+}
+
+} // namespace nodes
+} // namespace pcl_ext

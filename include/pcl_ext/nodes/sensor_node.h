@@ -1,0 +1,162 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/intensity/sensor.h>
+#include <pcl_ext/nodes/stream_health.h>
+#include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief The laws of intensity that a program can choose from while it runs; see
+ * CountLaw, QuadraticLaw, LinearLaw and NativeLaw. */
+enum class IntensityLaw {
+  Count,     ///< the number of points in a voxel
+  Quadratic, ///< share of a voxel face that they cover; needs the sensor
+  Linear,    ///< as quadratic, kinder to points that are near; needs the sensor
+  Native     ///< the sensor's own intensity; needs a field of the clouds
+};
+
+/** \brief All settings of a SensorNode, with their units, defaults and ranges. */
+struct SensorNodeSettings {
+  /** \brief Resolution, effort, format, I-frame rate, bits: see there.
+   *
+   * The pose and the law of depth come from the node: `sensor_pose` and `depth_law` stay
+   * unset. Without a `bounding_box` the grid is that of the crop box, if there is one.
+   */
+  io::IntensityCompressionSettings compression;
+
+  /** \brief Where a point's intensity comes from. */
+  IntensityLaw law = IntensityLaw::Count;
+
+  /** \brief Field of view and size of the depth image. Quadratic and linear only, which
+   * need it. */
+  std::optional<RuntimeSensor> sensor;
+
+  /** \brief Field that the native law reads. */
+  std::string intensity_field = "intensity";
+
+  /** \brief Points outside of it are left out: world coordinates, metres, both ends
+   * included, min < max on each axis. None: all points stay. */
+  std::optional<io::BoundingBox> crop_box;
+
+  /** \brief Name of the world frame, which frames carry if compression.carry_header is
+   * set. */
+  std::string global_frame = "world";
+
+  /** \brief Tells the time for the rates and latencies. */
+  Clock clock = systemTime;
+};
+
+/** \brief What came of a cloud. */
+enum class SensorNodeCode {
+  Ok,                ///< encoded, with the transform that came with it
+  UsedLastTransform, ///< encoded, with the last known transform, as none came with it
+  InvalidSettings,   ///< a setting is outside its range, or two contradict each other
+  NoTransform,       ///< not encoded: no transform came with it, nor ever before
+  InvalidTransform,  ///< not encoded: the transform is no rotation and translation
+  InvalidCloud,      ///< not encoded: fields or sizes of the cloud cannot be read
+  EncodingFailed     ///< not encoded: the encoder refused the frame
+};
+
+/** \brief Outcome of encoding a cloud. */
+struct SensorNodeStatus : Status<SensorNodeCode> {
+  using Status<SensorNodeCode>::Status;
+
+  /** \brief True if there is a frame to send. */
+  bool
+  hasFrame() const
+  {
+    return code() == SensorNodeCode::Ok || code() == SensorNodeCode::UsedLastTransform;
+  }
+};
+
+/** \brief Figures of a SensorNode. Counts are since it was made; every cloud is a frame,
+ * or was left out for want of a transform, or was refused. */
+struct SensorNodeStatistics {
+  std::size_t frames = 0;
+  std::size_t i_frames = 0;                   ///< of the frames
+  std::size_t frames_with_last_transform = 0; ///< of the frames
+  std::size_t clouds_without_transform = 0;   ///< left out
+  std::size_t clouds_refused = 0;             ///< broken, or their transform was
+  std::uint64_t cloud_bytes = 0;              ///< of the clouds that became frames
+  std::uint64_t frame_bytes = 0;              ///< of the frames
+  PreprocessingStatistics preprocessing;      ///< of the last frame
+  io::FrameStatistics frame;                  ///< of the last frame
+  StreamRates rates;
+
+  /** \brief Bytes of the clouds against bytes of the frames; 0 before the first. */
+  double
+  compressionRatio() const
+  {
+    return frame_bytes == 0
+               ? 0.0
+               : static_cast<double>(cloud_bytes) / static_cast<double>(frame_bytes);
+  }
+};
+
+/** \brief What the computer beside one sensor does: preprocesses each cloud, voxelizes and
+ * compresses it (sections 2.2 to 2.6 of the paper). Knows no ROS.
+ *
+ * One instance serves one sensor, and one thread at a time.
+ */
+class PCL_EXT_EXPORT SensorNode {
+public:
+  /** \brief A node at the start of its stream.
+   * \param[in] settings checked here; see settingsStatus()
+   */
+  explicit SensorNode(const SensorNodeSettings& settings);
+  ~SensorNode();
+  SensorNode(SensorNode&&) noexcept;
+  SensorNode&
+  operator=(SensorNode&&) noexcept;
+
+  /** \brief Ok, or InvalidSettings with the setting and its value; encode() then says the
+   * same of every cloud. */
+  const SensorNodeStatus&
+  settingsStatus() const;
+
+  /** \brief Turns the sensor's next cloud into the stream's next frame.
+   *
+   * The transform holds for this cloud, and for the following ones that come without.
+   * Before the first one nothing is encoded: a cloud is never sent in a frame that it is
+   * not in.
+   * \param[in] cloud in the sensor's frame (x right, y down, z along the optical axis),
+   * metres; fields as SensorPreprocessor::process finds them; stamp in microseconds
+   * \param[in] sensor_to_world rotation and translation at the time of the cloud, metres;
+   * none: it could not be looked up
+   * \param[out] bytes the frame; empty unless the status has one
+   */
+  SensorNodeStatus
+  encode(const pcl::PCLPointCloud2& cloud,
+         const std::optional<WorldPose>& sensor_to_world,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Makes the next frame an I-frame, for a receiver that joined or lost one. */
+  void
+  requestIFrame();
+
+  /** \brief Figures until now. */
+  SensorNodeStatistics
+  statistics() const;
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace nodes
+} // namespace pcl_ext
