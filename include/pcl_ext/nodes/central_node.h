@@ -125,8 +125,8 @@ public:
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp = std::nullopt);
 
-  /** \brief Returns when every frame received before the call is decoded and the listener
-   * was told. Not to be called by the listener. */
+  /** \brief Returns when no frame waits to be decoded, and the listener was told of all.
+   * Not to be called by the listener. */
   void
   waitUntilDecoded();
 

@@ -1,0 +1,63 @@
+#include "rate_window.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace nodes {
+
+Time
+systemTime()
+{
+  return std::chrono::system_clock::now().time_since_epoch();
+}
+
+void
+RateWindow::add(const Frame& frame)
+{
+  // A clock that was set back would keep frames of its future.
+  while (!frames_.empty() &&
+         (frames_.front().ready < frame.ready - StreamRates::window ||
+          frames_.front().ready > frame.ready || frames_.size() >= most_frames))
+    frames_.pop_front();
+  frames_.push_back(frame);
+}
+
+StreamRates
+RateWindow::rates(Time now) const
+{
+  StreamRates rates;
+  std::size_t frames = 0;
+  std::size_t bytes_behind_first = 0;
+  Time first{0};
+  Time last{0};
+  for (const Frame& frame : frames_) {
+    if (frame.ready < now - StreamRates::window || frame.ready > now)
+      continue;
+    if (frames++ == 0)
+      first = frame.ready;
+    else
+      bytes_behind_first += frame.bytes;
+    last = frame.ready;
+    rates.mean_cycle_seconds += frame.cycle_seconds;
+    rates.mean_latency_seconds += frame.latency_seconds;
+    rates.max_cycle_seconds = std::max(rates.max_cycle_seconds, frame.cycle_seconds);
+    rates.max_latency_seconds =
+        frames == 1 ? frame.latency_seconds
+                    : std::max(rates.max_latency_seconds, frame.latency_seconds);
+  }
+  if (frames == 0)
+    return rates;
+  rates.mean_cycle_seconds /= static_cast<double>(frames);
+  rates.mean_latency_seconds /= static_cast<double>(frames);
+  // N frames have N - 1 spaces; counted over the whole window, a stream that has just
+  // begun would look slow.
+  if (last > first) {
+    const double seconds = std::chrono::duration<double>(last - first).count();
+    rates.frames_per_second = static_cast<double>(frames - 1) / seconds;
+    rates.bytes_per_second = static_cast<double>(bytes_behind_first) / seconds;
+  }
+  return rates;
+}
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,154 @@
+#include "received_stream.h"
+
+#include <pcl_ext/filters/faint_voxels.h>
+
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+/** \brief True if bytes held no frame at all, so that none of the sender's is missing. */
+bool
+wasNoFrame(io::CompressionCode code)
+{
+  return code == io::CompressionCode::NoFrame ||
+         code == io::CompressionCode::EndOfStream;
+}
+
+} // namespace
+
+ReceivedStream::ReceivedStream(const std::string& name,
+                               float min_intensity,
+                               const io::DecoderLimits& limits)
+: decoder_(limits), min_intensity_(min_intensity)
+{
+  health_.name = name;
+}
+
+bool
+ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++health_.frames_received;
+  health_.bytes += bytes;
+  if (waiting_ >= max_waiting) {
+    ++health_.frames_refused;
+    ++unnumbered_;
+    return false;
+  }
+  ++waiting_;
+  return true;
+}
+
+void
+ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
+                       std::optional<Time> stamp,
+                       const Clock& clock,
+                       const FrameListener& listener)
+{
+  const auto start = std::chrono::steady_clock::now();
+  const io::CompressionStatus status =
+      decoder_.decode(bytes.data(), bytes.size(), decoding_);
+  const io::CodedFrameStatistics& coding = decoder_.statistics();
+  if (status.ok())
+    removeFaintVoxels(decoding_, min_intensity_);
+  const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
+
+  if (status.ok() && !stamp && decoder_.stamp())
+    stamp = std::chrono::microseconds(decoder_.stamp()->stamp);
+  const Time now = clock();
+  const std::chrono::duration<double> latency = stamp ? now - *stamp : Time(0);
+  const bool wants_i_frame = wantsIFrame(status.code());
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    --waiting_;
+    health_.i_frame_requests += wants_i_frame ? 1 : 0;
+    if (status.ok()) {
+      countDecoded(coding.frame_number);
+      health_.voxels = coding.voxels;
+      health_.kept_voxels = decoding_.size();
+      health_.last_decoded = now;
+      window_.add({now, bytes.size(), cycle.count(), latency.count()});
+      std::swap(decoding_, latest_);
+    }
+    else
+      countFailed(status);
+  }
+  // Only this thread changes the latest voxels, so that it may read them unlocked.
+  static const io::VoxelFrame no_voxels;
+  if (listener)
+    listener({health_.name,
+              stamp.value_or(Time(0)),
+              status,
+              status.ok() ? latest_ : no_voxels,
+              coding,
+              wants_i_frame});
+}
+
+bool
+ReceivedStream::wantsIFrame(io::CompressionCode code)
+{
+  switch (code) {
+  case io::CompressionCode::Ok:
+    failures_in_a_row_ = 0;
+    return false;
+  case io::CompressionCode::MissingReference:
+  case io::CompressionCode::Corrupt:
+  case io::CompressionCode::Truncated:
+  case io::CompressionCode::InputFailed:
+    // An answer takes a frame or two to arrive; a request may be lost, too.
+    return failures_in_a_row_++ % 3 == 0;
+  default:
+    return false; // an I-frame would not help
+  }
+}
+
+void
+ReceivedStream::countDecoded(std::uint32_t frame_number)
+{
+  // A number that is not above the last one is that of a sender that began again.
+  if (last_number_ && frame_number > *last_number_) {
+    const std::size_t missing = frame_number - *last_number_ - 1;
+    if (missing > unnumbered_)
+      health_.frames_lost += missing - unnumbered_;
+  }
+  last_number_ = frame_number;
+  unnumbered_ = 0;
+  ++health_.frames_decoded;
+  health_.in_sync = true;
+}
+
+void
+ReceivedStream::countFailed(const io::CompressionStatus& status)
+{
+  ++health_.frames_failed;
+  health_.last_failure = status;
+  if (wasNoFrame(status.code()))
+    return;
+  ++unnumbered_;
+  health_.in_sync = false;
+}
+
+bool
+ReceivedStream::latestVoxels(Time oldest, io::VoxelFrame& voxels) const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (health_.frames_decoded == 0 || health_.last_decoded < oldest)
+    return false;
+  voxels = latest_;
+  return true;
+}
+
+StreamHealth
+ReceivedStream::health(Time now) const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  StreamHealth health = health_;
+  health.rates = window_.rates(now);
+  return health;
+}
+
+} // namespace nodes
+} // namespace pcl_ext
