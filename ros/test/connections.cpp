@@ -47,7 +47,7 @@ waitForSubscribers(const std::string& node_name,
                    const std::string& topic,
                    std::size_t count)
 {
-  return waitFor([&] { return subscribersOf(node_name, topic) == count; });
+  return waitFor([&] { return subscribersOf(node_name, topic) >= count; });
 }
 
 } // namespace test

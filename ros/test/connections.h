@@ -17,7 +17,7 @@ namespace test {
 std::size_t
 subscribersOf(const std::string& node_name, const std::string& topic);
 
-/** \brief Waits until a node sends a topic to exactly so many. */
+/** \brief Waits until a node sends a topic to so many, or more. */
 bool
 waitForSubscribers(const std::string& node_name,
                    const std::string& topic,
