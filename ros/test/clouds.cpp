@@ -44,9 +44,11 @@ setAttributes(std::mt19937& random, pcl::PointXYZRGB& point)
 ros::Time
 stampOf(std::uint32_t number)
 {
-
+  // Nodes wait for transforms at stamps that are ahead, and not at those long gone.
+  constexpr std::uint32_t seconds_ahead = 100000;
+  static const std::uint64_t first_second = ros::Time::now().sec + seconds_ahead;
   ros::Time stamp;
-  stamp.fromNSec(1700000000123456789ull + 33333333ull * number);
+  stamp.fromNSec(first_second * 1000000000u + 123456789u + 33333333ull * number);
   return stamp;
 }
 

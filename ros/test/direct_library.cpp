@@ -94,13 +94,21 @@ DirectStream::voxelsOf(const sensor_msgs::PointCloud2& cloud,
                        const std::optional<pcl_ext::WorldPose>& pose,
                        float min_intensity)
 {
+  return voxelsIn(frameOf(cloud, pose, min_intensity));
+}
+
+io::VoxelFrame
+DirectStream::frameOf(const sensor_msgs::PointCloud2& cloud,
+                      const std::optional<pcl_ext::WorldPose>& pose,
+                      float min_intensity)
+{
   // The stream's frames alone are decoded, so that each must know nothing of the others.
   sensor_node_.requestIFrame();
-  Voxels voxels;
+  io::VoxelFrame voxels;
   CentralNode central_node(centralSettings(),
                            [&](const pcl_ext::nodes::ReceivedFrame& frame) {
                              EXPECT_TRUE(frame.status.ok()) << frame.status.message();
-                             voxels = voxelsIn(frame.voxels);
+                             voxels = frame.voxels;
                            });
   EXPECT_TRUE(central_node.addStream("direct", min_intensity).ok());
   EXPECT_TRUE(central_node.receive("direct", encode(cloud, pose)).ok());

@@ -51,6 +51,12 @@ public:
            const std::optional<pcl_ext::WorldPose>& pose,
            float min_intensity = 0.0f);
 
+  /** \brief The same as a frame. */
+  pcl_ext::io::VoxelFrame
+  frameOf(const sensor_msgs::PointCloud2& cloud,
+          const std::optional<pcl_ext::WorldPose>& pose,
+          float min_intensity = 0.0f);
+
 private:
   pcl_ext::nodes::SensorNode sensor_node_;
 };

@@ -142,6 +142,7 @@ TEST_F(Streams, StampsAreKeptToTheNanosecond)
   startBoth();
   DirectStream direct(compressorSettings());
   const Voxels expected = direct.voxelsOf(cloud(0), pose);
+  expectVoxels(cloud(0), expected); // waits for the transform, which the others do not
   for (const ros::Time stamp : {ros::Time(0, 1),
                                 ros::Time(1700000000, 999999999),
                                 ros::Time(1700000001, 1),
