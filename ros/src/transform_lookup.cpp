@@ -22,6 +22,11 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
     found.pose = pcl_ext::WorldPose::Identity();
     return found;
   }
+  if (frame_id.empty()) {
+    // TF2 would print a line of its own for every 10 ms that it waits.
+    found.failure = "there is no frame_id";
+    return found;
+  }
   try {
     found.pose = tf2::transformToEigen(
         buffer_.lookupTransform(global_frame_, frame_id, header.stamp, timeout_));
