@@ -96,8 +96,7 @@ IntensityDecompressor::addStream(const StreamParameters& parameters)
   stream.i_frame_requests =
       node_.advertise<std_msgs::Empty>(topic + "/request_i_frame", 10);
   if (map_ && !parameters.sensor_frame.empty() && !transforms_)
-    transforms_.emplace(parameters_.global_frame,
-                        ros::Duration(parameters_.map.tf_timeout));
+    transforms_.emplace(parameters_.global_frame, parameters_.map.tf_timeout);
 }
 
 void
