@@ -4,6 +4,7 @@
 
 #include "message_conversions.h"
 
+#include <cmath>
 #include <limits>
 
 namespace pcl_ext_ros {

@@ -4,6 +4,7 @@
 
 #include "message_conversions.h"
 
+#include <cmath>
 #include <filesystem>
 
 namespace pcl_ext_ros {
@@ -41,8 +42,8 @@ readStream(XmlRpc::XmlRpcValue element)
       stream.sensor_frame = withoutLeadingSlash(textOf(member.second, "sensor_frames"));
     else if (member.first == "min_intensity") {
       const std::optional<double> number = toNumber(member.second);
-      if (!number || !(*number >= 0 && *number <= highest_min_intensity))
-        refuse("a list whose min_intensities are numbers of 0 or more");
+      if (!number || !(std::abs(*number) <= highest_min_intensity))
+        refuse("a list whose min_intensities are finite numbers");
       stream.min_intensity = static_cast<float>(*number);
     }
     else
@@ -97,8 +98,8 @@ readDecompressorParameters(ParameterReader& reader)
   parameters.streams = readStreams(reader);
   parameters.global_frame =
       withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
-  parameters.min_intensity =
-      static_cast<float>(reader.number("min_intensity", 0, 0, highest_min_intensity));
+  parameters.min_intensity = static_cast<float>(
+      reader.number("min_intensity", 0, -highest_min_intensity, highest_min_intensity));
   reader.know("min_intensity_of");
   parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
   parameters.node.resolution = reader.number("resolution",

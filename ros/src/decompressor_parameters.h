@@ -11,7 +11,8 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Intensities that a threshold can have: those that a float holds. */
+/** \brief Thresholds are from minus this to this: all that a float holds. Native
+ * intensities may be negative. */
 constexpr double highest_min_intensity = std::numeric_limits<float>::max();
 
 /** \brief One entry of ~streams. */

@@ -26,6 +26,14 @@ public:
   insert(const pcl_ext::io::VoxelFrame& frame,
          const std::optional<octomap::point3d>& sensor_origin);
 
+  /** \brief Makes one node of eight that say the same, which insert() leaves as they are;
+   * the map is several times smaller behind it. */
+  void
+  prune()
+  {
+    tree_.prune();
+  }
+
   /** \brief What came of writing. */
   struct Written {
     bool ok = false;

@@ -35,7 +35,7 @@ readParameters()
 IntensityCompressor::IntensityCompressor()
 : parameters_(readParameters())
 , sensor_node_(parameters_.node)
-, transforms_(parameters_.node.global_frame, ros::Duration(parameters_.tf_timeout))
+, transforms_(parameters_.node.global_frame, parameters_.tf_timeout)
 {
   if (!sensor_node_.settingsStatus().ok())
     throw WrongParameter("Parameters contradict each other: " +

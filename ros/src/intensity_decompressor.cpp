@@ -6,6 +6,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
 
+#include <iostream>
 #include <utility>
 
 namespace pcl_ext_ros {
@@ -79,7 +80,7 @@ IntensityDecompressor::addStream(const StreamParameters& parameters)
   const double min_intensity = reader.number(
       "min_intensity_of" + topic,
       static_cast<double>(parameters.min_intensity.value_or(parameters_.min_intensity)),
-      0,
+      -highest_min_intensity,
       highest_min_intensity);
   streams_.push_back(
       std::make_unique<Stream>(topic, parameters, static_cast<float>(min_intensity)));
@@ -87,15 +88,15 @@ IntensityDecompressor::addStream(const StreamParameters& parameters)
   const CentralNodeStatus status =
       central_node_->addStream(topic, stream.min_intensity.current());
   if (!status.ok())
-    ParameterReader::refuse("streams", "wrong", "a list in which " + status.message());
+    ParameterReader::refuse(
+        "streams", "a list with " + topic + " twice", "a list of different topics");
   streams_by_topic_[topic] = &stream;
   stream.voxels =
       node_.advertise<sensor_msgs::PointCloud2>(topic + "/voxels", voxels_queue_size);
   stream.i_frame_requests =
       node_.advertise<std_msgs::Empty>(topic + "/request_i_frame", 10);
   if (map_ && !parameters.sensor_frame.empty() && !transforms_)
-    transforms_.emplace(parameters_.global_frame,
-                        ros::Duration(parameters_.map.tf_timeout));
+    transforms_.emplace(parameters_.global_frame, parameters_.map.tf_timeout);
 }
 
 void
@@ -152,11 +153,8 @@ IntensityDecompressor::run()
     return;
   updateMap();
   const FusedMap::Written written = map_->write();
-  // rosout is gone, but not the console.
-  if (written.ok)
-    ROS_INFO("%s", written.message.c_str());
-  else
-    ROS_ERROR("%s", written.message.c_str());
+  // ROS's console is gone.
+  (written.ok ? std::cout : std::cerr) << written.message << '\n';
 }
 
 void
@@ -261,6 +259,7 @@ IntensityDecompressor::updateMap()
     }
     map_->insert(map_voxels_, origin);
   }
+  map_->prune();
   map_nodes_ = map_->size();
 }
 

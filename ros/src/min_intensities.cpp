@@ -6,6 +6,8 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
+#include <cmath>
+
 namespace pcl_ext_ros {
 
 MinIntensity::MinIntensity(const std::string& topic,
@@ -41,10 +43,10 @@ MinIntensity::read(const std::string& name)
   if (value.getType() == XmlRpc::XmlRpcValue::TypeStruct && value.size() == 0)
     return std::nullopt;
   const std::optional<double> number = toNumber(value);
-  if (number && *number >= 0 && *number <= highest_min_intensity)
+  if (number && std::abs(*number) <= highest_min_intensity)
     return static_cast<float>(*number);
   const std::string warning = "Parameter " + name + " is " + toText(value) +
-                              "; it must be a number of 0 or more. It is ignored";
+                              "; it must be a finite number. It is ignored";
   if (warning != last_warning_)
     ROS_WARN("%s", warning.c_str());
   last_warning_ = warning;

@@ -2,15 +2,17 @@
 
 #include "message_conversions.h"
 
-#include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace pcl_ext_ros {
 
-TransformLookup::TransformLookup(std::string global_frame, ros::Duration timeout)
-: global_frame_(std::move(global_frame)), timeout_(timeout)
+TransformLookup::TransformLookup(std::string global_frame, double timeout)
+: global_frame_(std::move(global_frame))
+, timeout_(static_cast<std::int64_t>(1e9 * timeout))
 {}
 
 FoundTransform
@@ -22,12 +24,21 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
     found.pose = pcl_ext::WorldPose::Identity();
     return found;
   }
-  try {
-    found.pose = tf2::transformToEigen(
-        buffer_.lookupTransform(global_frame_, frame_id, header.stamp, timeout_));
+  if (frame_id.empty()) {
+    // TF2 would print a line of its own for every 10 ms that it waits.
+    found.failure = "there is no frame_id";
     return found;
   }
-  catch (const tf2::TransformException& failure) {
+  // From the stamp on, so that clouds that queued up meanwhile do not wait once more.
+  // Not as a ros::Duration, which throws where a stamp is decades off.
+  const auto age = rosTimeNow() - toNodeTime(header.stamp);
+  const auto wait = std::clamp(timeout_ - age, pcl_ext::nodes::Time(0), timeout_);
+  try {
+    found.pose = tf2::transformToEigen(buffer_.lookupTransform(
+        global_frame_, frame_id, header.stamp, ros::Duration().fromNSec(wait.count())));
+    return found;
+  }
+  catch (const std::exception& failure) { // TF's, or of ROS's arithmetic with times
     found.failure = failure.what();
   }
   try {
@@ -35,7 +46,7 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
         buffer_.lookupTransform(global_frame_, frame_id, ros::Time(0)));
     found.is_latest = true;
   }
-  catch (const tf2::TransformException&) {
+  catch (const std::exception&) {
     // Says the same as the first failure, which is kept.
   }
   return found;

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
 
-#include <ros/duration.h>
 #include <std_msgs/Header.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
@@ -29,9 +29,9 @@ class TransformLookup {
 public:
   /** \brief Listens from now on.
    * \param[in] global_frame without a slash before it
-   * \param[in] timeout how long a lookup may wait for the transform at its stamp
+   * \param[in] timeout how long after its stamp a transform is waited for, seconds
    */
-  TransformLookup(std::string global_frame, ros::Duration timeout);
+  TransformLookup(std::string global_frame, double timeout);
 
   /** \brief The transform at a stamp, else the latest, else none; of the global frame
    * itself the identity.
@@ -42,7 +42,7 @@ public:
 
 private:
   std::string global_frame_;
-  ros::Duration timeout_;
+  pcl_ext::nodes::Time timeout_;
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_{buffer_};
 };

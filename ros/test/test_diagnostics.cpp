@@ -115,14 +115,13 @@ TEST_F(Health, ReportsComeAboutOnceASecondAndTellOfSilence)
   EXPECT_TRUE(of_compressor.waitForLevel(DiagnosticStatus::ERROR));
   EXPECT_TRUE(of_decompressor.waitForLevel(DiagnosticStatus::ERROR));
   const double seconds = (ros::WallTime::now() - start).toSec();
-  const double reports =
-      static_cast<double>(of_compressor.entries().size() - before);
+  const double reports = static_cast<double>(of_compressor.entries().size() - before);
   EXPECT_GE(reports, 2.0);
   EXPECT_LE(reports, 2.0 * seconds + 2.0);
   // And it is over when clouds arrive again.
   sendUntil(of_compressor, "frames", 5);
-  EXPECT_TRUE(
-      waitFor([&] { return of_compressor.entries().back().level == DiagnosticStatus::OK; }));
+  EXPECT_TRUE(waitFor(
+      [&] { return of_compressor.entries().back().level == DiagnosticStatus::OK; }));
 }
 
 } // namespace
