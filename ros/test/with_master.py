@@ -142,7 +142,8 @@ def main():
     folder = tempfile.mkdtemp(prefix="pcl_ext_ros_test_")
     mark = uuid.uuid4().hex
     environment = dict(os.environ, ROS_IP="127.0.0.1", ROS_HOME=folder,
-                       ROS_LOG_DIR=os.path.join(folder, "log"))
+                       ROS_LOG_DIR=os.path.join(folder, "log"),
+                       ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
     environment.pop("ROS_HOSTNAME", None)
     os.mkdir(environment["ROS_LOG_DIR"])
     master = None
