@@ -333,6 +333,37 @@ TEST_F(HeldUpStream, RefusesFramesWhileTooManyWait)
   EXPECT_EQ(listener.course("a"), ".....");
 }
 
+TEST_F(HeldUpStream, ARefusedFrameIsNotLost)
+{
+  // It is refused before those that wait are decoded, and is missing behind them.
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  expectRefused(4);
+  gate.open();
+  node.waitUntilDecoded();
+  sendAndWait(node, "a", stream.frames[5]);
+  sendAndWait(node, "a", stream.frames[6]);
+  EXPECT_EQ(listener.course("a"), "....i.");
+  StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.frames_lost, 0u);
+  EXPECT_EQ(health.frames_failed, 1u);
+  EXPECT_EQ(health.frames_refused, 1u);
+  sendAndWait(node, "a", stream.frames[7]);
+  sendAndWait(node, "a", stream.frames[12]); // 8 to 11 are lost
+  EXPECT_EQ(onlyHealth(node).frames_lost, 4u);
+}
+
+TEST_F(HeldUpStream, FramesThatAreLostBeforeARefusedOneAreCounted)
+{
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  expectRefused(5); // 4 is lost
+  gate.open();
+  node.waitUntilDecoded();
+  sendAndWait(node, "a", stream.frames[6]);
+  EXPECT_EQ(onlyHealth(node).frames_lost, 1u);
+}
+
 TEST_F(HeldUpStream, AnotherStreamIsNeitherHeldUpNorRefused)
 {
   node.addStream("b");

@@ -33,12 +33,12 @@ ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_received;
   health_.bytes += bytes;
-  if (waiting_ >= max_waiting) {
+  if (refused_before_.size() >= max_waiting) {
     ++health_.frames_refused;
-    ++unnumbered_;
+    ++refused_behind_;
     return false;
   }
-  ++waiting_;
+  refused_before_.push_back(std::exchange(refused_behind_, 0));
   return true;
 }
 
@@ -63,7 +63,8 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   const bool wants_i_frame = wantsIFrame(status.code());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    --waiting_;
+    unnumbered_ += refused_before_.front();
+    refused_before_.pop_front();
     health_.i_frame_requests += wants_i_frame ? 1 : 0;
     if (status.ok()) {
       countDecoded(coding.frame_number);
