@@ -247,6 +247,27 @@ TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, (0.2 + 0.4 + 0.4) / 3);
 }
 
+TEST_F(HealthOfOneStream, StampsThatNoClockTellsAreSafe)
+{
+  // Nanoseconds where PCL has microseconds, and the last number there is.
+  for (const std::uint64_t stamp :
+       std::vector<std::uint64_t>{1700000000000000000, ~std::uint64_t{0}}) {
+    CodedStream::Settings settings;
+    settings.frames = 1;
+    settings.first_stamp = stamp;
+    clock.set(clock.clock()() + 10s);
+    sendAndWait(node, "a", CodedStream(settings).frames[0]);
+    EXPECT_GT(listener.heard("a").back().stamp,
+              Time(std::chrono::hours(24 * 365 * 290)));
+    EXPECT_LT(onlyHealth(node).rates.mean_latency_seconds, -9e9);
+    clock.set(clock.clock()() + 10s);
+  }
+  sendAndWait(node, "a", streamOf(1).frames[0], Time::min());
+  EXPECT_GT(onlyHealth(node).rates.max_latency_seconds, 9e9);
+  sendAndWait(node, "a", streamOf(1).frames[0], Time::max());
+  EXPECT_EQ(listener.heard("a").back().stamp, Time::max());
+}
+
 TEST_F(HealthOfOneStream, WithoutAnyStampThereIsNoLatency)
 {
   clock.set(1700000000s);

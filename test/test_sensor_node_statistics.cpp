@@ -106,4 +106,18 @@ TEST(SensorNodeStatistics, RatesAndLatenciesAreOfTheClockOfTheSettings)
   EXPECT_EQ(rates.max_latency_seconds, 0.0);
 }
 
+TEST(SensorNodeStatistics, StampsThatNoClockTellsAreSafe)
+{
+  FakeClock clock;
+  clock.set(1700000000s);
+  for (const std::uint64_t stamp :
+       std::vector<std::uint64_t>{1700000000000000000, ~std::uint64_t{0}}) {
+    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+    settings.clock = clock.clock();
+    SensorNode node(settings);
+    encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1), stamp), poseOf(0));
+    EXPECT_LT(node.statistics().rates.mean_latency_seconds, -7e9);
+  }
+}
+
 } // namespace

@@ -2,6 +2,8 @@
 
 #include <pcl_ext/filters/faint_voxels.h>
 
+#include "latency.h"
+
 #include <utility>
 
 namespace pcl_ext {
@@ -57,9 +59,9 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   if (status.ok() && !stamp && decoder_.stamp())
-    stamp = std::chrono::microseconds(decoder_.stamp()->stamp);
+    stamp = timeOfStamp(decoder_.stamp()->stamp);
   const Time now = clock();
-  const std::chrono::duration<double> latency = stamp ? now - *stamp : Time(0);
+  const double latency = stamp ? latencySeconds(*stamp, now) : 0.0;
   const bool wants_i_frame = wantsIFrame(status.code());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -71,7 +73,7 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
       health_.voxels = coding.voxels;
       health_.kept_voxels = decoding_.size();
       health_.last_decoded = now;
-      window_.add({now, bytes.size(), cycle.count(), latency.count()});
+      window_.add({now, bytes.size(), cycle.count(), latency});
       std::swap(decoding_, latest_);
     }
     else

@@ -4,6 +4,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "latency.h"
 #include "rate_window.h"
 
 #include <array>
@@ -322,11 +323,10 @@ private:
     statistics_.frame_bytes += bytes;
     statistics_.frame.coding = coding;
     const Time now = settings_.clock();
-    const Time stamp = std::chrono::microseconds(cloud.header.stamp);
     window_.add({now,
                  bytes,
                  cycle_seconds,
-                 std::chrono::duration<double>(now - stamp).count()});
+                 latencySeconds(timeOfStamp(cloud.header.stamp), now)});
   }
 
   SensorNodeSettings settings_;
