@@ -272,6 +272,13 @@ TEST_F(HealthOfOneStream, WithoutAnyStampThereIsNoLatency)
 {
   clock.set(1700000000s);
   sendFrames(streamOf(1), {0});
+  // Nor is 0 one, which is what clouds have that were never stamped.
+  sendAndWait(node, "a", streamOf(1).frames[0], Time(0));
+  CodedStream::Settings settings;
+  settings.frames = 1;
+  settings.first_stamp = 0;
+  sendFrames(CodedStream(settings), {0});
+  EXPECT_EQ(onlyHealth(node).frames_decoded, 3u);
   EXPECT_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.0);
   EXPECT_EQ(onlyHealth(node).rates.max_latency_seconds, 0.0);
 }

@@ -106,6 +106,18 @@ TEST(SensorNodeStatistics, RatesAndLatenciesAreOfTheClockOfTheSettings)
   EXPECT_EQ(rates.max_latency_seconds, 0.0);
 }
 
+TEST(SensorNodeStatistics, CloudsWithoutAStampHaveNoLatency)
+{
+  FakeClock clock;
+  clock.set(1700000000s);
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.clock = clock.clock();
+  SensorNode node(settings);
+  encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1), 0), poseOf(0));
+  EXPECT_EQ(node.statistics().rates.max_latency_seconds, 0.0);
+  EXPECT_EQ(node.statistics().rates.mean_latency_seconds, 0.0);
+}
+
 TEST(SensorNodeStatistics, StampsThatNoClockTellsAreSafe)
 {
   FakeClock clock;

@@ -20,10 +20,13 @@ timeOfStamp(std::uint64_t microseconds)
       std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
-/** \brief Seconds from a frame's stamp until it was ready. */
+/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, which is
+ * what clouds have that were never stamped. */
 inline double
 latencySeconds(Time stamp, Time ready)
 {
+  if (stamp == Time(0))
+    return 0.0;
   using Seconds = std::chrono::duration<double>;
   // The difference of moments on both sides of 0 may be more than Time holds.
   if ((stamp < Time(0)) != (ready < Time(0)))

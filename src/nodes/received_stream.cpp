@@ -61,7 +61,7 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   if (status.ok() && !stamp && decoder_.stamp())
     stamp = timeOfStamp(decoder_.stamp()->stamp);
   const Time now = clock();
-  const double latency = stamp ? latencySeconds(*stamp, now) : 0.0;
+  const double latency = latencySeconds(stamp.value_or(Time(0)), now);
   const bool wants_i_frame = wantsIFrame(status.code());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
