@@ -132,6 +132,21 @@ TEST(RateWindow, AClockThatWasSetBackBeginsAnew)
   expectNothing(window.rates(1001s));
 }
 
+TEST(RateWindow, AClockThatWasSetBackALittleForgetsItsFutureToo)
+{
+  RateWindow window;
+  window.add(frameAt(10000ms));
+  window.add(frameAt(11000ms, 100, 0.9));
+  window.add(frameAt(10500ms));
+  window.add(frameAt(10750ms));
+  for (const Time now : {10750ms, 11000ms}) {
+    const StreamRates rates = window.rates(now);
+    EXPECT_DOUBLE_EQ(rates.frames_per_second, 2.0 / 0.75);
+    EXPECT_DOUBLE_EQ(rates.bytes_per_second, 200.0 / 0.75);
+    EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.01);
+  }
+}
+
 TEST(RateWindow, AClockThatStandsStillDoesNotMakeItGrow)
 {
   RateWindow window;
