@@ -109,6 +109,9 @@ TEST(CentralNode, AFrameThatFailsHasNoVoxelsAndLeavesTheLatest)
   ASSERT_EQ(heard.size(), 2u);
   EXPECT_EQ(heard[1].code, CompressionCode::MissingReference);
   EXPECT_EQ(heard[1].voxels.size(), 0u);
+  EXPECT_EQ(heard[1].statistics.voxels, 0u); // not those of the frame before
+  EXPECT_EQ(heard[1].statistics.bytes, 0u);
+  EXPECT_EQ(heard[1].statistics.frame_number, 0u);
   EXPECT_TRUE(heard[1].wants_i_frame);
   VoxelFrame latest;
   node.latestVoxels("a", latest);

@@ -81,12 +81,13 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   }
   // Only this thread changes the latest voxels, so that it may read them unlocked.
   static const io::VoxelFrame no_voxels;
+  static const io::CodedFrameStatistics no_statistics;
   if (listener)
     listener({health_.name,
               stamp.value_or(Time(0)),
               status,
               status.ok() ? latest_ : no_voxels,
-              coding,
+              status.ok() ? coding : no_statistics,
               wants_i_frame});
 }
 

@@ -61,7 +61,7 @@ struct ReceivedFrame {
   Time stamp;                          ///< as it was received with
   const io::CompressionStatus& status; ///< Ok, or why there are no voxels
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
-  const io::CodedFrameStatistics& statistics; ///< of the frame before denoising
+  const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief The stream cannot go on without an I-frame; ask its sender for one. Said with
    * the first frame that fails, and with every third after it until one is decoded. */
