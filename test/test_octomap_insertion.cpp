@@ -185,6 +185,22 @@ TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
   EXPECT_EQ(logOddsAt(map, onRow(23)), hit);
 }
 
+TEST(OctomapInsertion, AVoxelThatIsWorthNothingSaysNothing)
+{
+  OcTree map(resolution);
+  insertVoxels(rowFrom(20, {0, 9}), 1.0f, onRow(2), map);
+  // A node of log-odds 0 would count as occupied.
+  EXPECT_EQ(logOddsAt(map, onRow(20)), std::nullopt);
+  EXPECT_EQ(logOddsAt(map, onRow(21)), map.getProbHitLog());
+  EXPECT_EQ(logOddsAt(map, onRow(19)), map.getProbMissLog());
+
+  VoxelFrame negative = rowFrom(30, {0, 50});
+  negative.intensity_scale.offset = -20.0f;
+  insertVoxels(negative, 10.0f, std::nullopt, map);
+  EXPECT_EQ(logOddsAt(map, onRow(30)), std::nullopt);
+  EXPECT_EQ(logOddsAt(map, onRow(31)), map.getProbHitLog());
+}
+
 TEST(OctomapInsertion, InnerNodesAreUpToDate)
 {
   std::mt19937_64 random(2);

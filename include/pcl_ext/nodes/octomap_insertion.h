@@ -17,7 +17,7 @@ namespace nodes {
  *
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, one of
  * less as that part of a hit: it adds trust * getProbHitLog() to the log-odds of the node
- * that holds its centre. With an origin, nodes on the rays to the voxels that hold no
+ * that holds its centre. One of 0 or less changes nothing. With an origin, nodes on the rays to the voxels that hold no
  * voxel count as missed, so that what went away leaves the map.
  *
  * Needs OctoMap, which the library itself does not: link with octomap.
@@ -63,7 +63,9 @@ insertVoxels(const io::VoxelFrame& frame,
   }
   forEachVoxel([&](const octomap::point3d& centre, float intensity) {
     const float trust = std::clamp(intensity / full_intensity, 0.0f, 1.0f);
-    map.updateNode(centre, trust * map.getProbHitLog(), lazily);
+    // A node that only exists counts as occupied.
+    if (trust > 0.0f)
+      map.updateNode(centre, trust * map.getProbHitLog(), lazily);
   });
   map.updateInnerOccupancy();
 }
