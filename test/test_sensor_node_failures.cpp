@@ -296,4 +296,19 @@ TEST(SensorNodeSettings, ThoseOfTheCodecAreCheckedToo)
       "carry_header is on; it must be off in the published layout");
 }
 
+TEST(SensorNodeSettings, ANameThatNoFrameCarriesIsOnlyRefusedWhereItIsCarried)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.global_frame = std::string(1025, 'w');
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+  settings.compression.carry_header = true;
+  expectInvalid(
+      settings,
+      "global_frame is 1025 bytes long; it must be 1024 or less, for frames to "
+      "carry it");
+  settings.global_frame.pop_back();
+  SensorNode node(settings);
+  encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1)), poseOf(0));
+}
+
 } // namespace

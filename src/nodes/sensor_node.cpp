@@ -4,6 +4,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "../compression/version1_header.h"
 #include "latency.h"
 #include "rate_window.h"
 
@@ -78,6 +79,11 @@ checkSettings(const SensorNodeSettings& settings)
   if (settings.crop_box)
     if (const SensorNodeStatus status = checkCropBox(*settings.crop_box); !status.ok())
       return status;
+  if (settings.compression.carry_header &&
+      settings.global_frame.size() > io::max_frame_id_size)
+    return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +
+                   " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
+                   " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
       !status.ok())
     return invalid(status.message());

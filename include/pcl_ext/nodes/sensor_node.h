@@ -54,7 +54,7 @@ struct SensorNodeSettings {
   std::optional<io::BoundingBox> crop_box;
 
   /** \brief Name of the world frame, which frames carry if compression.carry_header is
-   * set. */
+   * set; 1024 bytes at most then. */
   std::string global_frame = "world";
 
   /** \brief Tells the time for the rates and latencies. */
