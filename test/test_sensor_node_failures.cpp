@@ -230,6 +230,25 @@ TEST(SensorNodeSettings, TheLawMustBeOneAndHaveItsSensor)
         "size");
 }
 
+TEST(SensorNodeSettings, TheSensorIsCheckedAgainAsItsFiguresMayHaveBeenChanged)
+{
+  for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear}) {
+    expectInvalid(
+        law,
+        [](auto& settings) { settings.sensor->columns = 0; },
+        "sensor: a sensor needs at least one column and one row");
+    expectInvalid(
+        law,
+        [](auto& settings) { settings.sensor->fov_y_deg = nan_value; },
+        "sensor: field of view must lie between 0 and 180 degrees, got nan");
+  }
+  // Others do not ask for one.
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.sensor = runtimeKinect();
+  settings.sensor->rows = 0;
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+}
+
 TEST(SensorNodeSettings, PoseAndLawOfDepthAreTheNodes)
 {
   const std::string message =

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -31,6 +32,19 @@ bool
 needsSensor(IntensityLaw law)
 {
   return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
+}
+
+/** \brief Checks the figures of a sensor, which may have changed since it was made. */
+SensorNodeStatus
+checkSensor(const RuntimeSensor& sensor)
+{
+  try {
+    RuntimeSensor(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
+  }
+  catch (const std::invalid_argument& error) {
+    return {SensorNodeCode::InvalidSettings, std::string("sensor: ") + error.what()};
+  }
+  return {};
 }
 
 SensorNodeStatus
@@ -70,6 +84,9 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law) && !settings.sensor)
     return invalid("sensor is not set; the quadratic and the linear law need its field "
                    "of view and size");
+  if (needsSensor(settings.law))
+    if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
+      return status;
   if (settings.compression.sensor_pose || settings.compression.depth_law)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
