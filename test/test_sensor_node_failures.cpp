@@ -292,6 +292,26 @@ TEST(SensorNodeSettings, TheCropBoxMustBeABox)
   expectBadBox({{0, -infinity, 0}, {1, 1, 1}}, "-inf to 1.000000");
 }
 
+TEST(SensorNodeSettings, ACropBoxThatNoGridHoldsIsToldByItsName)
+{
+  const BoundingBox wide{{-1e6, 0, 0}, {1e6, 1, 1}};
+  const std::string message =
+      "bounding_box is 2000000.000000 m wide; it must be no wider than 2^21 - 1 voxels";
+  expectInvalid(
+      IntensityLaw::Count,
+      [&](auto& settings) { settings.crop_box = wide; },
+      "crop_box as " + message);
+  expectInvalid(
+      IntensityLaw::Count,
+      [&](auto& settings) { settings.compression.bounding_box = wide; },
+      message);
+  // With a grid of its own it may be as wide as it likes.
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = wide;
+  settings.compression.bounding_box = BoundingBox{{0, 0, 0}, {1, 1, 1}};
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+}
+
 TEST(SensorNodeSettings, ThoseOfTheCodecAreCheckedToo)
 {
   expectInvalid(

@@ -102,8 +102,11 @@ checkSettings(const SensorNodeSettings& settings)
                    " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
                    " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
-      !status.ok())
-    return invalid(status.message());
+      !status.ok()) {
+    // Where all is well without the crop box, nobody set the box that the codec names.
+    const bool is_crop_boxs = io::checkSettings(settings.compression).ok();
+    return invalid((is_crop_boxs ? "crop_box as " : "") + status.message());
+  }
   return {};
 }
 
