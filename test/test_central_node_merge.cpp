@@ -100,6 +100,49 @@ TEST(Merging, SumsTheVoxelsOfAllStreamsOnTheCommonGrid)
   }
 }
 
+/** \brief Expects each voxel of a stream to be in a voxel of its own, by the index of the
+ * lower corner on all axes. */
+template <typename IndexOf>
+void
+expectOneToOne(const CodedStream& stream, IndexOf index_of)
+{
+  CentralNode node(centralSettings());
+  node.addStream("a");
+  sendAndWait(node, "a", stream.frames[0]);
+  const VoxelFrame& frame = stream.decoded[0];
+  WorldVoxels expected;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const auto position = pcl_ext::io::voxelPosition(frame.keys[i]);
+    expected[{index_of(frame.grid.first_index[0] + std::int64_t{position.x}),
+              index_of(frame.grid.first_index[1] + std::int64_t{position.y}),
+              index_of(frame.grid.first_index[2] + std::int64_t{position.z})}] =
+        static_cast<double>(frame.intensity_scale.value(frame.intensities[i]));
+  }
+  ASSERT_EQ(expected.size(), frame.size());
+  EXPECT_EQ(mergedVoxels(node), expected);
+}
+
+TEST(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
+{
+  // Where PCL anchors its lattice for boxes that are an odd number of voxels wide.
+  CodedStream::Settings settings;
+  settings.frames = 1;
+  settings.format = StreamFormat::Published;
+  // Its indices begin at the corner of the grid, 32 voxels below the anchor.
+  for (const int voxels : {-450, -7, 0, 13, 900}) {
+    const double anchor = (voxels + 0.5) * resolution;
+    settings.anchor = {anchor, anchor, anchor};
+    expectOneToOne(CodedStream(settings),
+                   [&](std::int64_t index) { return index - 32 + voxels + 1; });
+  }
+  // Voxels of twice the size have the middle between two in their own.
+  settings.format = StreamFormat::Version1;
+  settings.anchor = {};
+  settings.resolution = 2.0 * resolution;
+  expectOneToOne(CodedStream(settings),
+                 [](std::int64_t index) { return 2 * index + 1; });
+}
+
 TEST(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
 {
   const CodedStream first = streamOf(3, 30, 1);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -28,15 +29,6 @@ using pcl_ext::io::test::randomFrame;
 using pcl_ext::nodes::insertVoxels;
 
 constexpr double resolution = 0.04; // of the frames
-
-point3d
-centreOf(const VoxelFrame& frame, std::size_t voxel)
-{
-  const VoxelPosition position = voxelPosition(frame.keys[voxel]);
-  return {static_cast<float>(frame.grid.centre(0, position.x)),
-          static_cast<float>(frame.grid.centre(1, position.y)),
-          static_cast<float>(frame.grid.centre(2, position.z))};
-}
 
 /** \brief Log-odds of the node at a place; none if it is unknown. */
 std::optional<float>
@@ -62,10 +54,16 @@ naiveLogOdds(const VoxelFrame& frame, float full_intensity, const OcTree& map)
 {
   std::map<std::array<unsigned int, 3>, float> log_odds;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const octomap::OcTreeKey key = map.coordToKey(centreOf(frame, i));
+    const VoxelPosition position = voxelPosition(frame.keys[i]);
+    const auto key = [&](std::size_t axis, std::uint32_t place) {
+      // A centre on a face belongs to the node above.
+      const double edges = frame.grid.centre(axis, place) / map.getResolution();
+      return static_cast<unsigned int>(std::floor(edges + 1e-6) + 32768.0);
+    };
     const float intensity = frame.intensity_scale.value(frame.intensities[i]);
     const float trust = std::max(std::min(intensity / full_intensity, 1.0f), 0.0f);
-    float& node = log_odds[{key[0], key[1], key[2]}];
+    float& node =
+        log_odds[{key(0, position.x), key(1, position.y), key(2, position.z)}];
     node = std::min(node + trust * map.getProbHitLog(), map.getClampingThresMaxLog());
   }
   return log_odds;

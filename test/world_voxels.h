@@ -19,7 +19,7 @@ namespace test {
 using WorldVoxels = std::map<std::array<std::int64_t, 3>, double>;
 
 /** \brief Adds a frame's intensities to the voxels of a lattice about the world origin
- * that hold the centres of its own. */
+ * that hold the centres of its own; none of these may lie on a face. */
 inline void
 addVoxels(const io::VoxelFrame& frame, double resolution, WorldVoxels& voxels)
 {

@@ -38,6 +38,7 @@ insertVoxels(const io::VoxelFrame& frame,
   symbol_intensities.setScale(frame.intensity_scale);
   // Until the end, as each update of inner nodes would walk the tree again.
   constexpr bool lazily = true;
+  const float margin = io::faceMargin(map.getResolution());
 
   const auto forEachVoxel = [&](const auto& visit) {
     io::VoxelCentres centres;
@@ -45,7 +46,8 @@ insertVoxels(const io::VoxelFrame& frame,
       const std::size_t count =
           io::voxelCentres(frame, symbol_intensities, begin, centres);
       for (std::size_t i = 0; i < count; ++i)
-        visit(octomap::point3d(centres.x[i], centres.y[i], centres.z[i]),
+        visit(octomap::point3d(
+                  centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin),
               centres.intensity[i]);
     }
   };
