@@ -5,6 +5,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/rigid_pose.h>
 
@@ -39,6 +40,12 @@ using Bytes = std::vector<std::uint8_t>;
 using PointIntensity = std::function<double(const pcl::PointXYZI&)>;
 
 constexpr double resolution = 0.04;
+
+// 2^6 voxels wide about the origin, so that PCL's lattice for it is the world's.
+inline const io::BoundingBox wide_box{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}};
+
+// Through the middle of the clouds, along faces of voxels.
+inline const io::BoundingBox narrow_box{{-0.12, -1.0, -0.08}, {1.0, 0.16, 0.2}};
 
 /** \brief Where a sensor is that moves from frame to frame; about 3 m off the origin. */
 inline WorldPose
@@ -181,6 +188,17 @@ encoded(SensorNode& node, const pcl::PCLPointCloud2& cloud, const WorldPose& pos
   expectCode(node.encode(cloud, pose, bytes), SensorNodeCode::Ok);
   EXPECT_FALSE(bytes.empty());
   return bytes;
+}
+
+/** \brief Decodes a frame that must be one. */
+inline io::VoxelFrame
+decodedWith(io::FrameDecoder& decoder, const Bytes& bytes)
+{
+  io::VoxelFrame frame;
+  const io::CompressionStatus status =
+      decoder.decode(bytes.data(), bytes.size(), frame);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return frame;
 }
 
 /** \brief Expects a cloud to be left out, whatever the bytes held before. */

@@ -33,7 +33,6 @@ using pcl_ext::RuntimeSensor;
 using pcl_ext::SensorPreprocessor;
 using pcl_ext::WorldPose;
 using pcl_ext::io::BoundingBox;
-using pcl_ext::io::CompressionStatus;
 using pcl_ext::io::DepthLaw;
 using pcl_ext::io::Effort;
 using pcl_ext::io::FrameDecoder;
@@ -46,21 +45,6 @@ using pcl_ext::test::NaiveVoxels;
 using pcl_ext::test::naiveVoxels;
 using pcl_ext::test::WorldVoxels;
 using pcl_ext::test::worldVoxels;
-
-// 2^6 voxels wide about the origin, so that PCL's lattice for it is the world's.
-const BoundingBox wide_box{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}};
-
-// Through the middle of the clouds, along faces of voxels.
-const BoundingBox narrow_box{{-0.12, -1.0, -0.08}, {1.0, 0.16, 0.2}};
-
-VoxelFrame
-decodedWith(FrameDecoder& decoder, const Bytes& bytes)
-{
-  VoxelFrame frame;
-  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), frame);
-  EXPECT_TRUE(status.ok()) << status.message();
-  return frame;
-}
 
 /** \brief A law, and what it makes of points and voxels. */
 struct LawCase {
@@ -308,35 +292,6 @@ TEST(SensorNode, ReadsTheIntensityFieldOfTheSettings)
   expectLeftOut(node, without, WorldPose::Identity(), SensorNodeCode::InvalidCloud);
 }
 
-TEST(SensorNode, GridOfTheCropBoxStaysWhenThePointsMove)
-{
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published})
-    for (const bool has_box : {true, false}) {
-      SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-      settings.compression.format = format;
-      if (has_box)
-        settings.crop_box = wide_box;
-      SensorNode node(settings);
-      const Cloud cloud = cloudSeenFrom(WorldPose::Identity(), 1);
-      std::vector<pcl_ext::io::VoxelGrid> grids;
-      FrameDecoder decoder;
-      for (unsigned int frame = 0; frame < 4; ++frame) {
-        // A few points far from the others, further out each time.
-        Cloud moved = cloud;
-        for (std::size_t i = 0; i < 9; ++i)
-          moved[i].x = 0.3f + 0.24f * static_cast<float>(frame);
-        grids.push_back(
-            decodedWith(decoder, encoded(node, messageOf(moved), WorldPose::Identity()))
-                .grid);
-      }
-      bool all_alike = true;
-      for (const pcl_ext::io::VoxelGrid& grid : grids)
-        all_alike &= grid == grids.front();
-      EXPECT_EQ(all_alike, has_box);
-      EXPECT_EQ(node.statistics().i_frames == 1, has_box);
-    }
-}
-
 TEST(SensorNode, ABoundingBoxOfItsOwnIsNotReplacedByTheCropBox)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
@@ -370,99 +325,6 @@ TEST(SensorNode, CloudsOfWhichNothingIsLeftAreFramesWithoutVoxels)
     EXPECT_EQ(node.statistics().frames, 4u);
     EXPECT_EQ(node.statistics().clouds_refused, 0u);
   }
-}
-
-TEST(SensorNode, AStreamMayBeginWithAnEmptyCloudWithoutAnyBox)
-{
-  SensorNode node(settingsOf(IntensityLaw::Linear));
-  FrameDecoder decoder;
-  EXPECT_EQ(decodedWith(decoder, encoded(node, messageOf(Cloud()), poseOf(0))).size(),
-            0u);
-  const Cloud seen = cloudSeenFrom(poseOf(1), 2);
-  EXPECT_EQ(
-      decodedWith(decoder, encoded(node, messageOf(seen), poseOf(1))).size(),
-      naiveVoxels(naivelyPreprocessed(seen, poseOf(1), naiveCount), resolution).size());
-}
-
-TEST(SensorNode, IFramesComeAtTheirRateAndWhenRequested)
-{
-  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-  settings.crop_box = wide_box;
-  settings.compression.i_frame_rate = 4;
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
-    settings.compression.format = format;
-    SensorNode node(settings);
-    const pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
-    FrameDecoder decoder;
-    std::string frame_types;
-    for (unsigned int frame = 0; frame < 11; ++frame) {
-      if (frame == 6)
-        node.requestIFrame();
-      decodedWith(decoder, encoded(node, message, poseOf(0)));
-      frame_types += decoder.statistics().is_i_frame ? 'I' : 'P';
-      EXPECT_EQ(node.statistics().frame.coding.is_i_frame,
-                decoder.statistics().is_i_frame);
-    }
-    EXPECT_EQ(frame_types, "IPPPIPIPPPI");
-    EXPECT_EQ(node.statistics().i_frames, 4u);
-  }
-}
-
-TEST(SensorNode, AReceiverThatJoinsLateIsServedByARequest)
-{
-  SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
-  SensorNode node(settings);
-  const pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
-  encoded(node, message, poseOf(0));
-  FrameDecoder late;
-  VoxelFrame frame;
-  Bytes bytes = encoded(node, message, poseOf(0));
-  EXPECT_FALSE(late.decode(bytes.data(), bytes.size(), frame).ok());
-  node.requestIFrame();
-  // A cloud that is left out does not use the request up.
-  expectLeftOut(node, pcl::PCLPointCloud2(), poseOf(0), SensorNodeCode::InvalidCloud);
-  decodedWith(late, encoded(node, message, poseOf(0)));
-  decodedWith(late, encoded(node, message, poseOf(0)));
-  EXPECT_FALSE(late.statistics().is_i_frame);
-}
-
-TEST(SensorNode, FramesCarryTheStampAndTheGlobalFrameIfAskedTo)
-{
-  for (const bool carries : {true, false}) {
-    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-    settings.compression.carry_header = carries;
-    settings.global_frame = "cell floor";
-    SensorNode node(settings);
-    FrameDecoder decoder;
-    for (const std::uint64_t stamp :
-         std::vector<std::uint64_t>{1600000000000000, 1600000000033333, 5}) {
-      const Cloud cloud = cloudSeenFrom(poseOf(0), 1);
-      decodedWith(decoder, encoded(node, messageOf(cloud, stamp), poseOf(0)));
-      ASSERT_EQ(decoder.stamp().has_value(), carries);
-      if (carries) {
-        EXPECT_EQ(decoder.stamp()->stamp, stamp);
-        EXPECT_EQ(decoder.stamp()->frame_id, "cell floor"); // not "sensor"
-      }
-    }
-  }
-}
-
-TEST(SensorNode, AMovedNodeGoesOnWithItsStream)
-{
-  SensorNode first(settingsOf(IntensityLaw::Count));
-  FrameDecoder decoder;
-  const Cloud cloud = cloudSeenFrom(poseOf(0), 1);
-  decodedWith(decoder, encoded(first, messageOf(cloud), poseOf(0)));
-  SensorNode second(std::move(first));
-  decodedWith(decoder, encoded(second, messageOf(cloud), poseOf(0)));
-  SensorNode third(settingsOf(IntensityLaw::Quadratic));
-  third = std::move(second);
-  Bytes bytes;
-  expectCode(third.encode(messageOf(cloud), std::nullopt, bytes),
-             SensorNodeCode::UsedLastTransform);
-  decodedWith(decoder, bytes);
-  EXPECT_FALSE(decoder.statistics().is_i_frame);
-  EXPECT_EQ(third.statistics().frames, 3u);
 }
 
 } // namespace

@@ -141,8 +141,9 @@ public:
   /** \brief The voxels of all streams as of now, merged.
    *
    * A voxel of a stream goes to the voxel of the common grid that holds its centre, which
-   * is the one above for a centre on a face; its intensity there is the sum over the streams, as it is over points (section 2.5.4 of
-   * the paper), so that streams of one law should be merged with each other.
+   * is the one above for a centre on a face; its intensity there is the sum over the
+   * streams, as it is over points (section 2.5.4 of the paper), so that streams of one law
+   * should be merged with each other.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the world origin; intensities
    * exact while all are whole numbers below 65536, else to 1/65535 of the largest
    */
