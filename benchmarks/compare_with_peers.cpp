@@ -4,6 +4,7 @@
  */
 #include "comparison_options.h"
 #include "comparison_tables.h"
+#include "machine.h"
 
 #include <exception>
 #include <iostream>

@@ -5,11 +5,7 @@
 #include "raw_to_bytes.h"
 #include "stage_times.h"
 
-#include <pcl/pcl_config.h>
-
 #include <algorithm>
-#include <cstdlib>
-#include <fstream>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -103,34 +99,7 @@ millimetres(const NearestDistances& distances)
           formatted(1000.0 * distances.largest, 2)};
 }
 
-/** \brief Programs that wanted a processor in the last minute. */
-double
-loadAverage()
-{
-  double load = 0.0;
-  return getloadavg(&load, 1) == 1 ? load : 0.0;
-}
-
-/** \brief The processor's name where the system tells it. */
-std::string
-processorName()
-{
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0)
-      return line.substr(line.find(':') + 2);
-  return "unknown";
-}
-
 } // namespace
-
-void
-printMachine(std::ostream& output)
-{
-  output << "Processor: " << processorName() << "; compiler: " << __VERSION__
-         << "; PCL " << PCL_VERSION_PRETTY << "; " << formatted(loadAverage(), 1)
-         << " programs were running at the start.\n\n";
-}
 
 void
 printPeers(const ComparisonOptions& options, std::ostream& output)

@@ -10,10 +10,6 @@
 namespace pcl_ext {
 namespace benchmarks {
 
-/** \brief Processor, compiler and PCL. */
-void
-printMachine(std::ostream& output);
-
 /** \brief All coders on the robot cell at 4 cm. */
 void
 printPeers(const ComparisonOptions& options, std::ostream& output);

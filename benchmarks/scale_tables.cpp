@@ -1,0 +1,153 @@
+#include "scale_tables.h"
+
+#include "markdown_table.h"
+#include "six_sensors.h"
+#include "stream_load.h"
+
+#include <cell/robot_cell.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <thread>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+namespace {
+
+/** \brief Bytes that a frame takes on Ethernet, sent over TCP by ROS.
+ *
+ * Each 1448 bytes (1500 less 20 of IPv4 and 32 of TCP with time stamps) have 90 bytes
+ * about them: those 52, 14 of Ethernet's header, 4 of checksum, 8 of preamble, 12 of gap.
+ * Acknowledgements go the other way. The message's own header, format and fields take some
+ * 170 bytes.
+ */
+double
+bytesOnTheWire(double frame_bytes)
+{
+  constexpr double message_bytes = 170.0;
+  constexpr double segment_bytes = 1448.0;
+  constexpr double segment_overhead = 90.0;
+  const double bytes = frame_bytes + message_bytes;
+  return bytes + segment_overhead * std::ceil(bytes / segment_bytes);
+}
+
+constexpr double gigabit = 1e9;
+
+std::vector<SensorStream>
+encodeAll(const ScaleOptions& options, const Variant& variant)
+{
+  std::vector<SensorStream> streams;
+  for (unsigned int sensor = 1; sensor <= cell::RobotCell::sensor_count; ++sensor)
+    streams.push_back(encodeStream(
+        openCellStream(sensor, options.frames), options.workload, variant));
+  for (const InputStream& recording : openRecordedStreams(options.recordings))
+    streams.push_back(encodeStream(recording, options.workload, variant));
+  return streams;
+}
+
+/** \brief Means over the streams, of frames in equal parts. */
+double
+meanPerFrame(const std::vector<SensorStream>& streams, std::size_t SensorStream::*sum)
+{
+  double mean = 0.0;
+  for (const SensorStream& stream : streams)
+    mean += static_cast<double>(stream.*sum) /
+            static_cast<double>(stream.frames.size() * streams.size());
+  return mean;
+}
+
+MarkdownTable::Row
+rowOf(const ScaleOptions& options, const Variant& variant)
+{
+  const std::vector<SensorStream> sources = encodeAll(options, variant);
+  const double bytes = meanPerFrame(sources, &SensorStream::bytes);
+  StreamLoad load;
+  load.seconds = options.seconds;
+  load.i_frame_rate = options.workload.i_frame_rate;
+  load.streams = std::min<std::size_t>(options.most_streams, 440);
+  const LoadResult unpaced = sendStreams(sources, load);
+
+  load.frames_per_second = cell::RobotCell::frame_rate;
+  load.streams = options.most_streams;
+  LoadResult one_thread;
+  load.threads = 1;
+  const std::size_t streams_of_one = mostStreams(sources, load, one_thread);
+  LoadResult all_cores;
+  load.threads = 0;
+  const std::size_t streams_of_all = mostStreams(sources, load, all_cores);
+
+  const double frame_rate = cell::RobotCell::frame_rate;
+  return {
+      variant.name,
+      formatted(meanPerFrame(sources, &SensorStream::voxels), 0),
+      formatted(bytes, 0),
+      formatted(gigabit / (8.0 * frame_rate * bytes), 0),
+      formatted(gigabit / (8.0 * frame_rate * bytesOnTheWire(bytes)), 0),
+      formatted(static_cast<double>(streams_of_one), 0),
+      formatted(static_cast<double>(streams_of_all), 0),
+      formatted(all_cores.mean_latency_ms, 1) + " (" +
+          formatted(all_cores.max_latency_ms, 1) + ")",
+      formatted(100.0 * all_cores.cpu_seconds / all_cores.seconds, 0) + " %",
+      formatted(static_cast<double>(unpaced.frames) / unpaced.seconds / frame_rate, 0),
+      formatted(1e6 * unpaced.cpu_seconds / static_cast<double>(unpaced.frames), 0),
+      formatted(all_cores.megabytes_per_stream, 2)};
+}
+
+} // namespace
+
+void
+printManyStreams(const ScaleOptions& options, std::ostream& output)
+{
+  output << "### Many streams, one central computer\n\nStreams at "
+         << formatted(cell::RobotCell::frame_rate, 0) << " Hz and "
+         << formatted(100.0 * options.workload.resolution, 0) << " cm; "
+         << std::thread::hardware_concurrency() << " cores; runs of "
+         << formatted(options.seconds, 1) << " s.\n\n";
+  MarkdownTable table({"effort",
+                       "voxels",
+                       "bytes a frame",
+                       "streams in a gigabit",
+                       "with TCP's and ROS's bytes",
+                       "decoded in time, one thread",
+                       "all cores",
+                       "latency ms, mean (largest)",
+                       "processor",
+                       "as fast as it goes, all cores",
+                       "processor us a frame",
+                       "MB a stream"});
+  for (const Variant& variant : options.variants)
+    table.addRow(rowOf(options, variant));
+  table.print(output);
+}
+
+void
+printSixSensors(const ScaleOptions& options, std::ostream& output)
+{
+  output << "### Six sensors at once\n\n"
+         << formatted(options.sensor_seconds, 0) << " s on "
+         << std::thread::hardware_concurrency() << " cores.\n\n";
+  MarkdownTable table({"effort",
+                       "node",
+                       "frames a second",
+                       "Mbit/s",
+                       "cycle ms, mean (largest)",
+                       "processor, of one core",
+                       "memory MB"});
+  for (const Variant& variant : options.variants)
+    for (const NodeFigures& node : runSixSensors(
+             options.workload, variant, options.sensor_frames, options.sensor_seconds))
+      table.addRow({variant.name,
+                    node.name,
+                    formatted(node.frames_per_second, 1),
+                    formatted(node.megabits_per_second, 2),
+                    formatted(node.mean_cycle_ms, 2) + " (" +
+                        formatted(node.max_cycle_ms, 2) + ")",
+                    formatted(node.cpu_percent, 1) + " %",
+                    formatted(node.megabytes, 1)});
+  table.print(output);
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,45 @@
+#include "sensor_streams.h"
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+nodes::SensorNodeSettings
+sensorNodeSettings(const InputStream& stream,
+                   const Workload& workload,
+                   const Variant& variant)
+{
+  nodes::SensorNodeSettings settings;
+  settings.compression.resolution = workload.resolution;
+  settings.compression.i_frame_rate = workload.i_frame_rate;
+  settings.compression.effort = variant.effort;
+  settings.compression.format = variant.format;
+  settings.crop_box = stream.crop_box;
+  return settings;
+}
+
+SensorStream
+encodeStream(const InputStream& stream,
+             const Workload& workload,
+             const Variant& variant)
+{
+  nodes::SensorNode node(sensorNodeSettings(stream, workload, variant));
+  const WorldPose pose(stream.clouds->sensorPose());
+  SensorStream encoded;
+  encoded.name = stream.clouds->name();
+  pcl::PCLPointCloud2 cloud;
+  for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
+    stream.clouds->read(i, cloud);
+    std::vector<std::uint8_t> bytes;
+    if (const auto status = node.encode(cloud, pose, bytes); !status.hasFrame())
+      throw std::runtime_error(encoded.name + ": " + status.message());
+    encoded.bytes += bytes.size();
+    encoded.voxels += node.statistics().frame.coding.voxels;
+    encoded.frames.push_back(std::move(bytes));
+  }
+  return encoded;
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

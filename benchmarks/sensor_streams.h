@@ -1,0 +1,41 @@
+/** \file
+ * \brief What sensors' computers would send: the frames of their streams as bytes.
+ */
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "workload.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief A stream that can be sent again and again: its first frame is an I-frame. */
+struct SensorStream {
+  std::string name;
+  std::vector<std::vector<std::uint8_t>> frames;
+  std::size_t bytes = 0;  ///< of all frames
+  std::size_t voxels = 0; ///< of all frames
+};
+
+/** \brief The settings of a sensor's node: number of points as intensity, no header. */
+nodes::SensorNodeSettings
+sensorNodeSettings(const InputStream& stream,
+                   const Workload& workload,
+                   const Variant& variant);
+
+/** \brief Encodes a stream as its SensorNode does.
+ * \throws std::runtime_error if a cloud cannot be read or encoded
+ */
+SensorStream
+encodeStream(const InputStream& stream,
+             const Workload& workload,
+             const Variant& variant);
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,58 @@
+/** \file
+ * \brief A CentralNode under the load of many streams.
+ */
+#pragma once
+
+#include "sensor_streams.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief How many streams, how fast, for how long. */
+struct StreamLoad {
+  std::size_t streams = 1;
+  unsigned int threads = 0;       ///< that decode; 0: one for each core
+  double frames_per_second = 0.0; ///< of each stream; 0: as fast as they are decoded
+  double seconds = 5.0;           ///< measured, after all streams have begun
+  unsigned int i_frame_rate = 30; ///< of the streams
+};
+
+/** \brief What became of the frames that were measured. */
+struct LoadResult {
+  std::size_t frames = 0;   ///< decoded
+  std::size_t late = 0;     ///< of these: more than a period after they were due
+  std::size_t lost = 0;     ///< failed or refused, of the whole run
+  double seconds = 0.0;     ///< by the clock
+  double cpu_seconds = 0.0; ///< of the whole process, the sending included
+  double mean_latency_ms = 0.0;
+  double max_latency_ms = 0.0;
+  double megabytes_per_stream = 0.0; ///< growth of resident memory
+};
+
+/** \brief Sends streams to a new CentralNode.
+ *
+ * Stream n sends the frames of sources[n % sources.size()] again and again. The streams
+ * are spread evenly over the period, begin at different places of their source, and have
+ * their I-frames at different times.
+ * \param[in] sources of a multiple of i_frame_rate frames, or fewer than it
+ * \param[in] load above 0 streams
+ */
+LoadResult
+sendStreams(const std::vector<SensorStream>& sources, const StreamLoad& load);
+
+/** \brief The most streams of which a run had every frame decoded within its period.
+ * \param[in] sources as above
+ * \param[in] load its streams are the most to try; its rate is above 0
+ * \param[out] best the run; no frames if there is none
+ * \return 0 if there is none
+ */
+std::size_t
+mostStreams(const std::vector<SensorStream>& sources,
+            const StreamLoad& load,
+            LoadResult& best);
+
+} // namespace benchmarks
+} // namespace pcl_ext
