@@ -14,7 +14,7 @@ namespace test {
 namespace {
 
 /** \brief Clouds are used as they come, without waiting for transforms. */
-const Parameters impatient{{"tf_timeout", 0.0}};
+const Parameters impatient{{"tf_timeout", 0.0}, {"queue_size", 100}};
 
 class Transforms : public StreamScenario {
 protected:

@@ -262,13 +262,15 @@ private:
   appendCentres(const io::VoxelFrame& frame)
   {
     symbol_intensities_.setScale(frame.intensity_scale);
+    const float margin = io::faceMargin(settings_.resolution);
     io::VoxelCentres centres;
     for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
       const std::size_t count =
           io::voxelCentres(frame, symbol_intensities_, begin, centres);
       for (std::size_t i = 0; i < count; ++i) {
-        coordinates_.insert(coordinates_.end(),
-                            {centres.x[i], centres.y[i], centres.z[i]});
+        coordinates_.insert(
+            coordinates_.end(),
+            {centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin});
         intensities_.push_back(centres.intensity[i]);
       }
     }

@@ -15,9 +15,11 @@ void
 RateWindow::add(const Frame& frame)
 {
   // A clock that was set back would keep frames of its future.
+  while (!frames_.empty() && frames_.back().ready > frame.ready)
+    frames_.pop_back();
   while (!frames_.empty() &&
          (frames_.front().ready < frame.ready - StreamRates::window ||
-          frames_.front().ready > frame.ready || frames_.size() >= most_frames))
+          frames_.size() >= most_frames))
     frames_.pop_front();
   frames_.push_back(frame);
 }

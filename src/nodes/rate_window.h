@@ -31,7 +31,7 @@ private:
   // A clock that stands still must not make it grow for ever.
   static constexpr std::size_t most_frames = 4096;
 
-  std::deque<Frame> frames_; // in the order in which they were added
+  std::deque<Frame> frames_; // in the order of their times
 };
 
 } // namespace nodes

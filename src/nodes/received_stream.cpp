@@ -2,6 +2,8 @@
 
 #include <pcl_ext/filters/faint_voxels.h>
 
+#include "latency.h"
+
 #include <utility>
 
 namespace pcl_ext {
@@ -33,12 +35,12 @@ ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_received;
   health_.bytes += bytes;
-  if (waiting_ >= max_waiting) {
+  if (refused_before_.size() >= max_waiting) {
     ++health_.frames_refused;
-    ++unnumbered_;
+    ++refused_behind_;
     return false;
   }
-  ++waiting_;
+  refused_before_.push_back(std::exchange(refused_behind_, 0));
   return true;
 }
 
@@ -57,20 +59,21 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   if (status.ok() && !stamp && decoder_.stamp())
-    stamp = std::chrono::microseconds(decoder_.stamp()->stamp);
+    stamp = timeOfStamp(decoder_.stamp()->stamp);
   const Time now = clock();
-  const std::chrono::duration<double> latency = stamp ? now - *stamp : Time(0);
+  const double latency = latencySeconds(stamp.value_or(Time(0)), now);
   const bool wants_i_frame = wantsIFrame(status.code());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    --waiting_;
+    unnumbered_ += refused_before_.front();
+    refused_before_.pop_front();
     health_.i_frame_requests += wants_i_frame ? 1 : 0;
     if (status.ok()) {
       countDecoded(coding.frame_number);
       health_.voxels = coding.voxels;
       health_.kept_voxels = decoding_.size();
       health_.last_decoded = now;
-      window_.add({now, bytes.size(), cycle.count(), latency.count()});
+      window_.add({now, bytes.size(), cycle.count(), latency});
       std::swap(decoding_, latest_);
     }
     else
@@ -78,12 +81,13 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   }
   // Only this thread changes the latest voxels, so that it may read them unlocked.
   static const io::VoxelFrame no_voxels;
+  static const io::CodedFrameStatistics no_statistics;
   if (listener)
     listener({health_.name,
               stamp.value_or(Time(0)),
               status,
               status.ok() ? latest_ : no_voxels,
-              coding,
+              status.ok() ? coding : no_statistics,
               wants_i_frame});
 }
 

@@ -8,7 +8,9 @@
 #include "rate_window.h"
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -83,7 +85,10 @@ private:
   io::VoxelFrame latest_;
   StreamHealth health_;
   RateWindow window_;
-  std::size_t waiting_ = 0;
+  // Of each frame that waits: how many were refused since the one before it. They are
+  // missing behind that one, which is decoded later than they were refused.
+  std::deque<std::size_t> refused_before_;
+  std::size_t refused_behind_ = 0;           // since the last frame that waits
   std::optional<std::uint32_t> last_number_; // of the last decoded frame
   std::size_t unnumbered_ = 0; // sender's frames since then that failed or were refused
 };

@@ -4,10 +4,13 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "../compression/version1_header.h"
+#include "latency.h"
 #include "rate_window.h"
 
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -29,6 +32,19 @@ bool
 needsSensor(IntensityLaw law)
 {
   return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
+}
+
+/** \brief Checks the figures of a sensor, which may have changed since it was made. */
+SensorNodeStatus
+checkSensor(const RuntimeSensor& sensor)
+{
+  try {
+    RuntimeSensor(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
+  }
+  catch (const std::invalid_argument& error) {
+    return {SensorNodeCode::InvalidSettings, std::string("sensor: ") + error.what()};
+  }
+  return {};
 }
 
 SensorNodeStatus
@@ -68,6 +84,9 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law) && !settings.sensor)
     return invalid("sensor is not set; the quadratic and the linear law need its field "
                    "of view and size");
+  if (needsSensor(settings.law))
+    if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
+      return status;
   if (settings.compression.sensor_pose || settings.compression.depth_law)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
@@ -77,9 +96,17 @@ checkSettings(const SensorNodeSettings& settings)
   if (settings.crop_box)
     if (const SensorNodeStatus status = checkCropBox(*settings.crop_box); !status.ok())
       return status;
+  if (settings.compression.carry_header &&
+      settings.global_frame.size() > io::max_frame_id_size)
+    return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +
+                   " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
+                   " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
-      !status.ok())
-    return invalid(status.message());
+      !status.ok()) {
+    // Where all is well without the crop box, nobody set the box that the codec names.
+    const bool is_crop_boxs = io::checkSettings(settings.compression).ok();
+    return invalid((is_crop_boxs ? "crop_box as " : "") + status.message());
+  }
   return {};
 }
 
@@ -322,11 +349,10 @@ private:
     statistics_.frame_bytes += bytes;
     statistics_.frame.coding = coding;
     const Time now = settings_.clock();
-    const Time stamp = std::chrono::microseconds(cloud.header.stamp);
     window_.add({now,
                  bytes,
                  cycle_seconds,
-                 std::chrono::duration<double>(now - stamp).count()});
+                 latencySeconds(timeOfStamp(cloud.header.stamp), now)});
   }
 
   SensorNodeSettings settings_;

@@ -34,5 +34,16 @@ voxelCentres(const VoxelFrame& frame,
              std::size_t begin,
              VoxelCentres& centres);
 
+/** \brief What to add to a centre's coordinates, metres, to find its voxel in another grid.
+ * Centres of one grid may lie on faces of the other, as where voxels have twice the size;
+ * such a centre belongs to the voxel above, but as a float it may be just below.
+ * \param[in] resolution voxel edge of the other grid, metres
+ */
+constexpr float
+faceMargin(double resolution)
+{
+  return static_cast<float>(resolution / 1024.0);
+}
+
 } // namespace io
 } // namespace pcl_ext

@@ -61,7 +61,7 @@ struct ReceivedFrame {
   Time stamp;                          ///< as it was received with
   const io::CompressionStatus& status; ///< Ok, or why there are no voxels
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
-  const io::CodedFrameStatistics& statistics; ///< of the frame before denoising
+  const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief The stream cannot go on without an I-frame; ask its sender for one. Said with
    * the first frame that fails, and with every third after it until one is decoded. */
@@ -140,9 +140,10 @@ public:
 
   /** \brief The voxels of all streams as of now, merged.
    *
-   * A voxel of a stream goes to the voxel of the common grid that holds its centre; its
-   * intensity there is the sum over the streams, as it is over points (section 2.5.4 of
-   * the paper), so that streams of one law should be merged with each other.
+   * A voxel of a stream goes to the voxel of the common grid that holds its centre, which
+   * is the one above for a centre on a face; its intensity there is the sum over the
+   * streams, as it is over points (section 2.5.4 of the paper), so that streams of one law
+   * should be merged with each other.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the world origin; intensities
    * exact while all are whole numbers below 65536, else to 1/65535 of the largest
    */

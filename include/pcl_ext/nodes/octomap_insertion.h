@@ -17,7 +17,7 @@ namespace nodes {
  *
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, one of
  * less as that part of a hit: it adds trust * getProbHitLog() to the log-odds of the node
- * that holds its centre. With an origin, nodes on the rays to the voxels that hold no
+ * that holds its centre. One of 0 or less changes nothing. With an origin, nodes on the rays to the voxels that hold no
  * voxel count as missed, so that what went away leaves the map.
  *
  * Needs OctoMap, which the library itself does not: link with octomap.
@@ -38,6 +38,7 @@ insertVoxels(const io::VoxelFrame& frame,
   symbol_intensities.setScale(frame.intensity_scale);
   // Until the end, as each update of inner nodes would walk the tree again.
   constexpr bool lazily = true;
+  const float margin = io::faceMargin(map.getResolution());
 
   const auto forEachVoxel = [&](const auto& visit) {
     io::VoxelCentres centres;
@@ -45,7 +46,8 @@ insertVoxels(const io::VoxelFrame& frame,
       const std::size_t count =
           io::voxelCentres(frame, symbol_intensities, begin, centres);
       for (std::size_t i = 0; i < count; ++i)
-        visit(octomap::point3d(centres.x[i], centres.y[i], centres.z[i]),
+        visit(octomap::point3d(
+                  centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin),
               centres.intensity[i]);
     }
   };
@@ -63,7 +65,9 @@ insertVoxels(const io::VoxelFrame& frame,
   }
   forEachVoxel([&](const octomap::point3d& centre, float intensity) {
     const float trust = std::clamp(intensity / full_intensity, 0.0f, 1.0f);
-    map.updateNode(centre, trust * map.getProbHitLog(), lazily);
+    // A node that only exists counts as occupied.
+    if (trust > 0.0f)
+      map.updateNode(centre, trust * map.getProbHitLog(), lazily);
   });
   map.updateInnerOccupancy();
 }

@@ -50,11 +50,12 @@ struct SensorNodeSettings {
   std::string intensity_field = "intensity";
 
   /** \brief Points outside of it are left out: world coordinates, metres, both ends
-   * included, min < max on each axis. None: all points stay. */
+   * included, min < max on each axis; without a `bounding_box` no wider than that may be.
+   * None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
   /** \brief Name of the world frame, which frames carry if compression.carry_header is
-   * set. */
+   * set; 1024 bytes at most then. */
   std::string global_frame = "world";
 
   /** \brief Tells the time for the rates and latencies. */

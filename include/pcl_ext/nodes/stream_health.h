@@ -32,7 +32,8 @@ struct StreamRates {
   double bytes_per_second = 0.0;   ///< of the coded frames
   double mean_cycle_seconds = 0.0; ///< computing for one frame
   double max_cycle_seconds = 0.0;
-  double mean_latency_seconds = 0.0; ///< from a frame's stamp until it was ready
+  /** \brief From a frame's stamp until it was ready; 0 of a frame that has none. */
+  double mean_latency_seconds = 0.0;
   double max_latency_seconds = 0.0;
 };
 

@@ -1,0 +1,160 @@
+#include "nodes/rate_window.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstddef>
+#include <limits>
+
+namespace {
+
+using namespace std::chrono_literals;
+using pcl_ext::nodes::RateWindow;
+using pcl_ext::nodes::StreamRates;
+using pcl_ext::nodes::Time;
+
+RateWindow::Frame
+frameAt(Time ready, std::size_t bytes = 100, double cycle = 0.01, double latency = 0.02)
+{
+  return {ready, bytes, cycle, latency};
+}
+
+void
+expectNothing(const StreamRates& rates)
+{
+  EXPECT_EQ(rates.frames_per_second, 0.0);
+  EXPECT_EQ(rates.bytes_per_second, 0.0);
+  EXPECT_EQ(rates.mean_cycle_seconds, 0.0);
+  EXPECT_EQ(rates.max_cycle_seconds, 0.0);
+  EXPECT_EQ(rates.mean_latency_seconds, 0.0);
+  EXPECT_EQ(rates.max_latency_seconds, 0.0);
+}
+
+TEST(RateWindow, WithoutFramesAllIsZero)
+{
+  expectNothing(RateWindow().rates(0s));
+  expectNothing(RateWindow().rates(1700000000s));
+}
+
+TEST(RateWindow, OneFrameHasAMeanButNoRate)
+{
+  RateWindow window;
+  window.add(frameAt(5s, 1000, 0.25, 0.5));
+  const StreamRates rates = window.rates(5s);
+  EXPECT_EQ(rates.frames_per_second, 0.0);
+  EXPECT_EQ(rates.bytes_per_second, 0.0);
+  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.25);
+  EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.25);
+  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, 0.5);
+  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, 0.5);
+}
+
+TEST(RateWindow, RatesComeFromTheSpacesBetweenFrames)
+{
+  RateWindow window;
+  window.add(frameAt(10000ms, 5000, 0.1, 0.3));
+  window.add(frameAt(10250ms, 100, 0.4, 0.2));
+  window.add(frameAt(10500ms, 300, 0.1, 0.7));
+  // Five frames a second would come of the first second, two of the window.
+  const StreamRates rates = window.rates(10900ms);
+  EXPECT_DOUBLE_EQ(rates.frames_per_second, 4.0);
+  EXPECT_DOUBLE_EQ(rates.bytes_per_second, 800.0); // of those behind the spaces
+  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.2);
+  EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.4);
+  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, 0.4);
+  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, 0.7);
+}
+
+TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
+{
+  RateWindow window;
+  window.add(frameAt(1s, 100, 0.5));
+  window.add(frameAt(2s, 100, 0.1));
+  window.add(frameAt(3s, 100, 0.1));
+  EXPECT_DOUBLE_EQ(window.rates(3s).max_cycle_seconds, 0.5);
+  EXPECT_DOUBLE_EQ(window.rates(3s).frames_per_second, 1.0);
+  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
+  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).frames_per_second, 1.0);
+  EXPECT_EQ(window.rates(4s + 1ns).frames_per_second, 0.0);
+  EXPECT_DOUBLE_EQ(window.rates(5s).mean_cycle_seconds, 0.1);
+  expectNothing(window.rates(5s + 1ns));
+}
+
+TEST(RateWindow, AFrameThatIsAddedMakesOldOnesForgotten)
+{
+  RateWindow window;
+  window.add(frameAt(1s, 100, 0.5));
+  window.add(frameAt(3s + 1ns, 100, 0.1));
+  // As of then the first would count.
+  EXPECT_EQ(window.rates(3s).max_cycle_seconds, 0.0);
+  EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
+}
+
+TEST(RateWindow, MayBeAskedAboutAMomentBeforeTheLastFrame)
+{
+  RateWindow window;
+  for (const Time ready : {1000ms, 1500ms, 2000ms})
+    window.add(frameAt(ready));
+  expectNothing(window.rates(999ms));
+  EXPECT_DOUBLE_EQ(window.rates(1500ms).frames_per_second, 2.0);
+}
+
+TEST(RateWindow, FramesOfOneMomentHaveNoRate)
+{
+  RateWindow window;
+  window.add(frameAt(1s, 100, 0.1));
+  window.add(frameAt(1s, 100, 0.3));
+  const StreamRates rates = window.rates(1s);
+  EXPECT_EQ(rates.frames_per_second, 0.0);
+  EXPECT_EQ(rates.bytes_per_second, 0.0);
+  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.2);
+}
+
+TEST(RateWindow, LatenciesOfAClockThatIsBehindAreNegative)
+{
+  RateWindow window;
+  window.add(frameAt(1s, 100, 0.1, -0.75));
+  window.add(frameAt(2s, 100, 0.1, -0.25));
+  EXPECT_DOUBLE_EQ(window.rates(2s).mean_latency_seconds, -0.5);
+  EXPECT_DOUBLE_EQ(window.rates(2s).max_latency_seconds, -0.25);
+}
+
+TEST(RateWindow, AClockThatWasSetBackBeginsAnew)
+{
+  RateWindow window;
+  window.add(frameAt(1000s, 100, 0.9));
+  window.add(frameAt(1001s, 100, 0.9));
+  window.add(frameAt(10s));
+  window.add(frameAt(11s));
+  EXPECT_DOUBLE_EQ(window.rates(11s).frames_per_second, 1.0);
+  EXPECT_DOUBLE_EQ(window.rates(11s).max_cycle_seconds, 0.01);
+  // Nor do they come back when their time comes again.
+  expectNothing(window.rates(1001s));
+}
+
+TEST(RateWindow, AClockThatWasSetBackALittleForgetsItsFutureToo)
+{
+  RateWindow window;
+  window.add(frameAt(10000ms));
+  window.add(frameAt(11000ms, 100, 0.9));
+  window.add(frameAt(10500ms));
+  window.add(frameAt(10750ms));
+  for (const Time now : {10750ms, 11000ms}) {
+    const StreamRates rates = window.rates(now);
+    EXPECT_DOUBLE_EQ(rates.frames_per_second, 2.0 / 0.75);
+    EXPECT_DOUBLE_EQ(rates.bytes_per_second, 200.0 / 0.75);
+    EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.01);
+  }
+}
+
+TEST(RateWindow, AClockThatStandsStillDoesNotMakeItGrow)
+{
+  RateWindow window;
+  window.add(frameAt(1s, 100, 100.0));
+  for (int i = 0; i < 10000; ++i)
+    window.add(frameAt(1s, 100, 1.0));
+  EXPECT_DOUBLE_EQ(window.rates(1s).max_cycle_seconds, 1.0);
+  EXPECT_DOUBLE_EQ(window.rates(1s).mean_cycle_seconds, 1.0);
+}
+
+} // namespace
