@@ -81,15 +81,18 @@ TEST_F(Transforms, AbsentTransformLeavesCloudsOut)
 
 TEST_F(Transforms, LateTransformStartsTheStream)
 {
+  const Diagnostics diagnostics(full("compressor"));
   startCompressor(compressorParameters() + impatient);
   startDecompressor();
   constexpr std::uint32_t without = 3;
   for (std::uint32_t i = 0; i < without; ++i)
     clouds.publish(cloud(i));
+  ASSERT_TRUE(diagnostics.waitForValue("clouds without transform", without));
   transforms.set(sensor_frame, pose);
   // None of the clouds before can come out now, as they are left out, not kept.
   const std::uint32_t first = sendUntilCompressed(without);
   EXPECT_GE(first, without);
+  EXPECT_EQ(frames[0]->header.stamp, stampOf(first));
   DirectStream direct(compressorSettings());
   for (std::uint32_t i = 1000; i < 1004; ++i)
     expectVoxels(cloud(i), direct.voxelsOf(cloud(i), pose));
