@@ -106,6 +106,8 @@ StreamScenario::startBoth(const Parameters& parameters)
 CompressedPointCloud2::ConstPtr
 StreamScenario::compress(const sensor_msgs::PointCloud2& cloud)
 {
+  if (HasFatalFailure())
+    return {};
   clouds.publish(cloud);
   return frames.waitForOne([&](const CompressedPointCloud2& frame) {
     return frame.header.stamp == cloud.header.stamp;
@@ -115,6 +117,8 @@ StreamScenario::compress(const sensor_msgs::PointCloud2& cloud)
 sensor_msgs::PointCloud2::ConstPtr
 StreamScenario::show(const sensor_msgs::PointCloud2& cloud)
 {
+  if (HasFatalFailure())
+    return {};
   clouds.publish(cloud);
   return voxels.waitForOne([&](const sensor_msgs::PointCloud2& message) {
     return message.header.stamp == cloud.header.stamp;

@@ -71,13 +71,13 @@ protected:
   }
 
   /** \brief Sends a cloud and waits for the frame that it becomes.
-   * \return none if there is no frame in time
+   * \return none if there is no frame in time, or the test has failed already
    */
   CompressedPointCloud2::ConstPtr
   compress(const sensor_msgs::PointCloud2& cloud);
 
   /** \brief Sends a cloud and waits for the voxels that it becomes.
-   * \return none if there are no voxels in time
+   * \return none if there are no voxels in time, or the test has failed already
    */
   sensor_msgs::PointCloud2::ConstPtr
   show(const sensor_msgs::PointCloud2& cloud);

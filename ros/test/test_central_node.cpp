@@ -144,8 +144,10 @@ protected:
   void
   expectChange(float before, float now)
   {
+    if (HasFatalFailure())
+      return;
     SCOPED_TRACE(std::to_string(before) + " to " + std::to_string(now));
-    EXPECT_TRUE(waitFor([&] {
+    ASSERT_TRUE(waitFor([&] {
       const auto sent = cloud(number++);
       const auto shown = show(sent);
       if (!shown)

@@ -71,7 +71,7 @@ protected:
   {
     const auto frame = compress(cloud(number));
     EXPECT_TRUE(frame) << compressor->output();
-    if (!frame || is_lost)
+    if (!frame || is_lost || HasFatalFailure())
       return false;
     const std::size_t requests_before = requests.count();
     link.publish(frame);

@@ -177,6 +177,21 @@ TEST_F(WrongParameters, OnTheCommandLineStopTheNodes)
   expectRefusal(decompressor, "~merge_rate is 'fast'; it must be");
 }
 
+TEST_F(WrongParameters, NamesThatRosDoesNotTakeStopTheNodes)
+{
+  for (const char* const program :
+       {"intensity_compressor", "intensity_decompressor", "simulated_cell"}) {
+    NodeProcess node(program,
+                     std::string("/wrong_parameters/remapped_") + program,
+                     {},
+                     {"input:=no name"});
+    EXPECT_EQ(node.waitForExit(), 1) << program;
+    const std::string output = node.output();
+    EXPECT_NE(output.find("no name"), std::string::npos) << output;
+    EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 1) << output;
+  }
+}
+
 class RightParameters : public StreamScenario {};
 
 TEST_F(RightParameters, AllThatTheReadmeNamesAreTaken)

@@ -11,7 +11,7 @@ namespace test {
 
 /** \brief Generous, as it only passes where a test fails: on a busy computer a node takes
  * seconds to start. */
-constexpr double seconds_to_wait = 30.0;
+constexpr double seconds_to_wait = 20.0;
 
 /** \brief Returns when a condition holds, or does not in time.
  * \return the condition
