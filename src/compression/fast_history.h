@@ -71,6 +71,13 @@ struct FastHistory {
   std::array<std::uint32_t, voxel_past::count> first{}; ///< in `places`
   std::array<std::uint32_t, voxel_past::count> size{};
   std::vector<VoxelPlace> places;
+
+  /** \brief Becomes another history, without the room between its buckets. Leaves this
+   * one as it was if there is no memory for that.
+   * \param[in] with_moments whether the other one's moments are taken, too
+   */
+  void
+  learn(const FastHistory& other, bool with_moments);
 };
 
 } // namespace io
