@@ -90,7 +90,7 @@ FastOccupancy::code(Coder& coder,
   if (Coder::is_decoder)
     frame.occupied.assign(before.known.size(), 0);
   return codeKnownVoxels(coder, models, before, after, frame) &&
-         codeNewOctants(coder, models, before, frame) &&
+         codeNewOctants(coder, models, before, moments, frame) &&
          codeOctantMasks(coder, models, before, frame) &&
          codeNewCells(coder, models, before, frame) &&
          codeNewBlocks(coder, models, frame) &&

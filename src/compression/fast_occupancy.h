@@ -66,6 +66,7 @@ private:
   codeNewOctants(Coder& coder,
                  FastModels& models,
                  const FastHistory& before,
+                 const std::vector<std::uint16_t>& moments,
                  FastFrame& frame);
 
   template <class Coder>
