@@ -79,6 +79,29 @@ public:
     return number;
   }
 
+  /** \brief Codes nibbles, each with the model that its context chooses.
+   * \param[in] contexts one for each nibble
+   */
+  bool
+  codeRow(NibbleModel* models,
+          const std::uint8_t* contexts,
+          std::uint8_t* nibbles,
+          std::size_t count)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      code(models[contexts[i]], nibbles[i]);
+    return true;
+  }
+
+  /** \brief Codes bytes with one table. */
+  bool
+  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      code(table, bytes[i]);
+    return true;
+  }
+
   /** \brief A place among the symbols; differences count symbols. */
   using Mark = std::size_t;
 
@@ -198,6 +221,32 @@ public:
     return number;
   }
 
+  /** \brief Decodes nibbles, each with the model that its context chooses. All that the
+   * contexts depend on is known before, so that four nibbles are under way at a time.
+   * \param[in] contexts one for each nibble
+   * \param[out] nibbles with room for `count`
+   * \return false if the bytes come to their end before
+   */
+  bool
+  codeRow(NibbleModel* models,
+          const std::uint8_t* contexts,
+          std::uint8_t* nibbles,
+          std::size_t count)
+  {
+    return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
+      return coder.code(models[contexts[i]], 0);
+    });
+  }
+
+  /** \brief Decodes bytes with one table; see above. */
+  bool
+  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  {
+    return decodeRow(bytes, count, [&table](NibbleDecoder& coder, std::size_t) {
+      return coder.code(table, 0);
+    });
+  }
+
 private:
   friend class NibbleEncoder;
   static constexpr std::uint32_t lowest_state = 1u << 15;
@@ -229,6 +278,13 @@ private:
     fourth_ = state;
   }
 
+  /** \brief Decodes symbols that do not depend on each other.
+   * \param[in] decode_one decodes the i-th
+   */
+  template <class DecodeOne>
+  bool
+  decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one);
+
   // The states in the order in which they come next.
   std::uint32_t first_ = lowest_state;
   std::uint32_t second_ = lowest_state;
@@ -238,6 +294,23 @@ private:
   const std::uint8_t* next_;
   const std::uint8_t* end_;
 };
+
+template <class DecodeOne>
+bool
+NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one)
+{
+  NibbleDecoder coder = *this; // in registers
+  std::size_t i = 0;
+  // As many at a time as there are states, which so need not change places.
+  if (!coder.is_single_)
+    for (; i + 4 <= count && !coder.isOverrun(); i += 4)
+      for (std::size_t k = i; k < i + 4; ++k)
+        symbols[k] = static_cast<std::uint8_t>(decode_one(coder, k));
+  for (; i < count && !coder.isOverrun(); ++i)
+    symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));
+  *this = coder;
+  return !coder.isOverrun();
+}
 
 } // namespace io
 } // namespace pcl_ext
