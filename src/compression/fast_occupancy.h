@@ -139,6 +139,7 @@ private:
 
   std::size_t found_voxels_ = 0; // by a decoder
   // Of these vectors only so many elements are in use as a count says.
+  std::vector<std::uint8_t> occupancies_;    // of a bucket, eight voxels in each
   std::vector<std::uint8_t> contexts_;       // of the row that is coded
   std::vector<std::uint8_t> octant_symbols_; // for each known block
   // Known blocks with new voxels, ascending: their index in the history.

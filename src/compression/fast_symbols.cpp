@@ -180,14 +180,17 @@ FastSymbols::decode(NibbleDecoder& coder,
 bool
 FastSymbols::areSymbols(const std::vector<std::uint16_t>& symbols) const
 {
-  std::uint16_t lowest = 0xffff;
-  std::uint16_t highest = 0;
+  const auto highest = static_cast<std::uint16_t>(top_ + origin_);
+  // Comparisons rather than extremes: SSE2 has none of unsigned numbers.
+  std::uint16_t is_any_zero = 0;
+  std::uint16_t is_any_above = 0;
   for (const std::uint16_t symbol : symbols) {
-    lowest = std::min(lowest, symbol);
-    highest = std::max(highest, symbol);
+    is_any_zero = static_cast<std::uint16_t>(is_any_zero | (symbol == 0 ? 1 : 0));
+    is_any_above =
+        static_cast<std::uint16_t>(is_any_above | (symbol > highest ? 1 : 0));
   }
   // Without a 0 the numbers would have been lowered.
-  return highest <= top_ + origin_ && (origin_ == 1 || lowest == 0);
+  return is_any_above == 0 && (origin_ == 1 || is_any_zero != 0);
 }
 
 void

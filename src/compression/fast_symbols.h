@@ -107,6 +107,10 @@ private:
   bool
   codeKnown(Coder& coder, FastModels& models, std::uint16_t* moments, Symbol* symbols);
 
+  template <bool is_decoder, class Symbol>
+  void
+  learnKnown(std::uint16_t* moments, Symbol* symbols);
+
   template <class Coder, class Symbol>
   bool
   codeNew(Coder& coder,
@@ -155,6 +159,10 @@ private:
   std::array<Row, low_class_count> quads_;
   Row known_;
   Row new_;
+  // Of the row that is coded.
+  std::vector<std::uint8_t> contexts_;
+  std::vector<std::uint8_t> coded_;
+  std::vector<std::uint16_t> known_moments_;
   unsigned int origin_ = 0;       // lowest value that is coded
   unsigned int top_ = 0;          // highest one, less the origin
   unsigned int top_step_ = 0;     // its step if it has one of its own, else above all

@@ -3,6 +3,7 @@
 #include "byte_table.h"
 #include "nibble_model.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -99,6 +100,15 @@ public:
   {
     for (std::size_t i = 0; i < count; ++i)
       code(table, bytes[i]);
+    return true;
+  }
+
+  /** \brief Codes bytes of four numbers. */
+  bool
+  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      code(model, quads[i]);
     return true;
   }
 
@@ -245,6 +255,22 @@ public:
     return decodeRow(bytes, count, [&table](NibbleDecoder& coder, std::size_t) {
       return coder.code(table, 0);
     });
+  }
+
+  /** \brief Decodes bytes of four numbers; see above. */
+  bool
+  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
+  {
+    while (count > 0) {
+      const std::size_t alike = std::min<std::size_t>(count, model.untilAdapts());
+      if (!codeRow(model.table(), quads, alike))
+        return false;
+      for (std::size_t i = 0; i < alike; ++i)
+        model.learn(quads[i]);
+      quads += alike;
+      count -= alike;
+    }
+    return true;
   }
 
 private:
