@@ -191,10 +191,10 @@ public:
   unsigned int
   code(NibbleModel& model, unsigned int)
   {
-    const unsigned int symbol = model.find(slot());
+    const std::size_t symbol = model.find(slot());
     advance(model.range(symbol));
     model.learn(symbol);
-    return symbol;
+    return static_cast<unsigned int>(symbol);
   }
 
   unsigned int
@@ -288,11 +288,10 @@ private:
   {
     std::uint32_t state =
         range.width * (first_ >> probability_bits) + slot() - range.start;
-    // The sign of a difference: g++ makes a branch of a comparison, and which way it
-    // goes is as good as random.
-    const std::uint32_t is_low = (state - lowest_state) >> 31;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
-    state = state << (16 * is_low) | (word & (0u - is_low));
+    const std::uint32_t refilled = state << 16 | word;
+    const std::uint32_t is_low = (state - lowest_state) >> 31;
+    state ^= (state ^ refilled) & (0u - is_low);
     next_ += 2 * is_low;
     if (is_single_) {
       first_ = state;
@@ -329,9 +328,12 @@ NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne dec
   std::size_t i = 0;
   // As many at a time as there are states, which so need not change places.
   if (!coder.is_single_)
-    for (; i + 4 <= count && !coder.isOverrun(); i += 4)
-      for (std::size_t k = i; k < i + 4; ++k)
-        symbols[k] = static_cast<std::uint8_t>(decode_one(coder, k));
+    for (; i + 4 <= count && !coder.isOverrun(); i += 4) {
+      symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));
+      symbols[i + 1] = static_cast<std::uint8_t>(decode_one(coder, i + 1));
+      symbols[i + 2] = static_cast<std::uint8_t>(decode_one(coder, i + 2));
+      symbols[i + 3] = static_cast<std::uint8_t>(decode_one(coder, i + 3));
+    }
   for (; i < count && !coder.isOverrun(); ++i)
     symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));
   *this = coder;
