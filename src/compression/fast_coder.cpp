@@ -202,7 +202,7 @@ FastCoder::before() const
   return workspace_->frame.is_i_frame ? no_history : history_;
 }
 
-std::vector<std::uint16_t>&
+Moments&
 FastCoder::moments()
 {
   return workspace_->frame.is_i_frame ? workspace_->next_history.moments

@@ -102,7 +102,7 @@ private:
 
   /** \brief The moments of this frame: those of the history are kept until another
    * I-frame is known to be whole. */
-  std::vector<std::uint16_t>&
+  Moments&
   moments();
 
   void

@@ -10,9 +10,9 @@ namespace io {
 namespace {
 
 /** \brief Room for so many elements, and for more to come. */
-template <class T>
+template <class Vector>
 void
-reserve(std::vector<T>& vector, std::size_t size)
+reserve(Vector& vector, std::size_t size)
 {
   if (vector.capacity() < size)
     vector.reserve(size + size / 4);

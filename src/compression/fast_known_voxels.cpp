@@ -123,9 +123,14 @@ FastOccupancy::splitBucket(Coder& coder,
   VoxelPlace* if_empty = end(after, past_if_empty);
   VoxelPlace* const first_occupied = end(after, past_if_occupied);
   VoxelPlace* if_occupied = first_occupied;
-  for (std::size_t i = 0; i < count / 8; ++i, from += 8)
+  const std::size_t first = before.first[past];
+  const std::size_t last = before.places.size() - 1;
+  for (std::size_t i = 0; i < count / 8; ++i, from += 8) {
+    // Buckets follow each other, so that it is the next one's that come behind the last.
+    PCL_EXT_PREFETCH(before.places.data() + std::min(first + 8 * i + 512, last));
     for (unsigned int k = 0; k < 8; k += 2)
       putTwo(from + k, bytes[i] >> k, if_empty, if_occupied);
+  }
   BitModel rest(models.known_share[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =

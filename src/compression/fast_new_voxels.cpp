@@ -36,7 +36,7 @@ constexpr auto cell_contexts = makeCellContexts();
 /** \brief Where the moments of a block's voxels lie: two cache lines, of which a line
  * that is not wanted is replaced with the other one, and those of a block without voxels
  * with the first block's. Without branches. */
-inline std::array<const std::uint16_t*, 2>
+inline std::array<const void*, 2>
 linesOfMoments(const std::uint16_t* moments, std::uint32_t number, std::uint64_t cells)
 {
   constexpr std::size_t half = block_cells / 2;
@@ -54,7 +54,7 @@ bool
 FastOccupancy::codeNewOctants(Coder& coder,
                               FastModels& models,
                               const FastHistory& before,
-                              const std::vector<std::uint16_t>& moments,
+                              const Moments& moments,
                               FastFrame& frame)
 {
   const std::size_t count = before.keys.size();
@@ -86,17 +86,15 @@ FastOccupancy::codeNewOctants(Coder& coder,
       symbols[i] = static_cast<std::uint8_t>(
           symbol & (0u - static_cast<unsigned int>(octants != 0)));
     }
-#if defined(__GNUC__)
-    // With hundreds of decoders they are in no cache when the symbols want them. Not in a
-    // function: g++ takes one that does no more for one that does nothing.
-    for (const std::uint16_t* line :
-         linesOfMoments(all_moments, number, known_occupied))
-      __builtin_prefetch(line);
-#endif
     contexts[i] =
         static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
   }
-  return coder.codeRow(models.octant.data(), contexts, symbols, count);
+  // With hundreds of decoders a block's moments are in no cache when the symbols want
+  // them, and more than the caches can ask for at a time: bit by bit.
+  return coder.codeRow(
+      models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
+        return linesOfMoments(all_moments, numbers[i], occupied[numbers[i]]);
+      });
 }
 
 /** \brief Lists the blocks with new voxels. */
@@ -287,13 +285,13 @@ template bool
 FastOccupancy::codeNewOctants(NibbleEncoder&,
                               FastModels&,
                               const FastHistory&,
-                              const std::vector<std::uint16_t>&,
+                              const Moments&,
                               FastFrame&);
 template bool
 FastOccupancy::codeNewOctants(NibbleDecoder&,
                               FastModels&,
                               const FastHistory&,
-                              const std::vector<std::uint16_t>&,
+                              const Moments&,
                               FastFrame&);
 
 template bool

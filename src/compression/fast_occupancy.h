@@ -40,7 +40,7 @@ public:
        FastModels& models,
        const FastHistory& before,
        FastHistory& after,
-       std::vector<std::uint16_t>& moments,
+       Moments& moments,
        FastFrame& frame);
 
 private:
@@ -66,7 +66,7 @@ private:
   codeNewOctants(Coder& coder,
                  FastModels& models,
                  const FastHistory& before,
-                 const std::vector<std::uint16_t>& moments,
+                 const Moments& moments,
                  FastFrame& frame);
 
   void
@@ -116,13 +116,13 @@ private:
   static void
   makeRoom(const FastHistory& before,
            FastHistory& after,
-           std::vector<std::uint16_t>& moments,
+           Moments& moments,
            const FastFrame& frame);
 
   bool
   learnBlocks(const FastHistory& before,
               FastHistory& after,
-              std::vector<std::uint16_t>& moments,
+              Moments& moments,
               FastFrame& frame);
 
   void

@@ -72,10 +72,9 @@ private:
 void
 FastOccupancy::makeRoom(const FastHistory& before,
                         FastHistory& after,
-                        std::vector<std::uint16_t>& moments,
+                        Moments& moments,
                         const FastFrame& frame)
 {
-  after.known.assign(before.known.begin(), before.known.end());
   std::uint32_t end = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
     end = std::max(end, after.first[past] + after.size[past]);
@@ -103,7 +102,7 @@ FastOccupancy::makeRoom(const FastHistory& before,
 bool
 FastOccupancy::learnBlocks(const FastHistory& before,
                            FastHistory& after,
-                           std::vector<std::uint16_t>& moments,
+                           Moments& moments,
                            FastFrame& frame)
 {
   makeRoom(before, after, moments, frame);

@@ -77,7 +77,7 @@ void
 FastSymbols::encode(NibbleEncoder& coder,
                     FastModels& models,
                     const FastFrame& frame,
-                    std::vector<std::uint16_t>& moments,
+                    Moments& moments,
                     unsigned int bits,
                     const std::vector<std::uint16_t>& symbols)
 {
@@ -109,7 +109,7 @@ void
 FastSymbols::encodeExpected(NibbleEncoder& coder,
                             FastModels& models,
                             const FastFrame& frame,
-                            std::vector<std::uint16_t>& moments,
+                            Moments& moments,
                             unsigned int bits,
                             const std::vector<std::uint16_t>& symbols)
 {
@@ -160,7 +160,7 @@ bool
 FastSymbols::decode(NibbleDecoder& coder,
                     FastModels& models,
                     const FastFrame& frame,
-                    std::vector<std::uint16_t>& moments,
+                    Moments& moments,
                     unsigned int bits,
                     std::vector<std::uint16_t>& symbols)
 {
@@ -194,7 +194,7 @@ FastSymbols::areSymbols(const std::vector<std::uint16_t>& symbols) const
 }
 
 void
-FastSymbols::forget(const FastFrame& frame, std::vector<std::uint16_t>& moments)
+FastSymbols::forget(const FastFrame& frame, Moments& moments)
 {
   for (std::size_t i = 0; i < frame.voxel_count; ++i)
     moments[frame.places[i]] = before_[i];
@@ -202,7 +202,7 @@ FastSymbols::forget(const FastFrame& frame, std::vector<std::uint16_t>& moments)
 
 void
 FastSymbols::sortIntoRows(const FastFrame& frame,
-                          const std::vector<std::uint16_t>& moments)
+                          const Moments& moments)
 {
   const std::size_t count = frame.voxel_count;
   places_ = frame.places.data();

@@ -30,7 +30,7 @@ public:
   encode(NibbleEncoder& coder,
          FastModels& models,
          const FastFrame& frame,
-         std::vector<std::uint16_t>& moments,
+         Moments& moments,
          unsigned int bits,
          const std::vector<std::uint16_t>& symbols);
 
@@ -41,13 +41,13 @@ public:
   decode(NibbleDecoder& coder,
          FastModels& models,
          const FastFrame& frame,
-         std::vector<std::uint16_t>& moments,
+         Moments& moments,
          unsigned int bits,
          std::vector<std::uint16_t>& symbols);
 
   /** \brief Gives the moments back as they were before the last `code`. */
   void
-  forget(const FastFrame& frame, std::vector<std::uint16_t>& moments);
+  forget(const FastFrame& frame, Moments& moments);
 
 private:
   /** \brief Voxels that are coded alike, in Morton order. The vector is memory, of
@@ -71,7 +71,7 @@ private:
   encodeExpected(NibbleEncoder& coder,
                  FastModels& models,
                  const FastFrame& frame,
-                 std::vector<std::uint16_t>& moments,
+                 Moments& moments,
                  unsigned int bits,
                  const std::vector<std::uint16_t>& symbols);
 
@@ -84,7 +84,7 @@ private:
             Symbol* symbols);
 
   void
-  sortIntoRows(const FastFrame& frame, const std::vector<std::uint16_t>& moments);
+  sortIntoRows(const FastFrame& frame, const Moments& moments);
 
   void
   splitNewVoxels(bool in_quads);

@@ -4,6 +4,7 @@
 #include "nibble_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -13,6 +14,22 @@ namespace io {
 
 /** \brief How many rANS states take turns: one costs fewer bytes, four less time. */
 enum class Interleaving { One, Four };
+
+/** \brief The memory that will be wanted behind a row: none that is not there. */
+struct NothingWanted {
+  std::array<const void*, 0>
+  operator()(std::size_t) const
+  {
+    return {};
+  }
+};
+
+// Not a function: g++ takes one that only prefetches for one that does nothing.
+#if defined(__GNUC__)
+#define PCL_EXT_PREFETCH(address) __builtin_prefetch(address)
+#else
+#define PCL_EXT_PREFETCH(address) static_cast<void>(address)
+#endif
 
 /** \brief Collects symbols in the order in which they are decoded. rANS codes the last
  * symbol first, so that bytes are made only when all are there.
@@ -82,15 +99,21 @@ public:
 
   /** \brief Codes nibbles, each with the model that its context chooses.
    * \param[in] contexts one for each nibble
+   * \param[in] wanted see NibbleDecoder
    */
+  template <class Wanted = NothingWanted>
   bool
   codeRow(NibbleModel* models,
           const std::uint8_t* contexts,
           std::uint8_t* nibbles,
-          std::size_t count)
+          std::size_t count,
+          const Wanted& wanted = Wanted())
   {
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const void* address : wanted(i))
+        PCL_EXT_PREFETCH(address);
       code(models[contexts[i]], nibbles[i]);
+    }
     return true;
   }
 
@@ -235,15 +258,21 @@ public:
    * contexts depend on is known before, so that four nibbles are under way at a time.
    * \param[in] contexts one for each nibble
    * \param[out] nibbles with room for `count`
+   * \param[in] wanted for the index of each nibble the addresses of what will be wanted
+   * behind the row: its way from memory costs nothing while states wait for each other
    * \return false if the bytes come to their end before
    */
+  template <class Wanted = NothingWanted>
   bool
   codeRow(NibbleModel* models,
           const std::uint8_t* contexts,
           std::uint8_t* nibbles,
-          std::size_t count)
+          std::size_t count,
+          const Wanted& wanted = Wanted())
   {
     return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
+      for (const void* address : wanted(i))
+        PCL_EXT_PREFETCH(address);
       return coder.code(models[contexts[i]], 0);
     });
   }
