@@ -4,14 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <random>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace {
 
 using pcl_ext::io::ClassedRow;
 using pcl_ext::io::FastCoder;
+using pcl_ext::io::FastWorkspace;
+using pcl_ext::io::FastWorkspacePool;
 
 struct Frame {
   std::vector<std::uint64_t> keys;
@@ -151,6 +157,50 @@ TEST(FastCoder, StreamsOfASensorComeBack)
     for (int i = 0; i < 70; ++i)
       stream.send(random.sensorFrame(2000, 6, highest), i % 32 == 0, bits, 6);
   }
+}
+
+TEST(FastCoder, StreamsOfSeveralThreadsComeBack)
+{
+  std::vector<std::thread> threads;
+  for (unsigned int seed = 1; seed <= 4; ++seed)
+    threads.emplace_back([seed] {
+      Random random(seed);
+      // Of different sizes, in turn, as they use the same memory.
+      std::array<Stream, 2> streams;
+      for (int i = 0; i < 12; ++i) {
+        streams[0].send(random.sensorFrame(2000, 6, 40), i % 5 == 0, 8, 6);
+        streams[1].send(random.sensorFrame(120, 7, 200), i % 4 == 0, 8, 7);
+      }
+    });
+  for (std::thread& thread : threads)
+    thread.join();
+}
+
+TEST(FastWorkspacePool, TheLastOneGivenBackIsTakenFirst)
+{
+  FastWorkspacePool pool;
+  std::unique_ptr<FastWorkspace> first = pool.take();
+  std::unique_ptr<FastWorkspace> second = pool.take();
+  ASSERT_NE(first, nullptr);
+  ASSERT_NE(second, nullptr);
+  const FastWorkspace* const first_address = first.get();
+  const FastWorkspace* const second_address = second.get();
+  EXPECT_NE(first_address, second_address);
+  pool.giveBack(std::move(second));
+  pool.giveBack(std::move(first));
+  EXPECT_EQ(pool.take().get(), first_address);
+  EXPECT_EQ(pool.take().get(), second_address);
+}
+
+TEST(FastWorkspacePool, LivesAsLongAsItsCoders)
+{
+  std::weak_ptr<FastWorkspacePool> pool;
+  {
+    const FastCoder coder;
+    pool = FastWorkspacePool::shared();
+    EXPECT_EQ(pool.lock(), FastWorkspacePool::shared());
+  }
+  EXPECT_TRUE(pool.expired());
 }
 
 TEST(FastCoder, WholeBlocksComeBack)

@@ -136,7 +136,13 @@ FastCoder::decodeFrame(const std::uint8_t* begin,
 void
 FastCoder::commit()
 {
-  keepHistory();
+  try {
+    keepHistory();
+  }
+  catch (...) { // no memory
+    discard();
+    throw;
+  }
   models_ = workspace_->models;
   endFrame();
 }

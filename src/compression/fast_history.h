@@ -99,8 +99,8 @@ struct FastHistory {
   static constexpr std::uint16_t no_moment = 0xffff;
 
   // By block number.
-  std::vector<std::uint64_t> known;   ///< cells that lie in a bucket
-  Moments moments;                 ///< 64 a block: mean and deviation of symbols
+  std::vector<std::uint64_t> known; ///< cells that lie in a bucket
+  Moments moments;                  ///< 64 a block: mean and deviation of symbols
   std::vector<std::uint32_t> spare_numbers; ///< numbers that are free again
 
   // Blocks with known voxels, ascending.

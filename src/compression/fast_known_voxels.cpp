@@ -2,13 +2,16 @@
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
-#include <algorithm>
+#include <cstddef>
 #include <cstring>
 
 namespace pcl_ext {
 namespace io {
 
 namespace {
+
+/** \brief How far ahead of the voxels that are looked at others are asked for. */
+constexpr std::ptrdiff_t prefetched_voxels = 512;
 
 /** \brief The end of a bucket, where more is put in. */
 VoxelPlace*
@@ -123,11 +126,11 @@ FastOccupancy::splitBucket(Coder& coder,
   VoxelPlace* if_empty = end(after, past_if_empty);
   VoxelPlace* const first_occupied = end(after, past_if_occupied);
   VoxelPlace* if_occupied = first_occupied;
-  const std::size_t first = before.first[past];
-  const std::size_t last = before.places.size() - 1;
+  const VoxelPlace* const last = before.places.data() + before.places.size() - 1;
   for (std::size_t i = 0; i < count / 8; ++i, from += 8) {
-    // Buckets follow each other, so that it is the next one's that come behind the last.
-    PCL_EXT_PREFETCH(before.places.data() + std::min(first + 8 * i + 512, last));
+    // Buckets follow each other, so that what comes behind one is the next one.
+    __builtin_prefetch(last - from > prefetched_voxels ? from + prefetched_voxels
+                                                       : last);
     for (unsigned int k = 0; k < 8; k += 2)
       putTwo(from + k, bytes[i] >> k, if_empty, if_occupied);
   }

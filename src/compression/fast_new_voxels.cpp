@@ -282,17 +282,11 @@ FastOccupancy::codeSeveralCells(Coder& coder,
 }
 
 template bool
-FastOccupancy::codeNewOctants(NibbleEncoder&,
-                              FastModels&,
-                              const FastHistory&,
-                              const Moments&,
-                              FastFrame&);
+FastOccupancy::codeNewOctants(
+    NibbleEncoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 template bool
-FastOccupancy::codeNewOctants(NibbleDecoder&,
-                              FastModels&,
-                              const FastHistory&,
-                              const Moments&,
-                              FastFrame&);
+FastOccupancy::codeNewOctants(
+    NibbleDecoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 
 template bool
 FastOccupancy::codeOctantMasks(NibbleEncoder&,

@@ -173,7 +173,8 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
   const std::uint8_t* const symbols = octant_symbols_.data();
   const auto appendOld = [&](std::size_t i) {
     const std::uint32_t number = old_numbers[i];
-    const unsigned int activity = (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
+    const unsigned int activity =
+        (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
     const std::size_t is_kept = isNotZero(known[number]);
     freed[freed_count] = number;
     freed_count += 1 - is_kept;

@@ -66,7 +66,6 @@ FastSymbols::codeQuads(Coder& coder,
   Row& row = quads_[low_class];
   const std::size_t count = row.count / 4;
   coder.expect(count);
-  ensureSize(coded_, count);
   std::uint8_t* const coded = coded_.data();
   const unsigned int origin = origin_;
   if (!Coder::is_decoder)
@@ -118,9 +117,6 @@ FastSymbols::codeKnown(Coder& coder,
 {
   const std::size_t count = known_.count;
   coder.expect(count);
-  ensureSize(contexts_, count);
-  ensureSize(coded_, count);
-  ensureSize(known_moments_, count);
   std::uint32_t* const voxels = known_.voxels.data();
   const std::uint16_t* const before = before_.data();
   std::uint16_t* const known_moments = known_moments_.data();

@@ -201,12 +201,15 @@ FastSymbols::forget(const FastFrame& frame, Moments& moments)
 }
 
 void
-FastSymbols::sortIntoRows(const FastFrame& frame,
-                          const Moments& moments)
+FastSymbols::sortIntoRows(const FastFrame& frame, const Moments& moments)
 {
   const std::size_t count = frame.voxel_count;
   places_ = frame.places.data();
   ensureSize(before_, count + 7); // looked at in eights
+  // Here, where no moment has changed yet: there may be no memory.
+  ensureSize(contexts_, count);
+  ensureSize(coded_, count);
+  ensureSize(known_moments_, count);
   std::uint16_t* const before = before_.data();
   for (std::size_t i = 0; i < count; ++i)
     before[i] = moments[places_[i]];

@@ -77,8 +77,8 @@ public:
     const auto above =
         static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
     // Of 64 bits, as is an index.
-    return std::size_t{static_cast<unsigned int>(
-               __builtin_ctz(above | 1u << symbol_count))} -
+    return std::size_t{
+               static_cast<unsigned int>(__builtin_ctz(above | 1u << symbol_count))} -
            1;
 #else
     std::size_t symbol = symbol_count - 1;

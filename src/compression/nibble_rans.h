@@ -24,13 +24,6 @@ struct NothingWanted {
   }
 };
 
-// Not a function: g++ takes one that only prefetches for one that does nothing.
-#if defined(__GNUC__)
-#define PCL_EXT_PREFETCH(address) __builtin_prefetch(address)
-#else
-#define PCL_EXT_PREFETCH(address) static_cast<void>(address)
-#endif
-
 /** \brief Collects symbols in the order in which they are decoded. rANS codes the last
  * symbol first, so that bytes are made only when all are there.
  *
@@ -110,8 +103,10 @@ public:
           const Wanted& wanted = Wanted())
   {
     for (std::size_t i = 0; i < count; ++i) {
+      // Not in a function of its own: g++ takes one that only prefetches for one that
+      // does nothing.
       for (const void* address : wanted(i))
-        PCL_EXT_PREFETCH(address);
+        __builtin_prefetch(address);
       code(models[contexts[i]], nibbles[i]);
     }
     return true;
@@ -271,8 +266,10 @@ public:
           const Wanted& wanted = Wanted())
   {
     return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
+      // Not in a function of its own: g++ takes one that only prefetches for one that
+      // does nothing.
       for (const void* address : wanted(i))
-        PCL_EXT_PREFETCH(address);
+        __builtin_prefetch(address);
       return coder.code(models[contexts[i]], 0);
     });
   }
