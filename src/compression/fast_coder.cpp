@@ -81,13 +81,13 @@ FastCoder::encode(bool is_i_frame,
   beginFrame(is_i_frame, depth, keys.size());
   FastWorkspace& work = *workspace_;
   if (is_i_frame)
-    models_ = firstModels();
+    *models_ = firstModels();
   FastOccupancy::match(before(), keys, work.frame);
   NibbleEncoder coder(work.steps);
   work.occupancy.code(
-      coder, models_, before(), work.next_history, moments(), work.frame);
+      coder, *models_, before(), work.next_history, moments(), work.frame);
   expandBlocks<false>(work.frame, nullptr);
-  work.symbols.encode(coder, models_, work.frame, moments(), bits, symbols);
+  work.symbols.encode(coder, *models_, work.frame, moments(), bits, symbols);
   coder.finish(interleaving(keys.size()), work.words, payload);
   keepHistory();
   endFrame();
@@ -119,14 +119,14 @@ FastCoder::decodeFrame(const std::uint8_t* begin,
 {
   FastWorkspace& work = *workspace_;
   FastFrame& frame = work.frame;
-  work.models = frame.is_i_frame ? firstModels() : models_;
+  *work.models = frame.is_i_frame ? firstModels() : *models_;
   NibbleDecoder coder(begin, end, interleaving(frame.voxel_count), work.bytes);
   if (coder.isOverrun() ||
       !work.occupancy.code(
-          coder, work.models, before(), work.next_history, moments(), frame))
+          coder, *work.models, before(), work.next_history, moments(), frame))
     return false;
   expandBlocks<true>(frame, &keys);
-  if (work.symbols.decode(coder, work.models, frame, moments(), bits, symbols) &&
+  if (work.symbols.decode(coder, *work.models, frame, moments(), bits, symbols) &&
       coder.isAtEnd())
     return true;
   work.symbols.forget(frame, moments());
@@ -143,7 +143,7 @@ FastCoder::commit()
     discard();
     throw;
   }
-  models_ = workspace_->models;
+  models_.swap(workspace_->models);
   endFrame();
 }
 
@@ -157,7 +157,7 @@ FastCoder::discard()
 void
 FastCoder::reset()
 {
-  models_ = firstModels();
+  *models_ = firstModels();
   history_.learn(no_history, false);
 }
 

@@ -23,7 +23,8 @@ public:
   FastCoder() = default;
 
   /** \brief A coder that has learnt the same frames. */
-  FastCoder(const FastCoder& other) : models_(other.models_), history_(other.history_)
+  FastCoder(const FastCoder& other)
+  : models_(std::make_unique<FastModels>(*other.models_)), history_(other.history_)
   {}
 
   /** \brief Appends the payload of a frame, and learns the frame.
@@ -114,7 +115,7 @@ private:
   void
   keepHistory();
 
-  FastModels models_;
+  std::unique_ptr<FastModels> models_ = std::make_unique<FastModels>();
   FastHistory history_;
   std::shared_ptr<FastWorkspacePool> pool_ = FastWorkspacePool::shared();
   std::unique_ptr<FastWorkspace> workspace_; // while a frame is in work

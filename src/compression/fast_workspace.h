@@ -20,8 +20,9 @@ struct FastWorkspace {
   FastFrame frame;
   FastOccupancy occupancy;
   FastSymbols symbols;
-  /** \brief A decoder's, as the frame makes them. */
-  FastModels models;
+  /** \brief A decoder's, as the frame makes them; they change places with the coder's when
+   * the frame is whole. */
+  std::unique_ptr<FastModels> models = std::make_unique<FastModels>();
   /** \brief The history behind the frame. In a P-frame its moments are those of the
    * coder. */
   FastHistory next_history;
