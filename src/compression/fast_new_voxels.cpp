@@ -167,6 +167,7 @@ bool
 FastOccupancy::codeNewCells(Coder& coder,
                             FastModels& models,
                             const FastHistory& before,
+                            const Moments& moments,
                             FastFrame& frame)
 {
   const std::size_t count = octant_count_;
@@ -205,7 +206,10 @@ FastOccupancy::codeNewCells(Coder& coder,
     surroundings[i] = {static_cast<std::uint8_t>(near),
                        static_cast<std::uint8_t>(open)};
   }
-  if (!coder.codeRow(models.cell.data(), contexts, symbols, count))
+  const auto wanted = [=, all_moments = moments.data()](std::size_t i) {
+    return std::array<const void*, 1>{all_moments + octants[i]};
+  };
+  if (!coder.codeRow(models.cell.data(), contexts, symbols, count, wanted))
     return false;
   std::size_t several_count = 0;
   if (!placeNewCells<Coder::is_decoder>(frame, several_count))
@@ -300,15 +304,11 @@ FastOccupancy::codeOctantMasks(NibbleDecoder&,
                                FastFrame&);
 
 template bool
-FastOccupancy::codeNewCells(NibbleEncoder&,
-                            FastModels&,
-                            const FastHistory&,
-                            FastFrame&);
+FastOccupancy::codeNewCells(
+    NibbleEncoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 template bool
-FastOccupancy::codeNewCells(NibbleDecoder&,
-                            FastModels&,
-                            const FastHistory&,
-                            FastFrame&);
+FastOccupancy::codeNewCells(
+    NibbleDecoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 
 } // namespace io
 } // namespace pcl_ext

@@ -95,7 +95,7 @@ FastOccupancy::code(Coder& coder,
   return codeKnownVoxels(coder, models, before, after, frame) &&
          codeNewOctants(coder, models, before, moments, frame) &&
          codeOctantMasks(coder, models, before, frame) &&
-         codeNewCells(coder, models, before, frame) &&
+         codeNewCells(coder, models, before, moments, frame) &&
          codeNewBlocks(coder, models, frame) &&
          (!Coder::is_decoder || found_voxels_ == frame.voxel_count) &&
          learnBlocks(before, after, moments, frame);

@@ -84,6 +84,7 @@ private:
   codeNewCells(Coder& coder,
                FastModels& models,
                const FastHistory& before,
+               const Moments& moments,
                FastFrame& frame);
 
   template <bool is_decoder>
