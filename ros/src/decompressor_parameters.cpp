@@ -1,0 +1,121 @@
+#include "decompressor_parameters.h"
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "message_conversions.h"
+
+#include <cmath>
+#include <filesystem>
+
+namespace pcl_ext_ros {
+
+namespace {
+
+/** \brief Reads a list's element: a topic, or a map of topic, min_intensity and
+ * sensor_frame. */
+StreamParameters
+readStream(XmlRpc::XmlRpcValue element)
+{
+  const std::string shown = toText(element);
+  const auto refuse = [&shown](const std::string& allowed) {
+    ParameterReader::refuse("streams", shown + " in one place", allowed);
+  };
+  const auto textOf = [&](XmlRpc::XmlRpcValue value, const std::string& what) {
+    if (value.getType() != XmlRpc::XmlRpcValue::TypeString ||
+        static_cast<std::string>(value).empty())
+      refuse("a list whose " + what + " are texts");
+    return static_cast<std::string>(value);
+  };
+
+  StreamParameters stream;
+  if (element.getType() == XmlRpc::XmlRpcValue::TypeString) {
+    stream.topic = textOf(element, "topics");
+    return stream;
+  }
+  if (element.getType() != XmlRpc::XmlRpcValue::TypeStruct ||
+      !element.hasMember("topic"))
+    refuse("a list of topics, or of maps with a topic");
+  for (auto& member : element) {
+    if (member.first == "topic")
+      stream.topic = textOf(member.second, "topics");
+    else if (member.first == "sensor_frame")
+      stream.sensor_frame = withoutLeadingSlash(textOf(member.second, "sensor_frames"));
+    else if (member.first == "min_intensity") {
+      const std::optional<double> number = toNumber(member.second);
+      if (!number || !(std::abs(*number) <= highest_min_intensity))
+        refuse("a list whose min_intensities are finite numbers");
+      stream.min_intensity = static_cast<float>(*number);
+    }
+    else
+      refuse("a list whose maps have topic, min_intensity and sensor_frame, not " +
+             member.first);
+  }
+  return stream;
+}
+
+std::vector<StreamParameters>
+readStreams(ParameterReader& reader)
+{
+  const auto elements = reader.list("streams");
+  if (!elements)
+    return {StreamParameters{"input", std::nullopt, ""}};
+  if (elements->empty())
+    ParameterReader::refuse("streams", "an empty list", "a list of topics, or not set");
+  std::vector<StreamParameters> streams;
+  for (const XmlRpc::XmlRpcValue& element : *elements)
+    streams.push_back(readStream(element));
+  return streams;
+}
+
+MapParameters
+readMap(ParameterReader& reader)
+{
+  MapParameters map;
+  map.path = reader.text("map_path", "");
+  map.rate = reader.number("map_rate", 1.0, 0.001, 1000);
+  map.full_intensity =
+      reader.number("map_full_intensity", 4.0, 1e-6, highest_min_intensity);
+  map.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
+  if (map.path.empty())
+    return map;
+  // Now, not when the map of a whole day is to be written.
+  const std::filesystem::path path(map.path);
+  std::error_code failure;
+  const bool is_folder = std::filesystem::is_directory(path, failure);
+  const auto folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (is_folder || !std::filesystem::is_directory(folder, failure))
+    ParameterReader::refuse(
+        "map_path", "'" + map.path + "'", "a file in a folder that exists");
+  return map;
+}
+
+} // namespace
+
+DecompressorParameters
+readDecompressorParameters(ParameterReader& reader)
+{
+  DecompressorParameters parameters;
+  parameters.streams = readStreams(reader);
+  parameters.global_frame =
+      withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
+  parameters.min_intensity = static_cast<float>(
+      reader.number("min_intensity", 0, -highest_min_intensity, highest_min_intensity));
+  reader.know("min_intensity_of");
+  parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
+  parameters.node.resolution = reader.number("resolution",
+                                             0.04,
+                                             pcl_ext::io::smallest_resolution,
+                                             pcl_ext::io::largest_resolution);
+  parameters.node.threads =
+      static_cast<unsigned int>(reader.count("threads", 0, 0, 1024));
+  parameters.node.max_waiting_frames =
+      static_cast<std::size_t>(reader.count("max_waiting_frames", 40, 1, 100000));
+  constexpr double nanoseconds = 1e9; // in a second
+  parameters.node.max_merge_age = std::chrono::nanoseconds(static_cast<std::int64_t>(
+      nanoseconds * reader.number("max_merge_age", 1, 0.001, 3600)));
+  parameters.map = readMap(reader);
+  reader.refuseUnknownNames();
+  return parameters;
+}
+
+} // namespace pcl_ext_ros

@@ -1,0 +1,118 @@
+#include "message_conversions.h"
+
+#include <pcl_ext/compression/symbol_intensities.h>
+#include <pcl_ext/compression/voxel_centres.h>
+
+#include <sensor_msgs/PointField.h>
+
+#include <array>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace pcl_ext_ros {
+
+namespace {
+
+constexpr std::array<const char*, 4> field_names{"x", "y", "z", "intensity"};
+constexpr std::uint32_t point_step = sizeof(float) * field_names.size();
+const std::string format_prefix = "pcl_ext/";
+
+/** \brief Writes header and layout of a cloud of voxels, of which PointCloud2 and the
+ * compressed message have the same fields. */
+template <typename MessageT>
+void
+describeVoxels(const std_msgs::Header& header, std::size_t voxels, MessageT& message)
+{
+  message.header = header;
+  message.height = 1;
+  message.width = static_cast<std::uint32_t>(voxels);
+  message.fields.resize(field_names.size());
+  for (std::size_t i = 0; i < field_names.size(); ++i) {
+    message.fields[i].name = field_names[i];
+    message.fields[i].offset = static_cast<std::uint32_t>(i * sizeof(float));
+    message.fields[i].datatype = sensor_msgs::PointField::FLOAT32;
+    message.fields[i].count = 1;
+  }
+  message.is_bigendian = false;
+  message.point_step = point_step;
+  message.row_step = point_step * message.width;
+  message.is_dense = true;
+}
+
+} // namespace
+
+pcl_ext::nodes::Time
+toNodeTime(const ros::Time& time)
+{
+  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
+}
+
+ros::Time
+toRosTime(pcl_ext::nodes::Time time)
+{
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
+  if (time.count() < 0 || seconds.count() > std::numeric_limits<std::uint32_t>::max())
+    return {};
+  return {static_cast<std::uint32_t>(seconds.count()),
+          static_cast<std::uint32_t>((time - seconds).count())};
+}
+
+pcl_ext::nodes::Time
+rosTimeNow()
+{
+  return toNodeTime(ros::Time::now());
+}
+
+std::string
+withoutLeadingSlash(const std::string& frame_id)
+{
+  return frame_id.substr(!frame_id.empty() && frame_id.front() == '/' ? 1 : 0);
+}
+
+CompressedPointCloud2
+toMessage(const std_msgs::Header& header,
+          pcl_ext::io::StreamFormat format,
+          std::size_t voxels,
+          std::vector<std::uint8_t> bytes)
+{
+  CompressedPointCloud2 message;
+  describeVoxels(header, voxels, message);
+  message.compressed_data = std::move(bytes);
+  message.format =
+      format_prefix +
+      (format == pcl_ext::io::StreamFormat::Published ? "published" : "version1");
+  return message;
+}
+
+bool
+hasKnownFormat(const CompressedPointCloud2& message)
+{
+  return message.format.compare(0, format_prefix.size(), format_prefix) == 0;
+}
+
+sensor_msgs::PointCloud2
+toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
+{
+  using pcl_ext::io::VoxelCentres;
+  sensor_msgs::PointCloud2 message;
+  describeVoxels(header, frame.size(), message);
+  message.data.resize(std::size_t{message.row_step});
+  pcl_ext::io::SymbolIntensities symbol_intensities;
+  symbol_intensities.setScale(frame.intensity_scale);
+  VoxelCentres centres;
+  std::uint8_t* output = message.data.data();
+  for (std::size_t begin = 0; begin < frame.size(); begin += VoxelCentres::most) {
+    const std::size_t count =
+        pcl_ext::io::voxelCentres(frame, symbol_intensities, begin, centres);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::array<float, 4> point{
+          centres.x[i], centres.y[i], centres.z[i], centres.intensity[i]};
+      std::memcpy(output, point.data(), point_step);
+      output += point_step;
+    }
+  }
+  return message;
+}
+
+} // namespace pcl_ext_ros
