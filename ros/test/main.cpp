@@ -1,0 +1,31 @@
+/** \file
+ * \brief Runs the tests of a program as one ROS node. test/with_master.py starts a master.
+ */
+#include <gtest/gtest.h>
+
+#include <ros/ros.h>
+
+int
+main(int argc, char** argv)
+{
+  ::testing::InitGoogleTest(&argc, argv);
+  ros::init(argc,
+            argv,
+            "ros_tests",
+            ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
+  if (!ros::master::check()) {
+    ROS_FATAL("There is no master; run this with with_master.py");
+    return 1;
+  }
+  int result = 1;
+  {
+    // Subscribers and the node itself must not end between two tests.
+    const ros::NodeHandle node;
+    ros::AsyncSpinner spinner(2);
+    spinner.start();
+    result = RUN_ALL_TESTS();
+    spinner.stop();
+  }
+  ros::shutdown();
+  return result;
+}

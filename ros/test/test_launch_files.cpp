@@ -1,0 +1,214 @@
+/** \file
+ * \brief Each launch file is started, shows voxels, and ends with all of its processes.
+ */
+#include "node_process.h"
+#include "recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <ros/master.h>
+#include <ros/param.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+namespace pcl_ext_ros {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Voxels = Recorder<sensor_msgs::PointCloud2>;
+
+std::string
+contentOf(const fs::path& file)
+{
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/** \brief Command lines of the processes of this test run, besides the test's own. */
+std::vector<std::string>
+otherProcesses()
+{
+  const std::string mark =
+      std::string("PCL_EXT_TEST_RUN=") + std::getenv("PCL_EXT_TEST_RUN");
+  const std::string own = std::to_string(::getpid());
+  std::vector<std::string> found;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string pid = entry.path().filename();
+    if (pid.find_first_not_of("0123456789") != std::string::npos || pid == own)
+      continue;
+    if (contentOf(entry.path() / "environ").find(mark) == std::string::npos)
+      continue;
+    std::string command = contentOf(entry.path() / "cmdline");
+    std::replace(command.begin(), command.end(), '\0', ' ');
+    found.push_back(command);
+  }
+  return found;
+}
+
+class LaunchFiles : public ::testing::Test {
+protected:
+  LaunchFiles() : folder(std::getenv("ROS_HOME")) {}
+
+  ~LaunchFiles() override
+  {
+    roslaunch.reset();
+    ros::param::del("/use_sim_time"); // which replay.launch leaves with the master
+  }
+
+  void
+  launch(const std::string& file, const std::vector<std::string>& arguments)
+  {
+    std::vector<std::string> command{
+        "roslaunch", "--skip-log-check", "pcl_ext_ros", file};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    roslaunch = std::make_unique<ChildProcess>(command);
+  }
+
+  /** \brief Waits for clouds of a topic that have points. */
+  void
+  expectVoxels(const Voxels& voxels, std::size_t count = 3)
+  {
+    EXPECT_TRUE(waitFor([&] {
+      const auto all = voxels.messages();
+      return static_cast<std::size_t>(
+                 std::count_if(all.begin(), all.end(), [](const auto& cloud) {
+                   return cloud->width > 100 && cloud->header.frame_id == "world";
+                 })) >= count;
+    })) << voxels.topic()
+        << '\n'
+        << roslaunch->output();
+  }
+
+  /** \brief Ends all as Ctrl-C does. */
+  void
+  expectCleanEnd()
+  {
+    EXPECT_TRUE(roslaunch->isRunning());
+    EXPECT_EQ(roslaunch->interrupt(), 0) << roslaunch->output();
+    EXPECT_EQ(otherProcesses(), std::vector<std::string>());
+    // One that had to be killed would still be registered.
+    std::vector<std::string> names;
+    ASSERT_TRUE(ros::master::getNodes(names));
+    for (const std::string& name : names)
+      EXPECT_TRUE(name.find("compressor") == std::string::npos &&
+                  name.find("simulated") == std::string::npos)
+          << name;
+    EXPECT_EQ(roslaunch->output().find("escalating"), std::string::npos)
+        << roslaunch->output();
+  }
+
+  /** \brief Records some messages of topics of the cell, compressed by one_sensor.launch.
+   * \return the file
+   */
+  std::string
+  record(const std::string& name, const std::vector<std::string>& topics)
+  {
+    const std::string bag = folder + "/" + name + ".bag";
+    std::vector<std::string> command{"rosbag", "record", "-O", bag};
+    command.insert(command.end(), topics.begin(), topics.end());
+    ChildProcess recording(command);
+    EXPECT_TRUE(waitFor([&] {
+      return recording.output().find("Subscribing to " + topics.front()) !=
+             std::string::npos;
+    })) << recording.output();
+    const Voxels voxels("/kinect_1/points/pcl_ext/voxels");
+    launch("one_sensor.launch", {"simulated:=true"});
+    expectVoxels(voxels, 25); // more than a second
+    EXPECT_EQ(recording.interrupt(), 0) << recording.output();
+    expectCleanEnd();
+    return bag;
+  }
+
+  const std::string folder;
+  std::unique_ptr<ChildProcess> roslaunch;
+};
+
+TEST_F(LaunchFiles, OneSensor)
+{
+  const Voxels voxels("/kinect_1/points/pcl_ext/voxels");
+  const Voxels merged("/intensity_decompressor/merged");
+  const std::string map = folder + "/one_sensor.ot";
+  launch("one_sensor.launch",
+         {"simulated:=true",
+          "intensity:=quadratic",
+          "effort:=fast",
+          "min_intensity:=1",
+          "crop_box:=[0, 0, 0.1, 10, 10, 4]",
+          "map_path:=" + map});
+  expectVoxels(voxels);
+  expectVoxels(merged);
+  expectCleanEnd();
+  EXPECT_TRUE(fs::exists(map));
+}
+
+TEST_F(LaunchFiles, OneSensorOnTwoComputers)
+{
+  const Voxels voxels("/camera/points/pcl_ext/voxels");
+  launch("one_sensor.launch",
+         {"simulated:=true", "points:=/camera/points", "central_side:=false"});
+  ChildProcess central({"roslaunch",
+                        "--skip-log-check",
+                        "pcl_ext_ros",
+                        "one_sensor.launch",
+                        "points:=/camera/points",
+                        "sensor_side:=false"});
+  expectVoxels(voxels);
+  EXPECT_EQ(central.interrupt(), 0) << central.output();
+  expectCleanEnd();
+}
+
+TEST_F(LaunchFiles, RequiredNodeThatEndsEndsAll)
+{
+  launch("one_sensor.launch", {"simulated:=true", "effort:=slow", "required:=true"});
+  EXPECT_TRUE(roslaunch->waitForExit());
+  EXPECT_NE(roslaunch->output().find("~effort is 'slow'"), std::string::npos)
+      << roslaunch->output();
+  EXPECT_EQ(otherProcesses(), std::vector<std::string>());
+}
+
+TEST_F(LaunchFiles, SixKinects)
+{
+  std::vector<std::unique_ptr<Voxels>> streams;
+  for (int sensor = 1; sensor <= 6; ++sensor)
+    streams.push_back(std::make_unique<Voxels>("/kinect_" + std::to_string(sensor) +
+                                               "/points/pcl_ext/voxels"));
+  const Voxels merged("/intensity_decompressor/merged");
+  launch("six_kinects.launch", {"captured_frames:=2", "rate:=4"});
+  for (const auto& stream : streams)
+    expectVoxels(*stream);
+  expectVoxels(merged);
+  expectCleanEnd();
+}
+
+TEST_F(LaunchFiles, ReplayOfClouds)
+{
+  const std::string bag = record("clouds", {"/kinect_1/points", "/tf_static"});
+  const Voxels voxels("/kinect_1/points/pcl_ext/voxels");
+  launch("replay.launch", {"bag:=" + bag});
+  expectVoxels(voxels);
+  expectCleanEnd();
+}
+
+TEST_F(LaunchFiles, ReplayOfFrames)
+{
+  const std::string bag = record("frames", {"/kinect_1/points/pcl_ext"});
+  const Voxels voxels("/kinect_1/points/pcl_ext/voxels");
+  launch("replay.launch", {"bag:=" + bag, "compressed:=true", "loop:=true"});
+  expectVoxels(voxels);
+  expectCleanEnd();
+}
+
+} // namespace
+
+} // namespace test
+} // namespace pcl_ext_ros

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""Runs a test beside a ROS master of its own, on loopback.
+
+Usage: with_master.py [--time-limit SECONDS] COMMAND [ARGUMENT ...]
+
+The exit code is the command's; 124 if it took too long; 1 if it left a process behind, or
+if there was no master. Whatever it left is stopped in any case. Needs nothing of ROS in
+Python, so that any interpreter will do.
+"""
+import argparse
+import ctypes
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+import xmlrpc.client
+
+MARK = "PCL_EXT_TEST_RUN"  # a variable that only processes of this run have
+SECONDS_TO_START = 30
+SECONDS_TO_STOP = 10
+SECONDS_TO_GO = 2  # for what was told to stop, and still is about to
+PR_SET_PDEATHSIG = 1  # of linux/prctl.h
+
+
+def die_with_parent():
+    """In a child: killed when this script is, which then cannot tidy up itself."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def master_answers(uri):
+    try:
+        return xmlrpc.client.ServerProxy(uri).getPid("/with_master")[0] == 1
+    except (OSError, xmlrpc.client.Error):
+        return False
+
+
+def start_master(environment, folder):
+    """Returns the process and its URI. Another process may take a port that was free, so
+    that a master that does not come up is tried again."""
+    for _ in range(5):
+        port = free_port()
+        uri = f"http://127.0.0.1:{port}"
+        with open(os.path.join(folder, "master.txt"), "wb") as output:
+            master = subprocess.Popen(
+                ["rosmaster", "--core", "-p", str(port)],
+                env=dict(environment, ROS_MASTER_URI=uri), stdin=subprocess.DEVNULL,
+                stdout=output, stderr=output, start_new_session=True,
+                preexec_fn=die_with_parent)
+        end = time.monotonic() + SECONDS_TO_START
+        while master.poll() is None and time.monotonic() < end:
+            if master_answers(uri):
+                return master, uri
+            time.sleep(0.02)
+        stop_master(master)
+    sys.exit("with_master: rosmaster does not start")
+
+
+def stop_master(master):
+    if master.poll() is None:
+        master.send_signal(signal.SIGINT)
+    try:
+        master.wait(SECONDS_TO_STOP)
+    except subprocess.TimeoutExpired:
+        master.kill()
+        master.wait()
+
+
+def processes_of(mark):
+    """Those that were started by the test, in whichever session: {pid: command}."""
+    wanted = f"{MARK}={mark}".encode()
+    found = {}
+    for entry in os.listdir("/proc"):
+        if not entry.isdigit():
+            continue
+        try:
+            with open(f"/proc/{entry}/environ", "rb") as file:
+                if wanted not in file.read().split(b"\0"):
+                    continue
+            with open(f"/proc/{entry}/cmdline", "rb") as file:
+                found[int(entry)] = file.read().replace(b"\0", b" ").decode().strip()
+        except OSError:  # gone by now, or of another user
+            continue
+    return found
+
+
+def wait_until_none(mark, seconds):
+    end = time.monotonic() + seconds
+    while processes_of(mark) and time.monotonic() < end:
+        time.sleep(0.05)
+    return processes_of(mark)
+
+
+def stop_all(mark):
+    for stop_signal in (signal.SIGINT, signal.SIGKILL):
+        for pid in processes_of(mark):
+            try:
+                os.kill(pid, stop_signal)
+            except ProcessLookupError:
+                pass
+        if not wait_until_none(mark, SECONDS_TO_STOP):
+            return
+
+
+def run(command, environment, time_limit):
+    """Returns the command's exit code, 124 if it took too long."""
+    test = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
+                            start_new_session=True, preexec_fn=die_with_parent)
+    try:
+        code = test.wait(time_limit)
+    except subprocess.TimeoutExpired:
+        print(f"with_master: still running behind {time_limit} seconds", file=sys.stderr)
+        stop_all(environment[MARK])
+        test.wait()
+        return 124
+    if code < 0:
+        print(f"with_master: ended by signal {-code}", file=sys.stderr)
+        return 128 - code
+    return code
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--time-limit", type=float, default=100.0, help="seconds")
+    parser.add_argument("command", nargs=argparse.REMAINDER)
+    arguments = parser.parse_args()
+    if not arguments.command:
+        parser.error("there is no command")
+
+    # So that the finally below is reached.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    folder = tempfile.mkdtemp(prefix="pcl_ext_ros_test_")
+    mark = uuid.uuid4().hex
+    environment = dict(os.environ, ROS_IP="127.0.0.1", ROS_HOME=folder,
+                       ROS_LOG_DIR=os.path.join(folder, "log"),
+                       ROSCONSOLE_STDOUT_LINE_BUFFERED="1")
+    environment.pop("ROS_HOSTNAME", None)
+    os.mkdir(environment["ROS_LOG_DIR"])
+    master = None
+    try:
+        master, uri = start_master(environment, folder)
+        environment.update({"ROS_MASTER_URI": uri, MARK: mark})
+        code = run(arguments.command, environment, arguments.time_limit)
+        left = wait_until_none(mark, SECONDS_TO_GO)
+        for pid, name in left.items():
+            print(f"with_master: left behind: {pid} {name}", file=sys.stderr)
+        return code or (1 if left else 0)
+    finally:
+        stop_all(mark)
+        if master:
+            stop_master(master)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

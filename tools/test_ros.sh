@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the library and the ROS package on it, and runs the
+# package's tests, each with a ROS master of its own.
+# Usage: tools/test_ros.sh [ctest arguments]
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+
+"$root/tools/build_ros.sh" -DPCL_EXT_ROS_BUILD_TESTS=ON \
+  -DPCL_EXT_WARNINGS_AS_ERRORS="${PCL_EXT_WARNINGS_AS_ERRORS:-OFF}"
+cd "$root/build-ros"
+exec ctest --output-on-failure -j "${PCL_EXT_JOBS:-2}" "$@"
