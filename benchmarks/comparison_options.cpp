@@ -2,8 +2,9 @@
 
 #include <boost/program_options.hpp>
 
+#include <command_line.h>
+
 #include <algorithm>
-#include <iostream>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -93,19 +94,9 @@ parseComparisonOptions(int argc, const char* const* argv)
 {
   ComparisonOptions result;
   const options::options_description description = describeOptions(result);
-  options::positional_options_description positions;
-  positions.add("recording", -1);
   options::variables_map values;
-  options::store(options::command_line_parser(argc, argv)
-                     .options(description)
-                     .positional(positions)
-                     .run(),
-                 values);
-  options::notify(values);
-  if (values.count("help") > 0) {
-    std::cout << description;
+  if (!tools::parseCommandLine(argc, argv, description, "recording", values))
     return std::nullopt;
-  }
   check(result);
   return result;
 }

@@ -2,9 +2,10 @@
 
 #include <boost/program_options.hpp>
 
+#include <command_line.h>
+
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -78,19 +79,9 @@ parseScaleOptions(int argc, const char* const* argv)
   option("sensor-frames",
          options::value(&result.sensor_frames)->default_value(60),
          "clouds of each of the six, 3.5 MB each, which are repeated");
-  options::positional_options_description positional;
-  positional.add("recording", -1);
   options::variables_map values;
-  options::store(options::command_line_parser(argc, argv)
-                     .options(description)
-                     .positional(positional)
-                     .run(),
-                 values);
-  options::notify(values);
-  if (values.count("help") != 0) {
-    std::cout << description;
+  if (!tools::parseCommandLine(argc, argv, description, "recording", values))
     return std::nullopt;
-  }
   if (efforts.empty())
     result.variants = libraryVariants();
   for (const std::string& effort : efforts)

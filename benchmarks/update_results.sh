@@ -1,24 +1,36 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, compares with all peers, and puts the tables into
-# doc/benchmarks.md in the place of those that were there.
-# Usage: benchmarks/update_results.sh [options of compare_with_peers] [folder of PCD files ...]
+# Installs what is missing, builds, measures, and puts the tables into doc/benchmarks.md in
+# the place of those that were there.
+# Usage: benchmarks/update_results.sh [peers] [options of compare_with_peers] [folder of PCD files ...]
+#        benchmarks/update_results.sh scale [options of measure_scale] [folder of PCD files ...]
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
+
+program=compare_with_peers
+section=results
+case ${1:-} in
+  peers) shift ;;
+  scale)
+    shift
+    program=measure_scale
+    section="results of scale"
+    ;;
+esac
 
 "$root/tools/install_packages.sh" build benchmark
 build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON > /dev/null
-cmake --build "$build" --target compare_with_peers -j "${PCL_EXT_JOBS:-2}"
+cmake --build "$build" --target "$program" -j "${PCL_EXT_JOBS:-2}"
 
 results=$(mktemp)
 page=$(mktemp)
 trap 'rm -f "$results" "$page"' EXIT
-"$build/benchmarks/compare_with_peers" "$@" | tee "$results"
-awk -v results="$results" '
-  /^<!-- end of results -->/ { replacing = 0 }
+"$build/benchmarks/$program" "$@" | tee "$results"
+awk -v results="$results" -v begin="<!-- $section -->" -v end="<!-- end of $section -->" '
+  $0 == end { replacing = 0 }
   !replacing { print }
-  /^<!-- results -->/ {
+  $0 == begin {
     replacing = 1
     print ""
     while ((getline line < results) > 0) print line

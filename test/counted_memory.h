@@ -43,12 +43,11 @@ inline MemoryCount memory_count;
 } // namespace io
 } // namespace pcl_ext
 
-// Not inline: GCC would see malloc and delete, or new and free, as a pair.
-[[gnu::noinline]] void*
-operator new(std::size_t size)
+/** \brief Counts what malloc or another function gave. */
+inline void*
+countedMemory(void* memory, std::size_t size)
 {
   auto& count = pcl_ext::io::test::memory_count;
-  void* memory = std::malloc(size);
   if (memory == nullptr)
     throw std::bad_alloc();
   ++count.allocations;
@@ -58,6 +57,20 @@ operator new(std::size_t size)
   count.live += malloc_usable_size(memory);
   count.peak = std::max(count.peak, count.live);
   return memory;
+}
+
+// Not inline: GCC would see malloc and delete, or new and free, as a pair.
+[[gnu::noinline]] void*
+operator new(std::size_t size)
+{
+  return countedMemory(std::malloc(size), size);
+}
+
+[[gnu::noinline]] void*
+operator new(std::size_t size, std::align_val_t alignment)
+{
+  const auto line = static_cast<std::size_t>(alignment);
+  return countedMemory(std::aligned_alloc(line, (size + line - 1) / line * line), size);
 }
 
 void*
@@ -77,6 +90,18 @@ operator delete(void* memory) noexcept
 
 void
 operator delete[](void* memory) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::align_val_t) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::size_t /*size*/, std::align_val_t) noexcept
 {
   operator delete(memory);
 }

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <random>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -151,6 +153,23 @@ TEST(FastCoder, StreamsOfASensorComeBack)
     for (int i = 0; i < 70; ++i)
       stream.send(random.sensorFrame(2000, 6, highest), i % 32 == 0, bits, 6);
   }
+}
+
+TEST(FastCoder, StreamsOfSeveralThreadsComeBack)
+{
+  std::vector<std::thread> threads;
+  for (unsigned int seed = 1; seed <= 4; ++seed)
+    threads.emplace_back([seed] {
+      Random random(seed);
+      // Of different sizes, in turn, as they use the same memory.
+      std::array<Stream, 2> streams;
+      for (int i = 0; i < 12; ++i) {
+        streams[0].send(random.sensorFrame(2000, 6, 40), i % 5 == 0, 8, 6);
+        streams[1].send(random.sensorFrame(120, 7, 200), i % 4 == 0, 8, 7);
+      }
+    });
+  for (std::thread& thread : threads)
+    thread.join();
 }
 
 TEST(FastCoder, WholeBlocksComeBack)

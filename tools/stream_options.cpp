@@ -1,10 +1,11 @@
 #include "stream_options.h"
 
+#include "command_line.h"
+
 #include <boost/program_options.hpp>
 
 #include <cmath>
 #include <cstdint>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <sstream>
@@ -159,19 +160,9 @@ parseOptions(int argc, const char* const* argv)
 {
   StreamOptions result;
   const options::options_description description = describeOptions(result);
-  options::positional_options_description positional;
-  positional.add("input", -1);
   options::variables_map values;
-  options::store(options::command_line_parser(argc, argv)
-                     .options(description)
-                     .positional(positional)
-                     .run(),
-                 values);
-  if (values.count("help") != 0) {
-    std::cout << description << '\n';
+  if (!parseCommandLine(argc, argv, description, "input", values))
     return std::nullopt;
-  }
-  options::notify(values);
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   if (values.count("frames") != 0)
     result.frames = parseCount(values, "frames", 1, most);

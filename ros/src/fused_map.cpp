@@ -18,7 +18,15 @@ void
 FusedMap::insert(const pcl_ext::io::VoxelFrame& frame,
                  const std::optional<octomap::point3d>& sensor_origin)
 {
-  pcl_ext::nodes::insertVoxels(frame, full_intensity_, sensor_origin, tree_);
+  constexpr bool lazily = true; // several streams go in before completeRound()
+  pcl_ext::nodes::insertVoxels(frame, full_intensity_, sensor_origin, tree_, lazily);
+}
+
+void
+FusedMap::completeRound()
+{
+  tree_.updateInnerOccupancy();
+  tree_.prune();
 }
 
 FusedMap::Written

@@ -21,18 +21,16 @@ public:
    */
   FusedMap(double resolution, double full_intensity, std::string path);
 
-  /** \brief Puts one frame of one stream into the map; see insertVoxels. */
+  /** \brief Puts one frame of one stream into the map; see insertVoxels. completeRound()
+   * follows behind the frames of all streams. */
   void
   insert(const pcl_ext::io::VoxelFrame& frame,
          const std::optional<octomap::point3d>& sensor_origin);
 
-  /** \brief Makes one node of eight that say the same, which insert() leaves as they are;
-   * the map is several times smaller behind it. */
+  /** \brief Tells inner nodes what was put in, and makes one node of eight that say the
+   * same, behind which the map is several times smaller. */
   void
-  prune()
-  {
-    tree_.prune();
-  }
+  completeRound();
 
   /** \brief What came of writing. */
   struct Written {

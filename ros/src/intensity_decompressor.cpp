@@ -259,7 +259,7 @@ IntensityDecompressor::updateMap()
     }
     map_->insert(map_voxels_, origin);
   }
-  map_->prune();
+  map_->completeRound();
   map_nodes_ = map_->size();
 }
 

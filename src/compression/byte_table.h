@@ -84,6 +84,13 @@ public:
     return table_;
   }
 
+  /** \brief Bytes that are still to come with this table. */
+  std::uint32_t
+  untilAdapts() const
+  {
+    return left_;
+  }
+
   /** \brief Counts four numbers, and adapts when it is time. */
   void
   learn(unsigned int quad)

@@ -1,14 +1,12 @@
 #pragma once
 
-#include "fast_frame.h"
 #include "fast_history.h"
 #include "fast_models.h"
-#include "fast_occupancy.h"
-#include "fast_symbols.h"
+#include "fast_workspace.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl_ext {
@@ -22,6 +20,13 @@ namespace io {
  */
 class FastCoder {
 public:
+  FastCoder() = default;
+
+  /** \brief A coder that has learnt the same frames. */
+  FastCoder(const FastCoder& other)
+  : models_(std::make_unique<FastModels>(*other.models_)), history_(other.history_)
+  {}
+
   /** \brief Appends the payload of a frame, and learns the frame.
    * \param[in] is_i_frame the frame stands alone; the first one has to
    * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
@@ -86,45 +91,34 @@ public:
   knownVoxels(const std::vector<std::uint64_t>& keys);
 
 private:
+  bool
+  decodeFrame(const std::uint8_t* begin,
+              const std::uint8_t* end,
+              unsigned int bits,
+              std::vector<std::uint64_t>& keys,
+              std::vector<std::uint16_t>& symbols);
+
   void
   beginFrame(bool is_i_frame, unsigned int depth, std::size_t voxel_count);
 
+  void
+  endFrame();
+
   const FastHistory&
-  before() const
-  {
-    return frame_.is_i_frame ? no_history_ : history_;
-  }
+  before() const;
 
   /** \brief The moments of this frame: those of the history are kept until another
    * I-frame is known to be whole. */
-  std::vector<std::uint16_t>&
-  moments()
-  {
-    return frame_.is_i_frame ? next_history_.moments : history_.moments;
-  }
+  Moments&
+  moments();
 
   void
   keepHistory();
 
-  template <bool with_keys>
-  void
-  expandBlocks(std::vector<std::uint64_t>* keys);
-
-  const FastModels first_models_;
-  const FastHistory no_history_{};
-  // Those of the frames so far, and what a decoder makes of them until it knows that the
-  // frame is whole.
-  std::array<FastModels, 2> models_;
-  unsigned int current_models_ = 0;
+  std::unique_ptr<FastModels> models_ = std::make_unique<FastModels>();
   FastHistory history_;
-  FastHistory next_history_;
-
-  FastFrame frame_;
-  FastOccupancy occupancy_;
-  FastSymbols symbols_;
-  std::vector<std::uint32_t> steps_;
-  std::vector<std::uint16_t> words_;
-  std::vector<std::uint8_t> bytes_;
+  std::shared_ptr<FastWorkspacePool> pool_ = FastWorkspacePool::shared();
+  std::unique_ptr<FastWorkspace> workspace_; // while a frame is in work
 };
 
 } // namespace io

@@ -10,9 +10,9 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Makes a vector at least this long, with room to grow. */
-template <class T>
+template <class Vector>
 void
-ensureSize(std::vector<T>& vector, std::size_t size)
+ensureSize(Vector& vector, std::size_t size)
 {
   if (vector.size() < size)
     vector.resize(size + size / 4);

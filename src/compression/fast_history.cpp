@@ -1,7 +1,24 @@
 #include "fast_history.h"
 
+#include "voxel_block.h"
+
+#include <algorithm>
+
 namespace pcl_ext {
 namespace io {
+
+namespace {
+
+/** \brief Room for so many elements, and for more to come. */
+template <class Vector>
+void
+reserve(Vector& vector, std::size_t size)
+{
+  if (vector.capacity() < size)
+    vector.reserve(size + size / 4);
+}
+
+} // namespace
 
 std::uint32_t
 voxel_past::firstProbability(unsigned int past)
@@ -16,6 +33,37 @@ voxel_past::firstProbability(unsigned int past)
     probability += (goal - probability) >> shift;
   }
   return static_cast<std::uint32_t>(probability);
+}
+
+void
+FastHistory::learn(const FastHistory& other, bool with_moments)
+{
+  std::size_t voxels = 0;
+  for (const std::uint32_t bucket : other.size)
+    voxels += bucket;
+  const std::size_t moment_count = with_moments ? other.known.size() * block_cells : 0;
+  reserve(known, other.known.size());
+  reserve(spare_numbers, other.spare_numbers.size());
+  reserve(keys, other.keys.size());
+  reserve(numbers, other.numbers.size());
+  reserve(activity, other.activity.size());
+  if (places.size() < voxels)
+    places.resize(voxels + voxels / 4);
+  if (moments.size() < moment_count)
+    moments.resize(moment_count + moment_count / 4);
+  // From here on there is memory for all.
+  known = other.known;
+  spare_numbers = other.spare_numbers;
+  keys = other.keys;
+  numbers = other.numbers;
+  activity = other.activity;
+  size = other.size;
+  VoxelPlace* place = places.data();
+  for (std::size_t past = 0; past < voxel_past::count; ++past) {
+    first[past] = static_cast<std::uint32_t>(place - places.data());
+    place = std::copy_n(other.places.data() + other.first[past], size[past], place);
+  }
+  std::copy_n(other.moments.data(), moment_count, moments.data());
 }
 
 } // namespace io

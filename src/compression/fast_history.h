@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <vector>
 
 namespace pcl_ext {
@@ -47,6 +48,46 @@ firstProbability(unsigned int past);
 /** \brief Where a voxel is: the number of its block times 64 plus its cell. */
 using VoxelPlace = std::uint32_t;
 
+/** \brief Memory that begins with a cache line: half a block's moments are a whole one
+ * then. */
+template <class T>
+struct CacheLineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+
+  CacheLineAllocator() = default;
+  template <class Other>
+  explicit CacheLineAllocator(const CacheLineAllocator<Other>&)
+  {}
+
+  T*
+  allocate(std::size_t count)
+  {
+    return static_cast<T*>(::operator new(count * sizeof(T), line));
+  }
+
+  void
+  deallocate(T* memory, std::size_t)
+  {
+    ::operator delete(memory, line);
+  }
+
+  friend bool
+  operator==(const CacheLineAllocator&, const CacheLineAllocator&)
+  {
+    return true;
+  }
+
+  friend bool
+  operator!=(const CacheLineAllocator&, const CacheLineAllocator&)
+  {
+    return false;
+  }
+};
+
+/** \brief Moments of voxels by their place, 64 a block. */
+using Moments = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
+
 /** \brief What the fast coder's both ends remember since the last I-frame.
  *
  * Known voxels lie in buckets, one for each past. A frame splits every bucket in two,
@@ -58,8 +99,8 @@ struct FastHistory {
   static constexpr std::uint16_t no_moment = 0xffff;
 
   // By block number.
-  std::vector<std::uint64_t> known;   ///< cells that lie in a bucket
-  std::vector<std::uint16_t> moments; ///< 64 a block: mean and deviation of symbols
+  std::vector<std::uint64_t> known; ///< cells that lie in a bucket
+  Moments moments;                  ///< 64 a block: mean and deviation of symbols
   std::vector<std::uint32_t> spare_numbers; ///< numbers that are free again
 
   // Blocks with known voxels, ascending.
@@ -71,6 +112,13 @@ struct FastHistory {
   std::array<std::uint32_t, voxel_past::count> first{}; ///< in `places`
   std::array<std::uint32_t, voxel_past::count> size{};
   std::vector<VoxelPlace> places;
+
+  /** \brief Becomes another history, without the room between its buckets. Leaves this
+   * one as it was if there is no memory for that.
+   * \param[in] with_moments whether the other one's moments are taken, too
+   */
+  void
+  learn(const FastHistory& other, bool with_moments);
 };
 
 } // namespace io

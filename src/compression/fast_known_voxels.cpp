@@ -2,12 +2,16 @@
 #include "nibble_rans.h"
 #include "voxel_block.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <cstring>
 
 namespace pcl_ext {
 namespace io {
 
 namespace {
+
+/** \brief How far ahead of the voxels that are looked at others are asked for. */
+constexpr std::ptrdiff_t prefetched_voxels = 512;
 
 /** \brief The end of a bucket, where more is put in. */
 VoxelPlace*
@@ -23,6 +27,36 @@ learntShare(std::uint16_t share, std::uint32_t occupied, std::uint32_t count)
   constexpr std::uint64_t weight = 32;
   return static_cast<std::uint16_t>(
       (weight * share + std::uint64_t{0xffff} * occupied) / (weight + count));
+}
+
+/** \brief Puts two voxels into the buckets that they belong to.
+ * \param[in] bits whether they are occupied, the first one lowest; others are ignored
+ * \param[in,out] if_empty where the next empty voxel goes; there is room for two
+ * \param[in,out] if_occupied where the next occupied one goes; likewise
+ */
+inline void
+putTwo(const VoxelPlace* voxels,
+       unsigned int bits,
+       VoxelPlace*& if_empty,
+       VoxelPlace*& if_occupied)
+{
+  const unsigned int first = bits & 1;
+  const unsigned int count = first + (bits >> 1 & 1);
+  // Both buckets get both, of which only the second one if the first one is not theirs:
+  // one store each, and no branch.
+  std::uint64_t both;
+  std::memcpy(&both, voxels, sizeof(both));
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+  const std::uint64_t to_empty = both << (32 * first);
+  const std::uint64_t to_occupied = both << (32 * (1 - first));
+#else
+  const std::uint64_t to_empty = both >> (32 * first);
+  const std::uint64_t to_occupied = both >> (32 * (1 - first));
+#endif
+  std::memcpy(if_empty, &to_empty, sizeof(both));
+  std::memcpy(if_occupied, &to_occupied, sizeof(both));
+  if_empty += 2 - count;
+  if_occupied += count;
 }
 
 } // namespace
@@ -49,8 +83,8 @@ FastOccupancy::codeKnownVoxels(Coder& coder,
     first += room[past];
   }
   after.size.fill(0);
-  // One more: a voxel is written to both buckets and stays in one.
-  ensureSize(after.places, first + 1);
+  // Two more: two voxels are written to both buckets, of which each stays in one.
+  ensureSize(after.places, first + 2);
   coder.expect(known / 8 + 7 * voxel_past::count);
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     if (before.size[past] != 0 &&
@@ -61,50 +95,53 @@ FastOccupancy::codeKnownVoxels(Coder& coder,
 
 template <class Coder>
 bool
-FastOccupancy::splitBucket(Coder& coder_now,
+FastOccupancy::splitBucket(Coder& coder,
                            FastModels& models,
                            unsigned int past,
                            const FastHistory& before,
                            FastHistory& after,
                            FastFrame& frame)
 {
-  Coder coder = coder_now; // in registers
   std::uint64_t* const occupied = frame.occupied.data();
   const auto isOccupied = [&](VoxelPlace place) {
     return static_cast<unsigned int>(occupied[place / block_cells] >>
                                      (place % block_cells)) &
            1;
   };
+  const VoxelPlace* from = before.places.data() + before.first[past];
+  const std::size_t count = before.size[past];
+  ensureSize(occupancies_, count / 8);
+  std::uint8_t* const bytes = occupancies_.data();
+  if (!Coder::is_decoder)
+    for (std::size_t i = 0; i < count / 8; ++i) {
+      unsigned int byte = 0;
+      for (unsigned int k = 0; k < 8; ++k)
+        byte |= isOccupied(from[8 * i + k]) << k;
+      bytes[i] = static_cast<std::uint8_t>(byte);
+    }
+  if (!coder.codeRow(occupancyTable(models.known_share[past]), bytes, count / 8))
+    return false;
   const unsigned int past_if_empty = voxel_past::next(past, 0);
   const unsigned int past_if_occupied = voxel_past::next(past, 1);
   VoxelPlace* if_empty = end(after, past_if_empty);
   VoxelPlace* const first_occupied = end(after, past_if_occupied);
   VoxelPlace* if_occupied = first_occupied;
-  const auto put = [&](VoxelPlace place, unsigned int bit) {
-    *if_empty = place;
-    *if_occupied = place;
-    if_empty += 1 - bit;
-    if_occupied += bit;
-  };
-  const VoxelPlace* from = before.places.data() + before.first[past];
-  const std::size_t count = before.size[past];
-  const ByteTable& table = occupancyTable(models.known_share[past]);
+  const VoxelPlace* const last = before.places.data() + before.places.size() - 1;
   for (std::size_t i = 0; i < count / 8; ++i, from += 8) {
-    unsigned int byte = 0;
-    if (!Coder::is_decoder)
-      for (unsigned int k = 0; k < 8; ++k)
-        byte |= isOccupied(from[k]) << k;
-    byte = coder.code(table, byte);
-    for (unsigned int k = 0; k < 8; ++k)
-      put(from[k], byte >> k & 1);
-    if (coder.isOverrun())
-      return false;
+    // Buckets follow each other, so that what comes behind one is the next one.
+    __builtin_prefetch(last - from > prefetched_voxels ? from + prefetched_voxels
+                                                       : last);
+    for (unsigned int k = 0; k < 8; k += 2)
+      putTwo(from + k, bytes[i] >> k, if_empty, if_occupied);
   }
   BitModel rest(models.known_share[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
-    unsigned int bit = Coder::is_decoder ? 0 : isOccupied(*from);
-    bit = coder.code(rest, bit);
-    put(*from, bit);
+    const unsigned int bit =
+        coder.code(rest, Coder::is_decoder ? 0 : isOccupied(*from));
+    *if_empty = *from;
+    *if_occupied = *from;
+    if_empty += 1 - bit;
+    if_occupied += bit;
   }
   if (Coder::is_decoder)
     for (const VoxelPlace* place = first_occupied; place != if_occupied; ++place)
@@ -115,7 +152,6 @@ FastOccupancy::splitBucket(Coder& coder_now,
   after.size[past_if_occupied] += occupied_count;
   models.known_share[past] =
       learntShare(models.known_share[past], occupied_count, before.size[past]);
-  coder_now = coder;
   return !coder.isOverrun();
 }
 

@@ -33,35 +33,45 @@ makeCellContexts()
 
 constexpr auto cell_contexts = makeCellContexts();
 
+/** \brief Where the moments of a block's voxels lie: two cache lines, of which a line
+ * that is not wanted is replaced with the other one, and those of a block without voxels
+ * with the first block's. Without branches. */
+inline std::array<const void*, 2>
+linesOfMoments(const std::uint16_t* moments, std::uint32_t number, std::uint64_t cells)
+{
+  constexpr std::size_t half = block_cells / 2;
+  const std::size_t has_low = isNotZero(cells << half);
+  const std::size_t has_high = isNotZero(cells >> half);
+  const std::uint16_t* const block =
+      moments + number * (block_cells * (has_low | has_high));
+  return {block + half * (1 - has_low), block + half * has_high};
+}
+
 } // namespace
 
 template <class Coder>
 bool
-FastOccupancy::codeNewOctants(Coder& coder_now,
+FastOccupancy::codeNewOctants(Coder& coder,
                               FastModels& models,
                               const FastHistory& before,
+                              const Moments& moments,
                               FastFrame& frame)
 {
   const std::size_t count = before.keys.size();
-  coder_now.expect(count);
-  Coder coder = coder_now;
-  ensureSize(is_renewed_, count);
-  ensureSize(renewed_blocks_, count + 1);
-  ensureSize(octant_symbols_, count + 1);
+  coder.expect(count);
+  ensureSize(contexts_, count);
+  ensureSize(octant_symbols_, count);
   // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
   const std::uint64_t* const all_known = before.known.data();
   const std::uint64_t* const occupied = frame.occupied.data();
-  std::uint8_t* const is_renewed_of = is_renewed_.data();
-  std::uint32_t* const blocks = renewed_blocks_.data();
+  std::uint8_t* const contexts = contexts_.data();
   std::uint8_t* const symbols = octant_symbols_.data();
-  NibbleModel* const octant_models = models.octant.data();
-  std::size_t renewed = 0;
+  const std::uint16_t* const all_moments = moments.data();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[i];
     std::uint64_t known_occupied = occupied[number];
-    unsigned int symbol = 0;
     if (!Coder::is_decoder) {
       const std::uint64_t known = all_known[number];
       const unsigned int octants = occupiedOctants(known_occupied & ~known);
@@ -71,22 +81,35 @@ FastOccupancy::codeNewOctants(Coder& coder_now,
       const unsigned int rank =
           child_masks
               .rank[occupiedOctants(known_occupied)][lowestCell(octants | 256) % 8];
-      symbol = ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
-      symbol &= 0u - static_cast<unsigned int>(octants != 0);
+      const unsigned int symbol =
+          ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
+      symbols[i] = static_cast<std::uint8_t>(
+          symbol & (0u - static_cast<unsigned int>(octants != 0)));
     }
-    const unsigned int context = activity[i] * 2u + (known_occupied == 0 ? 1 : 0);
-    symbol = coder.code(octant_models[context], symbol);
-    const unsigned int is_renewed = symbol != 0 ? 1 : 0;
-    is_renewed_of[i] = static_cast<std::uint8_t>(is_renewed);
-    blocks[renewed] = static_cast<std::uint32_t>(i);
-    symbols[renewed] = static_cast<std::uint8_t>(symbol);
-    renewed += is_renewed;
-    if (coder.isOverrun())
-      return false;
+    contexts[i] =
+        static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
   }
-  renewed_count_ = renewed;
-  coder_now = coder;
-  return true;
+  // With hundreds of decoders a block's moments are in no cache when the symbols want
+  // them, and more than the caches can ask for at a time: bit by bit.
+  return coder.codeRow(
+      models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
+        return linesOfMoments(all_moments, numbers[i], occupied[numbers[i]]);
+      });
+}
+
+/** \brief Lists the blocks with new voxels. */
+void
+FastOccupancy::collectRenewedBlocks(const FastHistory& before)
+{
+  const std::size_t count = before.keys.size();
+  ensureSize(renewed_blocks_, count + 1);
+  const std::uint8_t* const symbols = octant_symbols_.data();
+  std::uint32_t* block = renewed_blocks_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    *block = static_cast<std::uint32_t>(i);
+    block += symbols[i] != 0 ? 1 : 0;
+  }
+  renewed_count_ = static_cast<std::size_t>(block - renewed_blocks_.data());
 }
 
 template <class Coder>
@@ -96,6 +119,7 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
                                const FastHistory& before,
                                FastFrame& frame)
 {
+  collectRenewedBlocks(before);
   const std::size_t count = renewed_count_;
   coder_now.expect(2 * count);
   Coder coder = coder_now;
@@ -111,15 +135,16 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
   std::size_t several_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[blocks[i]];
+    const unsigned int symbol = symbols[blocks[i]];
     const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
-    const unsigned int rank = (symbols[i] - 1u) % 8;
+    const unsigned int rank = (symbol - 1) % 8;
     // Without a branch: one of both lists keeps it.
-    const unsigned int is_single = (symbols[i] - several_octants) >> 31;
+    const unsigned int is_single = (symbol - several_octants) >> 31;
     *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
     octant += is_single;
     several[several_count] = number;
     several_count += 1 - is_single;
-    if (Coder::is_decoder && symbols[i] > several_octants)
+    if (Coder::is_decoder && symbol > several_octants)
       return false;
   }
   for (std::size_t i = 0; i < several_count; ++i) {
@@ -139,58 +164,96 @@ FastOccupancy::codeOctantMasks(Coder& coder_now,
 
 template <class Coder>
 bool
-FastOccupancy::codeNewCells(Coder& coder_now,
+FastOccupancy::codeNewCells(Coder& coder,
                             FastModels& models,
                             const FastHistory& before,
+                            const Moments& moments,
                             FastFrame& frame)
 {
-  coder_now.expect(3 * octant_count_);
-  Coder coder = coder_now;
-  ensureSize(several_, octant_count_ + 1);
+  const std::size_t count = octant_count_;
+  coder.expect(3 * count);
+  ensureSize(several_, count + 1);
+  ensureSize(contexts_, count);
+  ensureSize(cell_symbols_, count);
+  ensureSize(surroundings_, count);
   const VoxelPlace* const octants = octants_.data();
+  const std::uint64_t* const all_known = before.known.data();
   std::uint64_t* const all_occupied = frame.occupied.data();
-  VoxelPlace* const several = several_.data();
-  std::size_t several_count = 0;
-  for (std::size_t i = 0; i < octant_count_; ++i) {
+  std::uint8_t* const contexts = contexts_.data();
+  std::uint8_t* const symbols = cell_symbols_.data();
+  Surroundings* const surroundings = surroundings_.data();
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = octants[i] / block_cells;
     const unsigned int shift = octants[i] % block_cells;
-    const std::uint64_t known = before.known[number];
+    const std::uint64_t known = all_known[number];
     const std::uint64_t occupied = all_occupied[number];
     const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
     const unsigned int near =
         static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
     const unsigned int near_count = child_masks.count[near];
-    const unsigned int open_count = child_masks.count[open];
-    unsigned int rank = 0;
     // Without branches: all of it is hard to predict.
     if (!Coder::is_decoder) {
       const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
       const unsigned int below = (cells - 1) & 0xff;
       const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
       const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
-      rank =
+      const unsigned int rank =
           (near_count & is_far) + child_masks.count[(near ^ (open & is_far)) & below];
-      rank = (rank & is_single) | (several_cells & ~is_single);
+      symbols[i] =
+          static_cast<std::uint8_t>((rank & is_single) | (several_cells & ~is_single));
     }
-    rank = coder.code(models.cell[cell_contexts[near_count][open_count]], rank);
+    contexts[i] = cell_contexts[near_count][child_masks.count[open]];
+    surroundings[i] = {static_cast<std::uint8_t>(near),
+                       static_cast<std::uint8_t>(open)};
+  }
+  const auto wanted = [=, all_moments = moments.data()](std::size_t i) {
+    return std::array<const void*, 1>{all_moments + octants[i]};
+  };
+  if (!coder.codeRow(models.cell.data(), contexts, symbols, count, wanted))
+    return false;
+  std::size_t several_count = 0;
+  if (!placeNewCells<Coder::is_decoder>(frame, several_count))
+    return false;
+  found_voxels_ += count - several_count;
+  return codeSeveralCells(coder, models, several_count, before, frame);
+}
+
+/** \brief Puts single new voxels where their symbols say, in a decoder, and lists the
+ * octants with several. \return false if a symbol is none */
+template <bool is_decoder>
+bool
+FastOccupancy::placeNewCells(FastFrame& frame, std::size_t& several_count)
+{
+  const std::size_t count = octant_count_;
+  const VoxelPlace* const octants = octants_.data();
+  const std::uint8_t* const symbols = cell_symbols_.data();
+  const Surroundings* const surroundings = surroundings_.data();
+  std::uint64_t* const all_occupied = frame.occupied.data();
+  VoxelPlace* several = several_.data();
+  unsigned int is_wrong = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const unsigned int rank = symbols[i];
     const unsigned int is_single = (rank - several_cells) >> 31;
-    several[several_count] = octants[i];
-    several_count += 1 - is_single;
-    if (Coder::is_decoder) {
-      if (rank > several_cells || rank >= open_count + 8 * (1 - is_single) ||
-          coder.isOverrun())
-        return false;
+    *several = octants[i];
+    several += 1 - is_single;
+    if (is_decoder) {
+      const unsigned int near = surroundings[i].near;
+      const unsigned int open = surroundings[i].open;
+      const unsigned int near_count = child_masks.count[near];
+      const unsigned int end =
+          child_masks.count[open] + several_cells * (1 - is_single);
+      is_wrong |= (end - 1 - rank) | (several_cells - rank);
       // All ones where the cell is not near.
       const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
       const unsigned int cell =
           child_masks
               .children[near ^ (open & is_far)][(rank - (near_count & is_far)) % 8];
-      all_occupied[number] = occupied | std::uint64_t{is_single} << (shift + cell);
+      all_occupied[octants[i] / block_cells] |= std::uint64_t{is_single}
+                                                << (octants[i] % block_cells + cell);
     }
   }
-  found_voxels_ += octant_count_ - several_count;
-  coder_now = coder;
-  return codeSeveralCells(coder_now, models, several_count, before, frame);
+  several_count = static_cast<std::size_t>(several - several_.data());
+  return is_wrong >> 31 == 0;
 }
 
 /** \brief Codes the cells of octants with several new voxels. */
@@ -223,15 +286,11 @@ FastOccupancy::codeSeveralCells(Coder& coder,
 }
 
 template bool
-FastOccupancy::codeNewOctants(NibbleEncoder&,
-                              FastModels&,
-                              const FastHistory&,
-                              FastFrame&);
+FastOccupancy::codeNewOctants(
+    NibbleEncoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 template bool
-FastOccupancy::codeNewOctants(NibbleDecoder&,
-                              FastModels&,
-                              const FastHistory&,
-                              FastFrame&);
+FastOccupancy::codeNewOctants(
+    NibbleDecoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 
 template bool
 FastOccupancy::codeOctantMasks(NibbleEncoder&,
@@ -245,15 +304,11 @@ FastOccupancy::codeOctantMasks(NibbleDecoder&,
                                FastFrame&);
 
 template bool
-FastOccupancy::codeNewCells(NibbleEncoder&,
-                            FastModels&,
-                            const FastHistory&,
-                            FastFrame&);
+FastOccupancy::codeNewCells(
+    NibbleEncoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 template bool
-FastOccupancy::codeNewCells(NibbleDecoder&,
-                            FastModels&,
-                            const FastHistory&,
-                            FastFrame&);
+FastOccupancy::codeNewCells(
+    NibbleDecoder&, FastModels&, const FastHistory&, const Moments&, FastFrame&);
 
 } // namespace io
 } // namespace pcl_ext

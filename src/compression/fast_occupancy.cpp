@@ -83,16 +83,19 @@ FastOccupancy::code(Coder& coder,
                     FastModels& models,
                     const FastHistory& before,
                     FastHistory& after,
-                    std::vector<std::uint16_t>& moments,
+                    Moments& moments,
                     FastFrame& frame)
 {
   found_voxels_ = 0;
   if (Coder::is_decoder)
     frame.occupied.assign(before.known.size(), 0);
+  // Long before it changes: what is read in a row comes faster from memory than what is
+  // read here and there.
+  after.known.assign(before.known.begin(), before.known.end());
   return codeKnownVoxels(coder, models, before, after, frame) &&
-         codeNewOctants(coder, models, before, frame) &&
+         codeNewOctants(coder, models, before, moments, frame) &&
          codeOctantMasks(coder, models, before, frame) &&
-         codeNewCells(coder, models, before, frame) &&
+         codeNewCells(coder, models, before, moments, frame) &&
          codeNewBlocks(coder, models, frame) &&
          (!Coder::is_decoder || found_voxels_ == frame.voxel_count) &&
          learnBlocks(before, after, moments, frame);
@@ -103,14 +106,14 @@ FastOccupancy::code(NibbleEncoder&,
                     FastModels&,
                     const FastHistory&,
                     FastHistory&,
-                    std::vector<std::uint16_t>&,
+                    Moments&,
                     FastFrame&);
 template bool
 FastOccupancy::code(NibbleDecoder&,
                     FastModels&,
                     const FastHistory&,
                     FastHistory&,
-                    std::vector<std::uint16_t>&,
+                    Moments&,
                     FastFrame&);
 
 } // namespace io

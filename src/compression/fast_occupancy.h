@@ -40,7 +40,7 @@ public:
        FastModels& models,
        const FastHistory& before,
        FastHistory& after,
-       std::vector<std::uint16_t>& moments,
+       Moments& moments,
        FastFrame& frame);
 
 private:
@@ -66,7 +66,11 @@ private:
   codeNewOctants(Coder& coder,
                  FastModels& models,
                  const FastHistory& before,
+                 const Moments& moments,
                  FastFrame& frame);
+
+  void
+  collectRenewedBlocks(const FastHistory& before);
 
   template <class Coder>
   bool
@@ -80,7 +84,12 @@ private:
   codeNewCells(Coder& coder,
                FastModels& models,
                const FastHistory& before,
+               const Moments& moments,
                FastFrame& frame);
+
+  template <bool is_decoder>
+  bool
+  placeNewCells(FastFrame& frame, std::size_t& several_count);
 
   template <class Coder>
   bool
@@ -108,13 +117,13 @@ private:
   static void
   makeRoom(const FastHistory& before,
            FastHistory& after,
-           std::vector<std::uint16_t>& moments,
+           Moments& moments,
            const FastFrame& frame);
 
   bool
   learnBlocks(const FastHistory& before,
               FastHistory& after,
-              std::vector<std::uint16_t>& moments,
+              Moments& moments,
               FastFrame& frame);
 
   void
@@ -123,17 +132,26 @@ private:
   bool
   mergeBlocks(const FastHistory& before, FastHistory& after, FastFrame& frame);
 
+  /** \brief What is known of an octant's cells before its new ones are coded. */
+  struct Surroundings {
+    std::uint8_t near; ///< open cells beside an occupied one
+    std::uint8_t open; ///< cells that are not known
+  };
+
   std::size_t found_voxels_ = 0; // by a decoder
-  // Known blocks with new voxels, ascending: their index in the history, and what was
-  // coded. Of these vectors only so many elements are in use as a count says.
+  // Of these vectors only so many elements are in use as a count says.
+  std::vector<std::uint8_t> occupancies_;    // of a bucket, eight voxels in each
+  std::vector<std::uint8_t> contexts_;       // of the row that is coded
+  std::vector<std::uint8_t> octant_symbols_; // for each known block
+  // Known blocks with new voxels, ascending: their index in the history.
   std::size_t renewed_count_ = 0;
   std::vector<std::uint32_t> renewed_blocks_;
-  std::vector<std::uint8_t> octant_symbols_;
   std::vector<std::uint32_t>
       several_; // blocks with several such octants, octants with several new voxels
   std::size_t octant_count_ = 0;
-  std::vector<VoxelPlace> octants_;          // first cells of octants with new voxels
-  std::vector<std::uint8_t> is_renewed_;     // for each known block
+  std::vector<VoxelPlace> octants_; // first cells of octants with new voxels
+  std::vector<Surroundings> surroundings_;
+  std::vector<std::uint8_t> cell_symbols_;
   std::vector<std::uint32_t> new_numbers_;   // of the new blocks
   std::vector<std::uint32_t> freed_numbers_; // of blocks that have no voxels any more
   // Octree above the new blocks: keys of a level, and in an encoder masks of all.

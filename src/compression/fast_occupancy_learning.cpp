@@ -72,10 +72,9 @@ private:
 void
 FastOccupancy::makeRoom(const FastHistory& before,
                         FastHistory& after,
-                        std::vector<std::uint16_t>& moments,
+                        Moments& moments,
                         const FastFrame& frame)
 {
-  after.known.assign(before.known.begin(), before.known.end());
   std::uint32_t end = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
     end = std::max(end, after.first[past] + after.size[past]);
@@ -103,7 +102,7 @@ FastOccupancy::makeRoom(const FastHistory& before,
 bool
 FastOccupancy::learnBlocks(const FastHistory& before,
                            FastHistory& after,
-                           std::vector<std::uint16_t>& moments,
+                           Moments& moments,
                            FastFrame& frame)
 {
   makeRoom(before, after, moments, frame);
@@ -171,10 +170,11 @@ FastOccupancy::mergeBlocks(const FastHistory& before,
   const std::uint64_t* const old_keys = before.keys.data();
   const std::uint32_t* const old_numbers = before.numbers.data();
   const std::uint8_t* const old_activity = before.activity.data();
-  const std::uint8_t* const is_renewed = is_renewed_.data();
+  const std::uint8_t* const symbols = octant_symbols_.data();
   const auto appendOld = [&](std::size_t i) {
     const std::uint32_t number = old_numbers[i];
-    const unsigned int activity = (old_activity[i] * 2u + is_renewed[i]) % 16;
+    const unsigned int activity =
+        (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
     const std::size_t is_kept = isNotZero(known[number]);
     freed[freed_count] = number;
     freed_count += 1 - is_kept;

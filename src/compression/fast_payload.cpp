@@ -69,9 +69,9 @@ FastPayload::decode(const std::uint8_t* begin,
                     PayloadSizes& sizes)
 {
   sizes = {static_cast<std::size_t>(end - begin), 0};
-  frame.keys.clear();
-  frame.intensities.clear();
   if (voxel_count == 0) {
+    frame.keys.clear();
+    frame.intensities.clear();
     if (begin == end && is_i_frame)
       forget();
     return begin == end;

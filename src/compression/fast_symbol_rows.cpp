@@ -57,47 +57,47 @@ FastSymbols::code(Coder& coder,
 
 template <class Coder, class Symbol>
 bool
-FastSymbols::codeQuads(Coder& coder_now,
+FastSymbols::codeQuads(Coder& coder,
                        FastModels& models,
                        unsigned int low_class,
                        std::uint16_t* moments,
                        Symbol* symbols)
 {
   Row& row = quads_[low_class];
-  QuadModel& model = models.quad[low_class];
-  coder_now.expect(row.count / 4);
-  Coder coder = coder_now; // in registers
+  const std::size_t count = row.count / 4;
+  coder.expect(count);
+  std::uint8_t* const coded = coded_.data();
+  const unsigned int origin = origin_;
+  if (!Coder::is_decoder)
+    for (std::size_t i = 0; i < count; ++i) {
+      unsigned int quad = 0;
+      for (unsigned int k = 0; k < 4; ++k)
+        quad |= std::min(symbols[row.voxels[4 * i + k]] - origin, quad_escape) << 2 * k;
+      coded[i] = static_cast<std::uint8_t>(quad);
+    }
+  if (!coder.codeRow(models.quad[low_class], coded, count))
+    return false;
   std::uint32_t* const row_voxels = row.voxels.data();
   const std::uint32_t* voxels = row_voxels;
   // Behind which the loop always is.
   std::uint32_t* noted = row_voxels;
   const VoxelPlace* const places = places_;
   const std::uint16_t* const before = before_.data();
-  const unsigned int origin = origin_;
   const bool has_moments = low_class != without_moment;
   const std::uint16_t* const after =
       has_moments ? quad_moments_after.data() : first_moments.data();
   const unsigned int after_steps = has_moments ? 4 : 0;
-  for (std::size_t i = 0; i < row.count / 4; ++i, voxels += 4) {
-    unsigned int quad = 0;
-    if (!Coder::is_decoder)
-      for (unsigned int k = 0; k < 4; ++k)
-        quad |= std::min(symbols[voxels[k]] - origin, quad_escape) << 2 * k;
-    quad = coder.code(model, quad);
+  for (std::size_t i = 0; i < count; ++i, voxels += 4)
     for (unsigned int k = 0; k < 4; ++k) {
       const std::uint32_t voxel = voxels[k];
-      const unsigned int step = quad >> 2 * k & 3;
+      const unsigned int step = coded[i] >> 2 * k & 3;
       moments[places[voxel]] = after[before[voxel] * after_steps + step];
       *noted = voxel;
       noted += (step + 1) >> 2;
       if constexpr (Coder::is_decoder)
         symbols[voxel] = static_cast<std::uint16_t>(step + origin);
     }
-    if (coder.isOverrun())
-      return false;
-  }
   row.noted = static_cast<std::size_t>(noted - row_voxels);
-  coder_now = coder;
   return true;
 }
 
@@ -110,40 +110,66 @@ FastSymbols::stepOf(unsigned int value) const
 
 template <class Coder, class Symbol>
 bool
-FastSymbols::codeKnown(Coder& coder_now,
+FastSymbols::codeKnown(Coder& coder,
                        FastModels& models,
                        std::uint16_t* moments,
                        Symbol* symbols)
 {
-  coder_now.expect(known_.count);
-  Coder coder = coder_now;
+  const std::size_t count = known_.count;
+  coder.expect(count);
+  std::uint32_t* const voxels = known_.voxels.data();
+  const std::uint16_t* const before = before_.data();
+  std::uint16_t* const known_moments = known_moments_.data();
+  std::uint8_t* const contexts = contexts_.data();
+  std::uint8_t* const coded = coded_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint16_t moment = before[voxels[i]];
+    known_moments[i] = moment;
+    contexts[i] = static_cast<std::uint8_t>(symbol_moment::contextOf(moment));
+    if (!Coder::is_decoder) {
+      const unsigned int lowest = symbol_moment::lowestStep(moment);
+      coded[i] = static_cast<std::uint8_t>(
+          std::min(stepOf(symbols[voxels[i]] - origin_) - lowest, escape));
+    }
+  }
+  if (!coder.codeRow(models.known_symbol.data(), contexts, coded, count))
+    return false;
+  learnKnown<Coder::is_decoder>(moments, symbols);
+  return true;
+}
+
+/** \brief Makes the moments behind the symbols of voxels that have one, and in a decoder
+ * the symbols, as far as they are coded. */
+template <bool is_decoder, class Symbol>
+void
+FastSymbols::learnKnown(std::uint16_t* moments, Symbol* symbols)
+{
+  const std::size_t count = known_.count;
   std::uint32_t* const voxels = known_.voxels.data();
   const VoxelPlace* const places = places_;
-  const std::uint16_t* const before = before_.data();
+  std::uint16_t* const known_moments = known_moments_.data();
+  const std::uint8_t* const coded = coded_.data();
+  std::uint8_t* const steps = contexts_.data(); // which are not needed any more
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint16_t moment = known_moments[i];
+    const auto step =
+        static_cast<std::uint16_t>(symbol_moment::lowestStep(moment) + coded[i]);
+    steps[i] = static_cast<std::uint8_t>(step);
+    known_moments[i] = symbol_moment::next(moment, step);
+  }
   const unsigned int origin = origin_;
   std::size_t noted = 0;
-  for (std::size_t i = 0; i < known_.count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t voxel = voxels[i];
-    const std::uint16_t moment = before[voxel];
-    const symbol_moment::MeanClass mean =
-        symbol_moment::mean_classes[symbol_moment::mean(moment)];
-    unsigned int symbol = 0;
-    if (!Coder::is_decoder)
-      symbol = std::min(stepOf(symbols[voxel] - origin) - mean.lowest, escape);
-    symbol = coder.code(models.known_symbol[symbol_moment::contextOf(moment)], symbol);
-    const unsigned int step = mean.lowest + symbol;
-    moments[places[voxel]] = symbol_moment::next(moment, step);
-    if constexpr (Coder::is_decoder)
+    const unsigned int step = steps[i];
+    moments[places[voxel]] = known_moments[i];
+    if constexpr (is_decoder)
       symbols[voxel] = static_cast<std::uint16_t>(step + origin);
     // Those with a 15 and those with bits within their step.
     voxels[noted] = voxel;
-    noted += ((symbol + 1) | step) >> 4 != 0 ? 1 : 0;
-    if (coder.isOverrun())
-      return false;
+    noted += ((coded[i] + 1u) | step) >> 4 != 0 ? 1 : 0;
   }
   known_.noted = noted;
-  coder_now = coder;
-  return true;
 }
 
 template <class Coder, class Symbol>
@@ -164,8 +190,7 @@ FastSymbols::codeNew(Coder& coder_now,
   std::uint16_t running = symbol_moment::first(2);
   for (std::size_t i = 0; i < new_.count; ++i) {
     const std::uint32_t voxel = voxels[i];
-    const unsigned int lowest =
-        symbol_moment::mean_classes[symbol_moment::mean(running)].lowest;
+    const unsigned int lowest = symbol_moment::lowestStep(running);
     unsigned int value = Coder::is_decoder ? 0 : symbols[voxel] - origin_;
     unsigned int step = Coder::is_decoder ? 0 : stepOf(value);
     const unsigned int symbol = coder.code(
@@ -279,8 +304,7 @@ FastSymbols::codeNotedSteps(Coder& coder,
   for (std::size_t i = 0; i < known_.noted; ++i) {
     const std::uint32_t voxel = known_.voxels[i];
     const std::uint16_t moment = before_[voxel];
-    const unsigned int lowest =
-        symbol_moment::mean_classes[symbol_moment::mean(moment)].lowest;
+    const unsigned int lowest = symbol_moment::lowestStep(moment);
     unsigned int value = symbols[voxel] - origin_;
     // In a decoder it is the step so far.
     unsigned int step = Coder::is_decoder ? value : stepOf(value);

@@ -77,7 +77,7 @@ void
 FastSymbols::encode(NibbleEncoder& coder,
                     FastModels& models,
                     const FastFrame& frame,
-                    std::vector<std::uint16_t>& moments,
+                    Moments& moments,
                     unsigned int bits,
                     const std::vector<std::uint16_t>& symbols)
 {
@@ -109,7 +109,7 @@ void
 FastSymbols::encodeExpected(NibbleEncoder& coder,
                             FastModels& models,
                             const FastFrame& frame,
-                            std::vector<std::uint16_t>& moments,
+                            Moments& moments,
                             unsigned int bits,
                             const std::vector<std::uint16_t>& symbols)
 {
@@ -160,7 +160,7 @@ bool
 FastSymbols::decode(NibbleDecoder& coder,
                     FastModels& models,
                     const FastFrame& frame,
-                    std::vector<std::uint16_t>& moments,
+                    Moments& moments,
                     unsigned int bits,
                     std::vector<std::uint16_t>& symbols)
 {
@@ -180,30 +180,36 @@ FastSymbols::decode(NibbleDecoder& coder,
 bool
 FastSymbols::areSymbols(const std::vector<std::uint16_t>& symbols) const
 {
-  std::uint16_t lowest = 0xffff;
-  std::uint16_t highest = 0;
+  const auto highest = static_cast<std::uint16_t>(top_ + origin_);
+  // Comparisons rather than extremes: SSE2 has none of unsigned numbers.
+  std::uint16_t is_any_zero = 0;
+  std::uint16_t is_any_above = 0;
   for (const std::uint16_t symbol : symbols) {
-    lowest = std::min(lowest, symbol);
-    highest = std::max(highest, symbol);
+    is_any_zero = static_cast<std::uint16_t>(is_any_zero | (symbol == 0 ? 1 : 0));
+    is_any_above =
+        static_cast<std::uint16_t>(is_any_above | (symbol > highest ? 1 : 0));
   }
   // Without a 0 the numbers would have been lowered.
-  return highest <= top_ + origin_ && (origin_ == 1 || lowest == 0);
+  return is_any_above == 0 && (origin_ == 1 || is_any_zero != 0);
 }
 
 void
-FastSymbols::forget(const FastFrame& frame, std::vector<std::uint16_t>& moments)
+FastSymbols::forget(const FastFrame& frame, Moments& moments)
 {
   for (std::size_t i = 0; i < frame.voxel_count; ++i)
     moments[frame.places[i]] = before_[i];
 }
 
 void
-FastSymbols::sortIntoRows(const FastFrame& frame,
-                          const std::vector<std::uint16_t>& moments)
+FastSymbols::sortIntoRows(const FastFrame& frame, const Moments& moments)
 {
   const std::size_t count = frame.voxel_count;
   places_ = frame.places.data();
   ensureSize(before_, count + 7); // looked at in eights
+  // Here, where no moment has changed yet: there may be no memory.
+  ensureSize(contexts_, count);
+  ensureSize(coded_, count);
+  ensureSize(known_moments_, count);
   std::uint16_t* const before = before_.data();
   for (std::size_t i = 0; i < count; ++i)
     before[i] = moments[places_[i]];

@@ -30,7 +30,7 @@ public:
   encode(NibbleEncoder& coder,
          FastModels& models,
          const FastFrame& frame,
-         std::vector<std::uint16_t>& moments,
+         Moments& moments,
          unsigned int bits,
          const std::vector<std::uint16_t>& symbols);
 
@@ -41,13 +41,13 @@ public:
   decode(NibbleDecoder& coder,
          FastModels& models,
          const FastFrame& frame,
-         std::vector<std::uint16_t>& moments,
+         Moments& moments,
          unsigned int bits,
          std::vector<std::uint16_t>& symbols);
 
   /** \brief Gives the moments back as they were before the last `code`. */
   void
-  forget(const FastFrame& frame, std::vector<std::uint16_t>& moments);
+  forget(const FastFrame& frame, Moments& moments);
 
 private:
   /** \brief Voxels that are coded alike, in Morton order. The vector is memory, of
@@ -71,7 +71,7 @@ private:
   encodeExpected(NibbleEncoder& coder,
                  FastModels& models,
                  const FastFrame& frame,
-                 std::vector<std::uint16_t>& moments,
+                 Moments& moments,
                  unsigned int bits,
                  const std::vector<std::uint16_t>& symbols);
 
@@ -84,7 +84,7 @@ private:
             Symbol* symbols);
 
   void
-  sortIntoRows(const FastFrame& frame, const std::vector<std::uint16_t>& moments);
+  sortIntoRows(const FastFrame& frame, const Moments& moments);
 
   void
   splitNewVoxels(bool in_quads);
@@ -106,6 +106,10 @@ private:
   template <class Coder, class Symbol>
   bool
   codeKnown(Coder& coder, FastModels& models, std::uint16_t* moments, Symbol* symbols);
+
+  template <bool is_decoder, class Symbol>
+  void
+  learnKnown(std::uint16_t* moments, Symbol* symbols);
 
   template <class Coder, class Symbol>
   bool
@@ -155,6 +159,10 @@ private:
   std::array<Row, low_class_count> quads_;
   Row known_;
   Row new_;
+  // Of the row that is coded.
+  std::vector<std::uint8_t> contexts_;
+  std::vector<std::uint8_t> coded_;
+  std::vector<std::uint16_t> known_moments_;
   unsigned int origin_ = 0;       // lowest value that is coded
   unsigned int top_ = 0;          // highest one, less the origin
   unsigned int top_step_ = 0;     // its step if it has one of its own, else above all

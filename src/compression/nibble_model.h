@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #if defined(__SSE2__)
@@ -57,18 +58,17 @@ public:
   }
 
   ProbabilityRange
-  range(unsigned int symbol) const
+  range(std::size_t symbol) const
   {
-    const std::uint32_t start = starts_[symbol] >> fine_bits;
-    return {start,
-            (static_cast<std::uint32_t>(starts_[symbol + 1]) >> fine_bits) - start};
+    const std::uint32_t start = std::uint32_t{starts_[symbol]} >> fine_bits;
+    return {start, (std::uint32_t{starts_[symbol + 1]} >> fine_bits) - start};
   }
 
   /** \brief The symbol whose range a number below 2^12 lies in. */
-  unsigned int
+  std::size_t
   find(std::uint32_t slot) const
   {
-    const std::uint32_t fine = slot << fine_bits | ((1u << fine_bits) - 1);
+    const std::uint32_t fine = (slot << fine_bits) + ((1u << fine_bits) - 1);
 #if defined(__SSE2__)
     const auto* starts = reinterpret_cast<const __m128i*>(starts_.data());
     const __m128i place = _mm_set1_epi16(static_cast<short>(fine));
@@ -76,9 +76,12 @@ public:
     const __m128i high = _mm_cmpgt_epi16(_mm_load_si128(starts + 1), place);
     const auto above =
         static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
-    return static_cast<unsigned int>(__builtin_ctz(above | 1u << symbol_count)) - 1u;
+    // Of 64 bits, as is an index.
+    return std::size_t{
+               static_cast<unsigned int>(__builtin_ctz(above | 1u << symbol_count))} -
+           1;
 #else
-    unsigned int symbol = symbol_count - 1;
+    std::size_t symbol = symbol_count - 1;
     while (starts_[symbol] > fine)
       --symbol;
     return symbol;
@@ -87,7 +90,7 @@ public:
 
   /** \brief Counts a symbol, and adapts when it is time. */
   void
-  learn(unsigned int symbol)
+  learn(std::size_t symbol)
   {
     ++counts_[symbol];
     if (--left_ == 0)

@@ -3,6 +3,8 @@
 #include "byte_table.h"
 #include "nibble_model.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -12,6 +14,15 @@ namespace io {
 
 /** \brief How many rANS states take turns: one costs fewer bytes, four less time. */
 enum class Interleaving { One, Four };
+
+/** \brief The memory that will be wanted behind a row: none that is not there. */
+struct NothingWanted {
+  std::array<const void*, 0>
+  operator()(std::size_t) const
+  {
+    return {};
+  }
+};
 
 /** \brief Collects symbols in the order in which they are decoded. rANS codes the last
  * symbol first, so that bytes are made only when all are there.
@@ -77,6 +88,46 @@ public:
     const unsigned int shift = probability_bits - count;
     push({number << shift, 1u << shift});
     return number;
+  }
+
+  /** \brief Codes nibbles, each with the model that its context chooses.
+   * \param[in] contexts one for each nibble
+   * \param[in] wanted see NibbleDecoder
+   */
+  template <class Wanted = NothingWanted>
+  bool
+  codeRow(NibbleModel* models,
+          const std::uint8_t* contexts,
+          std::uint8_t* nibbles,
+          std::size_t count,
+          const Wanted& wanted = Wanted())
+  {
+    for (std::size_t i = 0; i < count; ++i) {
+      // Not in a function of its own: g++ takes one that only prefetches for one that
+      // does nothing.
+      for (const void* address : wanted(i))
+        __builtin_prefetch(address);
+      code(models[contexts[i]], nibbles[i]);
+    }
+    return true;
+  }
+
+  /** \brief Codes bytes with one table. */
+  bool
+  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      code(table, bytes[i]);
+    return true;
+  }
+
+  /** \brief Codes bytes of four numbers. */
+  bool
+  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      code(model, quads[i]);
+    return true;
   }
 
   /** \brief A place among the symbols; differences count symbols. */
@@ -158,10 +209,10 @@ public:
   unsigned int
   code(NibbleModel& model, unsigned int)
   {
-    const unsigned int symbol = model.find(slot());
+    const std::size_t symbol = model.find(slot());
     advance(model.range(symbol));
     model.learn(symbol);
-    return symbol;
+    return static_cast<unsigned int>(symbol);
   }
 
   unsigned int
@@ -198,6 +249,56 @@ public:
     return number;
   }
 
+  /** \brief Decodes nibbles, each with the model that its context chooses. All that the
+   * contexts depend on is known before, so that four nibbles are under way at a time.
+   * \param[in] contexts one for each nibble
+   * \param[out] nibbles with room for `count`
+   * \param[in] wanted for the index of each nibble the addresses of what will be wanted
+   * behind the row: its way from memory costs nothing while states wait for each other
+   * \return false if the bytes come to their end before
+   */
+  template <class Wanted = NothingWanted>
+  bool
+  codeRow(NibbleModel* models,
+          const std::uint8_t* contexts,
+          std::uint8_t* nibbles,
+          std::size_t count,
+          const Wanted& wanted = Wanted())
+  {
+    return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
+      // Not in a function of its own: g++ takes one that only prefetches for one that
+      // does nothing.
+      for (const void* address : wanted(i))
+        __builtin_prefetch(address);
+      return coder.code(models[contexts[i]], 0);
+    });
+  }
+
+  /** \brief Decodes bytes with one table; see above. */
+  bool
+  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  {
+    return decodeRow(bytes, count, [&table](NibbleDecoder& coder, std::size_t) {
+      return coder.code(table, 0);
+    });
+  }
+
+  /** \brief Decodes bytes of four numbers; see above. */
+  bool
+  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
+  {
+    while (count > 0) {
+      const std::size_t alike = std::min<std::size_t>(count, model.untilAdapts());
+      if (!codeRow(model.table(), quads, alike))
+        return false;
+      for (std::size_t i = 0; i < alike; ++i)
+        model.learn(quads[i]);
+      quads += alike;
+      count -= alike;
+    }
+    return true;
+  }
+
 private:
   friend class NibbleEncoder;
   static constexpr std::uint32_t lowest_state = 1u << 15;
@@ -213,11 +314,10 @@ private:
   {
     std::uint32_t state =
         range.width * (first_ >> probability_bits) + slot() - range.start;
-    // The sign of a difference: g++ makes a branch of a comparison, and which way it
-    // goes is as good as random.
-    const std::uint32_t is_low = (state - lowest_state) >> 31;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
-    state = state << (16 * is_low) | (word & (0u - is_low));
+    const std::uint32_t refilled = state << 16 | word;
+    const std::uint32_t is_low = (state - lowest_state) >> 31;
+    state ^= (state ^ refilled) & (0u - is_low);
     next_ += 2 * is_low;
     if (is_single_) {
       first_ = state;
@@ -229,6 +329,13 @@ private:
     fourth_ = state;
   }
 
+  /** \brief Decodes symbols that do not depend on each other.
+   * \param[in] decode_one decodes the i-th
+   */
+  template <class DecodeOne>
+  bool
+  decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one);
+
   // The states in the order in which they come next.
   std::uint32_t first_ = lowest_state;
   std::uint32_t second_ = lowest_state;
@@ -238,6 +345,26 @@ private:
   const std::uint8_t* next_;
   const std::uint8_t* end_;
 };
+
+template <class DecodeOne>
+bool
+NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one)
+{
+  NibbleDecoder coder = *this; // in registers
+  std::size_t i = 0;
+  // As many at a time as there are states, which so need not change places.
+  if (!coder.is_single_)
+    for (; i + 4 <= count && !coder.isOverrun(); i += 4) {
+      symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));
+      symbols[i + 1] = static_cast<std::uint8_t>(decode_one(coder, i + 1));
+      symbols[i + 2] = static_cast<std::uint8_t>(decode_one(coder, i + 2));
+      symbols[i + 3] = static_cast<std::uint8_t>(decode_one(coder, i + 3));
+    }
+  for (; i < count && !coder.isOverrun(); ++i)
+    symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));
+  *this = coder;
+  return !coder.isOverrun();
+}
 
 } // namespace io
 } // namespace pcl_ext

@@ -88,31 +88,32 @@ next(std::uint16_t moment, unsigned int step)
                                     ((held - spread + 2) >> 2));
 }
 
-/** \brief What a mean says of the next symbol. */
-struct MeanClass {
-  std::uint8_t lowest; ///< step of which symbol 0 of the model stands
-  std::uint8_t level;  ///< 0..24
-};
-
-constexpr unsigned int level_count = 25;
-constexpr unsigned int spread_count = 5;
-
-constexpr std::array<MeanClass, mean_count>
-makeMeanClasses()
+/** \brief The step of which symbol 0 of a voxel's model stands: up to a mean of 7 the
+ * model has the steps 0..14, then those around the mean. */
+constexpr unsigned int
+lowestStep(std::uint16_t moment)
 {
-  std::array<MeanClass, mean_count> classes{};
-  for (unsigned int mean = 0; mean < mean_count; ++mean) {
-    // Up to a mean of 7 the model has the steps 0..14, then those around the mean.
-    const unsigned int rounded = (mean + fraction / 2) / fraction;
-    const unsigned int level = mean < 24 ? mean / 2 : 12 + (mean - 24) / 4;
-    classes[mean].lowest = static_cast<std::uint8_t>(rounded > 7 ? rounded - 7 : 0);
-    classes[mean].level =
-        static_cast<std::uint8_t>(rounded > 7 || level > 24 ? 24 : level);
-  }
-  return classes;
+  const unsigned int rounded = (mean(moment) + fraction / 2) / fraction;
+  return rounded > 7 ? rounded - 7 : 0;
 }
 
-inline constexpr std::array<MeanClass, mean_count> mean_classes = makeMeanClasses();
+constexpr unsigned int spread_count = 5;
+
+/** \brief The class of a mean and a deviation below 4. */
+constexpr std::array<std::uint8_t, mean_count>
+makeMeanContexts()
+{
+  std::array<std::uint8_t, mean_count> contexts{};
+  for (unsigned int mean = 0; mean < mean_count; ++mean) {
+    const unsigned int level = mean < 24 ? mean / 2 : 12 + (mean - 24) / 4;
+    const bool is_above_models = (mean + fraction / 2) / fraction > 7;
+    contexts[mean] = static_cast<std::uint8_t>(
+        (is_above_models || level > 24 ? 24 : level) * spread_count);
+  }
+  return contexts;
+}
+
+inline constexpr auto mean_contexts = makeMeanContexts();
 
 /** \brief Class of a deviation, 0..4. */
 constexpr unsigned int
@@ -137,7 +138,7 @@ inline constexpr auto spreads = makeSpreads();
 inline unsigned int
 contextOf(std::uint16_t moment)
 {
-  return mean_classes[mean(moment)].level * spread_count + spreads[deviation(moment)];
+  return unsigned{mean_contexts[mean(moment)]} + spreads[deviation(moment)];
 }
 
 } // namespace symbol_moment

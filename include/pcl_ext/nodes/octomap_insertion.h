@@ -17,8 +17,9 @@ namespace nodes {
  *
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, one of
  * less as that part of a hit: it adds trust * getProbHitLog() to the log-odds of the node
- * that holds its centre. One of 0 or less changes nothing. With an origin, nodes on the rays to the voxels that hold no
- * voxel count as missed, so that what went away leaves the map.
+ * that holds its centre. One of 0 or less changes nothing. With an origin, nodes on the
+ * rays to the voxels that hold no voxel count as missed, so that what went away leaves the
+ * map.
  *
  * Needs OctoMap, which the library itself does not: link with octomap.
  * \param[in] frame the voxels, world coordinates
@@ -26,13 +27,16 @@ namespace nodes {
  * frame; above 0
  * \param[in] sensor_origin where the sensor is in the world, metres; none: no rays
  * \param[in,out] map of any resolution; best that of the frame, whose grid is then the
- * map's. Inner nodes are up to date behind the call
+ * map's
+ * \param[in] lazy_eval as in OctoMap: leave inner nodes as they are, which takes less time
+ * where several frames go in before map.updateInnerOccupancy()
  */
 inline void
 insertVoxels(const io::VoxelFrame& frame,
              float full_intensity,
              const std::optional<octomap::point3d>& sensor_origin,
-             octomap::OcTree& map)
+             octomap::OcTree& map,
+             bool lazy_eval = false)
 {
   io::SymbolIntensities symbol_intensities;
   symbol_intensities.setScale(frame.intensity_scale);
@@ -69,7 +73,8 @@ insertVoxels(const io::VoxelFrame& frame,
     if (trust > 0.0f)
       map.updateNode(centre, trust * map.getProbHitLog(), lazily);
   });
-  map.updateInnerOccupancy();
+  if (!lazy_eval)
+    map.updateInnerOccupancy();
 }
 
 } // namespace nodes

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <boost/program_options/options_description.hpp>
+#include <boost/program_options/variables_map.hpp>
+
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Reads a program's command line.
+ * \param[in] argc,argv of main
+ * \param[in] description of the options, `help` among them
+ * \param[in] positional option that arguments without a name belong to
+ * \param[out] values what was given; variables that options are bound to are set, too
+ * \return false if only the help was asked for, which is then printed
+ * \throws std::exception with a sentence for the user if the line makes no sense
+ */
+bool
+parseCommandLine(int argc,
+                 const char* const* argv,
+                 const boost::program_options::options_description& description,
+                 const std::string& positional,
+                 boost::program_options::variables_map& values);
+
+} // namespace tools
+} // namespace pcl_ext
