@@ -316,9 +316,21 @@ private:
         range.width * (first_ >> probability_bits) + slot() - range.start;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
     const std::uint32_t refilled = state << 16 | word;
-    const std::uint32_t is_low = (state - lowest_state) >> 31;
-    state ^= (state ^ refilled) & (0u - is_low);
-    next_ += 2 * is_low;
+    const std::uint8_t* const behind = next_ + 2;
+#if defined(__GNUC__) && defined(__x86_64__)
+    // g++ makes a branch of it that is taken in no order, or with masks twice as many
+    // instructions, for which the states wait.
+    asm("cmp %[lowest], %[state]\n\t"
+        "cmovb %[behind], %[next]\n\t"
+        "cmovb %[refilled], %[state]"
+        : [state] "+&r"(state), [next] "+&r"(next_)
+        : [behind] "r"(behind), [refilled] "r"(refilled), [lowest] "i"(lowest_state)
+        : "cc");
+#else
+    const bool is_low = state < lowest_state;
+    next_ = is_low ? behind : next_;
+    state = is_low ? refilled : state;
+#endif
     if (is_single_) {
       first_ = state;
       return;
