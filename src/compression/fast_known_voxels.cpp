@@ -29,35 +29,75 @@ learntShare(std::uint16_t share, std::uint32_t occupied, std::uint32_t count)
       (weight * share + std::uint64_t{0xffff} * occupied) / (weight + count));
 }
 
-/** \brief Puts two voxels into the buckets that they belong to.
- * \param[in] bits whether they are occupied, the first one lowest; others are ignored
- * \param[in,out] if_empty where the next empty voxel goes; there is room for two
- * \param[in,out] if_occupied where the next occupied one goes; likewise
- */
-inline void
-putTwo(const VoxelPlace* voxels,
-       unsigned int bits,
-       VoxelPlace*& if_empty,
-       VoxelPlace*& if_occupied)
+/** \brief How many of the first two, four, six and eight bits of a byte are set, in
+ * eight bits each. */
+constexpr std::array<std::uint32_t, 256>
+makePairCounts()
 {
-  const unsigned int first = bits & 1;
-  const unsigned int count = first + (bits >> 1 & 1);
-  // Both buckets get both, of which only the second one if the first one is not theirs:
-  // one store each, and no branch.
-  std::uint64_t both;
-  std::memcpy(&both, voxels, sizeof(both));
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-  const std::uint64_t to_empty = both << (32 * first);
-  const std::uint64_t to_occupied = both << (32 * (1 - first));
-#else
-  const std::uint64_t to_empty = both >> (32 * first);
-  const std::uint64_t to_occupied = both >> (32 * (1 - first));
-#endif
-  std::memcpy(if_empty, &to_empty, sizeof(both));
-  std::memcpy(if_occupied, &to_occupied, sizeof(both));
-  if_empty += 2 - count;
-  if_occupied += count;
+  std::array<std::uint32_t, 256> counts{};
+  for (unsigned int byte = 0; byte < counts.size(); ++byte)
+    for (unsigned int pairs = 1; pairs <= 4; ++pairs)
+      counts[byte] |= cellCount(byte & ((1u << 2 * pairs) - 1)) << 8 * (pairs - 1);
+  return counts;
 }
+
+constexpr auto pair_counts = makePairCounts();
+
+/** \brief Splits a bucket in two, eight voxels at a time. */
+struct BucketSplit {
+  const VoxelPlace* from;  ///< the voxels that come next
+  const VoxelPlace* last;  ///< of all buckets
+  VoxelPlace* if_empty;    ///< where the next empty voxel goes; there is room for two
+  VoxelPlace* if_occupied; ///< where the next occupied one goes; likewise
+
+  /** \param[in] byte whether they are occupied, the first one lowest */
+  void
+  operator()(unsigned int byte)
+  {
+    // Buckets follow each other, so that what comes behind one is the next one.
+    __builtin_prefetch(last - from > prefetched_voxels ? from + prefetched_voxels
+                                                       : last);
+    const std::uint32_t occupied = pair_counts[byte];
+    const std::uint32_t empty = 0x08060402 - occupied;
+    putTwo(0, byte << 5, 0, 0);
+    putTwo(2, byte << 3, empty & 255, occupied & 255);
+    putTwo(4, byte << 1, empty >> 8 & 255, occupied >> 8 & 255);
+    putTwo(6, byte >> 1, empty >> 16 & 255, occupied >> 16 & 255);
+    from += 8;
+    if_empty += empty >> 24;
+    if_occupied += occupied >> 24;
+  }
+
+private:
+  /** \brief Puts two voxels where they belong.
+   * \param[in] first which of the eight
+   * \param[in] bits bit 5: whether the first of them is occupied
+   * \param[in] empty number of empty ones before them
+   * \param[in] occupied number of occupied ones before them
+   */
+  void
+  putTwo(unsigned int first,
+         unsigned int bits,
+         std::uint32_t empty,
+         std::uint32_t occupied) const
+  {
+    // Both buckets get both, of which only the second one if the first one is not
+    // theirs: one store each, and no branch.
+    const unsigned int if_first = bits & 32;
+    const unsigned int if_not = ~bits & 32;
+    std::uint64_t both;
+    std::memcpy(&both, from + first, sizeof(both));
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    const std::uint64_t to_empty = both << if_first;
+    const std::uint64_t to_occupied = both << if_not;
+#else
+    const std::uint64_t to_empty = both >> if_first;
+    const std::uint64_t to_occupied = both >> if_not;
+#endif
+    std::memcpy(if_empty + empty, &to_empty, sizeof(both));
+    std::memcpy(if_occupied + occupied, &to_occupied, sizeof(both));
+  }
+};
 
 } // namespace
 
@@ -119,21 +159,18 @@ FastOccupancy::splitBucket(Coder& coder,
         byte |= isOccupied(from[8 * i + k]) << k;
       bytes[i] = static_cast<std::uint8_t>(byte);
     }
-  if (!coder.codeRow(occupancyTable(models.known_share[past]), bytes, count / 8))
-    return false;
   const unsigned int past_if_empty = voxel_past::next(past, 0);
   const unsigned int past_if_occupied = voxel_past::next(past, 1);
-  VoxelPlace* if_empty = end(after, past_if_empty);
   VoxelPlace* const first_occupied = end(after, past_if_occupied);
-  VoxelPlace* if_occupied = first_occupied;
-  const VoxelPlace* const last = before.places.data() + before.places.size() - 1;
-  for (std::size_t i = 0; i < count / 8; ++i, from += 8) {
-    // Buckets follow each other, so that what comes behind one is the next one.
-    __builtin_prefetch(last - from > prefetched_voxels ? from + prefetched_voxels
-                                                       : last);
-    for (unsigned int k = 0; k < 8; k += 2)
-      putTwo(from + k, bytes[i] >> k, if_empty, if_occupied);
-  }
+  BucketSplit split = {from,
+                       before.places.data() + before.places.size() - 1,
+                       end(after, past_if_empty),
+                       first_occupied};
+  if (!coder.codeRow(occupancyTable(models.known_share[past]), bytes, count / 8, split))
+    return false;
+  from = split.from;
+  VoxelPlace* if_empty = split.if_empty;
+  VoxelPlace* if_occupied = split.if_occupied;
   BitModel rest(models.known_share[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =

@@ -34,17 +34,16 @@ makeCellContexts()
 constexpr auto cell_contexts = makeCellContexts();
 
 /** \brief Where the moments of a block's voxels lie: two cache lines, of which a line
- * that is not wanted is replaced with the other one, and those of a block without voxels
- * with the first block's. Without branches. */
+ * that is not wanted is replaced with the first block's. Without branches. */
 inline std::array<const void*, 2>
 linesOfMoments(const std::uint16_t* moments, std::uint32_t number, std::uint64_t cells)
 {
   constexpr std::size_t half = block_cells / 2;
-  const std::size_t has_low = isNotZero(cells << half);
-  const std::size_t has_high = isNotZero(cells >> half);
-  const std::uint16_t* const block =
-      moments + number * (block_cells * (has_low | has_high));
-  return {block + half * (1 - has_low), block + half * has_high};
+  const std::size_t block = std::size_t{number} * block_cells;
+  const std::size_t has_low = static_cast<std::uint32_t>(cells) != 0 ? 1 : 0;
+  const std::size_t has_high = cells >> half != 0 ? 1 : 0;
+  return {moments + (block & (0 - has_low)),
+          moments + ((block + half) & (0 - has_high))};
 }
 
 } // namespace

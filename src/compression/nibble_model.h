@@ -36,9 +36,8 @@ public:
   /** \brief All symbols alike. */
   NibbleModel()
   {
-    for (std::uint32_t i = 0; i < symbol_count; ++i)
-      starts_[i] = static_cast<std::uint16_t>(i * (fine_one / symbol_count));
-    starts_[symbol_count] = fine_one;
+    for (std::uint32_t i = 0; i <= symbol_count; ++i)
+      bounds_[i] = static_cast<std::uint16_t>(i * (fine_one / symbol_count));
   }
 
   /** \brief Starts with given probabilities.
@@ -51,38 +50,39 @@ public:
       sum += weight;
     std::uint64_t below = 0;
     for (unsigned int i = 0; i < symbol_count; ++i) {
-      starts_[i] = static_cast<std::uint16_t>(i * least_width + shared * below / sum);
+      bounds_[i] = static_cast<std::uint16_t>(i * least_width + shared * below / sum);
       below += weights[i];
     }
-    starts_[symbol_count] = fine_one;
+    bounds_[symbol_count] = fine_one;
   }
 
   ProbabilityRange
   range(std::size_t symbol) const
   {
-    const std::uint32_t start = std::uint32_t{starts_[symbol]} >> fine_bits;
-    return {start, (std::uint32_t{starts_[symbol + 1]} >> fine_bits) - start};
+    const std::uint32_t start = std::uint32_t{bounds_[symbol]} >> fine_bits;
+    return {start, (std::uint32_t{bounds_[symbol + 1]} >> fine_bits) - start};
   }
 
   /** \brief The symbol whose range a number below 2^12 lies in. */
   std::size_t
   find(std::uint32_t slot) const
   {
-    const std::uint32_t fine = (slot << fine_bits) + ((1u << fine_bits) - 1);
 #if defined(__SSE2__)
-    const auto* starts = reinterpret_cast<const __m128i*>(starts_.data());
-    const __m128i place = _mm_set1_epi16(static_cast<short>(fine));
-    const __m128i low = _mm_cmpgt_epi16(_mm_load_si128(starts), place);
-    const __m128i high = _mm_cmpgt_epi16(_mm_load_si128(starts + 1), place);
-    const auto above =
+    // The lowest symbol that ends behind the slot. The sign of a difference tells that
+    // with an instruction less on the way than a comparison, as 15 ends at 2^15, which
+    // is no positive number; and each one counts, for a state waits for all of them.
+    constexpr std::uint32_t beyond = (1u << 15) + (1u << fine_bits);
+    const __m128i place =
+        _mm_set1_epi16(static_cast<short>((slot << fine_bits) + beyond));
+    const __m128i low = _mm_sub_epi16(_mm_load_si128(ends()), place);
+    const __m128i high = _mm_sub_epi16(_mm_load_si128(ends() + 1), place);
+    const auto behind =
         static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
-    // Of 64 bits, as is an index.
-    return std::size_t{
-               static_cast<unsigned int>(__builtin_ctz(above | 1u << symbol_count))} -
-           1;
+    return static_cast<unsigned int>(__builtin_ctz(behind));
 #else
+    const std::uint32_t fine = (slot << fine_bits) + ((1u << fine_bits) - 1);
     std::size_t symbol = symbol_count - 1;
-    while (starts_[symbol] > fine)
+    while (bounds_[symbol] > fine)
       --symbol;
     return symbol;
 #endif
@@ -108,10 +108,20 @@ private:
   void
   adapt();
 
-  std::array<std::uint16_t, symbol_count + 1> starts_; // the last is where 15 ends
+#if defined(__SSE2__)
+  const __m128i*
+  ends() const
+  {
+    return reinterpret_cast<const __m128i*>(bounds_.data() + 1);
+  }
+#endif
+
   std::uint8_t left_ = 4;
   std::uint8_t period_log2_ = 2;
-  alignas(16) std::array<std::uint8_t, symbol_count> counts_{};
+  [[maybe_unused]] std::array<std::uint8_t, 12> unused_{}; // the ends are aligned
+  /** \brief Where each symbol starts, which is where the one below it ends. */
+  std::array<std::uint16_t, symbol_count + 1> bounds_;
+  std::array<std::uint8_t, symbol_count> counts_{};
 };
 
 inline void
@@ -121,35 +131,37 @@ NibbleModel::adapt()
   const unsigned int unit = shared >> period_log2_;
 #if defined(__SSE2__)
   constexpr short w = least_width;
-  auto* const starts = reinterpret_cast<__m128i*>(starts_.data());
+  auto* const ends = reinterpret_cast<__m128i*>(bounds_.data() + 1);
   auto* const counts = reinterpret_cast<__m128i*>(counts_.data());
-  // Sums of the counts below each, in bytes; they are at most 32.
-  __m128i below = _mm_slli_si128(_mm_load_si128(counts), 1);
-  below = _mm_add_epi8(below, _mm_slli_si128(below, 1));
-  below = _mm_add_epi8(below, _mm_slli_si128(below, 2));
-  below = _mm_add_epi8(below, _mm_slli_si128(below, 4));
-  below = _mm_add_epi8(below, _mm_slli_si128(below, 8));
+  // Sums of the counts up to each, in bytes; they are at most 32. Where 15 ends is its
+  // own goal.
+  __m128i sums = _mm_load_si128(counts);
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 1));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 2));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 4));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 8));
   const __m128i zero = _mm_setzero_si128();
   const __m128i units = _mm_set1_epi16(static_cast<short>(unit));
-  const __m128i least = _mm_set_epi16(7 * w, 6 * w, 5 * w, 4 * w, 3 * w, 2 * w, w, 0);
+  const __m128i least =
+      _mm_set_epi16(8 * w, 7 * w, 6 * w, 5 * w, 4 * w, 3 * w, 2 * w, w);
   const __m128i shifts = _mm_cvtsi32_si128(static_cast<int>(shift));
-  const auto move = [&](__m128i start, __m128i count, __m128i floor) {
+  const auto move = [&](__m128i end, __m128i count, __m128i floor) {
     const __m128i goal = _mm_add_epi16(_mm_mullo_epi16(count, units), floor);
-    return _mm_add_epi16(start, _mm_sra_epi16(_mm_sub_epi16(goal, start), shifts));
+    return _mm_add_epi16(end, _mm_sra_epi16(_mm_sub_epi16(goal, end), shifts));
   };
-  _mm_store_si128(starts,
-                  move(_mm_load_si128(starts), _mm_unpacklo_epi8(below, zero), least));
-  _mm_store_si128(starts + 1,
-                  move(_mm_load_si128(starts + 1),
-                       _mm_unpackhi_epi8(below, zero),
+  _mm_store_si128(ends,
+                  move(_mm_load_si128(ends), _mm_unpacklo_epi8(sums, zero), least));
+  _mm_store_si128(ends + 1,
+                  move(_mm_load_si128(ends + 1),
+                       _mm_unpackhi_epi8(sums, zero),
                        _mm_add_epi16(least, _mm_set1_epi16(8 * w))));
   _mm_store_si128(counts, zero);
 #else
   unsigned int below = 0;
   for (std::uint32_t i = 0; i < symbol_count; ++i) {
     const std::uint32_t goal = i * least_width + below * unit;
-    const std::int32_t way = static_cast<std::int32_t>(goal) - starts_[i];
-    starts_[i] = static_cast<std::uint16_t>(starts_[i] + (way >> shift));
+    const std::int32_t way = static_cast<std::int32_t>(goal) - bounds_[i];
+    bounds_[i] = static_cast<std::uint16_t>(bounds_[i] + (way >> shift));
     below += counts_[i];
     counts_[i] = 0;
   }

@@ -24,6 +24,13 @@ struct NothingWanted {
   }
 };
 
+/** \brief Nothing is done with the symbols of a row while it is coded. */
+struct NoUse {
+  void
+  operator()(unsigned int) const
+  {}
+};
+
 /** \brief Collects symbols in the order in which they are decoded. rANS codes the last
  * symbol first, so that bytes are made only when all are there.
  *
@@ -112,12 +119,20 @@ public:
     return true;
   }
 
-  /** \brief Codes bytes with one table. */
+  /** \brief Codes bytes with one table.
+   * \param[in,out] use see NibbleDecoder
+   */
+  template <class Use = NoUse>
   bool
-  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  codeRow(const ByteTable& table,
+          std::uint8_t* bytes,
+          std::size_t count,
+          Use&& use = Use())
   {
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count; ++i) {
       code(table, bytes[i]);
+      use(bytes[i]);
+    }
     return true;
   }
 
@@ -274,13 +289,25 @@ public:
     });
   }
 
-  /** \brief Decodes bytes with one table; see above. */
+  /** \brief Decodes bytes with one table; see above.
+   * \param[in,out] use is called with each byte, which costs little while states wait
+   */
+  template <class Use = NoUse>
   bool
-  codeRow(const ByteTable& table, std::uint8_t* bytes, std::size_t count)
+  codeRow(const ByteTable& table,
+          std::uint8_t* bytes,
+          std::size_t count,
+          Use&& use = Use())
   {
-    return decodeRow(bytes, count, [&table](NibbleDecoder& coder, std::size_t) {
-      return coder.code(table, 0);
-    });
+    auto use_now = use; // in registers
+    const bool is_whole =
+        decodeRow(bytes, count, [&table, &use_now](NibbleDecoder& coder, std::size_t) {
+          const unsigned int byte = coder.code(table, 0);
+          use_now(byte);
+          return byte;
+        });
+    use = use_now;
+    return is_whole;
   }
 
   /** \brief Decodes bytes of four numbers; see above. */
@@ -316,9 +343,21 @@ private:
         range.width * (first_ >> probability_bits) + slot() - range.start;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
     const std::uint32_t refilled = state << 16 | word;
-    const std::uint32_t is_low = (state - lowest_state) >> 31;
-    state ^= (state ^ refilled) & (0u - is_low);
-    next_ += 2 * is_low;
+    const std::uint8_t* const behind = next_ + 2;
+#if defined(__GNUC__) && defined(__x86_64__)
+    // g++ makes a branch of it that is taken in no order, or with masks twice as many
+    // instructions, for which the states wait.
+    asm("cmp %[lowest], %[state]\n\t"
+        "cmovb %[behind], %[next]\n\t"
+        "cmovb %[refilled], %[state]"
+        : [state] "+&r"(state), [next] "+&r"(next_)
+        : [behind] "r"(behind), [refilled] "r"(refilled), [lowest] "i"(lowest_state)
+        : "cc");
+#else
+    const bool is_low = state < lowest_state;
+    next_ = is_low ? behind : next_;
+    state = is_low ? refilled : state;
+#endif
     if (is_single_) {
       first_ = state;
       return;
@@ -347,7 +386,7 @@ private:
 };
 
 template <class DecodeOne>
-bool
+inline bool
 NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one)
 {
   NibbleDecoder coder = *this; // in registers
