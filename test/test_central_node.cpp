@@ -16,6 +16,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -294,7 +295,7 @@ TEST(CentralNodeOrders, LatestVoxelsOfAStreamThatHasNoneAreEmpty)
   }
 }
 
-TEST(CentralNodeOrders, LatestVoxelsAreForgottenAtTheirAge)
+TEST(CentralNodeOrders, LatestVoxelsStayWhenTheyAreTooOldToMerge)
 {
   const CodedStream stream = streamOf(1);
   FakeClock clock;
@@ -307,11 +308,15 @@ TEST(CentralNodeOrders, LatestVoxelsAreForgottenAtTheirAge)
   sendAndWait(node, "a", stream.frames[0]);
   VoxelFrame voxels;
   clock.set(101500ms);
-  node.latestVoxels("a", voxels);
-  expectSameFrame(voxels, stream.decoded[0]);
+  node.merge(voxels);
+  EXPECT_EQ(voxels.size(), stream.decoded[0].size());
   clock.set(101500ms + 1ns);
-  node.latestVoxels("a", voxels);
+  node.merge(voxels);
   EXPECT_EQ(voxels.size(), 0u);
+  const std::optional<LatestFrame> latest = node.latestVoxels("a", voxels);
+  expectSameFrame(voxels, stream.decoded[0]);
+  ASSERT_TRUE(latest.has_value());
+  EXPECT_EQ(latest->number, 1u);
 }
 
 TEST(CentralNodeOrders, ServesHundredsOfStreams)

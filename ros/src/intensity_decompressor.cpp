@@ -197,8 +197,6 @@ IntensityDecompressor::showFrame(const pcl_ext::nodes::ReceivedFrame& frame)
                       frame.status.message().c_str());
     return;
   }
-  stream.last_stamp = frame.stamp.count();
-  ++stream.decoded;
   if (stream.voxels.getNumSubscribers() == 0)
     return;
   std_msgs::Header header;
@@ -235,16 +233,15 @@ void
 IntensityDecompressor::updateMap()
 {
   for (const auto& stream : streams_) {
-    const std::uint64_t decoded = stream->decoded;
+    const auto frame = central_node_->latestVoxels(stream->topic, map_voxels_);
     // The same frame again would count as further evidence.
-    if (decoded == stream->mapped)
+    if (!frame || frame->number == stream->mapped)
       continue;
-    stream->mapped = decoded;
-    central_node_->latestVoxels(stream->topic, map_voxels_);
+    stream->mapped = frame->number;
     std::optional<octomap::point3d> origin;
     if (transforms_ && !stream->parameters.sensor_frame.empty()) {
       std_msgs::Header header;
-      header.stamp = toRosTime(std::chrono::nanoseconds(stream->last_stamp));
+      header.stamp = toRosTime(frame->stamp);
       header.frame_id = stream->parameters.sensor_frame;
       const FoundTransform transform = transforms_->toGlobalFrame(header);
       if (transform.pose) {

@@ -54,11 +54,9 @@ private:
 
     // Written where frames arrive and are decoded, read by timers.
     std::atomic<std::int64_t> last_arrival{0}; ///< ns of the wall clock; 0: never
-    std::atomic<std::int64_t> last_stamp{0};   ///< ns, of the last decoded frame
-    std::atomic<std::uint64_t> decoded{0};
-    std::atomic<std::uint64_t> left_out{0}; ///< messages of another frame or format
+    std::atomic<std::uint64_t> left_out{0};    ///< messages of another frame or format
 
-    std::uint64_t mapped = 0; ///< `decoded` when the map took the stream last
+    std::size_t mapped = 0; ///< number of the last frame that the map took
     std::uint64_t reported_left_out = 0;
     pcl_ext::nodes::StreamHealth reported; ///< as of the last report
   };

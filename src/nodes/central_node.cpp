@@ -14,6 +14,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <sstream>
 #include <thread>
@@ -167,12 +168,15 @@ public:
     nothing_waits_.wait(lock, [this] { return waiting_ == 0; });
   }
 
-  void
+  std::optional<LatestFrame>
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   {
-    const Entry* const entry = settings_status_.ok() ? find(name) : nullptr;
-    if (entry == nullptr || !entry->stream.latestVoxels(oldestMerged(), voxels))
+    std::optional<LatestFrame> frame;
+    if (const Entry* const entry = find(name))
+      frame = entry->stream.latestVoxels(Time::min(), voxels);
+    if (!frame)
       voxels = io::VoxelFrame();
+    return frame;
   }
 
   void
@@ -335,10 +339,10 @@ CentralNode::waitUntilDecoded()
   implementation_->waitUntilDecoded();
 }
 
-void
+std::optional<LatestFrame>
 CentralNode::latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
 {
-  implementation_->latestVoxels(name, voxels);
+  return implementation_->latestVoxels(name, voxels);
 }
 
 void

@@ -75,6 +75,7 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
       health_.last_decoded = now;
       window_.add({now, bytes.size(), cycle.count(), latency});
       std::swap(decoding_, latest_);
+      latest_stamp_ = stamp.value_or(Time(0));
     }
     else
       countFailed(status);
@@ -135,14 +136,14 @@ ReceivedStream::countFailed(const io::CompressionStatus& status)
   health_.in_sync = false;
 }
 
-bool
+std::optional<LatestFrame>
 ReceivedStream::latestVoxels(Time oldest, io::VoxelFrame& voxels) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (health_.frames_decoded == 0 || health_.last_decoded < oldest)
-    return false;
+    return std::nullopt;
   voxels = latest_;
-  return true;
+  return LatestFrame{latest_stamp_, health_.frames_decoded};
 }
 
 StreamHealth

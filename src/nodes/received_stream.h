@@ -56,9 +56,9 @@ public:
          const FrameListener& listener);
 
   /** \brief Copies the last voxels, if they were decoded at or after a moment.
-   * \return false if they were not; `voxels` is untouched then
+   * \return nothing if they were not; `voxels` is untouched then
    */
-  bool
+  std::optional<LatestFrame>
   latestVoxels(Time oldest, io::VoxelFrame& voxels) const;
 
   StreamHealth
@@ -83,6 +83,7 @@ private:
 
   mutable std::mutex mutex_; // of everything below
   io::VoxelFrame latest_;
+  Time latest_stamp_{0};
   StreamHealth health_;
   RateWindow window_;
   // Of each frame that waits: how many were refused since the one before it. They are

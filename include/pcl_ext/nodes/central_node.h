@@ -68,6 +68,12 @@ struct ReceivedFrame {
   bool wants_i_frame;
 };
 
+/** \brief Which frame of a stream its latest voxels are of. */
+struct LatestFrame {
+  Time stamp{0};          ///< as it was received with; 0: with none
+  std::size_t number = 0; ///< frames of the stream that were decoded, it included
+};
+
 /** \brief Told of every frame, in the order of its stream; called by several threads at
  * once, though by one at a time for one stream. Must not throw. */
 using FrameListener = std::function<void(const ReceivedFrame&)>;
@@ -130,12 +136,12 @@ public:
   void
   waitUntilDecoded();
 
-  /** \brief The voxels that a stream showed last.
+  /** \brief The voxels that a stream showed last, however old they are.
    * \param[in] name of the stream
-   * \param[out] voxels denoised; empty if the stream is unknown, has none yet, or they
-   * are older than max_merge_age
+   * \param[out] voxels denoised; empty if there are none
+   * \return which frame they are of; nothing if the stream is unknown or has shown none
    */
-  void
+  std::optional<LatestFrame>
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const;
 
   /** \brief The voxels of all streams as of now, merged.
