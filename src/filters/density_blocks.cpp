@@ -34,10 +34,10 @@ copyRows(const BlockCells& block,
 {
   for (std::size_t i = 0; i < x.count; ++i)
     for (std::size_t j = 0; j < y.count; ++j)
-      std::memcpy(
-          window.rows[(x.to + i) * DensityWindow::width + y.to + j].data() + z.to,
-          block.data() + (x.from + i) * 16 + (y.from + j) * 4 + z.from,
-          count * sizeof(std::int16_t));
+      std::memcpy(window.rows[(x.to + i) * DensityWindow::width + y.to + j].data() +
+                      z.to,
+                  block.data() + (x.from + i) * 16 + (y.from + j) * 4 + z.from,
+                  count * sizeof(std::int16_t));
 }
 
 /** \brief Lowest bit of a mask that is not 0. */
@@ -209,9 +209,9 @@ DensityBlocks::collect(std::uint32_t block,
       for (std::size_t z = first[2]; z <= last[2]; ++z) {
         if (x == 1 && y == 1 && z == 1)
           continue;
-        const std::uint64_t key = keys_[block] + (std::uint64_t{x} << 42) +
-                                  (std::uint64_t{y} << 21) + z -
-                                  ((std::uint64_t{1} << 42 | std::uint64_t{1} << 21) + 1);
+        const std::uint64_t key =
+            keys_[block] + (std::uint64_t{x} << 42) + (std::uint64_t{y} << 21) + z -
+            ((std::uint64_t{1} << 42 | std::uint64_t{1} << 21) + 1);
         const std::uint32_t index = directory_.find(key);
         if (index == io::BlockDirectory::not_found)
           continue;
@@ -236,7 +236,8 @@ sumNeighbourhoods(const DensityWindow& window,
                                  DensityWindow::margin];
     for (std::size_t z = 0; z < 4; ++z) {
       const std::size_t middle = z + DensityWindow::margin;
-      const std::int32_t faces = own[middle - 1] + own[middle + 1] + about.cross[middle];
+      const std::int32_t faces =
+          own[middle - 1] + own[middle + 1] + about.cross[middle];
       const std::int32_t cube =
           about.near[middle - 1] + about.near[middle] + about.near[middle + 1];
       NeighbourhoodSums& sum = sums[4 * row + z];

@@ -41,7 +41,8 @@ VoxelDensities::follow(const io::VoxelFrame& frame)
 }
 
 std::int16_t
-VoxelDensities::operator()(std::uint16_t symbol, const io::VoxelPosition& position) const
+VoxelDensities::operator()(std::uint16_t symbol,
+                           const io::VoxelPosition& position) const
 {
   std::uint32_t number = numbers_[symbol];
   if (depth_model_ && depth_model_->exponent == 1) {

@@ -2,10 +2,9 @@
 #include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "../compression/voxel_block.h"
 #include "density_blocks.h"
 #include "voxel_densities.h"
-
-#include "../compression/voxel_block.h"
 
 #include <algorithm>
 #include <array>
@@ -19,9 +18,14 @@ namespace {
 /** \brief What is added to a shell so that an empty one has a logarithm, in faces. */
 constexpr float least_shell = 0.02f;
 
-/** \brief The part of the log-odds that no shell has: c of VoxelOutlierRemoval. */
-constexpr float faces_offset = 1.8f;
-constexpr float points_offset = -2.6f;
+/** \brief c of VoxelOutlierRemoval for some voxel edge, metres. */
+float
+offsetOf(bool are_faces, double resolution)
+{
+  // Fitted on sensor 2 of the robot cell with seed 2, at 2 to 8 cm.
+  const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
+  return are_faces ? 1.8f + edges : -2.5f - edges;
+}
 
 /** \brief exp(2 (log-odds - c)): comparing needs no logarithm. */
 float
@@ -47,8 +51,8 @@ public:
   bool
   follow(const io::VoxelGrid& grid)
   {
-    const bool is_same_lattice = has_lattice_ && grid.resolution == resolution_ &&
-                                 grid.anchor == anchor_;
+    const bool is_same_lattice =
+        has_lattice_ && grid.resolution == resolution_ && grid.anchor == anchor_;
     if (is_same_lattice && place(grid))
       return true;
     has_lattice_ = true;
@@ -96,7 +100,7 @@ private:
   bool has_lattice_ = false;
   double resolution_ = 0.0;
   std::array<double, 3> anchor_{};
-  std::array<std::int64_t, 3> origin_{}; ///< lattice index of position 0
+  std::array<std::int64_t, 3> origin_{};  ///< lattice index of position 0
   std::array<std::uint32_t, 3> offset_{}; ///< position of the grid's first voxel
 };
 
@@ -112,7 +116,7 @@ public:
   filter(io::VoxelFrame& frame)
   {
     learn(frame);
-    const float least = std::exp(2.0f * (settings_.min_log_odds - offset()));
+    const float least = std::exp(2.0f * (settings_.min_log_odds - offset_));
     std::size_t kept = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
       frame.keys[kept] = frame.keys[i];
@@ -132,7 +136,7 @@ public:
     learn(frame);
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
-      log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + offset();
+      log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + offset_;
     forget();
   }
 
@@ -157,12 +161,6 @@ private:
     std::uint8_t cell;
   };
 
-  float
-  offset() const
-  {
-    return densities_.areFaces() ? faces_offset : points_offset;
-  }
-
   std::size_t
   indexOf(const Place& place) const
   {
@@ -178,6 +176,7 @@ private:
       blocks_.clear();
     else
       blocks_.age();
+    offset_ = offsetOf(densities_.areFaces(), frame.grid.resolution);
     addVoxels(frame);
     evidence_.resize(frame.size());
     first_voxels_.resize(masks_.size());
@@ -260,11 +259,12 @@ private:
   DensityBlocks blocks_;
 
   // Of the current frame; members so that their memory is reused.
-  std::vector<Place> places_;                // of each voxel
-  std::vector<std::uint64_t> masks_;         // of each block, its voxels
-  std::vector<std::uint32_t> frame_blocks_;  // that have any
-  std::vector<std::uint32_t> first_voxels_;  // of each block, index into the next
-  std::vector<float> evidence_;              // of each voxel, by block and cell
+  float offset_ = 0.0f;
+  std::vector<Place> places_;               // of each voxel
+  std::vector<std::uint64_t> masks_;        // of each block, its voxels
+  std::vector<std::uint32_t> frame_blocks_; // that have any
+  std::vector<std::uint32_t> first_voxels_; // of each block, index into the next
+  std::vector<float> evidence_;             // of each voxel, by block and cell
   DensityWindow window_;
   std::array<NeighbourhoodSums, 64> sums_;
 };

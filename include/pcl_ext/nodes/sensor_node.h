@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
@@ -53,6 +54,10 @@ struct SensorNodeSettings {
    * included, min < max on each axis. None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
+  /** \brief Noise is removed from the voxels before they are encoded, as noise is what
+   * costs the most bits. None: all voxels are sent, and a receiver may remove the noise. */
+  std::optional<VoxelOutlierRemovalSettings> outlier_removal;
+
   /** \brief Name of the world frame, which frames carry if compression.carry_header is
    * set. */
   std::string global_frame = "world";
@@ -95,6 +100,7 @@ struct SensorNodeStatistics {
   std::uint64_t cloud_bytes = 0;              ///< of the clouds that became frames
   std::uint64_t frame_bytes = 0;              ///< of the frames
   PreprocessingStatistics preprocessing;      ///< of the last frame
+  std::size_t outliers_removed = 0;           ///< voxels left out of the last frame
   io::FrameStatistics frame;                  ///< of the last frame
   StreamRates rates;
 
