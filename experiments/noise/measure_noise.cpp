@@ -7,6 +7,7 @@
 #include "fused_stream.h"
 #include "methods.h"
 #include "point_filters.h"
+#include "shell_weights.h"
 #include "stream_bytes.h"
 
 #include <boost/program_options.hpp>
@@ -208,6 +209,9 @@ measure(const Options& options)
       measurePeers(sensor, options);
     if (wants("time"))
       measureTimes(sensor, options);
+    if (wants("weights"))
+      printShellWeights(
+          options.seed, sensor, options.resolution, options.frames, std::cout);
     if (wants("bytes"))
       printStreamBytes(
           options.seed, sensor, options.frames, options.resolution, std::cout);
@@ -237,7 +241,9 @@ main(int argc, char** argv)
       "part",
       po::value(&chosen.part)->default_value("all"),
       "laws (the paper's laws and the library's filter), peers (PCL's filters), time, "
-      "bytes (what a stream shrinks by), fused (all six sensors), or all");
+      "bytes (what a stream shrinks by), weights (a fit of the filter's), fused (all "
+      "six "
+      "sensors), or all");
   try {
     po::variables_map values;
     po::store(po::parse_command_line(argc, argv, description), values);
