@@ -141,7 +141,7 @@ private:
     const auto logarithm = [&](double sum) { return std::log(sum / unit + 0.02); };
     return 3.0 * logarithm(shells[0]) +
            (logarithm(shells[1]) + logarithm(shells[2])) / 2.0 +
-           (are_faces_ ? 1.8 : -2.5); // at 4 cm
+           (are_faces_ ? 1.7 : -2.5); // at 4 cm
   }
 
   bool are_faces_;
@@ -282,7 +282,7 @@ TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
 TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
 {
   const double expected =
-      3.0 * std::log(2.0 * 1.125 * 100.0 / 255.0 + 0.02) + std::log(0.02) + 1.8;
+      3.0 * std::log(2.0 * 1.125 * 100.0 / 255.0 + 0.02) + std::log(0.02) + 1.7;
   // Up to the corners of the largest grid, and of the lattice.
   for (const unsigned int depth : {1u, 2u, 12u, 21u})
     for (const std::int32_t first : {std::numeric_limits<std::int32_t>::min(),

@@ -35,8 +35,11 @@ keyAt(std::uint32_t x, std::uint32_t y, std::uint32_t z)
 class Field {
 public:
   void
-  add(const io::VoxelFrame& frame)
+  add(const LabelledFrame& labelled, double cut_off_depth)
   {
+    const double edge = labelled.of(Law::Quadratic).grid.resolution;
+    const double enough_points = std::max(1.0, 5625.0 * edge * edge);
+    const io::VoxelFrame& frame = labelled.of(Law::Quadratic);
     for (auto it = cells_.begin(); it != cells_.end();) {
       it->second.mean *= 0.75;
       it->second.f = it->second.mean / 2.0;
@@ -45,7 +48,11 @@ public:
     for (std::size_t i = 0; i < frame.size(); ++i) {
       const io::VoxelPosition at = io::voxelPosition(frame.keys[i]);
       Cell& cell = cells_[keyAt(at.x + 2, at.y + 2, at.z + 2)];
-      const double density = frame.intensities[i] / 255.0;
+      const double points_on_face =
+          std::pow(cut_off_depth / static_cast<double>(labelled.depth[i]), 2);
+      const double density = std::min(
+          1.0,
+          frame.intensities[i] / 255.0 * std::max(1.0, points_on_face / enough_points));
       cell.mean += density / 4.0;
       cell.f = density + cell.mean / 2.0;
     }
@@ -119,11 +126,13 @@ printShellWeights(std::uint32_t seed,
   LabelledStream stream(seed, sensor, resolution);
   LabelledFrame frame;
   Field field;
+  const double cut_off_depth =
+      IntensityModel<KinectV2, QuadraticLaw>(resolution).cutOffDepth();
   std::vector<Sample> samples;
   for (std::uint32_t i = 0; i < frames; ++i) {
     stream.read(i, frame);
     const io::VoxelFrame& voxels = frame.of(Law::Quadratic);
-    field.add(voxels);
+    field.add(frame, cut_off_depth);
     if (i % 10 != 9)
       continue;
     for (std::size_t voxel = 0; voxel < voxels.size(); ++voxel)

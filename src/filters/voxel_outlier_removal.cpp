@@ -24,7 +24,7 @@ offsetOf(bool are_faces, double resolution)
 {
   // Fitted on sensor 2 of the robot cell with seed 2, at 2 to 8 cm.
   const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
-  return are_faces ? 1.8f + edges : -2.5f - edges;
+  return are_faces ? 1.7f + edges : -2.5f - edges;
 }
 
 /** \brief exp(2 (log-odds - c)): comparing needs no logarithm. */

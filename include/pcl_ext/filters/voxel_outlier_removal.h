@@ -31,7 +31,7 @@ struct VoxelOutlierRemovalSettings {
    * minus infinity keep all voxels.
    *
    * 0: what is more likely noise than surface; in the robot cell 82 % of the noise, and 1 %
-   * of the surfaces' voxels. 2.2 removes 93 % of the noise and 5 % of the surfaces' voxels,
+   * of the surfaces' voxels. 2.3 removes 93 % of the noise and 5 % of the surfaces' voxels,
    * fringes most of them; see experiments/noise/README.md. Calibrated on a Kinect V2: with
    * pixels that are finer or coarser the log-odds of everything rise or fall alike.
    */
@@ -68,12 +68,15 @@ struct VoxelOutlierRemovalSettings {
  *     rim  = f(the other 98 of the 5 x 5 x 5 voxels)
  *     log-odds = 3 ln(core + e) + (ln(ring + e) + ln(rim + e)) / 2 + c
  *
- * with e = 0.02 and c = 1.8 + 3 ln(voxel edge / 4 cm): naive Bayes, a power law for each
+ * with e = 0.02 and c = 1.7 + 3 ln(voxel edge / 4 cm): naive Bayes, a power law for each
  * shell. The weights are those of a logistic regression on one sensor of the robot cell,
  * rounded; nothing depends on their last digit. Noise that hangs at an edge flies in some
  * frames only, each time at another depth, which the running mean tells from a surface; as
  * this frame counts more than all before, an object that has just come is judged by its own
  * density.
+ * With a depth model, a surface of 5625 points a square metre (9 on a face of 4 cm) is as
+ * sure as any: near the sensor, a limb that is seen at a grazing angle has few points of the
+ * hundred that would cover its faces, but more than noise has.
  * Where the unit is Points, shells are measured in the mean f of the occupied voxels of the
  * 5 x 5 x 5, and c = -2.5 - 3 ln(voxel edge / 4 cm).
  *
