@@ -223,7 +223,7 @@ TEST(VoxelDensities, StayFacesWhereAFrameHasNoModel)
   frame.depth_model.reset();
   EXPECT_TRUE(densities.follow(frame));
   EXPECT_TRUE(densities.areFaces());
-  EXPECT_EQ(densities(100, {1, 2, 3}), 100);
+  EXPECT_EQ(densities(100, {200, 2, 3}), 100); // 8 m away
   densities.reset();
   EXPECT_FALSE(densities.areFaces());
 }
