@@ -59,23 +59,17 @@ removeNoise(cell::CellFrame& frame)
       frame.cloud[i].x = std::numeric_limits<float>::quiet_NaN();
 }
 
-} // namespace
+const std::vector<std::pair<std::string, nodes::IntensityLaw>> node_laws = {
+    {"count", nodes::IntensityLaw::Count},
+    {"quadratic", nodes::IntensityLaw::Quadratic}};
+const std::vector<std::pair<std::string, io::Effort>> efforts = {
+    {"fast", io::Effort::Fast}, {"balanced", io::Effort::Balanced}};
 
-void
-printStreamBytes(std::uint32_t seed,
-                 unsigned int sensor,
-                 std::uint32_t frames,
-                 double resolution,
-                 std::ostream& output)
+/** \brief Senders by law, effort and filter; the last of each knows the truth. */
+std::vector<Sender>
+makeSenders(double resolution)
 {
-  cell::RobotCell cell(seed);
-  const WorldPose pose(cell.sensorPose(sensor));
-  const std::vector<std::pair<std::string, nodes::IntensityLaw>> node_laws = {
-      {"count", nodes::IntensityLaw::Count},
-      {"quadratic", nodes::IntensityLaw::Quadratic}};
-  const std::vector<std::pair<std::string, io::Effort>> efforts = {
-      {"fast", io::Effort::Fast}, {"balanced", io::Effort::Balanced}};
-  std::vector<Sender> senders; // by law, effort and filter; the last knows the truth
+  std::vector<Sender> senders;
   for (const auto& [law_name, law] : node_laws)
     for (const auto& [effort_name, effort] : efforts) {
       nodes::SensorNodeSettings settings = nodeSettings(resolution, law, effort);
@@ -90,10 +84,59 @@ printStreamBytes(std::uint32_t seed,
       settings.outlier_removal.reset();
       senders.push_back({nodes::SensorNode(settings)});
     }
+  return senders;
+}
 
-  const std::size_t senders_each = filters.size() + 1;
-  cell::CellFrame frame;
+void
+send(Sender& sender, const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
+{
   std::vector<std::uint8_t> bytes;
+  if (const auto status = sender.node.encode(cloud, pose, bytes); !status.hasFrame())
+    throw std::runtime_error(status.message());
+  sender.bytes += bytes.size();
+  sender.voxels += sender.node.statistics().frame.coding.voxels;
+}
+
+void
+printSenders(const std::vector<Sender>& senders,
+             std::uint32_t frames,
+             std::ostream& output)
+{
+  const std::vector<std::string> names = {
+      "none", "log-odds 0", "log-odds 2.5", "the truth"};
+  std::vector<std::vector<std::string>> rows = {
+      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"}};
+  auto sender = senders.begin();
+  for (const auto& [law_name, law] : node_laws)
+    for (const auto& [effort_name, effort] : efforts) {
+      const auto all_bytes = static_cast<double>(sender->bytes);
+      for (const std::string& name : names) {
+        const auto sent = static_cast<double>(sender->bytes);
+        rows.push_back({law_name,
+                        effort_name,
+                        name,
+                        formatted(static_cast<double>(sender->voxels) / frames, 0),
+                        formatted(sent / frames, 0),
+                        formatted(100.0 * (1.0 - sent / all_bytes), 1)});
+        ++sender;
+      }
+    }
+  printTable(rows, output);
+}
+
+} // namespace
+
+void
+printStreamBytes(std::uint32_t seed,
+                 unsigned int sensor,
+                 std::uint32_t frames,
+                 double resolution,
+                 std::ostream& output)
+{
+  cell::RobotCell cell(seed);
+  const WorldPose pose(cell.sensorPose(sensor));
+  std::vector<Sender> senders = makeSenders(resolution);
+  cell::CellFrame frame;
   for (std::uint32_t i = 0; i < frames; ++i) {
     cell.capture(sensor, i, frame);
     pcl::PCLPointCloud2 cloud;
@@ -102,38 +145,12 @@ printStreamBytes(std::uint32_t seed,
     pcl::PCLPointCloud2 surfaces;
     pcl::toPCLPointCloud2(frame.cloud, surfaces);
     for (std::size_t index = 0; index < senders.size(); ++index) {
-      Sender& sender = senders[index];
-      const bool knows_truth = index % senders_each == filters.size();
-      const auto status =
-          sender.node.encode(knows_truth ? surfaces : cloud, pose, bytes);
-      if (!status.hasFrame())
-        throw std::runtime_error(status.message());
-      sender.bytes += bytes.size();
-      sender.voxels += sender.node.statistics().frame.coding.voxels;
+      const bool knows_truth = index % (filters.size() + 1) == filters.size();
+      send(senders[index], knows_truth ? surfaces : cloud, pose);
     }
   }
-
   output << "## Bytes of the stream, sensor " << sensor << ", averages per frame\n\n";
-  std::vector<std::vector<std::string>> rows = {
-      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"}};
-  const std::vector<std::string> names = {
-      "none", "log-odds 0", "log-odds 2.5", "the truth"};
-  std::size_t index = 0;
-  for (const auto& [law_name, law] : node_laws)
-    for (const auto& [effort_name, effort] : efforts) {
-      const auto all_bytes = static_cast<double>(senders[index].bytes);
-      for (std::size_t i = 0; i < senders_each; ++i, ++index) {
-        const auto sent = static_cast<double>(senders[index].bytes);
-        rows.push_back(
-            {law_name,
-             effort_name,
-             names[i],
-             formatted(static_cast<double>(senders[index].voxels) / frames, 0),
-             formatted(sent / frames, 0),
-             formatted(100.0 * (1.0 - sent / all_bytes), 1)});
-      }
-    }
-  printTable(rows, output);
+  printSenders(senders, frames, output);
 }
 
 } // namespace noise

@@ -30,10 +30,10 @@ struct VoxelOutlierRemovalSettings {
   /** \brief Voxels of lower log-odds are noise. Natural logarithm; any number. NaN and
    * minus infinity keep all voxels.
    *
-   * 0: what is more likely noise than surface; in the robot cell 82 % of the noise, and 1 %
-   * of the surfaces' voxels. 2.3 removes 93 % of the noise and 5 % of the surfaces' voxels,
-   * fringes most of them; see experiments/noise/README.md. Calibrated on a Kinect V2: with
-   * pixels that are finer or coarser the log-odds of everything rise or fall alike.
+   * 0: what is more likely noise than surface; in the robot cell 83 to 90 % of the noise, and
+   * about 1 % of the surfaces' voxels. 2.5 removes 94 to 96 % of the noise and 3 to 6 % of
+   * the surfaces' voxels, fringes most of them; see experiments/noise/README.md. Calibrated
+   * on a Kinect V2: with finer or coarser pixels all log-odds rise or fall alike.
    */
   float min_log_odds = 0.0f;
 
