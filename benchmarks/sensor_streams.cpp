@@ -34,8 +34,11 @@ encodeStream(const InputStream& stream,
     std::vector<std::uint8_t> bytes;
     if (const auto status = node.encode(cloud, pose, bytes); !status.hasFrame())
       throw std::runtime_error(encoded.name + ": " + status.message());
+    const io::CodedFrameStatistics coding = node.statistics().frame.coding;
+    if (coding.is_i_frame)
+      encoded.i_frames.push_back(i);
     encoded.bytes += bytes.size();
-    encoded.voxels += node.statistics().frame.coding.voxels;
+    encoded.voxels += coding.voxels;
     encoded.frames.push_back(std::move(bytes));
   }
   return encoded;

@@ -15,12 +15,13 @@
 namespace pcl_ext {
 namespace benchmarks {
 
-/** \brief A stream that can be sent again and again: its first frame is an I-frame. */
+/** \brief A stream that can be sent again and again. */
 struct SensorStream {
   std::string name;
   std::vector<std::vector<std::uint8_t>> frames;
-  std::size_t bytes = 0;  ///< of all frames
-  std::size_t voxels = 0; ///< of all frames
+  std::vector<std::size_t> i_frames; ///< which frames are I-frames; the first one is
+  std::size_t bytes = 0;             ///< of all frames
+  std::size_t voxels = 0;            ///< of all frames
 };
 
 /** \brief The settings of a sensor's node: number of points as intensity, no header. */

@@ -6,9 +6,11 @@
 #include "sensor_streams.h"
 
 #include <cell/robot_cell.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <thread>
 
 namespace pcl_ext {
@@ -17,6 +19,8 @@ namespace benchmarks {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr float min_intensity = 2.0f; // voxels of fewer points are removed
 
 /** \brief A sensor's clouds and the node beside it. */
 struct Sensor {
@@ -51,6 +55,8 @@ growMemory(std::vector<Sensor>& sensors)
 {
   std::vector<std::uint8_t> bytes;
   for (Sensor& sensor : sensors) {
+    // Memory that others left to the heap would not show when it is taken again.
+    malloc_trim(0);
     const double before = residentMegabytes();
     for (const pcl::PCLPointCloud2& cloud : sensor.clouds)
       sensor.node.encode(cloud, sensor.pose, bytes);
@@ -77,14 +83,18 @@ runSensor(Sensor& sensor,
     std::this_thread::sleep_until(start + period * static_cast<Clock::rep>(tick));
     const auto begin = Clock::now();
     const nodes::Time stamp = nodes::systemTime();
-    sensor.node.encode(sensor.clouds[tick % sensor.clouds.size()], sensor.pose, bytes);
+    const auto status = sensor.node.encode(
+        sensor.clouds[tick % sensor.clouds.size()], sensor.pose, bytes);
     const double cycle_ms =
         std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     cycle_sum_ms += cycle_ms;
     sensor.figures.max_cycle_ms = std::max(sensor.figures.max_cycle_ms, cycle_ms);
     bytes_sent += bytes.size();
-    central.receive(sensor.name, bytes, stamp);
+    if (status.hasFrame())
+      central.receive(sensor.name, bytes, stamp);
   }
+  // A period for each frame, the last one's, too.
+  std::this_thread::sleep_until(start + period * static_cast<Clock::rep>(ticks));
   const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
   sensor.figures.name = sensor.name;
   sensor.figures.frames_per_second = static_cast<double>(ticks) / elapsed;
@@ -93,13 +103,19 @@ runSensor(Sensor& sensor,
   sensor.figures.cpu_percent = 100.0 * (threadCpuSeconds() - cpu_before) / elapsed;
 }
 
-/** \brief Cycle times of the frames that a CentralNode decodes, from its health. */
+/** \brief Cycle times of the frames that a CentralNode decoded lately, from its health.
+ * \throws std::runtime_error if it did not decode every frame that was sent
+ */
 void
-addHealth(const nodes::CentralNode& central, NodeFigures& figures)
+addHealth(const nodes::CentralNode& central, std::size_t sent, NodeFigures& figures)
 {
   double cycle_sum_ms = 0.0;
   const auto health = central.health();
   for (const nodes::StreamHealth& stream : health) {
+    if (stream.frames_decoded != sent)
+      throw std::runtime_error(stream.name + ": " +
+                               std::to_string(stream.frames_decoded) + " of " +
+                               std::to_string(sent) + " frames were decoded");
     cycle_sum_ms += 1e3 * stream.rates.mean_cycle_seconds;
     figures.max_cycle_ms =
         std::max(figures.max_cycle_ms, 1e3 * stream.rates.max_cycle_seconds);
@@ -119,11 +135,14 @@ runSixSensors(const Workload& workload,
   for (unsigned int number = 1; number <= cell::RobotCell::sensor_count; ++number)
     sensors.push_back(makeSensor(number, workload, variant, frames));
   growMemory(sensors);
+  malloc_trim(0);
   const double megabytes_before = residentMegabytes();
 
-  nodes::CentralNode central{nodes::CentralNodeSettings()};
+  nodes::CentralNodeSettings settings;
+  settings.resolution = workload.resolution;
+  nodes::CentralNode central(settings);
   for (const Sensor& sensor : sensors)
-    central.addStream(sensor.name);
+    central.addStream(sensor.name, min_intensity);
   const double cpu_before = processCpuSeconds();
   const auto start = Clock::now() + std::chrono::milliseconds(10);
   std::vector<std::thread> threads;
@@ -150,7 +169,8 @@ runSixSensors(const Workload& workload,
   all.name = "central";
   all.cpu_percent = cpu_percent;
   all.megabytes = residentMegabytes() - megabytes_before;
-  addHealth(central, all);
+  addHealth(
+      central, static_cast<std::size_t>(seconds * cell::RobotCell::frame_rate), all);
   std::vector<NodeFigures> figures;
   for (const Sensor& sensor : sensors) {
     all.frames_per_second += sensor.figures.frames_per_second;

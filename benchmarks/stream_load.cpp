@@ -99,8 +99,7 @@ public:
     if (tick < first_tick)
       return nullptr;
     // It begins with one of its source's I-frames.
-    const std::size_t i_frames = source.frames.size() / i_frame_rate_;
-    const std::size_t begin = i_frames == 0 ? 0 : turn % i_frames * i_frame_rate_;
+    const std::size_t begin = source.i_frames[turn % source.i_frames.size()];
     return &source.frames[(begin + tick - first_tick) % source.frames.size()];
   }
 
@@ -119,7 +118,7 @@ public:
       period_ = std::chrono::duration_cast<Time>(
           std::chrono::duration<double>(1.0 / load.frames_per_second));
     for (std::size_t i = 0; i < streams_; ++i)
-      node_.addStream(streamName(i));
+      node_.addStream(streamName(i), load.min_intensity);
   }
 
   void
@@ -189,6 +188,7 @@ sendStreams(const std::vector<SensorStream>& sources, const StreamLoad& load)
                        : Time(0));
   nodes::CentralNodeSettings settings;
   settings.threads = load.threads;
+  settings.resolution = load.resolution;
   nodes::CentralNode node(
       settings, [&tally](const nodes::ReceivedFrame& frame) { tally.add(frame); });
   const Schedule schedule(sources, load.i_frame_rate);

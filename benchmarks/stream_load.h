@@ -18,6 +18,8 @@ struct StreamLoad {
   double frames_per_second = 0.0; ///< of each stream; 0: as fast as they are decoded
   double seconds = 5.0;           ///< measured, after all streams have begun
   unsigned int i_frame_rate = 30; ///< of the streams
+  double resolution = 0.04;       ///< of the streams, metres
+  float min_intensity = 2.0f;     ///< voxels below it are removed
 };
 
 /** \brief What became of the frames that were measured. */
@@ -37,7 +39,7 @@ struct LoadResult {
  * Stream n sends the frames of sources[n % sources.size()] again and again. The streams
  * are spread evenly over the period, begin at different places of their source, and have
  * their I-frames at different times.
- * \param[in] sources of a multiple of i_frame_rate frames, or fewer than it
+ * \param[in] sources at least one, each of at least one frame
  * \param[in] load above 0 streams
  */
 LoadResult

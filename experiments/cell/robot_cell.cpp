@@ -82,12 +82,22 @@ const SurfaceImage&
 RobotCell::surfaces(unsigned int sensor, std::uint32_t frame)
 {
   surfaces_ = staticView(sensor).surfaces;
+  const Eigen::Isometry3d world_to_sensor = sensorPose(sensor).inverse();
   changed_.clear();
-  rays_.trace(movingParts(frame / frame_rate),
-              sensorPose(sensor).inverse(),
-              surfaces_,
-              &changed_);
+  rays_.trace(
+      movingMachines(frame / frame_rate), world_to_sensor, surfaces_, &changed_);
+  // Drawn last, so that what it draws on is what it shows.
+  first_of_person_ = changed_.size();
+  rays_.trace(walkingPerson(frame / frame_rate), world_to_sensor, surfaces_, &changed_);
   return surfaces_;
+}
+
+void
+RobotCell::movers(std::vector<Mover>& movers) const
+{
+  movers.assign(RayGrid::size, Mover::None);
+  for (std::size_t i = 0; i < changed_.size(); ++i)
+    movers[changed_[i]] = i < first_of_person_ ? Mover::Machine : Mover::Person;
 }
 
 void

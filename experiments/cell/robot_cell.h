@@ -17,6 +17,13 @@
 namespace pcl_ext {
 namespace cell {
 
+/** \brief What a pixel looks at, as far as it can move. */
+enum class Mover : std::uint8_t {
+  None,    ///< what never moves, or nothing at all
+  Machine, ///< an arm, its carriage or the gantry, also while it pauses
+  Person   ///< the person, also while standing
+};
+
 /** \brief One frame of one sensor. */
 struct CellFrame {
   /** \brief Organised 512 x 424, in the sensor's frame (x right, y down, z along the
@@ -68,6 +75,13 @@ public:
   const SurfaceImage&
   surfaces(unsigned int sensor, std::uint32_t frame);
 
+  /** \brief What each pixel of the last frame looks at, of the last call of capture() or
+   * surfaces().
+   * \param[out] movers one per pixel
+   */
+  void
+  movers(std::vector<Mover>& movers) const;
+
   const ErrorModel&
   errorModel() const
   {
@@ -93,7 +107,8 @@ private:
   // The frame being worked on; members to keep their memory.
   SurfaceImage surfaces_;
   std::vector<PixelError> errors_;
-  std::vector<std::size_t> changed_;
+  std::vector<std::size_t> changed_; // pixels of the machines, then of the person
+  std::size_t first_of_person_ = 0;  // index into the above
   Measurement measurement_;
 };
 

@@ -342,12 +342,19 @@ staticEquipment()
 }
 
 Solids
-movingParts(double time)
+movingMachines(double time)
 {
   Solids solids;
   addFirstRailArm(solids, time);
   addSecondRailArm(solids, time);
   addGantryArm(solids, time);
+  return solids;
+}
+
+Solids
+walkingPerson(double time)
+{
+  Solids solids;
   addPerson(solids, time);
   return solids;
 }

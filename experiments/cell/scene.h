@@ -24,11 +24,17 @@ constexpr double standstill_end = 8.0;
 Solids
 staticEquipment();
 
-/** \brief The two arms on floor rails, the arm on the gantry and the walking person.
+/** \brief The two arms on floor rails and the arm on the gantry.
  * \param[in] time seconds since the stream's start, >= 0
  */
 Solids
-movingParts(double time);
+movingMachines(double time);
+
+/** \brief The walking person.
+ * \param[in] time seconds since the stream's start, >= 0
+ */
+Solids
+walkingPerson(double time);
 
 } // namespace cell
 } // namespace pcl_ext

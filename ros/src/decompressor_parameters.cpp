@@ -2,10 +2,12 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "fused_map.h"
 #include "message_conversions.h"
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 namespace pcl_ext_ros {
 
@@ -67,6 +69,17 @@ readStreams(ParameterReader& reader)
   return streams;
 }
 
+/** \brief True if the unfinished map can be written, as FusedMap does. */
+bool
+canWriteBeside(const std::filesystem::path& path)
+{
+  const std::string unfinished = FusedMap::unfinishedPath(path.string());
+  if (!std::ofstream(unfinished, std::ios::binary))
+    return false;
+  std::error_code failure;
+  return std::filesystem::remove(unfinished, failure);
+}
+
 MapParameters
 readMap(ParameterReader& reader)
 {
@@ -81,11 +94,11 @@ readMap(ParameterReader& reader)
   // Now, not when the map of a whole day is to be written.
   const std::filesystem::path path(map.path);
   std::error_code failure;
-  const bool is_folder = std::filesystem::is_directory(path, failure);
-  const auto folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (is_folder || !std::filesystem::is_directory(folder, failure))
+  const bool is_there = std::filesystem::exists(path, failure);
+  if ((is_there && !std::filesystem::is_regular_file(path, failure)) ||
+      !canWriteBeside(path))
     ParameterReader::refuse(
-        "map_path", "'" + map.path + "'", "a file in a folder that exists");
+        "map_path", "'" + map.path + "'", "a file in a folder that can be written to");
   return map;
 }
 
@@ -102,6 +115,8 @@ readDecompressorParameters(ParameterReader& reader)
       reader.number("min_intensity", 0, -highest_min_intensity, highest_min_intensity));
   reader.know("min_intensity_of");
   parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
+  if (parameters.merge_rate > 0 && parameters.merge_rate < 0.001)
+    ParameterReader::refuse("merge_rate", "below 0.001", "0, or 0.001 to 1000");
   parameters.node.resolution = reader.number("resolution",
                                              0.04,
                                              pcl_ext::io::smallest_resolution,

@@ -33,7 +33,7 @@ FusedMap::Written
 FusedMap::write() const
 {
   // Beside the file, so that it can take its place.
-  const std::string unfinished = path_ + ".part";
+  const std::string unfinished = unfinishedPath(path_);
   bool is_whole = false;
   {
     // Not by name: OctoMap does not tell whether the file took all bytes.

@@ -32,6 +32,13 @@ public:
   void
   completeRound();
 
+  /** \brief The file that a map is written to until it is whole. */
+  static std::string
+  unfinishedPath(const std::string& path)
+  {
+    return path + ".part";
+  }
+
   /** \brief What came of writing. */
   struct Written {
     bool ok = false;

@@ -64,15 +64,17 @@ IntensityCompressor::IntensityCompressor()
   ROS_INFO("Compressing %s to %s", input_topic_.c_str(), output_topic.c_str());
 }
 
-void
+int
 IntensityCompressor::run()
 {
   ros::spin();
+  return 0;
 }
 
 void
 IntensityCompressor::compress(const sensor_msgs::PointCloud2::Ptr& cloud)
 {
+  countMissed(cloud->header.seq);
   ++counts_.clouds;
   last_arrival_ = ros::WallTime::now();
   std_msgs::Header header = cloud->header;
@@ -114,6 +116,17 @@ IntensityCompressor::compress(const sensor_msgs::PointCloud2::Ptr& cloud)
                             parameters_.node.compression.format,
                             sensor_node_.statistics().frame.coding.voxels,
                             std::move(bytes)));
+}
+
+void
+IntensityCompressor::countMissed(std::uint32_t number)
+{
+  // Numbers that go far ahead or back are those of a sender that began again, or of two.
+  constexpr std::uint32_t most = 1000;
+  const std::uint32_t gap = number - last_number_ - 1;
+  if (counts_.clouds != 0 && gap < most)
+    counts_.clouds_missed += gap;
+  last_number_ = number;
 }
 
 void
@@ -171,6 +184,9 @@ IntensityCompressor::describeHealth(const SensorNodeStatistics& now) const
       before.clouds_without_transform + reported_counts_.clouds_of_other_frame)
     report.raise(DiagnosticStatus::ERROR,
                  "Clouds are left out for want of a transform");
+  if (counts_.clouds_missed > reported_counts_.clouds_missed)
+    report.raise(DiagnosticStatus::WARN,
+                 "Clouds arrive faster than they are compressed");
   if (now.clouds_refused > before.clouds_refused)
     report.raise(DiagnosticStatus::ERROR, "Clouds are refused");
   if (last_transforms >
@@ -180,6 +196,7 @@ IntensityCompressor::describeHealth(const SensorNodeStatistics& now) const
   report.add(now.rates);
   report.add("compression ratio", now.compressionRatio());
   report.add("clouds", std::uint64_t{counts_.clouds});
+  report.add("clouds missed", std::uint64_t{counts_.clouds_missed});
   report.add("frames", std::uint64_t{now.frames});
   report.add("I-frames", std::uint64_t{now.i_frames});
   report.add("I-frame requests", std::uint64_t{counts_.i_frame_requests});

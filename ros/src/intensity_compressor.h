@@ -25,13 +25,14 @@ public:
   IntensityCompressor();
 
   /** \brief Works until ROS shuts down. */
-  void
+  int
   run();
 
 private:
   /** \brief What the node itself counts, besides SensorNode. */
   struct Counts {
     std::size_t clouds = 0;                ///< received
+    std::size_t clouds_missed = 0;         ///< gaps in the sender's numbers
     std::size_t latest_transforms = 0;     ///< none at the stamp, the latest was used
     std::size_t clouds_of_other_frame = 0; ///< left out: another frame, unknown to TF
     std::size_t i_frame_requests = 0;      ///< received
@@ -39,6 +40,11 @@ private:
 
   void
   compress(const sensor_msgs::PointCloud2::Ptr& cloud);
+
+  /** \brief Counts clouds that were dropped before this one: on the way, or as the queue
+   * was full. */
+  void
+  countMissed(std::uint32_t number);
 
   /** \brief Tells the sensor node of a request, unless it was told of one for the last
    * frame: two I-frames in a row help nobody. */
@@ -65,6 +71,7 @@ private:
 
   std::string input_topic_;
   ros::WallTime last_arrival_;
+  std::uint32_t last_number_ = 0; // of the last cloud, by its sender
   Counts counts_;
   Counts reported_counts_; // as of the last report
   pcl_ext::nodes::SensorNodeStatistics reported_statistics_;

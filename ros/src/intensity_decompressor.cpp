@@ -138,10 +138,10 @@ IntensityDecompressor::createTimers()
     map_timer_ = map_node.createWallTimer(
         ros::WallDuration(1.0 / parameters_.map.rate),
         boost::function<void(const ros::WallTimerEvent&)>(
-            [this](const ros::WallTimerEvent&) { updateMap(); }));
+            [this](const ros::WallTimerEvent&) { updateMap(Rays::Yes); }));
 }
 
-void
+int
 IntensityDecompressor::run()
 {
   ros::AsyncSpinner map_spinner(1, &map_queue_);
@@ -150,11 +150,17 @@ IntensityDecompressor::run()
   map_spinner.stop();
   central_node_->waitUntilDecoded();
   if (!map_)
-    return;
-  updateMap();
-  const FusedMap::Written written = map_->write();
+    return 0;
+  // Without rays, which may take longer than whoever told us to stop is going to wait.
+  updateMap(Rays::No);
   // ROS's console is gone.
+  if (map_->size() == 0) {
+    std::cout << "The map is empty and was not written\n";
+    return 0;
+  }
+  const FusedMap::Written written = map_->write();
   (written.ok ? std::cout : std::cerr) << written.message << '\n';
+  return written.ok ? 0 : 1;
 }
 
 void
@@ -230,16 +236,18 @@ IntensityDecompressor::publishMerged(const ros::WallTimerEvent&)
 }
 
 void
-IntensityDecompressor::updateMap()
+IntensityDecompressor::updateMap(Rays rays)
 {
   for (const auto& stream : streams_) {
+    if (rays == Rays::Yes && !ros::ok())
+      break; // run() adds the rest
     const auto frame = central_node_->latestVoxels(stream->topic, map_voxels_);
     // The same frame again would count as further evidence.
     if (!frame || frame->number == stream->mapped)
       continue;
     stream->mapped = frame->number;
     std::optional<octomap::point3d> origin;
-    if (transforms_ && !stream->parameters.sensor_frame.empty()) {
+    if (rays == Rays::Yes && transforms_ && !stream->parameters.sensor_frame.empty()) {
       std_msgs::Header header;
       header.stamp = toRosTime(frame->stamp);
       header.frame_id = stream->parameters.sensor_frame;
@@ -269,7 +277,7 @@ IntensityDecompressor::writeMap(std_srvs::Trigger::Request&,
     response.message = "There is no map, as ~map_path is not set";
     return true;
   }
-  updateMap();
+  updateMap(Rays::Yes);
   const FusedMap::Written written = map_->write();
   response.success = written.ok ? 1 : 0;
   response.message = written.message;
@@ -325,6 +333,8 @@ IntensityDecompressor::describeHealth(const Stream& stream, const StreamHealth& 
     report.raise(DiagnosticStatus::WARN, "Frames arrive faster than they are decoded");
   if (now.frames_lost > before.frames_lost)
     report.raise(DiagnosticStatus::WARN, "Frames are lost on the way");
+  if (now.voxels > 0 && now.kept_voxels == 0)
+    report.raise(DiagnosticStatus::WARN, "All voxels are below min_intensity");
 
   report.add(now.rates);
   constexpr double bytes_per_point = 16.0; // of the published clouds

@@ -34,10 +34,13 @@ public:
   IntensityDecompressor();
 
   /** \brief Works until ROS shuts down, then writes the map, if there is one. */
-  void
+  int
   run();
 
 private:
+  /** \brief Whether the map takes rays where it knows the sensor. */
+  enum class Rays { Yes, No };
+
   /** \brief One stream; its address stays. */
   struct Stream {
     Stream(std::string resolved_topic,
@@ -83,7 +86,7 @@ private:
 
   /** \brief Puts what is new since the last call into the map. */
   void
-  updateMap();
+  updateMap(Rays rays);
   bool
   writeMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void

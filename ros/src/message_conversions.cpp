@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array<const char*, 4> field_names{"x", "y", "z", "intensity"};
 constexpr std::uint32_t point_step = sizeof(float) * field_names.size();
-const std::string format_prefix = "pcl_ext/";
+const std::string format_of_version1 = "pcl_ext/version1";
+const std::string format_of_published = "pcl_ext/published";
 
 /** \brief Writes header and layout of a cloud of voxels, of which PointCloud2 and the
  * compressed message have the same fields. */
@@ -79,16 +80,15 @@ toMessage(const std_msgs::Header& header,
   CompressedPointCloud2 message;
   describeVoxels(header, voxels, message);
   message.compressed_data = std::move(bytes);
-  message.format =
-      format_prefix +
-      (format == pcl_ext::io::StreamFormat::Published ? "published" : "version1");
+  message.format = format == pcl_ext::io::StreamFormat::Published ? format_of_published
+                                                                  : format_of_version1;
   return message;
 }
 
 bool
 hasKnownFormat(const CompressedPointCloud2& message)
 {
-  return message.format.compare(0, format_prefix.size(), format_prefix) == 0;
+  return message.format == format_of_version1 || message.format == format_of_published;
 }
 
 sensor_msgs::PointCloud2

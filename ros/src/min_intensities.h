@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <string>
 
@@ -43,7 +44,7 @@ private:
   std::string name_of_own_;
   std::string name_for_all_;
   std::optional<float> from_streams_;
-  float current_;
+  std::atomic<float> current_; // read by other timers, too
   std::string last_warning_;
 };
 

@@ -15,7 +15,7 @@ namespace pcl_ext_ros {
  * \tparam NodeT has a constructor without arguments, which reads the parameters, and run()
  * \param[in] argc,argv of main
  * \param[in] name of the node, unless it is given another
- * \return 0, or 1 behind one line that says what is wrong
+ * \return what run() returns, or 1 after one line that says what is wrong
  */
 template <typename NodeT>
 int
@@ -32,8 +32,7 @@ runNode(int argc, char** argv, const char* name)
   const ros::NodeHandle keeps_console;
   try {
     NodeT node;
-    node.run();
-    return 0;
+    return node.run();
   }
   catch (const std::exception& failure) {
     ROS_FATAL("%s", failure.what());

@@ -92,7 +92,7 @@ public:
         captured_.push_back(capture(sensor, frame));
   }
 
-  void
+  int
   run()
   {
     ros::Rate rate(parameters_.rate);
@@ -109,6 +109,7 @@ public:
     }
     // Who comes later still wants the transforms.
     ros::spin();
+    return 0;
   }
 
 private:

@@ -34,8 +34,14 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
   const auto age = rosTimeNow() - toNodeTime(header.stamp);
   const auto wait = std::clamp(timeout_ - age, pcl_ext::nodes::Time(0), timeout_);
   try {
-    found.pose = tf2::transformToEigen(buffer_.lookupTransform(
-        global_frame_, frame_id, header.stamp, ros::Duration().fromNSec(wait.count())));
+    // Not TF2's own wait, which never ends while simulated time stands still.
+    const ros::WallTime deadline =
+        ros::WallTime::now() + ros::WallDuration().fromNSec(wait.count());
+    while (!buffer_.canTransform(global_frame_, frame_id, header.stamp) &&
+           ros::WallTime::now() < deadline)
+      ros::WallDuration(0.002).sleep();
+    found.pose = tf2::transformToEigen(
+        buffer_.lookupTransform(global_frame_, frame_id, header.stamp));
     return found;
   }
   catch (const std::exception& failure) { // TF's, or of ROS's arithmetic with times

@@ -173,7 +173,7 @@ public:
   {
     std::optional<LatestFrame> frame;
     if (const Entry* const entry = find(name))
-      frame = entry->stream.latestVoxels(Time::min(), voxels);
+      frame = entry->stream.latestVoxels(Time::min(), Time::max(), voxels);
     if (!frame)
       voxels = io::VoxelFrame();
     return frame;
@@ -187,13 +187,14 @@ public:
       return;
     }
     const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
-    const Time oldest = oldestMerged();
+    const Time now = settings_.clock();
+    const Time oldest = now - settings_.max_merge_age;
     coordinates_.clear();
     intensities_.clear();
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
       for (const auto& [name, entry] : streams_)
-        if (entry.stream.latestVoxels(oldest, merging_frame_))
+        if (entry.stream.latestVoxels(oldest, now, merging_frame_))
           appendCentres(merging_frame_);
     }
     io::PointView points;
@@ -254,12 +255,6 @@ private:
   find(const std::string& name)
   {
     return const_cast<Entry*>(std::as_const(*this).find(name));
-  }
-
-  Time
-  oldestMerged() const
-  {
-    return settings_.clock() - settings_.max_merge_age;
   }
 
   void

@@ -137,10 +137,11 @@ ReceivedStream::countFailed(const io::CompressionStatus& status)
 }
 
 std::optional<LatestFrame>
-ReceivedStream::latestVoxels(Time oldest, io::VoxelFrame& voxels) const
+ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (health_.frames_decoded == 0 || health_.last_decoded < oldest)
+  if (health_.frames_decoded == 0 || health_.last_decoded < oldest ||
+      health_.last_decoded > newest)
     return std::nullopt;
   voxels = latest_;
   return LatestFrame{latest_stamp_, health_.frames_decoded};

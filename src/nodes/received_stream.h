@@ -55,11 +55,12 @@ public:
          const Clock& clock,
          const FrameListener& listener);
 
-  /** \brief Copies the last voxels, if they were decoded at or after a moment.
+  /** \brief Copies the last voxels, if they were decoded between two moments. A clock that
+   * was set back leaves voxels of its future.
    * \return nothing if they were not; `voxels` is untouched then
    */
   std::optional<LatestFrame>
-  latestVoxels(Time oldest, io::VoxelFrame& voxels) const;
+  latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const;
 
   StreamHealth
   health(Time now) const;

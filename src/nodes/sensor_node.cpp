@@ -169,6 +169,8 @@ struct Pipeline {
             settings.compression.effort)
   , depth_law(depthLawOf(settings))
   {
+    if (settings.outlier_removal)
+      outlier_removal.emplace(*settings.outlier_removal);
     std::visit(
         [&](auto& chosen) {
           chosen.setIntensityField(settings.intensity_field);
@@ -184,6 +186,7 @@ struct Pipeline {
   io::Voxelizer voxelizer;
   io::FrameEncoder encoder;
   std::optional<io::DepthLaw> depth_law;
+  std::optional<VoxelOutlierRemoval> outlier_removal;
 
   // Members so that their memory is reused.
   pcl::PointCloud<pcl::PointXYZI> points;
@@ -224,6 +227,9 @@ public:
       return status;
     }
     const io::VoxelizationStatistics voxelization = voxelize();
+    if (pipeline_->outlier_removal)
+      statistics_.outliers_removed =
+          pipeline_->outlier_removal->filter(pipeline_->frame);
     if (SensorNodeStatus status = code(cloud.header, bytes); !status.ok()) {
       ++statistics_.clouds_refused;
       return status;

@@ -23,8 +23,8 @@ namespace nodes {
 /** \brief All settings of a CentralNode, with their units, defaults and ranges. */
 struct CentralNodeSettings {
   /** \brief Voxel edge of the common grid that streams are merged on, metres. 1e-6 to
-   * 1e6. */
-  double resolution = 0.04;
+   * 1e6; by default that of the sensors' settings. */
+  double resolution = io::IntensityCompressionSettings().resolution;
 
   /** \brief Threads that decode, up to 1024; 0: one for each core. */
   unsigned int threads = 0;

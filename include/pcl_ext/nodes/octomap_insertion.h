@@ -21,6 +21,9 @@ namespace nodes {
  * rays to the voxels that hold no voxel count as missed, so that what went away leaves the
  * map.
  *
+ * What lies outside of the map, 32768 nodes an axis to either side of its origin, is left
+ * out; so are the rays of an origin that does.
+ *
  * Needs OctoMap, which the library itself does not: link with octomap.
  * \param[in] frame the voxels, world coordinates
  * \param[in] full_intensity intensity of a voxel that is trusted fully, in the unit of the
@@ -56,7 +59,8 @@ insertVoxels(const io::VoxelFrame& frame,
     }
   };
 
-  if (sensor_origin) {
+  octomap::OcTreeKey origin_key;
+  if (sensor_origin && map.coordToKeyChecked(*sensor_origin, origin_key)) {
     octomap::Pointcloud cloud;
     cloud.reserve(frame.size());
     forEachVoxel(

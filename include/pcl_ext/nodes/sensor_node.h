@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
@@ -54,6 +55,10 @@ struct SensorNodeSettings {
    * None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
+  /** \brief Noise is removed from the voxels before they are encoded, as noise is what
+   * costs the most bits. None: all voxels are sent, and a receiver may remove the noise. */
+  std::optional<VoxelOutlierRemovalSettings> outlier_removal;
+
   /** \brief Name of the world frame, which frames carry if compression.carry_header is
    * set; 1024 bytes at most then. */
   std::string global_frame = "world";
@@ -96,6 +101,7 @@ struct SensorNodeStatistics {
   std::uint64_t cloud_bytes = 0;              ///< of the clouds that became frames
   std::uint64_t frame_bytes = 0;              ///< of the frames
   PreprocessingStatistics preprocessing;      ///< of the last frame
+  std::size_t outliers_removed = 0;           ///< voxels left out of the last frame
   io::FrameStatistics frame;                  ///< of the last frame
   StreamRates rates;
 
@@ -112,7 +118,8 @@ struct SensorNodeStatistics {
 /** \brief What the computer beside one sensor does: preprocesses each cloud, voxelizes and
  * compresses it (sections 2.2 to 2.6 of the paper). Knows no ROS.
  *
- * One instance serves one sensor, and one thread at a time.
+ * One instance serves one sensor, and one thread at a time. One that was moved from may
+ * only be destroyed or assigned to.
  */
 class PCL_EXT_EXPORT SensorNode {
 public:

@@ -1,0 +1,40 @@
+/** \file
+ * \brief The voxels of all six sensors on the common grid.
+ */
+#pragma once
+
+#include "labelled_stream.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace pcl_ext {
+namespace noise {
+
+/** \brief What CentralNode::merge() makes of the six sensors: sums of intensities. A voxel
+ * is noise where it is noise for every sensor that sees it. */
+class FusedStream {
+public:
+  FusedStream(std::uint32_t seed, double resolution);
+
+  /** \brief A frame, from 0.
+   * \param[out] merged without depth models; depths are 0
+   */
+  void
+  read(std::uint32_t number, LabelledFrame& merged);
+
+  /** \brief The frames of the sensors that the last one was merged of. */
+  const std::vector<LabelledFrame>&
+  sensorFrames() const
+  {
+    return frames_;
+  }
+
+private:
+  std::vector<std::unique_ptr<LabelledStream>> streams_;
+  std::vector<LabelledFrame> frames_;
+};
+
+} // namespace noise
+} // namespace pcl_ext

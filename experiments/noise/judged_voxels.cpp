@@ -1,0 +1,163 @@
+#include "judged_voxels.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace pcl_ext {
+namespace noise {
+
+namespace {
+
+std::uint8_t
+bandOf(float depth)
+{
+  std::uint8_t band = 0;
+  while (band + 1u < band_count && depth >= band_ends[band])
+    ++band;
+  return band;
+}
+
+} // namespace
+
+void
+JudgedVoxels::add(const LabelledFrame& frame, const std::vector<float>& scores)
+{
+  for (std::size_t i = 0; i < scores.size(); ++i)
+    voxels_.push_back({scores[i], frame.truth[i], bandOf(frame.depth[i])});
+}
+
+void
+JudgedVoxels::sort()
+{
+  std::sort(voxels_.begin(), voxels_.end(), [](const Voxel& a, const Voxel& b) {
+    return a.score < b.score;
+  });
+}
+
+template <typename WantedT>
+double
+JudgedVoxels::averagePrecisionOf(const WantedT& wanted) const
+{
+  double noise = 0.0;
+  double removed = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < voxels_.size();) {
+    double more_noise = 0.0;
+    const float score = voxels_[i].score;
+    for (; i < voxels_.size() && voxels_[i].score == score; ++i)
+      if (wanted(voxels_[i])) {
+        more_noise += voxels_[i].truth == VoxelTruth::Noise ? 1.0 : 0.0;
+        removed += 1.0;
+      }
+    noise += more_noise;
+    if (removed > 0.0)
+      sum += more_noise * noise / removed;
+  }
+  return sum / noise;
+}
+
+double
+JudgedVoxels::averagePrecision() const
+{
+  return averagePrecisionOf([](const Voxel&) { return true; });
+}
+
+double
+JudgedVoxels::averagePrecision(std::size_t band) const
+{
+  return averagePrecisionOf([&](const Voxel& voxel) { return voxel.band == band; });
+}
+
+template <typename WantedT>
+Decision
+JudgedVoxels::decisionOf(float threshold, const WantedT& wanted) const
+{
+  std::array<double, 4> all{};
+  std::array<double, 4> kept{};
+  for (const Voxel& voxel : voxels_)
+    if (wanted(voxel)) {
+      all[static_cast<std::size_t>(voxel.truth)] += 1.0;
+      kept[static_cast<std::size_t>(voxel.truth)] +=
+          voxel.score < threshold ? 0.0 : 1.0;
+    }
+  Decision decision;
+  decision.threshold = threshold;
+  const double noise_removed = all[0] - kept[0];
+  const double surfaces = all[1] + all[2] + all[3];
+  const double surfaces_kept = kept[1] + kept[2] + kept[3];
+  decision.precision = noise_removed / (noise_removed + surfaces - surfaces_kept);
+  decision.recall = noise_removed / all[0];
+  decision.f1 =
+      2.0 * noise_removed / (noise_removed + surfaces - surfaces_kept + all[0]);
+  decision.surface_kept = surfaces_kept / surfaces;
+  for (std::size_t i = 0; i < 4; ++i)
+    decision.kept[i] = kept[i] / all[i];
+  return decision;
+}
+
+Decision
+JudgedVoxels::at(float threshold) const
+{
+  return decisionOf(threshold, [](const Voxel&) { return true; });
+}
+
+Decision
+JudgedVoxels::at(float threshold, std::size_t band) const
+{
+  return decisionOf(threshold, [&](const Voxel& voxel) { return voxel.band == band; });
+}
+
+float
+JudgedVoxels::thresholdThatKeeps(double surface_share) const
+{
+  std::size_t surfaces = 0;
+  for (const Voxel& voxel : voxels_)
+    surfaces += voxel.truth == VoxelTruth::Noise ? 0 : 1;
+  const double may_go = (1.0 - surface_share) * static_cast<double>(surfaces);
+  std::size_t gone = 0;
+  for (const Voxel& voxel : voxels_) {
+    gone += voxel.truth == VoxelTruth::Noise ? 0 : 1;
+    if (static_cast<double>(gone) > may_go)
+      return voxel.score;
+  }
+  return std::numeric_limits<float>::infinity();
+}
+
+float
+JudgedVoxels::bestThreshold() const
+{
+  double all_noise = 0.0;
+  for (const Voxel& voxel : voxels_)
+    all_noise += voxel.truth == VoxelTruth::Noise ? 1.0 : 0.0;
+  double noise = 0.0;
+  double removed = 0.0;
+  double best = 0.0;
+  float threshold = 0.0f;
+  for (std::size_t i = 0; i < voxels_.size();) {
+    const float score = voxels_[i].score;
+    for (; i < voxels_.size() && voxels_[i].score == score; ++i) {
+      noise += voxels_[i].truth == VoxelTruth::Noise ? 1.0 : 0.0;
+      removed += 1.0;
+    }
+    const double f1 = 2.0 * noise / (removed + all_noise);
+    if (f1 > best) {
+      best = f1;
+      threshold = i < voxels_.size() ? voxels_[i].score
+                                     : std::numeric_limits<float>::infinity();
+    }
+  }
+  return threshold;
+}
+
+double
+JudgedVoxels::noiseShare() const
+{
+  const auto noise =
+      std::count_if(voxels_.begin(), voxels_.end(), [](const Voxel& voxel) {
+        return voxel.truth == VoxelTruth::Noise;
+      });
+  return static_cast<double>(noise) / static_cast<double>(voxels_.size());
+}
+
+} // namespace noise
+} // namespace pcl_ext

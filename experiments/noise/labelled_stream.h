@@ -1,0 +1,105 @@
+/** \file
+ * \brief Voxel frames of the robot cell with the truth of each voxel.
+ */
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include "cell/robot_cell.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace noise {
+
+/** \brief What is in a voxel. */
+enum class VoxelTruth : std::uint8_t {
+  Noise,   ///< flying pixels or speckle alone
+  Still,   ///< a point, at least, of a surface that never moves
+  Machine, ///< of surfaces, those of the robots and the gantry alone
+  Person   ///< a point of the person's, and none of a surface that never moves
+};
+
+/** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3. */
+enum class Law : std::uint8_t { Count, Quadratic, Linear };
+constexpr std::size_t law_count = 3;
+constexpr std::array<Law, law_count> laws = {Law::Count, Law::Quadratic, Law::Linear};
+
+std::string
+nameOf(Law law);
+
+/** \brief One frame of a sensor, in all laws. */
+struct LabelledFrame {
+  /** \brief As a decoder hands them over: what is in voxels is coded without loss. The
+   * keys are the same for all laws. */
+  std::array<io::VoxelFrame, law_count> voxels;
+  std::vector<VoxelTruth> truth; ///< of each voxel
+  std::vector<float> depth; ///< of each voxel's centre in the sensor's frame, metres
+
+  const io::VoxelFrame&
+  of(Law law) const
+  {
+    return voxels[static_cast<std::size_t>(law)];
+  }
+};
+
+/** \brief The voxels that one sensor's computer makes of the robot cell. */
+class LabelledStream {
+public:
+  /** \brief A stream of one sensor.
+   * \param[in] seed of the cell
+   * \param[in] sensor 1..6
+   * \param[in] resolution voxel edge, metres
+   */
+  LabelledStream(std::uint32_t seed, unsigned int sensor, double resolution);
+
+  /** \brief A frame, from 0; frames may be asked for in any order. */
+  void
+  read(std::uint32_t number, LabelledFrame& frame);
+
+private:
+  template <typename LawT>
+  class Voxels {
+  public:
+    Voxels(double resolution, const Eigen::Isometry3d& pose);
+
+    void
+    make(const pcl::PointCloud<pcl::PointXYZ>& cloud, io::VoxelFrame& frame);
+
+  private:
+    using Model = IntensityModel<KinectV2, LawT>;
+
+    Model model_;
+    Eigen::Isometry3d pose_;
+    SensorPreprocessor<Model> preprocessor_;
+    io::Voxelizer voxelizer_;
+    pcl::PointCloud<pcl::PointXYZI> points_;
+  };
+
+  void
+  keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys);
+
+  unsigned int sensor_;
+  cell::RobotCell cell_;
+  Voxels<CountLaw> count_;
+  Voxels<QuadraticLaw> quadratic_;
+  Voxels<LinearLaw> linear_;
+
+  cell::CellFrame captured_;
+  std::vector<cell::Mover> movers_;
+  pcl::PointCloud<pcl::PointXYZ> surfaces_; // some of the points, the others NaN
+  io::VoxelFrame surface_voxels_;
+};
+
+} // namespace noise
+} // namespace pcl_ext

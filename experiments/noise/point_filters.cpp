@@ -1,0 +1,119 @@
+#include "point_filters.h"
+
+#include <pcl_ext/compression/symbol_intensities.h>
+#include <pcl_ext/compression/voxel_centres.h>
+
+#include <pcl/filters/radius_outlier_removal.h>
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/search/kdtree.h>
+
+#include <cmath>
+#include <cstddef>
+#include <ctime>
+
+namespace pcl_ext {
+namespace noise {
+
+Centres::Ptr
+centresOf(const io::VoxelFrame& frame)
+{
+  Centres::Ptr cloud(new Centres);
+  io::SymbolIntensities symbol_intensities;
+  symbol_intensities.setScale(frame.intensity_scale);
+  io::VoxelCentres centres;
+  for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
+    const std::size_t count =
+        io::voxelCentres(frame, symbol_intensities, begin, centres);
+    for (std::size_t i = 0; i < count; ++i) {
+      pcl::PointXYZI point;
+      point.x = centres.x[i];
+      point.y = centres.y[i];
+      point.z = centres.z[i];
+      point.intensity = centres.intensity[i];
+      cloud->push_back(point);
+    }
+  }
+  return cloud;
+}
+
+void
+statisticalScores(const Centres::ConstPtr& centres,
+                  int neighbours,
+                  std::vector<float>& scores)
+{
+  pcl::search::KdTree<pcl::PointXYZI> tree(false);
+  tree.setInputCloud(centres);
+  pcl::Indices indices;
+  std::vector<float> squared_distances;
+  scores.clear();
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+  for (const pcl::PointXYZI& point : *centres) {
+    // The first that is found is the point itself.
+    tree.nearestKSearch(point, neighbours + 1, indices, squared_distances);
+    double distance = 0.0;
+    for (std::size_t i = 1; i < squared_distances.size(); ++i)
+      distance += std::sqrt(static_cast<double>(squared_distances[i]));
+    distance /= neighbours;
+    sum += distance;
+    sum_of_squares += distance * distance;
+    scores.push_back(static_cast<float>(distance));
+  }
+  const auto count = static_cast<double>(scores.size());
+  const double mean = sum / count;
+  const double deviation = std::sqrt((sum_of_squares - sum * mean) / (count - 1.0));
+  for (float& score : scores)
+    score = static_cast<float>((mean - static_cast<double>(score)) / deviation);
+}
+
+void
+radiusScores(const Centres::ConstPtr& centres,
+             double radius,
+             std::vector<float>& scores)
+{
+  pcl::search::KdTree<pcl::PointXYZI> tree(false);
+  tree.setInputCloud(centres);
+  pcl::Indices indices;
+  std::vector<float> squared_distances;
+  scores.clear();
+  for (const pcl::PointXYZI& point : *centres)
+    scores.push_back(static_cast<float>(
+        tree.radiusSearch(point, radius, indices, squared_distances) - 1));
+}
+
+double
+statisticalSeconds(const Centres::ConstPtr& centres, int neighbours)
+{
+  pcl::StatisticalOutlierRemoval<pcl::PointXYZI> removal;
+  Centres kept;
+  const double start = cpuSeconds();
+  removal.setInputCloud(centres);
+  removal.setMeanK(neighbours);
+  removal.setStddevMulThresh(1.0);
+  removal.filter(kept);
+  return cpuSeconds() - start;
+}
+
+double
+radiusSeconds(const Centres::ConstPtr& centres, double radius)
+{
+  pcl::RadiusOutlierRemoval<pcl::PointXYZI> removal;
+  Centres kept;
+  const double start = cpuSeconds();
+  removal.setInputCloud(centres);
+  removal.setRadiusSearch(radius);
+  removal.setMinNeighborsInRadius(5);
+  removal.filter(kept);
+  return cpuSeconds() - start;
+}
+
+double
+cpuSeconds()
+{
+  std::timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+} // namespace noise
+} // namespace pcl_ext
