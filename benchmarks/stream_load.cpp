@@ -233,6 +233,9 @@ mostStreams(const std::vector<SensorStream>& sources,
         best = result;
         return true;
       }
+      // Not for a moment: it is too much.
+      if (result.late > result.frames / 10)
+        return false;
     }
     return false;
   };
