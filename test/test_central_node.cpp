@@ -319,6 +319,22 @@ TEST(CentralNodeOrders, LatestVoxelsStayWhenTheyAreTooOldToMerge)
   EXPECT_EQ(latest->number, 1u);
 }
 
+TEST(CentralNodeOrders, AClockThatIsSetBackRevivesNoVoxels)
+{
+  const CodedStream stream = streamOf(1);
+  FakeClock clock;
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  CentralNode node(settings);
+  node.addStream("a");
+  clock.set(100s);
+  sendAndWait(node, "a", stream.frames[0]);
+  VoxelFrame voxels;
+  clock.set(10s);
+  node.merge(voxels);
+  EXPECT_EQ(voxels.size(), 0u);
+}
+
 TEST(CentralNodeOrders, ServesHundredsOfStreams)
 {
   const CodedStream stream = streamOf(2);

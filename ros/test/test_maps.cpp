@@ -11,6 +11,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 
 namespace pcl_ext_ros {
@@ -168,6 +169,17 @@ TEST_F(Maps, ShutdownWritesTheMap)
   expectSameMap(*map, directMap(cloud(0), 4.0f));
 }
 
+TEST_F(Maps, AnEmptyMapTakesNoOthersPlace)
+{
+  std::ofstream(path) << "yesterday's";
+  startDecompressor(mapParameters());
+  EXPECT_EQ(decompressor->interrupt(), 0) << decompressor->output();
+  std::ifstream file(path);
+  std::string kept;
+  std::getline(file, kept);
+  EXPECT_EQ(kept, "yesterday's");
+}
+
 TEST_F(Maps, FileThatCannotBeWrittenIsTold)
 {
   transforms.set(sensor_frame, pose);
@@ -182,6 +194,7 @@ TEST_F(Maps, FileThatCannotBeWrittenIsTold)
   EXPECT_NE(call.response.message.find(folder), std::string::npos)
       << call.response.message;
   EXPECT_TRUE(show(cloud(1)));
+  EXPECT_EQ(decompressor->interrupt(), 1) << decompressor->output();
 }
 
 TEST_F(Maps, ServiceWithoutAMapSaysWhy)
