@@ -85,6 +85,18 @@ libraryVariants()
   return variants;
 }
 
+Variant
+variantNamed(const std::string& name)
+{
+  std::string names;
+  for (const Variant& variant : libraryVariants()) {
+    if (variant.name == name)
+      return variant;
+    names += std::string(" ") + variant.name;
+  }
+  throw std::invalid_argument("there is no effort '" + name + "'; there are:" + names);
+}
+
 std::string
 coderName(const Variant& variant)
 {

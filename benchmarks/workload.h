@@ -48,6 +48,12 @@ struct Variant {
 const std::vector<Variant>&
 libraryVariants();
 
+/** \brief One of these.
+ * \throws std::invalid_argument if there is none of this name
+ */
+Variant
+variantNamed(const std::string& name);
+
 /** \brief A variant's name beside other coders. */
 std::string
 coderName(const Variant& variant);
