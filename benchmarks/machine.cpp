@@ -11,6 +11,7 @@
 #include <fstream>
 #include <ostream>
 #include <string>
+#include <thread>
 
 namespace pcl_ext {
 namespace benchmarks {
@@ -71,7 +72,8 @@ residentMegabytes()
 void
 printMachine(std::ostream& output)
 {
-  output << "Processor: " << processorName() << "; compiler: " << __VERSION__
+  output << "Processor: " << processorName() << ", "
+         << std::thread::hardware_concurrency() << " cores; compiler: " << __VERSION__
          << "; PCL " << PCL_VERSION_PRETTY << "; " << formatted(loadAverage(), 1)
          << " programs were running at the start.\n\n";
 }

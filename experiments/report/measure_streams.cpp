@@ -10,10 +10,12 @@
 
 #include <cell/robot_cell.h>
 #include <command_line.h>
+#include <machine.h>
 #include <sensor_streams.h>
 
 #include <algorithm>
 #include <exception>
+#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -32,7 +34,8 @@ using pcl_ext::report::Subject;
 
 struct StreamOptions {
   std::string file;
-  std::size_t frames = 0; ///< of each sensor
+  std::string machine_file; ///< empty: the machine is not described
+  std::size_t frames = 0;   ///< of each sensor
 };
 
 /** \brief Frames of each of the 20 resolutions. */
@@ -126,6 +129,9 @@ parse(int argc, const char* const* argv, StreamOptions& result)
   auto option = description.add_options();
   option("help,h", "print this and stop");
   option("file", options::value(&result.file)->required(), "CSV, for the results");
+  option("machine",
+         options::value(&result.machine_file),
+         "file, for the description of the machine");
   option("frames,n",
          options::value(&result.frames)->default_value(1000),
          "of each sensor of the robot cell");
@@ -140,6 +146,12 @@ parse(int argc, const char* const* argv, StreamOptions& result)
 void
 measure(const StreamOptions& options)
 {
+  if (!options.machine_file.empty()) {
+    std::ofstream machine(options.machine_file);
+    pcl_ext::benchmarks::printMachine(machine);
+    if (!machine)
+      throw std::runtime_error("cannot write '" + options.machine_file + "'");
+  }
   ResultFile results(options.file);
   measureKinects(options, results);
   measureLaws(options, results);
