@@ -247,6 +247,15 @@ sixKinects(const Workload& workload, const Variant& variant, std::size_t frames)
   return sensors;
 }
 
+SensorAtWork
+cellLidar(const Workload& workload, const Variant& variant, std::size_t frames)
+{
+  InputStream stream = openLidarStream(frames);
+  nodes::SensorNodeSettings settings = sensorNodeSettings(stream, workload, variant);
+  settings.law = nodes::IntensityLaw::Native;
+  return {std::move(stream), settings, cell::RobotCell::lidar_rate};
+}
+
 RunAtOnce
 runAtOnce(const std::vector<SensorAtWork>& descriptions, double seconds)
 {

@@ -51,6 +51,10 @@ struct SensorAtWork {
 std::vector<SensorAtWork>
 sixKinects(const Workload& workload, const Variant& variant, std::size_t frames);
 
+/** \brief The robot cell's lidar, with its own intensity. Of its frames as above. */
+SensorAtWork
+cellLidar(const Workload& workload, const Variant& variant, std::size_t frames);
+
 /** \brief SensorNodes that get their clouds at their sensors' rates, each in a thread of
  * its own, and a CentralNode that merges them at the robot cell's rate.
  * \param[in] sensors at least one

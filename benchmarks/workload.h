@@ -106,6 +106,10 @@ struct InputStream {
 InputStream
 openCellStream(unsigned int sensor, std::size_t frames);
 
+/** \brief The robot cell's lidar with the cell's crop box. */
+InputStream
+openLidarStream(std::size_t revolutions);
+
 /** \brief The sampled room, uncropped. */
 InputStream
 openRoomStream(std::size_t points, std::size_t frames);

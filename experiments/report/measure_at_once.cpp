@@ -64,9 +64,10 @@ measure(const AtOnceOptions& options)
   const pcl_ext::benchmarks::Workload workload;
   const auto variant = pcl_ext::benchmarks::variantNamed(options.coder);
   ResultFile results(options.file);
-  const RunAtOnce run = pcl_ext::benchmarks::runAtOnce(
-      pcl_ext::benchmarks::sixKinects(workload, variant, options.frames),
-      options.seconds);
+  std::vector<pcl_ext::benchmarks::SensorAtWork> sensors =
+      pcl_ext::benchmarks::sixKinects(workload, variant, options.frames);
+  sensors.push_back(pcl_ext::benchmarks::cellLidar(workload, variant, options.frames));
+  const RunAtOnce run = pcl_ext::benchmarks::runAtOnce(sensors, options.seconds);
   std::vector<NodeFigures> nodes = run.sensors;
   nodes.push_back(run.central);
   for (const NodeFigures& node : nodes) {

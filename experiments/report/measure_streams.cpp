@@ -28,6 +28,7 @@ using pcl_ext::benchmarks::InputStream;
 using pcl_ext::benchmarks::Variant;
 using pcl_ext::benchmarks::Workload;
 using pcl_ext::cell::RobotCell;
+using pcl_ext::nodes::IntensityLaw;
 using pcl_ext::report::ResultFile;
 using pcl_ext::report::StreamCoder;
 using pcl_ext::report::Subject;
@@ -65,23 +66,42 @@ codersOf(const Subject& subject, const InputStream& stream)
   return coders;
 }
 
+/** \brief Cropping, and compression at 4 and 2 cm, of one sensor. */
 void
-measureKinects(const StreamOptions& options, ResultFile& results)
+measureSensor(unsigned int number,
+              const InputStream& stream,
+              IntensityLaw law,
+              double frame_rate,
+              ResultFile& results)
 {
-  for (unsigned int number = 1; number <= RobotCell::sensor_count; ++number) {
-    tell("sensor " + std::to_string(number));
-    const std::string sensor = std::to_string(number);
-    const InputStream stream =
-        pcl_ext::benchmarks::openCellStream(number, options.frames);
-    pcl_ext::report::measureCropping(
-        stream, {"cropping", sensor, "SensorPreprocessor", 0.04}, results);
-    std::vector<StreamCoder> coders;
-    for (const double resolution : {0.04, 0.02})
-      for (const StreamCoder& coder :
-           codersOf({"compression", sensor, "", resolution}, stream))
-        coders.push_back(coder);
-    pcl_ext::report::measureCoders(stream, RobotCell::frame_rate, coders, results);
-  }
+  const std::string sensor = std::to_string(number);
+  tell("sensor " + sensor);
+  pcl_ext::report::measureCropping(
+      stream, {"cropping", sensor, "SensorPreprocessor", 0.04}, results);
+  std::vector<StreamCoder> coders;
+  for (const double resolution : {0.04, 0.02})
+    for (StreamCoder coder :
+         codersOf({"compression", sensor, "", resolution}, stream)) {
+      coder.settings.law = law;
+      coders.push_back(coder);
+    }
+  pcl_ext::report::measureCoders(stream, frame_rate, coders, results);
+}
+
+void
+measureSensors(const StreamOptions& options, ResultFile& results)
+{
+  for (unsigned int number = 1; number <= RobotCell::sensor_count; ++number)
+    measureSensor(number,
+                  pcl_ext::benchmarks::openCellStream(number, options.frames),
+                  IntensityLaw::Count,
+                  RobotCell::frame_rate,
+                  results);
+  measureSensor(RobotCell::lidar,
+                pcl_ext::benchmarks::openLidarStream(options.frames),
+                IntensityLaw::Native,
+                RobotCell::lidar_rate,
+                results);
 }
 
 /** \brief Sensor 1 with the two laws that depend on depth. */
@@ -89,7 +109,6 @@ void
 measureLaws(const StreamOptions& options, ResultFile& results)
 {
   using pcl_ext::KinectV2;
-  using pcl_ext::nodes::IntensityLaw;
   tell("laws of intensity");
   const InputStream stream = pcl_ext::benchmarks::openCellStream(1, options.frames);
   std::vector<StreamCoder> coders;
@@ -153,7 +172,7 @@ measure(const StreamOptions& options)
       throw std::runtime_error("cannot write '" + options.machine_file + "'");
   }
   ResultFile results(options.file);
-  measureKinects(options, results);
+  measureSensors(options, results);
   measureLaws(options, results);
   measureResolutions(options, results);
   tell("depth images");
