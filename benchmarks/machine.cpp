@@ -18,14 +18,6 @@ namespace benchmarks {
 
 namespace {
 
-/** \brief Programs that wanted a processor in the last minute. */
-double
-loadAverage()
-{
-  double load = 0.0;
-  return getloadavg(&load, 1) == 1 ? load : 0.0;
-}
-
 /** \brief The processor's name where the system tells it. */
 std::string
 processorName()
@@ -46,6 +38,13 @@ clockSeconds(clockid_t clock)
 }
 
 } // namespace
+
+double
+loadAverage()
+{
+  double load = 0.0;
+  return getloadavg(&load, 1) == 1 ? load : 0.0;
+}
 
 double
 processCpuSeconds()

@@ -8,7 +8,9 @@
 #include <cell/robot_cell.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <thread>
 
 namespace pcl_ext {
@@ -45,58 +47,36 @@ struct Schedule {
   }
 };
 
-/** \brief What a node did from one look at it to the next. */
-struct Stretch {
-  double seconds = 0.0;
+/** \brief What a node has done since it began. */
+struct Totals {
   double cpu_seconds = 0.0;
   double frames = 0.0;
   double bytes = 0.0;
 };
 
-/** \brief Cuts a node's run into stretches. */
-class Stretches {
+/** \brief Adds up what a node does from one look at it to the next. */
+class Looks {
 public:
-  using CpuClock = double (*)();
-
-  explicit Stretches(CpuClock cpu_clock) : cpu_clock_(cpu_clock) { begin(); }
-
-  void
-  addFrame(std::size_t bytes)
-  {
-    current_.frames += 1.0;
-    current_.bytes += static_cast<double>(bytes);
-  }
+  explicit Looks(const Totals& totals) : last_totals_(totals), last_time_(Clock::now())
+  {}
 
   void
-  look()
+  look(const Totals& totals, NodeFigures& figures)
   {
-    current_.seconds =
-        std::chrono::duration<double>(Clock::now() - begin_time_).count();
-    current_.cpu_seconds = cpu_clock_() - begin_cpu_;
-    stretches_.push_back(current_);
-    begin();
-  }
-
-  const std::vector<Stretch>&
-  all() const
-  {
-    return stretches_;
+    const Clock::time_point now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_time_).count();
+    figures.frames_per_second.add((totals.frames - last_totals_.frames) / seconds);
+    figures.megabits_per_second.add(8e-6 * (totals.bytes - last_totals_.bytes) /
+                                    seconds);
+    figures.cpu_percent.add(100.0 * (totals.cpu_seconds - last_totals_.cpu_seconds) /
+                            seconds);
+    last_totals_ = totals;
+    last_time_ = now;
   }
 
 private:
-  void
-  begin()
-  {
-    current_ = Stretch();
-    begin_time_ = Clock::now();
-    begin_cpu_ = cpu_clock_();
-  }
-
-  CpuClock cpu_clock_;
-  Stretch current_;
-  Clock::time_point begin_time_;
-  double begin_cpu_ = 0.0;
-  std::vector<Stretch> stretches_;
+  Totals last_totals_;
+  Clock::time_point last_time_;
 };
 
 /** \brief A sensor's clouds and the node beside it. */
@@ -106,9 +86,25 @@ struct Sensor {
   double frame_rate;
   std::vector<pcl::PCLPointCloud2> clouds;
   nodes::SensorNode node;
-  std::vector<Stretch> stretches;
   NodeFigures figures;
 };
+
+/** \brief What several threads add to and the central node's looks read. */
+struct SharedTotals {
+  std::atomic<std::int64_t> sensors_cpu_ns{0};
+  std::atomic<std::uint64_t> frames{0}; ///< decoded
+  std::atomic<std::uint64_t> bytes{0};  ///< of these
+};
+
+/** \brief The central node's totals: the processor's time is what the process took without
+ * the sensors' nodes. */
+Totals
+centralTotals(const SharedTotals& shared)
+{
+  return {processCpuSeconds() - 1e-9 * static_cast<double>(shared.sensors_cpu_ns),
+          static_cast<double>(shared.frames),
+          static_cast<double>(shared.bytes)};
+}
 
 Sensor
 makeSensor(const SensorAtWork& description)
@@ -119,7 +115,6 @@ makeSensor(const SensorAtWork& description)
                 description.frame_rate,
                 std::vector<pcl::PCLPointCloud2>(clouds.size()),
                 nodes::SensorNode(description.settings),
-                std::vector<Stretch>(),
                 NodeFigures()};
   for (std::size_t i = 0; i < clouds.size(); ++i)
     clouds.read(i, sensor.clouds[i]);
@@ -143,41 +138,48 @@ growMemory(std::vector<Sensor>& sensors)
 
 /** \brief Encodes and sends at the sensor's rate until the time is over. */
 void
-runSensor(Sensor& sensor, nodes::CentralNode& central, const Schedule& schedule)
+runSensor(Sensor& sensor,
+          nodes::CentralNode& central,
+          const Schedule& schedule,
+          SharedTotals& shared)
 {
   std::this_thread::sleep_until(schedule.start);
   const std::size_t ticks = schedule.ticks(sensor.frame_rate);
   const std::size_t ticks_of_look = schedule.ticksOfLook(sensor.frame_rate);
-  MeanAndDeviation cycle_ms;
-  Stretches stretches(threadCpuSeconds);
+  Totals totals{threadCpuSeconds()};
+  Looks looks(totals);
   std::vector<std::uint8_t> bytes;
   for (std::size_t tick = 0; tick < ticks; ++tick) {
     const auto begin = Clock::now();
     const nodes::Time stamp = nodes::systemTime();
     sensor.node.encode(sensor.clouds[tick % sensor.clouds.size()], sensor.pose, bytes);
-    cycle_ms.add(
+    sensor.figures.cycle_ms.add(
         std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-    stretches.addFrame(bytes.size());
+    totals.frames += 1.0;
+    totals.bytes += static_cast<double>(bytes.size());
     central.receive(sensor.name, bytes, stamp);
+    const double cpu_seconds = threadCpuSeconds();
+    shared.sensors_cpu_ns +=
+        static_cast<std::int64_t>(1e9 * (cpu_seconds - totals.cpu_seconds));
+    totals.cpu_seconds = cpu_seconds;
     std::this_thread::sleep_until(schedule.due(tick + 1, sensor.frame_rate));
     if ((tick + 1) % ticks_of_look == 0)
-      stretches.look();
+      looks.look(totals, sensor.figures);
   }
-  sensor.stretches = stretches.all();
   sensor.figures.name = sensor.name;
-  sensor.figures.cycle_ms = cycle_ms;
-  sensor.figures.max_cycle_ms = cycle_ms.largest();
+  sensor.figures.max_cycle_ms = sensor.figures.cycle_ms.largest();
 }
 
-/** \brief The map's side: merges what all sensors show, until the time is over.
- * \return what the whole process did
- */
-std::vector<Stretch>
-mergeStreams(nodes::CentralNode& central, const Schedule& schedule, RunAtOnce& run)
+/** \brief The map's side: merges what all sensors show, until the time is over. */
+void
+mergeStreams(nodes::CentralNode& central,
+             const Schedule& schedule,
+             const SharedTotals& shared,
+             RunAtOnce& run)
 {
   std::this_thread::sleep_until(schedule.start);
   constexpr double rate = cell::RobotCell::frame_rate;
-  Stretches stretches(processCpuSeconds);
+  Looks looks(centralTotals(shared));
   io::VoxelFrame merged;
   for (std::size_t tick = 0; tick < schedule.ticks(rate); ++tick) {
     const auto begin = Clock::now();
@@ -189,35 +191,7 @@ mergeStreams(nodes::CentralNode& central, const Schedule& schedule, RunAtOnce& r
       run.merged_voxels.add(static_cast<double>(merged.size()));
     std::this_thread::sleep_until(schedule.due(tick + 1, rate));
     if ((tick + 1) % schedule.ticksOfLook(rate) == 0)
-      stretches.look();
-  }
-  return stretches.all();
-}
-
-void
-addStretch(const Stretch& stretch, NodeFigures& figures)
-{
-  figures.frames_per_second.add(stretch.frames / stretch.seconds);
-  figures.megabits_per_second.add(8e-6 * stretch.bytes / stretch.seconds);
-  figures.cpu_percent.add(100.0 * stretch.cpu_seconds / stretch.seconds);
-}
-
-/** \brief What of the process's doings is the central node's: all frames and bytes, and the
- * processor's time without that of the sensors' nodes. */
-void
-addCentralStretches(std::vector<Stretch> process,
-                    const std::vector<Sensor>& sensors,
-                    NodeFigures& figures)
-{
-  for (std::size_t i = 0; i < process.size(); ++i) {
-    for (const Sensor& sensor : sensors) {
-      const Stretch& stretch =
-          sensor.stretches[std::min(i, sensor.stretches.size() - 1)];
-      process[i].frames += stretch.frames;
-      process[i].bytes += stretch.bytes;
-      process[i].cpu_seconds -= stretch.cpu_seconds;
-    }
-    addStretch(process[i], figures);
+      looks.look(centralTotals(shared), run.central);
   }
 }
 
@@ -266,15 +240,19 @@ runAtOnce(const std::vector<SensorAtWork>& descriptions, double seconds)
   const double megabytes_before = residentMegabytes();
 
   RunAtOnce run;
-  nodes::CentralNode central{nodes::CentralNodeSettings()};
+  SharedTotals shared;
+  nodes::CentralNode central(nodes::CentralNodeSettings(),
+                             [&shared](const nodes::ReceivedFrame& frame) {
+                               ++shared.frames;
+                               shared.bytes += frame.statistics.bytes;
+                             });
   for (const Sensor& sensor : sensors)
     central.addStream(sensor.name);
   const Schedule schedule{Clock::now() + std::chrono::milliseconds(10), seconds};
   std::vector<std::thread> threads;
   for (Sensor& sensor : sensors)
-    threads.emplace_back(
-        [&sensor, &central, &schedule] { runSensor(sensor, central, schedule); });
-  const std::vector<Stretch> process = mergeStreams(central, schedule, run);
+    threads.emplace_back([&] { runSensor(sensor, central, schedule, shared); });
+  mergeStreams(central, schedule, shared, run);
   for (std::thread& thread : threads)
     thread.join();
   central.waitUntilDecoded();
@@ -282,12 +260,8 @@ runAtOnce(const std::vector<SensorAtWork>& descriptions, double seconds)
   run.central.name = "central";
   run.central.megabytes = residentMegabytes() - megabytes_before;
   addHealth(central, run.central);
-  addCentralStretches(process, sensors, run.central);
-  for (Sensor& sensor : sensors) {
-    for (const Stretch& stretch : sensor.stretches)
-      addStretch(stretch, sensor.figures);
+  for (const Sensor& sensor : sensors)
     run.sensors.push_back(sensor.figures);
-  }
   return run;
 }
 

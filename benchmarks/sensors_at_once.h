@@ -31,7 +31,7 @@ struct NodeFigures {
 /** \brief What a run of several sensors came to. */
 struct RunAtOnce {
   std::vector<NodeFigures> sensors;
-  NodeFigures central; ///< its rates are the sums of the streams'
+  NodeFigures central; ///< its rates are of the frames decoded
   MeanAndDeviation merge_ms;
   MeanAndDeviation merged_voxels;
 };

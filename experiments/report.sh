@@ -30,8 +30,13 @@ measurements=${output%.html}_measurements
 build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON > /dev/null
-cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
-  --target measure_streams measure_at_once
+targets=(measure_streams measure_at_once sample_pictures)
+if [ -d "$root/experiments/noise" ]; then
+  targets+=(measure_noise)
+fi
+cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" --target "${targets[@]}"
+
+at_most() { echo $((frames < $1 ? frames : $1)); }
 
 rm -rf "$measurements"
 mkdir -p "$measurements"
@@ -40,9 +45,26 @@ programs=$build/experiments/report
   --machine "$measurements/machine.txt" "$measurements/results_streams.csv"
 for coder in published fast balanced small; do
   "$programs/measure_at_once" --coder "$coder" --seconds "$seconds" \
-    --frames "$((frames < 60 ? frames : 60))" "$measurements/results_at_once_$coder.csv"
+    --frames "$(at_most 60)" "$measurements/results_at_once_$coder.csv"
 done
+"$programs/sample_pictures" "$measurements"
+
+measure_noise() {
+  local part=$1 most_frames=$2
+  shift 2
+  echo "measure_noise: $part" >&2
+  "$build/experiments/measure_noise" --part "$part" --frames "$(at_most "$most_frames")" \
+    "$@" > "$measurements/noise_$part.md"
+}
+if [ -d "$root/experiments/noise" ]; then
+  measure_noise laws 300 --sensor 1 2 3 4 5 6
+  measure_noise fused 300
+  measure_noise peers 60
+  measure_noise time 60
+  measure_noise bytes 300
+fi
 
 # Debian's, which has the packages that were installed.
 /usr/bin/python3 -B "$root/experiments/report/make_report.py" "$measurements" "$output"
+/usr/bin/python3 -B "$root/experiments/report/check_report.py" "$measurements" "$output"
 echo "Report: $output"

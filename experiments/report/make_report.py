@@ -4,11 +4,17 @@
 import pathlib
 import sys
 
+import pictures
 import tables
-from page import note, page, paragraph, text
+from page import blocks_of_markdown, note, page, paragraph, picture, text
 from results import read_results
 
 TITLE = "The paper's experiments on the simulated robot cell"
+
+
+# What measure_noise prints, a file for each part.
+NOISE_FILES = ("noise_laws.md", "noise_fused.md", "noise_peers.md", "noise_time.md",
+               "noise_bytes.md")
 
 
 def introduction(folder, results):
@@ -28,6 +34,23 @@ def introduction(folder, results):
              "paper's authors, written by this library; fast, balanced and small are "
              "this library's own bitstream. Times are processor time of one thread, "
              "unless it says otherwise."),
+    ]
+
+
+def laws_and_octree(folder):
+    return [
+        "<h2>2.5 Intensity of voxels</h2>",
+        picture(pictures.laws_over_depth(folder),
+                "Intensity of a point over its depth, for the three laws",
+                "Figure 5. Intensity of a point over its depth for the three laws, "
+                "Kinect V2 at 4 cm. From the cut-off depth on one point fills a voxel's "
+                "face.", is_narrow=True),
+        picture(pictures.small_octree(folder),
+                "Points, voxels and intensities in a cube of 32 cm",
+                "Figure 7. The corner of a carton on the conveyor as sensor 1 sees it: "
+                "a cube of 32 cm with its points, its voxels by number of points, and by "
+                "quadratic intensity on the scale of 255. The dark voxels beside the "
+                "carton hold a point or two each."),
     ]
 
 
@@ -54,7 +77,12 @@ def compression(results):
              "pixels that have a return before and after. Wrong: off by more than 10 cm, "
              "lost or made up, of the pixels with a return before or after. The ratio "
              "is again of the points in the crop box."),
-        "<h3>Bits per voxel against resolution</h3>", tables.resolution_table(results),
+        "<h3>Bits per voxel against resolution</h3>",
+        picture(pictures.bits_over_resolution(results),
+                "Bits per voxel over the voxel edge for the four coders",
+                "Bits per voxel, sensor 1, number of points as intensity.",
+                is_narrow=True),
+        tables.resolution_table(results),
     ]
 
 
@@ -62,17 +90,65 @@ def at_once(results):
     return ["<h2>3.3 Frequency and bandwidth</h2>", tables.at_once_table(results),
             note("Each node has a thread of its own and gets its clouds at its sensor's "
                  "rate. Cycle: by the clock, from cloud to bytes, or from bytes to "
-                 "voxels, for the central node the mean of its streams; it includes "
-                 "waiting for a core where others have it. Memory: growth of what is "
-                 "resident, without the clouds."),
+                 "voxels, for the central node the mean of its streams. It includes "
+                 "waiting for a core where others have it: on a busy machine, or one "
+                 "with too few cores for all sensors, frames come late. Memory: growth "
+                 "of what is resident, without the clouds."),
             tables.merge_table(results)]
+
+
+def denoising(folder):
+    return [
+        "<h2>3.4 Denoising</h2>",
+        picture(pictures.denoising(folder),
+                "Voxels of sensor 1 before and after denoising",
+                "Figure 10. Voxels of sensor 1 by height (dark is low), before and after "
+                "those with a quadratic intensity below 64 of 255 are removed. Voxels "
+                "without a surface point are noise, and red."),
+        picture(pictures.top_views(folder),
+                "Top views of all seven sensors, raw, as voxels and filtered",
+                "Figure 11. Top view of all seven sensors: raw points, unfiltered voxels "
+                "of 4 cm, and voxels with a count of at least 2, a linear intensity of at "
+                "least 64 and a quadratic one of at least 64 of 255. The lidar has an "
+                "intensity of its own, to which none of the thresholds applies; its "
+                "voxels all stay."),
+        tables.filtering_table(pictures.filtering_counts(folder)),
+    ]
+
+
+def noise(folder):
+    """What measure_noise found, as far as it was run."""
+    body = ["<h2>Noise and surface told apart</h2>",
+            paragraph("What the paper could only look at: how well each law, and a filter "
+                      "that knows a voxel's neighbours and history, tells noise from "
+                      "surface.")]
+    has_any = False
+    for name in NOISE_FILES:
+        file = folder / name
+        if not file.exists():
+            continue
+        is_within = False
+        for kind, block in blocks_of_markdown(file.read_text(encoding="utf-8")):
+            if kind == "heading":
+                body.append(("</details>" if is_within else "")
+                            + ("<details>" if has_any else "<details open>")
+                            + f"<summary>{text(block)}</summary>")
+                is_within = has_any = True
+            else:
+                body.append(block)
+        if is_within:
+            body.append("</details>")
+    if not has_any:
+        body.append(note("Not measured: this version has no program measure_noise."))
+    return body
 
 
 def main():
     folder, output = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
     results = read_results(folder)
-    body = introduction(folder, results)
+    body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
+    body += denoising(folder) + noise(folder)
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")
 

@@ -8,6 +8,7 @@
 #include <boost/program_options.hpp>
 
 #include <command_line.h>
+#include <machine.h>
 #include <sensors_at_once.h>
 
 #include <cmath>
@@ -67,6 +68,7 @@ measure(const AtOnceOptions& options)
   std::vector<pcl_ext::benchmarks::SensorAtWork> sensors =
       pcl_ext::benchmarks::sixKinects(workload, variant, options.frames);
   sensors.push_back(pcl_ext::benchmarks::cellLidar(workload, variant, options.frames));
+  const double load = pcl_ext::benchmarks::loadAverage();
   const RunAtOnce run = pcl_ext::benchmarks::runAtOnce(sensors, options.seconds);
   std::vector<NodeFigures> nodes = run.sensors;
   nodes.push_back(run.central);
@@ -80,6 +82,7 @@ measure(const AtOnceOptions& options)
     results.add(subject, "memory_mb", node.megabytes);
   }
   const Subject map{"at_once", run.central.name, variant.name, workload.resolution};
+  results.add(map, "load_before", load);
   results.add(map, "merge_ms", run.merge_ms);
   results.add(map, "merged_voxels", run.merged_voxels);
   results.close();

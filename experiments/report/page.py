@@ -14,13 +14,15 @@ h3 { font-size: 1.05rem; margin: 1.5rem 0 .5rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding: .3rem 0; color: #4b5661; }
-th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: right;
-         white-space: nowrap; }
+th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: right; }
+td { white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; }
 thead th { background: #eef1f4; vertical-align: bottom; }
 tr.paper td { background: #fff7df; }
 td.absent { color: #77828c; font-style: italic; }
 td.chapter { background: #f6f8f9; font-weight: 600; text-align: left; }
+details { margin: .5rem 0; }
+summary { cursor: pointer; font-weight: 600; }
 figure { margin: 1rem 0; }
 figure img { width: 100%; height: auto; border: 1px solid #dfe4e8; }
 figure.narrow img { max-width: 46rem; }
@@ -90,6 +92,30 @@ def paragraph(words):
 
 def note(words):
     return f'<p class="note">{text(words)}</p>'
+
+
+def _table_of_markdown(lines):
+    rows = [[cell.strip() for cell in line.strip().strip("|").split("|")]
+            for line in lines]
+    table = Table("", rows[0])
+    for row in rows[2:]:  # the second line rules off the header
+        table.add_row(row)
+    return table.html()
+
+
+def blocks_of_markdown(markdown):
+    """Headings as ("heading", text), paragraphs and tables as ("html", HTML): as much of
+    Markdown as this project's programs print."""
+    blocks = []
+    for block in markdown.strip().split("\n\n"):
+        block = block.strip()
+        if block.startswith("#"):
+            blocks.append(("heading", block.lstrip("#").strip()))
+        elif block.startswith("|"):
+            blocks.append(("html", _table_of_markdown(block.splitlines())))
+        elif block:
+            blocks.append(("html", note(block)))
+    return blocks
 
 
 def page(title, body):

@@ -5,6 +5,7 @@ import pathlib
 from typing import NamedTuple
 
 CODERS = ("published", "fast", "balanced", "small")
+KINECTS = ("1", "2", "3", "4", "5", "6")
 LIDAR = "7"
 
 

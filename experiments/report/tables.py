@@ -151,12 +151,13 @@ def at_once_table(results):
 
 def merge_table(results):
     table = Table("The central node's merging of all streams, 20 times a second.",
-                  ["coder", "merging ms", "merged voxels"])
+                  ["coder", "merging ms", "merged voxels",
+                   "programs running before the run"])
     for coder in CODERS:
         table.add_row([coder] + [
             mean_and_deviation(results.figure("at_once", "central", coder, 4, quantity),
                                digits)
-            for quantity, digits in (("merge_ms", 2), ("merged_voxels", 0))])
+            for quantity, digits in (("merge_ms", 2), ("merged_voxels", 0), ("load_before", 1))])
     return table.html()
 
 
@@ -169,4 +170,18 @@ def resolution_table(results):
         table.add_row([str(resolution_cm), number(mean("balanced", "voxels"), 0)]
                       + [number(8 * mean(coder, "bytes_per_voxel"), 2)
                          for coder in CODERS])
+    return table.html()
+
+
+def filtering_table(counts):
+    """Of one frame of the six Kinects: what each filter of Figure 11 leaves."""
+    table = Table("Voxels of the six Kinects in the frame of Figure 11.",
+                  ["filter", "voxels", "surface", "of it kept %", "noise",
+                   "of it let through %"])
+    all_voxels, all_noise = counts["none"]
+    for name, (voxels, noise) in counts.items():
+        surface = voxels - noise
+        table.add_row([name, number(voxels, 0), number(surface, 0),
+                       number(100 * surface / (all_voxels - all_noise), 1),
+                       number(noise, 0), number(100 * noise / all_noise, 1)])
     return table.html()
