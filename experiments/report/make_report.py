@@ -24,22 +24,23 @@ def introduction(folder, results):
         paragraph("What J. Dybedal, A. Aalerud and G. Hovland, “Embedded Processing and "
                   "Compression of 3D Sensor Data for Large Scale Industrial "
                   "Environments”, Sensors 2019, 19(3), 636, measured in a robot cell, "
-                  "measured again in a simulated one (experiments/cell/README.md)."),
-        paragraph(f"{frames:,} frames of each sensor, seed 1. Bytes, voxels and errors "
+                  "measured again in a simulated one (experiments/cell/README.md), "
+                  f"with {frames:,} frames of each sensor. Bytes, voxels and errors "
                   "repeat exactly; times and memory are this machine's."),
         note(machine),
-        note("The paper's text was not at hand. Its figures here are those of its "
-             "abstract and those that experiments/cell/README.md quotes; sections are "
-             "named as the paper names them. “published” is the bitstream of the "
-             "paper's authors, written by this library; fast, balanced and small are "
-             "this library's own bitstream. Times are processor time of one thread, "
-             "unless it says otherwise."),
+        tables.summary_table(results),
+        note("“published” is the bitstream of the paper's authors, written by this "
+             "library; fast, balanced and small are this library's own bitstream. The "
+             "paper's text was not at hand: its figures here are those of its abstract "
+             "and those that experiments/cell/README.md quotes, and its Tables 2 to 5 "
+             "are here by their subjects, in the sections of those names. Times are "
+             "processor time of one thread, unless it says otherwise."),
     ]
 
 
 def laws_and_octree(folder):
     return [
-        "<h2>2.5 Intensity of voxels</h2>",
+        "<h2>2.5 Voxel intensity</h2>",
         picture(pictures.laws_over_depth(folder),
                 "Intensity of a point over its depth, for the three laws",
                 "Figure 5. Intensity of a point over its depth for the three laws, "

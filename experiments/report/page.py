@@ -12,19 +12,23 @@ h1 { font-size: 1.7rem; line-height: 1.2; }
 h2 { font-size: 1.3rem; margin-top: 2.5rem; border-bottom: 2px solid #d5dbe1; }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 .5rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; padding: .3rem 0; color: #4b5661; }
+table { border-collapse: separate; border-spacing: 0; font-size: .85rem; font-variant-numeric: tabular-nums; }
+p.caption { font-size: .9rem; margin: 1rem 0 .3rem; color: #4b5661; }
 th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: right; }
 td { white-space: nowrap; }
+th { min-width: 4.5rem; }
+th:first-child, td:first-child { position: sticky; left: 0; background: #fff; }
+
 th:first-child, td:first-child { text-align: left; }
-thead th { background: #eef1f4; vertical-align: bottom; }
-tr.paper td { background: #fff7df; }
+thead th, thead th:first-child { background: #eef1f4; vertical-align: bottom; }
+tr.paper td, tr.paper td:first-child { background: #fff7df; }
 td.absent { color: #77828c; font-style: italic; }
-td.chapter { background: #f6f8f9; font-weight: 600; text-align: left; }
+td.chapter, td.chapter:first-child { background: #f6f8f9; font-weight: 600; text-align: left; }
 details { margin: .5rem 0; }
 summary { cursor: pointer; font-weight: 600; }
 figure { margin: 1rem 0; }
 figure img { width: 100%; height: auto; border: 1px solid #dfe4e8; }
+figure.wide img { min-width: 44rem; }
 figure.narrow img { max-width: 46rem; }
 figcaption, p.note { font-size: .9rem; color: #4b5661; }
 code { background: #eef1f4; padding: 0 .2rem; overflow-wrap: anywhere; }
@@ -55,7 +59,8 @@ class Table:
 
     def __init__(self, caption, header):
         self._header = header
-        self._lines = [f"<caption>{text(caption)}</caption>", "<thead><tr>"]
+        self._caption = f'<p class="caption">{text(caption)}</p>' if caption else ""
+        self._lines = ["<thead><tr>"]
         self._lines += [f"<th>{text(cell)}</th>" for cell in header]
         self._lines.append("</tr></thead><tbody>")
 
@@ -73,17 +78,17 @@ class Table:
         self._lines.append("</tr>")
 
     def html(self):
-        return ('<div class="scroll"><table>' + "\n".join(self._lines)
+        return (self._caption + '<div class="scroll"><table>' + "\n".join(self._lines)
                 + "</tbody></table></div>")
 
 
 def picture(png, description, caption, is_narrow=False):
     """A picture within the page."""
     encoded = base64.b64encode(png).decode("ascii")
-    kind = ' class="narrow"' if is_narrow else ""
-    return (f'<figure{kind}><img src="data:image/png;base64,{encoded}" '
-            f'alt="{html.escape(description)}"><figcaption>{text(caption)}</figcaption>'
-            "</figure>")
+    kind = "narrow" if is_narrow else "wide"
+    return (f'<figure class="{kind}"><div class="scroll">'
+            f'<img src="data:image/png;base64,{encoded}" alt="{html.escape(description)}">'
+            f"</div><figcaption>{text(caption)}</figcaption></figure>")
 
 
 def paragraph(words):

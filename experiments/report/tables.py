@@ -19,6 +19,37 @@ def _sensor_name(sensor):
     return f"{sensor}, VLP-16" if sensor == LIDAR else f"{sensor}, Kinect V2"
 
 
+def summary_table(results):
+    """The paper's figures that are at hand, all of sensor 1, and their like."""
+    table = Table("Sensor 1, number of points as intensity: all figures of the paper that "
+                  "are at hand, and what was measured; means over the frames.",
+                  ["", "paper"] + list(CODERS))
+    points = number(results.figure("cropping", "1", "SensorPreprocessor", 4,
+                                   "cropped_points").mean, 0)
+    table.add_row(["points in the crop box", number(PAPER["cropped_points"], 0)]
+                  + [points] * len(CODERS))
+
+    def add_row(words, paper, resolution_cm, quantity, digits):
+        table.add_row([words, number(paper, digits)] + [
+            number(results.figure("compression", "1", coder, resolution_cm,
+                                  quantity).mean, digits) for coder in CODERS])
+    for resolution_cm in (4, 2):
+        paper = PAPER[resolution_cm]
+        add_row(f"voxels, {resolution_cm} cm", paper["voxels"], resolution_cm, "voxels", 0)
+        add_row(f"bytes per voxel, {resolution_cm} cm", paper["bytes_per_voxel"],
+                resolution_cm, "bytes_per_voxel", 2)
+    add_row("compression ratio, 4 cm", PAPER["ratio_4cm"], 4, "ratio", 1)
+    table.add_row(["sensors in a gigabit, 4 cm",
+                   "about " + number(PAPER["sensors_in_gigabit"], 0)]
+                  + [number(_sensors_in_gigabit(results, "compression", "1", coder, 4), 0)
+                     for coder in CODERS])
+    return table.html()
+
+
+def _sensors_in_gigabit(results, *subject):
+    return GIGABIT_IN_MEGABITS / results.figure(*subject, "megabits_per_second").mean
+
+
 def cropping_table(results):
     table = Table("Points of a frame, mean ± standard deviation over the frames.",
                   ["sensor", "with a return", "in the crop box", "kept %",
@@ -42,16 +73,16 @@ COMPRESSION_HEADER = ["coder", "voxels", "bytes", "bytes per voxel",
 def _compression_row(results, experiment, sensor, coder, resolution_cm):
     def figure(quantity):
         return results.figure(experiment, sensor, coder, resolution_cm, quantity)
-    megabits = figure("megabits_per_second")
     return [coder,
             mean_and_deviation(figure("voxels"), 0),
             mean_and_deviation(figure("bytes"), 0),
             mean_and_deviation(figure("bytes_per_voxel"), 3),
             mean_and_deviation(figure("ratio"), 1),
-            mean_and_deviation(megabits, 2),
+            mean_and_deviation(figure("megabits_per_second"), 2),
             mean_and_deviation(figure("encode_ms"), 2),
             mean_and_deviation(figure("decode_ms"), 2),
-            number(GIGABIT_IN_MEGABITS / megabits.mean, 0)]
+            number(_sensors_in_gigabit(results, experiment, sensor, coder,
+                                       resolution_cm), 0)]
 
 
 def _paper_row(resolution_cm):
