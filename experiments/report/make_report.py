@@ -6,7 +6,7 @@ import sys
 
 import pictures
 import tables
-from page import blocks_of_markdown, note, page, paragraph, picture, text
+from page import note, page, paragraph, picture, sections_of_markdown, text
 from results import read_results
 
 TITLE = "The paper's experiments on the simulated robot cell"
@@ -123,23 +123,15 @@ def noise(folder):
             paragraph("What the paper could only look at: how well each law, and a filter "
                       "that knows a voxel's neighbours and history, tells noise from "
                       "surface.")]
-    has_any = False
+    sections = []
     for name in NOISE_FILES:
         file = folder / name
-        if not file.exists():
-            continue
-        is_within = False
-        for kind, block in blocks_of_markdown(file.read_text(encoding="utf-8")):
-            if kind == "heading":
-                body.append(("</details>" if is_within else "")
-                            + ("<details>" if has_any else "<details open>")
-                            + f"<summary>{text(block)}</summary>")
-                is_within = has_any = True
-            else:
-                body.append(block)
-        if is_within:
-            body.append("</details>")
-    if not has_any:
+        if file.exists():
+            sections += sections_of_markdown(file.read_text(encoding="utf-8"))
+    for number_of_section, (heading, blocks) in enumerate(sections):
+        body.append("<details open>" if number_of_section == 0 else "<details>")
+        body += [f"<summary>{text(heading)}</summary>"] + blocks + ["</details>"]
+    if not sections:
         body.append(note("Not measured: this version has no program measure_noise."))
     return body
 

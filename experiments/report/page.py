@@ -12,11 +12,12 @@ h1 { font-size: 1.7rem; line-height: 1.2; }
 h2 { font-size: 1.3rem; margin-top: 2.5rem; border-bottom: 2px solid #d5dbe1; }
 h3 { font-size: 1.05rem; margin: 1.5rem 0 .5rem; }
 .scroll { overflow-x: auto; }
+.scroll + .scroll { margin-top: 1rem; }
 table { border-collapse: separate; border-spacing: 0; font-size: .85rem; font-variant-numeric: tabular-nums; }
 p.caption { font-size: .9rem; margin: 1rem 0 .3rem; color: #4b5661; }
 th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: right; }
 td { white-space: nowrap; }
-th { min-width: 4.5rem; }
+th { min-width: 5rem; }
 th:first-child, td:first-child { position: sticky; left: 0; background: #fff; }
 
 th:first-child, td:first-child { text-align: left; }
@@ -108,19 +109,21 @@ def _table_of_markdown(lines):
     return table.html()
 
 
-def blocks_of_markdown(markdown):
-    """Headings as ("heading", text), paragraphs and tables as ("html", HTML): as much of
-    Markdown as this project's programs print."""
-    blocks = []
+def sections_of_markdown(markdown):
+    """Headings, each with its paragraphs and tables as HTML: as much of Markdown as this
+    project's programs print. What is before the first heading belongs to each of them."""
+    common = []
+    sections = []
     for block in markdown.strip().split("\n\n"):
         block = block.strip()
+        blocks = sections[-1][1] if sections else common
         if block.startswith("#"):
-            blocks.append(("heading", block.lstrip("#").strip()))
+            sections.append((block.lstrip("#").strip(), list(common)))
         elif block.startswith("|"):
-            blocks.append(("html", _table_of_markdown(block.splitlines())))
+            blocks.append(_table_of_markdown(block.splitlines()))
         elif block:
-            blocks.append(("html", note(block)))
-    return blocks
+            blocks.append(note(block))
+    return sections
 
 
 def page(title, body):
