@@ -93,8 +93,9 @@ def at_once(results):
                  "rate. Cycle: by the clock, from cloud to bytes, or from bytes to "
                  "voxels, for the central node the mean of its streams. It includes "
                  "waiting for a core where others have it: on a busy machine, or one "
-                 "with too few cores for all sensors, frames come late. Memory: growth "
-                 "of what is resident, without the clouds."),
+                 "with too few cores for all sensors, frames come late, and are caught "
+                 "up with at more than the sensor's rate. Memory: growth of what is "
+                 "resident, without the clouds."),
             tables.merge_table(results)]
 
 
