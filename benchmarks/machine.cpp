@@ -11,19 +11,12 @@
 #include <fstream>
 #include <ostream>
 #include <string>
+#include <thread>
 
 namespace pcl_ext {
 namespace benchmarks {
 
 namespace {
-
-/** \brief Programs that wanted a processor in the last minute. */
-double
-loadAverage()
-{
-  double load = 0.0;
-  return getloadavg(&load, 1) == 1 ? load : 0.0;
-}
 
 /** \brief The processor's name where the system tells it. */
 std::string
@@ -45,6 +38,13 @@ clockSeconds(clockid_t clock)
 }
 
 } // namespace
+
+double
+loadAverage()
+{
+  double load = 0.0;
+  return getloadavg(&load, 1) == 1 ? load : 0.0;
+}
 
 double
 processCpuSeconds()
@@ -71,7 +71,8 @@ residentMegabytes()
 void
 printMachine(std::ostream& output)
 {
-  output << "Processor: " << processorName() << "; compiler: " << __VERSION__
+  output << "Processor: " << processorName() << ", "
+         << std::thread::hardware_concurrency() << " cores; compiler: " << __VERSION__
          << "; PCL " << PCL_VERSION_PRETTY << "; " << formatted(loadAverage(), 1)
          << " programs were running at the start.\n\n";
 }

@@ -10,6 +10,10 @@ namespace benchmarks {
 void
 printMachine(std::ostream& output);
 
+/** \brief Programs that wanted a processor in the last minute, this one among them. */
+double
+loadAverage();
+
 /** \brief Processor seconds that all threads of this process took so far. */
 double
 processCpuSeconds();

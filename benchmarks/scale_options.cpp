@@ -4,7 +4,6 @@
 
 #include <command_line.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -14,20 +13,6 @@ namespace benchmarks {
 namespace {
 
 namespace options = boost::program_options;
-
-Variant
-variantOf(const std::string& name)
-{
-  const std::vector<Variant>& variants = libraryVariants();
-  const auto found =
-      std::find_if(variants.begin(), variants.end(), [&](const Variant& variant) {
-        return variant.name == name;
-      });
-  if (found == variants.end())
-    throw std::invalid_argument("--efforts knows no '" + name +
-                                "'; it knows: fast balanced small published");
-  return *found;
-}
 
 void
 check(const ScaleOptions& options)
@@ -85,7 +70,7 @@ parseScaleOptions(int argc, const char* const* argv)
   if (efforts.empty())
     result.variants = libraryVariants();
   for (const std::string& effort : efforts)
-    result.variants.push_back(variantOf(effort));
+    result.variants.push_back(variantNamed(effort));
   check(result);
   return result;
 }

@@ -1,7 +1,7 @@
 #include "scale_tables.h"
 
 #include "markdown_table.h"
-#include "six_sensors.h"
+#include "sensors_at_once.h"
 #include "stream_load.h"
 
 #include <cell/robot_cell.h>
@@ -144,17 +144,22 @@ printSixSensors(const ScaleOptions& options, std::ostream& output)
                        "cycle ms, mean (largest)",
                        "processor, of one core",
                        "memory MB"});
-  for (const Variant& variant : options.variants)
-    for (const NodeFigures& node : runSixSensors(
-             options.workload, variant, options.sensor_frames, options.sensor_seconds))
+  for (const Variant& variant : options.variants) {
+    const RunAtOnce run =
+        runAtOnce(sixKinects(options.workload, variant, options.sensor_frames),
+                  options.sensor_seconds);
+    std::vector<NodeFigures> nodes = run.sensors;
+    nodes.push_back(run.central);
+    for (const NodeFigures& node : nodes)
       table.addRow({variant.name,
                     node.name,
-                    formatted(node.frames_per_second, 1),
-                    formatted(node.megabits_per_second, 2),
-                    formatted(node.mean_cycle_ms, 2) + " (" +
+                    formatted(node.frames_per_second.mean(), 1),
+                    formatted(node.megabits_per_second.mean(), 2),
+                    formatted(node.cycle_ms.mean(), 2) + " (" +
                         formatted(node.max_cycle_ms, 2) + ")",
-                    formatted(node.cpu_percent, 1) + " %",
+                    formatted(node.cpu_percent.mean(), 1) + " %",
                     formatted(node.megabytes, 1)});
+  }
   table.print(output);
 }
 

@@ -51,6 +51,15 @@ private:
   SampledRoom room_;
 };
 
+io::BoundingBox
+cropBoxOfCell()
+{
+  io::BoundingBox crop_box;
+  Eigen::Map<Eigen::Vector3d>(crop_box.min.data()) = cell::RobotCell::cropMin();
+  Eigen::Map<Eigen::Vector3d>(crop_box.max.data()) = cell::RobotCell::cropMax();
+  return crop_box;
+}
+
 template <typename LawT>
 Preprocessing
 makePreprocessingWith(double resolution,
@@ -83,6 +92,18 @@ libraryVariants()
       {"small", io::Effort::Small, io::StreamFormat::Version1},
       {"published", io::Effort::Balanced, io::StreamFormat::Published}};
   return variants;
+}
+
+Variant
+variantNamed(const std::string& name)
+{
+  std::string names;
+  for (const Variant& variant : libraryVariants()) {
+    if (variant.name == name)
+      return variant;
+    names += std::string(" ") + variant.name;
+  }
+  throw std::invalid_argument("there is no effort '" + name + "'; there are:" + names);
 }
 
 std::string
@@ -146,10 +167,13 @@ makePreprocessing(const Workload& workload,
 InputStream
 openCellStream(unsigned int sensor, std::size_t frames)
 {
-  io::BoundingBox crop_box;
-  Eigen::Map<Eigen::Vector3d>(crop_box.min.data()) = cell::RobotCell::cropMin();
-  Eigen::Map<Eigen::Vector3d>(crop_box.max.data()) = cell::RobotCell::cropMax();
-  return {tools::openCell(sensor, frames, /* seed */ 1), crop_box};
+  return {tools::openCell(sensor, frames, /* seed */ 1), cropBoxOfCell()};
+}
+
+InputStream
+openLidarStream(std::size_t revolutions)
+{
+  return {tools::openCellLidar(revolutions, /* seed */ 1), cropBoxOfCell()};
 }
 
 InputStream

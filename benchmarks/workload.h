@@ -48,6 +48,12 @@ struct Variant {
 const std::vector<Variant>&
 libraryVariants();
 
+/** \brief One of these.
+ * \throws std::invalid_argument if there is none of this name
+ */
+Variant
+variantNamed(const std::string& name);
+
 /** \brief A variant's name beside other coders. */
 std::string
 coderName(const Variant& variant);
@@ -99,6 +105,10 @@ struct InputStream {
 /** \brief The robot cell with its crop box. */
 InputStream
 openCellStream(unsigned int sensor, std::size_t frames);
+
+/** \brief The robot cell's lidar with the cell's crop box. */
+InputStream
+openLidarStream(std::size_t revolutions);
 
 /** \brief The sampled room, uncropped. */
 InputStream

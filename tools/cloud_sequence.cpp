@@ -101,6 +101,39 @@ private:
   cell::CellFrame frame_;
 };
 
+class LidarSequence : public CloudSequence {
+public:
+  LidarSequence(std::size_t revolutions, std::uint32_t seed)
+  : CloudSequence("cell_sensor_" + std::to_string(cell::RobotCell::lidar))
+  , revolutions_(revolutions)
+  , cell_(seed)
+  {}
+
+  std::size_t
+  size() const override
+  {
+    return revolutions_;
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return cell_.lidarPose();
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    cell_.captureLidar(static_cast<std::uint32_t>(index), frame_);
+    pcl::toPCLPointCloud2(frame_.cloud, cloud);
+  }
+
+private:
+  std::size_t revolutions_;
+  cell::RobotCell cell_;
+  cell::LidarFrame frame_;
+};
+
 std::vector<std::string>
 pcdFilesOf(const fs::path& folder)
 {
@@ -168,6 +201,12 @@ std::unique_ptr<CloudSequence>
 openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed)
 {
   return std::make_unique<CellSequence>(sensor, frames, seed);
+}
+
+std::unique_ptr<CloudSequence>
+openCellLidar(std::size_t revolutions, std::uint32_t seed)
+{
+  return std::make_unique<LidarSequence>(revolutions, seed);
 }
 
 } // namespace tools

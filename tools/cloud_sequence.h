@@ -70,5 +70,12 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
 std::unique_ptr<CloudSequence>
 openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed);
 
+/** \brief The stream of the robot cell's lidar, 10 revolutions a second.
+ * \param[in] revolutions their number
+ * \param[in] seed of the random errors
+ */
+std::unique_ptr<CloudSequence>
+openCellLidar(std::size_t revolutions, std::uint32_t seed);
+
 } // namespace tools
 } // namespace pcl_ext

@@ -136,5 +136,56 @@ RobotCell::capture(unsigned int sensor, std::uint32_t frame, CellFrame& out)
   out.truth = measurement_.truth;
 }
 
+Eigen::Isometry3d
+RobotCell::lidarPose() const
+{
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(9.6, 0.4, 2.5));
+  pose.rotate(Eigen::AngleAxisd(radians(135.0), Eigen::Vector3d::UnitZ()));
+  pose.rotate(Eigen::AngleAxisd(radians(10.0), Eigen::Vector3d::UnitY()));
+  return pose;
+}
+
+const SurfaceImage&
+RobotCell::lidarSurfaces(std::uint32_t revolution)
+{
+  const Eigen::Isometry3d world_to_lidar = lidarPose().inverse();
+  if (static_lidar_surfaces_.depth.empty()) {
+    static_lidar_surfaces_ = LidarRays::emptyImage();
+    lidar_rays_.trace(staticEquipment(), world_to_lidar, static_lidar_surfaces_);
+  }
+  lidar_surfaces_ = static_lidar_surfaces_;
+  lidar_rays_.trace(
+      movingParts(revolution / lidar_rate), world_to_lidar, lidar_surfaces_);
+  return lidar_surfaces_;
+}
+
+void
+RobotCell::captureLidar(std::uint32_t revolution, LidarFrame& out)
+{
+  // Apart from the seeds of the sensors, which take 1 to 2 * sensor_count.
+  constexpr std::uint32_t lidar_seed = 100;
+  lidar_model_.measure(lidarSurfaces(revolution),
+                       mixSeeds(seed_, lidar_seed, revolution),
+                       lidar_measurement_);
+  out.cloud.header.stamp = static_cast<std::uint64_t>(revolution * 1e6 / lidar_rate);
+  out.cloud.header.frame_id = "velodyne_" + std::to_string(lidar);
+  out.cloud.resize(LidarRays::size);
+  out.cloud.width = LidarRays::columns;
+  out.cloud.height = LidarRays::rings;
+  out.cloud.is_dense = false;
+  for (std::size_t pixel = 0; pixel < LidarRays::size; ++pixel) {
+    pcl::PointXYZI& point = out.cloud[pixel];
+    point.intensity = lidar_measurement_.intensity[pixel];
+    if (lidar_measurement_.truth[pixel] == PointTruth::None)
+      point.getVector3fMap().setConstant(std::numeric_limits<float>::quiet_NaN());
+    else
+      point.getVector3fMap() =
+          (lidar_rays_.direction(pixel) * lidar_measurement_.range[pixel])
+              .cast<float>();
+  }
+  out.truth = lidar_measurement_.truth;
+}
+
 } // namespace cell
 } // namespace pcl_ext

@@ -14,20 +14,6 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr double half_width_angle = 70.6 / 2.0 * pi / 180.0;  // radians
 constexpr double half_height_angle = 60.0 / 2.0 * pi / 180.0; // radians
-constexpr double two_to_32 = 4294967296.0;
-
-std::uint32_t
-asThreshold(double probability)
-{
-  return static_cast<std::uint32_t>(
-      std::min(two_to_32 - 1.0, std::max(0.0, probability) * two_to_32));
-}
-
-double
-asShare(std::uint32_t bits)
-{
-  return bits / two_to_32;
-}
 
 /** \brief First and last grid index within [min, max] of a coordinate that runs evenly
  * over [-half, half]; empty where last < first. */
@@ -47,16 +33,6 @@ gridRange(
 }
 
 } // namespace
-
-std::uint32_t
-mixSeeds(std::uint32_t a, std::uint32_t b, std::uint32_t c)
-{
-  std::uint64_t mixed =
-      (std::uint64_t{a} << 32 | b) + 0x9E3779B97F4A7C15ull * (c + 1ull);
-  mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9ull;
-  mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EBull;
-  return static_cast<std::uint32_t>((mixed ^ (mixed >> 31)) >> 16);
-}
 
 RayGrid::RayGrid()
 {

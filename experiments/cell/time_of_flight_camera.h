@@ -27,6 +27,7 @@
  */
 #pragma once
 
+#include "random_numbers.h"
 #include "shapes.h"
 
 #include <cstddef>
@@ -176,10 +177,6 @@ struct ErrorModel {
           std::uint32_t sensor_seed,
           Measurement& measurement) const;
 };
-
-/** \brief Mix numbers into one that looks random; the same on all machines. */
-std::uint32_t
-mixSeeds(std::uint32_t a, std::uint32_t b, std::uint32_t c = 0);
 
 } // namespace cell
 } // namespace pcl_ext

@@ -1,0 +1,278 @@
+#include "sensors_at_once.h"
+
+#include <pcl_ext/nodes/central_node.h>
+
+#include "machine.h"
+#include "sensor_streams.h"
+
+#include <cell/robot_cell.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <thread>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr float min_intensity = 2.0f; // voxels below it are removed
+
+/** \brief When all nodes begin, and how long they run. */
+struct Schedule {
+  Clock::time_point start;
+  double seconds;
+
+  /** \brief When a tick of a rate is due. */
+  Clock::time_point
+  due(std::size_t tick, double rate) const
+  {
+    return start + std::chrono::duration_cast<Clock::duration>(
+                       std::chrono::duration<double>(static_cast<double>(tick) / rate));
+  }
+
+  std::size_t
+  ticks(double rate) const
+  {
+    return std::max<std::size_t>(1, static_cast<std::size_t>(seconds * rate));
+  }
+
+  /** \brief Ticks from one look at the figures to the next: a second, if there is one. */
+  std::size_t
+  ticksOfLook(double rate) const
+  {
+    return std::min(ticks(rate), static_cast<std::size_t>(rate));
+  }
+};
+
+/** \brief What a node has done since it began. */
+struct Totals {
+  double cpu_seconds = 0.0;
+  double frames = 0.0;
+  double bytes = 0.0;
+};
+
+/** \brief Adds up what a node does from one look at it to the next. */
+class Looks {
+public:
+  explicit Looks(const Totals& totals) : last_totals_(totals), last_time_(Clock::now())
+  {}
+
+  void
+  look(const Totals& totals, NodeFigures& figures)
+  {
+    const Clock::time_point now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_time_).count();
+    figures.frames_per_second.add((totals.frames - last_totals_.frames) / seconds);
+    figures.megabits_per_second.add(8e-6 * (totals.bytes - last_totals_.bytes) /
+                                    seconds);
+    figures.cpu_percent.add(100.0 * (totals.cpu_seconds - last_totals_.cpu_seconds) /
+                            seconds);
+    last_totals_ = totals;
+    last_time_ = now;
+  }
+
+private:
+  Totals last_totals_;
+  Clock::time_point last_time_;
+};
+
+/** \brief A sensor's clouds and the node beside it. */
+struct Sensor {
+  std::string name;
+  WorldPose pose;
+  double frame_rate;
+  std::vector<pcl::PCLPointCloud2> clouds;
+  nodes::SensorNode node;
+  NodeFigures figures;
+};
+
+/** \brief What several threads add to and the central node's looks read. */
+struct SharedTotals {
+  std::atomic<std::int64_t> sensors_cpu_ns{0};
+  std::atomic<std::uint64_t> frames{0}; ///< decoded
+  std::atomic<std::uint64_t> bytes{0};  ///< of these
+};
+
+/** \brief The central node's totals: the processor's time is what the process took without
+ * the sensors' nodes. */
+Totals
+centralTotals(const SharedTotals& shared)
+{
+  return {processCpuSeconds() - 1e-9 * static_cast<double>(shared.sensors_cpu_ns),
+          static_cast<double>(shared.frames),
+          static_cast<double>(shared.bytes)};
+}
+
+Sensor
+makeSensor(const SensorAtWork& description)
+{
+  tools::CloudSequence& clouds = *description.stream.clouds;
+  Sensor sensor{clouds.name(),
+                WorldPose(clouds.sensorPose()),
+                description.frame_rate,
+                std::vector<pcl::PCLPointCloud2>(clouds.size()),
+                nodes::SensorNode(description.settings),
+                NodeFigures()};
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    clouds.read(i, sensor.clouds[i]);
+  return sensor;
+}
+
+/** \brief Lets each node take what memory it needs, and notes it: of several that run at
+ * once nobody could tell whose it is. */
+void
+growMemory(std::vector<Sensor>& sensors)
+{
+  std::vector<std::uint8_t> bytes;
+  for (Sensor& sensor : sensors) {
+    // Memory that others left to the heap would not show when it is taken again.
+    malloc_trim(0);
+    const double before = residentMegabytes();
+    for (const pcl::PCLPointCloud2& cloud : sensor.clouds)
+      sensor.node.encode(cloud, sensor.pose, bytes);
+    sensor.node.requestIFrame();
+    sensor.figures.megabytes = residentMegabytes() - before;
+  }
+}
+
+/** \brief Encodes and sends at the sensor's rate until the time is over. */
+void
+runSensor(Sensor& sensor,
+          nodes::CentralNode& central,
+          const Schedule& schedule,
+          SharedTotals& shared)
+{
+  std::this_thread::sleep_until(schedule.start);
+  const std::size_t ticks = schedule.ticks(sensor.frame_rate);
+  const std::size_t ticks_of_look = schedule.ticksOfLook(sensor.frame_rate);
+  Totals totals{threadCpuSeconds()};
+  Looks looks(totals);
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t tick = 0; tick < ticks; ++tick) {
+    const auto begin = Clock::now();
+    const nodes::Time stamp = nodes::systemTime();
+    sensor.node.encode(sensor.clouds[tick % sensor.clouds.size()], sensor.pose, bytes);
+    sensor.figures.cycle_ms.add(
+        std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    totals.frames += 1.0;
+    totals.bytes += static_cast<double>(bytes.size());
+    central.receive(sensor.name, bytes, stamp);
+    const double cpu_seconds = threadCpuSeconds();
+    shared.sensors_cpu_ns +=
+        static_cast<std::int64_t>(1e9 * (cpu_seconds - totals.cpu_seconds));
+    totals.cpu_seconds = cpu_seconds;
+    std::this_thread::sleep_until(schedule.due(tick + 1, sensor.frame_rate));
+    if ((tick + 1) % ticks_of_look == 0)
+      looks.look(totals, sensor.figures);
+  }
+  sensor.figures.name = sensor.name;
+  sensor.figures.max_cycle_ms = sensor.figures.cycle_ms.largest();
+}
+
+/** \brief The map's side: merges what all sensors show, until the time is over. */
+void
+mergeStreams(nodes::CentralNode& central,
+             const Schedule& schedule,
+             const SharedTotals& shared,
+             RunAtOnce& run)
+{
+  std::this_thread::sleep_until(schedule.start);
+  constexpr double rate = cell::RobotCell::frame_rate;
+  Looks looks(centralTotals(shared));
+  io::VoxelFrame merged;
+  for (std::size_t tick = 0; tick < schedule.ticks(rate); ++tick) {
+    const auto begin = Clock::now();
+    central.merge(merged);
+    run.merge_ms.add(
+        std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    // Not the first ones, before all sensors have shown something.
+    if (2 * tick >= schedule.ticks(rate))
+      run.merged_voxels.add(static_cast<double>(merged.size()));
+    std::this_thread::sleep_until(schedule.due(tick + 1, rate));
+    if ((tick + 1) % schedule.ticksOfLook(rate) == 0)
+      looks.look(centralTotals(shared), run.central);
+  }
+}
+
+/** \brief Cycle times of the frames that a CentralNode decodes, from its health. */
+void
+addHealth(const nodes::CentralNode& central, NodeFigures& figures)
+{
+  for (const nodes::StreamHealth& stream : central.health()) {
+    figures.cycle_ms.add(1e3 * stream.rates.mean_cycle_seconds);
+    figures.max_cycle_ms =
+        std::max(figures.max_cycle_ms, 1e3 * stream.rates.max_cycle_seconds);
+  }
+}
+
+} // namespace
+
+std::vector<SensorAtWork>
+sixKinects(const Workload& workload, const Variant& variant, std::size_t frames)
+{
+  std::vector<SensorAtWork> sensors;
+  for (unsigned int number = 1; number <= cell::RobotCell::sensor_count; ++number) {
+    InputStream stream = openCellStream(number, frames);
+    const nodes::SensorNodeSettings settings =
+        sensorNodeSettings(stream, workload, variant);
+    sensors.push_back({std::move(stream), settings, cell::RobotCell::frame_rate});
+  }
+  return sensors;
+}
+
+SensorAtWork
+cellLidar(const Workload& workload, const Variant& variant, std::size_t frames)
+{
+  InputStream stream = openLidarStream(frames);
+  nodes::SensorNodeSettings settings = sensorNodeSettings(stream, workload, variant);
+  settings.law = nodes::IntensityLaw::Native;
+  return {std::move(stream), settings, cell::RobotCell::lidar_rate};
+}
+
+RunAtOnce
+runAtOnce(const std::vector<SensorAtWork>& descriptions, double seconds)
+{
+  std::vector<Sensor> sensors;
+  for (const SensorAtWork& description : descriptions)
+    sensors.push_back(makeSensor(description));
+  growMemory(sensors);
+  malloc_trim(0);
+  const double megabytes_before = residentMegabytes();
+
+  RunAtOnce run;
+  SharedTotals shared;
+  nodes::CentralNodeSettings settings;
+  settings.resolution = descriptions.front().settings.compression.resolution;
+  nodes::CentralNode central(settings, [&shared](const nodes::ReceivedFrame& frame) {
+    if (!frame.status.ok())
+      return;
+    ++shared.frames;
+    shared.bytes += frame.statistics.bytes;
+  });
+  for (const Sensor& sensor : sensors)
+    central.addStream(sensor.name, min_intensity);
+  const Schedule schedule{Clock::now() + std::chrono::milliseconds(10), seconds};
+  std::vector<std::thread> threads;
+  for (Sensor& sensor : sensors)
+    threads.emplace_back([&] { runSensor(sensor, central, schedule, shared); });
+  mergeStreams(central, schedule, shared, run);
+  for (std::thread& thread : threads)
+    thread.join();
+  central.waitUntilDecoded();
+
+  run.central.name = "central";
+  run.central.megabytes = residentMegabytes() - megabytes_before;
+  addHealth(central, run.central);
+  for (const Sensor& sensor : sensors)
+    run.sensors.push_back(sensor.figures);
+  return run;
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,67 @@
+/** \file
+ * \brief The paper's experiment: the nodes of several sensors and a central one, at once.
+ */
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "mean_and_deviation.h"
+#include "workload.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+/** \brief What one node needed, as the paper's Table 5 asks. Rates are of each second. */
+struct NodeFigures {
+  std::string name;
+  MeanAndDeviation frames_per_second;
+  MeanAndDeviation megabits_per_second; ///< of coded frames
+  MeanAndDeviation cpu_percent;         ///< of one core
+  /** \brief Cloud to bytes of each frame; of the central node bytes to denoised voxels,
+   * means of streams. */
+  MeanAndDeviation cycle_ms;
+  double max_cycle_ms = 0.0;
+  double megabytes = 0.0; ///< resident, beside the clouds themselves
+};
+
+/** \brief What a run of several sensors came to. */
+struct RunAtOnce {
+  std::vector<NodeFigures> sensors;
+  NodeFigures central; ///< its rates are of the frames decoded
+  MeanAndDeviation merge_ms;
+  MeanAndDeviation merged_voxels;
+};
+
+/** \brief A sensor, its node's settings and how often it has a cloud. */
+struct SensorAtWork {
+  InputStream stream; ///< these clouds are repeated
+  nodes::SensorNodeSettings settings;
+  double frame_rate; ///< Hz
+};
+
+/** \brief The six Kinect V2 of the robot cell.
+ * \param[in] workload of all of them
+ * \param[in] variant of all streams
+ * \param[in] frames of each sensor, which are repeated
+ */
+std::vector<SensorAtWork>
+sixKinects(const Workload& workload, const Variant& variant, std::size_t frames);
+
+/** \brief The robot cell's lidar, with its own intensity. Of its frames as above. */
+SensorAtWork
+cellLidar(const Workload& workload, const Variant& variant, std::size_t frames);
+
+/** \brief SensorNodes that get their clouds at their sensors' rates, each in a thread of
+ * its own, and a CentralNode that merges them at the robot cell's rate.
+ * \param[in] sensors at least one
+ * \param[in] seconds to run
+ */
+RunAtOnce
+runAtOnce(const std::vector<SensorAtWork>& sensors, double seconds);
+
+} // namespace benchmarks
+} // namespace pcl_ext

@@ -1,0 +1,106 @@
+/** \file
+ * Runs all sensors of the simulated robot cell at once, for the report that
+ * experiments/report.sh makes: the paper's section 3.3. A process for each coder, so that
+ * none finds memory that another one left.
+ */
+#include "result_file.h"
+
+#include <boost/program_options.hpp>
+
+#include <command_line.h>
+#include <machine.h>
+#include <sensors_at_once.h>
+
+#include <cmath>
+#include <exception>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace options = boost::program_options;
+using pcl_ext::benchmarks::NodeFigures;
+using pcl_ext::benchmarks::RunAtOnce;
+using pcl_ext::report::ResultFile;
+using pcl_ext::report::Subject;
+
+struct AtOnceOptions {
+  std::string file;
+  std::string coder;
+  std::size_t frames = 0;
+  double seconds = 0.0;
+};
+
+bool
+parse(int argc, const char* const* argv, AtOnceOptions& result)
+{
+  options::options_description description(
+      "Runs the nodes of all sensors and a central one at once.\n"
+      "Usage: measure_at_once [options] file\n\nOptions");
+  auto option = description.add_options();
+  option("help,h", "print this and stop");
+  option("file", options::value(&result.file)->required(), "CSV, for the results");
+  option("coder",
+         options::value(&result.coder)->default_value("balanced"),
+         "fast balanced small published");
+  option("frames,n",
+         options::value(&result.frames)->default_value(60),
+         "clouds of each sensor, 3.5 MB each, which are repeated");
+  option("seconds", options::value(&result.seconds)->default_value(50.0), "to run");
+  options::variables_map values;
+  if (!pcl_ext::tools::parseCommandLine(argc, argv, description, "file", values))
+    return false;
+  if (result.frames == 0)
+    throw std::invalid_argument("frames must be above 0");
+  if (!std::isfinite(result.seconds) || !(result.seconds > 0.0))
+    throw std::invalid_argument("seconds must be above 0");
+  return true;
+}
+
+void
+measure(const AtOnceOptions& options)
+{
+  const pcl_ext::benchmarks::Workload workload;
+  const auto variant = pcl_ext::benchmarks::variantNamed(options.coder);
+  ResultFile results(options.file);
+  std::vector<pcl_ext::benchmarks::SensorAtWork> sensors =
+      pcl_ext::benchmarks::sixKinects(workload, variant, options.frames);
+  sensors.push_back(pcl_ext::benchmarks::cellLidar(workload, variant, options.frames));
+  const double load = pcl_ext::benchmarks::loadAverage();
+  const RunAtOnce run = pcl_ext::benchmarks::runAtOnce(sensors, options.seconds);
+  std::vector<NodeFigures> nodes = run.sensors;
+  nodes.push_back(run.central);
+  for (const NodeFigures& node : nodes) {
+    const Subject subject{"at_once", node.name, variant.name, workload.resolution};
+    results.add(subject, "frames_per_second", node.frames_per_second);
+    results.add(subject, "megabits_per_second", node.megabits_per_second);
+    results.add(subject, "cpu_percent", node.cpu_percent);
+    results.add(subject, "cycle_ms", node.cycle_ms);
+    results.add(subject, "max_cycle_ms", node.max_cycle_ms);
+    results.add(subject, "memory_mb", node.megabytes);
+  }
+  const Subject map{"at_once", run.central.name, variant.name, workload.resolution};
+  results.add(map, "load_before", load);
+  results.add(map, "merge_ms", run.merge_ms);
+  results.add(map, "merged_voxels", run.merged_voxels);
+  results.close();
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  try {
+    AtOnceOptions options;
+    if (parse(argc, argv, options))
+      measure(options);
+    return 0;
+  }
+  catch (const std::exception& error) {
+    std::cerr << "measure_at_once: " << error.what() << '\n';
+    return 1;
+  }
+}

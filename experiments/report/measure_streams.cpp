@@ -1,0 +1,201 @@
+/** \file
+ * Measures the streams of the simulated robot cell one by one, for the report that
+ * experiments/report.sh makes: the paper's sections 3.1 and 3.2.
+ */
+#include "depth_image_results.h"
+#include "result_file.h"
+#include "stream_results.h"
+
+#include <boost/program_options.hpp>
+
+#include <cell/robot_cell.h>
+#include <command_line.h>
+#include <machine.h>
+#include <sensor_streams.h>
+
+#include <algorithm>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace options = boost::program_options;
+using pcl_ext::benchmarks::InputStream;
+using pcl_ext::benchmarks::Variant;
+using pcl_ext::benchmarks::Workload;
+using pcl_ext::cell::RobotCell;
+using pcl_ext::nodes::IntensityLaw;
+using pcl_ext::report::ResultFile;
+using pcl_ext::report::StreamCoder;
+using pcl_ext::report::Subject;
+
+struct StreamOptions {
+  std::string file;
+  std::string machine_file; ///< empty: the machine is not described
+  std::size_t frames = 0;   ///< of each sensor
+};
+
+/** \brief Frames of each of the 20 resolutions. */
+constexpr std::size_t most_frames_of_sweep = 100;
+
+void
+tell(const std::string& what)
+{
+  std::cerr << "measure_streams: " << what << '\n';
+}
+
+/** \brief A coder of each variant.
+ * \param[in] subject of the results, less the coder
+ */
+std::vector<StreamCoder>
+codersOf(const Subject& subject, const InputStream& stream)
+{
+  Workload workload;
+  workload.resolution = subject.resolution;
+  std::vector<StreamCoder> coders;
+  for (const Variant& variant : pcl_ext::benchmarks::libraryVariants()) {
+    StreamCoder coder{
+        subject, pcl_ext::benchmarks::sensorNodeSettings(stream, workload, variant)};
+    coder.subject.coder = variant.name;
+    coders.push_back(coder);
+  }
+  return coders;
+}
+
+/** \brief Cropping, and compression at 4 and 2 cm, of one sensor. */
+void
+measureSensor(unsigned int number,
+              const InputStream& stream,
+              IntensityLaw law,
+              double frame_rate,
+              ResultFile& results)
+{
+  const std::string sensor = std::to_string(number);
+  tell("sensor " + sensor);
+  pcl_ext::report::measureCropping(
+      stream, {"cropping", sensor, "SensorPreprocessor", 0.04}, results);
+  std::vector<StreamCoder> coders;
+  for (const double resolution : {0.04, 0.02})
+    for (StreamCoder coder :
+         codersOf({"compression", sensor, "", resolution}, stream)) {
+      coder.settings.law = law;
+      coders.push_back(coder);
+    }
+  pcl_ext::report::measureCoders(stream, frame_rate, coders, results);
+}
+
+void
+measureSensors(const StreamOptions& options, ResultFile& results)
+{
+  for (unsigned int number = 1; number <= RobotCell::sensor_count; ++number)
+    measureSensor(number,
+                  pcl_ext::benchmarks::openCellStream(number, options.frames),
+                  IntensityLaw::Count,
+                  RobotCell::frame_rate,
+                  results);
+  measureSensor(RobotCell::lidar,
+                pcl_ext::benchmarks::openLidarStream(options.frames),
+                IntensityLaw::Native,
+                RobotCell::lidar_rate,
+                results);
+}
+
+/** \brief Sensor 1 with the two laws that depend on depth. */
+void
+measureLaws(const StreamOptions& options, ResultFile& results)
+{
+  using pcl_ext::KinectV2;
+  tell("laws of intensity");
+  const InputStream stream = pcl_ext::benchmarks::openCellStream(1, options.frames);
+  std::vector<StreamCoder> coders;
+  for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear})
+    for (StreamCoder coder : codersOf(
+             {law == IntensityLaw::Quadratic ? "quadratic" : "linear", "1", "", 0.04},
+             stream)) {
+      coder.settings.law = law;
+      coder.settings.sensor.emplace(
+          KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows);
+      coders.push_back(coder);
+    }
+  pcl_ext::report::measureCoders(stream, RobotCell::frame_rate, coders, results);
+}
+
+/** \brief Sensor 1 at 1 to 20 cm. */
+void
+measureResolutions(const StreamOptions& options, ResultFile& results)
+{
+  tell("resolutions");
+  const InputStream stream = pcl_ext::benchmarks::openCellStream(
+      1, std::min(options.frames, most_frames_of_sweep));
+  std::vector<StreamCoder> coders;
+  for (int centimetres = 1; centimetres <= 20; ++centimetres)
+    for (const StreamCoder& coder :
+         codersOf({"resolution", "1", "", centimetres / 100.0}, stream))
+      coders.push_back(coder);
+  pcl_ext::report::measureCoders(stream, RobotCell::frame_rate, coders, results);
+}
+
+bool
+parse(int argc, const char* const* argv, StreamOptions& result)
+{
+  options::options_description description(
+      "Measures the tables of experiments/report.sh.\n"
+      "Usage: measure_streams [options] file\n\nOptions");
+  auto option = description.add_options();
+  option("help,h", "print this and stop");
+  option("file", options::value(&result.file)->required(), "CSV, for the results");
+  option("machine",
+         options::value(&result.machine_file),
+         "file, for the description of the machine");
+  option("frames,n",
+         options::value(&result.frames)->default_value(1000),
+         "of each sensor of the robot cell");
+  options::variables_map values;
+  if (!pcl_ext::tools::parseCommandLine(argc, argv, description, "file", values))
+    return false;
+  if (result.frames == 0)
+    throw std::invalid_argument("frames must be above 0");
+  return true;
+}
+
+void
+measure(const StreamOptions& options)
+{
+  if (!options.machine_file.empty()) {
+    std::ofstream machine(options.machine_file);
+    pcl_ext::benchmarks::printMachine(machine);
+    if (!machine)
+      throw std::runtime_error("cannot write '" + options.machine_file + "'");
+  }
+  ResultFile results(options.file);
+  measureSensors(options, results);
+  measureLaws(options, results);
+  measureResolutions(options, results);
+  tell("depth images");
+  pcl_ext::report::measureDepthImages(
+      pcl_ext::benchmarks::openCellStream(1, options.frames),
+      RobotCell::frame_rate,
+      results);
+  results.close();
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  try {
+    StreamOptions options;
+    if (parse(argc, argv, options))
+      measure(options);
+    return 0;
+  }
+  catch (const std::exception& error) {
+    std::cerr << "measure_streams: " << error.what() << '\n';
+    return 1;
+  }
+}

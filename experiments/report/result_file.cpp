@@ -1,0 +1,43 @@
+#include "result_file.h"
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace report {
+
+ResultFile::ResultFile(const std::string& path) : path_(path), file_(path)
+{
+  if (!file_)
+    throw std::runtime_error("cannot write '" + path + "'");
+  file_.precision(10);
+  file_ << "experiment,sensor,coder,resolution_cm,quantity,mean,deviation,samples\n";
+}
+
+void
+ResultFile::add(const Subject& subject,
+                const std::string& quantity,
+                const benchmarks::MeanAndDeviation& samples)
+{
+  file_ << subject.experiment << ',' << subject.sensor << ',' << subject.coder << ','
+        << 100.0 * subject.resolution << ',' << quantity << ',' << samples.mean() << ','
+        << samples.deviation() << ',' << samples.count() << '\n';
+}
+
+void
+ResultFile::add(const Subject& subject, const std::string& quantity, double value)
+{
+  benchmarks::MeanAndDeviation sample;
+  sample.add(value);
+  add(subject, quantity, sample);
+}
+
+void
+ResultFile::close()
+{
+  file_.close();
+  if (!file_)
+    throw std::runtime_error("could not write all of '" + path_ + "'");
+}
+
+} // namespace report
+} // namespace pcl_ext

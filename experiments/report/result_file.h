@@ -1,0 +1,52 @@
+/** \file
+ * \brief The results of the report's programs as a file that other programs read.
+ */
+#pragma once
+
+#include <mean_and_deviation.h>
+
+#include <fstream>
+#include <string>
+
+namespace pcl_ext {
+namespace report {
+
+/** \brief What a result is of. Names have no comma and no line end. */
+struct Subject {
+  std::string experiment; ///< the table that it belongs to
+  std::string sensor;
+  std::string coder;
+  double resolution = 0.0; ///< voxel edge, metres; 0 where there are no voxels
+};
+
+/** \brief A CSV file with a line for each quantity: its mean, deviation and number of
+ * samples. The order of lines tells the order of subjects in a table. */
+class ResultFile {
+public:
+  /** \brief Begins the file anew.
+   * \throws std::runtime_error if it cannot be written
+   */
+  explicit ResultFile(const std::string& path);
+
+  void
+  add(const Subject& subject,
+      const std::string& quantity,
+      const benchmarks::MeanAndDeviation& samples);
+
+  /** \brief A quantity that is measured once. */
+  void
+  add(const Subject& subject, const std::string& quantity, double value);
+
+  /** \brief Ends the file.
+   * \throws std::runtime_error if not all of it could be written
+   */
+  void
+  close();
+
+private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+} // namespace report
+} // namespace pcl_ext

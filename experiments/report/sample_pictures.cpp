@@ -1,0 +1,213 @@
+/** \file
+ * Writes the clouds, voxels and curves that the report's figures show, as CSV files. One
+ * frame of each sensor: the pictures are the same however many frames are measured.
+ */
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include "labelled_voxels.h"
+
+#include <boost/program_options.hpp>
+
+#include <command_line.h>
+
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace options = boost::program_options;
+using pcl_ext::KinectV2;
+using pcl_ext::cell::CellFrame;
+using pcl_ext::cell::LidarFrame;
+using pcl_ext::cell::PointTruth;
+using pcl_ext::cell::RobotCell;
+using pcl_ext::io::BoundingBox;
+using pcl_ext::report::LabelledVoxel;
+
+constexpr double resolution = 0.04; // metres
+/** \brief 5 s on, when the person walks and all arms are about. */
+constexpr std::uint32_t shown_frame = 90;
+constexpr std::uint32_t shown_revolution = 45;
+
+/** \brief A CSV file that says if it could not be written. */
+class CsvFile {
+public:
+  CsvFile(const std::string& path, const std::string& header) : path_(path), file_(path)
+  {
+    file_ << std::fixed << std::setprecision(4) << header << '\n';
+  }
+
+  template <typename FirstT, typename... RestT>
+  void
+  addRow(const FirstT& first, const RestT&... rest)
+  {
+    file_ << first;
+    ((file_ << ',' << rest), ...);
+    file_ << '\n';
+  }
+
+  void
+  close()
+  {
+    file_.close();
+    if (!file_)
+      throw std::runtime_error("cannot write '" + path_ + "'");
+  }
+
+private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+BoundingBox
+cropBox()
+{
+  BoundingBox box;
+  Eigen::Map<Eigen::Vector3d>(box.min.data()) = RobotCell::cropMin();
+  Eigen::Map<Eigen::Vector3d>(box.max.data()) = RobotCell::cropMax();
+  return box;
+}
+
+/** \brief Figure 5: the intensity of a point over its depth. */
+void
+writeLaws(const std::string& folder)
+{
+  const pcl_ext::IntensityModel<KinectV2, pcl_ext::CountLaw> count(resolution);
+  const pcl_ext::IntensityModel<KinectV2, pcl_ext::QuadraticLaw> quadratic(resolution);
+  const pcl_ext::IntensityModel<KinectV2, pcl_ext::LinearLaw> linear(resolution);
+  CsvFile file(folder + "/laws.csv", "depth,count,quadratic,linear,cut_off_depth");
+  for (int step = 0; step <= 180; ++step) {
+    const float depth = 0.1f * static_cast<float>(step);
+    file.addRow(
+        depth, count(depth), quadratic(depth), linear(depth), quadratic.cutOffDepth());
+  }
+  file.close();
+}
+
+template <typename PointT>
+void
+addPoints(unsigned int sensor,
+          const pcl::PointCloud<PointT>& cloud,
+          const std::vector<PointTruth>& truth,
+          const Eigen::Isometry3d& pose,
+          const BoundingBox& box,
+          CsvFile& file)
+{
+  const Eigen::Map<const Eigen::Array3d> min(box.min.data());
+  const Eigen::Map<const Eigen::Array3d> max(box.max.data());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (truth[i] == PointTruth::None)
+      continue;
+    const Eigen::Vector3d point =
+        pose * cloud[i].getVector3fMap().template cast<double>();
+    if ((point.array() >= min).all() && (point.array() <= max).all())
+      file.addRow(sensor, point.x(), point.y(), point.z());
+  }
+}
+
+void
+addVoxels(unsigned int sensor, const std::vector<LabelledVoxel>& voxels, CsvFile& file)
+{
+  for (const LabelledVoxel& voxel : voxels)
+    file.addRow(sensor,
+                voxel.x,
+                voxel.y,
+                voxel.z,
+                voxel.count,
+                voxel.quadratic,
+                voxel.linear,
+                voxel.native,
+                voxel.is_noise ? 1 : 0);
+}
+
+const char* const point_header = "sensor,x,y,z";
+const char* const voxel_header = "sensor,x,y,z,count,quadratic,linear,native,is_noise";
+
+/** \brief Figures 10 and 11: all sensors' points and voxels. */
+void
+writeCell(const std::string& folder, RobotCell& cell)
+{
+  CsvFile points(folder + "/cell_points.csv", point_header);
+  CsvFile voxels(folder + "/cell_voxels.csv", voxel_header);
+  CellFrame frame;
+  for (unsigned int sensor = 1; sensor <= RobotCell::sensor_count; ++sensor) {
+    cell.capture(sensor, shown_frame, frame);
+    const Eigen::Isometry3d pose = cell.sensorPose(sensor);
+    addPoints(sensor, frame.cloud, frame.truth, pose, cropBox(), points);
+    addVoxels(sensor,
+              pcl_ext::report::kinectVoxels(frame, pose, cropBox(), resolution),
+              voxels);
+  }
+  LidarFrame revolution;
+  cell.captureLidar(shown_revolution, revolution);
+  addPoints(RobotCell::lidar,
+            revolution.cloud,
+            revolution.truth,
+            cell.lidarPose(),
+            cropBox(),
+            points);
+  addVoxels(
+      RobotCell::lidar,
+      pcl_ext::report::lidarVoxels(revolution, cell.lidarPose(), cropBox(), resolution),
+      voxels);
+  points.close();
+  voxels.close();
+}
+
+/** \brief Figure 7: the corner of a carton on the conveyor, as sensor 1 sees it. */
+void
+writeOctree(const std::string& folder, RobotCell& cell)
+{
+  BoundingBox box;
+  box.min = {5.60, 3.12, 0.88};
+  box.max = {5.92, 3.44, 1.20};
+  CellFrame frame;
+  cell.capture(1, shown_frame, frame);
+  CsvFile points(folder + "/octree_points.csv", point_header);
+  addPoints(1, frame.cloud, frame.truth, cell.sensorPose(1), box, points);
+  points.close();
+  CsvFile voxels(folder + "/octree_voxels.csv", voxel_header);
+  addVoxels(1,
+            pcl_ext::report::kinectVoxels(frame, cell.sensorPose(1), box, resolution),
+            voxels);
+  voxels.close();
+}
+
+bool
+parse(int argc, const char* const* argv, std::string& folder)
+{
+  options::options_description description("Writes what the report's figures show.\n"
+                                           "Usage: sample_pictures folder\n\nOptions");
+  auto option = description.add_options();
+  option("help,h", "print this and stop");
+  option("folder", options::value(&folder)->required(), "that the CSV files go to");
+  options::variables_map values;
+  return pcl_ext::tools::parseCommandLine(argc, argv, description, "folder", values);
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  try {
+    std::string folder;
+    if (!parse(argc, argv, folder))
+      return 0;
+    RobotCell cell;
+    writeLaws(folder);
+    writeCell(folder, cell);
+    writeOctree(folder, cell);
+    return 0;
+  }
+  catch (const std::exception& error) {
+    std::cerr << "sample_pictures: " << error.what() << '\n';
+    return 1;
+  }
+}

@@ -1,0 +1,138 @@
+#include "stream_results.h"
+
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include <samples.h>
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace report {
+
+namespace {
+
+using benchmarks::MeanAndDeviation;
+using benchmarks::timeOf;
+
+/** \brief One coder at work on its stream. */
+class CoderRun {
+public:
+  CoderRun(const StreamCoder& coder, const WorldPose& pose, double frame_rate)
+  : subject_(coder.subject), pose_(pose), frame_rate_(frame_rate), node_(coder.settings)
+  {}
+
+  void
+  code(const pcl::PCLPointCloud2& cloud)
+  {
+    nodes::SensorNodeStatus status;
+    encode_ms_.add(timeOf([&] { status = node_.encode(cloud, pose_, bytes_); }));
+    if (!status.hasFrame())
+      throw std::runtime_error(name() + ": " + status.message());
+    io::CompressionStatus decoded;
+    decode_ms_.add(timeOf(
+        [&] { decoded = decoder_.decode(bytes_.data(), bytes_.size(), voxels_); }));
+    const io::FrameStatistics frame = node_.statistics().frame;
+    if (!decoded.ok() || voxels_.size() != frame.coding.voxels)
+      throw std::runtime_error(name() +
+                               ": a frame came back as another: " + decoded.message());
+    const double bytes = static_cast<double>(bytes_.size());
+    voxel_count_.add(static_cast<double>(frame.coding.voxels));
+    byte_count_.add(bytes);
+    bytes_per_voxel_.add(frame.bytesPerVoxel());
+    ratio_.add(16.0 * static_cast<double>(frame.voxelization.points_used) / bytes);
+    megabits_per_second_.add(8e-6 * bytes * frame_rate_);
+  }
+
+  void
+  write(ResultFile& results) const
+  {
+    results.add(subject_, "voxels", voxel_count_);
+    results.add(subject_, "bytes", byte_count_);
+    results.add(subject_, "bytes_per_voxel", bytes_per_voxel_);
+    results.add(subject_, "ratio", ratio_);
+    results.add(subject_, "megabits_per_second", megabits_per_second_);
+    results.add(subject_, "encode_ms", encode_ms_);
+    results.add(subject_, "decode_ms", decode_ms_);
+  }
+
+private:
+  std::string
+  name() const
+  {
+    return subject_.sensor + ", " + subject_.coder;
+  }
+
+  Subject subject_;
+  WorldPose pose_;
+  double frame_rate_;
+  nodes::SensorNode node_;
+  io::FrameDecoder decoder_;
+  std::vector<std::uint8_t> bytes_;
+  io::VoxelFrame voxels_;
+
+  MeanAndDeviation voxel_count_;
+  MeanAndDeviation byte_count_;
+  MeanAndDeviation bytes_per_voxel_;
+  MeanAndDeviation ratio_;
+  MeanAndDeviation megabits_per_second_;
+  MeanAndDeviation encode_ms_;
+  MeanAndDeviation decode_ms_;
+};
+
+} // namespace
+
+void
+measureCoders(const benchmarks::InputStream& stream,
+              double frame_rate,
+              const std::vector<StreamCoder>& coders,
+              ResultFile& results)
+{
+  const WorldPose pose(stream.clouds->sensorPose());
+  std::vector<CoderRun> runs;
+  for (const StreamCoder& coder : coders)
+    runs.emplace_back(coder, pose, frame_rate);
+  pcl::PCLPointCloud2 cloud;
+  for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
+    stream.clouds->read(i, cloud);
+    for (CoderRun& run : runs)
+      run.code(cloud);
+  }
+  for (const CoderRun& run : runs)
+    run.write(results);
+}
+
+void
+measureCropping(const benchmarks::InputStream& stream,
+                const Subject& subject,
+                ResultFile& results)
+{
+  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(subject.resolution)};
+  preprocessor.setSensorPose(stream.clouds->sensorPose());
+  if (stream.crop_box)
+    preprocessor.setCropBox(
+        Eigen::Map<const Eigen::Vector3d>(stream.crop_box->min.data()).cast<float>(),
+        Eigen::Map<const Eigen::Vector3d>(stream.crop_box->max.data()).cast<float>());
+  pcl::PCLPointCloud2 cloud;
+  benchmarks::IntensityCloud cropped;
+  MeanAndDeviation points, cropped_points, kept_percent, preprocess_ms;
+  for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
+    stream.clouds->read(i, cloud);
+    PreprocessingStatus status;
+    preprocess_ms.add(timeOf([&] { status = preprocessor.process(cloud, cropped); }));
+    if (!status.ok())
+      throw std::runtime_error(subject.sensor + ": " + status.message());
+    const PreprocessingStatistics& statistics = preprocessor.getStatistics();
+    const double finite =
+        static_cast<double>(statistics.points - statistics.points_not_finite);
+    points.add(finite);
+    cropped_points.add(static_cast<double>(cropped.size()));
+    kept_percent.add(100.0 * static_cast<double>(cropped.size()) / finite);
+  }
+  results.add(subject, "points", points);
+  results.add(subject, "cropped_points", cropped_points);
+  results.add(subject, "kept_percent", kept_percent);
+  results.add(subject, "preprocess_ms", preprocess_ms);
+}
+
+} // namespace report
+} // namespace pcl_ext

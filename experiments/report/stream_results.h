@@ -1,0 +1,51 @@
+/** \file
+ * \brief What a sensor's node makes of its stream, frame by frame: the figures of the
+ * paper's sections 3.1 and 3.2.
+ */
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "result_file.h"
+
+#include <workload.h>
+
+#include <vector>
+
+namespace pcl_ext {
+namespace report {
+
+/** \brief A way to code a stream, and the name that its results get. */
+struct StreamCoder {
+  Subject subject;
+  nodes::SensorNodeSettings settings;
+};
+
+/** \brief Sends every cloud of a stream through a SensorNode and a decoder for each
+ * coder, and adds up what comes of it.
+ *
+ * Quantities: voxels, bytes, bytes_per_voxel, ratio (16 bytes for each cropped point
+ * against the bytes), megabits_per_second, encode_ms (cloud to bytes, preprocessing
+ * included) and decode_ms (bytes to voxels), processor time both.
+ * \param[in] stream clouds, read once for all coders
+ * \param[in] frame_rate Hz
+ * \throws std::runtime_error if a frame cannot be coded, or decodes to other voxels than
+ * were coded
+ */
+void
+measureCoders(const benchmarks::InputStream& stream,
+              double frame_rate,
+              const std::vector<StreamCoder>& coders,
+              ResultFile& results);
+
+/** \brief Moves and crops every cloud of a stream.
+ *
+ * Quantities: points (with a return), cropped_points, kept_percent and preprocess_ms.
+ */
+void
+measureCropping(const benchmarks::InputStream& stream,
+                const Subject& subject,
+                ResultFile& results);
+
+} // namespace report
+} // namespace pcl_ext
