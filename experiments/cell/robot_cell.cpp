@@ -155,8 +155,9 @@ RobotCell::lidarSurfaces(std::uint32_t revolution)
     lidar_rays_.trace(staticEquipment(), world_to_lidar, static_lidar_surfaces_);
   }
   lidar_surfaces_ = static_lidar_surfaces_;
-  lidar_rays_.trace(
-      movingParts(revolution / lidar_rate), world_to_lidar, lidar_surfaces_);
+  const double time = revolution / lidar_rate;
+  for (const Solids& movers : {movingMachines(time), walkingPerson(time)})
+    lidar_rays_.trace(movers, world_to_lidar, lidar_surfaces_);
   return lidar_surfaces_;
 }
 
