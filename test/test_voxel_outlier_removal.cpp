@@ -48,7 +48,7 @@ frameOf(const Voxels& voxels, const io::VoxelGrid& grid)
 }
 
 /** \brief Log-odds by the voxels' index on the lattice. */
-using Scores = std::map<std::array<std::int32_t, 3>, float>;
+using Scores = std::map<std::array<std::int64_t, 3>, float>;
 
 Scores
 scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
@@ -59,9 +59,9 @@ scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
   Scores scores;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const io::VoxelPosition at = io::voxelPosition(frame.keys[i]);
-    scores[{static_cast<std::int32_t>(at.x) + frame.grid.first_index[0],
-            static_cast<std::int32_t>(at.y) + frame.grid.first_index[1],
-            static_cast<std::int32_t>(at.z) + frame.grid.first_index[2]}] = log_odds[i];
+    scores[{std::int64_t{at.x} + frame.grid.first_index[0],
+            std::int64_t{at.y} + frame.grid.first_index[1],
+            std::int64_t{at.z} + frame.grid.first_index[2]}] = log_odds[i];
   }
   return scores;
 }
