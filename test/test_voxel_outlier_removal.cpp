@@ -15,8 +15,11 @@ namespace {
 
 using namespace pcl_ext;
 
+/** \brief Of a voxel; of any grid, whose voxels may lie beyond 32 bits. */
+using LatticeIndex = std::array<std::int64_t, 3>;
+
 /** \brief Voxels by their index on the lattice, with symbols. */
-using Voxels = std::map<std::array<std::int32_t, 3>, std::uint16_t>;
+using Voxels = std::map<LatticeIndex, std::uint16_t>;
 
 io::VoxelGrid
 gridAt(std::int32_t x, std::int32_t y, std::int32_t z, unsigned int depth = 7)
@@ -48,7 +51,7 @@ frameOf(const Voxels& voxels, const io::VoxelGrid& grid)
 }
 
 /** \brief Log-odds by the voxels' index on the lattice. */
-using Scores = std::map<std::array<std::int64_t, 3>, float>;
+using Scores = std::map<LatticeIndex, float>;
 
 Scores
 scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
@@ -79,8 +82,8 @@ Voxels
 wall(std::mt19937_64& random, std::int32_t x)
 {
   Voxels voxels;
-  for (std::int32_t y = 20; y < 45; ++y)
-    for (std::int32_t z = 20; z < 45; ++z)
+  for (std::int64_t y = 20; y < 45; ++y)
+    for (std::int64_t z = 20; z < 45; ++z)
       if (random() % 8 != 0)
         voxels[{x + static_cast<std::int32_t>(random() % 2), y, z}] =
             static_cast<std::uint16_t>(30 + random() % 226);
@@ -117,17 +120,17 @@ public:
 
 private:
   double
-  scoreAt(const std::array<std::int32_t, 3>& index) const
+  scoreAt(const LatticeIndex& index) const
   {
     std::array<double, 3> shells{};
     double occupied = 0.0;
-    for (std::int32_t x = -2; x <= 2; ++x)
-      for (std::int32_t y = -2; y <= 2; ++y)
-        for (std::int32_t z = -2; z <= 2; ++z) {
+    for (std::int64_t x = -2; x <= 2; ++x)
+      for (std::int64_t y = -2; y <= 2; ++y)
+        for (std::int64_t z = -2; z <= 2; ++z) {
           const auto found = field_.find({index[0] + x, index[1] + y, index[2] + z});
           if (found == field_.end())
             continue;
-          const std::int32_t steps = std::abs(x) + std::abs(y) + std::abs(z);
+          const std::int64_t steps = std::abs(x) + std::abs(y) + std::abs(z);
           const bool is_rim = std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2;
           shells[steps < 2 ? 0
                  : is_rim  ? 2
@@ -145,8 +148,8 @@ private:
   }
 
   bool are_faces_;
-  std::map<std::array<std::int32_t, 3>, double> means_;
-  std::map<std::array<std::int32_t, 3>, double> field_;
+  std::map<LatticeIndex, double> means_;
+  std::map<LatticeIndex, double> field_;
 };
 
 void
@@ -387,11 +390,11 @@ TEST(VoxelOutlierRemoval, WhatHasJustComeIsNoNoise)
   VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
   for (std::int32_t frame = 0; frame < 6; ++frame) {
     Voxels voxels;
-    for (std::int32_t y = 20; y < 30; ++y)
-      for (std::int32_t z = 20; z < 30; ++z)
+    for (std::int64_t y = 20; y < 30; ++y)
+      for (std::int64_t z = 20; z < 30; ++z)
         voxels[{10 + 5 * frame, y, z}] = 200;
     // A flying pixel, of a ray that covers a tenth of a face.
-    const std::array<std::int32_t, 3> flying = {10 + 5 * frame, 40, 40};
+    const LatticeIndex flying = {10 + 5 * frame, 40, 40};
     voxels[flying] = 25;
     for (const auto& [index, score] :
          scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))))
