@@ -85,7 +85,7 @@ sumRows(const Row* rows)
 {
   constexpr std::size_t slice = DensityWindow::width;
   RowSums sums;
-  for (const std::size_t x : {0, 4})
+  for (const std::size_t x : {std::size_t{0}, std::size_t{4}})
     for (std::size_t y = 0; y < 5; ++y)
       addRow(rows[x * slice + y], sums.far);
   for (std::size_t x = 1; x < 4; ++x) {
@@ -93,7 +93,7 @@ sumRows(const Row* rows)
     addRow(rows[x * slice + 4], sums.far);
     addRow(rows[x * slice + 2], x == 2 ? sums.near : sums.cross);
   }
-  for (const std::size_t y : {1, 3}) {
+  for (const std::size_t y : {std::size_t{1}, std::size_t{3}}) {
     addRow(rows[slice + y], sums.near);
     addRow(rows[2 * slice + y], sums.cross);
     addRow(rows[3 * slice + y], sums.near);
