@@ -38,6 +38,8 @@ percent(double share)
 std::string
 formatted(double number, int digits)
 {
+  if (std::isnan(number)) // of no voxels
+    return "-";
   std::ostringstream text;
   text << std::fixed << std::setprecision(digits) << number;
   return text.str();
