@@ -43,7 +43,9 @@ main()
 
   // The listener is called by the threads that decode.
   std::atomic<bool> left_is_wanted{false};
-  nodes::CentralNode central({}, [&](const nodes::ReceivedFrame& frame) {
+  nodes::CentralNodeSettings central_settings;
+  central_settings.resolution = settings.compression.resolution;
+  nodes::CentralNode central(central_settings, [&](const nodes::ReceivedFrame& frame) {
     if (frame.wants_i_frame && frame.stream == "left")
       left_is_wanted = true;
   });

@@ -53,7 +53,7 @@ TEST(VelodyneLidar, SeesAFloorAndWallsAllAroundWhereTheyAre)
   solids.emplace_back(uprightBox({0, 30, 5}, {100, 1, 20}, Material::Plaster));
   solids.emplace_back(uprightBox({0, -30, 5}, {100, 1, 20}, Material::Plaster));
   const LidarRays rays;
-  SurfaceImage image = LidarRays::emptyImage();
+  SurfaceImage image(LidarRays::size);
   rays.trace(solids, pose.inverse(), image);
   for (std::size_t pixel = 0; pixel < LidarRays::size; ++pixel) {
     const Eigen::Vector3d ray = pose.linear() * rays.direction(pixel);

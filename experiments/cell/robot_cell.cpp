@@ -68,7 +68,7 @@ RobotCell::staticView(unsigned int sensor)
   const Eigen::Isometry3d world_to_sensor = sensorPose(sensor).inverse();
   StaticView& view = static_views_[sensor - 1];
   if (!view.drawn) {
-    view.surfaces = RayGrid::emptyImage();
+    view.surfaces = SurfaceImage(RayGrid::size);
     rays_.trace(staticEquipment(), world_to_sensor, view.surfaces, nullptr);
     view.errors.resize(RayGrid::size);
     for (std::size_t pixel = 0; pixel < RayGrid::size; ++pixel)
@@ -151,7 +151,7 @@ RobotCell::lidarSurfaces(std::uint32_t revolution)
 {
   const Eigen::Isometry3d world_to_lidar = lidarPose().inverse();
   if (static_lidar_surfaces_.depth.empty()) {
-    static_lidar_surfaces_ = LidarRays::emptyImage();
+    static_lidar_surfaces_ = SurfaceImage(LidarRays::size);
     lidar_rays_.trace(staticEquipment(), world_to_lidar, static_lidar_surfaces_);
   }
   lidar_surfaces_ = static_lidar_surfaces_;

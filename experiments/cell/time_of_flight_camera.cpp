@@ -44,16 +44,6 @@ RayGrid::RayGrid()
     y_.push_back(half_y * (2.0 * (static_cast<double>(i) + 0.5) / rows - 1.0));
 }
 
-SurfaceImage
-RayGrid::emptyImage()
-{
-  SurfaceImage image;
-  image.depth.assign(size, 0.0f);
-  image.cos_incidence.assign(size, 1.0f);
-  image.material.assign(size, Material::Concrete);
-  return image;
-}
-
 template <typename TargetT>
 void
 RayGrid::traceTarget(const TargetT& target,
@@ -83,14 +73,9 @@ RayGrid::traceTarget(const TargetT& target,
       const auto j = static_cast<std::size_t>(row);
       const Hit hit = target.meet(x_[i], y_[j]);
       const std::size_t pixel = j * columns + i;
-      const float depth = static_cast<float>(hit.depth);
-      const float behind = image.depth[pixel];
-      if (depth <= 0.0f || (behind > 0.0f && behind <= depth))
-        continue;
-      image.depth[pixel] = depth;
-      image.cos_incidence[pixel] = static_cast<float>(hit.cos_incidence);
-      image.material[pixel] = material;
-      if (changed != nullptr)
+      const bool is_drawn = image.drawInFront(
+          pixel, static_cast<float>(hit.depth), hit.cos_incidence, material);
+      if (is_drawn && changed != nullptr)
         changed->push_back(pixel);
     }
 }

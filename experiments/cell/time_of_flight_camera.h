@@ -47,6 +47,31 @@ enum class PointTruth : std::uint8_t {
 
 /** \brief What the sensor would see without errors, row by row. */
 struct SurfaceImage {
+  /** \brief An image of nothing. */
+  explicit SurfaceImage(std::size_t pixels = 0)
+  : depth(pixels, 0.0f)
+  , cos_incidence(pixels, 1.0f)
+  , material(pixels, Material::Concrete)
+  {}
+
+  /** \brief Draws a pixel, unless what it shows is nearer, or nothing was hit.
+   * \return true if it was drawn
+   */
+  bool
+  drawInFront(std::size_t pixel,
+              float pixel_depth,
+              double pixel_cos_incidence,
+              Material pixel_material)
+  {
+    const float behind = depth[pixel];
+    if (pixel_depth <= 0.0f || (behind > 0.0f && behind <= pixel_depth))
+      return false;
+    depth[pixel] = pixel_depth;
+    cos_incidence[pixel] = static_cast<float>(pixel_cos_incidence);
+    material[pixel] = pixel_material;
+    return true;
+  }
+
   std::vector<float> depth;         ///< metres along the optical axis; 0: nothing hit
   std::vector<float> cos_incidence; ///< cosine of the angle of incidence
   std::vector<Material> material;
@@ -75,10 +100,6 @@ public:
   {
     return y_[row];
   }
-
-  /** \brief An image of nothing. */
-  static SurfaceImage
-  emptyImage();
 
   /** \brief Draw solids into an image, in front of what it holds behind them.
    * \param[out] changed indices of the pixels that were drawn on, each possibly more

@@ -54,16 +54,6 @@ LidarRays::direction(std::size_t pixel) const
           std::sin(elevation)};
 }
 
-SurfaceImage
-LidarRays::emptyImage()
-{
-  SurfaceImage image;
-  image.depth.assign(size, 0.0f);
-  image.cos_incidence.assign(size, 1.0f);
-  image.material.assign(size, Material::Concrete);
-  return image;
-}
-
 template <typename TargetT>
 void
 LidarRays::traceTarget(const TargetT& target,
@@ -88,12 +78,7 @@ LidarRays::traceTarget(const TargetT& target,
       const float range =
           static_cast<float>(hit.depth * std::sqrt(1.0 + x * x + y * y));
       const std::size_t pixel = ring * columns + quarter * quarter_columns + i;
-      const float behind = image.depth[pixel];
-      if (range <= 0.0f || (behind > 0.0f && behind <= range))
-        continue;
-      image.depth[pixel] = range;
-      image.cos_incidence[pixel] = static_cast<float>(hit.cos_incidence);
-      image.material[pixel] = material;
+      image.drawInFront(pixel, range, hit.cos_incidence, material);
     }
   }
 }

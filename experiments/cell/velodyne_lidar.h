@@ -45,10 +45,6 @@ public:
   Eigen::Vector3d
   direction(std::size_t pixel) const;
 
-  /** \brief An image of nothing. */
-  static SurfaceImage
-  emptyImage();
-
   /** \brief Draw solids into an image, in front of what it holds behind them. All rays
    * of a revolution are cast at once: what moves is not drawn out. */
   void
