@@ -12,6 +12,9 @@
 
 #include <boost/program_options.hpp>
 
+#include <machine.h>
+#include <markdown_table.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <exception>
@@ -119,7 +122,7 @@ peerMethods(double resolution)
   // Between the distances to which voxels' centres can be apart.
   for (const double voxels : {1.2, 1.5, 1.8, 2.1, 2.5, 3.1, 4.1})
     methods.push_back(
-        {"RadiusOutlierRemoval, " + formatted(voxels, 1) + " voxels",
+        {"RadiusOutlierRemoval, " + benchmarks::formatted(voxels, 1) + " voxels",
          [voxels, resolution](const LabelledFrame& frame, std::vector<float>& scores) {
            radiusScores(centresOf(frame.of(Law::Count)), voxels * resolution, scores);
          },
@@ -166,10 +169,10 @@ measureTimes(unsigned int sensor, const Options& options)
          {std::tuple(&on_quadratic, Law::Quadratic, 0),
           std::tuple(&on_count, Law::Count, 1)}) {
       io::VoxelFrame filtered = frame.of(law);
-      const double start = cpuSeconds();
+      const double start = benchmarks::processCpuSeconds();
       removal->filter(filtered);
-      milliseconds[static_cast<std::size_t>(column)].push_back(1e3 *
-                                                               (cpuSeconds() - start));
+      milliseconds[static_cast<std::size_t>(column)].push_back(
+          1e3 * (benchmarks::processCpuSeconds() - start));
     }
     const Centres::ConstPtr centres = centresOf(frame.of(Law::Count));
     milliseconds[2].push_back(1e3 * statisticalSeconds(centres, 8));
@@ -177,9 +180,9 @@ measureTimes(unsigned int sensor, const Options& options)
     milliseconds[4].push_back(1e3 * radiusSeconds(centres, 1.8 * options.resolution));
     milliseconds[5].push_back(1e3 * radiusSeconds(centres, 2.5 * options.resolution));
   }
-  std::cout << "## Time, sensor " << sensor << ", " << formatted(voxels, 0)
+  std::cout << "## Time, sensor " << sensor << ", " << benchmarks::formatted(voxels, 0)
             << " voxels, CPU milliseconds a frame\n\n";
-  std::vector<std::vector<std::string>> rows = {{"filter", "median", "longest"}};
+  benchmarks::MarkdownTable table({"filter", "median", "longest"});
   const std::vector<std::string> names = {"VoxelOutlierRemoval, quadratic",
                                           "VoxelOutlierRemoval, count",
                                           "StatisticalOutlierRemoval, 8 neighbours",
@@ -188,10 +191,11 @@ measureTimes(unsigned int sensor, const Options& options)
                                           "RadiusOutlierRemoval, 2.5 voxels"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double middle = median(milliseconds[i]);
-    rows.push_back(
-        {names[i], formatted(middle, 2), formatted(milliseconds[i].back(), 2)});
+    table.addRow({names[i],
+                  benchmarks::formatted(middle, 2),
+                  benchmarks::formatted(milliseconds[i].back(), 2)});
   }
-  printTable(rows, std::cout);
+  table.print(std::cout);
 }
 
 void

@@ -2,16 +2,21 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include <markdown_table.h>
+
 #include <cmath>
-#include <iomanip>
 #include <memory>
 #include <ostream>
 #include <sstream>
+#include <utility>
 
 namespace pcl_ext {
 namespace noise {
 
 namespace {
+
+using benchmarks::formatted;
+using benchmarks::MarkdownTable;
 
 constexpr double wanted_surfaces = 0.95;
 
@@ -28,40 +33,19 @@ filterMethod(const std::string& name, Law law, VoxelOutlierRemovalSettings setti
 }
 
 std::string
-percent(double share)
+percent(double number)
 {
-  return std::isnan(share) ? "-" : formatted(100.0 * share, 1);
+  return std::isnan(number) ? "-" : formatted(100.0 * number, 1);
+}
+
+/** \brief Three digits, or a dash for one of no voxels. */
+std::string
+share(double number)
+{
+  return std::isnan(number) ? "-" : formatted(number, 3);
 }
 
 } // namespace
-
-std::string
-formatted(double number, int digits)
-{
-  if (std::isnan(number)) // of no voxels
-    return "-";
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(digits) << number;
-  return text.str();
-}
-
-void
-printTable(const std::vector<std::vector<std::string>>& rows, std::ostream& output)
-{
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    output << '|';
-    for (const std::string& cell : rows[row])
-      output << ' ' << cell << " |";
-    output << '\n';
-    if (row > 0)
-      continue;
-    output << '|';
-    for (std::size_t i = 0; i < rows[row].size(); ++i)
-      output << "---|";
-    output << '\n';
-  }
-  output << '\n';
-}
 
 std::vector<Method>
 lawMethods()
@@ -117,73 +101,73 @@ judge(const LabelledFrame& frame, std::vector<Method>& methods)
 void
 printFigures(std::vector<Method>& methods, std::ostream& output)
 {
-  std::vector<std::vector<std::string>> rows = {{"score",
-                                                 "average precision",
-                                                 "best threshold",
-                                                 "precision",
-                                                 "recall",
-                                                 "F1",
-                                                 "threshold for 95 % of surfaces",
-                                                 "noise let through %",
-                                                 "kept: still %",
-                                                 "machines %",
-                                                 "person %"}};
+  MarkdownTable table({"score",
+                       "average precision",
+                       "best threshold",
+                       "precision",
+                       "recall",
+                       "F1",
+                       "threshold for 95 % of surfaces",
+                       "noise let through %",
+                       "kept: still %",
+                       "machines %",
+                       "person %"});
   for (Method& method : methods) {
     method.voxels.sort();
     const Decision best = method.voxels.at(method.voxels.bestThreshold());
     const Decision usual =
         method.voxels.at(method.voxels.thresholdThatKeeps(wanted_surfaces));
-    rows.push_back({method.name,
-                    formatted(method.voxels.averagePrecision()),
-                    formatted(static_cast<double>(best.threshold), 2),
-                    formatted(best.precision),
-                    formatted(best.recall),
-                    formatted(best.f1),
-                    formatted(static_cast<double>(usual.threshold), 2),
-                    percent(usual.kept[0]),
-                    percent(usual.kept[1]),
-                    percent(usual.kept[2]),
-                    percent(usual.kept[3])});
+    table.addRow({method.name,
+                  share(method.voxels.averagePrecision()),
+                  formatted(static_cast<double>(best.threshold), 2),
+                  share(best.precision),
+                  share(best.recall),
+                  share(best.f1),
+                  formatted(static_cast<double>(usual.threshold), 2),
+                  percent(usual.kept[0]),
+                  percent(usual.kept[1]),
+                  percent(usual.kept[2]),
+                  percent(usual.kept[3])});
   }
   output << "Noise: " << percent(methods.front().voxels.noiseShare())
          << " % of the voxels.\n\n";
-  printTable(rows, output);
+  table.print(output);
 }
 
 void
 printThresholds(const std::vector<Method>& methods, std::ostream& output)
 {
-  std::vector<std::vector<std::string>> rows = {{"score",
-                                                 "threshold",
-                                                 "precision",
-                                                 "recall",
-                                                 "F1",
-                                                 "noise let through %",
-                                                 "kept: surfaces %",
-                                                 "still %",
-                                                 "machines %",
-                                                 "person %"}};
+  MarkdownTable table({"score",
+                       "threshold",
+                       "precision",
+                       "recall",
+                       "F1",
+                       "noise let through %",
+                       "kept: surfaces %",
+                       "still %",
+                       "machines %",
+                       "person %"});
   for (const Method& method : methods)
     for (const float threshold : method.thresholds) {
       const Decision decision = method.voxels.at(threshold);
-      rows.push_back({method.name,
-                      formatted(static_cast<double>(threshold), 1),
-                      formatted(decision.precision),
-                      formatted(decision.recall),
-                      formatted(decision.f1),
-                      percent(decision.kept[0]),
-                      percent(decision.surface_kept),
-                      percent(decision.kept[1]),
-                      percent(decision.kept[2]),
-                      percent(decision.kept[3])});
+      table.addRow({method.name,
+                    formatted(static_cast<double>(threshold), 1),
+                    share(decision.precision),
+                    share(decision.recall),
+                    share(decision.f1),
+                    percent(decision.kept[0]),
+                    percent(decision.surface_kept),
+                    percent(decision.kept[1]),
+                    percent(decision.kept[2]),
+                    percent(decision.kept[3])});
     }
-  printTable(rows, output);
+  table.print(output);
 }
 
 void
 printBands(const std::vector<Method>& methods, std::ostream& output)
 {
-  std::vector<std::vector<std::string>> rows = {{"score"}};
+  MarkdownTable::Row header = {"score"};
   for (std::size_t band = 0; band < band_count; ++band) {
     std::ostringstream name;
     if (band > 0)
@@ -192,22 +176,23 @@ printBands(const std::vector<Method>& methods, std::ostream& output)
       name << " m and more";
     else
       name << (band > 0 ? " to " : "up to ") << band_ends[band] << " m";
-    rows.front().push_back(name.str());
+    header.push_back(name.str());
   }
+  MarkdownTable table(header);
   for (const Method& method : methods) {
     const float threshold = method.voxels.thresholdThatKeeps(wanted_surfaces);
-    rows.push_back({method.name});
+    MarkdownTable::Row row = {method.name};
     for (std::size_t band = 0; band < band_count; ++band) {
       const Decision decision = method.voxels.at(threshold, band);
-      rows.back().push_back(formatted(method.voxels.averagePrecision(band)) + "; " +
-                            percent(decision.kept[0]) + "; " +
-                            percent(decision.surface_kept));
+      row.push_back(share(method.voxels.averagePrecision(band)) + "; " +
+                    percent(decision.kept[0]) + "; " + percent(decision.surface_kept));
     }
+    table.addRow(std::move(row));
   }
   output << "Average precision; % of the noise that is let through and % of the "
             "surfaces' voxels that are kept at the threshold for 95 % of all surfaces:"
             "\n\n";
-  printTable(rows, output);
+  table.print(output);
 }
 
 } // namespace noise

@@ -52,13 +52,5 @@ printThresholds(const std::vector<Method>& methods, std::ostream& output);
 void
 printBands(const std::vector<Method>& methods, std::ostream& output);
 
-/** \brief A table in Markdown. */
-void
-printTable(const std::vector<std::vector<std::string>>& rows, std::ostream& output);
-
-/** \brief A number with three digits behind the point, or so many. */
-std::string
-formatted(double number, int digits = 3);
-
 } // namespace noise
 } // namespace pcl_ext

@@ -7,12 +7,29 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/search/kdtree.h>
 
+#include <machine.h>
+
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 
 namespace pcl_ext {
 namespace noise {
+
+namespace {
+
+/** \brief CPU seconds of one of PCL's filters for one cloud. */
+template <typename FilterT>
+double
+secondsOf(FilterT& removal, const Centres::ConstPtr& centres)
+{
+  Centres kept;
+  const double start = benchmarks::processCpuSeconds();
+  removal.setInputCloud(centres);
+  removal.filter(kept);
+  return benchmarks::processCpuSeconds() - start;
+}
+
+} // namespace
 
 Centres::Ptr
 centresOf(const io::VoxelFrame& frame)
@@ -85,34 +102,18 @@ double
 statisticalSeconds(const Centres::ConstPtr& centres, int neighbours)
 {
   pcl::StatisticalOutlierRemoval<pcl::PointXYZI> removal;
-  Centres kept;
-  const double start = cpuSeconds();
-  removal.setInputCloud(centres);
   removal.setMeanK(neighbours);
   removal.setStddevMulThresh(1.0);
-  removal.filter(kept);
-  return cpuSeconds() - start;
+  return secondsOf(removal, centres);
 }
 
 double
 radiusSeconds(const Centres::ConstPtr& centres, double radius)
 {
   pcl::RadiusOutlierRemoval<pcl::PointXYZI> removal;
-  Centres kept;
-  const double start = cpuSeconds();
-  removal.setInputCloud(centres);
   removal.setRadiusSearch(radius);
   removal.setMinNeighborsInRadius(5);
-  removal.filter(kept);
-  return cpuSeconds() - start;
-}
-
-double
-cpuSeconds()
-{
-  std::timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  return secondsOf(removal, centres);
 }
 
 } // namespace noise

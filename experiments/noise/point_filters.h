@@ -40,9 +40,5 @@ statisticalSeconds(const Centres::ConstPtr& centres, int neighbours);
 double
 radiusSeconds(const Centres::ConstPtr& centres, double radius);
 
-/** \brief CPU time of this process, seconds. */
-double
-cpuSeconds();
-
 } // namespace noise
 } // namespace pcl_ext

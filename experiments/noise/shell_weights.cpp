@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include <markdown_table.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -141,10 +143,12 @@ printShellWeights(std::uint32_t seed,
   }
   const Eigen::Vector4d weights = fit(samples);
   output << "## Weights fitted to sensor " << sensor << ", seed " << seed << "\n\n";
-  std::vector<std::vector<std::string>> rows = {{"c", "core", "ring", "rim"}, {}};
+  benchmarks::MarkdownTable table({"c", "core", "ring", "rim"});
+  benchmarks::MarkdownTable::Row row;
   for (Eigen::Index i = 0; i < 4; ++i)
-    rows[1].push_back(formatted(weights[i], 2));
-  printTable(rows, output);
+    row.push_back(benchmarks::formatted(weights[i], 2));
+  table.addRow(row);
+  table.print(output);
 }
 
 } // namespace noise

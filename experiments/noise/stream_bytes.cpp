@@ -9,6 +9,8 @@
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
+#include <markdown_table.h>
+
 #include <limits>
 #include <optional>
 #include <ostream>
@@ -104,24 +106,25 @@ printSenders(const std::vector<Sender>& senders,
 {
   const std::vector<std::string> names = {
       "none", "log-odds 0", "log-odds 2.5", "the truth"};
-  std::vector<std::vector<std::string>> rows = {
-      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"}};
+  benchmarks::MarkdownTable table(
+      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"});
   auto sender = senders.begin();
   for (const auto& [law_name, law] : node_laws)
     for (const auto& [effort_name, effort] : efforts) {
       const auto all_bytes = static_cast<double>(sender->bytes);
       for (const std::string& name : names) {
         const auto sent = static_cast<double>(sender->bytes);
-        rows.push_back({law_name,
-                        effort_name,
-                        name,
-                        formatted(static_cast<double>(sender->voxels) / frames, 0),
-                        formatted(sent / frames, 0),
-                        formatted(100.0 * (1.0 - sent / all_bytes), 1)});
+        table.addRow(
+            {law_name,
+             effort_name,
+             name,
+             benchmarks::formatted(static_cast<double>(sender->voxels) / frames, 0),
+             benchmarks::formatted(sent / frames, 0),
+             benchmarks::formatted(100.0 * (1.0 - sent / all_bytes), 1)});
         ++sender;
       }
     }
-  printTable(rows, output);
+  table.print(output);
 }
 
 } // namespace
