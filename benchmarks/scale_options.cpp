@@ -37,6 +37,7 @@ parseScaleOptions(int argc, const char* const* argv)
 {
   ScaleOptions result;
   std::vector<std::string> efforts;
+  VoxelOutlierRemovalSettings outlier_removal;
   options::options_description description(
       "Finds how many 20 Hz streams one CentralNode decodes in time and how many a "
       "gigabit carries, runs six sensors at once, and prints Markdown.\n"
@@ -64,9 +65,16 @@ parseScaleOptions(int argc, const char* const* argv)
   option("sensor-frames",
          options::value(&result.sensor_frames)->default_value(60),
          "clouds of each of the six, 3.5 MB each, which are repeated");
+  option(
+      "outlier-removal",
+      options::value(&outlier_removal.min_log_odds),
+      "log-odds below which the sensors take a voxel for noise and do not send it, 0 "
+      "being their default; without this option they send all voxels");
   options::variables_map values;
   if (!tools::parseCommandLine(argc, argv, description, "recording", values))
     return std::nullopt;
+  if (values.count("outlier-removal") != 0)
+    result.workload.outlier_removal = outlier_removal;
   if (efforts.empty())
     result.variants = libraryVariants();
   for (const std::string& effort : efforts)

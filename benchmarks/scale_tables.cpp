@@ -35,6 +35,18 @@ bytesOnTheWire(double frame_bytes)
 
 constexpr double gigabit = 1e9;
 
+/** \brief What the sensors leave out. */
+std::string
+removalAtSensors(const ScaleOptions& options)
+{
+  if (!options.workload.outlier_removal)
+    return "";
+  return " The sensors remove outliers, at log-odds " +
+         formatted(static_cast<double>(options.workload.outlier_removal->min_log_odds),
+                   1) +
+         ".";
+}
+
 std::vector<SensorStream>
 encodeAll(const ScaleOptions& options, const Variant& variant)
 {
@@ -113,7 +125,8 @@ printManyStreams(const ScaleOptions& options, std::ostream& output)
          << formatted(cell::RobotCell::frame_rate, 0) << " Hz and "
          << formatted(100.0 * options.workload.resolution, 0) << " cm; "
          << std::thread::hardware_concurrency() << " cores; runs of "
-         << formatted(options.seconds, 1) << " s.\n\n";
+         << formatted(options.seconds, 1) << " s." << removalAtSensors(options)
+         << "\n\n";
   MarkdownTable table({"effort",
                        "voxels",
                        "bytes a frame",
@@ -136,7 +149,8 @@ printSixSensors(const ScaleOptions& options, std::ostream& output)
 {
   output << "### Six sensors at once\n\n"
          << formatted(options.sensor_seconds, 0) << " s on "
-         << std::thread::hardware_concurrency() << " cores.\n\n";
+         << std::thread::hardware_concurrency() << " cores."
+         << removalAtSensors(options) << "\n\n";
   MarkdownTable table({"effort",
                        "node",
                        "frames a second",

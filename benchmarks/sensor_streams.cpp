@@ -16,6 +16,7 @@ sensorNodeSettings(const InputStream& stream,
   settings.compression.effort = variant.effort;
   settings.compression.format = variant.format;
   settings.crop_box = stream.crop_box;
+  settings.outlier_removal = workload.outlier_removal;
   return settings;
 }
 

@@ -7,7 +7,7 @@
 #include <pcl/common/io.h>
 #include <pcl/conversions.h>
 
-#include <cell/robot_cell.h>
+#include <cell/crop_box.h>
 
 #include <stdexcept>
 #include <utility>
@@ -50,15 +50,6 @@ private:
   std::size_t frames_;
   SampledRoom room_;
 };
-
-io::BoundingBox
-cropBoxOfCell()
-{
-  io::BoundingBox crop_box;
-  Eigen::Map<Eigen::Vector3d>(crop_box.min.data()) = cell::RobotCell::cropMin();
-  Eigen::Map<Eigen::Vector3d>(crop_box.max.data()) = cell::RobotCell::cropMax();
-  return crop_box;
-}
 
 template <typename LawT>
 Preprocessing
@@ -167,13 +158,13 @@ makePreprocessing(const Workload& workload,
 InputStream
 openCellStream(unsigned int sensor, std::size_t frames)
 {
-  return {tools::openCell(sensor, frames, /* seed */ 1), cropBoxOfCell()};
+  return {tools::openCell(sensor, frames, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream
 openLidarStream(std::size_t revolutions)
 {
-  return {tools::openCellLidar(revolutions, /* seed */ 1), cropBoxOfCell()};
+  return {tools::openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -35,6 +36,8 @@ struct Workload {
   Law law = Law::Count;
   double resolution = 0.04; ///< voxel edge, metres
   unsigned int i_frame_rate = 30;
+  /** \brief What sensor nodes remove before they encode; none: they send all voxels. */
+  std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 };
 
 /** \brief An effort of this library, or the published layout. */

@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "cell/crop_box.h"
 #include "cell/robot_cell.h"
 
 #include <pcl/point_cloud.h>
@@ -128,13 +129,7 @@ private:
     pcl_ext::io::IntensityCompressionSettings settings;
     settings.resolution = resolution;
     settings.format = pcl_ext::io::StreamFormat::Published;
-    settings.bounding_box.emplace();
-    for (int axis = 0; axis < 3; ++axis) {
-      settings.bounding_box->min[static_cast<std::size_t>(axis)] =
-          RobotCell::cropMin()[axis];
-      settings.bounding_box->max[static_cast<std::size_t>(axis)] =
-          RobotCell::cropMax()[axis];
-    }
+    settings.bounding_box = pcl_ext::cell::cropBox();
     return settings;
   }
 

@@ -6,6 +6,8 @@
 #include "stream_options.h"
 #include "stream_run.h"
 
+#include <cell/crop_box.h>
+
 #include <algorithm>
 #include <exception>
 #include <iomanip>
@@ -73,13 +75,8 @@ run(const StreamOptions& options)
   else {
     sequences.push_back(
         pcl_ext::tools::openCell(options.cell_sensor, options.frames, options.seed));
-    if (!crop_box) {
-      crop_box.emplace();
-      Eigen::Map<Eigen::Vector3d>(crop_box->min.data()) =
-          pcl_ext::cell::RobotCell::cropMin();
-      Eigen::Map<Eigen::Vector3d>(crop_box->max.data()) =
-          pcl_ext::cell::RobotCell::cropMax();
-    }
+    if (!crop_box)
+      crop_box = pcl_ext::cell::cropBox();
   }
   if (const auto status = pcl_ext::io::checkSettings(options.settings); !status.ok())
     throw std::invalid_argument(status.message());

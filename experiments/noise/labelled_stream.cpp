@@ -1,39 +1,12 @@
 #include "labelled_stream.h"
 
-#include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/depth_model.h>
-
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace noise {
-
-namespace {
-
-io::IntensityCompressionSettings
-voxelSettings(double resolution)
-{
-  io::IntensityCompressionSettings settings;
-  settings.resolution = resolution;
-  settings.bounding_box.emplace();
-  for (int axis = 0; axis < 3; ++axis) {
-    settings.bounding_box->min[static_cast<std::size_t>(axis)] =
-        cell::RobotCell::cropMin()[axis];
-    settings.bounding_box->max[static_cast<std::size_t>(axis)] =
-        cell::RobotCell::cropMax()[axis];
-  }
-  return settings;
-}
-
-std::array<double, 3>
-elements(const Eigen::Vector3d& vector)
-{
-  return {vector.x(), vector.y(), vector.z()};
-}
-
-} // namespace
 
 std::string
 nameOf(Law law)
@@ -49,53 +22,14 @@ nameOf(Law law)
   return "count";
 }
 
-template <typename LawT>
-LabelledStream::Voxels<LawT>::Voxels(double resolution, const Eigen::Isometry3d& pose)
-: model_(resolution)
-, pose_(pose)
-, preprocessor_(model_)
-, voxelizer_(voxelSettings(resolution), LawT::unit)
-{
-  preprocessor_.setSensorPose(pose);
-  preprocessor_.setCropBox(cell::RobotCell::cropMin().cast<float>(),
-                           cell::RobotCell::cropMax().cast<float>());
-}
-
-template <typename LawT>
-void
-LabelledStream::Voxels<LawT>::make(const pcl::PointCloud<pcl::PointXYZ>& cloud,
-                                   io::VoxelFrame& frame)
-{
-  if (const auto status = preprocessor_.process(cloud, points_); !status.ok())
-    throw std::runtime_error(status.message());
-  io::PointView view;
-  view.count = points_.size();
-  if (!points_.empty()) {
-    constexpr std::size_t stride = sizeof(pcl::PointXYZI) / sizeof(float);
-    view.coordinates = &points_.front().x;
-    view.coordinate_stride = stride;
-    view.intensities = &points_.front().intensity;
-    view.intensity_stride = stride;
-  }
-  voxelizer_.voxelize(view, false, frame);
-  frame.depth_model.reset();
-  if constexpr (LawT::uses_depth)
-    frame.depth_model =
-        io::depthModelOf({LawT::depth_exponent, model_.cutOffDepth(), 255.0},
-                         elements(pose_.translation()),
-                         elements(pose_.linear().col(2)),
-                         frame.grid,
-                         frame.intensity_scale);
-}
-
 LabelledStream::LabelledStream(std::uint32_t seed,
                                unsigned int sensor,
                                double resolution)
 : sensor_(sensor)
 , cell_(seed)
-, count_(resolution, cell_.sensorPose(sensor))
-, quadratic_(resolution, cell_.sensorPose(sensor))
-, linear_(resolution, cell_.sensorPose(sensor))
+, count_(Model<CountLaw>(resolution), cell_.sensorPose(sensor))
+, quadratic_(Model<QuadraticLaw>(resolution), cell_.sensorPose(sensor))
+, linear_(Model<LinearLaw>(resolution), cell_.sensorPose(sensor))
 {}
 
 void
@@ -106,7 +40,7 @@ LabelledStream::keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys)
   for (std::size_t pixel = 0; pixel < surfaces_.size(); ++pixel)
     if (captured_.truth[pixel] != cell::PointTruth::Surface || movers_[pixel] != mover)
       surfaces_[pixel].x = nan;
-  count_.make(surfaces_, surface_voxels_);
+  count_.voxelize(surfaces_, surface_voxels_);
   keys = surface_voxels_.keys;
 }
 
@@ -115,10 +49,11 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
 {
   cell_.capture(sensor_, number, captured_);
   cell_.movers(movers_);
-  count_.make(captured_.cloud, frame.voxels[static_cast<std::size_t>(Law::Count)]);
-  quadratic_.make(captured_.cloud,
-                  frame.voxels[static_cast<std::size_t>(Law::Quadratic)]);
-  linear_.make(captured_.cloud, frame.voxels[static_cast<std::size_t>(Law::Linear)]);
+  count_.voxelize(captured_.cloud, frame.voxels[static_cast<std::size_t>(Law::Count)]);
+  quadratic_.voxelize(captured_.cloud,
+                      frame.voxels[static_cast<std::size_t>(Law::Quadratic)]);
+  linear_.voxelize(captured_.cloud,
+                   frame.voxels[static_cast<std::size_t>(Law::Linear)]);
 
   const io::VoxelFrame& voxels = frame.of(Law::Count);
   frame.truth.assign(voxels.size(), VoxelTruth::Noise);

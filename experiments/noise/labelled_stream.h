@@ -4,14 +4,9 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
-#include <pcl_ext/filters/sensor_preprocessor.h>
-#include <pcl_ext/intensity/intensity_model.h>
 
 #include "cell/robot_cell.h"
-
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
+#include "cell_voxelizer.h"
 
 #include <array>
 #include <cstddef>
@@ -68,32 +63,17 @@ public:
   read(std::uint32_t number, LabelledFrame& frame);
 
 private:
-  template <typename LawT>
-  class Voxels {
-  public:
-    Voxels(double resolution, const Eigen::Isometry3d& pose);
-
-    void
-    make(const pcl::PointCloud<pcl::PointXYZ>& cloud, io::VoxelFrame& frame);
-
-  private:
-    using Model = IntensityModel<KinectV2, LawT>;
-
-    Model model_;
-    Eigen::Isometry3d pose_;
-    SensorPreprocessor<Model> preprocessor_;
-    io::Voxelizer voxelizer_;
-    pcl::PointCloud<pcl::PointXYZI> points_;
-  };
-
   void
   keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys);
 
   unsigned int sensor_;
   cell::RobotCell cell_;
-  Voxels<CountLaw> count_;
-  Voxels<QuadraticLaw> quadratic_;
-  Voxels<LinearLaw> linear_;
+  template <typename LawT>
+  using Model = IntensityModel<KinectV2, LawT>;
+
+  CellVoxelizer<Model<CountLaw>> count_;
+  CellVoxelizer<Model<QuadraticLaw>> quadratic_;
+  CellVoxelizer<Model<LinearLaw>> linear_;
 
   cell::CellFrame captured_;
   std::vector<cell::Mover> movers_;

@@ -3,6 +3,7 @@
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "cell/crop_box.h"
 #include "cell/robot_cell.h"
 #include "methods.h"
 
@@ -39,12 +40,7 @@ nodeSettings(double resolution, nodes::IntensityLaw law, io::Effort effort)
   settings.law = law;
   settings.sensor.emplace(
       KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows);
-  settings.crop_box.emplace();
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    settings.crop_box->min[i] = cell::RobotCell::cropMin()[axis];
-    settings.crop_box->max[i] = cell::RobotCell::cropMax()[axis];
-  }
+  settings.crop_box = cell::cropBox();
   return settings;
 }
 

@@ -1,13 +1,10 @@
 /** \file
- * \brief Voxels of a cell's sensor under all laws, with the truth, for the pictures.
+ * \brief Voxels of the cell's sensors under all laws, with the truth, for the pictures.
  */
 #pragma once
 
-#include <pcl_ext/compression/compression_settings.h>
+#include <noise/labelled_stream.h>
 
-#include <cell/robot_cell.h>
-
-#include <cstddef>
 #include <vector>
 
 namespace pcl_ext {
@@ -23,21 +20,17 @@ struct LabelledVoxel {
   bool is_noise;   ///< it holds no surface point
 };
 
-/** \brief Voxels of a Kinect's frame within a box, in the order of their keys.
- * \param[in] frame one per point
- * \param[in] pose sensor -> world
+/** \brief Voxels of a Kinect's frame, in the order of their keys. */
+std::vector<LabelledVoxel>
+kinectVoxels(const noise::LabelledFrame& frame);
+
+/** \brief Voxels of a lidar's revolution, in the order of their keys.
+ * \param[in] pose lidar -> world
+ * \param[in] resolution voxel edge, metres
  */
 std::vector<LabelledVoxel>
-kinectVoxels(const cell::CellFrame& frame,
-             const Eigen::Isometry3d& pose,
-             const io::BoundingBox& box,
-             double resolution);
-
-/** \brief Voxels of a lidar's revolution. */
-std::vector<LabelledVoxel>
-lidarVoxels(const cell::LidarFrame& frame,
+lidarVoxels(const cell::LidarFrame& revolution,
             const Eigen::Isometry3d& pose,
-            const io::BoundingBox& box,
             double resolution);
 
 } // namespace report

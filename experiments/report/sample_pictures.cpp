@@ -8,6 +8,7 @@
 
 #include <boost/program_options.hpp>
 
+#include <cell/crop_box.h>
 #include <command_line.h>
 
 #include <cmath>
@@ -28,9 +29,12 @@ using pcl_ext::cell::LidarFrame;
 using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::io::BoundingBox;
+using pcl_ext::noise::LabelledFrame;
+using pcl_ext::noise::LabelledStream;
 using pcl_ext::report::LabelledVoxel;
 
 constexpr double resolution = 0.04; // metres
+constexpr std::uint32_t seed = 1;
 /** \brief 5 s on, when the person walks and all arms are about. */
 constexpr std::uint32_t shown_frame = 90;
 constexpr std::uint32_t shown_revolution = 45;
@@ -65,15 +69,6 @@ private:
   std::ofstream file_;
 };
 
-BoundingBox
-cropBox()
-{
-  BoundingBox box;
-  Eigen::Map<Eigen::Vector3d>(box.min.data()) = RobotCell::cropMin();
-  Eigen::Map<Eigen::Vector3d>(box.max.data()) = RobotCell::cropMax();
-  return box;
-}
-
 /** \brief Figure 5: the intensity of a point over its depth. */
 void
 writeLaws(const std::string& folder)
@@ -90,6 +85,14 @@ writeLaws(const std::string& folder)
   file.close();
 }
 
+bool
+contains(const BoundingBox& box, const Eigen::Vector3f& point)
+{
+  const Eigen::Array3d place = point.cast<double>();
+  return (place >= Eigen::Map<const Eigen::Array3d>(box.min.data())).all() &&
+         (place <= Eigen::Map<const Eigen::Array3d>(box.max.data())).all();
+}
+
 template <typename PointT>
 void
 addPoints(unsigned int sensor,
@@ -99,22 +102,25 @@ addPoints(unsigned int sensor,
           const BoundingBox& box,
           CsvFile& file)
 {
-  const Eigen::Map<const Eigen::Array3d> min(box.min.data());
-  const Eigen::Map<const Eigen::Array3d> max(box.max.data());
+  const Eigen::Isometry3f to_world = pose.cast<float>();
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (truth[i] == PointTruth::None)
       continue;
-    const Eigen::Vector3d point =
-        pose * cloud[i].getVector3fMap().template cast<double>();
-    if ((point.array() >= min).all() && (point.array() <= max).all())
+    const Eigen::Vector3f point = to_world * cloud[i].getVector3fMap();
+    if (contains(box, point))
       file.addRow(sensor, point.x(), point.y(), point.z());
   }
 }
 
 void
-addVoxels(unsigned int sensor, const std::vector<LabelledVoxel>& voxels, CsvFile& file)
+addVoxels(unsigned int sensor,
+          const std::vector<LabelledVoxel>& voxels,
+          const BoundingBox& box,
+          CsvFile& file)
 {
-  for (const LabelledVoxel& voxel : voxels)
+  for (const LabelledVoxel& voxel : voxels) {
+    if (!contains(box, Eigen::Vector3f(voxel.x, voxel.y, voxel.z)))
+      continue;
     file.addRow(sensor,
                 voxel.x,
                 voxel.y,
@@ -124,6 +130,7 @@ addVoxels(unsigned int sensor, const std::vector<LabelledVoxel>& voxels, CsvFile
                 voxel.linear,
                 voxel.native,
                 voxel.is_noise ? 1 : 0);
+  }
 }
 
 const char* const point_header = "sensor,x,y,z";
@@ -135,14 +142,14 @@ writeCell(const std::string& folder, RobotCell& cell)
 {
   CsvFile points(folder + "/cell_points.csv", point_header);
   CsvFile voxels(folder + "/cell_voxels.csv", voxel_header);
+  const BoundingBox box = pcl_ext::cell::cropBox();
   CellFrame frame;
+  LabelledFrame labelled;
   for (unsigned int sensor = 1; sensor <= RobotCell::sensor_count; ++sensor) {
     cell.capture(sensor, shown_frame, frame);
-    const Eigen::Isometry3d pose = cell.sensorPose(sensor);
-    addPoints(sensor, frame.cloud, frame.truth, pose, cropBox(), points);
-    addVoxels(sensor,
-              pcl_ext::report::kinectVoxels(frame, pose, cropBox(), resolution),
-              voxels);
+    addPoints(sensor, frame.cloud, frame.truth, cell.sensorPose(sensor), box, points);
+    LabelledStream(seed, sensor, resolution).read(shown_frame, labelled);
+    addVoxels(sensor, pcl_ext::report::kinectVoxels(labelled), box, voxels);
   }
   LidarFrame revolution;
   cell.captureLidar(shown_revolution, revolution);
@@ -150,12 +157,12 @@ writeCell(const std::string& folder, RobotCell& cell)
             revolution.cloud,
             revolution.truth,
             cell.lidarPose(),
-            cropBox(),
+            box,
             points);
-  addVoxels(
-      RobotCell::lidar,
-      pcl_ext::report::lidarVoxels(revolution, cell.lidarPose(), cropBox(), resolution),
-      voxels);
+  addVoxels(RobotCell::lidar,
+            pcl_ext::report::lidarVoxels(revolution, cell.lidarPose(), resolution),
+            box,
+            voxels);
   points.close();
   voxels.close();
 }
@@ -173,9 +180,9 @@ writeOctree(const std::string& folder, RobotCell& cell)
   addPoints(1, frame.cloud, frame.truth, cell.sensorPose(1), box, points);
   points.close();
   CsvFile voxels(folder + "/octree_voxels.csv", voxel_header);
-  addVoxels(1,
-            pcl_ext::report::kinectVoxels(frame, cell.sensorPose(1), box, resolution),
-            voxels);
+  LabelledFrame labelled;
+  LabelledStream(seed, 1, resolution).read(shown_frame, labelled);
+  addVoxels(1, pcl_ext::report::kinectVoxels(labelled), box, voxels);
   voxels.close();
 }
 
@@ -200,7 +207,7 @@ main(int argc, char** argv)
     std::string folder;
     if (!parse(argc, argv, folder))
       return 0;
-    RobotCell cell;
+    RobotCell cell(seed);
     writeLaws(folder);
     writeCell(folder, cell);
     writeOctree(folder, cell);
