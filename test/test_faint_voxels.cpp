@@ -53,6 +53,17 @@ expectFiltered(const VoxelFrame& frame, float min_intensity)
   EXPECT_EQ(removeFaintVoxels(filtered, min_intensity), frame.size() - expected.size());
   expectSameFrame(filtered, expected);
   EXPECT_TRUE(isConsistent(filtered));
+
+  VoxelFrame kept = pcl_ext::io::test::emptyFrame(2);
+  kept.keys = {1, 2, 3};
+  kept.intensities = {9, 9, 9};
+  kept.depth_model.emplace();
+  const VoxelFrame untouched = frame;
+  EXPECT_EQ(removeFaintVoxels(frame, min_intensity, kept),
+            frame.size() - expected.size());
+  expectSameFrame(kept, expected);
+  EXPECT_EQ(kept.depth_model.has_value(), frame.depth_model.has_value());
+  expectSameFrame(frame, untouched);
 }
 
 /** \brief Scales of all kinds: steps that are no binary fraction, that are lost beside the
@@ -118,6 +129,7 @@ TEST(FaintVoxels, AreNoneBelowAThresholdThatNothingIsBelow)
     VoxelFrame filtered = frame;
     EXPECT_EQ(removeFaintVoxels(filtered, threshold), 0u);
     expectSameFrame(filtered, frame);
+    expectFiltered(frame, threshold);
   }
 }
 
@@ -130,6 +142,7 @@ TEST(FaintVoxels, AreAllBelowAThresholdAboveTheScale)
       EXPECT_EQ(removeFaintVoxels(frame, threshold), 200u);
       EXPECT_EQ(frame.size(), 0u);
       EXPECT_TRUE(isConsistent(frame));
+      expectFiltered(randomFrame(random, 5, 200, bits), threshold);
     }
 }
 
@@ -138,6 +151,7 @@ TEST(FaintVoxels, OfAFrameWithoutVoxelsAreNone)
   VoxelFrame frame = pcl_ext::io::test::emptyFrame(4);
   EXPECT_EQ(removeFaintVoxels(frame, 10.0f), 0u);
   expectSameFrame(frame, pcl_ext::io::test::emptyFrame(4));
+  expectFiltered(frame, 10.0f);
 }
 
 } // namespace

@@ -333,6 +333,25 @@ TEST(PublishedFormat, EmptyFramesGoBothWays)
   }
 }
 
+TEST(PublishedFormat, NothingOfAFrameBeforeItIsLeft)
+{
+  VoxelFrame frame = emptyFrame(4);
+  frame.keys = {3, 5};
+  frame.intensities = {7, 200};
+  FrameEncoder encoder(StreamFormat::Published, 4);
+  FrameDecoder decoder;
+  // As a frame of version 1, of the quadratic law, may have left it.
+  VoxelFrame back = emptyFrame(9, 12);
+  back.keys = {1, 2, 3};
+  back.intensities = {1, 1, 1};
+  back.intensity_scale.offset = 3.0f;
+  back.depth_model.emplace();
+  ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+  expectSameVoxels(back, frame);
+  EXPECT_EQ(back.grid.depth, frame.grid.depth);
+  EXPECT_FALSE(back.depth_model.has_value());
+}
+
 TEST(PublishedFormat, SeveralFramesOfTheReferenceInOneStream)
 {
   std::mt19937_64 random(6);

@@ -339,6 +339,7 @@ decodePublished(ByteSource& source,
     return corrupt("its counts of voxels differ");
   frame.intensities.assign(intensities.begin(), intensities.end());
   frame.intensity_scale = IntensityScale();
+  frame.depth_model.reset();
 
   history.has_frame = true;
   history.frame_number = statistics.frame_number;

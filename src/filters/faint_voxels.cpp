@@ -1,5 +1,7 @@
 #include <pcl_ext/filters/faint_voxels.h>
 
+#include <algorithm>
+
 namespace pcl_ext {
 
 namespace {
@@ -21,6 +23,28 @@ lowestSymbol(const io::IntensityScale& scale, float min_intensity)
   return low;
 }
 
+/** \brief Moves the voxels that stay to the front of `to`, which may be `from`; of both
+ * there is room for one voxel more than stays, or for all.
+ * \return number of them */
+std::size_t
+packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
+{
+  const std::size_t count = from.size();
+  const std::uint64_t* const keys = from.keys.data();
+  const std::uint16_t* const intensities = from.intensities.data();
+  std::uint64_t* const kept_keys = to.keys.data();
+  std::uint16_t* const kept_intensities = to.intensities.data();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Written in any case, as which voxels stay is hard to foretell.
+    const std::uint16_t intensity = intensities[i];
+    kept_keys[kept] = keys[i];
+    kept_intensities[kept] = intensity;
+    kept += intensity >= lowest ? 1 : 0;
+  }
+  return kept;
+}
+
 } // namespace
 
 std::size_t
@@ -29,17 +53,33 @@ removeFaintVoxels(io::VoxelFrame& frame, float min_intensity)
   const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
   if (lowest == 0)
     return 0;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    // Written in any case, as which voxels stay is hard to foretell.
-    frame.keys[kept] = frame.keys[i];
-    frame.intensities[kept] = frame.intensities[i];
-    kept += frame.intensities[i] >= lowest ? 1 : 0;
-  }
+  const std::size_t kept = packVoxels(frame, lowest, frame);
   const std::size_t removed = frame.size() - kept;
   frame.keys.resize(kept);
   frame.intensities.resize(kept);
   return removed;
+}
+
+std::size_t
+removeFaintVoxels(const io::VoxelFrame& frame,
+                  float min_intensity,
+                  io::VoxelFrame& kept)
+{
+  const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
+  const auto count = static_cast<std::size_t>(
+      std::count_if(frame.intensities.begin(),
+                    frame.intensities.end(),
+                    [lowest](std::uint16_t symbol) { return symbol >= lowest; }));
+  kept.grid = frame.grid;
+  kept.intensity_scale = frame.intensity_scale;
+  kept.depth_model = frame.depth_model;
+  // Counted before, so that no more memory is touched than is kept.
+  kept.keys.resize(count + 1);
+  kept.intensities.resize(count + 1);
+  packVoxels(frame, lowest, kept);
+  kept.keys.resize(count);
+  kept.intensities.resize(count);
+  return frame.size() - count;
 }
 
 } // namespace pcl_ext

@@ -50,12 +50,15 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
                        const Clock& clock,
                        const FrameListener& listener)
 {
+  // All streams of a thread decode into the same memory, which then is in its caches; each
+  // has memory of its own for what it keeps.
+  thread_local io::VoxelFrame decoded;
   const auto start = std::chrono::steady_clock::now();
   const io::CompressionStatus status =
-      decoder_.decode(bytes.data(), bytes.size(), decoding_);
+      decoder_.decode(bytes.data(), bytes.size(), decoded);
   const io::CodedFrameStatistics& coding = decoder_.statistics();
   if (status.ok())
-    removeFaintVoxels(decoding_, min_intensity_);
+    removeFaintVoxels(decoded, min_intensity_, kept_);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   if (status.ok() && !stamp && decoder_.stamp())
@@ -71,10 +74,10 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
     if (status.ok()) {
       countDecoded(coding.frame_number);
       health_.voxels = coding.voxels;
-      health_.kept_voxels = decoding_.size();
+      health_.kept_voxels = kept_.size();
       health_.last_decoded = now;
       window_.add({now, bytes.size(), cycle.count(), latency});
-      std::swap(decoding_, latest_);
+      std::swap(kept_, latest_);
       latest_stamp_ = stamp.value_or(Time(0));
     }
     else

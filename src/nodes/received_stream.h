@@ -77,7 +77,7 @@ private:
 
   // Of decode() alone.
   io::FrameDecoder decoder_;
-  io::VoxelFrame decoding_;           // its memory and that of latest_ take turns
+  io::VoxelFrame kept_;               // its memory and that of latest_ take turns
   std::size_t failures_in_a_row_ = 0; // of frames that need an I-frame behind them
 
   std::atomic<float> min_intensity_;

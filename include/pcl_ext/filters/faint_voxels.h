@@ -17,4 +17,16 @@ namespace pcl_ext {
 PCL_EXT_EXPORT std::size_t
 removeFaintVoxels(io::VoxelFrame& frame, float min_intensity);
 
+/** \brief The same into another frame, where many streams share the memory that they decode
+ * into and keep only what stays.
+ * \param[in] frame as isConsistent() asks
+ * \param[in] min_intensity as above
+ * \param[out] kept the frame without its faint voxels; not `frame` itself
+ * \return number of voxels left out
+ */
+PCL_EXT_EXPORT std::size_t
+removeFaintVoxels(const io::VoxelFrame& frame,
+                  float min_intensity,
+                  io::VoxelFrame& kept);
+
 } // namespace pcl_ext
