@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace pcl_ext {
 
@@ -268,6 +269,25 @@ private:
   DensityWindow window_;
   std::array<NeighbourhoodSums, 64> sums_;
 };
+
+OutlierRemovalStatus
+checkSettings(const VoxelOutlierRemovalSettings& settings)
+{
+  const auto invalid = [](const std::string& message) {
+    return OutlierRemovalStatus(OutlierRemovalCode::InvalidSettings, message);
+  };
+  if (!std::isfinite(settings.min_log_odds))
+    return invalid("min_log_odds is " + std::to_string(settings.min_log_odds) +
+                   "; it must be a finite number");
+  if (settings.unit != DensityUnit::Automatic && settings.unit != DensityUnit::Faces &&
+      settings.unit != DensityUnit::Points)
+    return invalid("unit is " + std::to_string(static_cast<int>(settings.unit)) +
+                   "; it must be Automatic, Faces or Points");
+  if (!std::isfinite(settings.full_intensity) || !(settings.full_intensity > 0.0f))
+    return invalid("full_intensity is " + std::to_string(settings.full_intensity) +
+                   "; it must be a finite number above 0");
+  return {};
+}
 
 VoxelOutlierRemoval::VoxelOutlierRemoval(const VoxelOutlierRemovalSettings& settings)
 : implementation_(std::make_unique<Implementation>(settings))

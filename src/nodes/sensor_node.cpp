@@ -91,6 +91,10 @@ checkSettings(const SensorNodeSettings& settings)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
         "from the transform and the law of the node");
+  if (settings.outlier_removal)
+    if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
+        !status.ok())
+      return invalid("outlier_removal: " + status.message());
   if (!settings.clock)
     return invalid("clock is empty; it must tell the time");
   if (settings.crop_box)

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/status.h>
 
 #include <cstddef>
 #include <memory>
@@ -52,6 +53,18 @@ struct VoxelOutlierRemovalSettings {
    * that has more itself, none. */
   std::size_t max_blocks = std::size_t{1} << 17;
 };
+
+/** \brief What came of checking the settings of a VoxelOutlierRemoval. */
+enum class OutlierRemovalCode {
+  Ok,             ///< all settings are within their ranges
+  InvalidSettings ///< one is not
+};
+
+using OutlierRemovalStatus = Status<OutlierRemovalCode>;
+
+/** \brief Tells whether settings are within their ranges. */
+PCL_EXT_EXPORT OutlierRemovalStatus
+checkSettings(const VoxelOutlierRemovalSettings& settings);
 
 /** \brief Removes the noise from the voxels of one stream by what lies around them, now and
  * in the last frames; what StatisticalOutlierRemoval and RadiusOutlierRemoval do to
