@@ -95,7 +95,10 @@ FastSymbols::encode(NibbleEncoder& coder,
   coder.expect(1 + 3 * symbols.size());
   coder.codeBits(1, 1);
   codePlain(coder, models, bits, symbols.size(), symbols.data());
-  if (coder.cost(end) < expected_cost) {
+  // What an I-frame teaches of its voxels saves more than a little in the frames behind it.
+  const std::uint64_t plain_cost = coder.cost(end);
+  if (frame.is_i_frame ? 16 * plain_cost < 15 * expected_cost
+                       : plain_cost < expected_cost) {
     coder.erase(start, end);
     return;
   }

@@ -1,6 +1,6 @@
 """Decodes the golden streams and compares every frame with checksums.txt.
 
-    python3 decode_golden_streams.py test/data/golden
+    python3 decode_golden_streams.py test/data/golden test/data/golden_earlier
 
 An implementation made from the documents alone: that it finds the voxels which the
 library's encoder was given shows that the documents say all there is to say. Each line
@@ -82,28 +82,35 @@ def require_refusals(name: str, stream: bytes) -> None:
         raise InvalidFrame(f"{name} decodes without its first frame")
 
 
+def require_folder(folder: Path) -> None:
+    """Decodes all streams of a folder."""
+    lines: Dict[str, List[str]] = {}
+    for line in (folder / "checksums.txt").read_text().splitlines():
+        lines.setdefault(line.split()[0], []).append(line)
+    if not lines:
+        raise InvalidFrame(f"{folder} names no stream")
+    for name, lines_of_stream in lines.items():
+        stream = (folder / f"{name}.pcxi").read_bytes()
+        require_stream(name, stream, lines_of_stream)
+        require_refusals(name, stream)
+        print(f"{name}: {len(lines_of_stream)} frames, {len(stream)} bytes")
+
+
 def main(arguments: List[str]) -> int:
-    if len(arguments) != 2:
+    if len(arguments) < 2:
         print(__doc__)
         return 1
     for bits, counts in LEAST_COUNTS.items():
         if [edge + 1 for edge in edges(bits, 254)[:-1]] != counts:
             print(f"levels of {bits} bits are not those of the document")
             return 1
-    folder = Path(arguments[1])
-    lines: Dict[str, List[str]] = {}
-    for line in (folder / "checksums.txt").read_text().splitlines():
-        lines.setdefault(line.split()[0], []).append(line)
-    for name, lines_of_stream in lines.items():
-        try:
-            stream = (folder / f"{name}.pcxi").read_bytes()
-            require_stream(name, stream, lines_of_stream)
-            require_refusals(name, stream)
-        except (InvalidFrame, OSError) as error:
-            print(error)
-            return 1
-        print(f"{name}: {len(lines_of_stream)} frames, {len(stream)} bytes")
-    return 0 if lines else 1
+    try:
+        for folder in arguments[1:]:
+            require_folder(Path(folder))
+    except (InvalidFrame, OSError) as error:
+        print(error)
+        return 1
+    return 0
 
 
 if __name__ == "__main__":
