@@ -42,7 +42,7 @@ struct CodedStream {
     std::array<double, 3> anchor{}; ///< Published only
     unsigned int bits = 8;
     std::optional<io::DepthModel> depth_model; ///< of the room's voxels
-    std::optional<std::uint64_t> first_stamp; ///< carried, microseconds; 1000 a frame
+    std::optional<std::uint64_t> first_stamp;  ///< carried, microseconds; 1000 a frame
   };
 
   explicit CodedStream(const Settings& settings)
