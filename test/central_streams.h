@@ -41,7 +41,8 @@ struct CodedStream {
     double resolution = 0.04;
     std::array<double, 3> anchor{}; ///< Published only
     unsigned int bits = 8;
-    std::optional<std::uint64_t> first_stamp; ///< carried, microseconds; 1000 a frame
+    std::optional<io::DepthModel> depth_model; ///< of the room's voxels
+    std::optional<std::uint64_t> first_stamp;  ///< carried, microseconds; 1000 a frame
   };
 
   explicit CodedStream(const Settings& settings)
@@ -51,6 +52,7 @@ struct CodedStream {
     room_settings.depth = 6;
     room_settings.width = 14;
     room_settings.bits = settings.bits;
+    room_settings.depth_model = settings.depth_model;
     io::test::RoomStream room(room_settings);
     io::FrameEncoder encoder(settings.format, settings.i_frame_rate, settings.effort);
     io::FrameDecoder decoder;

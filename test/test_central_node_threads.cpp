@@ -3,6 +3,7 @@
  * too.
  */
 #include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "central_streams.h"
@@ -24,6 +25,8 @@ namespace {
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::removeFaintVoxels;
+using pcl_ext::VoxelOutlierRemoval;
+using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::isConsistent;
 using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::test::addVoxels;
@@ -94,16 +97,29 @@ expectWholeStream(const std::vector<HeardFrame>& heard, const CodedStream& strea
 
 constexpr float threshold = 3.0f;
 
-/** \brief The same where each frame may have been denoised. */
+/** \brief Each frame is judged by itself, however often a filter begins anew. */
+VoxelOutlierRemovalSettings
+removalWithoutHistory()
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.use_history = false;
+  return settings;
+}
+
+/** \brief The same where each frame may have been denoised.
+ * \param[in] remove denoises a frame and tells how many voxels went
+ */
+template <typename RemoveT>
 void
 expectWholeStreamOrFiltered(const std::vector<HeardFrame>& heard,
-                            const CodedStream& stream)
+                            const CodedStream& stream,
+                            RemoveT remove)
 {
   CodedStream filtered = stream;
   ASSERT_EQ(heard.size(), stream.frames.size());
   for (std::size_t i = 0; i < heard.size(); ++i)
     if (heard[i].voxels.size() != stream.decoded[i].size()) {
-      EXPECT_GT(removeFaintVoxels(filtered.decoded[i], threshold), 0u);
+      EXPECT_GT(remove(filtered.decoded[i]), 0u);
     }
   expectWholeStream(heard, filtered);
 }
@@ -171,6 +187,10 @@ TEST(CentralNodeThreads, EverythingMayBeAskedWhileFramesArrive)
       node.setMinIntensity(nameOf(2), threshold);
       node.setMinIntensity(nameOf(2), 0.0f);
     });
+    const Repeating filtering([&] {
+      node.setOutlierRemoval(nameOf(3), removalWithoutHistory());
+      node.setOutlierRemoval(nameOf(3), std::nullopt);
+    });
     std::atomic<int> added{0};
     const Repeating adding([&] {
       if (added < 200)
@@ -191,7 +211,13 @@ TEST(CentralNodeThreads, EverythingMayBeAskedWhileFramesArrive)
   for (std::size_t i = 0; i < stream_count; ++i) {
     const std::vector<HeardFrame> heard = listener.heard(nameOf(i));
     if (i == 2)
-      expectWholeStreamOrFiltered(heard, streams[i]);
+      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+        return removeFaintVoxels(frame, threshold);
+      });
+    else if (i == 3)
+      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+        return VoxelOutlierRemoval(removalWithoutHistory()).filter(frame);
+      });
     else
       expectWholeStream(heard, streams[i]);
     addVoxels(heard.back().voxels, 0.04, expected);
@@ -222,6 +248,7 @@ TEST(CentralNodeThreads, TheListenerMayGiveOrders)
         node->merge(voxels);
         merged_voxels += voxels.size();
         node->setMinIntensity("first", 0.0f);
+        node->setOutlierRemoval("first", std::nullopt);
         EXPECT_EQ(node->health().size(), 2u);
       });
   node->addStream("first");

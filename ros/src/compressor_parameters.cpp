@@ -91,6 +91,18 @@ readCropBox(ParameterReader& reader)
   return box;
 }
 
+/** \brief None if outliers are to stay. */
+std::optional<pcl_ext::VoxelOutlierRemovalSettings>
+readOutlierRemoval(ParameterReader& reader)
+{
+  pcl_ext::VoxelOutlierRemovalSettings settings;
+  // Allowed where outliers stay, too, so that it can be an argument of a launch file.
+  settings.min_log_odds = reader.finite("min_log_odds", settings.min_log_odds);
+  if (!reader.flag("remove_outliers", false))
+    return std::nullopt;
+  return settings;
+}
+
 void
 readCompression(ParameterReader& reader, io::IntensityCompressionSettings& settings)
 {
@@ -116,8 +128,8 @@ readCompression(ParameterReader& reader, io::IntensityCompressionSettings& setti
                                       {"mean", io::Aggregation::Mean}});
   settings.intensity_bits =
       static_cast<unsigned int>(reader.count("intensity_bits", 0, 0, 16));
-  settings.intensity_range = static_cast<float>(reader.number(
-      "intensity_range", 0, 0, static_cast<double>(std::numeric_limits<float>::max())));
+  settings.intensity_range =
+      static_cast<float>(reader.number("intensity_range", 0, 0, largest_float));
   settings.intensity_curve =
       reader.choice<io::IntensityCurve>("intensity_curve",
                                         "linear",
@@ -152,6 +164,7 @@ readCompressorParameters(ParameterReader& reader)
     parameters.node.sensor = sensor;
   parameters.node.intensity_field = reader.nonEmptyText("intensity_field", "intensity");
   parameters.node.crop_box = readCropBox(reader);
+  parameters.node.outlier_removal = readOutlierRemoval(reader);
   parameters.node.global_frame =
       withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
   parameters.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);

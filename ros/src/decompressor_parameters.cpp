@@ -5,7 +5,6 @@
 #include "fused_map.h"
 #include "message_conversions.h"
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -13,8 +12,7 @@ namespace pcl_ext_ros {
 
 namespace {
 
-/** \brief Reads a list's element: a topic, or a map of topic, min_intensity and
- * sensor_frame. */
+/** \brief Reads a list's element: a topic, or a map of topic and more. */
 StreamParameters
 readStream(XmlRpc::XmlRpcValue element)
 {
@@ -27,6 +25,12 @@ readStream(XmlRpc::XmlRpcValue element)
         static_cast<std::string>(value).empty())
       refuse("a list whose " + what + " are texts");
     return static_cast<std::string>(value);
+  };
+  const auto floatOf = [&](const XmlRpc::XmlRpcValue& value, const std::string& what) {
+    const std::optional<float> number = toFloat(value);
+    if (!number)
+      refuse("a list whose " + what + " are finite numbers");
+    return number;
   };
 
   StreamParameters stream;
@@ -42,14 +46,18 @@ readStream(XmlRpc::XmlRpcValue element)
       stream.topic = textOf(member.second, "topics");
     else if (member.first == "sensor_frame")
       stream.sensor_frame = withoutLeadingSlash(textOf(member.second, "sensor_frames"));
-    else if (member.first == "min_intensity") {
-      const std::optional<double> number = toNumber(member.second);
-      if (!number || !(std::abs(*number) <= highest_min_intensity))
-        refuse("a list whose min_intensities are finite numbers");
-      stream.min_intensity = static_cast<float>(*number);
+    else if (member.first == "min_intensity")
+      stream.min_intensity = floatOf(member.second, "min_intensities");
+    else if (member.first == "min_log_odds")
+      stream.min_log_odds = floatOf(member.second, "min_log_odds");
+    else if (member.first == "remove_outliers") {
+      stream.remove_outliers = toFlag(member.second);
+      if (!stream.remove_outliers)
+        refuse("a list whose remove_outliers are true or false");
     }
     else
-      refuse("a list whose maps have topic, min_intensity and sensor_frame, not " +
+      refuse("a list whose maps have topic, min_intensity, remove_outliers, "
+             "min_log_odds and sensor_frame, not " +
              member.first);
   }
   return stream;
@@ -59,14 +67,31 @@ std::vector<StreamParameters>
 readStreams(ParameterReader& reader)
 {
   const auto elements = reader.list("streams");
-  if (!elements)
-    return {StreamParameters{"input", std::nullopt, ""}};
+  if (!elements) {
+    StreamParameters input;
+    input.topic = "input";
+    return {input};
+  }
   if (elements->empty())
     ParameterReader::refuse("streams", "an empty list", "a list of topics, or not set");
   std::vector<StreamParameters> streams;
   for (const XmlRpc::XmlRpcValue& element : *elements)
     streams.push_back(readStream(element));
   return streams;
+}
+
+NoiseParameters
+readNoise(ParameterReader& reader)
+{
+  NoiseParameters noise;
+  // Native intensities may be negative.
+  noise.min_intensity = reader.finite("min_intensity", noise.min_intensity);
+  noise.remove_outliers = reader.flag("remove_outliers", noise.remove_outliers);
+  noise.min_log_odds = reader.finite("min_log_odds", noise.min_log_odds);
+  for (const char* const of_streams :
+       {"min_intensity_of", "remove_outliers_of", "min_log_odds_of"})
+    reader.know(of_streams);
+  return noise;
 }
 
 /** \brief True if the unfinished map can be written, as FusedMap does. */
@@ -86,8 +111,7 @@ readMap(ParameterReader& reader)
   MapParameters map;
   map.path = reader.text("map_path", "");
   map.rate = reader.number("map_rate", 1.0, 0.001, 1000);
-  map.full_intensity =
-      reader.number("map_full_intensity", 4.0, 1e-6, highest_min_intensity);
+  map.full_intensity = reader.number("map_full_intensity", 4.0, 1e-6, largest_float);
   map.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
   if (map.path.empty())
     return map;
@@ -111,9 +135,7 @@ readDecompressorParameters(ParameterReader& reader)
   parameters.streams = readStreams(reader);
   parameters.global_frame =
       withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
-  parameters.min_intensity = static_cast<float>(
-      reader.number("min_intensity", 0, -highest_min_intensity, highest_min_intensity));
-  reader.know("min_intensity_of");
+  parameters.noise = readNoise(reader);
   parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
   if (parameters.merge_rate > 0 && parameters.merge_rate < 0.001)
     ParameterReader::refuse("merge_rate", "below 0.001", "0, or 0.001 to 1000");

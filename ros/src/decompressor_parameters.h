@@ -1,24 +1,29 @@
 #pragma once
 
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "parameter_reader.h"
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace pcl_ext_ros {
 
-/** \brief Thresholds are from minus this to this: all that a float holds. Native
- * intensities may be negative. */
-constexpr double highest_min_intensity = std::numeric_limits<float>::max();
+/** \brief What is noise in the streams that nothing else is said of. */
+struct NoiseParameters {
+  float min_intensity = 0.0f;
+  bool remove_outliers = false;
+  float min_log_odds = pcl_ext::VoxelOutlierRemovalSettings().min_log_odds;
+};
 
 /** \brief One entry of ~streams. */
 struct StreamParameters {
   std::string topic; ///< as it was given, not resolved
   std::optional<float> min_intensity;
+  std::optional<bool> remove_outliers;
+  std::optional<float> min_log_odds;
   std::string sensor_frame; ///< empty: no rays for the map
 };
 
@@ -35,8 +40,8 @@ struct DecompressorParameters {
   pcl_ext::nodes::CentralNodeSettings node;
   std::vector<StreamParameters> streams;
   std::string global_frame = "world";
-  float min_intensity = 0.0f; ///< of streams without one of their own
-  double merge_rate = 10.0;   ///< Hz; 0: not merged
+  NoiseParameters noise;
+  double merge_rate = 10.0; ///< Hz; 0: not merged
   MapParameters map;
 };
 

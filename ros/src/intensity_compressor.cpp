@@ -206,6 +206,7 @@ IntensityCompressor::describeHealth(const SensorNodeStatistics& now) const
   report.add("points", std::uint64_t{now.preprocessing.points});
   report.add("points cropped", std::uint64_t{now.preprocessing.points_cropped});
   report.add("points not finite", std::uint64_t{now.preprocessing.points_not_finite});
+  report.add("outliers removed", std::uint64_t{now.outliers_removed});
   report.add("voxels", std::uint64_t{now.frame.coding.voxels});
   report.add("bytes per voxel", now.frame.bytesPerVoxel());
   return report;

@@ -18,7 +18,7 @@ using pcl_ext::nodes::CentralNodeStatus;
 using pcl_ext::nodes::StreamHealth;
 
 constexpr double seconds_between_warnings = 5.0;
-constexpr double seconds_between_min_intensities = 0.2;
+constexpr double seconds_between_noise_updates = 0.2;
 constexpr std::uint32_t frame_queue_size = 40;
 constexpr std::uint32_t voxels_queue_size = 10;
 constexpr std::uint32_t threads_for_messages = 2; // so that merging delays no frame
@@ -42,10 +42,10 @@ readParameters()
 
 IntensityDecompressor::Stream::Stream(std::string resolved_topic,
                                       const StreamParameters& stream_parameters,
-                                      float min_intensity_at_start)
+                                      const NoiseParameters& noise_of_all)
 : topic(std::move(resolved_topic))
 , parameters(stream_parameters)
-, min_intensity(topic, stream_parameters.min_intensity, min_intensity_at_start)
+, noise(topic, stream_parameters, noise_of_all)
 {}
 
 IntensityDecompressor::IntensityDecompressor() : parameters_(readParameters())
@@ -76,20 +76,12 @@ void
 IntensityDecompressor::addStream(const StreamParameters& parameters)
 {
   const std::string topic = node_.resolveName(parameters.topic);
-  ParameterReader reader;
-  const double min_intensity = reader.number(
-      "min_intensity_of" + topic,
-      static_cast<double>(parameters.min_intensity.value_or(parameters_.min_intensity)),
-      -highest_min_intensity,
-      highest_min_intensity);
-  streams_.push_back(
-      std::make_unique<Stream>(topic, parameters, static_cast<float>(min_intensity)));
+  streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
   Stream& stream = *streams_.back();
-  const CentralNodeStatus status =
-      central_node_->addStream(topic, stream.min_intensity.current());
-  if (!status.ok())
+  if (!central_node_->addStream(topic, stream.noise.minIntensity()).ok())
     ParameterReader::refuse(
         "streams", "a list with " + topic + " twice", "a list of different topics");
+  central_node_->setOutlierRemoval(topic, stream.noise.outlierRemoval());
   streams_by_topic_[topic] = &stream;
   stream.voxels =
       node_.advertise<sensor_msgs::PointCloud2>(topic + "/voxels", voxels_queue_size);
@@ -119,10 +111,9 @@ void
 IntensityDecompressor::createTimers()
 {
   // By the wall clock, so that they go on when a simulation or a replay pauses.
-  min_intensity_timer_ =
-      node_.createWallTimer(ros::WallDuration(seconds_between_min_intensities),
-                            &IntensityDecompressor::updateMinIntensities,
-                            this);
+  noise_timer_ = node_.createWallTimer(ros::WallDuration(seconds_between_noise_updates),
+                                       &IntensityDecompressor::updateNoise,
+                                       this);
   report_timer_ = node_.createWallTimer(
       ros::WallDuration(1.0), &IntensityDecompressor::reportHealth, this);
   if (parameters_.merge_rate > 0)
@@ -212,14 +203,25 @@ IntensityDecompressor::showFrame(const pcl_ext::nodes::ReceivedFrame& frame)
 }
 
 void
-IntensityDecompressor::updateMinIntensities(const ros::WallTimerEvent&)
+IntensityDecompressor::updateNoise(const ros::WallTimerEvent&)
 {
   for (const auto& stream : streams_) {
-    if (!stream->min_intensity.update())
-      continue;
-    const float current = stream->min_intensity.current();
-    central_node_->setMinIntensity(stream->topic, current);
-    ROS_INFO("%s: min_intensity is %g now", stream->topic.c_str(), double{current});
+    const char* const topic = stream->topic.c_str();
+    if (stream->noise.updateMinIntensity()) {
+      const float min_intensity = stream->noise.minIntensity();
+      central_node_->setMinIntensity(stream->topic, min_intensity);
+      ROS_INFO("%s: min_intensity is %g now", topic, double{min_intensity});
+    }
+    if (stream->noise.updateOutlierRemoval()) {
+      const auto removal = stream->noise.outlierRemoval();
+      central_node_->setOutlierRemoval(stream->topic, removal);
+      if (removal)
+        ROS_INFO("%s: outliers below log-odds of %g are removed now",
+                 topic,
+                 double{removal->min_log_odds});
+      else
+        ROS_INFO("%s: outliers are not removed any more", topic);
+    }
   }
 }
 
@@ -334,7 +336,7 @@ IntensityDecompressor::describeHealth(const Stream& stream, const StreamHealth& 
   if (now.frames_lost > before.frames_lost)
     report.raise(DiagnosticStatus::WARN, "Frames are lost on the way");
   if (now.voxels > 0 && now.kept_voxels == 0)
-    report.raise(DiagnosticStatus::WARN, "All voxels are below min_intensity");
+    report.raise(DiagnosticStatus::WARN, "All voxels are taken for noise");
 
   report.add(now.rates);
   constexpr double bytes_per_point = 16.0; // of the published clouds
@@ -355,7 +357,8 @@ IntensityDecompressor::describeHealth(const Stream& stream, const StreamHealth& 
   report.add("I-frame requests", std::uint64_t{now.i_frame_requests});
   report.add("voxels", std::uint64_t{now.voxels});
   report.add("kept voxels", std::uint64_t{now.kept_voxels});
-  report.add("min_intensity", double{stream.min_intensity.current()});
+  report.add("outliers removed", std::uint64_t{now.outliers_removed});
+  report.add("min_intensity", double{stream.noise.minIntensity()});
   report.add("in sync", std::string(now.in_sync ? "yes" : "no"));
   return report;
 }

@@ -5,7 +5,7 @@
 #include "decompressor_parameters.h"
 #include "fused_map.h"
 #include "health_report.h"
-#include "min_intensities.h"
+#include "stream_noise.h"
 #include "transform_lookup.h"
 
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -45,11 +45,11 @@ private:
   struct Stream {
     Stream(std::string resolved_topic,
            const StreamParameters& stream_parameters,
-           float min_intensity_at_start);
+           const NoiseParameters& noise_of_all);
 
     std::string topic; ///< resolved; the stream's name for the central node
     StreamParameters parameters;
-    MinIntensity min_intensity;
+    StreamNoise noise;
 
     ros::Publisher voxels;
     ros::Publisher i_frame_requests;
@@ -80,7 +80,7 @@ private:
   showFrame(const pcl_ext::nodes::ReceivedFrame& frame);
 
   void
-  updateMinIntensities(const ros::WallTimerEvent&);
+  updateNoise(const ros::WallTimerEvent&);
   void
   publishMerged(const ros::WallTimerEvent&);
 
@@ -107,7 +107,7 @@ private:
   ros::Publisher diagnostics_;
   ros::ServiceServer map_service_;
   std::atomic<std::uint64_t> map_nodes_{0};
-  ros::WallTimer min_intensity_timer_;
+  ros::WallTimer noise_timer_;
   ros::WallTimer merge_timer_;
   ros::WallTimer map_timer_;
   ros::WallTimer report_timer_;

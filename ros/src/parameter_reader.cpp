@@ -41,6 +41,24 @@ toNumber(XmlRpc::XmlRpcValue value)
   return std::nullopt;
 }
 
+std::optional<float>
+toFloat(const XmlRpc::XmlRpcValue& value)
+{
+  const std::optional<double> number = toNumber(value);
+  // NaN fails the comparison, too.
+  if (!number || !(std::abs(*number) <= largest_float))
+    return std::nullopt;
+  return static_cast<float>(*number);
+}
+
+std::optional<bool>
+toFlag(XmlRpc::XmlRpcValue value)
+{
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeBoolean)
+    return std::nullopt;
+  return static_cast<bool>(value);
+}
+
 double
 ParameterReader::number(const std::string& name,
                         double default_value,
@@ -57,6 +75,13 @@ ParameterReader::number(const std::string& name,
            toText(*value),
            "a number from " + toText(lowest) + " to " + toText(highest));
   return *number;
+}
+
+float
+ParameterReader::finite(const std::string& name, float default_value)
+{
+  return static_cast<float>(
+      number(name, static_cast<double>(default_value), -largest_float, largest_float));
 }
 
 int
@@ -81,12 +106,13 @@ ParameterReader::count(const std::string& name,
 bool
 ParameterReader::flag(const std::string& name, bool default_value)
 {
-  auto value = find(name);
+  const auto value = find(name);
   if (!value)
     return default_value;
-  if (value->getType() != XmlRpc::XmlRpcValue::TypeBoolean)
+  const std::optional<bool> flag = toFlag(*value);
+  if (!flag)
     refuse(name, toText(*value), "true or false");
-  return static_cast<bool>(*value);
+  return *flag;
 }
 
 std::string

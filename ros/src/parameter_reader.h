@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 #include <XmlRpcValue.h>
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -11,6 +12,9 @@
 #include <vector>
 
 namespace pcl_ext_ros {
+
+/** \brief Numbers that a float holds are from minus this to this. */
+constexpr double largest_float = std::numeric_limits<float>::max();
 
 /** \brief A parameter that the node cannot work with; says its name, its value and what
  * is allowed, in one line. */
@@ -27,6 +31,14 @@ toText(const XmlRpc::XmlRpcValue& value);
 std::optional<double>
 toNumber(XmlRpc::XmlRpcValue value);
 
+/** \brief The number that a value is, if it is finite as a float; none if it is not. */
+std::optional<float>
+toFloat(const XmlRpc::XmlRpcValue& value);
+
+/** \brief What a value that is true or false is; none if it is something else. */
+std::optional<bool>
+toFlag(XmlRpc::XmlRpcValue value);
+
 /** \brief Reads the private parameters of this node and checks type and range.
  *
  * All members throw WrongParameter. A parameter that is not set has its default, which is
@@ -37,6 +49,10 @@ public:
   /** \brief A finite number within [lowest, highest]. */
   double
   number(const std::string& name, double default_value, double lowest, double highest);
+
+  /** \brief A number that is finite as a float. */
+  float
+  finite(const std::string& name, float default_value);
 
   /** \brief A whole number within [lowest, highest]. */
   int

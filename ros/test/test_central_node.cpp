@@ -1,6 +1,8 @@
 /** \file
- * \brief Many streams in one node, their sum, and the threshold of noise.
+ * \brief Many streams in one node, their sum, and how their noise is removed.
  */
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
 #include "stream_scenario.h"
 
 #include <ros/param.h>
@@ -12,13 +14,37 @@ namespace test {
 
 namespace {
 
+using pcl_ext::VoxelOutlierRemoval;
+using pcl_ext::VoxelOutlierRemovalSettings;
+
 XmlRpc::XmlRpcValue
-streamEntry(const std::string& topic, double min_intensity)
+streamEntry(const std::string& topic,
+            const std::string& key,
+            const XmlRpc::XmlRpcValue& value)
 {
   XmlRpc::XmlRpcValue entry;
   entry["topic"] = topic;
-  entry["min_intensity"] = min_intensity;
+  entry[key] = value;
   return entry;
+}
+
+VoxelOutlierRemoval
+removalAt(float min_log_odds)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = min_log_odds;
+  return VoxelOutlierRemoval(settings);
+}
+
+/** \brief What a frame is to become; all of it where there is no filter. */
+Voxels
+filtered(pcl_ext::io::VoxelFrame frame, std::optional<VoxelOutlierRemoval>& removal)
+{
+  if (removal) {
+    EXPECT_GT(removal->filter(frame), 0u);
+    EXPECT_GT(frame.size(), 100u);
+  }
+  return voxelsIn(frame);
 }
 
 Voxels
@@ -125,7 +151,9 @@ TEST_F(CentralNodes, EachStreamHasItsThreshold)
 {
   startTwoSensors(
       {{"min_intensity", 2},
-       {"streams", listOf({compressed, streamEntry(other_frames.topic(), 3.0)})}});
+       {"streams",
+        listOf(
+            {compressed, streamEntry(other_frames.topic(), "min_intensity", 3.0)})}});
   const Voxels expected = direct.voxelsOf(cloud(0), pose, 2.0f);
   EXPECT_LT(expected.size(), direct.voxelsOf(cloud(0), pose).size());
   expectVoxels(cloud(0), expected);
@@ -134,6 +162,116 @@ TEST_F(CentralNodes, EachStreamHasItsThreshold)
   ASSERT_TRUE(other_voxels.waitForCount(1));
   EXPECT_GT(other_expected.size(), 0u);
   EXPECT_TRUE(voxelsIn(*other_voxels[0]) == other_expected);
+}
+
+TEST_F(CentralNodes, EachStreamHasItsFilterOfOutliersAndMergesWhatStays)
+{
+  startTwoSensors(
+      {{"remove_outliers", true},
+       {"min_log_odds", 3.0},
+       {"max_merge_age", 3600.0},
+       {"streams",
+        listOf({compressed, streamEntry(other_frames.topic(), "min_log_odds", 2.0)})}});
+  std::optional<VoxelOutlierRemoval> removal = removalAt(3.0f);
+  std::optional<VoxelOutlierRemoval> other_removal = removalAt(2.0f);
+  std::size_t voxels_of_both = 0;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    expectVoxels(cloud(i), filtered(direct.frameOf(cloud(i), pose), removal));
+    other_clouds.publish(otherCloud(i));
+    ASSERT_TRUE(other_voxels.waitForCount(i + 1)) << decompressor->output();
+    EXPECT_TRUE(
+        voxelsIn(*other_voxels[i]) ==
+        filtered(other_direct.frameOf(otherCloud(i), other_pose), other_removal));
+    voxels_of_both = voxelsIn(*voxels[i]).size() + voxelsIn(*other_voxels[i]).size();
+  }
+  // The sensors see different places.
+  EXPECT_TRUE(waitFor([&] {
+    const auto last = merged.last();
+    return last && last->width == voxels_of_both;
+  }));
+}
+
+/** \brief The filter of one stream as it is changed. */
+class Outliers : public CentralNodes {
+protected:
+  void
+  expectFrames()
+  {
+    for (int i = 0; i < 3; ++i, ++number)
+      expectVoxels(cloud(number),
+                   filtered(direct.frameOf(cloud(number), pose), removal));
+  }
+
+  /** \brief Sends clouds until another filter is in force, which begins anew; until then
+   * it must be that of before.
+   * \param[in] min_log_odds none: no filter
+   */
+  void
+  expectChange(std::optional<float> min_log_odds)
+  {
+    if (HasFatalFailure())
+      return;
+    SCOPED_TRACE(min_log_odds ? std::to_string(*min_log_odds) : "none");
+    ASSERT_TRUE(waitFor([&] {
+      const auto sent = cloud(number++);
+      const auto shown = show(sent);
+      if (!shown)
+        return false;
+      std::optional<VoxelOutlierRemoval> fresh;
+      if (min_log_odds)
+        fresh = removalAt(*min_log_odds);
+      const Voxels now = filtered(direct.frameOf(sent, pose), fresh);
+      const Voxels before = filtered(direct.frameOf(sent, pose), removal);
+      EXPECT_TRUE(now != before);
+      const bool is_changed = voxelsIn(*shown) == now;
+      EXPECT_TRUE(is_changed || voxelsIn(*shown) == before);
+      if (is_changed)
+        removal = std::move(fresh);
+      return is_changed;
+    })) << decompressor->output();
+    expectFrames();
+  }
+
+  std::optional<VoxelOutlierRemoval> removal; // in force
+  std::uint32_t number = 0;
+};
+
+TEST_F(Outliers, FiltersChangeWhileTheNodeRuns)
+{
+  const std::string remove = full("decompressor/remove_outliers");
+  const std::string remove_of_this =
+      full("decompressor/remove_outliers_of") + compressed;
+  const std::string log_odds = full("decompressor/min_log_odds");
+  const std::string log_odds_of_this =
+      full("decompressor/min_log_odds_of") + compressed;
+  startBoth();
+  expectFrames();
+  ros::param::set(log_odds, 3.5); // of nothing yet
+  expectFrames();
+  ros::param::set(remove, true);
+  expectChange(3.5f);
+  ros::param::set(log_odds, 2);
+  expectChange(2.0f);
+  ros::param::set(log_odds_of_this, 2.75);
+  expectChange(2.75f);
+  ros::param::set(remove_of_this, false);
+  expectChange(std::nullopt);
+  ros::param::del(remove_of_this);
+  expectChange(2.75f);
+
+  ros::param::set(remove, "often");
+  EXPECT_TRUE(waitFor([&] {
+    return decompressor->output().find("'often'; it must be true or false") !=
+           std::string::npos;
+  })) << decompressor->output();
+  ros::param::set(log_odds_of_this, 1e39);
+  EXPECT_TRUE(waitFor([&] {
+    return decompressor->output().find("1e+39; it must be a finite number") !=
+           std::string::npos;
+  })) << decompressor->output();
+  expectFrames(); // the filter goes on
+  ros::param::set(remove, false);
+  expectChange(std::nullopt);
 }
 
 /** \brief The threshold of one stream as it is changed. */

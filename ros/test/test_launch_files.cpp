@@ -183,10 +183,18 @@ TEST_F(LaunchFiles, SixKinects)
     streams.push_back(std::make_unique<Voxels>("/kinect_" + std::to_string(sensor) +
                                                "/points/pcl_ext/voxels"));
   const Voxels merged("/intensity_decompressor/merged");
-  launch("six_kinects.launch", {"captured_frames:=2", "rate:=4"});
+  launch("six_kinects.launch",
+         {"captured_frames:=2", "rate:=4", "remove_outliers:=true"});
   for (const auto& stream : streams)
     expectVoxels(*stream);
   expectVoxels(merged);
+  bool removes_outliers = false;
+  EXPECT_TRUE(
+      ros::param::get("/intensity_decompressor/remove_outliers", removes_outliers));
+  EXPECT_TRUE(removes_outliers);
+  double min_intensity = -1.0;
+  EXPECT_TRUE(ros::param::get("/intensity_decompressor/min_intensity", min_intensity));
+  EXPECT_EQ(min_intensity, 0.0); // which would take surfaces that the filter keeps
   expectCleanEnd();
 }
 

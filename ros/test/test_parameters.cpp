@@ -63,6 +63,9 @@ const std::vector<Refusal> refused_by_compressor{
     {{{"crop_box", listOf({0, 0, 0, 1, 1})}}, "~crop_box is [0, 0, 0, 1, 1]"},
     {{{"crop_box", listOf({0, 0, 0, 1, 1, 0})}}, "~crop_box is [0, 0, 0, 1, 1, 0]"},
     {{{"crop_box", listOf({0, 0, 0, 1, 1, "far"})}}, "~crop_box is"},
+    {{{"remove_outliers", 1}}, "~remove_outliers is 1; it must be true or false"},
+    {{{"min_log_odds", "low"}}, "~min_log_odds is 'low'; it must be"},
+    {{{"min_log_odds", 1e39}}, "~min_log_odds is 1e+39; it must be"},
     {{{"tf_timeout", -0.1}}, "~tf_timeout is -0.1; it must be"},
     {{{"queue_size", 0}}, "~queue_size is 0; it must be"},
     {{{"statistics", "yes"}}, "~statistics is 'yes'; it must be true or false"},
@@ -80,6 +83,15 @@ const std::vector<Refusal> refused_by_decompressor{
     {{{"streams", streamWith("colour", "red")}}, "colour"},
     {{{"streams", streamWith("min_intensity", "many")}}, "min_intensit"},
     {{{"streams", streamWith("sensor_frame", 7)}}, "sensor_frame"},
+    {{{"streams", streamWith("remove_outliers", "yes")}},
+     "in one place; it must be a list whose remove_outliers are true or false"},
+    {{{"streams", streamWith("min_log_odds", -1e39)}},
+     "it must be a list whose min_log_odds are finite numbers"},
+    {{{"remove_outliers", "yes"}},
+     "~remove_outliers is 'yes'; it must be true or false"},
+    {{{"min_log_odds", true}}, "~min_log_odds is 1; it must be"},
+    {{{"min_log_odds", -1e39}}, "~min_log_odds is -1e+39; it must be"},
+    {{{"min_log_odd", 1}}, "~min_log_odd is none of this node's"},
     {{{"min_intensity", "many"}}, "~min_intensity is 'many'; it must be"},
     {{{"min_intensities", 2}}, "~min_intensities"},
     {{{"merge_rate", -1}}, "~merge_rate is -1; it must be"},
@@ -157,10 +169,17 @@ TEST_F(WrongParameters, StopTheCell)
 
 TEST_F(WrongParameters, OfOneStreamStopTheDecompressor)
 {
-  NodeProcess node("intensity_decompressor",
-                   "/wrong_parameters/of_one_stream",
-                   {{"streams", listOf({"/a"})}, {"min_intensity_of/a", "many"}});
-  expectRefusal(node, "~min_intensity_of/a is 'many'; it must be");
+  const std::vector<Refusal> refusals{
+      {{{"min_intensity_of/a", "many"}}, "~min_intensity_of/a is 'many'; it must be"},
+      {{{"remove_outliers_of/a", 0}},
+       "~remove_outliers_of/a is 0; it must be true or false"},
+      {{{"min_log_odds_of/a", "2"}}, "~min_log_odds_of/a is '2'; it must be"}};
+  for (std::size_t i = 0; i < refusals.size(); ++i) {
+    NodeProcess node("intensity_decompressor",
+                     "/wrong_parameters/of_one_stream_" + std::to_string(i),
+                     Parameters{{"streams", listOf({"/a"})}} + refusals[i].parameters);
+    expectRefusal(node, refusals[i].says);
+  }
 }
 
 TEST_F(WrongParameters, OnTheCommandLineStopTheNodes)
@@ -208,11 +227,15 @@ TEST_F(RightParameters, AllThatTheReadmeNamesAreTaken)
                                                       {"intensity_bits", 12},
                                                       {"intensity_range", 4095},
                                                       {"intensity_curve", "linear"},
+                                                      {"remove_outliers", false},
+                                                      {"min_log_odds", 1},
                                                       {"global_frame", "world"},
                                                       {"queue_size", 7},
                                                       {"statistics", true}});
   startDecompressor(Parameters{{"global_frame", "world"},
                                {"min_intensity", 0},
+                               {"remove_outliers", false},
+                               {"min_log_odds", 1},
                                {"resolution", 1},
                                {"merge_rate", 0},
                                {"max_merge_age", 2},

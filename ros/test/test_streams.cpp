@@ -110,6 +110,17 @@ TEST_F(Streams, CompandedIntensitiesGiveTheLibrarysVoxels)
   expectStream<pcl::PointXYZ>(settings, 3);
 }
 
+TEST_F(Streams, OutliersThatTheCompressorRemovesAreTheLibrarys)
+{
+  startBoth(compressorParameters() +
+            Parameters{{"remove_outliers", true}, {"min_log_odds", 3}});
+  SensorNodeSettings settings = compressorSettings();
+  DirectStream plain(settings);
+  settings.outlier_removal.emplace().min_log_odds = 3.0f;
+  expectStream<pcl::PointXYZ>(settings);
+  EXPECT_LT(voxelsIn(*voxels.last()).size(), plain.voxelsOf(cloud(7), pose).size());
+}
+
 TEST_F(Streams, BytesAreTheLibrarysAndTheMessageTellsTheLayout)
 {
   startBoth(compressorParameters() + Parameters{{"i_frame_rate", 5}});

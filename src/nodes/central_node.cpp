@@ -135,6 +135,24 @@ public:
   }
 
   CentralNodeStatus
+  setOutlierRemoval(const std::string& name,
+                    const std::optional<VoxelOutlierRemovalSettings>& settings)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    if (settings)
+      if (const OutlierRemovalStatus status = pcl_ext::checkSettings(*settings);
+          !status.ok())
+        return {CentralNodeCode::InvalidSettings,
+                "outlier_removal: " + status.message()};
+    Entry* const entry = find(name);
+    if (entry == nullptr)
+      return unknownStream(name);
+    entry->stream.setOutlierRemoval(settings);
+    return {};
+  }
+
+  CentralNodeStatus
   receive(const std::string& name,
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp)
@@ -318,6 +336,13 @@ CentralNodeStatus
 CentralNode::setMinIntensity(const std::string& name, float min_intensity)
 {
   return implementation_->setMinIntensity(name, min_intensity);
+}
+
+CentralNodeStatus
+CentralNode::setOutlierRemoval(
+    const std::string& name, const std::optional<VoxelOutlierRemovalSettings>& settings)
+{
+  return implementation_->setOutlierRemoval(name, settings);
 }
 
 CentralNodeStatus

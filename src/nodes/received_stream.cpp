@@ -29,6 +29,15 @@ ReceivedStream::ReceivedStream(const std::string& name,
   health_.name = name;
 }
 
+void
+ReceivedStream::setOutlierRemoval(
+    const std::optional<VoxelOutlierRemovalSettings>& settings)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  outlier_settings_ = settings;
+  are_outlier_settings_new_ = true;
+}
+
 bool
 ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
 {
@@ -57,8 +66,11 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   const io::CompressionStatus status =
       decoder_.decode(bytes.data(), bytes.size(), decoded);
   const io::CodedFrameStatistics& coding = decoder_.statistics();
-  if (status.ok())
+  std::size_t outliers = 0;
+  if (status.ok()) {
+    outliers = removeOutliers(decoded);
     removeFaintVoxels(decoded, min_intensity_, kept_);
+  }
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   if (status.ok() && !stamp && decoder_.stamp())
@@ -75,6 +87,7 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
       countDecoded(coding.frame_number);
       health_.voxels = coding.voxels;
       health_.kept_voxels = kept_.size();
+      health_.outliers_removed = outliers;
       health_.last_decoded = now;
       window_.add({now, bytes.size(), cycle.count(), latency});
       std::swap(kept_, latest_);
@@ -93,6 +106,20 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
               status.ok() ? latest_ : no_voxels,
               status.ok() ? coding : no_statistics,
               wants_i_frame});
+}
+
+std::size_t
+ReceivedStream::removeOutliers(io::VoxelFrame& frame)
+{
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (std::exchange(are_outlier_settings_new_, false)) {
+      outlier_removal_.reset();
+      if (outlier_settings_)
+        outlier_removal_.emplace(*outlier_settings_);
+    }
+  }
+  return outlier_removal_ ? outlier_removal_->filter(frame) : 0;
 }
 
 bool

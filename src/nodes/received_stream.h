@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
@@ -35,6 +36,12 @@ public:
     min_intensity_ = min_intensity;
   }
 
+  /** \brief Has a new filter take the place of that in use, from the next frame on.
+   * \param[in] settings as checkSettings() accepts; none: no filter
+   */
+  void
+  setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings);
+
   /** \brief Counts a frame that arrived.
    * \param[in] bytes its size
    * \param[in] max_waiting frames that may wait
@@ -66,6 +73,12 @@ public:
   health(Time now) const;
 
 private:
+  /** \brief Removes the outliers of a frame that was decoded, if that is wanted.
+   * \return number of voxels removed
+   */
+  std::size_t
+  removeOutliers(io::VoxelFrame& frame);
+
   bool
   wantsIFrame(io::CompressionCode code);
 
@@ -77,12 +90,16 @@ private:
 
   // Of decode() alone.
   io::FrameDecoder decoder_;
+  std::optional<VoxelOutlierRemoval> outlier_removal_;
   io::VoxelFrame kept_;               // its memory and that of latest_ take turns
   std::size_t failures_in_a_row_ = 0; // of frames that need an I-frame behind them
 
   std::atomic<float> min_intensity_;
 
   mutable std::mutex mutex_; // of everything below
+  // Of the filter that is to come; the filter itself is made where it is used.
+  std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
+  bool are_outlier_settings_new_ = false;
   io::VoxelFrame latest_;
   Time latest_stamp_{0};
   StreamHealth health_;

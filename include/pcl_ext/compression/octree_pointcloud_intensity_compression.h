@@ -221,7 +221,8 @@ public:
     return intensity_model_;
   }
 
-  /** \brief The voxels that were encoded or decoded last, as the codec sees them. */
+  /** \brief The voxels that were encoded or decoded last, as the codec sees them. After
+   * decodePointCloud voxel i is point i of the cloud. */
   const VoxelFrame&
   getVoxelFrame() const
   {

@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/status.h>
 
@@ -118,6 +119,20 @@ public:
    */
   CentralNodeStatus
   setMinIntensity(const std::string& name, float min_intensity);
+
+  /** \brief Has a stream's outliers removed, from the next frame on that is decoded; its
+   * own voxels are judged, before min_intensity and before merging. Off at first.
+   *
+   * The filter sees the frames that are decoded, in their order, and remembers them as
+   * VoxelOutlierRemoval says, beyond I-frames and frames that fail. Every call makes a new
+   * filter, which remembers nothing.
+   * \param[in] name of the stream
+   * \param[in] settings as checkSettings() accepts; none: no outliers are removed
+   * \return InvalidSettings or UnknownStream if nothing was changed
+   */
+  CentralNodeStatus
+  setOutlierRemoval(const std::string& name,
+                    const std::optional<VoxelOutlierRemovalSettings>& settings);
 
   /** \brief Takes a stream's next frame, to decode it as soon as there is a thread.
    * \param[in] name of the stream

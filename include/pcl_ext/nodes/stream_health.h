@@ -51,6 +51,7 @@ struct StreamHealth {
   std::uint64_t bytes = 0;          ///< of all frames received
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
   std::size_t kept_voxels = 0;      ///< of these: after denoising
+  std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
   bool in_sync = false;             ///< the last frame was decoded
   Time last_decoded{0};             ///< when the last frame was ready; 0: never
   io::CompressionStatus last_failure; ///< why the last frame that failed did

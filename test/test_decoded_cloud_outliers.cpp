@@ -1,0 +1,220 @@
+/** \file
+ * \brief Outliers of decoded clouds against those of frames that another decoder decoded.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/filters/decoded_cloud_outliers.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <string>
+
+namespace {
+
+using namespace pcl_ext;
+
+constexpr double resolution = 0.04;
+
+/** \brief A wavy wall 2 to 3 m off, and single points before it, other ones each time. */
+template <typename PointT>
+typename pcl::PointCloud<PointT>::Ptr
+wallWithNoise(unsigned int frame)
+{
+  std::mt19937 random(frame + 1);
+  const auto between = [&](float begin, float end) {
+    return begin + (end - begin) * static_cast<float>(random() % 4096) / 4096.0f;
+  };
+  typename pcl::PointCloud<PointT>::Ptr cloud(new pcl::PointCloud<PointT>);
+  const auto add = [&](float x, float y, float z) {
+    PointT point;
+    point.x = x;
+    point.y = y;
+    point.z = z;
+    if constexpr (has_intensity_field<PointT>)
+      point.intensity = 20.0f + between(0.0f, 9.0f);
+    cloud->push_back(point);
+  };
+  for (int row = 0; row < 80; ++row)
+    for (int column = 0; column < 80; ++column) {
+      const float x = 0.015f * static_cast<float>(column) - 0.6f;
+      add(x + between(-0.01f, 0.01f),
+          0.015f * static_cast<float>(row) - 0.6f,
+          2.5f + 0.3f * std::sin(4.0f * x));
+    }
+  for (int i = 0; i < 60; ++i)
+    add(between(-0.6f, 0.6f), between(-0.6f, 0.6f), between(0.5f, 2.0f));
+  return cloud;
+}
+
+io::IntensityCompressionSettings
+settingsAt(double voxel_edge)
+{
+  io::IntensityCompressionSettings settings;
+  settings.resolution = voxel_edge;
+  settings.i_frame_rate = 4;
+  settings.carry_header = true;
+  return settings;
+}
+
+template <typename PointT>
+void
+expectVoxel(const PointT& point, const io::VoxelFrame& frame, std::size_t voxel)
+{
+  const io::VoxelPosition position = io::voxelPosition(frame.keys[voxel]);
+  EXPECT_EQ(point.x, static_cast<float>(frame.grid.centre(0, position.x)));
+  EXPECT_EQ(point.y, static_cast<float>(frame.grid.centre(1, position.y)));
+  EXPECT_EQ(point.z, static_cast<float>(frame.grid.centre(2, position.z)));
+  if constexpr (has_intensity_field<PointT>) {
+    EXPECT_EQ(point.intensity, frame.intensity_scale.value(frame.intensities[voxel]));
+  }
+}
+
+/** \brief Clouds of a stream on both ways. */
+template <typename PointT, typename IntensityModelT>
+void
+expectSameAsFrames(const io::IntensityCompressionSettings& settings,
+                   const VoxelOutlierRemovalSettings& removal_settings,
+                   bool has_depth_model)
+{
+  using Compression = io::OctreePointCloudIntensityCompression<PointT, IntensityModelT>;
+  Compression encoder(settings);
+  Compression decoder(settings);
+  VoxelOutlierRemoval removal(removal_settings);
+  io::FrameDecoder frame_decoder;
+  VoxelOutlierRemoval frame_removal(removal_settings);
+  for (unsigned int i = 0; i < 8; ++i) {
+    SCOPED_TRACE("frame " + std::to_string(i));
+    const auto cloud = wallWithNoise<PointT>(i);
+    cloud->header.stamp = 1000 + i;
+    std::stringstream stream;
+    ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+    const std::string bytes = stream.str();
+    typename Compression::PointCloudPtr decoded;
+    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+    const std::optional<std::size_t> removed =
+        removeOutliers(*decoded, decoder.getVoxelFrame(), removal);
+
+    io::VoxelFrame expected;
+    ASSERT_TRUE(frame_decoder
+                    .decode(reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                            bytes.size(),
+                            expected)
+                    .ok());
+    EXPECT_EQ(expected.depth_model.has_value(), has_depth_model);
+    const std::size_t expected_removed = frame_removal.filter(expected);
+    EXPECT_GT(expected_removed, 10u);
+    EXPECT_GT(expected.size(), 200u);
+    ASSERT_TRUE(removed.has_value());
+    EXPECT_EQ(*removed, expected_removed);
+    ASSERT_EQ(decoded->size(), expected.size());
+    EXPECT_EQ(decoded->width, expected.size());
+    EXPECT_EQ(decoded->height, 1u);
+    EXPECT_EQ(decoded->header.stamp, 1000 + i);
+    for (std::size_t voxel = 0; voxel < expected.size(); ++voxel)
+      expectVoxel((*decoded)[voxel], expected, voxel);
+    EXPECT_EQ(removal.rememberedBlocks(), frame_removal.rememberedBlocks());
+  }
+}
+
+TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
+{
+  VoxelOutlierRemovalSettings settings;
+  expectSameAsFrames<pcl::PointXYZ, CountIntensity>(
+      settingsAt(resolution), settings, false);
+  expectSameAsFrames<pcl::PointXYZI, CountIntensity>(settingsAt(0.05), settings, false);
+  settings.min_log_odds = 1.0f;
+  using Quadratic = IntensityModel<KinectV2, QuadraticLaw>;
+  expectSameAsFrames<pcl::PointXYZI, Quadratic>(settingsAt(resolution), settings, true);
+  expectSameAsFrames<pcl::PointXYZ, Quadratic>(settingsAt(resolution), settings, true);
+  settings.use_history = false;
+  settings.unit = DensityUnit::Points;
+  expectSameAsFrames<pcl::PointXYZI, NativeIntensity>(
+      settingsAt(resolution), settings, false);
+}
+
+/** \brief A cloud that was decoded, and the decoder with its frame. */
+struct DecodedCloud {
+  using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+  explicit DecodedCloud(const pcl::PointCloud<pcl::PointXYZI>::Ptr& sent)
+  {
+    std::stringstream stream;
+    EXPECT_TRUE(compression.encodePointCloud(sent, stream).ok());
+    EXPECT_TRUE(compression.decodePointCloud(stream, cloud).ok());
+  }
+
+  Compression compression{settingsAt(resolution)};
+  Compression::PointCloudPtr cloud;
+};
+
+TEST(DecodedCloudOutliers, ACloudThatWasMovedLosesTheSamePoints)
+{
+  DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
+  pcl::PointCloud<pcl::PointXYZI> moved = *decoded.cloud;
+  for (pcl::PointXYZI& point : moved) {
+    point.x += 100.0f;
+    point.intensity = -1.0f;
+  }
+  VoxelOutlierRemoval removal;
+  VoxelOutlierRemoval removal_of_moved;
+  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  const auto removed = removeOutliers(*decoded.cloud, frame, removal);
+  EXPECT_EQ(removeOutliers(moved, frame, removal_of_moved), removed);
+  ASSERT_EQ(moved.size(), decoded.cloud->size());
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    EXPECT_EQ(moved[i].x, (*decoded.cloud)[i].x + 100.0f);
+    EXPECT_EQ(moved[i].y, (*decoded.cloud)[i].y);
+    EXPECT_EQ(moved[i].z, (*decoded.cloud)[i].z);
+    EXPECT_EQ(moved[i].intensity, -1.0f);
+  }
+}
+
+TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)
+{
+  DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
+  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  VoxelOutlierRemoval removal;
+  pcl::PointCloud<pcl::PointXYZI> shorter = *decoded.cloud;
+  shorter.resize(shorter.size() - 1);
+  EXPECT_EQ(removeOutliers(shorter, frame, removal), std::nullopt);
+  EXPECT_EQ(shorter.size(), frame.size() - 1);
+  pcl::PointCloud<pcl::PointXYZI> none;
+  EXPECT_EQ(removeOutliers(none, frame, removal), std::nullopt);
+  EXPECT_EQ(removal.rememberedBlocks(), 0u);
+  // A cloud twice: the second time it is shorter than the frame.
+  EXPECT_GT(removeOutliers(*decoded.cloud, frame, removal).value_or(0), 0u);
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, removal), std::nullopt);
+}
+
+TEST(DecodedCloudOutliers, NoneOrAllMayGo)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = -100.0f;
+  VoxelOutlierRemoval lenient(settings);
+  settings.min_log_odds = 100.0f;
+  VoxelOutlierRemoval strict(settings);
+  DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
+  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, lenient), std::size_t{0});
+  EXPECT_EQ(decoded.cloud->size(), frame.size());
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, strict), frame.size());
+  EXPECT_TRUE(decoded.cloud->empty());
+  EXPECT_EQ(decoded.cloud->width, 0u);
+
+  pcl::PointCloud<pcl::PointXYZI>::Ptr nothing(new pcl::PointCloud<pcl::PointXYZI>);
+  DecodedCloud empty(nothing);
+  EXPECT_EQ(removeOutliers(*empty.cloud, empty.compression.getVoxelFrame(), lenient),
+            std::size_t{0});
+}
+
+} // namespace
