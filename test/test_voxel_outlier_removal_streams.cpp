@@ -67,7 +67,12 @@ TEST(VoxelOutlierRemoval, DepthModelStaysWhereTheGridMoves)
 TEST(VoxelOutlierRemoval, DepthModelGoesWithItsLattice)
 {
   std::mt19937_64 random(13);
-  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  const io::VoxelFrame before =
+      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  // Below a full face near the sensor.
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol = static_cast<std::uint16_t>(symbol / 16);
   io::VoxelFrame finer = frame;
   finer.grid.resolution = 0.02;
   io::VoxelFrame elsewhere = frame;
@@ -75,19 +80,49 @@ TEST(VoxelOutlierRemoval, DepthModelGoesWithItsLattice)
   io::VoxelFrame far_away = frame;
   far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
   for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Faces})
-    for (const io::VoxelFrame& other : {finer, elsewhere, far_away}) {
+    for (const io::VoxelFrame& other : {finer,
+                                        elsewhere,
+                                        far_away,
+                                        withDepthModel(finer),
+                                        withDepthModel(far_away)}) {
       VoxelOutlierRemoval used(settingsOf(unit));
       VoxelOutlierRemoval fresh(settingsOf(unit));
-      scoresOf(used, withDepthModel(frame));
+      scoresOf(used, before);
       expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
     }
+  // And where all is forgotten.
+  VoxelOutlierRemoval reset;
+  VoxelOutlierRemoval fresh;
+  scoresOf(reset, before);
+  reset.reset();
+  expectSame(scoresOf(reset, frame), scoresOf(fresh, frame), 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
+{
+  std::mt19937_64 random(16);
+  const io::VoxelFrame quadratic =
+      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  io::VoxelFrame linear = quadratic;
+  linear.depth_model->exponent = 1;
+  VoxelOutlierRemoval used;
+  VoxelOutlierRemoval fresh;
+  scoresOf(used, quadratic);
+  const Scores expected = scoresOf(fresh, linear);
+  expectSame(scoresOf(used, linear), expected, 0.0f);
+  VoxelOutlierRemoval other;
+  EXPECT_NE(scoresOf(other, quadratic), expected);
 }
 
 TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
 {
   std::mt19937_64 random(5);
-  const Voxels voxels = wall(random, 15);
-  const io::VoxelFrame frame = frameOf(voxels, gridAt(0, 0, 0));
+  const io::VoxelFrame before = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  VoxelOutlierRemoval same;
+  VoxelOutlierRemoval alone;
+  scoresOf(same, before);
+  EXPECT_NE(scoresOf(same, frame), scoresOf(alone, frame));
   io::VoxelFrame finer = frame;
   finer.grid.resolution = 0.02;
   io::VoxelFrame elsewhere = frame;
@@ -99,7 +134,7 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
   for (const io::VoxelFrame& other : {finer, elsewhere, with_model}) {
     VoxelOutlierRemoval used;
     VoxelOutlierRemoval fresh;
-    scoresOf(used, frame);
+    scoresOf(used, before);
     expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
   }
 }
@@ -113,6 +148,7 @@ TEST(VoxelOutlierRemoval, GridsFarApartDoNotMeet)
   frame.intensities = {200};
   frame.grid = gridAt(std::numeric_limits<std::int32_t>::min(), 0, 0, 21);
   scoresOf(removal, frame);
+  frame.keys = {4};
   frame.grid = gridAt(std::numeric_limits<std::int32_t>::max(), 0, 0, 21);
   expectSame(scoresOf(removal, frame), scoresOf(fresh, frame), 0.0f);
 }

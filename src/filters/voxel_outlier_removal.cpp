@@ -162,8 +162,7 @@ public:
   reset()
   {
     blocks_.clear();
-    grid_.clear();
-    densities_.reset();
+    grid_.clear(); // so that learn() begins anew
   }
 
   std::size_t

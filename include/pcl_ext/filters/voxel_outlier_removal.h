@@ -10,8 +10,9 @@
 
 namespace pcl_ext {
 
-/** \brief What the intensities of a stream tell of how densely points lie. Native
- * intensities tell nothing of it: the filter is not for them. */
+/** \brief What the intensities of a stream tell of how densely points lie. Native ones tell
+ * nothing of it, and the filter is not for them: on the robot cell's VLP-16, 66 % of the
+ * noise stays and 13 % of the surfaces' voxels go. */
 enum class DensityUnit {
   /** \brief As the frames say: Faces from the first frame on that carries a depth model,
    * Points before. Frames of the published layout never carry one, so that Faces must be
