@@ -106,8 +106,7 @@ TEST(DensityBlocks, SumsAreThoseOfEachVoxel)
           const Position at{x, y, z};
           const auto density = static_cast<std::int16_t>(1 + random() % 255);
           blocks.add(blocks.blockAt(keyOf(at)), cellOf(at), density);
-          // The mean is a quarter of a density, and counts half.
-          field[at] = 4 * density + density / 2;
+          field[at] = 4 * density;
         }
     for (std::uint32_t block = 0; block < blocks.size(); ++block)
       expectSums(blocks, block, field);
@@ -132,10 +131,10 @@ TEST(DensityBlocks, FullSurroundingsDoNotOverflow)
   blocks.collect(middle, ~std::uint64_t{0}, window);
   sumNeighbourhoods<true>(window, ~std::uint64_t{0}, sums);
   for (const NeighbourhoodSums& sum : sums) {
-    EXPECT_EQ(sum.core, 8 * 6 * 255);
-    EXPECT_EQ(sum.ring, 20 * 6 * 255);
-    EXPECT_EQ(sum.rim, 98 * 6 * 255);
-    EXPECT_EQ(sum.all, 125 * 6 * 255);
+    EXPECT_EQ(sum.core, 8 * 4 * 255);
+    EXPECT_EQ(sum.ring, 20 * 4 * 255);
+    EXPECT_EQ(sum.rim, 98 * 4 * 255);
+    EXPECT_EQ(sum.all, 125 * 4 * 255);
     EXPECT_EQ(sum.occupied, 125);
   }
 }
@@ -191,8 +190,8 @@ TEST(VoxelDensities, LinearLawBecomesTheQuadraticOne)
   VoxelDensities quadratic(DensityUnit::Automatic, 255.0f);
   VoxelDensities linear(DensityUnit::Automatic, 255.0f);
   ASSERT_FALSE(quadratic.areFaces());
-  EXPECT_FALSE(quadratic.follow(frameBeforeSensor(2, cut_off_depth)));
-  EXPECT_FALSE(linear.follow(frameBeforeSensor(1, cut_off_depth)));
+  EXPECT_FALSE(quadratic.follow(frameBeforeSensor(2, cut_off_depth), {0, 0, 0}));
+  EXPECT_FALSE(linear.follow(frameBeforeSensor(1, cut_off_depth), {0, 0, 0}));
   ASSERT_TRUE(quadratic.areFaces());
   for (std::uint32_t x = 10; x < 370; ++x) {
     const double share = (x + 0.5) * 0.04 / cut_off_depth;
@@ -219,9 +218,9 @@ TEST(VoxelDensities, StayFacesWhereAFrameHasNoModel)
 {
   VoxelDensities densities(DensityUnit::Automatic, 255.0f);
   io::VoxelFrame frame = frameBeforeSensor(2, 15.0);
-  EXPECT_FALSE(densities.follow(frame));
+  EXPECT_FALSE(densities.follow(frame, {0, 0, 0}));
   frame.depth_model.reset();
-  EXPECT_TRUE(densities.follow(frame));
+  EXPECT_TRUE(densities.follow(frame, {0, 0, 0}));
   EXPECT_TRUE(densities.areFaces());
   EXPECT_EQ(densities(100, {200, 2, 3}), 100); // 8 m away
   densities.reset();
@@ -233,21 +232,21 @@ TEST(VoxelDensities, AreAtLeastOneAndAtMostAFace)
   io::VoxelFrame frame;
   frame.intensity_scale = {0.0f, 1.0f, 16};
   VoxelDensities points(DensityUnit::Points, 255.0f);
-  EXPECT_TRUE(points.follow(frame));
+  EXPECT_TRUE(points.follow(frame, {0, 0, 0}));
   EXPECT_EQ(points(0, {0, 0, 0}), 1);
   EXPECT_EQ(points(7, {0, 0, 0}), 7);
   EXPECT_EQ(points(65535, {0, 0, 0}), 255);
   // Another scale, of shares up to 2.
   frame.intensity_scale = {-1.0f, 2.0f, 8};
   VoxelDensities faces(DensityUnit::Faces, 100.0f);
-  EXPECT_TRUE(faces.follow(frame));
+  EXPECT_TRUE(faces.follow(frame, {0, 0, 0}));
   EXPECT_EQ(faces(0, {0, 0, 0}), 1);
   EXPECT_EQ(faces(20, {0, 0, 0}), 99); // 39 of 100
   EXPECT_EQ(faces(200, {0, 0, 0}), 255);
   // Nonsense for a face does no harm.
   for (const float nonsense : {0.0f, -1.0f, std::nanf("")}) {
     VoxelDensities none(DensityUnit::Faces, nonsense);
-    none.follow(frame);
+    none.follow(frame, {0, 0, 0});
     for (std::uint16_t symbol = 0; symbol < 256; ++symbol) {
       EXPECT_GE(none(symbol, {0, 0, 0}), 1);
       EXPECT_LE(none(symbol, {0, 0, 0}), 255);

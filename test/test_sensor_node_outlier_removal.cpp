@@ -1,4 +1,6 @@
+#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "cell/robot_cell.h"
@@ -6,6 +8,11 @@
 #include <pcl/conversions.h>
 
 #include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
 
 namespace {
 
@@ -59,6 +66,94 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
       EXPECT_EQ(voxels.keys, expected.keys);
       EXPECT_EQ(voxels.intensities, expected.intensities);
     }
+  }
+}
+
+TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
+{
+  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Native);
+  EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
+  settings.outlier_removal.emplace();
+  const nodes::SensorNode native(settings);
+  EXPECT_EQ(native.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
+  EXPECT_EQ(native.settingsStatus().message(),
+            "outlier_removal is set and law is Native; native intensities do not tell "
+            "how densely points lie");
+  for (const auto law : {nodes::IntensityLaw::Count,
+                         nodes::IntensityLaw::Quadratic,
+                         nodes::IntensityLaw::Linear}) {
+    settings.law = law;
+    settings.outlier_removal.emplace();
+    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
+    settings.outlier_removal->full_intensity = -1.0f;
+    const nodes::SensorNode invalid(settings);
+    EXPECT_EQ(invalid.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
+    EXPECT_EQ(
+        invalid.settingsStatus().message(),
+        "outlier_removal: full_intensity is -1.000000; it must be a finite number "
+        "above 0");
+  }
+}
+
+/** \brief Leaves some points of one corner of the image and less than 5 m away. */
+void
+leavePoints(pcl::PointCloud<pcl::PointXYZ>& cloud, int count)
+{
+  for (std::size_t pixel = 0; pixel < cloud.size(); ++pixel) {
+    const bool stays = cloud[pixel].z < 5.0f && pixel % 512 > 200 && count > 0;
+    if (stays)
+      --count;
+    else
+      cloud[pixel].x = std::numeric_limits<float>::quiet_NaN();
+  }
+}
+
+TEST(SensorNodeOutlierRemoval, ReceiverKnowsTheDepthsOfFramesWithoutModel)
+{
+  // Without a crop box each I-frame has the grid of its points, and one of few points no
+  // depth model, as it would cost more than it saves.
+  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Quadratic);
+  settings.compression.resolution = 0.04;
+  settings.compression.i_frame_rate = 3;
+  settings.crop_box.reset();
+  nodes::SensorNode node(settings);
+  io::FrameDecoder decoder;
+  VoxelOutlierRemoval as_received;
+  VoxelOutlierRemoval with_model;
+  const IntensityModel<RuntimeSensor, QuadraticLaw> model(0.04, *settings.sensor);
+  cell::RobotCell cell(1);
+  cell::CellFrame captured;
+  const WorldPose pose(cell.sensorPose(1));
+  const Eigen::Vector3d origin = pose.translation();
+  const Eigen::Vector3d axis = pose.linear().col(2);
+  io::VoxelGrid first_grid;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    cell.capture(1, i, captured);
+    if (i >= 3)
+      leavePoints(captured.cloud, 40);
+    pcl::PCLPointCloud2 cloud;
+    pcl::toPCLPointCloud2(captured.cloud, cloud);
+    std::vector<std::uint8_t> bytes;
+    ASSERT_TRUE(node.encode(cloud, pose, bytes).ok());
+    io::VoxelFrame frame;
+    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
+    if (i == 0)
+      first_grid = frame.grid;
+    ASSERT_EQ(frame.depth_model.has_value(), i < 3);
+    ASSERT_EQ(frame.grid == first_grid, i < 3);
+    std::vector<float> scores;
+    as_received.score(frame, scores);
+    frame.depth_model = io::depthModelOf({2, model.cutOffDepth(), 255.0},
+                                         {origin.x(), origin.y(), origin.z()},
+                                         {axis.x(), axis.y(), axis.z()},
+                                         frame.grid,
+                                         frame.intensity_scale);
+    std::vector<float> expected;
+    with_model.score(frame, expected);
+    ASSERT_FALSE(scores.empty());
+    // Where the grid moved, depths are rounded another way.
+    for (std::size_t voxel = 0; voxel < scores.size(); ++voxel)
+      ASSERT_NEAR(scores[voxel], expected[voxel], 0.05f);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "shell_weights.h"
 
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
 #include "labelled_stream.h"
 #include "methods.h"
 
@@ -40,7 +42,8 @@ public:
   add(const LabelledFrame& labelled, double cut_off_depth)
   {
     const double edge = labelled.of(Law::Quadratic).grid.resolution;
-    const double enough_points = std::max(1.0, 5625.0 * edge * edge);
+    const double enough_points =
+        std::max(1.0, VoxelOutlierRemoval::sure_points_per_square_metre * edge * edge);
     const io::VoxelFrame& frame = labelled.of(Law::Quadratic);
     for (auto it = cells_.begin(); it != cells_.end();) {
       it->second.mean *= 0.75;
@@ -56,7 +59,7 @@ public:
           1.0,
           frame.intensities[i] / 255.0 * std::max(1.0, points_on_face / enough_points));
       cell.mean += density / 4.0;
-      cell.f = density + cell.mean / 2.0;
+      cell.f = density;
     }
   }
 

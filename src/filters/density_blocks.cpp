@@ -127,7 +127,7 @@ DensityBlocks::age()
     for (std::size_t i = 0; i < means.size(); ++i) {
       const auto fallen = static_cast<std::int16_t>(means[i] - (means[i] >> 2));
       means[i] = fallen >= forgotten_below ? fallen : std::int16_t{0};
-      field[i] = static_cast<std::int16_t>(means[i] >> 5);
+      field[i] = static_cast<std::int16_t>(means[i] >> 5); // half of it
       any = static_cast<std::int16_t>(any | means[i]);
     }
     if (any != 0) {
@@ -162,8 +162,8 @@ DensityBlocks::add(std::uint32_t block, unsigned int cell, std::int16_t density)
 {
   std::int16_t& mean = means_[block][cell];
   mean = static_cast<std::int16_t>(mean + mean_step * density);
-  // Half of the mean, and the density itself.
-  fields_[block][cell] = static_cast<std::int16_t>((mean >> 5) + 4 * density);
+  // Not the mean: what has just come is as dense as what always was there.
+  fields_[block][cell] = static_cast<std::int16_t>(4 * density);
 }
 
 void

@@ -32,9 +32,9 @@ struct NeighbourhoodSums {
   std::int32_t occupied; ///< those of the 5 x 5 x 5 that are not 0, if they are counted
 };
 
-/** \brief What a VoxelOutlierRemoval remembers: the densities of a stream's voxels, at most
- * 255 each, which is a voxel face where the unit is Faces; in blocks that are found by their place. Integers only, so that every machine removes the
- * same voxels.
+/** \brief What a VoxelOutlierRemoval remembers: the densities of a stream's voxels, 255 at
+ * most, in blocks that are found by their place. Integers only, so that means and sums
+ * are the same on all machines.
  */
 class DensityBlocks {
 public:
@@ -59,7 +59,8 @@ public:
   void
   clear();
 
-  /** \brief Lets the running means fall by a frame, and forgets blocks that have none. */
+  /** \brief Lets the running means fall by a frame, as where no voxel is, and forgets
+   * blocks that have none; f is half the mean. */
   void
   age();
 
@@ -74,7 +75,7 @@ public:
   std::uint32_t
   blockAt(std::uint64_t key);
 
-  /** \brief A voxel of the frame that the last age() began.
+  /** \brief A voxel of the frame that the last age() began; f is its density.
    * \param[in] block index of its block
    * \param[in] cell of the block; each once a frame
    * \param[in] density 1..255

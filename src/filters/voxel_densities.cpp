@@ -13,20 +13,15 @@ constexpr double face_density = 255.0;
 } // namespace
 
 bool
-VoxelDensities::follow(const io::VoxelFrame& frame)
+VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& first)
 {
   const bool were_faces = areFaces();
   // An encoder leaves the model out of frames where it does not pay.
   if (frame.depth_model && unit_ != DensityUnit::Points)
-    depth_model_ = frame.depth_model;
-  if (depth_model_ &&
-      (depth_model_->exponent != exponent_ || frame.grid.resolution != resolution_))
-    makeFactors(depth_model_->exponent, frame.grid.resolution);
+    takeDepthModel(frame, first);
   double face = face_density; // so that a point is a density of 1
   if (areFaces())
-    face = depth_model_ ? depth_model_->full_symbol / 256.0 *
-                              static_cast<double>(frame.intensity_scale.step)
-                        : static_cast<double>(full_intensity_);
+    face = depth_model_ ? model_face_ : static_cast<double>(full_intensity_);
   if (numbers_.empty() || face != face_ || frame.intensity_scale != scale_) {
     face_ = face;
     scale_ = frame.intensity_scale;
@@ -44,14 +39,30 @@ VoxelDensities::follow(const io::VoxelFrame& frame)
 }
 
 void
+VoxelDensities::takeDepthModel(const io::VoxelFrame& frame,
+                               const io::VoxelPosition& first)
+{
+  depth_model_ = frame.depth_model;
+  // Later frames may have another grid. Steps are below 2^31 and the origin is at most
+  // 2^56, so that nothing overflows.
+  depth_model_->origin -= std::int64_t{depth_model_->step[0]} * first.x +
+                          std::int64_t{depth_model_->step[1]} * first.y +
+                          std::int64_t{depth_model_->step[2]} * first.z;
+  model_face_ = depth_model_->full_symbol / 256.0 *
+                static_cast<double>(frame.intensity_scale.step);
+  if (depth_model_->exponent != exponent_ || frame.grid.resolution != resolution_)
+    makeFactors(depth_model_->exponent, frame.grid.resolution);
+}
+
+void
 VoxelDensities::makeFactors(unsigned int exponent, double resolution)
 {
   exponent_ = exponent;
   resolution_ = resolution;
   constexpr std::size_t one = std::size_t{1} << depth_bits;
   factors_.resize(one + 1);
-  const double points_on_face =
-      std::max(1.0, points_per_square_metre * resolution * resolution);
+  const double points_on_face = std::max(
+      1.0, VoxelOutlierRemoval::sure_points_per_square_metre * resolution * resolution);
   for (std::size_t i = 0; i <= one; ++i) {
     // The nearest depth is half a step.
     const double depth = std::max(static_cast<double>(i), 0.5) / one;

@@ -91,6 +91,10 @@ checkSettings(const SensorNodeSettings& settings)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
         "from the transform and the law of the node");
+  if (settings.outlier_removal && settings.law == IntensityLaw::Native)
+    return invalid(
+        "outlier_removal is set and law is Native; native intensities do not "
+        "tell how densely points lie");
   if (settings.outlier_removal)
     if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
         !status.ok())

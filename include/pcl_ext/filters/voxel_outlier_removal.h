@@ -10,39 +10,46 @@
 
 namespace pcl_ext {
 
-/** \brief What the intensities of a stream tell of how densely points lie. */
+/** \brief What the intensities of a stream tell of how densely points lie. Native ones tell
+ * nothing of it, and the filter is not for them: on the robot cell's VLP-16, 66 % of the
+ * noise stays and 13 % of the surfaces' voxels go. */
 enum class DensityUnit {
   /** \brief As the frames say: Faces from the first frame on that carries a depth model,
-   * Points before. */
+   * Points before. Frames of the published layout never carry one, so that Faces must be
+   * chosen where they have the quadratic law. */
   Automatic,
 
-  /** \brief Shares of a voxel face: the quadratic law, or the linear one in frames that
-   * carry a depth model. The sharpest. */
+  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams that
+   * carry depth models. The sharpest. */
   Faces,
 
   /** \brief Numbers of points, of which nobody knows how many a surface makes at that
-   * depth; they are compared with the voxels around. For counts, and for anything else
-   * whose intensities are 1 or more where there is something. */
+   * depth; they are compared with the voxels around. For counts, and for shares of the
+   * linear law without a depth model. */
   Points
 };
 
 /** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and ranges. */
 struct VoxelOutlierRemovalSettings {
-  /** \brief Voxels of lower log-odds are noise. Natural logarithm; any number. NaN and
-   * minus infinity keep all voxels.
+  /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
+   * about -12 to 12 at 4 cm.
    *
-   * 0: what is more likely noise than surface; in the robot cell 83 to 90 % of the noise, and
-   * about 1 % of the surfaces' voxels. 2.5 removes 94 to 96 % of the noise and 3 to 6 % of
-   * the surfaces' voxels, fringes most of them; see experiments/noise/README.md. Calibrated
-   * on a Kinect V2: with finer or coarser pixels all log-odds rise or fall alike.
+   * 0: what is more likely noise than surface; in the robot cell 82 to 90 % of the noise,
+   * and about 1 % of the surfaces' voxels. 2.5 removes 95 to 96 % of the noise and 4 to 7 %
+   * of the surfaces' voxels, fringes most of them. Do not go so high where people are: of a
+   * person 87 to 97 % of the voxels stay at 2.5, by the sensor, but in its worst frame only
+   * 14 to 81 %; at 0 it is 97 to 100 % and 66 to 96 %. See experiments/noise/README.md.
+   * Calibrated on a Kinect V2: with finer or coarser pixels all log-odds rise or fall
+   * alike.
    */
   float min_log_odds = 0.0f;
 
   /** \brief What the intensities tell. */
   DensityUnit unit = DensityUnit::Automatic;
 
-  /** \brief Intensity of a voxel face that is covered fully, above 0: 255 in decoded
-   * frames of the quadratic and linear laws. Faces only. */
+  /** \brief Intensity of a voxel face that is covered fully, above 0 and finite: 255 in
+   * decoded frames of the quadratic and linear laws. Faces only, and only until a depth
+   * model comes, which tells it. */
   float full_intensity = 255.0f;
 
   /** \brief Let the last frames count, too. Off: each frame is judged by itself. */
@@ -50,7 +57,7 @@ struct VoxelOutlierRemovalSettings {
 
   /** \brief Most blocks of 4 x 4 x 4 voxels to remember between two frames, some 270 bytes
    * each; where there would be more, only those of the last frame are remembered, and if
-   * that has more itself, none. */
+   * that has more itself, none. Any number. */
   std::size_t max_blocks = std::size_t{1} << 17;
 };
 
@@ -68,38 +75,56 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
 
 /** \brief Removes the noise from the voxels of one stream by what lies around them, now and
  * in the last frames; what StatisticalOutlierRemoval and RadiusOutlierRemoval do to
- * points, for voxels that have an intensity.
+ * points, for voxels that have an intensity of the count, quadratic or linear law.
  *
  * A surface is a sheet: of the voxels around one of its own some are its own, too, and
  * each is as dense as its face is covered. A flying pixel or a speckle has a ray or two.
  * So what lies around a voxel is summed up in three shells, in voxel faces:
  *
- *     f = I + H / 2        I: intensity in this frame, H: its running mean
- *     H_t = H_(t-1) + (I - H_(t-1)) / 4
+ *     f = I in the voxels of this frame, H / 2 in those of the last frames alone
+ *     H_t = H_(t-1) + (I_t - H_(t-1)) / 4, with I_t = 0 where a frame has no voxel
  *     core = 2 f(voxel) + f(its 6 face neighbours)
  *     ring = f(the other 20 of the 3 x 3 x 3 voxels)
  *     rim  = f(the other 98 of the 5 x 5 x 5 voxels)
  *     log-odds = 3 ln(core + e) + (ln(ring + e) + ln(rim + e)) / 2 + c
  *
- * with e = 0.02 and c = 1.7 + 3 ln(voxel edge / 4 cm): naive Bayes, a power law for each
+ * with e = 0.02 and c = 2.4 + 3 ln(voxel edge / 4 cm): naive Bayes, a power law for each
  * shell. The weights are those of a logistic regression on one sensor of the robot cell,
- * rounded; nothing depends on their last digit. Noise that hangs at an edge flies in some
- * frames only, each time at another depth, which the running mean tells from a surface; as
- * this frame counts more than all before, an object that has just come is judged by its own
- * density.
- * With a depth model, a surface of 5625 points a square metre (9 on a face of 4 cm) is as
- * sure as any: near the sensor, a limb that is seen at a grazing angle has few points of the
- * hundred that would cover its faces, but more than noise has.
- * Where the unit is Points, shells are measured in the mean f of the occupied voxels of the
- * 5 x 5 x 5, and c = -2.5 - 3 ln(voxel edge / 4 cm).
+ * rounded; nothing depends on their last digit. Frames before only fill in the voxels that
+ * this one leaves empty: at a surface's fringe those are some in each frame, while noise
+ * that hangs there flies each time at another depth. No voxel is the denser for having
+ * been there before, so that somebody who walks is judged as one who stands.
+ *
+ * I is a whole number of 255ths of a face, 1 to 255, or of points where the unit is
+ * Points. There shells are measured in the mean of the f above 0 in the 5 x 5 x 5 voxels,
+ * and c = -2.5 - 3 ln(voxel edge / 4 cm). Means are held in 64ths of I, rounded up as they
+ * fall, and forgotten below 1/4; H / 2 is rounded down to quarters, so that a mean below
+ * 1/2 counts as nothing. All of these are integers, the same on all machines; log-odds are
+ * float, and where a machine rounds them otherwise a voxel within some 1e-6 of the
+ * threshold may go on one and stay on another.
+ *
+ * With a depth model a face counts as covered where there are sure_points_per_square_metre:
+ * near the sensor, a limb that is seen at a grazing angle has few points of the hundred
+ * that would cover its faces, but more than noise has. A frame without a model has that of
+ * the last one: encoders leave it out where it does not pay.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
  * CentralNode::merge(). What it remembers it finds again while the grid moves on its
- * lattice; it forgets everything where the resolution, the anchor or the unit changes.
- * A frame needs time and memory as its voxels do, wherever they are.
+ * lattice, by up to two million voxels on each axis. It forgets everything, the depth
+ * model too, where the grid goes farther or the resolution or the anchor changes; and the
+ * means where the unit changes. A frame needs time and memory as its voxels do, wherever
+ * they are.
+ *
+ * With settings that checkSettings() refuses nothing is removed, and all log-odds are
+ * plus infinity. Instances share nothing; calls of one instance from several threads must not
+ * overlap. One that was moved from may only be assigned to or destroyed.
  */
 class PCL_EXT_EXPORT VoxelOutlierRemoval {
 public:
+  /** \brief A surface of so many points is as sure as any, if there can be as many at its
+   * depth; 9 on a face of 4 cm. */
+  static constexpr double sure_points_per_square_metre = 5625.0;
+
   explicit VoxelOutlierRemoval(
       const VoxelOutlierRemovalSettings& settings = VoxelOutlierRemovalSettings());
   ~VoxelOutlierRemoval();

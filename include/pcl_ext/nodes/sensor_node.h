@@ -56,7 +56,9 @@ struct SensorNodeSettings {
   std::optional<io::BoundingBox> crop_box;
 
   /** \brief Noise is removed from the voxels before they are encoded, as noise is what
-   * costs the most bits. None: all voxels are sent, and a receiver may remove the noise. */
+   * costs the most bits. None: all voxels are sent, and a receiver may remove the noise.
+   * Not with the native law. In the published layout the unit must be set to Faces for
+   * the quadratic law. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Name of the world frame, which frames carry if compression.carry_header is
