@@ -1,0 +1,107 @@
+#include "sensor_node_settings.h"
+
+#include "../compression/version1_header.h"
+
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+/** \brief Checks the figures of a sensor, which may have changed since it was made. */
+SensorNodeStatus
+checkSensor(const RuntimeSensor& sensor)
+{
+  try {
+    RuntimeSensor(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
+  }
+  catch (const std::invalid_argument& error) {
+    return {SensorNodeCode::InvalidSettings, std::string("sensor: ") + error.what()};
+  }
+  return {};
+}
+
+SensorNodeStatus
+checkCropBox(const io::BoundingBox& box)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!std::isfinite(box.min[axis]) || !std::isfinite(box.max[axis]) ||
+        !(box.min[axis] < box.max[axis]))
+      return {SensorNodeCode::InvalidSettings,
+              "crop_box is " + std::to_string(box.min[axis]) + " to " +
+                  std::to_string(box.max[axis]) +
+                  "; it must be finite, with min below max on each axis"};
+  return {};
+}
+
+} // namespace
+
+bool
+needsSensor(IntensityLaw law)
+{
+  return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
+}
+
+io::IntensityCompressionSettings
+codecSettings(const SensorNodeSettings& settings)
+{
+  io::IntensityCompressionSettings codec = settings.compression;
+  // A grid that follows the points changes with them, and each change costs an I-frame.
+  if (!codec.bounding_box)
+    codec.bounding_box = settings.crop_box;
+  return codec;
+}
+
+SensorNodeStatus
+checkSettings(const SensorNodeSettings& settings)
+{
+  const auto invalid = [](const std::string& message) {
+    return SensorNodeStatus(SensorNodeCode::InvalidSettings, message);
+  };
+  if (settings.law != IntensityLaw::Count && settings.law != IntensityLaw::Quadratic &&
+      settings.law != IntensityLaw::Linear && settings.law != IntensityLaw::Native)
+    return invalid("law is " + std::to_string(static_cast<int>(settings.law)) +
+                   "; it must be Count, Quadratic, Linear or Native");
+  if (needsSensor(settings.law) && !settings.sensor)
+    return invalid("sensor is not set; the quadratic and the linear law need its field "
+                   "of view and size");
+  if (needsSensor(settings.law))
+    if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
+      return status;
+  if (settings.compression.sensor_pose || settings.compression.depth_law)
+    return invalid(
+        "compression.sensor_pose or compression.depth_law is set; they follow "
+        "from the transform and the law of the node");
+  if (settings.outlier_removal && settings.law == IntensityLaw::Native)
+    return invalid(
+        "outlier_removal is set and law is Native; native intensities do not "
+        "tell how densely points lie");
+  if (settings.outlier_removal)
+    if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
+        !status.ok())
+      return invalid("outlier_removal: " + status.message());
+  if (!settings.clock)
+    return invalid("clock is empty; it must tell the time");
+  if (settings.crop_box)
+    if (const SensorNodeStatus status = checkCropBox(*settings.crop_box); !status.ok())
+      return status;
+  if (settings.compression.carry_header &&
+      settings.global_frame.size() > io::max_frame_id_size)
+    return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +
+                   " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
+                   " or less, for frames to carry it");
+  if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
+      !status.ok()) {
+    // Where all is well without the crop box, nobody set the box that the codec names.
+    const bool is_crop_boxs = io::checkSettings(settings.compression).ok();
+    return invalid((is_crop_boxs ? "crop_box as " : "") + status.message());
+  }
+  return {};
+}
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Whether a law needs the sensor's field of view and size. */
+bool
+needsSensor(IntensityLaw law);
+
+/** \brief The settings of the codec, with what follows from the node's. */
+io::IntensityCompressionSettings
+codecSettings(const SensorNodeSettings& settings);
+
+/** \brief Tells whether all settings are within their ranges and none contradicts another;
+ * if not, which one. */
+SensorNodeStatus
+checkSettings(const SensorNodeSettings& settings);
+
+} // namespace nodes
+} // namespace pcl_ext
