@@ -22,7 +22,8 @@ thead th, thead th:first-child { background: #eef1f4; vertical-align: bottom; }
 tr.paper td, tr.paper td:first-child { background: #fff7df; }
 td.absent { color: #77828c; font-style: italic; }
 td.chapter, td.chapter:first-child { background: #f6f8f9; font-weight: 600; text-align: left; }
-td.chapter span { position: sticky; left: .6rem; }
+td.chapter span { position: sticky; left: .6rem; display: inline-block;
+                  max-width: calc(100vw - 3.2rem); white-space: normal; }
 td.chapter:first-child { position: static; }
 details { margin: .5rem 0; }
 summary { cursor: pointer; font-weight: 600; }

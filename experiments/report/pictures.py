@@ -173,9 +173,11 @@ def precision_over_recall(results):
                  ylim=(0, 1.02))
         axes.set_title(title, fontsize=10)
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(0.02, 0.72))
     both[0].set_ylabel("precision: share of noise in what is removed")
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.07, 1, 1))
+    # The right one's, which has all: there is no room within that is never crossed.
+    figure.legend(*both[1].get_legend_handles_labels(), loc="lower center", ncols=6,
+                  fontsize=9, frameon=False)
     return _png(figure)
 
 

@@ -26,7 +26,7 @@ class Results:
     """Figures by experiment, sensor, coder, resolution in cm and quantity."""
 
     def __init__(self, files):
-        self._figures = {}
+        self.by_key = {}
         for file in files:
             self._read(file)
 
@@ -41,13 +41,13 @@ class Results:
                 except (KeyError, TypeError, ValueError) as error:
                     raise ReportError(f"'{file}', line {number}, is not a result: "
                                       f"{error}") from error
-                if key in self._figures:
+                if key in self.by_key:
                     raise ReportError(f"'{file}', line {number}: {key} is there twice")
-                self._figures[key] = figure
+                self.by_key[key] = figure
 
     def find(self, experiment, sensor, coder, resolution_cm, quantity):
         """The figure, or None."""
-        return self._figures.get((experiment, sensor, coder, float(resolution_cm),
+        return self.by_key.get((experiment, sensor, coder, float(resolution_cm),
                                   quantity))
 
     def figure(self, *key):
@@ -64,14 +64,14 @@ class Results:
         """What an experiment has at a position of the key, in the order of the files; of
         one sensor or resolution alone, if `sensor` or `resolution_cm` says so."""
         return list(dict.fromkeys(
-            key[position] for key in self._figures
+            key[position] for key in self.by_key
             if key[0] == experiment
             and wanted.get("sensor", key[1]) == key[1]
             and wanted.get("resolution_cm", key[3]) == key[3]))
 
     def experiments(self, prefix):
         """What follows a prefix in experiments' names, in the order of the files."""
-        return list(dict.fromkeys(key[0][len(prefix):] for key in self._figures
+        return list(dict.fromkeys(key[0][len(prefix):] for key in self.by_key
                                   if key[0].startswith(prefix)))
 
     def sensors(self, experiment, **wanted):
@@ -81,7 +81,7 @@ class Results:
         return self.values(experiment, 2, **wanted)
 
     def all_figures(self):
-        return self._figures.items()
+        return self.by_key.items()
 
 
 def read_results(folder):

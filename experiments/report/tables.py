@@ -142,7 +142,7 @@ def depth_image_table(results):
             def cell(quantity, digits, coder=coder):
                 return mean_and_deviation(
                     results.figure("depth_image", "1", coder, 0, quantity), digits)
-            table.add_row([coder, cell("bytes", 0), cell("ratio", 1),
+            table.add_row([coder.replace(" cropped", ""), cell("bytes", 0), cell("ratio", 1),
                            cell("megabits_per_second", 1), cell("encode_ms", 2),
                            cell("decode_ms", 2), cell("error_mm", 0),
                            cell("wrong_percent", 1)])
