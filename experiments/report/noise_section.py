@@ -41,68 +41,84 @@ def _law_precision(results, sensor):
                         "average_precision")
 
 
-def where_each_fails(results):
-    """Sentences with the figures of sensor 1, as far as they say no other."""
-    def at(threshold, method, quantity, sensor="1", digits=1):
-        return number_of(results.find("noise_threshold:" + threshold, sensor, method, 4,
-                                      quantity), digits)
+class _Words:
+    """Figures as words, of sensor 1 if no other is named."""
 
-    def in_band(band, method, quantity, sensor="1"):
-        return number_of(results.find("noise_band:" + band, sensor, method, 4, quantity), 1)
+    def __init__(self, results):
+        self.results = results
 
-    def usual(method, quantity, sensor="1", digits=1):
-        return number_of(results.find("noise", sensor, method, 4, quantity), digits)
+    def at(self, threshold, method, quantity, sensor="1"):
+        return number_of(self.results.find("noise_threshold:" + threshold, sensor, method,
+                                           4, quantity), 1)
 
-    # A camera that does not see the person has no such figure.
-    kept = {sensor: results.find("noise", sensor, FILTER, 4, "usual_person_kept_percent")
-            for sensor in KINECTS}
-    worst = min((sensor for sensor in KINECTS if kept[sensor]),
-                key=lambda sensor: kept[sensor].mean, default=KINECTS[0])
-    far, near = "9 m and more", "3 to 5 m"
+    def in_band(self, band, method, quantity):
+        return number_of(self.results.find("noise_band:" + band, "1", method, 4, quantity),
+                         1)
+
+    def usual(self, method, quantity, sensor="1", digits=1):
+        return number_of(self.results.find("noise", sensor, method, 4,
+                                           "usual_" + quantity), digits)
+
+
+FAR, NEAR = "9 m and more", "3 to 5 m"
+
+
+def _where_laws_fail(words):
     return [
         "Count: far away every voxel of a surface holds one point, as noise does. The "
         "lowest threshold that removes anything, 2, keeps "
-        f"{at('2.0', 'count', 'surface_kept_percent')} % of the surfaces' voxels and "
-        f"{at('2.0', 'count', 'person_kept_percent')} % of the person's; with 95 % kept, "
-        f"{usual('count', 'usual_let_through_percent')} % of the noise passes.",
+        f"{words.at('2.0', 'count', 'surface_kept_percent')} % of the surfaces' voxels and "
+        f"{words.at('2.0', 'count', 'person_kept_percent')} % of the person's; with 95 % "
+        f"kept, {words.usual('count', 'let_through_percent')} % of the noise passes.",
         "Quadratic: one point far away is worth as much as a voxel of a surface, and near "
         "the sensor one of a surface's fringe is worth next to nothing. At the threshold "
-        f"that keeps 95 %, {in_band(far, 'quadratic', 'let_through_percent')} % of the "
-        "noise beyond 9 m passes, and at 3 to 5 m only "
-        f"{in_band(near, 'quadratic', 'surface_kept_percent')} % of the surfaces' voxels "
-        "stay.",
+        f"that keeps 95 %, {words.in_band(FAR, 'quadratic', 'let_through_percent')} % of "
+        "the noise beyond 9 m passes, and at 3 to 5 m "
+        f"{words.in_band(NEAR, 'quadratic', 'surface_kept_percent')} % of the surfaces' "
+        "voxels stay.",
         "Linear: the same, "
-        f"{in_band(far, 'linear', 'let_through_percent')} % and "
-        f"{in_band(near, 'linear', 'surface_kept_percent')} %.",
-        "The filter: noise that touches a surface, and single points of a surface's "
-        "fringe. It is weakest far away, where a voxel's face has one or two rays: beyond "
-        f"9 m it lets {in_band(far, FILTER, 'let_through_percent')} % through at that "
-        "threshold.",
-        "The filter on the person: of all cameras it keeps least of the person on sensor "
-        f"{worst}, {usual(FILTER, 'usual_person_kept_percent', worst)} % of the person's "
-        "voxels where 95 % of all surfaces' stay, in the worst frame "
-        f"{usual(FILTER, 'usual_person_worst_percent', worst, 0)} %. Without history it "
-        f"is {usual(FILTER_WITHOUT_HISTORY, 'usual_person_kept_percent', worst)} %: what "
-        "moves has no history where it comes to.",
-        "Merged voxels judged together: noise of one sensor lies beside another's "
-        f"surfaces. The filter lets {usual(FILTER, 'usual_let_through_percent', MERGED)} % "
-        "through; where each camera's voxels are filtered before they are merged, "
-        f"{usual(FILTER_OF_EACH, 'usual_let_through_percent', MERGED)} %.",
-        "Sensor 7, the lidar: its intensity is the surface's reflectivity, which tells "
-        "nothing of noise. Its own threshold lets "
-        f"{usual('native', 'usual_let_through_percent', LIDAR)} % through with 95 % kept. "
-        "The filter at log-odds 0 would remove "
-        + _removed(results) + " of the surfaces' voxels there and let "
-        f"{at('0.0', 'filter on native', 'let_through_percent', LIDAR)} % of the noise "
-        "through: the rings are so far apart that a voxel of a surface has few neighbours. "
-        "It is not to be used on such a stream.",
+        f"{words.in_band(FAR, 'linear', 'let_through_percent')} % and "
+        f"{words.in_band(NEAR, 'linear', 'surface_kept_percent')} %.",
     ]
 
 
-def _removed(results):
-    kept = results.mean("noise_threshold:0.0", LIDAR, "filter on native", 4,
-                        "surface_kept_percent")
-    return f"{number(100 - kept, 1)} %"
+def _where_the_filter_fails(words):
+    # A camera that does not see the person has no such figure.
+    kept = {sensor: words.results.find("noise", sensor, FILTER, 4,
+                                       "usual_person_kept_percent") for sensor in KINECTS}
+    worst = min((sensor for sensor in KINECTS if kept[sensor]),
+                key=lambda sensor: kept[sensor].mean, default=KINECTS[0])
+    return [
+        "The filter: noise that touches a surface, and single points of a surface's "
+        "fringe. It is weakest far away, where a voxel's face has one or two rays: beyond "
+        f"9 m it lets {words.in_band(FAR, FILTER, 'let_through_percent')} % through at "
+        "that threshold.",
+        "The filter on the person: of all cameras it keeps least of the person on sensor "
+        f"{worst}, {words.usual(FILTER, 'person_kept_percent', worst)} % of the person's "
+        "voxels where 95 % of all surfaces' stay, in the worst frame "
+        f"{words.usual(FILTER, 'person_worst_percent', worst, 0)} %. Without history it "
+        f"is {words.usual(FILTER_WITHOUT_HISTORY, 'person_kept_percent', worst)} %: what "
+        "moves has no history where it comes to.",
+        "Merged voxels judged together: noise of one sensor lies beside another's "
+        f"surfaces. The filter lets {words.usual(FILTER, 'let_through_percent', MERGED)} % "
+        "through; where each camera's voxels are filtered before they are merged, "
+        f"{words.usual(FILTER_OF_EACH, 'let_through_percent', MERGED)} %.",
+        "Sensor 7, the lidar: its intensity is the surface's reflectivity, which tells "
+        "nothing of noise. Its own threshold lets "
+        f"{words.usual('native', 'let_through_percent', LIDAR)} % through with 95 % kept. "
+        "The filter at log-odds 0 would keep "
+        f"{words.at('0.0', 'filter on native', 'surface_kept_percent', LIDAR)} % of the "
+        "surfaces' voxels there and let "
+        f"{words.at('0.0', 'filter on native', 'let_through_percent', LIDAR)} % of the "
+        "noise through: the rings are so far apart that a voxel of a surface has few "
+        "neighbours. It is not to be used on such a stream.",
+    ]
+
+
+def where_each_fails(results):
+    """Sentences with the figures of sensor 1, as far as they say no other."""
+    words = _Words(results)
+    return _where_laws_fail(words) + _where_the_filter_fails(words)
 
 
 def frames_in_words(results):
@@ -120,8 +136,7 @@ def frames_in_words(results):
             "exactly.")
 
 
-def noise_section(results):
-    """The section's HTML."""
+def _aims_and_failures(results):
     return [
         "<h2>Noise and surface told apart</h2>",
         paragraph("What the paper could only look at: how well each law, and a filter that "
@@ -142,6 +157,11 @@ def noise_section(results):
                 "the upper right is better."),
         "<h3>Where each fails</h3>",
         bullets(where_each_fails(results)),
+    ]
+
+
+def _comparisons(results):
+    return [
         "<h3>What moves</h3>",
         tables.person_table(results).html(),
         "<h3>Against PCL's filters</h3>",
@@ -155,10 +175,16 @@ def noise_section(results):
         tables.bytes_table(results).html(),
         note("“The truth”: a filter that removes all points that are no surface's, and "
              "nothing else."),
+    ]
+
+
+def _all_figures(results):
+    return [
         "<h3>All figures</h3>",
         *details("Each law and filter on each sensor",
                  [tables.methods_table(results).html()]),
         *details("By distance", [
+            tables.noise_of_bands_table(results).html(),
             tables.bands_table(results, "Average precision, by the distance of the voxel "
                                "from the sensor. – : no surface or no noise is there.",
                                "average_precision", 3).html(),
@@ -172,3 +198,8 @@ def noise_section(results):
              else f"Thresholds, sensor {sensor}"),
             [tables.thresholds_table(results, sensor).html()])),
     ]
+
+
+def noise_section(results):
+    """The section's HTML."""
+    return _aims_and_failures(results) + _comparisons(results) + _all_figures(results)

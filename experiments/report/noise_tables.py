@@ -91,6 +91,21 @@ def methods_table(results):
     return table
 
 
+def noise_of_bands_table(results):
+    """How much of what lies at each distance is noise."""
+    table = Table("Noise % of the voxels, by their distance from the sensor.",
+                  ["sensor"] + list(BANDS))
+    for sensor in KINECTS + (LIDAR,):
+        row = [sensor]
+        for band in BANDS:
+            noise, surface = (results.mean("noise_band:" + band, sensor, "count", 4, kind)
+                              for kind in ("noise_voxels", "surface_voxels"))
+            row.append(number(100 * noise / (noise + surface), 1) if noise + surface
+                       else DASH)
+        table.add_row(row)
+    return table
+
+
 def bands_table(results, caption, quantity, digits):
     """A quantity by depth; a dash where a band has no surface or no noise."""
     table = Table(caption, ["sensor"] + list(BANDS))
