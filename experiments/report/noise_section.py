@@ -51,9 +51,9 @@ class _Words:
         return number_of(self.results.find("noise_threshold:" + threshold, sensor, method,
                                            4, quantity), 1)
 
-    def in_band(self, band, method, quantity):
+    def in_band(self, band, method, quantity, digits=1):
         return number_of(self.results.find("noise_band:" + band, "1", method, 4, quantity),
-                         1)
+                         digits)
 
     def usual(self, method, quantity, sensor="1", digits=1):
         return number_of(self.results.find("noise", sensor, method, 4,
@@ -90,9 +90,11 @@ def _where_the_filter_fails(words):
                 key=lambda sensor: kept[sensor].mean, default=KINECTS[0])
     return [
         "The filter: noise that touches a surface, and single points of a surface's "
-        "fringe. It is weakest far away, where a voxel's face has one or two rays: beyond "
-        f"9 m it lets {words.in_band(FAR, FILTER, 'let_through_percent')} % through at "
-        "that threshold.",
+        "fringe. Far away a voxel's face has one or two rays: beyond 9 m its average "
+        f"precision is {words.in_band(FAR, FILTER, 'average_precision', 3)}, and it lets "
+        f"{words.in_band(FAR, FILTER, 'let_through_percent')} % through at that threshold; "
+        f"at 3 to 5 m {words.in_band(NEAR, FILTER, 'average_precision', 3)} and "
+        f"{words.in_band(NEAR, FILTER, 'let_through_percent')} %.",
         "The filter on the person: of all cameras it keeps least of the person on sensor "
         f"{worst}, {words.usual(FILTER, 'person_kept_percent', worst)} % of the person's "
         "voxels where 95 % of all surfaces' stay, in the worst frame "
