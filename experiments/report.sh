@@ -2,7 +2,7 @@
 # Installs what is missing, builds, measures the paper's experiments on the simulated robot
 # cell, checks the figures, and writes a report that is one HTML file.
 # Usage: experiments/report.sh [--frames N] [--seconds S] [--output file]
-#   --frames   of each sensor, 1 to 1000000 (1000)
+#   --frames   of each sensor, 3 to 1000000 (1000)
 #   --seconds  of the run of all sensors at once, for each coder, 0.1 to 86400 (a twentieth
 #              of the frames)
 #   --output   the report, a file .html (build-run/report/report.html); measurements lie
@@ -36,8 +36,9 @@ while [ $# -gt 0 ]; do
     *) stop "there is no option '$1'; --help tells the options" ;;
   esac
 done
-[[ $frames =~ ^[1-9][0-9]{0,5}$|^1000000$ ]] \
-  || stop "--frames is '$frames'; it must be a whole number from 1 to 1000000"
+# Of fewer the figures are those of single I-frames.
+[[ $frames =~ ^([3-9]|[1-9][0-9]{1,5}|1000000)$ ]] \
+  || stop "--frames is '$frames'; it must be a whole number from 3 to 1000000"
 seconds=${seconds:-$(((frames + 19) / 20))}
 if ! [[ $seconds =~ ^[0-9]+(\.[0-9]+)?$ ]] \
   || ! awk -v seconds="$seconds" 'BEGIN { exit !(seconds >= 0.1 && seconds <= 86400) }'; then

@@ -97,6 +97,8 @@ MISTAKES = {
                                               "quadratic|"),
     "bandwidth of nothing": changing("megabits_per_second", constant(0.001),
                                      "compression"),
+    "bandwidth of nothing at once": changing("megabits_per_second", constant(0.001),
+                                             "cell_sensor_4"),
     "ratio of nothing": changing("ratio", scaled(0.1), "compression|3"),
     "time below zero": changing("encode_ms", scaled(-1.0)),
     "JPEG without an error": changing("error_mm", constant(0.0), "JPEG"),
