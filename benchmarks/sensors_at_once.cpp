@@ -21,8 +21,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr float min_intensity = 2.0f; // voxels below it are removed
-
 /** \brief When all nodes begin, and how long they run. */
 struct Schedule {
   Clock::time_point start;
@@ -236,7 +234,9 @@ cellLidar(const Workload& workload, const Variant& variant, std::size_t frames)
 }
 
 RunAtOnce
-runAtOnce(const std::vector<SensorAtWork>& descriptions, double seconds)
+runAtOnce(const std::vector<SensorAtWork>& descriptions,
+          double seconds,
+          float min_intensity)
 {
   std::vector<Sensor> sensors;
   for (const SensorAtWork& description : descriptions)

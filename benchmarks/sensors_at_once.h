@@ -59,9 +59,12 @@ cellLidar(const Workload& workload, const Variant& variant, std::size_t frames);
  * its own, and a CentralNode that merges them at the robot cell's rate.
  * \param[in] sensors at least one
  * \param[in] seconds to run
+ * \param[in] min_intensity of all streams: voxels below it are removed before merging
  */
 RunAtOnce
-runAtOnce(const std::vector<SensorAtWork>& sensors, double seconds);
+runAtOnce(const std::vector<SensorAtWork>& sensors,
+          double seconds,
+          float min_intensity);
 
 } // namespace benchmarks
 } // namespace pcl_ext

@@ -4,6 +4,7 @@
 #include <boost/program_options/positional_options.hpp>
 
 #include <iostream>
+#include <stdexcept>
 
 namespace pcl_ext {
 namespace tools {
@@ -18,7 +19,8 @@ parseCommandLine(int argc,
                  options::variables_map& values)
 {
   options::positional_options_description positions;
-  positions.add(positional.c_str(), -1);
+  if (!positional.empty())
+    positions.add(positional.c_str(), -1);
   options::store(options::command_line_parser(argc, argv)
                      .options(description)
                      .positional(positions)
@@ -30,6 +32,19 @@ parseCommandLine(int argc,
   }
   options::notify(values);
   return true;
+}
+
+unsigned int
+checkedCount(const std::string& option,
+             std::int64_t count,
+             std::int64_t lowest,
+             std::int64_t highest)
+{
+  if (count < lowest || count > highest)
+    throw std::invalid_argument("--" + option + " is " + std::to_string(count) +
+                                "; it must be " + std::to_string(lowest) + " to " +
+                                std::to_string(highest));
+  return static_cast<unsigned int>(count);
 }
 
 } // namespace tools

@@ -82,13 +82,7 @@ parseCount(const options::variables_map& values,
            std::int64_t lowest,
            std::int64_t highest)
 {
-  // As a signed number: an unsigned one would read -1 as four thousand million.
-  const auto count = values[option].as<std::int64_t>();
-  if (count < lowest || count > highest)
-    throw std::invalid_argument("--" + option + " is " + std::to_string(count) +
-                                "; it must be " + std::to_string(lowest) + " to " +
-                                std::to_string(highest));
-  return static_cast<unsigned int>(count);
+  return checkedCount(option, values[option].as<std::int64_t>(), lowest, highest);
 }
 
 options::options_description

@@ -5,12 +5,13 @@
 namespace pcl_ext {
 namespace benchmarks {
 
-/** \brief Prints the line that tells the machine, the compiler and the load, without
- * which no figure below it means anything. */
+/** \brief Prints the line that tells the machine, its system, the compiler, the versions,
+ * the date and the load, without which no figure below it means anything. */
 void
 printMachine(std::ostream& output);
 
-/** \brief Programs that wanted a processor in the last minute, this one among them. */
+/** \brief The system's load average of the last minute: how many programs were running or
+ * waiting for a processor or a disk. */
 double
 loadAverage();
 

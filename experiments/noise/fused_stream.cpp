@@ -26,6 +26,41 @@ rank(VoxelTruth truth)
 
 } // namespace
 
+void
+mergeFrames(const std::vector<LabelledFrame>& frames, LabelledFrame& merged)
+{
+  std::vector<std::uint64_t> keys;
+  for (const LabelledFrame& frame : frames) {
+    const auto& more = frame.of(Law::Count).keys;
+    keys.insert(keys.end(), more.begin(), more.end());
+  }
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+
+  merged.truth.assign(keys.size(), VoxelTruth::Noise);
+  merged.depth.assign(keys.size(), 0.0f);
+  for (const Law law : camera_laws) {
+    io::VoxelFrame& voxels = merged.of(law);
+    voxels = io::VoxelFrame();
+    voxels.grid = frames.front().of(law).grid;
+    voxels.intensity_scale.bits = 16;
+    voxels.keys = keys;
+    voxels.intensities.assign(keys.size(), 0);
+  }
+  for (const LabelledFrame& frame : frames) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < frame.truth.size(); ++i) {
+      while (keys[at] != frame.of(Law::Count).keys[i])
+        ++at;
+      for (const Law law : camera_laws)
+        merged.of(law).intensities[at] = static_cast<std::uint16_t>(
+            merged.of(law).intensities[at] + frame.of(law).intensities[i]);
+      if (rank(frame.truth[i]) > rank(merged.truth[at]))
+        merged.truth[at] = frame.truth[i];
+    }
+  }
+}
+
 FusedStream::FusedStream(std::uint32_t seed, double resolution)
 : frames_(cell::RobotCell::sensor_count)
 {
@@ -37,37 +72,9 @@ void
 FusedStream::read(std::uint32_t number, LabelledFrame& merged)
 {
   // All sensors have the grid of the crop box.
-  std::vector<std::uint64_t> keys;
-  for (std::size_t i = 0; i < streams_.size(); ++i) {
+  for (std::size_t i = 0; i < streams_.size(); ++i)
     streams_[i]->read(number, frames_[i]);
-    const auto& more = frames_[i].of(Law::Count).keys;
-    keys.insert(keys.end(), more.begin(), more.end());
-  }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-
-  merged.truth.assign(keys.size(), VoxelTruth::Noise);
-  merged.depth.assign(keys.size(), 0.0f);
-  for (std::size_t law = 0; law < law_count; ++law) {
-    io::VoxelFrame& voxels = merged.voxels[law];
-    voxels = io::VoxelFrame();
-    voxels.grid = frames_.front().voxels[law].grid;
-    voxels.intensity_scale.bits = 16;
-    voxels.keys = keys;
-    voxels.intensities.assign(keys.size(), 0);
-  }
-  for (const LabelledFrame& frame : frames_) {
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < frame.truth.size(); ++i) {
-      while (keys[at] != frame.of(Law::Count).keys[i])
-        ++at;
-      for (std::size_t law = 0; law < law_count; ++law)
-        merged.voxels[law].intensities[at] = static_cast<std::uint16_t>(
-            merged.voxels[law].intensities[at] + frame.voxels[law].intensities[i]);
-      if (rank(frame.truth[i]) > rank(merged.truth[at]))
-        merged.truth[at] = frame.truth[i];
-    }
-  }
+  mergeFrames(frames_, merged);
 }
 
 } // namespace noise

@@ -12,15 +12,21 @@
 namespace pcl_ext {
 namespace noise {
 
-/** \brief What CentralNode::merge() makes of the six sensors: sums of intensities. A voxel
- * is noise where it is noise for every sensor that sees it. */
+/** \brief What CentralNode::merge() makes of several cameras: sums of intensities. A voxel
+ * is noise where it is noise for every sensor that sees it; what never moves decides
+ * before the person, and the person before the machines.
+ * \param[in] frames at least one; all on one grid, with one step of intensity
+ * \param[out] merged without depth models; depths are 0
+ */
+void
+mergeFrames(const std::vector<LabelledFrame>& frames, LabelledFrame& merged);
+
+/** \brief The six cameras of the robot cell, merged. */
 class FusedStream {
 public:
   FusedStream(std::uint32_t seed, double resolution);
 
-  /** \brief A frame, from 0.
-   * \param[out] merged without depth models; depths are 0
-   */
+  /** \brief A frame, from 0, as mergeFrames() has it. */
   void
   read(std::uint32_t number, LabelledFrame& merged);
 

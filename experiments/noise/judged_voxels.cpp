@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace pcl_ext {
 namespace noise {
@@ -20,18 +21,47 @@ bandOf(float depth)
 } // namespace
 
 void
-JudgedVoxels::add(const LabelledFrame& frame, const std::vector<float>& scores)
+ScoredVoxels::add(const LabelledFrame& frame, const std::vector<float>& scores)
 {
-  for (std::size_t i = 0; i < scores.size(); ++i)
+  std::vector<float> of_person;
+  for (std::size_t i = 0; i < scores.size(); ++i) {
     voxels_.push_back({scores[i], frame.truth[i], bandOf(frame.depth[i])});
+    if (frame.truth[i] == VoxelTruth::Person)
+      of_person.push_back(scores[i]);
+  }
+  if (of_person.size() >= least_person_voxels)
+    person_scores_.push_back(std::move(of_person));
 }
 
-void
-JudgedVoxels::sort()
+JudgedVoxels::JudgedVoxels(ScoredVoxels voxels)
+: voxels_(std::move(voxels.voxels_)), person_scores_(std::move(voxels.person_scores_))
 {
   std::sort(voxels_.begin(), voxels_.end(), [](const Voxel& a, const Voxel& b) {
     return a.score < b.score;
   });
+}
+
+template <typename WantedT>
+VoxelNumbers
+JudgedVoxels::numbersOf(const WantedT& wanted) const
+{
+  VoxelNumbers numbers;
+  for (const Voxel& voxel : voxels_)
+    if (wanted(voxel))
+      ++(voxel.truth == VoxelTruth::Noise ? numbers.noise : numbers.surface);
+  return numbers;
+}
+
+VoxelNumbers
+JudgedVoxels::numbers() const
+{
+  return numbersOf([](const Voxel&) { return true; });
+}
+
+VoxelNumbers
+JudgedVoxels::numbers(std::size_t band) const
+{
+  return numbersOf([&](const Voxel& voxel) { return voxel.band == band; });
 }
 
 template <typename WantedT>
@@ -110,10 +140,7 @@ JudgedVoxels::at(float threshold, std::size_t band) const
 float
 JudgedVoxels::thresholdThatKeeps(double surface_share) const
 {
-  std::size_t surfaces = 0;
-  for (const Voxel& voxel : voxels_)
-    surfaces += voxel.truth == VoxelTruth::Noise ? 0 : 1;
-  const double may_go = (1.0 - surface_share) * static_cast<double>(surfaces);
+  const double may_go = (1.0 - surface_share) * static_cast<double>(numbers().surface);
   std::size_t gone = 0;
   for (const Voxel& voxel : voxels_) {
     gone += voxel.truth == VoxelTruth::Noise ? 0 : 1;
@@ -126,9 +153,7 @@ JudgedVoxels::thresholdThatKeeps(double surface_share) const
 float
 JudgedVoxels::bestThreshold() const
 {
-  double all_noise = 0.0;
-  for (const Voxel& voxel : voxels_)
-    all_noise += voxel.truth == VoxelTruth::Noise ? 1.0 : 0.0;
+  const auto all_noise = static_cast<double>(numbers().noise);
   double noise = 0.0;
   double removed = 0.0;
   double best = 0.0;
@@ -149,14 +174,46 @@ JudgedVoxels::bestThreshold() const
   return threshold;
 }
 
+PersonKept
+JudgedVoxels::personKept(float threshold) const
+{
+  PersonKept kept;
+  kept.frames = person_scores_.size();
+  kept.worst_share = kept.frames > 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
+  for (const std::vector<float>& scores : person_scores_) {
+    const auto removed = std::count_if(
+        scores.begin(), scores.end(), [&](float score) { return score < threshold; });
+    const double share =
+        1.0 - static_cast<double>(removed) / static_cast<double>(scores.size());
+    kept.poor_frames += share < 0.8 ? 1 : 0;
+    kept.worst_share = std::min(kept.worst_share, share);
+  }
+  return kept;
+}
+
+std::vector<double>
+JudgedVoxels::precisionsOverRecall(std::size_t steps) const
+{
+  const std::size_t all_noise = numbers().noise;
+  std::vector<double> precisions;
+  std::size_t noise = 0;
+  for (std::size_t i = 0; i < voxels_.size();) {
+    const float score = voxels_[i].score;
+    for (; i < voxels_.size() && voxels_[i].score == score; ++i)
+      noise += voxels_[i].truth == VoxelTruth::Noise ? 1 : 0;
+    while (precisions.size() < steps &&
+           noise * steps >= (precisions.size() + 1) * all_noise)
+      precisions.push_back(static_cast<double>(noise) / static_cast<double>(i));
+  }
+  if (all_noise == 0)
+    precisions.clear();
+  return precisions;
+}
+
 double
 JudgedVoxels::noiseShare() const
 {
-  const auto noise =
-      std::count_if(voxels_.begin(), voxels_.end(), [](const Voxel& voxel) {
-        return voxel.truth == VoxelTruth::Noise;
-      });
-  return static_cast<double>(noise) / static_cast<double>(voxels_.size());
+  return static_cast<double>(numbers().noise) / static_cast<double>(voxels_.size());
 }
 
 } // namespace noise

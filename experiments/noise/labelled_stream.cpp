@@ -16,6 +16,8 @@ nameOf(Law law)
     return "quadratic";
   case Law::Linear:
     return "linear";
+  case Law::Native:
+    return "native";
   case Law::Count:
     break;
   }
@@ -49,11 +51,9 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
 {
   cell_.capture(sensor_, number, captured_);
   cell_.movers(movers_);
-  count_.voxelize(captured_.cloud, frame.voxels[static_cast<std::size_t>(Law::Count)]);
-  quadratic_.voxelize(captured_.cloud,
-                      frame.voxels[static_cast<std::size_t>(Law::Quadratic)]);
-  linear_.voxelize(captured_.cloud,
-                   frame.voxels[static_cast<std::size_t>(Law::Linear)]);
+  count_.voxelize(captured_.cloud, frame.of(Law::Count));
+  quadratic_.voxelize(captured_.cloud, frame.of(Law::Quadratic));
+  linear_.voxelize(captured_.cloud, frame.of(Law::Linear));
 
   const io::VoxelFrame& voxels = frame.of(Law::Count);
   frame.truth.assign(voxels.size(), VoxelTruth::Noise);

@@ -25,21 +25,34 @@ enum class VoxelTruth : std::uint8_t {
   Person   ///< a point of the person's, and none of a surface that never moves
 };
 
-/** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3. */
-enum class Law : std::uint8_t { Count, Quadratic, Linear };
-constexpr std::size_t law_count = 3;
-constexpr std::array<Law, law_count> laws = {Law::Count, Law::Quadratic, Law::Linear};
+/** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3, and
+ * the sensor's own intensity. */
+enum class Law : std::uint8_t { Count, Quadratic, Linear, Native };
+constexpr std::size_t law_count = 4;
+
+/** \brief The laws of a depth camera, which has no intensity of its own. */
+constexpr std::array<Law, 3> camera_laws = {Law::Count, Law::Quadratic, Law::Linear};
+
+/** \brief The laws of a lidar, whose beams do not spread as pixels do. */
+constexpr std::array<Law, 2> lidar_laws = {Law::Native, Law::Count};
 
 std::string
 nameOf(Law law);
 
-/** \brief One frame of a sensor, in all laws. */
+/** \brief One frame of a sensor, in all laws that the sensor has. */
 struct LabelledFrame {
   /** \brief As a decoder hands them over: what is in voxels is coded without loss. The
-   * keys are the same for all laws. */
+   * keys are the same for all laws; those that the sensor does not have are empty. */
   std::array<io::VoxelFrame, law_count> voxels;
   std::vector<VoxelTruth> truth; ///< of each voxel
-  std::vector<float> depth; ///< of each voxel's centre in the sensor's frame, metres
+  /** \brief Of each voxel's centre, metres: along a camera's axis, or from a lidar. */
+  std::vector<float> depth;
+
+  io::VoxelFrame&
+  of(Law law)
+  {
+    return voxels[static_cast<std::size_t>(law)];
+  }
 
   const io::VoxelFrame&
   of(Law law) const

@@ -2,12 +2,12 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "point_filters.h"
+
 #include <markdown_table.h>
 
-#include <cmath>
+#include <algorithm>
 #include <memory>
-#include <ostream>
-#include <sstream>
 #include <utility>
 
 namespace pcl_ext {
@@ -15,76 +15,139 @@ namespace noise {
 
 namespace {
 
-using benchmarks::formatted;
-using benchmarks::MarkdownTable;
-
-constexpr double wanted_surfaces = 0.95;
+const std::vector<float> wanted_log_odds = {0.0f, 1.0f, 2.0f, 2.5f, 3.0f, 4.0f, 5.0f};
 
 Method
-filterMethod(const std::string& name, Law law, VoxelOutlierRemovalSettings settings)
+lawMethod(Law law, std::vector<float> thresholds)
+{
+  Method method;
+  method.name = nameOf(law);
+  method.score = [law](const LabelledFrame& frame, std::vector<float>& scores) {
+    const io::VoxelFrame& voxels = frame.of(law);
+    scores.clear();
+    for (const std::uint16_t symbol : voxels.intensities)
+      scores.push_back(voxels.intensity_scale.value(symbol));
+  };
+  method.thresholds = std::move(thresholds);
+  return method;
+}
+
+/** \brief The paper's laws: low intensities are noise. */
+std::vector<Method>
+lawMethods()
+{
+  const std::vector<float> shares = {13, 26, 38, 51, 64, 77, 102, 128, 191, 255};
+  return {lawMethod(Law::Count, {2, 3, 4, 5, 7, 10, 15, 20}),
+          lawMethod(Law::Quadratic, shares),
+          lawMethod(Law::Linear, shares)};
+}
+
+Method
+filterMethod(Law law,
+             const std::string& what_else = "",
+             const VoxelOutlierRemovalSettings& settings = {})
 {
   const auto removal = std::make_shared<VoxelOutlierRemoval>(settings);
-  return {name,
+  return {"filter on " + nameOf(law) + what_else,
           [removal, law](const LabelledFrame& frame, std::vector<float>& scores) {
             removal->score(frame.of(law), scores);
           },
-          {0.0f, 1.0f, 2.0f, 2.5f, 3.0f, 4.0f, 5.0f},
+          wanted_log_odds,
           {}};
 }
 
-std::string
-percent(double number)
+Method
+filterWithoutHistory(VoxelOutlierRemovalSettings settings)
 {
-  return std::isnan(number) ? "-" : formatted(100.0 * number, 1);
+  settings.use_history = false;
+  return filterMethod(Law::Quadratic, " without history", settings);
 }
 
-/** \brief Three digits, or a dash for one of no voxels. */
-std::string
-share(double number)
+Method
+sensorsAloneMethod(const FusedStream& stream)
 {
-  return std::isnan(number) ? "-" : formatted(number, 3);
+  const auto removals =
+      std::make_shared<std::vector<VoxelOutlierRemoval>>(cell::RobotCell::sensor_count);
+  Method method;
+  method.name = "filter on quadratic of each sensor";
+  method.thresholds = wanted_log_odds;
+  method.score = [removals, &stream](const LabelledFrame& merged,
+                                     std::vector<float>& scores) {
+    const auto& keys = merged.of(Law::Quadratic).keys;
+    scores.assign(keys.size(), -1e9f);
+    std::vector<float> of_sensor;
+    for (std::size_t sensor = 0; sensor < removals->size(); ++sensor) {
+      const io::VoxelFrame& voxels = stream.sensorFrames()[sensor].of(Law::Quadratic);
+      (*removals)[sensor].score(voxels, of_sensor);
+      std::size_t at = 0;
+      for (std::size_t i = 0; i < of_sensor.size(); ++i) {
+        while (keys[at] != voxels.keys[i])
+          ++at;
+        scores[at] = std::max(scores[at], of_sensor[i]);
+      }
+    }
+  };
+  return method;
 }
 
 } // namespace
 
 std::vector<Method>
-lawMethods()
+cameraMethods()
 {
-  std::vector<Method> methods;
-  for (const Law law : laws) {
-    Method method;
-    method.name = nameOf(law);
-    method.score = [law](const LabelledFrame& frame, std::vector<float>& scores) {
-      const io::VoxelFrame& voxels = frame.of(law);
-      scores.clear();
-      for (const std::uint16_t symbol : voxels.intensities)
-        scores.push_back(voxels.intensity_scale.value(symbol));
-    };
-    if (law == Law::Count)
-      method.thresholds = {2, 3, 4, 5, 7, 10, 15, 20};
-    else
-      method.thresholds = {13, 26, 38, 51, 77, 102, 128, 191, 255};
-    methods.push_back(std::move(method));
-  }
+  std::vector<Method> methods = lawMethods();
+  methods.push_back(filterMethod(Law::Quadratic));
+  methods.push_back(filterWithoutHistory({}));
+  methods.push_back(filterMethod(Law::Linear));
+  methods.push_back(filterMethod(Law::Count));
   return methods;
 }
 
 std::vector<Method>
-filterMethods(bool are_merged)
+mergedMethods(const FusedStream& stream)
 {
+  // Merged frames have no depth model that would tell the unit.
   VoxelOutlierRemovalSettings shares;
-  if (are_merged)
-    shares.unit = DensityUnit::Faces;
-  VoxelOutlierRemovalSettings alone = shares;
-  alone.use_history = false;
+  shares.unit = DensityUnit::Faces;
+  std::vector<Method> methods = lawMethods();
+  methods.push_back(filterMethod(Law::Quadratic, "", shares));
+  methods.push_back(filterWithoutHistory(shares));
+  methods.push_back(filterMethod(Law::Count));
+  methods.push_back(sensorsAloneMethod(stream));
+  return methods;
+}
+
+std::vector<Method>
+lidarMethods()
+{
+  return {lawMethod(Law::Native, {5, 10, 20, 30, 40, 50, 60, 80}),
+          lawMethod(Law::Count, {2, 3, 4, 5, 7, 10}),
+          filterMethod(Law::Native),
+          filterMethod(Law::Count)};
+}
+
+std::vector<Method>
+peerMethods(double resolution)
+{
   std::vector<Method> methods;
-  methods.push_back(filterMethod("filter, quadratic", Law::Quadratic, shares));
-  methods.push_back(
-      filterMethod("filter, quadratic, no history", Law::Quadratic, alone));
-  if (!are_merged)
-    methods.push_back(filterMethod("filter, linear", Law::Linear, shares));
-  methods.push_back(
-      filterMethod("filter, count", Law::Count, VoxelOutlierRemovalSettings()));
+  for (const int neighbours : {4, 8, 16, 26, 50})
+    methods.push_back(
+        {"StatisticalOutlierRemoval " + std::to_string(neighbours) + " neighbours",
+         [neighbours](const LabelledFrame& frame, std::vector<float>& scores) {
+           statisticalScores(centresOf(frame.of(Law::Count)), neighbours, scores);
+         },
+         {},
+         {}});
+  // Between the distances to which voxels' centres can be apart.
+  for (const double voxels : {1.2, 1.5, 1.8, 2.1, 2.5, 3.1, 4.1})
+    methods.push_back(
+        {"RadiusOutlierRemoval " + benchmarks::formatted(voxels, 1) + " voxels",
+         [voxels, resolution](const LabelledFrame& frame, std::vector<float>& scores) {
+           radiusScores(centresOf(frame.of(Law::Count)), voxels * resolution, scores);
+         },
+         {},
+         {}});
+  methods.push_back(filterMethod(Law::Quadratic));
   return methods;
 }
 
@@ -96,103 +159,6 @@ judge(const LabelledFrame& frame, std::vector<Method>& methods)
     method.score(frame, scores);
     method.voxels.add(frame, scores);
   }
-}
-
-void
-printFigures(std::vector<Method>& methods, std::ostream& output)
-{
-  MarkdownTable table({"score",
-                       "average precision",
-                       "best threshold",
-                       "precision",
-                       "recall",
-                       "F1",
-                       "threshold for 95 % of surfaces",
-                       "noise let through %",
-                       "kept: still %",
-                       "machines %",
-                       "person %"});
-  for (Method& method : methods) {
-    method.voxels.sort();
-    const Decision best = method.voxels.at(method.voxels.bestThreshold());
-    const Decision usual =
-        method.voxels.at(method.voxels.thresholdThatKeeps(wanted_surfaces));
-    table.addRow({method.name,
-                  share(method.voxels.averagePrecision()),
-                  formatted(static_cast<double>(best.threshold), 2),
-                  share(best.precision),
-                  share(best.recall),
-                  share(best.f1),
-                  formatted(static_cast<double>(usual.threshold), 2),
-                  percent(usual.kept[0]),
-                  percent(usual.kept[1]),
-                  percent(usual.kept[2]),
-                  percent(usual.kept[3])});
-  }
-  output << "Noise: " << percent(methods.front().voxels.noiseShare())
-         << " % of the voxels.\n\n";
-  table.print(output);
-}
-
-void
-printThresholds(const std::vector<Method>& methods, std::ostream& output)
-{
-  MarkdownTable table({"score",
-                       "threshold",
-                       "precision",
-                       "recall",
-                       "F1",
-                       "noise let through %",
-                       "kept: surfaces %",
-                       "still %",
-                       "machines %",
-                       "person %"});
-  for (const Method& method : methods)
-    for (const float threshold : method.thresholds) {
-      const Decision decision = method.voxels.at(threshold);
-      table.addRow({method.name,
-                    formatted(static_cast<double>(threshold), 1),
-                    share(decision.precision),
-                    share(decision.recall),
-                    share(decision.f1),
-                    percent(decision.kept[0]),
-                    percent(decision.surface_kept),
-                    percent(decision.kept[1]),
-                    percent(decision.kept[2]),
-                    percent(decision.kept[3])});
-    }
-  table.print(output);
-}
-
-void
-printBands(const std::vector<Method>& methods, std::ostream& output)
-{
-  MarkdownTable::Row header = {"score"};
-  for (std::size_t band = 0; band < band_count; ++band) {
-    std::ostringstream name;
-    if (band > 0)
-      name << band_ends[band - 1];
-    if (band + 1 == band_count)
-      name << " m and more";
-    else
-      name << (band > 0 ? " to " : "up to ") << band_ends[band] << " m";
-    header.push_back(name.str());
-  }
-  MarkdownTable table(header);
-  for (const Method& method : methods) {
-    const float threshold = method.voxels.thresholdThatKeeps(wanted_surfaces);
-    MarkdownTable::Row row = {method.name};
-    for (std::size_t band = 0; band < band_count; ++band) {
-      const Decision decision = method.voxels.at(threshold, band);
-      row.push_back(share(method.voxels.averagePrecision(band)) + "; " +
-                    percent(decision.kept[0]) + "; " + percent(decision.surface_kept));
-    }
-    table.addRow(std::move(row));
-  }
-  output << "Average precision; % of the noise that is let through and % of the "
-            "surfaces' voxels that are kept at the threshold for 95 % of all surfaces:"
-            "\n\n";
-  table.print(output);
 }
 
 } // namespace noise

@@ -1,56 +1,54 @@
 /** \file
- * \brief What is compared: the laws, the library's filter, and tables of their figures.
+ * \brief What is compared: the laws, the library's filter and PCL's.
  */
 #pragma once
 
+#include "fused_stream.h"
 #include "judged_voxels.h"
 #include "labelled_stream.h"
 
-#include <cstddef>
 #include <functional>
-#include <iosfwd>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace noise {
 
-/** \brief A way to score the voxels of one stream, and what came of it. */
+/** \brief A way to score the voxels of one stream, and what it gave them. */
 struct Method {
   using Score = std::function<void(const LabelledFrame&, std::vector<float>&)>;
 
-  std::string name;
+  std::string name; ///< without a comma, for results
   Score score;
   std::vector<float> thresholds; ///< of which the figures are wanted
-  JudgedVoxels voxels;
+  ScoredVoxels voxels;
 };
 
-/** \brief The three laws: low intensities are noise. */
+/** \brief A camera's laws, and VoxelOutlierRemoval on each of them and without history. */
 std::vector<Method>
-lawMethods();
+cameraMethods();
 
-/** \brief VoxelOutlierRemoval on each law, and without history.
- * \param[in] are_merged intensities are sums over several sensors, without depth models
+/** \brief The same for the sums of several cameras, and the filter on each camera before
+ * they are merged: what one of them takes for a surface stays.
+ * \param[in] stream that the frames to judge are of; it must live as long
  */
 std::vector<Method>
-filterMethods(bool are_merged);
+mergedMethods(const FusedStream& stream);
+
+/** \brief A lidar's own intensity and its counts, and the filter on each, which is meant
+ * for neither. */
+std::vector<Method>
+lidarMethods();
+
+/** \brief PCL's filters on the centres of voxels, and the filter on the quadratic law.
+ * \param[in] resolution voxel edge, metres
+ */
+std::vector<Method>
+peerMethods(double resolution);
 
 /** \brief Scores a frame with all methods. */
 void
 judge(const LabelledFrame& frame, std::vector<Method>& methods);
-
-/** \brief Average precision, best F1 and what is let through where 95 % of the surfaces'
- * voxels stay. */
-void
-printFigures(std::vector<Method>& methods, std::ostream& output);
-
-/** \brief Precision, recall and F1 at each method's thresholds. */
-void
-printThresholds(const std::vector<Method>& methods, std::ostream& output);
-
-/** \brief Average precision by depth, and what is let through and kept there. */
-void
-printBands(const std::vector<Method>& methods, std::ostream& output);
 
 } // namespace noise
 } // namespace pcl_ext

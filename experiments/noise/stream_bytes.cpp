@@ -5,12 +5,12 @@
 
 #include "cell/crop_box.h"
 #include "cell/robot_cell.h"
-#include "methods.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
 #include <markdown_table.h>
+#include <result_file.h>
 
 #include <limits>
 #include <optional>
@@ -95,42 +95,37 @@ send(Sender& sender, const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
   sender.voxels += sender.node.statistics().frame.coding.voxels;
 }
 
-void
-printSenders(const std::vector<Sender>& senders,
-             std::uint32_t frames,
-             std::ostream& output)
+std::vector<SentBytes>
+bytesOf(const std::vector<Sender>& senders, std::uint32_t frames)
 {
   const std::vector<std::string> names = {
       "none", "log-odds 0", "log-odds 2.5", "the truth"};
-  benchmarks::MarkdownTable table(
-      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"});
+  std::vector<SentBytes> sent;
   auto sender = senders.begin();
   for (const auto& [law_name, law] : node_laws)
     for (const auto& [effort_name, effort] : efforts) {
       const auto all_bytes = static_cast<double>(sender->bytes);
       for (const std::string& name : names) {
-        const auto sent = static_cast<double>(sender->bytes);
-        table.addRow(
-            {law_name,
-             effort_name,
-             name,
-             benchmarks::formatted(static_cast<double>(sender->voxels) / frames, 0),
-             benchmarks::formatted(sent / frames, 0),
-             benchmarks::formatted(100.0 * (1.0 - sent / all_bytes), 1)});
+        const auto bytes = static_cast<double>(sender->bytes);
+        sent.push_back({law_name,
+                        effort_name,
+                        name,
+                        static_cast<double>(sender->voxels) / frames,
+                        bytes / frames,
+                        100.0 * (1.0 - bytes / all_bytes)});
         ++sender;
       }
     }
-  table.print(output);
+  return sent;
 }
 
 } // namespace
 
-void
-printStreamBytes(std::uint32_t seed,
-                 unsigned int sensor,
-                 std::uint32_t frames,
-                 double resolution,
-                 std::ostream& output)
+std::vector<SentBytes>
+measureStreamBytes(std::uint32_t seed,
+                   unsigned int sensor,
+                   std::uint32_t frames,
+                   double resolution)
 {
   cell::RobotCell cell(seed);
   const WorldPose pose(cell.sensorPose(sensor));
@@ -148,8 +143,40 @@ printStreamBytes(std::uint32_t seed,
       send(senders[index], knows_truth ? surfaces : cloud, pose);
     }
   }
-  output << "## Bytes of the stream, sensor " << sensor << ", averages per frame\n\n";
-  printSenders(senders, frames, output);
+  return bytesOf(senders, frames);
+}
+
+void
+print(const std::vector<SentBytes>& sent, std::ostream& output)
+{
+  benchmarks::MarkdownTable table(
+      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"});
+  for (const SentBytes& one : sent)
+    table.addRow({one.law,
+                  one.effort,
+                  one.filter,
+                  benchmarks::formatted(one.voxels, 0),
+                  benchmarks::formatted(one.bytes, 0),
+                  benchmarks::formatted(one.less_percent, 1)});
+  table.print(output);
+}
+
+void
+addResults(const std::vector<SentBytes>& sent,
+           unsigned int sensor,
+           std::size_t frames,
+           double resolution,
+           report::ResultFile& results)
+{
+  for (const SentBytes& one : sent) {
+    const report::Subject subject{"noise_bytes:" + one.law + " " + one.effort,
+                                  std::to_string(sensor),
+                                  one.filter,
+                                  resolution};
+    results.add(subject, "voxels", one.voxels, frames);
+    results.add(subject, "bytes", one.bytes, frames);
+    results.add(subject, "less_percent", one.less_percent, frames);
+  }
 }
 
 } // namespace noise

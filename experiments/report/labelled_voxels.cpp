@@ -3,11 +3,7 @@
 #include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/compression/voxel_centres.h>
 
-#include <noise/cell_voxelizer.h>
-
-#include <algorithm>
 #include <cstddef>
-#include <limits>
 
 namespace pcl_ext {
 namespace report {
@@ -34,53 +30,30 @@ voxelsAtCentres(const io::VoxelFrame& frame)
   return voxels;
 }
 
-/** \brief Puts a frame's intensities into the voxels that were made of its keys. */
+/** \brief Puts a frame's intensities into the voxels that were made of its keys, if it has
+ * any. */
 void
 setIntensities(const io::VoxelFrame& frame,
                float LabelledVoxel::*intensity,
                std::vector<LabelledVoxel>& voxels)
 {
-  for (std::size_t i = 0; i < voxels.size(); ++i)
+  for (std::size_t i = 0; i < frame.size(); ++i)
     voxels[i].*intensity = frame.intensity_scale.value(frame.intensities[i]);
 }
 
 } // namespace
 
 std::vector<LabelledVoxel>
-kinectVoxels(const noise::LabelledFrame& frame)
+labelledVoxels(const noise::LabelledFrame& frame)
 {
   using noise::Law;
   std::vector<LabelledVoxel> voxels = voxelsAtCentres(frame.of(Law::Count));
   setIntensities(frame.of(Law::Count), &LabelledVoxel::count, voxels);
   setIntensities(frame.of(Law::Quadratic), &LabelledVoxel::quadratic, voxels);
   setIntensities(frame.of(Law::Linear), &LabelledVoxel::linear, voxels);
+  setIntensities(frame.of(Law::Native), &LabelledVoxel::native, voxels);
   for (std::size_t i = 0; i < voxels.size(); ++i)
     voxels[i].is_noise = frame.truth[i] == noise::VoxelTruth::Noise;
-  return voxels;
-}
-
-std::vector<LabelledVoxel>
-lidarVoxels(const cell::LidarFrame& revolution,
-            const Eigen::Isometry3d& pose,
-            double resolution)
-{
-  noise::CellVoxelizer voxelizer(NativeIntensity(resolution, UnspecifiedSensor()),
-                                 pose);
-  io::VoxelFrame frame;
-  voxelizer.voxelize(revolution.cloud, frame);
-  std::vector<LabelledVoxel> voxels = voxelsAtCentres(frame);
-  setIntensities(frame, &LabelledVoxel::native, voxels);
-
-  auto surfaces = revolution.cloud;
-  surfaces.is_dense = false;
-  for (std::size_t i = 0; i < surfaces.size(); ++i)
-    if (revolution.truth[i] != cell::PointTruth::Surface)
-      surfaces[i].x = std::numeric_limits<float>::quiet_NaN();
-  io::VoxelFrame surface;
-  voxelizer.voxelize(surfaces, surface);
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    voxels[i].is_noise =
-        !std::binary_search(surface.keys.begin(), surface.keys.end(), frame.keys[i]);
   return voxels;
 }
 

@@ -20,18 +20,10 @@ struct LabelledVoxel {
   bool is_noise;   ///< it holds no surface point
 };
 
-/** \brief Voxels of a Kinect's frame, in the order of their keys. */
+/** \brief Voxels of a sensor's frame, in the order of their keys. Intensities of laws that
+ * the sensor does not have are 0. */
 std::vector<LabelledVoxel>
-kinectVoxels(const noise::LabelledFrame& frame);
-
-/** \brief Voxels of a lidar's revolution, in the order of their keys.
- * \param[in] pose lidar -> world
- * \param[in] resolution voxel edge, metres
- */
-std::vector<LabelledVoxel>
-lidarVoxels(const cell::LidarFrame& revolution,
-            const Eigen::Isometry3d& pose,
-            double resolution);
+labelledVoxels(const noise::LabelledFrame& frame);
 
 } // namespace report
 } // namespace pcl_ext

@@ -6,28 +6,32 @@ import sys
 
 import pictures
 import tables
-from page import note, page, paragraph, picture, sections_of_markdown, text
-from results import read_results
+from noise_section import noise_section
+from page import note, page, paragraph, picture
+from results import ReportError, read_machine, read_results
 
 TITLE = "The paper's experiments on the simulated robot cell"
 
 
-# What measure_noise prints, a file for each part.
-NOISE_FILES = ("noise_laws.md", "noise_fused.md", "noise_peers.md", "noise_time.md",
-               "noise_bytes.md")
-
-
 def introduction(folder, results):
-    machine = (folder / "machine.txt").read_text(encoding="utf-8").strip()
-    frames = results.figure("compression", "1", "balanced", 4, "bytes").samples
+    def frames(experiment, cm=4):
+        return results.figure(experiment, "1", "balanced", cm, "bytes").samples
+    clouds = results.mean("at_once_run", "", "balanced", 4, "clouds")
+    seconds = results.mean("at_once_run", "", "balanced", 4, "seconds")
     return [
         paragraph("What J. Dybedal, A. Aalerud and G. Hovland, “Embedded Processing and "
                   "Compression of 3D Sensor Data for Large Scale Industrial "
                   "Environments”, Sensors 2019, 19(3), 636, measured in a robot cell, "
                   "measured again in a simulated one (experiments/cell/README.md), "
-                  f"with {frames:,} frames of each sensor. Bytes, voxels and errors "
-                  "repeat exactly; times and memory are this machine's."),
-        note(machine),
+                  f"with {frames('compression'):,} frames of each sensor in sections 3.1 "
+                  f"and 3.2, {frames('resolution')} at each of 20 resolutions; with "
+                  f"{clouds:.0f} of each sensor in section 3.3, which are repeated for "
+                  f"{seconds:g} s for each coder; with one in the figures; and with as "
+                  "many as it says there in the section on noise."),
+        paragraph("Bytes, voxels, errors and shares repeat exactly, except in section 3.3, "
+                  "where they depend on which frames come in time; times, processor and "
+                  "memory are this machine's."),
+        note(read_machine(folder)),
         tables.summary_table(results),
         note("“published” is the bitstream of the paper's authors, written by this "
              "library; fast, balanced and small are this library's own bitstream. The "
@@ -47,11 +51,12 @@ def laws_and_octree(folder):
                 "Kinect V2 at 4 cm. From the cut-off depth on one point fills a voxel's "
                 "face.", is_narrow=True),
         picture(pictures.small_octree(folder),
-                "Points, voxels and intensities in a cube of 32 cm",
-                "Figure 7. The corner of a carton on the conveyor as sensor 1 sees it: "
-                "a cube of 32 cm with its points, its voxels by number of points, and by "
-                "quadratic intensity on the scale of 255. The dark voxels beside the "
-                "carton hold a point or two each."),
+                "An octree of four levels, its points, cells, voxels and intensities",
+                "Figure 7. A small octree: one cell of 32 cm of the stream's own octree, "
+                "with the corner of a carton on the conveyor, as sensor 1 sees it. Each "
+                "level halves the cells that hold a point; the last one's are the "
+                "voxels, by number of points and by quadratic intensity on the scale of "
+                "255. Below, the same as a tree."),
     ]
 
 
@@ -94,7 +99,7 @@ def at_once(results):
                  "voxels, for the central node the mean of its streams. It includes "
                  "waiting for a core where others have it: on a busy machine, or one "
                  "with too few cores for all sensors, frames come late, and are caught "
-                 "up with at more than the sensor's rate. Memory: growth of what is "
+                 "up with at more than the sensor's rate. Rates are of each second. Memory: growth of what is "
                  "resident, without the clouds."),
             tables.merge_table(results)]
 
@@ -118,31 +123,12 @@ def denoising(folder):
     ]
 
 
-def noise(folder):
-    """What measure_noise found, as far as it was run."""
-    body = ["<h2>Noise and surface told apart</h2>",
-            paragraph("What the paper could only look at: how well each law, and a filter "
-                      "that knows a voxel's neighbours and history, tells noise from "
-                      "surface.")]
-    sections = []
-    for name in NOISE_FILES:
-        file = folder / name
-        if file.exists():
-            sections += sections_of_markdown(file.read_text(encoding="utf-8"))
-    for number_of_section, (heading, blocks) in enumerate(sections):
-        body.append("<details open>" if number_of_section == 0 else "<details>")
-        body += [f"<summary>{text(heading)}</summary>"] + blocks + ["</details>"]
-    if not sections:
-        body.append(note("Not measured: this version has no program measure_noise."))
-    return body
-
-
 def main():
     folder, output = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
     results = read_results(folder)
     body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
-    body += denoising(folder) + noise(folder)
+    body += denoising(folder) + noise_section(results)
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")
 
@@ -150,4 +136,7 @@ def main():
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    main()
+    try:
+        main()
+    except (OSError, ReportError) as error:
+        sys.exit(f"make_report.py: {error}")

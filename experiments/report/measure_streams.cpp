@@ -14,6 +14,7 @@
 #include <sensor_streams.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <fstream>
 #include <iostream>
@@ -151,14 +152,14 @@ parse(int argc, const char* const* argv, StreamOptions& result)
   option("machine",
          options::value(&result.machine_file),
          "file, for the description of the machine");
+  std::int64_t frames = 0;
   option("frames,n",
-         options::value(&result.frames)->default_value(1000),
+         options::value(&frames)->default_value(1000),
          "of each sensor of the robot cell");
   options::variables_map values;
   if (!pcl_ext::tools::parseCommandLine(argc, argv, description, "file", values))
     return false;
-  if (result.frames == 0)
-    throw std::invalid_argument("frames must be above 0");
+  result.frames = pcl_ext::tools::checkedCount("frames", frames, 1, 1000000);
   return true;
 }
 
@@ -172,6 +173,8 @@ measure(const StreamOptions& options)
       throw std::runtime_error("cannot write '" + options.machine_file + "'");
   }
   ResultFile results(options.file);
+  results.add(
+      {"streams_run", "", "all", 0.0}, "frames", static_cast<double>(options.frames));
   measureSensors(options, results);
   measureLaws(options, results);
   measureResolutions(options, results);

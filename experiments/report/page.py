@@ -17,14 +17,14 @@ table { border-collapse: separate; border-spacing: 0; font-size: .85rem; font-va
 p.caption { font-size: .9rem; margin: 1rem 0 .3rem; color: #4b5661; }
 th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: right; }
 td { white-space: nowrap; }
-th { min-width: 5rem; }
-th:first-child, td:first-child { position: sticky; left: 0; background: #fff; }
-
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child { position: sticky; left: 0; background: #fff; text-align: left; }
 thead th, thead th:first-child { background: #eef1f4; vertical-align: bottom; }
 tr.paper td, tr.paper td:first-child { background: #fff7df; }
 td.absent { color: #77828c; font-style: italic; }
 td.chapter, td.chapter:first-child { background: #f6f8f9; font-weight: 600; text-align: left; }
+td.chapter span { position: sticky; left: .6rem; display: inline-block;
+                  max-width: calc(100vw - 3.2rem); white-space: normal; }
+td.chapter:first-child { position: static; }
 details { margin: .5rem 0; }
 summary { cursor: pointer; font-weight: 600; }
 figure { margin: 1rem 0; }
@@ -44,6 +44,11 @@ def number(value, digits):
     return f"{value:,.{digits}f}"
 
 
+def number_of(figure, digits):
+    """The mean of a figure, or a dash where there is none."""
+    return DASH if figure is None else number(figure.mean, digits)
+
+
 def mean_and_deviation(figure, digits):
     """Mean and deviation; the deviation is left out of what was measured once."""
     mean = number(figure.mean, digits)
@@ -53,34 +58,50 @@ def mean_and_deviation(figure, digits):
 
 
 NOT_AT_HAND = "not at hand"
+DASH = "–"  # there is nothing that the figure would be of
 
 
 class Table:
-    """A table that is filled row by row; cells are text."""
+    """A table that is filled row by row; cells are text. Chapters are rows of their own, so
+    that the first column can be narrow."""
 
     def __init__(self, caption, header):
         self._header = header
-        self._caption = f'<p class="caption">{text(caption)}</p>' if caption else ""
-        self._lines = ["<thead><tr>"]
-        self._lines += [f"<th>{text(cell)}</th>" for cell in header]
-        self._lines.append("</tr></thead><tbody>")
+        self._caption = caption
+        self._rows = []  # kind and cells
 
     def add_chapter(self, words):
-        self._lines.append(f'<tr><td class="chapter" colspan="{len(self._header)}">'
-                           f"{text(words)}</td></tr>")
+        self._rows.append(("chapter", [words]))
 
     def add_row(self, cells, is_of_paper=False):
         if len(cells) != len(self._header):
             raise ValueError(f"{len(cells)} cells under {len(self._header)} headings")
-        self._lines.append('<tr class="paper">' if is_of_paper else "<tr>")
+        self._rows.append(("paper" if is_of_paper else "row", cells))
+
+    def _html_row(self, kind, cells):
+        if kind == "chapter":
+            return (f'<tr><td class="chapter" colspan="{len(self._header)}"><span>'
+                    f"{text(cells[0])}</span></td></tr>")
+        line = ['<tr class="paper">' if kind == "paper" else "<tr>"]
         for cell in cells:
-            kind = ' class="absent"' if cell in (NOT_AT_HAND, "–") else ""
-            self._lines.append(f"<td{kind}>{text(cell)}</td>")
-        self._lines.append("</tr>")
+            absent = ' class="absent"' if cell in (NOT_AT_HAND, DASH) else ""
+            line.append(f"<td{absent}>{text(cell)}</td>")
+        return "".join(line) + "</tr>"
 
     def html(self):
-        return (self._caption + '<div class="scroll"><table>' + "\n".join(self._lines)
-                + "</tbody></table></div>")
+        caption = f'<p class="caption">{text(self._caption)}</p>' if self._caption else ""
+        header = "".join(f"<th>{text(cell)}</th>" for cell in self._header)
+        rows = "\n".join(self._html_row(kind, cells) for kind, cells in self._rows)
+        return (f'{caption}<div class="scroll"><table><thead><tr>{header}</tr></thead>'
+                f"<tbody>\n{rows}</tbody></table></div>")
+
+    def markdown(self):
+        """The same without its caption."""
+        lines = [self._header, ["---"] * len(self._header)]
+        for kind, cells in self._rows:
+            blanks = [""] * (len(self._header) - len(cells))
+            lines.append([f"*{cells[0]}*"] + blanks if kind == "chapter" else cells)
+        return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
 
 
 def picture(png, description, caption, is_narrow=False):
@@ -100,30 +121,14 @@ def note(words):
     return f'<p class="note">{text(words)}</p>'
 
 
-def _table_of_markdown(lines):
-    rows = [[cell.strip() for cell in line.strip().strip("|").split("|")]
-            for line in lines]
-    table = Table("", rows[0])
-    for row in rows[2:]:  # the second line rules off the header
-        table.add_row(row)
-    return table.html()
+def details(summary, blocks, is_open=False):
+    """What is folded away until it is asked for."""
+    return ([f"<details{' open' if is_open else ''}><summary>{text(summary)}</summary>"]
+            + blocks + ["</details>"])
 
 
-def sections_of_markdown(markdown):
-    """Headings, each with its paragraphs and tables as HTML: as much of Markdown as this
-    project's programs print. What is before the first heading belongs to each of them."""
-    common = []
-    sections = []
-    for block in markdown.strip().split("\n\n"):
-        block = block.strip()
-        blocks = sections[-1][1] if sections else common
-        if block.startswith("#"):
-            sections.append((block.lstrip("#").strip(), list(common)))
-        elif block.startswith("|"):
-            blocks.append(_table_of_markdown(block.splitlines()))
-        elif block:
-            blocks.append(note(block))
-    return sections
+def bullets(sentences):
+    return "<ul>" + "".join(f"<li>{text(words)}</li>" for words in sentences) + "</ul>"
 
 
 def page(title, body):

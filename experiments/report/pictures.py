@@ -10,14 +10,17 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-from results import CODERS  # noqa: E402
+import octree_picture  # noqa: E402
+from noise_results import FILTER, FILTER_OF_EACH, LAWS  # noqa: E402
+from results import CODERS, MERGED  # noqa: E402
 
 CODER_COLOURS = {"published": "#8a6d3b", "fast": "#1b7837", "balanced": "#2166ac",
                  "small": "#762a83"}
 SENSOR_COLOURS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b",
                   "#000000"]
+METHOD_COLOURS = {"count": "#4d4d4d", "linear": "#2166ac", "quadratic": "#b2182b",
+                  FILTER: "#1b7837", FILTER_OF_EACH: "#762a83"}
 NOISE_COLOUR = "#d7191c"
-VOXEL_EDGE = 0.04  # metres
 VOXEL_SIZE = 1.25  # of a marker that covers a voxel in the top views, square points
 
 # Thresholds of the paper's Figure 11, in the unit of the decoded intensities.
@@ -25,7 +28,8 @@ THRESHOLDS = {"count": 2, "linear": 64, "quadratic": 64}
 
 
 def _read(folder, name):
-    return np.genfromtxt(folder / name, delimiter=",", names=True)
+    # One row alone would come without its dimension.
+    return np.atleast_1d(np.genfromtxt(folder / name, delimiter=",", names=True))
 
 
 def _png(figure):
@@ -41,9 +45,8 @@ def laws_over_depth(folder):
     """Figure 5."""
     laws = _read(folder, "laws.csv")
     figure, axes = plt.subplots(figsize=(7, 3.6))
-    for law, colour in (("count", "#4d4d4d"), ("linear", "#2166ac"),
-                        ("quadratic", "#b2182b")):
-        axes.plot(laws["depth"], laws[law], color=colour, label=law)
+    for law in LAWS:
+        axes.plot(laws["depth"], laws[law], color=METHOD_COLOURS[law], label=law)
     cut_off = laws["cut_off_depth"][0]
     axes.axvline(cut_off, color="#999999", linestyle=":")
     axes.annotate(f"$z_c$ = {cut_off:.2f} m", (cut_off, 0.08), xytext=(5, 0),
@@ -55,66 +58,11 @@ def laws_over_depth(folder):
     return _png(figure)
 
 
-def _draw_octree_cells(axes, low, levels):
-    """Edges of the cells of the levels above the voxels'."""
-    for level, shade in levels:
-        edge = VOXEL_EDGE * 2 ** level
-        ends = np.arange(3) * edge
-        for one in ends:
-            for other in ends:
-                for axis in range(3):
-                    line = np.empty((2, 3))
-                    line[:, axis] = low[axis] + np.array([0.0, 2 * edge])
-                    line[:, (axis + 1) % 3] = low[(axis + 1) % 3] + one
-                    line[:, (axis + 2) % 3] = low[(axis + 2) % 3] + other
-                    axes.plot(*line.T, color=shade, linewidth=0.7)
-
-
-def _draw_voxels(axes, voxels, low, quantity, colours):
-    filled = np.zeros((8, 8, 8), dtype=bool)
-    faces = np.zeros((8, 8, 8, 4))
-    top = voxels[quantity].max()
-    for voxel in voxels:
-        place = tuple(np.floor((np.array([voxel["x"], voxel["y"], voxel["z"]]) - low)
-                               / VOXEL_EDGE).astype(int))
-        filled[place] = True
-        faces[place] = colours(voxel[quantity] / top)
-    corners = np.indices((9, 9, 9)) * VOXEL_EDGE
-    axes.voxels(*(corners[axis] + low[axis] for axis in range(3)), filled,
-                facecolors=faces, edgecolor="#00000055", linewidth=0.3)
-    scale = plt.cm.ScalarMappable(plt.Normalize(0, top), colours)
-    bar = axes.figure.colorbar(scale, ax=axes, orientation="horizontal", shrink=0.6,
-                               pad=0.12, ticks=np.linspace(0, top, 4).round())
-    bar.ax.tick_params(labelsize=8)
-
-
 def small_octree(folder):
     """Figure 7."""
-    points = _read(folder, "octree_points.csv")
-    voxels = _read(folder, "octree_voxels.csv")
-    low = np.array([5.60, 3.12, 0.88])
-    figure = plt.figure(figsize=(12, 5.2))
-    for number, title in enumerate(("points, in the octree's cells of 16 cm",
-                                    "voxels of 4 cm: number of points",
-                                    "voxels of 4 cm: quadratic intensity")):
-        axes = figure.add_subplot(1, 3, number + 1, projection="3d")
-        if number == 0:
-            _draw_octree_cells(axes, low, [(2, "#999999")])
-            axes.scatter(points["x"], points["y"], points["z"], s=5, c="#2166ac",
-                         depthshade=False)
-            # As much room as the others have over their scales.
-            figure.colorbar(plt.cm.ScalarMappable(), ax=axes, orientation="horizontal",
-                            shrink=0.6, pad=0.12).ax.set_visible(False)
-        else:
-            _draw_voxels(axes, voxels, low, ("count", "quadratic")[number - 1],
-                         plt.cm.viridis)
-        axes.set_title(title, fontsize=10)
-        for axis, name in enumerate("xyz"):
-            getattr(axes, f"set_{name}lim")(low[axis], low[axis] + 0.32)
-        axes.view_init(elev=28, azim=-125)
-        axes.set_box_aspect((1, 1, 1))
-        axes.tick_params(labelsize=6)
-    return _png(figure)
+    return _png(octree_picture.small_octree(_read(folder, "octree_points.csv"),
+                                            _read(folder, "octree_voxels.csv"),
+                                            _read(folder, "octree_cells.csv")))
 
 
 def _drawn_obliquely(voxels):
@@ -203,6 +151,33 @@ def bits_over_resolution(results):
              xticks=range(0, 21, 2))
     axes.grid(alpha=0.3)
     axes.legend()
+    return _png(figure)
+
+
+def precision_over_recall(results):
+    """Laws and filter, of sensor 1 and of all cameras merged."""
+    figure, both = plt.subplots(1, 2, figsize=(12, 4.4), sharex=True, sharey=True)
+    for axes, sensor, methods, title in (
+            (both[0], "1", LAWS + (FILTER,), "sensor 1, 4 cm"),
+            (both[1], MERGED, LAWS + (FILTER, FILTER_OF_EACH),
+             "all six cameras merged, 4 cm")):
+        for method in methods:
+            points = sorted(
+                (float(quantity.rsplit(" ", 1)[1]),
+                 results.mean("noise_curve", sensor, method, 4, quantity))
+                for quantity in results.values("noise_curve", 4, sensor=sensor))
+            axes.plot(*zip(*points), color=METHOD_COLOURS[method], label=method)
+        noise = results.mean("noise", sensor, FILTER, 4, "noise_percent") / 100
+        axes.axhline(noise, color="#999999", linestyle=":", label="by chance")
+        axes.set(xlabel="recall: share of the noise that is removed", xlim=(0, 1),
+                 ylim=(0, 1.02))
+        axes.set_title(title, fontsize=10)
+        axes.grid(alpha=0.3)
+    both[0].set_ylabel("precision: share of noise in what is removed")
+    figure.tight_layout(rect=(0, 0.07, 1, 1))
+    # The right one's, which has all: there is no room within that is never crossed.
+    figure.legend(*both[1].get_legend_handles_labels(), loc="lower center", ncols=6,
+                  fontsize=9, frameon=False)
     return _png(figure)
 
 

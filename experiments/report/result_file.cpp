@@ -14,21 +14,32 @@ ResultFile::ResultFile(const std::string& path) : path_(path), file_(path)
 }
 
 void
+ResultFile::addLine(const Subject& subject,
+                    const std::string& quantity,
+                    double mean,
+                    double deviation,
+                    std::size_t samples)
+{
+  file_ << subject.experiment << ',' << subject.sensor << ',' << subject.coder << ','
+        << 100.0 * subject.resolution << ',' << quantity << ',' << mean << ','
+        << deviation << ',' << samples << '\n';
+}
+
+void
 ResultFile::add(const Subject& subject,
                 const std::string& quantity,
                 const benchmarks::MeanAndDeviation& samples)
 {
-  file_ << subject.experiment << ',' << subject.sensor << ',' << subject.coder << ','
-        << 100.0 * subject.resolution << ',' << quantity << ',' << samples.mean() << ','
-        << samples.deviation() << ',' << samples.count() << '\n';
+  addLine(subject, quantity, samples.mean(), samples.deviation(), samples.count());
 }
 
 void
-ResultFile::add(const Subject& subject, const std::string& quantity, double value)
+ResultFile::add(const Subject& subject,
+                const std::string& quantity,
+                double value,
+                std::size_t samples)
 {
-  benchmarks::MeanAndDeviation sample;
-  sample.add(value);
-  add(subject, quantity, sample);
+  addLine(subject, quantity, value, 0.0, samples);
 }
 
 void

@@ -5,6 +5,7 @@
 
 #include <mean_and_deviation.h>
 
+#include <cstddef>
 #include <fstream>
 #include <string>
 
@@ -33,9 +34,14 @@ public:
       const std::string& quantity,
       const benchmarks::MeanAndDeviation& samples);
 
-  /** \brief A quantity that is measured once. */
+  /** \brief A quantity that is measured once.
+   * \param[in] samples frames that it is of, all together
+   */
   void
-  add(const Subject& subject, const std::string& quantity, double value);
+  add(const Subject& subject,
+      const std::string& quantity,
+      double value,
+      std::size_t samples = 1);
 
   /** \brief Ends the file.
    * \throws std::runtime_error if not all of it could be written
@@ -44,6 +50,13 @@ public:
   close();
 
 private:
+  void
+  addLine(const Subject& subject,
+          const std::string& quantity,
+          double mean,
+          double deviation,
+          std::size_t samples);
+
   std::string path_;
   std::ofstream file_;
 };

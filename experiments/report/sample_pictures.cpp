@@ -10,12 +10,15 @@
 
 #include <cell/crop_box.h>
 #include <command_line.h>
+#include <noise/labelled_lidar.h>
 
+#include <array>
 #include <cmath>
 #include <exception>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -29,6 +32,7 @@ using pcl_ext::cell::LidarFrame;
 using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::io::BoundingBox;
+using pcl_ext::io::VoxelGrid;
 using pcl_ext::noise::LabelledFrame;
 using pcl_ext::noise::LabelledStream;
 using pcl_ext::report::LabelledVoxel;
@@ -144,12 +148,12 @@ writeCell(const std::string& folder, RobotCell& cell)
   CsvFile voxels(folder + "/cell_voxels.csv", voxel_header);
   const BoundingBox box = pcl_ext::cell::cropBox();
   CellFrame frame;
-  LabelledFrame labelled;
   for (unsigned int sensor = 1; sensor <= RobotCell::sensor_count; ++sensor) {
     cell.capture(sensor, shown_frame, frame);
     addPoints(sensor, frame.cloud, frame.truth, cell.sensorPose(sensor), box, points);
+    LabelledFrame labelled;
     LabelledStream(seed, sensor, resolution).read(shown_frame, labelled);
-    addVoxels(sensor, pcl_ext::report::kinectVoxels(labelled), box, voxels);
+    addVoxels(sensor, pcl_ext::report::labelledVoxels(labelled), box, voxels);
   }
   LidarFrame revolution;
   cell.captureLidar(shown_revolution, revolution);
@@ -159,31 +163,61 @@ writeCell(const std::string& folder, RobotCell& cell)
             cell.lidarPose(),
             box,
             points);
-  addVoxels(RobotCell::lidar,
-            pcl_ext::report::lidarVoxels(revolution, cell.lidarPose(), resolution),
-            box,
-            voxels);
+  LabelledFrame labelled;
+  pcl_ext::noise::LabelledLidar(seed, resolution).read(shown_revolution, labelled);
+  addVoxels(RobotCell::lidar, pcl_ext::report::labelledVoxels(labelled), box, voxels);
   points.close();
   voxels.close();
 }
 
-/** \brief Figure 7: the corner of a carton on the conveyor, as sensor 1 sees it. */
+/** \brief The cell of the octree that holds a place.
+ * \param[in] level above the voxels' own
+ */
+BoundingBox
+octreeCell(const VoxelGrid& grid,
+           const std::array<double, 3>& place,
+           unsigned int level)
+{
+  const double edge = grid.resolution * (1u << level);
+  BoundingBox cell;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double low = grid.lowerCorner(axis);
+    cell.min[axis] = low + edge * std::floor((place[axis] - low) / edge);
+    cell.max[axis] = cell.min[axis] + edge;
+  }
+  return cell;
+}
+
+/** \brief Figure 7: a piece of the conveyor with a carton's corner on it, as sensor 1 sees
+ * it, in the cells of the stream's own octree. */
 void
 writeOctree(const std::string& folder, RobotCell& cell)
 {
-  BoundingBox box;
-  box.min = {5.60, 3.12, 0.88};
-  box.max = {5.92, 3.44, 1.20};
+  LabelledFrame labelled;
+  LabelledStream(seed, 1, resolution).read(shown_frame, labelled);
+  const VoxelGrid& grid = labelled.of(pcl_ext::noise::Law::Count).grid;
+  constexpr std::array<double, 3> corner = {5.76, 3.28, 1.04};
+  constexpr unsigned int shown_levels = 3;
+  const BoundingBox box = octreeCell(grid, corner, shown_levels);
   CellFrame frame;
   cell.capture(1, shown_frame, frame);
   CsvFile points(folder + "/octree_points.csv", point_header);
   addPoints(1, frame.cloud, frame.truth, cell.sensorPose(1), box, points);
   points.close();
   CsvFile voxels(folder + "/octree_voxels.csv", voxel_header);
-  LabelledFrame labelled;
-  LabelledStream(seed, 1, resolution).read(shown_frame, labelled);
-  addVoxels(1, pcl_ext::report::kinectVoxels(labelled), box, voxels);
+  const std::vector<LabelledVoxel> all = pcl_ext::report::labelledVoxels(labelled);
+  addVoxels(1, all, box, voxels);
   voxels.close();
+  CsvFile cells(folder + "/octree_cells.csv", "level,x,y,z,edge");
+  for (unsigned int level = 0; level <= shown_levels; ++level) {
+    std::set<std::array<double, 3>> low_corners;
+    for (const LabelledVoxel& voxel : all)
+      if (contains(box, Eigen::Vector3f(voxel.x, voxel.y, voxel.z)))
+        low_corners.insert(octreeCell(grid, {voxel.x, voxel.y, voxel.z}, level).min);
+    for (const std::array<double, 3>& low : low_corners)
+      cells.addRow(level, low[0], low[1], low[2], grid.resolution * (1u << level));
+  }
+  cells.close();
 }
 
 bool

@@ -1,6 +1,6 @@
 """The report's tables: the paper's figures, as far as they are at hand, and measured ones."""
 
-from page import NOT_AT_HAND, Table, mean_and_deviation, number
+from page import DASH, NOT_AT_HAND, Table, mean_and_deviation, number
 from results import CODERS, LIDAR
 
 # From the paper's abstract, and from what experiments/cell/README.md quotes of its text.
@@ -142,7 +142,7 @@ def depth_image_table(results):
             def cell(quantity, digits, coder=coder):
                 return mean_and_deviation(
                     results.figure("depth_image", "1", coder, 0, quantity), digits)
-            table.add_row([coder, cell("bytes", 0), cell("ratio", 1),
+            table.add_row([coder.replace(" cropped", ""), cell("bytes", 0), cell("ratio", 1),
                            cell("megabits_per_second", 1), cell("encode_ms", 2),
                            cell("decode_ms", 2), cell("error_mm", 0),
                            cell("wrong_percent", 1)])
@@ -154,7 +154,7 @@ def depth_image_table(results):
     table.add_chapter("for comparison, voxels of 4 cm with a count")
     for coder in CODERS:
         row = _compression_row(results, "compression", "1", coder, 4)
-        table.add_row([coder, row[2], row[4], row[5], row[6], row[7], "–", "–"])
+        table.add_row([coder, row[2], row[4], row[5], row[6], row[7], DASH, DASH])
     return table.html()
 
 
@@ -181,9 +181,9 @@ def at_once_table(results):
 
 
 def merge_table(results):
-    table = Table("The central node's merging of all streams, 20 times a second.",
-                  ["coder", "merging ms", "merged voxels",
-                   "programs running before the run"])
+    table = Table("The central node's merging of all streams, 20 times a second; no voxel is "
+                  "removed before.",
+                  ["coder", "merging ms", "merged voxels", "load average before the run"])
     for coder in CODERS:
         table.add_row([coder] + [
             mean_and_deviation(results.figure("at_once", "central", coder, 4, quantity),
@@ -213,6 +213,10 @@ def filtering_table(counts):
     for name, (voxels, noise) in counts.items():
         surface = voxels - noise
         table.add_row([name, number(voxels, 0), number(surface, 0),
-                       number(100 * surface / (all_voxels - all_noise), 1),
-                       number(noise, 0), number(100 * noise / all_noise, 1)])
+                       _percent(surface, all_voxels - all_noise),
+                       number(noise, 0), _percent(noise, all_noise)])
     return table.html()
+
+
+def _percent(part, whole):
+    return number(100 * part / whole, 1) if whole else DASH

@@ -1,0 +1,137 @@
+"""Tests of how the report reads results and lays them out; no measurements are needed."""
+
+import pathlib
+import tempfile
+import unittest
+
+import noise_tables
+import plain_checks
+from noise_results import FILTER, FILTER_OF_EACH, METHODS, best_law, least_let_through
+from page import DASH, Table, mean_and_deviation, number, number_of
+from results import Figure, ReportError, Results, read_results, read_rows
+
+HEADER = "experiment,sensor,coder,resolution_cm,quantity,mean,deviation,samples\n"
+
+
+def results_of(text):
+    """Results of the lines of a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "results.csv"
+        file.write_text(HEADER + text, encoding="utf-8")
+        return Results([file])
+
+
+class ReadingResults(unittest.TestCase):
+    def test_figures_by_their_key(self):
+        results = results_of("a,1,fast,4,bytes,10.5,2,7\na,1,fast,2,bytes,20,0,1\n"
+                             "b:x,2,small,4,ms,1,0,1\n")
+        self.assertEqual(results.figure("a", "1", "fast", 4, "bytes"), Figure(10.5, 2, 7))
+        self.assertIsNone(results.find("a", "2", "fast", 4, "bytes"))
+        self.assertEqual(results.experiments("b:"), ["x"])
+        self.assertEqual(results.coders("a", resolution_cm=2.0), ["fast"])
+        self.assertEqual(results.sensors("a", sensor="2"), [])
+
+    def test_what_is_missing_is_named(self):
+        with self.assertRaisesRegex(ReportError, "lack a, 1, fast, 4, bytes"):
+            results_of("").figure("a", "1", "fast", 4, "bytes")
+
+    def test_a_figure_that_is_there_twice_is_refused(self):
+        line = "a,1,fast,4,bytes,10,0,1\n"
+        with self.assertRaisesRegex(ReportError, "line 3: .* is there twice"):
+            results_of(line + line)
+
+    def test_lines_that_are_no_results_are_refused(self):
+        for line in ("a,1,fast,4,bytes,ten,0,1\n", "a,1\n"):
+            with self.assertRaisesRegex(ReportError, "line 2, is not a result"):
+                results_of(line)
+
+    def test_folders_without_results_are_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaisesRegex(ReportError, "no results in"):
+                read_results(folder)
+            (pathlib.Path(folder) / "rows.csv").write_text("x,y\n", encoding="utf-8")
+            with self.assertRaisesRegex(ReportError, "holds nothing"):
+                read_rows(folder, "rows.csv")
+
+
+class Tables(unittest.TestCase):
+    def test_numbers(self):
+        self.assertEqual(number(1234.56, 1), "1,234.6")
+        self.assertEqual(number_of(None, 1), DASH)
+        self.assertEqual(mean_and_deviation(Figure(2.0, 0.5, 3), 1), "2.0 ± 0.5")
+        self.assertEqual(mean_and_deviation(Figure(2.0, 0.0, 1), 1), "2.0")
+
+    def test_html_and_markdown_hold_the_same(self):
+        table = Table("what <it> is", ["a", "b"])
+        table.add_chapter("one & two")
+        table.add_row(["1", DASH])
+        self.assertIn("<p class=\"caption\">what &lt;it&gt; is</p>", table.html())
+        self.assertIn("one &amp; two", table.html())
+        self.assertIn(f'<td>1</td><td class="absent">{DASH}</td>', table.html())
+        self.assertEqual(table.markdown(),
+                         f"| a | b |\n| --- | --- |\n| *one & two* |  |\n| 1 | {DASH} |\n")
+
+    def test_rows_of_another_length_are_refused(self):
+        with self.assertRaisesRegex(ValueError, "1 cells under 2 headings"):
+            Table("", ["a", "b"]).add_row(["1"])
+
+
+def noise_results(filter_precision="0.95"):
+    """Laws and filters of all sensors, with figures that tell which is which."""
+    lines = []
+    for sensor, methods in METHODS.items():
+        for place, method in enumerate(methods):
+            is_filter = method in (FILTER, FILTER_OF_EACH)
+            for quantity, value in (
+                    ("noise_percent", "8"),
+                    ("average_precision",
+                     filter_precision if is_filter else f"0.{place + 1}"),
+                    ("usual_let_through_percent", "7" if is_filter else f"{90 - place}")):
+                lines.append(f"noise,{sensor},{method},4,{quantity},{value},0,20\n")
+    return results_of("".join(lines))
+
+
+class NoiseTables(unittest.TestCase):
+    def test_the_best_law_is_no_filter(self):
+        results = noise_results()
+        self.assertEqual(best_law(results, "1"), "linear")
+        self.assertEqual(best_law(results, "7"), "count")
+        self.assertEqual(least_let_through(results, "1"), 88.0)
+
+    def test_the_summary_says_whether_aims_are_met(self):
+        self.assertIn("| 1 | 8.0 | 0.300, linear | 0.950 | met | 88.0 | 7.0 | met |",
+                      noise_tables.summary_table(noise_results()).markdown())
+        self.assertIn("| 1 | 8.0 | 0.300, linear | 0.899 | not met | 88.0 | 7.0 | met |",
+                      noise_tables.summary_table(noise_results("0.899")).markdown())
+
+    def test_bands_without_surface_have_a_dash(self):
+        lines = []
+        for sensor, methods in METHODS.items():
+            for method in methods:
+                for band in noise_tables.BANDS:
+                    surface = "0" if band == "up to 3 m" else "5"
+                    lines += [f"noise_band:{band},{sensor},{method},4,{quantity},{value},"
+                              "0,20\n" for quantity, value in (
+                                  ("noise_voxels", "3"), ("surface_voxels", surface),
+                                  ("average_precision", "1"))]
+        table = noise_tables.bands_table(results_of("".join(lines)), "",
+                                         "average_precision", 3)
+        self.assertIn(f"| 1 | {DASH} | 1.000 | 1.000 | 1.000 | 1.000 |", table.markdown())
+
+
+class Checks(unittest.TestCase):
+    def test_each_failure_is_one_line(self):
+        class Failing(unittest.TestCase):
+            def test_it(self):
+                self.fail("this\nis wrong")
+
+            def test_that(self):
+                raise ReportError("the measurements lack x")
+        lines, run = plain_checks.failed_checks([Failing])
+        self.assertEqual(lines, ["test_it: this is wrong",
+                                 "test_that: the measurements lack x"])
+        self.assertEqual(run, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
