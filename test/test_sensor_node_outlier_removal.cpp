@@ -69,6 +69,42 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
   }
 }
 
+TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
+{
+  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Quadratic);
+  settings.compression.format = io::StreamFormat::Published;
+  const auto removedBy = [&](DensityUnit unit) {
+    settings.outlier_removal.emplace().unit = unit;
+    nodes::SensorNode node(settings);
+    cell::RobotCell cell(1);
+    cell::CellFrame captured;
+    cell.capture(1, 0, captured);
+    pcl::PCLPointCloud2 cloud;
+    pcl::toPCLPointCloud2(captured.cloud, cloud);
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(node.encode(cloud, WorldPose(cell.sensorPose(1)), bytes).ok());
+    return node.statistics().outliers_removed;
+  };
+  EXPECT_EQ(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Faces));
+  EXPECT_NE(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Points));
+}
+
+TEST(SensorNodeOutlierRemoval, ResolutionsThatTheFilterIsNotMadeForAreRefused)
+{
+  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Count);
+  settings.outlier_removal.emplace();
+  for (const double resolution : {0.02, 0.2}) {
+    settings.compression.resolution = resolution;
+    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
+  }
+  settings.compression.resolution = 0.01;
+  const nodes::SensorNode node(settings);
+  EXPECT_EQ(node.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
+  EXPECT_EQ(node.settingsStatus().message(),
+            "outlier_removal is set and compression.resolution is 0.010000; it must be "
+            "0.020000 to 0.200000 for that");
+}
+
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
 {
   nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Native);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -105,6 +106,32 @@ TEST(VoxelOutlierRemoval, ScoresAreThoseOfTheFormula)
       expectSame(scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))),
                  brute_force.score(voxels),
                  1e-4f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, ScoresMoveWithTheVoxelEdge)
+{
+  std::mt19937_64 random(4);
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  for (const bool are_faces : {true, false}) {
+    const auto scores = [&](double edge) {
+      frame.grid.resolution = edge;
+      VoxelOutlierRemoval removal(
+          settingsOf(are_faces ? DensityUnit::Faces : DensityUnit::Points));
+      std::vector<float> log_odds;
+      removal.score(frame, log_odds);
+      return log_odds;
+    };
+    const std::vector<float> at_4_cm = scores(0.04);
+    // Points stay where they are above 4 cm.
+    for (const auto& [edge, faces, points] : {std::tuple(0.02, -2.0794415, 2.0794415),
+                                              std::tuple(0.03, -0.8630462, 0.8630462),
+                                              std::tuple(0.08, 2.0794415, 0.0),
+                                              std::tuple(0.2, 4.8283137, 0.0)}) {
+      const std::vector<float> moved = scores(edge);
+      for (std::size_t i = 0; i < moved.size(); ++i)
+        ASSERT_NEAR(moved[i] - at_4_cm[i], are_faces ? faces : points, 1e-4) << edge;
     }
   }
 }

@@ -74,6 +74,36 @@ TEST(VoxelOutlierRemovalSettings, UpToTheEndsOfTheirRangesAreOk)
       }
 }
 
+TEST(VoxelOutlierRemovalSettings, OtherVoxelEdgesThanItIsMadeForRemoveNothing)
+{
+  std::mt19937_64 random(16);
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  // At the ends less than a millionth is rounding.
+  for (const auto& [edge, is_made_for] : {std::pair(0.001, false),
+                                          std::pair(0.01999, false),
+                                          std::pair(0.019999999, true),
+                                          std::pair(0.02, true),
+                                          std::pair(0.2, true),
+                                          std::pair(0.20000001, true),
+                                          std::pair(0.2001, false),
+                                          std::pair(1e6, false)}) {
+    SCOPED_TRACE(edge);
+    EXPECT_EQ(VoxelOutlierRemoval::isMadeFor(edge), is_made_for);
+    frame.grid.resolution = edge;
+    VoxelOutlierRemovalSettings settings;
+    settings.min_log_odds = 1000.0f;
+    VoxelOutlierRemoval removal(settings);
+    io::VoxelFrame filtered = frame;
+    EXPECT_EQ(removal.filter(filtered), is_made_for ? frame.size() : 0u);
+    EXPECT_EQ(filtered.size(), is_made_for ? 0u : frame.size());
+    std::vector<float> log_odds;
+    removal.score(frame, log_odds);
+    for (const float score : log_odds)
+      EXPECT_EQ(score == infinity, !is_made_for);
+    EXPECT_EQ(removal.rememberedBlocks() == 0, !is_made_for);
+  }
+}
+
 TEST(VoxelOutlierRemovalSettings, RefusedOnesRemoveNothing)
 {
   std::mt19937_64 random(15);

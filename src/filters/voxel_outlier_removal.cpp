@@ -25,9 +25,11 @@ offsetOf(bool are_faces, double resolution)
 {
   // Faces: the likeliest on sensor 2 of the robot cell with seed 2, at 4 cm; 0.2 off at
   // 2 to 6 cm, 0.6 at 8. Points: 0.4 to 1 below the likeliest there; on the six sensors
-  // the likeliest are from 0.3 below to 0.8 above, at 4 cm.
+  // the likeliest are from 0.3 below to 0.8 above, at 4 cm. Above 4 cm Points do not follow
+  // the likeliest, which would take 1 voxel in 10 of the surfaces at 8 cm and 1 in 3 at 20:
+  // counts of coarse voxels differ more than a mean of those around can tell.
   const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
-  return are_faces ? 2.4f + edges : -2.5f - edges;
+  return are_faces ? 2.4f + edges : -2.5f - std::min(edges, 0.0f);
 }
 
 /** \brief exp(2 (log-odds - c)): comparing needs no logarithm. */
@@ -120,14 +122,14 @@ class VoxelOutlierRemoval::Implementation {
 public:
   explicit Implementation(const VoxelOutlierRemovalSettings& settings)
   : settings_(settings)
-  , can_judge_(checkSettings(settings).ok())
+  , has_valid_settings_(checkSettings(settings).ok())
   , densities_(settings.unit, settings.full_intensity)
   {}
 
   std::size_t
   filter(io::VoxelFrame& frame)
   {
-    if (!can_judge_)
+    if (!canJudge(frame))
       return 0;
     learn(frame);
     const float least = std::exp(2.0f * (settings_.min_log_odds - offset_));
@@ -147,7 +149,7 @@ public:
   void
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds)
   {
-    if (!can_judge_) {
+    if (!canJudge(frame)) {
       log_odds.assign(frame.size(), std::numeric_limits<float>::infinity());
       return;
     }
@@ -161,8 +163,8 @@ public:
   void
   reset()
   {
-    blocks_.clear();
     grid_.clear(); // so that learn() begins anew
+    releaseMemory();
   }
 
   std::size_t
@@ -177,6 +179,12 @@ private:
     std::uint32_t block;
     std::uint8_t cell;
   };
+
+  bool
+  canJudge(const io::VoxelFrame& frame) const
+  {
+    return has_valid_settings_ && isMadeFor(frame.grid.resolution);
+  }
 
   std::size_t
   indexOf(const Place& place) const
@@ -261,20 +269,34 @@ private:
   void
   forget()
   {
+    if (frame_blocks_.size() > settings_.max_blocks) {
+      releaseMemory();
+      return;
+    }
     if (!settings_.use_history) {
       blocks_.clear();
       return;
     }
     if (blocks_.size() <= settings_.max_blocks)
       return;
-    if (frame_blocks_.size() > settings_.max_blocks)
-      frame_blocks_.clear();
     std::sort(frame_blocks_.begin(), frame_blocks_.end());
     blocks_.keepOnly(frame_blocks_);
   }
 
+  /** \brief Forgets all voxels, and gives back what a frame of many of them took. */
+  void
+  releaseMemory()
+  {
+    blocks_ = DensityBlocks();
+    std::vector<Place>().swap(places_);
+    std::vector<std::uint64_t>().swap(masks_);
+    std::vector<std::uint32_t>().swap(frame_blocks_);
+    std::vector<std::uint32_t>().swap(first_voxels_);
+    std::vector<float>().swap(evidence_);
+  }
+
   VoxelOutlierRemovalSettings settings_;
-  bool can_judge_; // the settings are within their ranges
+  bool has_valid_settings_;
   VoxelDensities densities_;
   PlacedGrid grid_;
   DensityBlocks blocks_;
@@ -312,6 +334,15 @@ checkSettings(const VoxelOutlierRemovalSettings& settings)
 VoxelOutlierRemoval::VoxelOutlierRemoval(const VoxelOutlierRemovalSettings& settings)
 : implementation_(std::make_unique<Implementation>(settings))
 {}
+
+bool
+VoxelOutlierRemoval::isMadeFor(double resolution)
+{
+  // Not to the last digit, which a resolution from elsewhere may lack.
+  constexpr double rounding = 1e-6;
+  return resolution >= min_resolution * (1.0 - rounding) &&
+         resolution <= max_resolution * (1.0 + rounding);
+}
 
 VoxelOutlierRemoval::~VoxelOutlierRemoval() = default;
 VoxelOutlierRemoval::VoxelOutlierRemoval(VoxelOutlierRemoval&&) noexcept = default;

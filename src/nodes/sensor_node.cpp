@@ -86,7 +86,7 @@ struct Pipeline {
   , depth_law(depthLawOf(settings))
   {
     if (settings.outlier_removal)
-      outlier_removal.emplace(*settings.outlier_removal);
+      outlier_removal.emplace(removalSettings(settings));
     std::visit(
         [&](auto& chosen) {
           chosen.setIntensityField(settings.intensity_field);

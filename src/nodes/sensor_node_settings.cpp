@@ -56,6 +56,15 @@ codecSettings(const SensorNodeSettings& settings)
   return codec;
 }
 
+VoxelOutlierRemovalSettings
+removalSettings(const SensorNodeSettings& settings)
+{
+  VoxelOutlierRemovalSettings removal = *settings.outlier_removal;
+  if (removal.unit == DensityUnit::Automatic && settings.law == IntensityLaw::Quadratic)
+    removal.unit = DensityUnit::Faces;
+  return removal;
+}
+
 SensorNodeStatus
 checkSettings(const SensorNodeSettings& settings)
 {
@@ -84,6 +93,12 @@ checkSettings(const SensorNodeSettings& settings)
     if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
         !status.ok())
       return invalid("outlier_removal: " + status.message());
+  if (settings.outlier_removal &&
+      !VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
+    return invalid("outlier_removal is set and compression.resolution is " +
+                   std::to_string(settings.compression.resolution) + "; it must be " +
+                   std::to_string(VoxelOutlierRemoval::min_resolution) + " to " +
+                   std::to_string(VoxelOutlierRemoval::max_resolution) + " for that");
   if (!settings.clock)
     return invalid("clock is empty; it must tell the time");
   if (settings.crop_box)

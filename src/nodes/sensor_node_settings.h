@@ -13,6 +13,11 @@ needsSensor(IntensityLaw law);
 io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings);
 
+/** \brief The settings of the outlier removal, which is set, with what the law tells of its
+ * unit: frames of the published layout have no depth model that would. */
+VoxelOutlierRemovalSettings
+removalSettings(const SensorNodeSettings& settings);
+
 /** \brief Tells whether all settings are within their ranges and none contradicts another;
  * if not, which one. */
 SensorNodeStatus

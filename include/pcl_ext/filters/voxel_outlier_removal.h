@@ -11,8 +11,7 @@
 namespace pcl_ext {
 
 /** \brief What the intensities of a stream tell of how densely points lie. Native ones tell
- * nothing of it, and the filter is not for them: on the robot cell's VLP-16, 66 % of the
- * noise stays and 13 % of the surfaces' voxels go. */
+ * nothing of it, and the filter is not for them. */
 enum class DensityUnit {
   /** \brief As the frames say: Faces from the first frame on that carries a depth model,
    * Points before. Frames of the published layout never carry one, so that Faces must be
@@ -34,11 +33,12 @@ struct VoxelOutlierRemovalSettings {
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
    * about -12 to 12 at 4 cm.
    *
-   * 0: what is more likely noise than surface; in the robot cell 82 to 90 % of the noise,
-   * and about 1 % of the surfaces' voxels. 2.5 removes 95 to 96 % of the noise and 4 to 7 %
-   * of the surfaces' voxels, fringes most of them. Do not go so high where people are: of a
-   * person 87 to 97 % of the voxels stay at 2.5, by the sensor, but in its worst frame only
-   * 14 to 81 %; at 0 it is 97 to 100 % and 66 to 96 %. See experiments/noise/README.md.
+   * In the robot cell, by the sensor, at 4 cm, with the quadratic law: 0 removes 82 to 90 %
+   * of the noise and about 1 % of the surfaces' voxels, 2.5 removes 95 to 96 % and 4 to 7 %,
+   * fringes most of them. With counts it is 79 to 86 % and 1 to 2 %, and 7 to 13 % of the
+   * surfaces at 2.5. Do not go so high where people are: of a person 87 to 97 % of the
+   * voxels stay at 2.5 (counts: 86 to 92 %), but in its worst frame only 14 to 81 %; at 0 it
+   * is 97 to 100 % and 66 to 96 %. See experiments/noise/README.md, for other edges, too.
    * Calibrated on a Kinect V2: with finer or coarser pixels all log-odds rise or fall
    * alike.
    */
@@ -52,12 +52,15 @@ struct VoxelOutlierRemovalSettings {
    * model comes, which tells it. */
   float full_intensity = 255.0f;
 
-  /** \brief Let the last frames count, too. Off: each frame is judged by itself. */
+  /** \brief Let the voxels of the last frames count, too. Off: those of each frame are
+   * judged by themselves; a depth model stays known in any case. */
   bool use_history = true;
 
   /** \brief Most blocks of 4 x 4 x 4 voxels to remember between two frames, some 270 bytes
    * each; where there would be more, only those of the last frame are remembered, and if
-   * that has more itself, none. Any number. */
+   * that has more itself, none, and their memory is given back. Any number. While a frame
+   * is judged its own blocks take as much, whatever their number: up to 400 bytes for each
+   * voxel where these lie far apart. */
   std::size_t max_blocks = std::size_t{1} << 17;
 };
 
@@ -75,7 +78,10 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
 
 /** \brief Removes the noise from the voxels of one stream by what lies around them, now and
  * in the last frames; what StatisticalOutlierRemoval and RadiusOutlierRemoval do to
- * points, for voxels that have an intensity of the count, quadratic or linear law.
+ * points, for voxels that have an intensity of the count, quadratic or linear law. It is
+ * made for depth cameras, whose points lie close, and for voxels no finer than these: with
+ * edges below min_resolution or above max_resolution nothing is removed. It is not made for
+ * lidars: where rings are far apart most of a surface's voxels have few neighbours, and go.
  *
  * A surface is a sheet: of the voxels around one of its own some are its own, too, and
  * each is as dense as its face is covered. A flying pixel or a speckle has a ray or two.
@@ -97,7 +103,7 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  *
  * I is a whole number of 255ths of a face, 1 to 255, or of points where the unit is
  * Points. There shells are measured in the mean of the f above 0 in the 5 x 5 x 5 voxels,
- * and c = -2.5 - 3 ln(voxel edge / 4 cm). Means are held in 64ths of I, rounded up as they
+ * and c = -2.5 - 3 ln(voxel edge / 4 cm) up to 4 cm, -2.5 above. Means are held in 64ths of I, rounded up as they
  * fall, and forgotten below 1/4; H / 2 is rounded down to quarters, so that a mean below
  * 1/2 counts as nothing. All of these are integers, the same on all machines; log-odds are
  * float, and where a machine rounds them otherwise a voxel within some 1e-6 of the
@@ -115,8 +121,8 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * means where the unit changes. A frame needs time and memory as its voxels do, wherever
  * they are.
  *
- * With settings that checkSettings() refuses nothing is removed, and all log-odds are
- * plus infinity. Instances share nothing; calls of one instance from several threads must not
+ * With settings that checkSettings() refuses, and of frames with other edges, nothing is
+ * removed, and all log-odds are plus infinity. Instances share nothing; calls of one instance from several threads must not
  * overlap. One that was moved from may only be assigned to or destroyed.
  */
 class PCL_EXT_EXPORT VoxelOutlierRemoval {
@@ -124,6 +130,16 @@ public:
   /** \brief A surface of so many points is as sure as any, if there can be as many at its
    * depth; 9 on a face of 4 cm. */
   static constexpr double sure_points_per_square_metre = 5625.0;
+
+  /** \brief Voxel edges that it is made for, metres: at 2 cm one pixel of a Kinect V2
+   * covers a voxel's face 7 m away; with finer ones the voxels of far surfaces, and of far
+   * people, lie apart as noise does. Coarser ones were not tried. */
+  static constexpr double min_resolution = 0.02;
+  static constexpr double max_resolution = 0.2;
+
+  /** \brief Whether a voxel edge, metres, is one of those. */
+  static bool
+  isMadeFor(double resolution);
 
   explicit VoxelOutlierRemoval(
       const VoxelOutlierRemovalSettings& settings = VoxelOutlierRemovalSettings());
