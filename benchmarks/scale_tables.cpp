@@ -124,8 +124,10 @@ rowOf(const ScaleOptions& options, const Variant& variant)
 void
 printManyStreams(const ScaleOptions& options, std::ostream& output)
 {
-  output << "### Many streams, one central computer\n\nStreams at "
-         << formatted(cell::RobotCell::frame_rate, 0) << " Hz and "
+  output << (options.workload.outlier_removal
+                 ? "### Many streams, outliers removed at the sensors"
+                 : "### Many streams, one central computer")
+         << "\n\nStreams at " << formatted(cell::RobotCell::frame_rate, 0) << " Hz and "
          << formatted(100.0 * options.workload.resolution, 0) << " cm; "
          << std::thread::hardware_concurrency() << " cores; runs of "
          << formatted(options.seconds, 1) << " s." << removalAtSensors(options)
@@ -150,7 +152,10 @@ printManyStreams(const ScaleOptions& options, std::ostream& output)
 void
 printSixSensors(const ScaleOptions& options, std::ostream& output)
 {
-  output << "### Six sensors at once\n\n"
+  output << (options.workload.outlier_removal
+                 ? "### Six sensors at once, outliers removed"
+                 : "### Six sensors at once")
+         << "\n\n"
          << formatted(options.sensor_seconds, 0) << " s on "
          << std::thread::hardware_concurrency() << " cores."
          << removalAtSensors(options) << "\n\n";

@@ -27,7 +27,7 @@ def aims_in_words(results):
         f"Aim: an average precision of {AIM_AVERAGE_PRECISION} for “this voxel is noise”. "
         f"The least of the six cameras is {number(precision, 3)} (sensor {weakest}): "
         f"{verdict_on(precision)}. The best law reaches "
-        f"{number(max(_law_precision(results, sensor) for sensor in KINECTS), 3)} at most. "
+        f"{number(max(_law_precision(results, sensor) for sensor in KINECTS), 3)} at most on one camera. "
         f"At 2 cm sensor 1 has {number(at_2cm, 3)}: {verdict_on(at_2cm)}.",
         "Aim: where 95 % of the surfaces' voxels stay, at most a fifth of the noise that "
         "the best law lets through. The largest share is "
@@ -98,9 +98,8 @@ def _where_the_filter_fails(words):
         "The filter on the person: of all cameras it keeps least of the person on sensor "
         f"{worst}, {words.usual(FILTER, 'person_kept_percent', worst)} % of the person's "
         "voxels where 95 % of all surfaces' stay, in the worst frame "
-        f"{words.usual(FILTER, 'person_worst_percent', worst, 0)} %. Without history it "
-        f"is {words.usual(FILTER_WITHOUT_HISTORY, 'person_kept_percent', worst)} %: what "
-        "moves has no history where it comes to.",
+        f"{words.usual(FILTER, 'person_worst_percent', worst, 0)} %; without history "
+        f"{words.usual(FILTER_WITHOUT_HISTORY, 'person_kept_percent', worst)} %.",
         "Merged voxels judged together: noise of one sensor lies beside another's "
         f"surfaces. The filter lets {words.usual(FILTER, 'let_through_percent', MERGED)} % "
         "through; where each camera's voxels are filtered before they are merged, "
@@ -112,7 +111,8 @@ def _where_the_filter_fails(words):
         f"{words.at('0.0', 'filter on native', 'surface_kept_percent', LIDAR)} % of the "
         "surfaces' voxels there and let "
         f"{words.at('0.0', 'filter on native', 'let_through_percent', LIDAR)} % of the "
-        "noise through: the rings are so far apart that a voxel of a surface has few "
+        "noise through, on counts keep "
+        f"{words.at('0.0', 'filter on count', 'surface_kept_percent', LIDAR)} %: the rings are so far apart that a voxel of a surface has few "
         "neighbours. It is not to be used on such a stream.",
     ]
 

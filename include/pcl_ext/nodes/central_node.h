@@ -125,7 +125,8 @@ public:
    *
    * The filter sees the frames that are decoded, in their order, and remembers them as
    * VoxelOutlierRemoval says, beyond I-frames and frames that fail. Every call makes a new
-   * filter, which remembers nothing.
+   * filter, which remembers nothing. See there for what it is made for: streams of native
+   * intensities or of lidars it harms, and those of other voxel edges stay as they are.
    * \param[in] name of the stream
    * \param[in] settings as checkSettings() accepts; none: no outliers are removed
    * \return InvalidSettings or UnknownStream if nothing was changed
