@@ -44,7 +44,7 @@ if ! [[ $seconds =~ ^[0-9]+(\.[0-9]+)?$ ]] \
   || ! awk -v seconds="$seconds" 'BEGIN { exit !(seconds >= 0.1 && seconds <= 86400) }'; then
   stop "--seconds is '$seconds'; it must be a number from 0.1 to 86400"
 fi
-[[ $output == ?*.html ]] || stop "--output is '$output'; it must be a file that ends in .html"
+[[ ${output##*/} == ?*.html ]] || stop "--output is '$output'; it must be a file that ends in .html"
 [ ! -d "$output" ] || stop "--output is '$output', which is a folder"
 # Of its own until it is whole, in the folder where it will lie.
 new=
