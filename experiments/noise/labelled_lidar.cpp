@@ -1,6 +1,5 @@
 #include "labelled_lidar.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace pcl_ext {
@@ -23,10 +22,7 @@ LabelledLidar::markTruth(const WantedT& wanted, VoxelTruth truth, LabelledFrame&
       surfaces[i].x = std::numeric_limits<float>::quiet_NaN();
   io::VoxelFrame voxels;
   count_.voxelize(surfaces, voxels);
-  const std::vector<std::uint64_t>& keys = frame.of(Law::Count).keys;
-  for (std::size_t i = 0; i < keys.size(); ++i)
-    if (std::binary_search(voxels.keys.begin(), voxels.keys.end(), keys[i]))
-      frame.truth[i] = truth;
+  noise::markTruth(voxels, truth, frame);
 }
 
 void
@@ -48,13 +44,9 @@ LabelledLidar::read(std::uint32_t revolution, LabelledFrame& frame)
 
   const Eigen::Vector3d lidar = cell_.lidarPose().translation();
   frame.depth.resize(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const io::VoxelPosition position = io::voxelPosition(voxels.keys[i]);
-    const Eigen::Vector3d centre(voxels.grid.centre(0, position.x),
-                                 voxels.grid.centre(1, position.y),
-                                 voxels.grid.centre(2, position.z));
-    frame.depth[i] = static_cast<float>((centre - lidar).norm());
-  }
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    frame.depth[i] =
+        static_cast<float>((centreOf(voxels.grid, voxels.keys[i]) - lidar).norm());
 }
 
 } // namespace noise

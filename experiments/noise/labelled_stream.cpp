@@ -24,6 +24,27 @@ nameOf(Law law)
   return "count";
 }
 
+void
+markTruth(const io::VoxelFrame& some, VoxelTruth truth, LabelledFrame& frame)
+{
+  const std::vector<std::uint64_t>& keys = frame.of(Law::Count).keys;
+  for (const std::uint64_t key : some.keys) {
+    const auto found = std::lower_bound(keys.begin(), keys.end(), key);
+    if (found == keys.end() || *found != key)
+      throw std::logic_error("a surface's voxel is not among the frame's");
+    frame.truth[static_cast<std::size_t>(found - keys.begin())] = truth;
+  }
+}
+
+Eigen::Vector3d
+centreOf(const io::VoxelGrid& grid, std::uint64_t key)
+{
+  const io::VoxelPosition position = io::voxelPosition(key);
+  return {grid.centre(0, position.x),
+          grid.centre(1, position.y),
+          grid.centre(2, position.z)};
+}
+
 LabelledStream::LabelledStream(std::uint32_t seed,
                                unsigned int sensor,
                                double resolution)
@@ -34,8 +55,8 @@ LabelledStream::LabelledStream(std::uint32_t seed,
 , linear_(Model<LinearLaw>(resolution), cell_.sensorPose(sensor))
 {}
 
-void
-LabelledStream::keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys)
+const io::VoxelFrame&
+LabelledStream::surfaceVoxelsOf(cell::Mover mover)
 {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   surfaces_ = captured_.cloud;
@@ -43,7 +64,7 @@ LabelledStream::keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys)
     if (captured_.truth[pixel] != cell::PointTruth::Surface || movers_[pixel] != mover)
       surfaces_[pixel].x = nan;
   count_.voxelize(surfaces_, surface_voxels_);
-  keys = surface_voxels_.keys;
+  return surface_voxels_;
 }
 
 void
@@ -57,30 +78,18 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
 
   const io::VoxelFrame& voxels = frame.of(Law::Count);
   frame.truth.assign(voxels.size(), VoxelTruth::Noise);
-  std::vector<std::uint64_t> keys;
   // The later ones win.
   for (const auto& [mover, truth] :
        {std::pair(cell::Mover::Machine, VoxelTruth::Machine),
         std::pair(cell::Mover::Person, VoxelTruth::Person),
-        std::pair(cell::Mover::None, VoxelTruth::Still)}) {
-    keysOf(mover, keys);
-    for (const std::uint64_t key : keys) {
-      const auto found = std::lower_bound(voxels.keys.begin(), voxels.keys.end(), key);
-      if (found == voxels.keys.end() || *found != key)
-        throw std::logic_error("a surface's voxel is not among the frame's");
-      frame.truth[static_cast<std::size_t>(found - voxels.keys.begin())] = truth;
-    }
-  }
+        std::pair(cell::Mover::None, VoxelTruth::Still)})
+    markTruth(surfaceVoxelsOf(mover), truth, frame);
 
   const Eigen::Isometry3d world_to_sensor = cell_.sensorPose(sensor_).inverse();
   frame.depth.resize(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const io::VoxelPosition position = io::voxelPosition(voxels.keys[i]);
-    const Eigen::Vector3d centre(voxels.grid.centre(0, position.x),
-                                 voxels.grid.centre(1, position.y),
-                                 voxels.grid.centre(2, position.z));
-    frame.depth[i] = static_cast<float>((world_to_sensor * centre).z());
-  }
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    frame.depth[i] = static_cast<float>(
+        (world_to_sensor * centreOf(voxels.grid, voxels.keys[i])).z());
 }
 
 } // namespace noise

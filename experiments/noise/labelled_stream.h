@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/sensor_node.h>
 
 #include "cell/robot_cell.h"
 #include "cell_voxelizer.h"
@@ -27,7 +28,7 @@ enum class VoxelTruth : std::uint8_t {
 
 /** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3, and
  * the sensor's own intensity. */
-enum class Law : std::uint8_t { Count, Quadratic, Linear, Native };
+using Law = nodes::IntensityLaw;
 constexpr std::size_t law_count = 4;
 
 /** \brief The laws of a depth camera, which has no intensity of its own. */
@@ -61,6 +62,19 @@ struct LabelledFrame {
   }
 };
 
+/** \brief Says what is in the voxels of a frame that hold some of its points.
+ * \param[in] some voxels of these points alone, on the frame's grid
+ * \param[in] truth what they are
+ * \param[in,out] frame its voxels; their truth is set
+ * \throws std::logic_error if it has not all of these voxels
+ */
+void
+markTruth(const io::VoxelFrame& some, VoxelTruth truth, LabelledFrame& frame);
+
+/** \brief Centre of a voxel, world, metres. */
+Eigen::Vector3d
+centreOf(const io::VoxelGrid& grid, std::uint64_t key);
+
 /** \brief The voxels that one sensor's computer makes of the robot cell. */
 class LabelledStream {
 public:
@@ -76,8 +90,9 @@ public:
   read(std::uint32_t number, LabelledFrame& frame);
 
 private:
-  void
-  keysOf(cell::Mover mover, std::vector<std::uint64_t>& keys);
+  /** \brief Voxels of the surfaces that a mover has, of the captured frame. */
+  const io::VoxelFrame&
+  surfaceVoxelsOf(cell::Mover mover);
 
   unsigned int sensor_;
   cell::RobotCell cell_;
