@@ -1,5 +1,6 @@
 #include "depth_image_results.h"
 
+#include "coding_costs.h"
 #include "depth_image_coders.h"
 
 #include <pcl/conversions.h>
@@ -51,20 +52,17 @@ public:
   ImageRun(std::unique_ptr<DepthImageCoder> coder,
            const std::string& suffix,
            double frame_rate)
-  : coder_(std::move(coder)), suffix_(suffix), frame_rate_(frame_rate)
+  : coder_(std::move(coder)), suffix_(suffix), costs_(frame_rate)
   {}
 
   void
   code(const DepthImage& image, double cropped_points)
   {
-    encode_ms_.add(timeOf([&] { coder_->encode(image, bytes_); }));
+    const double encode_ms = timeOf([&] { coder_->encode(image, bytes_); });
     decoded_.columns = image.columns;
     decoded_.rows = image.rows;
-    decode_ms_.add(timeOf([&] { coder_->decode(bytes_, decoded_); }));
-    const double bytes = static_cast<double>(bytes_.size());
-    byte_count_.add(bytes);
-    ratio_.add(16.0 * cropped_points / bytes);
-    megabits_per_second_.add(8e-6 * bytes * frame_rate_);
+    const double decode_ms = timeOf([&] { coder_->decode(bytes_, decoded_); });
+    costs_.add(bytes_.size(), cropped_points, encode_ms, decode_ms);
     const DepthErrors errors = errorsOf(image, decoded_);
     error_mm_.add(errors.root_mean_square_mm);
     wrong_percent_.add(errors.wrong_percent);
@@ -74,11 +72,7 @@ public:
   write(const std::string& sensor, ResultFile& results) const
   {
     const Subject subject{"depth_image", sensor, coder_->name() + suffix_, 0.0};
-    results.add(subject, "bytes", byte_count_);
-    results.add(subject, "ratio", ratio_);
-    results.add(subject, "megabits_per_second", megabits_per_second_);
-    results.add(subject, "encode_ms", encode_ms_);
-    results.add(subject, "decode_ms", decode_ms_);
+    costs_.write(subject, results);
     results.add(subject, "error_mm", error_mm_);
     results.add(subject, "wrong_percent", wrong_percent_);
   }
@@ -86,15 +80,10 @@ public:
 private:
   std::unique_ptr<DepthImageCoder> coder_;
   std::string suffix_;
-  double frame_rate_;
   std::vector<std::uint8_t> bytes_;
   DepthImage decoded_;
 
-  MeanAndDeviation byte_count_;
-  MeanAndDeviation ratio_;
-  MeanAndDeviation megabits_per_second_;
-  MeanAndDeviation encode_ms_;
-  MeanAndDeviation decode_ms_;
+  CodingCosts costs_;
   MeanAndDeviation error_mm_;
   MeanAndDeviation wrong_percent_;
 };

@@ -2,6 +2,8 @@
 
 #include <pcl_ext/compression/frame_decoder.h>
 
+#include "coding_costs.h"
+
 #include <samples.h>
 
 #include <stdexcept>
@@ -18,41 +20,38 @@ using benchmarks::timeOf;
 class CoderRun {
 public:
   CoderRun(const StreamCoder& coder, const WorldPose& pose, double frame_rate)
-  : subject_(coder.subject), pose_(pose), frame_rate_(frame_rate), node_(coder.settings)
+  : subject_(coder.subject), pose_(pose), node_(coder.settings), costs_(frame_rate)
   {}
 
   void
   code(const pcl::PCLPointCloud2& cloud)
   {
     nodes::SensorNodeStatus status;
-    encode_ms_.add(timeOf([&] { status = node_.encode(cloud, pose_, bytes_); }));
+    const double encode_ms =
+        timeOf([&] { status = node_.encode(cloud, pose_, bytes_); });
     if (!status.hasFrame())
       throw std::runtime_error(name() + ": " + status.message());
     io::CompressionStatus decoded;
-    decode_ms_.add(timeOf(
-        [&] { decoded = decoder_.decode(bytes_.data(), bytes_.size(), voxels_); }));
+    const double decode_ms = timeOf(
+        [&] { decoded = decoder_.decode(bytes_.data(), bytes_.size(), voxels_); });
     const io::FrameStatistics frame = node_.statistics().frame;
     if (!decoded.ok() || voxels_.size() != frame.coding.voxels)
       throw std::runtime_error(name() +
                                ": a frame came back as another: " + decoded.message());
-    const double bytes = static_cast<double>(bytes_.size());
     voxel_count_.add(static_cast<double>(frame.coding.voxels));
-    byte_count_.add(bytes);
     bytes_per_voxel_.add(frame.bytesPerVoxel());
-    ratio_.add(16.0 * static_cast<double>(frame.voxelization.points_used) / bytes);
-    megabits_per_second_.add(8e-6 * bytes * frame_rate_);
+    costs_.add(bytes_.size(),
+               static_cast<double>(frame.voxelization.points_used),
+               encode_ms,
+               decode_ms);
   }
 
   void
   write(ResultFile& results) const
   {
     results.add(subject_, "voxels", voxel_count_);
-    results.add(subject_, "bytes", byte_count_);
     results.add(subject_, "bytes_per_voxel", bytes_per_voxel_);
-    results.add(subject_, "ratio", ratio_);
-    results.add(subject_, "megabits_per_second", megabits_per_second_);
-    results.add(subject_, "encode_ms", encode_ms_);
-    results.add(subject_, "decode_ms", decode_ms_);
+    costs_.write(subject_, results);
   }
 
 private:
@@ -64,19 +63,14 @@ private:
 
   Subject subject_;
   WorldPose pose_;
-  double frame_rate_;
   nodes::SensorNode node_;
   io::FrameDecoder decoder_;
   std::vector<std::uint8_t> bytes_;
   io::VoxelFrame voxels_;
 
   MeanAndDeviation voxel_count_;
-  MeanAndDeviation byte_count_;
   MeanAndDeviation bytes_per_voxel_;
-  MeanAndDeviation ratio_;
-  MeanAndDeviation megabits_per_second_;
-  MeanAndDeviation encode_ms_;
-  MeanAndDeviation decode_ms_;
+  CodingCosts costs_;
 };
 
 } // namespace
