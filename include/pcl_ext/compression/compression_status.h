@@ -18,7 +18,9 @@ enum class CompressionCode {
   Corrupt,            ///< a frame contradicts its checksum or itself
   LimitExceeded,      ///< decoding would exceed a limit of DecoderLimits
   MissingReference,   ///< the frame depends on a frame that was not decoded
-  InputFailed         ///< the input stream or the memory failed while decoding
+  OldFrame,           ///< a late or repeated frame; it was dropped, the stream goes on
+  InputFailed,        ///< the input stream failed while decoding
+  OutOfMemory         ///< memory ran out; the stream goes on with the next I-frame
 };
 
 /** \brief Outcome of encoding or decoding a frame, returned where PCL returns void. */
