@@ -67,7 +67,12 @@ public:
   }
 
   /** \brief Reads a node and all below it; false if the symbols are not a tree or the
-   * voxels too many. */
+   * voxels too many.
+   *
+   * A branch may have no children: where PCL enlarges an octree that holds no voxel of the
+   * frame yet, the old root stays below the new one. Such a branch is not kept, as the
+   * next frame reads the same of one that is not there.
+   */
   bool
   read(unsigned int level, std::uint64_t node)
   {
@@ -76,7 +81,7 @@ public:
     const auto occupancy = static_cast<std::uint8_t>(
         symbols_[position_++] ^ reference_[level].occupancyOf(node));
     if (occupancy == 0)
-      return false;
+      return true;
     tree_.level(level).push(node, occupancy);
     const ChildList& list = childrenOf(occupancy);
     if (level + 1 == tree_.depth())
@@ -208,11 +213,6 @@ readTree(const std::vector<std::uint8_t>& symbols,
 {
   tree.reset(frame.grid.depth);
   frame.keys.clear();
-  if (symbols.empty())
-    return corrupt("it has no root");
-  if (symbols.size() == 1 && symbols[0] == 0 &&
-      (reference == nullptr || reference->nodeCount() == 0))
-    return {}; // the root of an empty tree
   DepthFirstReader reader(symbols, reference, max_voxels, tree, frame.keys);
   if (reader.read(0, 0) && reader.isAtEnd())
     return {};
@@ -307,7 +307,7 @@ decodePublished(ByteSource& source,
   std::vector<std::uint8_t> occupancy;
   const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
   if (CompressionStatus status = readSymbols(
-          source, maxBranchNodes(limits, depth) + 1, "occupancy bytes", occupancy);
+          source, maxBranchNodes(limits, depth), "occupancy bytes", occupancy);
       !status.ok())
     return status;
   statistics.occupancy_bytes =
