@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -222,6 +224,23 @@ readTree(const std::vector<std::uint8_t>& symbols,
              : corrupt("the occupancy bytes are not a tree");
 }
 
+/** \brief Makes a frame that was coded whole the history. Nothing throws from here on, so
+ * that what a frame fails by leaves the history as it was. */
+void
+remember(std::uint32_t frame_number,
+         const VoxelGrid& grid,
+         OccupancyTree&& tree,
+         PublishedHistory& history) noexcept
+{
+  static_assert(std::is_nothrow_copy_assignable_v<VoxelGrid> &&
+                    std::is_nothrow_move_assignable_v<OccupancyTree>,
+                "a history is replaced whole or not at all");
+  history.has_frame = true;
+  history.frame_number = frame_number;
+  history.grid = grid;
+  history.tree = std::move(tree);
+}
+
 } // namespace
 
 void
@@ -240,9 +259,10 @@ encodePublished(const VoxelFrame& frame,
     DepthFirstWriter(tree, is_i_frame ? nullptr : &history.tree, symbols).write(0);
 
   const std::size_t begin = bytes.size();
+  statistics.frame_number = history.frame_number + 1;
   ByteWriter writer(bytes);
   writer.raw(published_magic, published_magic_size);
-  writer.u32(++history.frame_number);
+  writer.u32(statistics.frame_number);
   writer.u8(is_i_frame ? 1 : 0);
   if (is_i_frame) {
     writer.u64(frame.size());
@@ -266,11 +286,7 @@ encodePublished(const VoxelFrame& frame,
   statistics.bytes = bytes.size() - begin;
   statistics.intensity_bytes =
       statistics.bytes - statistics.header_bytes - statistics.occupancy_bytes;
-  statistics.frame_number = history.frame_number;
-
-  history.has_frame = true;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
 }
 
 CompressionStatus
@@ -341,10 +357,7 @@ decodePublished(ByteSource& source,
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
 
-  history.has_frame = true;
-  history.frame_number = statistics.frame_number;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
   return {};
 }
 
