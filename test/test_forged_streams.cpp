@@ -434,10 +434,12 @@ TEST(ForgedStreams, PublishedTreesThatAreNone)
   };
   EXPECT_EQ(code({0}, 0), CompressionCode::Ok); // the empty frame
   EXPECT_EQ(code({0x03, 0x01, 0x80}, 2), CompressionCode::Ok);
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 1), CompressionCode::Ok); // a branch of none
+  EXPECT_EQ(code({0x03, 0x00, 0x00}, 0), CompressionCode::Ok);
   EXPECT_EQ(code({}, 0), CompressionCode::Corrupt);
   EXPECT_EQ(code({0, 0}, 0), CompressionCode::Corrupt);
   EXPECT_EQ(code({0}, 1), CompressionCode::Corrupt);
-  EXPECT_EQ(code({0x03, 0x01, 0x00}, 1), CompressionCode::Corrupt); // a barren node
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 2), CompressionCode::Corrupt);
   EXPECT_EQ(code({0x03, 0x01}, 1), CompressionCode::Corrupt);       // a missing one
   EXPECT_EQ(code({0x01, 0x01, 0x01}, 1), CompressionCode::Corrupt); // one too many
   EXPECT_EQ(code({0x03, 0x01, 0x80}, 3), CompressionCode::Corrupt);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -67,7 +69,12 @@ public:
   }
 
   /** \brief Reads a node and all below it; false if the symbols are not a tree or the
-   * voxels too many. */
+   * voxels too many.
+   *
+   * A branch may have no children: where PCL enlarges an octree that holds no voxel of the
+   * frame yet, the old root stays below the new one. Such a branch is not kept, as the
+   * next frame reads the same of one that is not there.
+   */
   bool
   read(unsigned int level, std::uint64_t node)
   {
@@ -76,7 +83,7 @@ public:
     const auto occupancy = static_cast<std::uint8_t>(
         symbols_[position_++] ^ reference_[level].occupancyOf(node));
     if (occupancy == 0)
-      return false;
+      return true;
     tree_.level(level).push(node, occupancy);
     const ChildList& list = childrenOf(occupancy);
     if (level + 1 == tree_.depth())
@@ -208,11 +215,6 @@ readTree(const std::vector<std::uint8_t>& symbols,
 {
   tree.reset(frame.grid.depth);
   frame.keys.clear();
-  if (symbols.empty())
-    return corrupt("it has no root");
-  if (symbols.size() == 1 && symbols[0] == 0 &&
-      (reference == nullptr || reference->nodeCount() == 0))
-    return {}; // the root of an empty tree
   DepthFirstReader reader(symbols, reference, max_voxels, tree, frame.keys);
   if (reader.read(0, 0) && reader.isAtEnd())
     return {};
@@ -220,6 +222,23 @@ readTree(const std::vector<std::uint8_t>& symbols,
              ? CompressionStatus{CompressionCode::LimitExceeded,
                                  "published frame: more voxels than the limit"}
              : corrupt("the occupancy bytes are not a tree");
+}
+
+/** \brief Makes a frame that was coded whole the history. Nothing throws from here on, so
+ * that what a frame fails by leaves the history as it was. */
+void
+remember(std::uint32_t frame_number,
+         const VoxelGrid& grid,
+         OccupancyTree&& tree,
+         PublishedHistory& history) noexcept
+{
+  static_assert(std::is_nothrow_copy_assignable_v<VoxelGrid> &&
+                    std::is_nothrow_move_assignable_v<OccupancyTree>,
+                "a history is replaced whole or not at all");
+  history.has_frame = true;
+  history.frame_number = frame_number;
+  history.grid = grid;
+  history.tree = std::move(tree);
 }
 
 } // namespace
@@ -240,9 +259,10 @@ encodePublished(const VoxelFrame& frame,
     DepthFirstWriter(tree, is_i_frame ? nullptr : &history.tree, symbols).write(0);
 
   const std::size_t begin = bytes.size();
+  statistics.frame_number = history.frame_number + 1;
   ByteWriter writer(bytes);
   writer.raw(published_magic, published_magic_size);
-  writer.u32(++history.frame_number);
+  writer.u32(statistics.frame_number);
   writer.u8(is_i_frame ? 1 : 0);
   if (is_i_frame) {
     writer.u64(frame.size());
@@ -266,11 +286,7 @@ encodePublished(const VoxelFrame& frame,
   statistics.bytes = bytes.size() - begin;
   statistics.intensity_bytes =
       statistics.bytes - statistics.header_bytes - statistics.occupancy_bytes;
-  statistics.frame_number = history.frame_number;
-
-  history.has_frame = true;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
 }
 
 CompressionStatus
@@ -307,7 +323,7 @@ decodePublished(ByteSource& source,
   std::vector<std::uint8_t> occupancy;
   const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
   if (CompressionStatus status = readSymbols(
-          source, maxBranchNodes(limits, depth) + 1, "occupancy bytes", occupancy);
+          source, maxBranchNodes(limits, depth), "occupancy bytes", occupancy);
       !status.ok())
     return status;
   statistics.occupancy_bytes =
@@ -341,10 +357,7 @@ decodePublished(ByteSource& source,
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
 
-  history.has_frame = true;
-  history.frame_number = statistics.frame_number;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
   return {};
 }
 
