@@ -20,13 +20,6 @@ namespace io {
  */
 class FastCoder {
 public:
-  FastCoder() = default;
-
-  /** \brief A coder that has learnt the same frames. */
-  FastCoder(const FastCoder& other)
-  : models_(std::make_unique<FastModels>(*other.models_)), history_(other.history_)
-  {}
-
   /** \brief Appends the payload of a frame, and learns the frame.
    * \param[in] is_i_frame the frame stands alone; the first one has to
    * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
