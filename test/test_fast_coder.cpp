@@ -14,6 +14,7 @@ namespace {
 
 using pcl_ext::io::ClassedRow;
 using pcl_ext::io::FastCoder;
+using pcl_ext::io::FastWorkspace;
 
 struct Frame {
   std::vector<std::uint64_t> keys;
@@ -21,6 +22,14 @@ struct Frame {
 };
 
 using Bytes = std::vector<std::uint8_t>;
+
+/** \brief Memory that all coders of a thread take turns with. */
+FastWorkspace&
+work()
+{
+  thread_local FastWorkspace workspace;
+  return workspace;
+}
 
 Bytes
 encoded(FastCoder& encoder,
@@ -30,7 +39,7 @@ encoded(FastCoder& encoder,
         unsigned int depth)
 {
   Bytes payload;
-  encoder.encode(is_i_frame, frame.keys, frame.symbols, bits, depth, payload);
+  encoder.encode(work(), is_i_frame, frame.keys, frame.symbols, bits, depth, payload);
   return payload;
 }
 
@@ -43,7 +52,8 @@ decoded(FastCoder& decoder,
         unsigned int depth,
         Frame& frame)
 {
-  const bool is_good = decoder.decode(payload.data(),
+  const bool is_good = decoder.decode(work(),
+                                      payload.data(),
                                       payload.data() + payload.size(),
                                       is_i_frame,
                                       count,
@@ -52,7 +62,7 @@ decoded(FastCoder& decoder,
                                       frame.keys,
                                       frame.symbols);
   if (is_good)
-    decoder.commit();
+    decoder.learn();
   return is_good;
 }
 
@@ -211,15 +221,15 @@ TEST(FastCoder, KnowsWhatItHasSeenLately)
   Random random(9);
   Stream stream;
   const Frame frame = random.frame(300, 8, 4);
-  EXPECT_EQ(stream.encoder.knownVoxels(frame.keys), 0u);
+  EXPECT_EQ(stream.encoder.knownVoxels(work(), frame.keys), 0u);
   stream.send(frame, true, 8, 4);
-  EXPECT_EQ(stream.encoder.knownVoxels(frame.keys), frame.keys.size());
+  EXPECT_EQ(stream.encoder.knownVoxels(work(), frame.keys), frame.keys.size());
   EXPECT_EQ(stream.encoder.recordCount(), frame.keys.size());
   EXPECT_EQ(stream.decoder.recordCount(), frame.keys.size());
   const Frame single{{frame.keys[7]}, {1}};
   for (int i = 0; i < 6; ++i)
     stream.send(single, false, 8, 4);
-  EXPECT_EQ(stream.encoder.knownVoxels(frame.keys), 1u);
+  EXPECT_EQ(stream.encoder.knownVoxels(work(), frame.keys), 1u);
   EXPECT_EQ(stream.decoder.recordCount(), 1u);
 }
 
@@ -251,7 +261,8 @@ TEST(FastCoder, ADiscardedFrameHasNotBeen)
     const Bytes payload = encoded(stream.encoder, frame, is_i_frame, 8, 5);
     for (int times = 0; times < 3; ++times) {
       Frame back;
-      ASSERT_TRUE(stream.decoder.decode(payload.data(),
+      ASSERT_TRUE(stream.decoder.decode(work(),
+                                        payload.data(),
                                         payload.data() + payload.size(),
                                         is_i_frame,
                                         frame.keys.size(),
@@ -264,7 +275,7 @@ TEST(FastCoder, ADiscardedFrameHasNotBeen)
       if (times < 2)
         stream.decoder.discard();
       else
-        stream.decoder.commit();
+        stream.decoder.learn();
     }
   }
 }
@@ -295,7 +306,8 @@ struct ChangedFrame : testing::TestWithParam<int> {
   bool
   tried(const Bytes& payload, std::size_t count, Frame& back)
   {
-    const bool is_good = stream.decoder.decode(payload.data(),
+    const bool is_good = stream.decoder.decode(work(),
+                                               payload.data(),
                                                payload.data() + payload.size(),
                                                is_i_frame,
                                                count,
@@ -400,6 +412,7 @@ TEST(ClassedRow, RowsComeBack)
     const std::uint8_t* const end = bytes.data() + bytes.size();
     EXPECT_FALSE(decoder.decode(bytes.data(), end - 1, count == 0, classes, back));
     ASSERT_TRUE(decoder.decode(bytes.data(), end, count == 0, classes, back));
+    decoder.learn();
     EXPECT_EQ(back, numbers);
   }
 }
