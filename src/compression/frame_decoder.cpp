@@ -256,8 +256,9 @@ private:
                           std::min(limits_.max_frame_bytes, magic_size));
     if (const CompressionStatus status =
             is_published
-                ? decodePublished(source, limits_, published_, frame, statistics)
-                : version1_.decode(source, work, order_, frame, statistics);
+                ? decodePublished(
+                      source, limits_, published_, published_order_, frame, statistics)
+                : version1_.decode(source, work, frame, statistics);
         !status.ok())
       return status;
     statistics.voxels = frame.size();
@@ -295,9 +296,9 @@ private:
   RereadAllowance rereads_;
   CodedFrameStatistics statistics_;
   bool is_last_published_ = false; // the last decoded frame
-  FrameOrder order_;
   Version1Decoder version1_;
   PublishedHistory published_;
+  FrameOrder published_order_{false};
   CodingWorkspace own_workspace_;
   MemoryRule memory_rule_;
 };

@@ -16,6 +16,11 @@ namespace io {
  */
 class FrameOrder {
 public:
+  /** \param[in] are_numbers_sure a checksum protects them; of I-frames whose numbers may be
+   * damaged only copies are old
+   */
+  explicit FrameOrder(bool are_numbers_sure) : are_numbers_sure_(are_numbers_sure) {}
+
   /** \brief Judges a frame.
    * \param[in] number of the frame
    * \param[in] checksum of the frame, which tells it from another one of its number
@@ -51,6 +56,7 @@ private:
    * or few in a row. */
   static constexpr unsigned int most_old_in_a_row = 8;
 
+  bool are_numbers_sure_;
   std::array<Frame, known_frames> known_{}; // by number
   Frame first_;                             // the last one of number 1
   Frame last_;

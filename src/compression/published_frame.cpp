@@ -2,6 +2,7 @@
 
 #include "byte_writer.h"
 #include "static_range_coder.h"
+#include "version1_header.h"
 
 #include <algorithm>
 #include <cmath>
@@ -132,6 +133,24 @@ CompressionStatus
 corrupt(const std::string& what)
 {
   return {CompressionCode::Corrupt, "published frame: " + what};
+}
+
+CompressionStatus
+oldFrame(std::uint32_t number)
+{
+  return {CompressionCode::OldFrame,
+          "published frame " + std::to_string(number) +
+              " came late, or twice; it was dropped"};
+}
+
+/** \brief Tells a frame from another one of its number: CRC-32 of its symbols. */
+std::uint32_t
+checksumOf(const std::vector<std::uint8_t>& occupancy,
+           const std::vector<std::uint8_t>& intensities)
+{
+  return version1Checksum(version1Checksum(0, occupancy.data(), occupancy.size()),
+                          intensities.data(),
+                          intensities.size());
 }
 
 CompressionStatus
@@ -293,6 +312,7 @@ CompressionStatus
 decodePublished(ByteSource& source,
                 const DecoderLimits& limits,
                 PublishedHistory& history,
+                FrameOrder& order,
                 VoxelFrame& frame,
                 CodedFrameStatistics& statistics)
 {
@@ -336,6 +356,10 @@ decodePublished(ByteSource& source,
   statistics.intensity_bytes = published_magic_size + source.consumed() -
                                statistics.header_bytes - statistics.occupancy_bytes;
   // Only now, so that the next call finds the source behind the frame.
+  const std::uint32_t checksum = checksumOf(occupancy, intensities);
+  if (!statistics.is_i_frame &&
+      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+    return oldFrame(statistics.frame_number);
   if (!has_reference)
     return {CompressionCode::MissingReference,
             "published P-frame " + std::to_string(statistics.frame_number) +
@@ -353,11 +377,17 @@ decodePublished(ByteSource& source,
   if (intensities.size() != frame.size() ||
       (statistics.is_i_frame && voxel_count != frame.size()))
     return corrupt("its counts of voxels differ");
+  if (statistics.is_i_frame &&
+      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+    return oldFrame(statistics.frame_number);
   frame.intensities.assign(intensities.begin(), intensities.end());
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
+  if (!isConsistent(frame))
+    return corrupt("it has voxels that cannot be");
 
   remember(statistics.frame_number, frame.grid, std::move(tree), history);
+  order.decoded(statistics.frame_number, checksum);
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "byte_source.h"
+#include "frame_order.h"
 #include "occupancy_tree.h"
 
 #include <cstdint>
@@ -47,6 +48,7 @@ encodePublished(const VoxelFrame& frame,
  * \param[in] limits what decoding may cost
  * \param[in,out] history the frame before this one; becomes this frame on success and
  * stays untouched otherwise, also if memory runs out or the source throws
+ * \param[in,out] order of the stream's frames
  * \param[out] frame the voxels; unspecified on failure
  * \param[out] statistics of this frame, without its size
  */
@@ -54,6 +56,7 @@ CompressionStatus
 decodePublished(ByteSource& source,
                 const DecoderLimits& limits,
                 PublishedHistory& history,
+                FrameOrder& order,
                 VoxelFrame& frame,
                 CodedFrameStatistics& statistics);
 

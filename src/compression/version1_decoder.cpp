@@ -8,7 +8,6 @@ namespace io {
 CompressionStatus
 Version1Decoder::decode(ByteSource& source,
                         CodingWorkspace& work,
-                        FrameOrder& order,
                         VoxelFrame& frame,
                         CodedFrameStatistics& statistics)
 {
@@ -16,7 +15,7 @@ Version1Decoder::decode(ByteSource& source,
   std::uint32_t checksum = 0;
   if (CompressionStatus status = readFrame(source, checksum); !status.ok())
     return status;
-  if (CompressionStatus status = checkReference(order, checksum); !status.ok())
+  if (CompressionStatus status = checkReference(checksum); !status.ok())
     return status;
   PayloadSizes sizes;
   prepareStamp();
@@ -36,7 +35,6 @@ Version1Decoder::decode(ByteSource& source,
   statistics.intensity_bytes = payload_size - sizes.occupancy;
   statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
   learn(checksum, frame);
-  order.decoded(frame_number_, checksum_);
   return {};
 }
 
@@ -60,7 +58,7 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 
 /** \brief Checks that the frame is whole, no old one, and that it can be decoded. */
 CompressionStatus
-Version1Decoder::checkReference(FrameOrder& order, std::uint32_t checksum)
+Version1Decoder::checkReference(std::uint32_t checksum)
 {
   const auto checkSum = [&](std::uint32_t reference) -> CompressionStatus {
     if (version1Checksum(reference, checked_bytes_.data(), checked_bytes_.size()) ==
@@ -73,7 +71,7 @@ Version1Decoder::checkReference(FrameOrder& order, std::uint32_t checksum)
   if (header_.is_i_frame)
     if (CompressionStatus status = checkSum(0); !status.ok())
       return status;
-  if (order.isOld(header_.frame_number, checksum, header_.is_i_frame))
+  if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
     return {CompressionCode::OldFrame,
             "frame " + std::to_string(header_.frame_number) +
                 " came late, or twice; it was dropped"};
@@ -178,6 +176,7 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   depth_model_ = frame.depth_model;
+  order_.decoded(frame_number_, checksum_);
 }
 
 void

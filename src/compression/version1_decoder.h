@@ -31,14 +31,12 @@ public:
    * leaves nothing known until the next I-frame.
    * \param[in,out] source behind the magic bytes
    * \param[in,out] work memory for the frame
-   * \param[in,out] order of the stream's frames
    * \param[out] frame the voxels; unspecified on failure
    * \param[out] statistics of this frame, without its size
    */
   CompressionStatus
   decode(ByteSource& source,
          CodingWorkspace& work,
-         FrameOrder& order,
          VoxelFrame& frame,
          CodedFrameStatistics& statistics);
 
@@ -66,7 +64,7 @@ private:
   readFrame(ByteSource& source, std::uint32_t& checksum);
 
   CompressionStatus
-  checkReference(FrameOrder& order, std::uint32_t checksum);
+  checkReference(std::uint32_t checksum);
 
   CompressionStatus
   decodePayload(CodingWorkspace& work, VoxelFrame& frame, PayloadSizes& sizes);
@@ -82,6 +80,7 @@ private:
 
   const DecoderLimits limits_;
 
+  FrameOrder order_{true};
   // Of the frames that were decoded.
   bool has_history_ = false;
   std::uint32_t frame_number_ = 0;
