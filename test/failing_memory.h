@@ -23,7 +23,8 @@ inline std::atomic<std::size_t> live_bytes{0};
 namespace detail {
 
 inline std::atomic<std::size_t> failing_allocation{0}; ///< 0: none
-inline std::atomic<std::size_t> allocations{0};        ///< since one is to fail
+inline std::atomic<bool> do_later_ones_fail{false};
+inline std::atomic<std::size_t> allocations{0}; ///< since one is to fail
 inline thread_local bool is_exempt = false;
 
 /** \brief Whether the allocation that is asked for is the one that fails. */
@@ -31,18 +32,24 @@ inline bool
 isToFail()
 {
   const std::size_t failing = failing_allocation;
-  return failing != 0 && !is_exempt && ++allocations == failing;
+  if (failing == 0 || is_exempt)
+    return false;
+  const std::size_t number = ++allocations;
+  return number == failing || (do_later_ones_fail && number > failing);
 }
 
 } // namespace detail
 
-/** \brief While it lives, one allocation of all threads fails. */
+/** \brief While it lives, one allocation of all threads fails, or all from it on. */
 class OneFailingAllocation {
 public:
-  /** \param[in] number 1 is the next one */
-  explicit OneFailingAllocation(std::size_t number)
+  /** \param[in] number 1 is the next one
+   * \param[in] do_later_ones_fail whether those behind it fail, too
+   */
+  explicit OneFailingAllocation(std::size_t number, bool do_later_ones_fail = false)
   {
     detail::allocations = 0;
+    detail::do_later_ones_fail = do_later_ones_fail;
     detail::failing_allocation = number;
   }
 
