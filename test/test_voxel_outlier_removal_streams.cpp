@@ -251,6 +251,7 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
   VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
   settings.max_blocks = 300;
   VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval filtering(settings);
   std::vector<float> log_odds;
   const auto scattered = [&](std::size_t voxels) {
     io::VoxelFrame frame;
@@ -262,14 +263,20 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
     return frame;
   };
   for (int frame = 0; frame < 50; ++frame) {
-    removal.score(scattered(100), log_odds);
+    io::VoxelFrame voxels = scattered(100);
+    removal.score(voxels, log_odds);
     EXPECT_LE(removal.rememberedBlocks(), 300u);
     EXPECT_GE(removal.rememberedBlocks(), 100u);
+    filtering.filter(voxels);
+    EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
   }
   // A frame that is larger alone is judged, and not remembered.
-  removal.score(scattered(1000), log_odds);
+  io::VoxelFrame large = scattered(1000);
+  removal.score(large, log_odds);
   EXPECT_EQ(log_odds.size(), 1000u);
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
+  EXPECT_EQ(filtering.filter(large) + large.size(), 1000u);
+  EXPECT_EQ(filtering.rememberedBlocks(), 0u);
 }
 
 TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
