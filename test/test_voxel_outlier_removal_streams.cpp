@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -139,6 +140,71 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
   }
 }
 
+// Positions count from 2^21 voxels below the first grid of a lattice, and grids lie within
+// 4..2^23 - 4 of them.
+constexpr std::int32_t lowest_first = 4 - (1 << 21);
+constexpr std::int32_t highest_end = (1 << 23) - 4 - (1 << 21);
+constexpr std::int32_t far_grid_size = 1 << 7;
+
+TEST(VoxelOutlierRemoval, FramesBeforeCountUpToTheLastPosition)
+{
+  std::mt19937_64 random(17);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    VoxelOutlierRemoval moving(settingsOf(DensityUnit::Faces));
+    // One that stays for each place, and sees nothing while the frames are elsewhere.
+    const std::vector<std::int32_t> places{
+        0, lowest_first, highest_end - far_grid_size};
+    std::vector<VoxelOutlierRemoval> resting;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      resting.emplace_back(settingsOf(DensityUnit::Faces));
+    for (const std::size_t now : {0u, 1u, 2u, 1u, 2u, 0u, 1u}) {
+      const Voxels voxels = wall(random, 15);
+      std::array<std::int32_t, 3> first{};
+      first[axis] = places[now];
+      Voxels there;
+      for (const auto& [index, symbol] : voxels) {
+        LatticeIndex moved = index;
+        moved[axis] += places[now];
+        there[moved] = symbol;
+      }
+      const Scores scores =
+          scoresOf(moving, frameOf(there, gridAt(first[0], first[1], first[2])));
+      Scores expected;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const Scores seen = scoresOf(
+            resting[i], frameOf(i == now ? voxels : Voxels(), gridAt(0, 0, 0)));
+        for (const auto& [index, score] : seen) {
+          LatticeIndex moved = index;
+          moved[axis] += places[now];
+          expected[moved] = score;
+        }
+      }
+      expectSame(scores, expected, 0.0f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, FramesBeforeAreForgottenBeyondTheLastPosition)
+{
+  const auto remembered = [](std::size_t axis, std::int32_t first) {
+    VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+    io::VoxelFrame frame;
+    frame.keys = {0};
+    frame.intensities = {200};
+    frame.grid = gridAt(0, 0, 0);
+    scoresOf(removal, frame);
+    frame.grid.first_index[axis] = first;
+    scoresOf(removal, frame);
+    return removal.rememberedBlocks();
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(remembered(axis, lowest_first), 2u);
+    EXPECT_EQ(remembered(axis, lowest_first - 1), 1u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size), 2u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size + 1), 1u);
+  }
+}
+
 TEST(VoxelOutlierRemoval, GridsFarApartDoNotMeet)
 {
   VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
@@ -185,6 +251,7 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
   VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
   settings.max_blocks = 300;
   VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval filtering(settings);
   std::vector<float> log_odds;
   const auto scattered = [&](std::size_t voxels) {
     io::VoxelFrame frame;
@@ -196,14 +263,20 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
     return frame;
   };
   for (int frame = 0; frame < 50; ++frame) {
-    removal.score(scattered(100), log_odds);
+    io::VoxelFrame voxels = scattered(100);
+    removal.score(voxels, log_odds);
     EXPECT_LE(removal.rememberedBlocks(), 300u);
     EXPECT_GE(removal.rememberedBlocks(), 100u);
+    filtering.filter(voxels);
+    EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
   }
   // A frame that is larger alone is judged, and not remembered.
-  removal.score(scattered(1000), log_odds);
+  io::VoxelFrame large = scattered(1000);
+  removal.score(large, log_odds);
   EXPECT_EQ(log_odds.size(), 1000u);
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
+  EXPECT_EQ(filtering.filter(large) + large.size(), 1000u);
+  EXPECT_EQ(filtering.rememberedBlocks(), 0u);
 }
 
 TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
