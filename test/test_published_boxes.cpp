@@ -1,5 +1,5 @@
 /** \file
- * \brief Which octree boxes and leaf counts an I-frame of the published layout may have.
+ * \brief Which octree boxes and counts an I-frame of the published layout may have.
  */
 #include "compression/byte_writer.h"
 #include "compression/published_frame.h"
@@ -26,6 +26,7 @@ struct IFrame {
   std::array<double, 3> min{-1.0, 2.0, 30.0};
   std::array<double, 3> max{7.0, 10.0, 38.0};
   std::uint64_t leaf_count = 1;
+  Bytes occupancy; // empty: of the voxel alone
 
   /** \brief Puts the box where the octree's cube begins at a coordinate. */
   void
@@ -48,8 +49,9 @@ struct IFrame {
       writer.f64(coordinate);
     for (const double coordinate : max)
       writer.f64(coordinate);
-    writer.u64(depth);
-    encodeStaticRange(Bytes(depth, 0x80), bytes);
+    const Bytes symbols = occupancy.empty() ? Bytes(depth, 0x80) : occupancy;
+    writer.u64(symbols.size());
+    encodeStaticRange(symbols, bytes);
     writer.u64(1);
     encodeStaticRange({9}, bytes);
     return bytes;
@@ -136,9 +138,9 @@ TEST(PublishedBoxes, ACubeButForPclsTolerance)
   for (const double begin : {-1e8, 1e8}) {
     IFrame frame;
     frame.fitBox(begin);
-    frame.max[1] += 5e-5;
+    frame.max[1] += 9e-5;
     EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << begin;
-    frame.max[1] += 1e-4;
+    frame.max[1] += 2e-5;
     EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << begin;
   }
 }
@@ -158,6 +160,18 @@ TEST(PublishedBoxes, LeafCountsAreThoseOfTheVoxelsAndWithinTheLimit)
   limits.max_voxels = 0;
   frame.leaf_count = 0;
   EXPECT_EQ(codeOf(frame, limits), CompressionCode::LimitExceeded);
+}
+
+TEST(PublishedBoxes, BranchesWithoutVoxelsAreWithinTheLimit)
+{
+  DecoderLimits limits;
+  limits.max_voxels = 1;
+  IFrame frame;
+  frame.occupancy = {0xf8, 0, 0, 0, 0, 0x80, 0x80, 0x80}; // two ways of four levels
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::Ok);
+  frame.occupancy = {0xfc, 0, 0, 0, 0, 0, 0x80, 0x80, 0x80};
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::LimitExceeded);
+  EXPECT_EQ(codeOf(frame), CompressionCode::Ok);
 }
 
 } // namespace
