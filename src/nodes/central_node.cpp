@@ -6,7 +6,6 @@
 #include "received_stream.h"
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/strand.hpp>
 #include <boost/asio/thread_pool.hpp>
 
 #include <algorithm>
@@ -107,13 +106,9 @@ public:
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
     const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
-    const bool is_new = streams_
-                            .try_emplace(name,
-                                         pool_.get_executor(),
-                                         name,
-                                         min_intensity,
-                                         settings_.decoder_limits)
-                            .second;
+    const bool is_new =
+        streams_.try_emplace(name, name, min_intensity, settings_.decoder_limits)
+            .second;
     if (!is_new)
       return {CentralNodeCode::StreamExists,
               "there is a stream '" + name + "' already"};
@@ -127,10 +122,10 @@ public:
       return settings_status_;
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
-    Entry* const entry = find(name);
-    if (entry == nullptr)
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
       return unknownStream(name);
-    entry->stream.setMinIntensity(min_intensity);
+    stream->setMinIntensity(min_intensity);
     return {};
   }
 
@@ -145,10 +140,10 @@ public:
           !status.ok())
         return {CentralNodeCode::InvalidSettings,
                 "outlier_removal: " + status.message()};
-    Entry* const entry = find(name);
-    if (entry == nullptr)
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
       return unknownStream(name);
-    entry->stream.setOutlierRemoval(settings);
+    stream->setOutlierRemoval(settings);
     return {};
   }
 
@@ -159,24 +154,22 @@ public:
   {
     if (!settings_status_.ok())
       return settings_status_;
-    Entry* const entry = find(name);
-    if (entry == nullptr)
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
       return unknownStream(name);
-    if (!entry->stream.admit(bytes.size(), settings_.max_waiting_frames))
-      return {CentralNodeCode::TooManyWaiting,
-              std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
-                  "' wait to be decoded; another one was refused"};
     {
       const std::lock_guard<std::mutex> lock(waiting_mutex_);
       ++waiting_;
     }
-    boost::asio::post(entry->strand, [this, entry, stamp, bytes = std::move(bytes)] {
-      entry->stream.decode(bytes, stamp, settings_.clock, listener_);
-      const std::lock_guard<std::mutex> lock(waiting_mutex_);
-      if (--waiting_ == 0)
-        nothing_waits_.notify_all();
-    });
-    return {};
+    if (stream->admit(
+            std::move(bytes), stamp, settings_.max_waiting_frames, [this, stream] {
+              askForTurn(*stream);
+            }))
+      return {};
+    countDone();
+    return {CentralNodeCode::TooManyWaiting,
+            std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
+                "' wait to be decoded; another one was refused"};
   }
 
   void
@@ -190,8 +183,8 @@ public:
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   {
     std::optional<LatestFrame> frame;
-    if (const Entry* const entry = find(name))
-      frame = entry->stream.latestVoxels(Time::min(), Time::max(), voxels);
+    if (const ReceivedStream* const stream = find(name))
+      frame = stream->latestVoxels(Time::min(), Time::max(), voxels);
     if (!frame)
       voxels = io::VoxelFrame();
     return frame;
@@ -211,8 +204,8 @@ public:
     intensities_.clear();
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-      for (const auto& [name, entry] : streams_)
-        if (entry.stream.latestVoxels(oldest, now, merging_frame_))
+      for (const auto& [name, stream] : streams_)
+        if (stream.latestVoxels(oldest, now, merging_frame_))
           appendCentres(merging_frame_);
     }
     io::PointView points;
@@ -232,24 +225,37 @@ public:
   {
     std::vector<StreamHealth> health;
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-    for (const auto& [name, entry] : streams_)
-      health.push_back(entry.stream.health(settings_.clock()));
+    for (const auto& [name, stream] : streams_)
+      health.push_back(stream.health(settings_.clock()));
     return health;
   }
 
 private:
-  /** \brief A stream, and what keeps its frames in order. */
-  struct Entry {
-    Entry(const boost::asio::thread_pool::executor_type& executor,
-          const std::string& name,
-          float min_intensity,
-          const io::DecoderLimits& limits)
-    : strand(executor), stream(name, min_intensity, limits)
-    {}
+  /** \brief Has a stream take its turn behind those that have asked before. */
+  void
+  askForTurn(ReceivedStream& stream)
+  {
+    boost::asio::post(pool_, [this, &stream] { serve(stream); });
+  }
 
-    boost::asio::strand<boost::asio::thread_pool::executor_type> strand;
-    ReceivedStream stream;
-  };
+  /** \brief A stream's turn: one frame, so that no stream waits for another's many. */
+  void
+  serve(ReceivedStream& stream)
+  {
+    stream.decodeNext(settings_.clock, listener_);
+    countDone();
+    if (stream.endTurn())
+      askForTurn(stream);
+  }
+
+  /** \brief Counts a frame that does not wait any more. */
+  void
+  countDone()
+  {
+    const std::lock_guard<std::mutex> lock(waiting_mutex_);
+    if (--waiting_ == 0)
+      nothing_waits_.notify_all();
+  }
 
   static CentralNodeStatus
   checkMinIntensity(float min_intensity)
@@ -260,8 +266,8 @@ private:
     return {};
   }
 
-  // Streams are never removed, so that an entry outlives the lock.
-  const Entry*
+  // Streams are never removed, so that one outlives the lock.
+  const ReceivedStream*
   find(const std::string& name) const
   {
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
@@ -269,10 +275,10 @@ private:
     return found == streams_.end() ? nullptr : &found->second;
   }
 
-  Entry*
+  ReceivedStream*
   find(const std::string& name)
   {
-    return const_cast<Entry*>(std::as_const(*this).find(name));
+    return const_cast<ReceivedStream*>(std::as_const(*this).find(name));
   }
 
   void
@@ -296,10 +302,10 @@ private:
   const CentralNodeSettings settings_;
   const CentralNodeStatus settings_status_;
   const FrameListener listener_;
-  boost::asio::thread_pool pool_; // outlives the strands
+  boost::asio::thread_pool pool_; // ended before what its threads use
 
-  mutable std::shared_mutex streams_mutex_; // of the map, not of its entries
-  std::map<std::string, Entry> streams_;
+  mutable std::shared_mutex streams_mutex_; // of the map, not of its streams
+  std::map<std::string, ReceivedStream> streams_;
 
   std::mutex waiting_mutex_;
   std::condition_variable nothing_waits_;

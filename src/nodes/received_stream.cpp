@@ -38,27 +38,29 @@ ReceivedStream::setOutlierRemoval(
   are_outlier_settings_new_ = true;
 }
 
-bool
-ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
+ReceivedStream::WaitingFrame
+ReceivedStream::takeNext()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++health_.frames_received;
-  health_.bytes += bytes;
-  if (refused_before_.size() >= max_waiting) {
-    ++health_.frames_refused;
-    ++refused_behind_;
-    return false;
-  }
-  refused_before_.push_back(std::exchange(refused_behind_, 0));
-  return true;
+  WaitingFrame next = std::move(waiting_.front());
+  waiting_.pop_front();
+  return next;
+}
+
+bool
+ReceivedStream::endTurn()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  has_turn_ = !waiting_.empty();
+  return has_turn_;
 }
 
 void
-ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
-                       std::optional<Time> stamp,
-                       const Clock& clock,
-                       const FrameListener& listener)
+ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 {
+  const WaitingFrame frame = takeNext();
+  const std::vector<std::uint8_t>& bytes = frame.bytes;
+  std::optional<Time> stamp = frame.stamp;
   // All streams of a thread decode into the same memory, which then is in its caches; each
   // has memory of its own for what it keeps.
   thread_local io::VoxelFrame decoded;
@@ -80,8 +82,7 @@ ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
   const bool wants_i_frame = wantsIFrame(status.code());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    unnumbered_ += refused_before_.front();
-    refused_before_.pop_front();
+    unnumbered_ += frame.refused_before;
     health_.i_frame_requests += wants_i_frame ? 1 : 0;
     if (status.ok()) {
       countDecoded(coding.frame_number);

@@ -15,14 +15,18 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief One stream of a CentralNode: its decoder, its last voxels and its health.
+/** \brief One stream of a CentralNode: the frames that wait, its decoder, its last voxels
+ * and its health.
  *
- * decode() is for one thread at a time; everything else for any number of threads.
+ * A stream that frames wait of has one turn at a time, in which somebody calls decodeNext()
+ * and then endTurn(). These are for one thread at a time; everything else is for any number
+ * of threads.
  */
 class ReceivedStream {
 public:
@@ -42,25 +46,48 @@ public:
   void
   setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings);
 
-  /** \brief Counts a frame that arrived.
-   * \param[in] bytes its size
-   * \param[in] max_waiting frames that may wait
-   * \return false if too many wait; the frame is then not to be decoded
-   */
-  bool
-  admit(std::size_t bytes, std::size_t max_waiting);
-
-  /** \brief Decodes and denoises a frame that was admitted.
+  /** \brief Takes a frame that arrived, or refuses it, and counts it.
    * \param[in] bytes the frame
    * \param[in] stamp when it was taken; none: what it carries
+   * \param[in] max_waiting frames that may wait
+   * \param[in] ask_for_turn called if the stream needs a turn and has none; may throw
+   * \return false if too many wait; the frame is then not decoded
+   */
+  template <typename AskT>
+  bool
+  admit(std::vector<std::uint8_t> bytes,
+        std::optional<Time> stamp,
+        std::size_t max_waiting,
+        const AskT& ask_for_turn)
+  {
+    // Locked until the turn is asked for: a frame behind this one relies on it.
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++health_.frames_received;
+    health_.bytes += bytes.size();
+    if (waiting_.size() >= max_waiting) {
+      ++health_.frames_refused;
+      ++refused_behind_;
+      return false;
+    }
+    waiting_.push_back({std::move(bytes), stamp, std::exchange(refused_behind_, 0)});
+    if (!has_turn_)
+      ask_for_turn();
+    has_turn_ = true;
+    return true;
+  }
+
+  /** \brief Decodes and denoises the frame that has waited longest; there must be one.
    * \param[in] clock tells the time
    * \param[in] listener told of the frame; may be empty
    */
   void
-  decode(const std::vector<std::uint8_t>& bytes,
-         std::optional<Time> stamp,
-         const Clock& clock,
-         const FrameListener& listener);
+  decodeNext(const Clock& clock, const FrameListener& listener);
+
+  /** \brief Ends the stream's turn.
+   * \return true if a frame waits: the turn is not over, or another one is to begin
+   */
+  bool
+  endTurn();
 
   /** \brief Copies the last voxels, if they were decoded between two moments. A clock that
    * was set back leaves voxels of its future.
@@ -73,6 +100,17 @@ public:
   health(Time now) const;
 
 private:
+  struct WaitingFrame {
+    std::vector<std::uint8_t> bytes;
+    std::optional<Time> stamp; ///< none: what it carries
+    /** \brief Frames that were refused since the one before it. They are missing behind
+     * that one, which is decoded later than they were refused. */
+    std::size_t refused_before;
+  };
+
+  WaitingFrame
+  takeNext();
+
   /** \brief Removes the outliers of a frame that was decoded, if that is wanted.
    * \return number of voxels removed
    */
@@ -88,7 +126,7 @@ private:
   void
   countFailed(const io::CompressionStatus& status);
 
-  // Of decode() alone.
+  // Of decodeNext() alone.
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
   io::VoxelFrame kept_;               // its memory and that of latest_ take turns
@@ -104,10 +142,9 @@ private:
   Time latest_stamp_{0};
   StreamHealth health_;
   RateWindow window_;
-  // Of each frame that waits: how many were refused since the one before it. They are
-  // missing behind that one, which is decoded later than they were refused.
-  std::deque<std::size_t> refused_before_;
-  std::size_t refused_behind_ = 0;           // since the last frame that waits
+  std::deque<WaitingFrame> waiting_; // the next one is the first
+  bool has_turn_ = false;
+  std::size_t refused_behind_ = 0;           // since the last frame that was taken
   std::optional<std::uint32_t> last_number_; // of the last decoded frame
   std::size_t unnumbered_ = 0; // sender's frames since then that failed or were refused
 };

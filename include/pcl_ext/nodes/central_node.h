@@ -83,7 +83,8 @@ using FrameListener = std::function<void(const ReceivedFrame&)>;
  * them and merges them on a common grid (section 2.7 of the paper). Knows no ROS.
  *
  * Each stream has a decoder of its own; its frames are decoded in the order in which they
- * are received. All members may be called by several threads at once.
+ * are received. Streams that frames wait of take turns, a frame each, so that none waits
+ * for the many frames of another. All members may be called by several threads at once.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:
