@@ -1,8 +1,7 @@
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "caught_status.h"
+#include "merged_voxels.h"
 #include "received_stream.h"
 
 #include <boost/asio/post.hpp>
@@ -13,6 +12,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <shared_mutex>
 #include <sstream>
@@ -59,15 +59,6 @@ threadsOf(const CentralNodeSettings& settings)
                                : std::max(1u, std::thread::hardware_concurrency());
 }
 
-io::Voxelizer
-mergingVoxelizer(double resolution)
-{
-  io::IntensityCompressionSettings settings;
-  settings.resolution = resolution;
-  settings.aggregation = io::Aggregation::Sum;
-  return {settings, IntensityUnit::Native};
-}
-
 CentralNodeStatus
 unknownStream(const std::string& name)
 {
@@ -83,8 +74,7 @@ public:
   , settings_status_(checkSettings(settings))
   , listener_(std::move(listener))
   , pool_(settings_status_.ok() ? threadsOf(settings) : 1)
-  , merging_voxelizer_(
-        mergingVoxelizer(settings_status_.ok() ? settings.resolution : 1.0))
+  , merged_voxels_(settings.resolution)
   {}
 
   // The threads use what is destroyed next.
@@ -152,24 +142,12 @@ public:
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp)
   {
-    if (!settings_status_.ok())
-      return settings_status_;
-    ReceivedStream* const stream = find(name);
-    if (stream == nullptr)
-      return unknownStream(name);
-    {
-      const std::lock_guard<std::mutex> lock(waiting_mutex_);
-      ++waiting_;
+    try {
+      return take(name, std::move(bytes), stamp);
     }
-    if (stream->admit(
-            std::move(bytes), stamp, settings_.max_waiting_frames, [this, stream] {
-              askForTurn(*stream);
-            }))
-      return {};
-    countDone();
-    return {CentralNodeCode::TooManyWaiting,
-            std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
-                "' wait to be decoded; another one was refused"};
+    catch (const std::bad_alloc&) { // by the message of a status
+      return outOfMemoryStatus<CentralNodeStatus>();
+    }
   }
 
   void
@@ -199,25 +177,13 @@ public:
     }
     const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
     const Time now = settings_.clock();
-    const Time oldest = now - settings_.max_merge_age;
-    coordinates_.clear();
-    intensities_.clear();
+    merged_voxels_.clear();
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
       for (const auto& [name, stream] : streams_)
-        if (stream.latestVoxels(oldest, now, merging_frame_))
-          appendCentres(merging_frame_);
+        merged_voxels_.add(stream, now - settings_.max_merge_age, now);
     }
-    io::PointView points;
-    points.coordinates = coordinates_.data();
-    points.coordinate_stride = 3;
-    points.intensities = intensities_.data();
-    points.intensity_stride = 1;
-    points.count = intensities_.size();
-    // Merged frames are no stream: each has the grid and the scale that fit it.
-    constexpr bool may_refit = true;
-    merging_voxelizer_.voxelize(points, may_refit, merged);
-    merged.depth_model.reset();
+    merged_voxels_.finish(merged);
   }
 
   std::vector<StreamHealth>
@@ -231,6 +197,35 @@ public:
   }
 
 private:
+  /** \brief receive(), where statuses may be without memory for their messages. */
+  CentralNodeStatus
+  take(const std::string& name,
+       std::vector<std::uint8_t> bytes,
+       std::optional<Time> stamp)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
+      return unknownStream(name);
+    {
+      const std::lock_guard<std::mutex> lock(waiting_mutex_);
+      ++waiting_;
+    }
+    const auto admission = stream->admit(std::move(bytes),
+                                         stamp,
+                                         settings_.max_waiting_frames,
+                                         [this, stream] { askForTurn(*stream); });
+    if (admission == ReceivedStream::Admission::Waits)
+      return {};
+    countDone();
+    if (admission == ReceivedStream::Admission::OutOfMemory)
+      return outOfMemoryStatus<CentralNodeStatus>();
+    return {CentralNodeCode::TooManyWaiting,
+            std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
+                "' wait to be decoded; another one was refused"};
+  }
+
   /** \brief Has a stream take its turn behind those that have asked before. */
   void
   askForTurn(ReceivedStream& stream)
@@ -242,10 +237,19 @@ private:
   void
   serve(ReceivedStream& stream)
   {
-    stream.decodeNext(settings_.clock, listener_);
-    countDone();
-    if (stream.endTurn())
-      askForTurn(stream);
+    for (;;) {
+      stream.decodeNext(settings_.clock, listener_);
+      countDone();
+      if (!stream.endTurn())
+        return;
+      try {
+        askForTurn(stream);
+        return;
+      }
+      catch (const std::bad_alloc&) {
+        // Without memory to ask for it the next turn is now, as nobody else would ask.
+      }
+    }
   }
 
   /** \brief Counts a frame that does not wait any more. */
@@ -281,24 +285,6 @@ private:
     return const_cast<ReceivedStream*>(std::as_const(*this).find(name));
   }
 
-  void
-  appendCentres(const io::VoxelFrame& frame)
-  {
-    symbol_intensities_.setScale(frame.intensity_scale);
-    const float margin = io::faceMargin(settings_.resolution);
-    io::VoxelCentres centres;
-    for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-      const std::size_t count =
-          io::voxelCentres(frame, symbol_intensities_, begin, centres);
-      for (std::size_t i = 0; i < count; ++i) {
-        coordinates_.insert(
-            coordinates_.end(),
-            {centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin});
-        intensities_.push_back(centres.intensity[i]);
-      }
-    }
-  }
-
   const CentralNodeSettings settings_;
   const CentralNodeStatus settings_status_;
   const FrameListener listener_;
@@ -311,13 +297,8 @@ private:
   std::condition_variable nothing_waits_;
   std::size_t waiting_ = 0; // frames of all streams that are not decoded yet
 
-  std::mutex
-      merge_mutex_; // of everything below, members so that their memory is reused
-  io::Voxelizer merging_voxelizer_;
-  io::SymbolIntensities symbol_intensities_;
-  io::VoxelFrame merging_frame_;
-  std::vector<float> coordinates_;
-  std::vector<float> intensities_;
+  std::mutex merge_mutex_; // of what merges
+  MergedVoxels merged_voxels_;
 };
 
 CentralNode::CentralNode(const CentralNodeSettings& settings, FrameListener listener)

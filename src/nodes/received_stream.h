@@ -9,10 +9,12 @@
 #include "rate_window.h"
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,15 +48,22 @@ public:
   void
   setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings);
 
+  /** \brief What became of a frame that arrived. */
+  enum class Admission {
+    Waits,
+    TooManyWait, ///< refused
+    OutOfMemory  ///< refused: there was no memory for it
+  };
+
   /** \brief Takes a frame that arrived, or refuses it, and counts it.
    * \param[in] bytes the frame
    * \param[in] stamp when it was taken; none: what it carries
    * \param[in] max_waiting frames that may wait
-   * \param[in] ask_for_turn called if the stream needs a turn and has none; may throw
-   * \return false if too many wait; the frame is then not decoded
+   * \param[in] ask_for_turn called if the stream needs a turn and has none; a frame that it
+   * has no memory for is refused
    */
   template <typename AskT>
-  bool
+  Admission
   admit(std::vector<std::uint8_t> bytes,
         std::optional<Time> stamp,
         std::size_t max_waiting,
@@ -64,19 +73,20 @@ public:
     const std::lock_guard<std::mutex> lock(mutex_);
     ++health_.frames_received;
     health_.bytes += bytes.size();
-    if (waiting_.size() >= max_waiting) {
-      ++health_.frames_refused;
-      ++refused_behind_;
-      return false;
+    Admission admission = Admission::TooManyWait;
+    if (waiting_.size() < max_waiting)
+      admission = queue({std::move(bytes), stamp, refused_behind_}, ask_for_turn);
+    if (admission == Admission::Waits) {
+      refused_behind_ = 0;
+      return admission;
     }
-    waiting_.push_back({std::move(bytes), stamp, std::exchange(refused_behind_, 0)});
-    if (!has_turn_)
-      ask_for_turn();
-    has_turn_ = true;
-    return true;
+    ++health_.frames_refused;
+    ++refused_behind_;
+    return admission;
   }
 
   /** \brief Decodes and denoises the frame that has waited longest; there must be one.
+   * Whatever is thrown meanwhile becomes the status of the frame, which then shows nothing.
    * \param[in] clock tells the time
    * \param[in] listener told of the frame; may be empty
    */
@@ -108,23 +118,65 @@ private:
     std::size_t refused_before;
   };
 
+  /** \brief Has a frame wait, unless memory runs out; mutex_ is locked. */
+  template <typename AskT>
+  Admission
+  queue(WaitingFrame frame, const AskT& ask_for_turn)
+  {
+    try {
+      waiting_.push_back(std::move(frame));
+    }
+    catch (const std::bad_alloc&) {
+      return Admission::OutOfMemory;
+    }
+    if (has_turn_)
+      return Admission::Waits;
+    try {
+      ask_for_turn();
+    }
+    catch (const std::bad_alloc&) {
+      waiting_.pop_back();
+      return Admission::OutOfMemory;
+    }
+    has_turn_ = true;
+    return Admission::Waits;
+  }
+
   WaitingFrame
   takeNext();
 
-  /** \brief Removes the outliers of a frame that was decoded, if that is wanted.
+  /** \brief Denoises a frame that was decoded and makes it the latest one, or throws and
+   * leaves the latest one as it is. */
+  void
+  show(io::VoxelFrame& decoded,
+       const WaitingFrame& frame,
+       std::chrono::steady_clock::time_point start,
+       const Clock& clock);
+
+  /** \brief Removes the outliers of a frame that was decoded, if that is wanted. A filter
+   * that throws is replaced by a new one, as it may remember half a frame.
    * \return number of voxels removed
    */
   std::size_t
   removeOutliers(io::VoxelFrame& frame);
 
+  void
+  makeOutlierRemoval();
+
   bool
   wantsIFrame(io::CompressionCode code);
 
+  /** \brief Takes note of a frame that was decoded, and of those lost before it. */
   void
-  countDecoded(std::uint32_t frame_number);
+  follow(std::uint32_t frame_number);
 
-  void
-  countFailed(const io::CompressionStatus& status);
+  /** \brief Counts a frame that shows nothing.
+   * \param[in] status why
+   * \param[in] is_decoded it was decoded, and failed behind that: the stream goes on
+   * \return whether an I-frame is wanted
+   */
+  bool
+  countFailed(io::CompressionStatus status, bool is_decoded);
 
   // Of decodeNext() alone.
   io::FrameDecoder decoder_;

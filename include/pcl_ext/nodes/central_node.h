@@ -50,7 +50,8 @@ enum class CentralNodeCode {
   InvalidSettings, ///< a setting is outside its range
   UnknownStream,   ///< there is no stream of this name
   StreamExists,    ///< there is one already
-  TooManyWaiting   ///< the frame was refused
+  TooManyWaiting,  ///< the frame was refused
+  OutOfMemory      ///< memory ran out; the frame was refused
 };
 
 /** \brief Outcome of an order to a CentralNode. */
@@ -85,6 +86,10 @@ using FrameListener = std::function<void(const ReceivedFrame&)>;
  * Each stream has a decoder of its own; its frames are decoded in the order in which they
  * are received. Streams that frames wait of take turns, a frame each, so that none waits
  * for the many frames of another. All members may be called by several threads at once.
+ *
+ * Memory that runs out while a frame is decoded, or whatever else is thrown then, is that
+ * frame's status, and the stream goes on. Memory that runs out in a call is thrown as
+ * std::bad_alloc, by receive() said as a status, and leaves the node as it was.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:
