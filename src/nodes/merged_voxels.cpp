@@ -69,7 +69,6 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
 void
 MergedVoxels::appendCentres(const io::VoxelFrame& frame)
 {
-  symbol_intensities_.setScale(frame.intensity_scale);
   const float margin = io::faceMargin(resolution_);
   io::VoxelCentres centres;
   for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
