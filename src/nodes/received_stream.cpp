@@ -77,16 +77,22 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
     status = caughtStatus<io::CompressionStatus>(io::CompressionCode::InputFailed);
   }
   const bool is_shown = status.ok();
-  const bool wants_i_frame = !is_shown && countFailed(std::move(status), is_decoded);
+  bool wants_i_frame = false;
+  // Only this thread changes what the listener is told, so that it may be read unlocked.
+  const io::CompressionStatus* told = &status;
+  if (status.code() == io::CompressionCode::OldFrame)
+    wants_i_frame = countDropped();
+  else if (!is_shown) {
+    wants_i_frame = countFailed(std::move(status), is_decoded);
+    told = &health_.last_failure;
+  }
 
-  static const io::CompressionStatus success;
   static const io::VoxelFrame no_voxels;
   static const io::CodedFrameStatistics no_statistics;
-  // Only this thread changes what it tells, so that it may read it unlocked.
   if (listener)
     listener({health_.name,
               is_shown ? latest_stamp_ : frame.stamp.value_or(Time(0)),
-              is_shown ? success : health_.last_failure,
+              *told,
               is_shown ? latest_ : no_voxels,
               is_shown ? decoder_.statistics() : no_statistics,
               wants_i_frame});
@@ -112,7 +118,6 @@ ReceivedStream::show(io::VoxelFrame& decoded,
   // The last that may throw.
   window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
   follow(coding.frame_number);
-  failures_in_a_row_ = 0;
   ++health_.frames_decoded;
   health_.voxels = coding.voxels;
   health_.kept_voxels = kept_.size();
@@ -179,7 +184,21 @@ ReceivedStream::follow(std::uint32_t frame_number)
   }
   last_number_ = frame_number;
   unnumbered_ = 0;
+  failures_in_a_row_ = 0;
+  dropped_in_a_row_ = 0;
   health_.in_sync = true;
+}
+
+bool
+ReceivedStream::countDropped()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++health_.frames_dropped;
+  // A sender that began again has old numbers; if its first frame was lost, all of what it
+  // sends is dropped until it is asked for an I-frame.
+  const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
+  health_.i_frame_requests += wants_i_frame ? 1 : 0;
+  return wants_i_frame;
 }
 
 bool
@@ -190,7 +209,6 @@ ReceivedStream::countFailed(io::CompressionStatus status, bool is_decoded)
   health_.last_failure = std::move(status);
   if (is_decoded) {
     follow(decoder_.statistics().frame_number);
-    failures_in_a_row_ = 0;
     return false;
   }
   const io::CompressionCode code = health_.last_failure.code();

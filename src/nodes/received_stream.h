@@ -170,6 +170,12 @@ private:
   void
   follow(std::uint32_t frame_number);
 
+  /** \brief Counts a frame that came late or twice, of which none is missing.
+   * \return whether an I-frame is wanted
+   */
+  bool
+  countDropped();
+
   /** \brief Counts a frame that shows nothing.
    * \param[in] status why
    * \param[in] is_decoded it was decoded, and failed behind that: the stream goes on
@@ -181,8 +187,10 @@ private:
   // Of decodeNext() alone.
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
-  io::VoxelFrame kept_;               // its memory and that of latest_ take turns
+  io::VoxelFrame kept_; // its memory and that of latest_ take turns
+  // Since the last frame that was decoded.
   std::size_t failures_in_a_row_ = 0; // of frames that need an I-frame behind them
+  std::size_t dropped_in_a_row_ = 0;
 
   std::atomic<float> min_intensity_;
 

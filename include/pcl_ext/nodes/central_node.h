@@ -66,7 +66,9 @@ struct ReceivedFrame {
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief The stream cannot go on without an I-frame; ask its sender for one. Said with
-   * the first frame that fails, and with every third after it until one is decoded. */
+   * the first frame that fails, and with every third after it until one is decoded; also
+   * with every third that comes late without one between that is decoded, as all frames of
+   * a sender that began again may look late. */
   bool wants_i_frame;
 };
 
