@@ -189,6 +189,11 @@ expectHealth(const HeldUpNode& held, const std::string& name, std::size_t frames
                 std::count_if(heard.begin(), heard.end(), [](const HeardFrame& frame) {
                   return frame.wants_i_frame;
                 })));
+  // Where memory ran out behind the decoder, the next frame does not lack this one.
+  for (std::size_t i = 0; i + 1 < frames; ++i)
+    if (heard[i].code == CompressionCode::OutOfMemory) {
+      EXPECT_EQ(heard[i].wants_i_frame, heard[i + 1].code != CompressionCode::Ok);
+    }
   const std::size_t failures = countOf(CompressionCode::OutOfMemory, heard);
   // What fails for want of the frame that failed before is told apart.
   EXPECT_EQ(health.frames_failed,

@@ -43,10 +43,22 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     voxelize(merged);
   }
   catch (...) {
-    voxelizer_.reset(); // it may remember half a cloud
+    giveBackMemory(); // the voxelizer may remember half a cloud, too
     merged = io::VoxelFrame();
     throw;
   }
+  if (memory_rule_.shouldGiveBack((coordinates_.size() + intensities_.size()) *
+                                  sizeof(float)))
+    giveBackMemory();
+}
+
+void
+MergedVoxels::giveBackMemory()
+{
+  voxelizer_.reset();
+  frame_ = io::VoxelFrame();
+  coordinates_ = std::vector<float>();
+  intensities_ = std::vector<float>();
 }
 
 void

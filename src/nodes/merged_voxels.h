@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/stream_health.h>
 
+#include "../compression/memory_rule.h"
 #include "received_stream.h"
 
 #include <optional>
@@ -34,6 +35,9 @@ public:
 
 private:
   void
+  giveBackMemory();
+
+  void
   appendCentres(const io::VoxelFrame& frame);
 
   void
@@ -42,6 +46,7 @@ private:
   double resolution_;
   std::optional<io::Voxelizer> voxelizer_; // made where it is used
 
+  io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
   io::SymbolIntensities symbol_intensities_;
   io::VoxelFrame frame_; // of the last stream that was added

@@ -12,6 +12,29 @@ namespace nodes {
 
 namespace {
 
+/** \brief What decoding a frame needs besides its stream's memory. All streams of a thread
+ * take turns with it, so that it stays in the thread's caches; each has memory of its own
+ * for what it keeps. */
+struct DecodingMemory {
+  io::CodingMemory coding;
+  io::VoxelFrame decoded;
+  io::MemoryRule rule; ///< for `decoded`
+};
+
+DecodingMemory&
+memoryOfThread()
+{
+  thread_local DecodingMemory memory;
+  return memory;
+}
+
+/** \brief Bytes that so many voxels take. */
+std::size_t
+bytesOf(std::size_t voxels)
+{
+  return voxels * (sizeof(std::uint64_t) + sizeof(std::uint16_t));
+}
+
 /** \brief True if bytes held no frame at all, so that none of the sender's is missing. */
 bool
 wasNoFrame(io::CompressionCode code)
@@ -60,18 +83,12 @@ ReceivedStream::endTurn()
 void
 ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 {
-  // All streams of a thread decode into the same memory, which then is in its caches; each
-  // has memory of its own for what it keeps.
-  thread_local io::VoxelFrame decoded;
   const auto start = std::chrono::steady_clock::now();
   const WaitingFrame frame = takeNext();
   io::CompressionStatus status;
   bool is_decoded = false;
   try {
-    status = decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded);
-    is_decoded = status.ok();
-    if (is_decoded)
-      show(decoded, frame, start, clock);
+    status = decode(frame, start, clock, is_decoded);
   }
   catch (...) {
     status = caughtStatus<io::CompressionStatus>(io::CompressionCode::InputFailed);
@@ -98,6 +115,35 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
               wants_i_frame});
 }
 
+io::CompressionStatus
+ReceivedStream::decode(const WaitingFrame& frame,
+                       std::chrono::steady_clock::time_point start,
+                       const Clock& clock,
+                       bool& is_decoded)
+{
+  DecodingMemory& memory = memoryOfThread();
+  io::VoxelFrame& decoded = memory.decoded;
+  const std::size_t capacity = decoded.keys.capacity();
+  io::CompressionStatus status =
+      decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
+  is_decoded = status.ok();
+  const std::size_t needed = bytesOf(decoded.size());
+  try {
+    if (is_decoded)
+      show(decoded, frame, start, clock);
+  }
+  catch (...) {
+    decoded = io::VoxelFrame();
+    kept_ = io::VoxelFrame();
+    throw;
+  }
+  // What a frame that fails has taken is more than any other needed.
+  const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
+  if (memory.rule.shouldGiveBack(needed) || is_too_large)
+    decoded = io::VoxelFrame();
+  return status;
+}
+
 void
 ReceivedStream::show(io::VoxelFrame& decoded,
                      const WaitingFrame& frame,
@@ -114,17 +160,26 @@ ReceivedStream::show(io::VoxelFrame& decoded,
   const Time now = clock();
   const io::CodedFrameStatistics& coding = decoder_.statistics();
 
-  const std::lock_guard<std::mutex> lock(mutex_);
-  // The last that may throw.
-  window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
-  follow(coding.frame_number);
-  ++health_.frames_decoded;
-  health_.voxels = coding.voxels;
-  health_.kept_voxels = kept_.size();
-  health_.outliers_removed = outliers;
-  health_.last_decoded = now;
-  std::swap(kept_, latest_);
-  latest_stamp_ = stamp;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // The last that may throw.
+    window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
+    follow(coding.frame_number);
+    ++health_.frames_decoded;
+    health_.voxels = coding.voxels;
+    health_.kept_voxels = kept_.size();
+    health_.outliers_removed = outliers;
+    health_.last_decoded = now;
+    std::swap(kept_, latest_);
+    latest_stamp_ = stamp;
+  }
+  // Of the frames that take turns either may be too large.
+  if (memory_rule_.shouldGiveBack(bytesOf(latest_.size())))
+    frames_to_give_back_ = 2;
+  if (frames_to_give_back_ == 0)
+    return;
+  --frames_to_give_back_;
+  kept_ = io::VoxelFrame();
 }
 
 std::size_t

@@ -6,6 +6,7 @@
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
+#include "../compression/memory_rule.h"
 #include "rate_window.h"
 
 #include <atomic>
@@ -145,6 +146,15 @@ private:
   WaitingFrame
   takeNext();
 
+  /** \brief Decodes a frame and shows it, or throws.
+   * \param[out] is_decoded as soon as it is
+   */
+  io::CompressionStatus
+  decode(const WaitingFrame& frame,
+         std::chrono::steady_clock::time_point start,
+         const Clock& clock,
+         bool& is_decoded);
+
   /** \brief Denoises a frame that was decoded and makes it the latest one, or throws and
    * leaves the latest one as it is. */
   void
@@ -187,7 +197,9 @@ private:
   // Of decodeNext() alone.
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
-  io::VoxelFrame kept_; // its memory and that of latest_ take turns
+  io::VoxelFrame kept_;                  // its memory and that of latest_ take turns
+  io::MemoryRule memory_rule_;           // for both
+  unsigned int frames_to_give_back_ = 0; // of them
   // Since the last frame that was decoded.
   std::size_t failures_in_a_row_ = 0; // of frames that need an I-frame behind them
   std::size_t dropped_in_a_row_ = 0;
