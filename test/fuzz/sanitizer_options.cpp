@@ -1,0 +1,14 @@
+/** \file
+ * How AddressSanitizer runs the fuzz targets.
+ */
+
+extern "C" const char*
+__asan_default_options();
+
+// A coder takes up to a few megabytes. A quarantine of the usual 256 MB would give every
+// input new pages, which takes several times longer than the input.
+extern "C" const char*
+__asan_default_options()
+{
+  return "quarantine_size_mb=8";
+}
