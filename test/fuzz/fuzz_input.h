@@ -5,19 +5,25 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 namespace pcl_ext {
 namespace fuzz {
 
-/** \brief Stops the program, which is how a fuzzer learns of a broken promise; the line is
- * in the sanitizer's stack trace. */
+/** \brief Stops the program, which is how a fuzzer learns of a broken promise.
+ * \param[in] line where the promise is, for the message
+ */
 inline void
-require(bool condition)
+require(bool condition,
+        int line = __builtin_LINE(),
+        const char* file = __builtin_FILE())
 {
-  if (!condition)
-    std::abort();
+  if (condition)
+    return;
+  std::fprintf(stderr, "%s:%d: a promise is broken\n", file, line);
+  std::abort();
 }
 
 /** \brief Takes numbers off the front of an input; gives zeros behind its end. */
