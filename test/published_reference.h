@@ -125,23 +125,40 @@ public:
    * \param[in] resolution voxel edge, metres, > 0
    * \param[in] crop_min, crop_max corners of the crop box, metres. PCL centres its
    * cube on this box, so its grid is in general *not* anchored at the world's origin.
+   * Both zero, as the authors' program has them when it shall not crop: two voxels an
+   * axis, which PCL enlarges point by point.
    * \param[in] i_frame_rate frames from one I-frame to the next, >= 1
    */
   PublishedReference(double resolution,
                      const Eigen::Vector3d& crop_min,
                      const Eigen::Vector3d& crop_max,
                      unsigned int i_frame_rate)
-  : published::IntensityOctree(resolution), i_frame_rate_(i_frame_rate)
+  : published::IntensityOctree(resolution)
+  , crop_min_(crop_min)
+  , crop_max_(crop_max)
+  , i_frame_rate_(i_frame_rate)
   {
     if (i_frame_rate == 0)
       throw std::invalid_argument("PublishedReference: i_frame_rate is 0");
+    restart();
+  }
+
+  /** \brief What the authors' encoder does with an empty cloud instead of sending a frame:
+   * it forgets the octree, and with it how far PCL has enlarged it. The next frame is an
+   * I-frame. */
+  void
+  restart()
+  {
+    const double resolution = getResolution();
+    deleteTree();
     setResolution(resolution);
-    defineBoundingBox(crop_min.x(),
-                      crop_min.y(),
-                      crop_min.z(),
-                      crop_max.x(),
-                      crop_max.y(),
-                      crop_max.z());
+    defineBoundingBox(crop_min_.x(),
+                      crop_min_.y(),
+                      crop_min_.z(),
+                      crop_max_.x(),
+                      crop_max_.y(),
+                      crop_max_.z());
+    restarts_ = true;
   }
 
   /** \brief Encode the next frame of the stream.
@@ -158,8 +175,9 @@ public:
       if (pcl::isFinite(point))
         addPoint(point);
 
-    const bool is_i_frame = frame_count_ % i_frame_rate_ == 0 || getLeafCount() == 0 ||
-                            getTreeDepth() != depth_before;
+    const bool is_i_frame = restarts_ || frame_count_ % i_frame_rate_ == 0 ||
+                            getLeafCount() == 0 || getTreeDepth() != depth_before;
+    restarts_ = false;
     ++frame_count_;
 
     std::ostringstream stream(std::ios::binary);
@@ -174,6 +192,9 @@ public:
     std::vector<char> occupancy;
     intensities_.clear();
     serializeTree(occupancy, !is_i_frame);
+    has_empty_branch_ =
+        is_i_frame && leaf_count_of_frame_ > 0 &&
+        std::find(occupancy.begin(), occupancy.end(), 0) != occupancy.end();
     writeCoded(stream, occupancy);
     writeCoded(stream, intensities_);
     switchBuffers();
@@ -185,6 +206,14 @@ public:
   leafCount() const
   {
     return leaf_count_of_frame_;
+  }
+
+  /** \brief True if the frame that was encoded last is an I-frame with voxels and a branch
+   * that has none below it. */
+  bool
+  hasEmptyBranch() const
+  {
+    return has_empty_branch_;
   }
 
 private:
@@ -228,9 +257,13 @@ private:
     intensities_.push_back(leaf.byte());
   }
 
+  const Eigen::Vector3d crop_min_;
+  const Eigen::Vector3d crop_max_;
   const unsigned int i_frame_rate_;
+  bool restarts_ = false; // with the next frame
   std::uint32_t frame_count_ = 0;
   std::size_t leaf_count_of_frame_ = 0;
+  bool has_empty_branch_ = false;
   std::vector<char> intensities_;
   pcl::StaticRangeCoder range_coder_;
 };

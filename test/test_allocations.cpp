@@ -139,7 +139,6 @@ TEST(Allocations, CompandingTakesNoneWhileTheScaleStays)
     for (std::size_t i = 0; i < 10; ++i) {
       memory_count.reset();
       voxelizer.voxelize(view, i % 3 == 0, frame);
-      symbol_intensities.setScale(frame.intensity_scale);
       voxelCentres(frame, symbol_intensities, 0, centres);
       allocations += i < 3 ? 0 : memory_count.allocations;
     }

@@ -227,7 +227,7 @@ TEST(ForgedStreams, PFramesThatDoNotFit)
         decoded(decoder, putTogetherSized(parts, reference), back);
     // Whatever it was, the stream goes on behind the last good frame.
     EXPECT_EQ(decoded(decoder, p_frame, back),
-              result == CompressionCode::Ok ? CompressionCode::MissingReference
+              result == CompressionCode::Ok ? CompressionCode::OldFrame
                                             : CompressionCode::Ok);
     return result;
   };
@@ -247,10 +247,13 @@ TEST(ForgedStreams, PFramesThatDoNotFit)
   parts = good;
   parts.header.stamp = std::numeric_limits<std::int64_t>::min();
   EXPECT_EQ(code(parts), CompressionCode::Corrupt);
-  for (const std::uint32_t number : {0u, 1u, 3u, 0xffffffffu}) {
+  parts = good;
+  parts.header.frame_number = 3;
+  EXPECT_EQ(code(parts), CompressionCode::MissingReference);
+  for (const std::uint32_t number : {0u, 1u, 0xffffffffu}) {
     parts = good;
     parts.header.frame_number = number;
-    EXPECT_EQ(code(parts), CompressionCode::MissingReference) << number;
+    EXPECT_EQ(code(parts), CompressionCode::OldFrame) << number;
   }
   for (const int change : {-1, 1}) {
     parts = good;
@@ -431,10 +434,12 @@ TEST(ForgedStreams, PublishedTreesThatAreNone)
   };
   EXPECT_EQ(code({0}, 0), CompressionCode::Ok); // the empty frame
   EXPECT_EQ(code({0x03, 0x01, 0x80}, 2), CompressionCode::Ok);
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 1), CompressionCode::Ok); // a branch of none
+  EXPECT_EQ(code({0x03, 0x00, 0x00}, 0), CompressionCode::Ok);
   EXPECT_EQ(code({}, 0), CompressionCode::Corrupt);
   EXPECT_EQ(code({0, 0}, 0), CompressionCode::Corrupt);
   EXPECT_EQ(code({0}, 1), CompressionCode::Corrupt);
-  EXPECT_EQ(code({0x03, 0x01, 0x00}, 1), CompressionCode::Corrupt); // a barren node
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 2), CompressionCode::Corrupt);
   EXPECT_EQ(code({0x03, 0x01}, 1), CompressionCode::Corrupt);       // a missing one
   EXPECT_EQ(code({0x01, 0x01, 0x01}, 1), CompressionCode::Corrupt); // one too many
   EXPECT_EQ(code({0x03, 0x01, 0x80}, 3), CompressionCode::Corrupt);

@@ -33,11 +33,12 @@ struct Attack {
     if (has_depth_model)
       settings.depth_model = roomDepthModel(settings.depth, bits);
     RoomStream room(settings);
+    CodingWorkspace work;
     PayloadCoders encoder;
     for (std::size_t i = 0; i < 5; ++i) {
       frames.push_back(room.next());
       payloads.emplace_back();
-      encoder.of(effort).encode(frames.back(), isIFrame(i), payloads.back());
+      encoder.of(effort).encode(work, frames.back(), isIFrame(i), payloads.back());
     }
   }
 
@@ -73,8 +74,17 @@ struct Attack {
     PayloadSizes sizes;
     memory_count.reset();
     const std::size_t before = memory_count.live;
-    const bool is_good = decoder.of(effort).decode(
-        exact.data(), exact.data() + exact.size(), count, on_i_frame, back, sizes);
+    CodingWorkspace work;
+    PayloadCoder& coder = decoder.of(effort);
+    const bool is_good = coder.decode(work,
+                                      exact.data(),
+                                      exact.data() + exact.size(),
+                                      count,
+                                      on_i_frame,
+                                      back,
+                                      sizes);
+    if (is_good)
+      coder.learn();
     EXPECT_LE(memory_count.peak - before, std::size_t{1} << 22);
     if (is_good) {
       EXPECT_TRUE(isConsistent(back));
@@ -231,12 +241,18 @@ TEST(HostilePayloads, ADeepGridOfTheMostVoxelsEndsSoon)
   // The dearest payload: no bytes, all decisions as they come, 19 levels above blocks.
   for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
     for (const std::uint8_t byte : Bytes{0, 0xff}) {
+      CodingWorkspace work;
       PayloadCoders decoder;
       VoxelFrame back = emptyFrame(21);
       PayloadSizes sizes;
       const Bytes payload(100000, byte);
-      EXPECT_FALSE(decoder.of(effort).decode(
-          payload.data(), payload.data() + payload.size(), 1 << 17, true, back, sizes));
+      EXPECT_FALSE(decoder.of(effort).decode(work,
+                                             payload.data(),
+                                             payload.data() + payload.size(),
+                                             1 << 17,
+                                             true,
+                                             back,
+                                             sizes));
     }
 }
 

@@ -33,7 +33,7 @@ const std::vector<InvalidFile> files{
     {"wrong_checksum", CompressionCode::Corrupt, "frame 1 contradicts its checksum"},
     {"unknown_version", CompressionCode::UnsupportedVersion, "stream version 2"},
     {"unknown_coder", CompressionCode::Corrupt, "unknown flags"},
-    {"p_frame_alone", CompressionCode::MissingReference, "none has been decoded"},
+    {"p_frame_alone", CompressionCode::MissingReference, "none is known"},
     {"too_many_voxels", CompressionCode::LimitExceeded, "1099511627776 voxels"},
     {"voxels_without_end", CompressionCode::LimitExceeded, "more than the limit"},
     {"too_many_bytes", CompressionCode::LimitExceeded, "a payload of more bytes"},

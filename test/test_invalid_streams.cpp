@@ -153,6 +153,7 @@ TEST_F(InvalidStreams, EveryFlipIsRefusedOrHarmless)
         ASSERT_EQ(stream.format, StreamFormat::Published) << "bit " << bit;
         ASSERT_TRUE(looksLike(back, expected)) << "bit " << bit;
         ++harmless[publishedField(bit / 8, is_i_frame)];
+        decoder = FrameDecoder();
         ASSERT_EQ(decodedExact(decoder, stream.i_frame, back), CompressionCode::Ok);
       }
       // No flip has touched the history.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -15,7 +16,7 @@ using pcl_ext::ScalarLanes;
 
 /** \brief What a computation leaves in memory, bit by bit, for either kind of lanes. */
 struct Result {
-  std::array<std::array<std::uint32_t, 4>, 20> lanes{};
+  std::array<std::array<std::uint32_t, 4>, 15> lanes{};
   std::array<unsigned int, 3> masks{};
   std::array<std::uint64_t, 4> pairs{};
 
@@ -31,6 +32,11 @@ Result
 compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>& bytes)
 {
   using L = LanesT;
+  // What is no integer may become any.
+  std::array<float, 16> small_points;
+  std::transform(points.begin(), points.end(), small_points.begin(), [](float value) {
+    return std::isnan(value) ? -1e6f : std::clamp(value, -1e6f, 1e6f);
+  });
   Result result;
   std::size_t next = 0;
   const auto keepFloats = [&](const typename L::Floats& values) {
@@ -58,17 +64,17 @@ compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>&
   keepFloats(L::add(x, y));
   keepFloats(L::subtract(x, y));
   keepFloats(L::multiply(x, y));
-  keepFloats(L::min(x, y));
-  keepFloats(L::max(x, y));
   keepFloats(L::absolute(x));
-  keepFloats(L::where(L::less(x, y), z));
-  keepFloats(L::select(L::lessOrEqual(x, y), y, z));
-  const typename L::Floats small = L::min(L::max(x, L::all(-1e6f)), L::all(1e6f));
-  const typename L::Ints whole = L::round(small);
+  typename L::Floats small[3];
+  L::loadPoints(reinterpret_cast<const unsigned char*>(small_points.data()),
+                4 * sizeof(float),
+                small[0],
+                small[1],
+                small[2]);
+  const typename L::Ints whole = L::round(small[0]);
   keepInts(whole);
   keepFloats(L::toFloats(whole));
-  const typename L::Ints other = L::round(L::min(L::absolute(y), L::all(1e6f)));
-  keepInts(L::add(whole, other));
+  const typename L::Ints other = L::round(L::absolute(small[1]));
   keepInts(L::subtract(whole, other));
   keepInts(L::bitAnd(whole, other));
   keepInts(L::bitOr(whole, L::all(0x10)));

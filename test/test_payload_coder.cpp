@@ -33,7 +33,7 @@ public:
   encode(const VoxelFrame& frame, bool is_i_frame)
   {
     Bytes payload;
-    sizes_ = encoder_.of(effort_).encode(frame, is_i_frame, payload);
+    sizes_ = encoder_.of(effort_).encode(work_, frame, is_i_frame, payload);
     EXPECT_EQ(sizes_.occupancy + sizes_.intensity, payload.size());
     return payload;
   }
@@ -61,9 +61,16 @@ public:
     back.keys = {1, 2, 3};
     back.intensities = {9, 9};
     PayloadSizes sizes;
-    const bool is_good = decoder_.of(effort_).decode(
-        copy.data(), copy.data() + copy.size(), voxel_count, is_i_frame, back, sizes);
+    PayloadCoder& coder = decoder_.of(effort_);
+    const bool is_good = coder.decode(work_,
+                                      copy.data(),
+                                      copy.data() + copy.size(),
+                                      voxel_count,
+                                      is_i_frame,
+                                      back,
+                                      sizes);
     if (is_good) {
+      coder.learn();
       EXPECT_TRUE(isConsistent(back));
       EXPECT_EQ(back.size(), voxel_count);
       EXPECT_EQ(sizes.occupancy + sizes.intensity, payload.size());
@@ -81,11 +88,12 @@ public:
     expectSameFrame(back, frame);
     EXPECT_EQ(decoded_sizes_.occupancy, sizes_.occupancy);
     EXPECT_EQ(decoder_.of(effort_).recordCount(), encoder_.of(effort_).recordCount());
-    EXPECT_EQ(decoder_.of(effort_).knownVoxels(frame), frame.size());
+    EXPECT_EQ(decoder_.of(effort_).knownVoxels(work_, frame), frame.size());
   }
 
 private:
   Effort effort_;
+  CodingWorkspace work_; // which streams, and both ends of one, may share
   PayloadCoders encoder_;
   PayloadCoders decoder_;
   PayloadSizes sizes_;
@@ -202,6 +210,7 @@ TEST_P(PayloadCoding, RoomsComeBack)
 
 TEST_P(PayloadCoding, PayloadsAreAppended)
 {
+  CodingWorkspace work;
   std::mt19937_64 random(1);
   PayloadCoders one;
   PayloadCoders other;
@@ -210,8 +219,8 @@ TEST_P(PayloadCoding, PayloadsAreAppended)
     Bytes alone;
     const Bytes before(below(random, 40), 0xff);
     Bytes appended = before;
-    one.of(GetParam()).encode(frame, i == 0, alone);
-    other.of(GetParam()).encode(frame, i == 0, appended);
+    one.of(GetParam()).encode(work, frame, i == 0, alone);
+    other.of(GetParam()).encode(work, frame, i == 0, appended);
     Bytes expected = before;
     append(alone, expected);
     ASSERT_EQ(appended, expected);
@@ -250,46 +259,93 @@ TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
   }
 }
 
+TEST_P(PayloadCoding, ADiscardedFrameHasNotBeen)
+{
+  for (const bool has_depth_model : {false, true}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 12;
+    if (has_depth_model)
+      settings.depth_model = roomDepthModel(6, 8);
+    RoomStream room(settings);
+    CodingWorkspace work;
+    PayloadCoders encoders;
+    PayloadCoders decoders;
+    PayloadCoder& encoder = encoders.of(GetParam());
+    PayloadCoder& decoder = decoders.of(GetParam());
+    for (int i = 0; i < 14; ++i) {
+      // Every seventh frame is an I-frame, and the second one of these is empty.
+      VoxelFrame frame = room.next();
+      if (i == 7) {
+        frame.keys.clear();
+        frame.intensities.clear();
+      }
+      Bytes payload;
+      encoder.encode(work, frame, i % 7 == 0, payload);
+      for (const bool is_kept : {false, true}) {
+        VoxelFrame back = frame;
+        PayloadSizes sizes;
+        ASSERT_TRUE(decoder.decode(work,
+                                   payload.data(),
+                                   payload.data() + payload.size(),
+                                   frame.size(),
+                                   i % 7 == 0,
+                                   back,
+                                   sizes))
+            << i;
+        expectSameFrame(back, frame);
+        if (is_kept)
+          decoder.learn();
+        else
+          decoder.discard();
+      }
+    }
+  }
+}
+
 TEST_P(PayloadCoding, WhatWasLearntIsForgottenAtAnIFrame)
 {
+  CodingWorkspace work;
   RoomStream room({});
   PayloadCoders old;
   for (int i = 0; i < 10; ++i) {
     Bytes payload;
-    old.of(GetParam()).encode(room.next(), i == 0, payload);
+    old.of(GetParam()).encode(work, room.next(), i == 0, payload);
   }
   PayloadCoders fresh;
   for (int i = 0; i < 3; ++i) {
     const VoxelFrame frame = room.next();
     Bytes of_old;
     Bytes of_fresh;
-    old.of(GetParam()).encode(frame, i == 0, of_old);
-    fresh.of(GetParam()).encode(frame, i == 0, of_fresh);
+    old.of(GetParam()).encode(work, frame, i == 0, of_old);
+    fresh.of(GetParam()).encode(work, frame, i == 0, of_fresh);
     EXPECT_EQ(of_old, of_fresh);
   }
 }
 
 TEST_P(PayloadCoding, KnownVoxelsAreCounted)
 {
+  CodingWorkspace work;
   PayloadCoders coders;
   PayloadCoder& coder = coders.of(GetParam());
   VoxelFrame frame = emptyFrame(4);
   frame.keys = {0, 1, 64, 200, 4095};
   frame.intensities.assign(5, 1);
-  EXPECT_EQ(coder.knownVoxels(frame), 0u);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
   EXPECT_EQ(coder.recordCount(), 0u);
   Bytes payload;
-  coder.encode(frame, true, payload);
-  EXPECT_EQ(coder.knownVoxels(frame), 5u);
+  coder.encode(work, frame, true, payload);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 5u);
   EXPECT_EQ(coder.recordCount(), 5u);
   frame.keys = {1, 2, 65, 200, 4094};
-  EXPECT_EQ(coder.knownVoxels(frame), 2u);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 2u);
   frame.keys.clear();
-  EXPECT_EQ(coder.knownVoxels(frame), 0u);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
 }
 
 TEST(PayloadCoder, EffortsShareNoState)
 {
+  CodingWorkspace work;
   // A new effort begins with an I-frame, and what the other one learnt is not in it.
   RoomStream room({});
   PayloadCoders encoder;
@@ -300,15 +356,17 @@ TEST(PayloadCoder, EffortsShareNoState)
     for (int i = 0; i < 4; ++i) {
       const VoxelFrame frame = room.next();
       Bytes payload;
-      encoder.of(effort).encode(frame, i == 0, payload);
+      encoder.of(effort).encode(work, frame, i == 0, payload);
       VoxelFrame back = frame;
       PayloadSizes sizes;
-      ASSERT_TRUE(fresh.of(effort).decode(payload.data(),
+      ASSERT_TRUE(fresh.of(effort).decode(work,
+                                          payload.data(),
                                           payload.data() + payload.size(),
                                           frame.size(),
                                           i == 0,
                                           back,
                                           sizes));
+      fresh.of(effort).learn();
       expectSameFrame(back, frame);
     }
   }

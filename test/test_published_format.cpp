@@ -1,13 +1,11 @@
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "published_reference.h"
-#include "voxel_frames.h"
+#include "published_streams.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <random>
 #include <sstream>
@@ -22,58 +20,6 @@ using pcl_ext::IntensityUnit;
 using pcl_ext::PublishedReference;
 using pcl_ext::PublishedReferenceDecoder;
 
-using Cloud = pcl::PointCloud<pcl::PointXYZI>;
-
-std::string
-textOf(const Bytes& bytes)
-{
-  return {bytes.begin(), bytes.end()};
-}
-
-Bytes
-bytesOf(const std::string& text)
-{
-  return {text.begin(), text.end()};
-}
-
-float
-uniform(std::mt19937_64& random, double low, double high)
-{
-  return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) *
-                                      0x1p-53);
-}
-
-/** \brief Points in a box, a few of them on its faces; intensities are whole numbers,
- * so that no order of adding them up rounds. */
-Cloud
-randomCloud(std::mt19937_64& random, const BoundingBox& box, std::size_t count)
-{
-  Cloud cloud;
-  for (std::size_t i = 0; i < count; ++i) {
-    pcl::PointXYZI point;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      point.data[axis] = uniform(random, box.min[axis], box.max[axis]);
-    if (i % 50 == 0) { // the first float within the box
-      point.x = static_cast<float>(box.min[0]);
-      if (double{point.x} < box.min[0])
-        point.x = std::nextafter(point.x, static_cast<float>(box.max[0]));
-    }
-    point.intensity = static_cast<float>(below(random, 1 + below(random, 100)));
-    cloud.push_back(point);
-  }
-  return cloud;
-}
-
-/** \brief The cloud of the frame before, most points moved by less than a voxel. */
-void
-shake(std::mt19937_64& random, const BoundingBox& box, Cloud& cloud)
-{
-  const Cloud fresh = randomCloud(random, box, cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (below(random, 5) == 0)
-      cloud[i] = fresh[i];
-}
-
 PointView
 viewOf(const Cloud& cloud)
 {
@@ -84,20 +30,6 @@ viewOf(const Cloud& cloud)
       sizeof(pcl::PointXYZI) / sizeof(float);
   view.count = cloud.size();
   return view;
-}
-
-/** \brief Voxels and intensities, their order and the floats of the positions. */
-void
-expectSameCloud(const VoxelFrame& frame, const Cloud& expected)
-{
-  ASSERT_EQ(frame.size(), expected.size());
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const VoxelPosition position = voxelPosition(frame.keys[i]);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(0, position.x)), expected[i].x);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(1, position.y)), expected[i].y);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(2, position.z)), expected[i].z);
-    ASSERT_EQ(frame.intensity_scale.value(frame.intensities[i]), expected[i].intensity);
-  }
 }
 
 /** \brief The bytes but for the octree's box: its corners are sums that PCL and this
@@ -137,12 +69,6 @@ scenes()
           {0.01, {{12.3456, -0.5, -0.5}, {12.5, 0.0, 0.123}}, 500},
           {1.0, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}}, 4},
           {0.25, {{0.0, 0.0, 0.0}, {4.0, 4.0, 4.0}}, 20000}};
-}
-
-Eigen::Vector3d
-corner(const std::array<double, 3>& coordinates)
-{
-  return {coordinates[0], coordinates[1], coordinates[2]};
 }
 
 IntensityCompressionSettings

@@ -10,8 +10,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -47,6 +50,7 @@ rows()
   for (int i = 0; i < 9; ++i)
     rows.back().insert(rows.back().end(), all.begin(), all.end());
   rows.push_back(all);
+  rows.emplace_back(65281, std::uint8_t{255}); // the smallest table of those scaled
   for (const std::size_t count : {2u,
                                   254u,
                                   255u,
@@ -57,6 +61,7 @@ rows()
                                   32768u,
                                   65279u,
                                   65280u,
+                                  65281u,
                                   65536u,
                                   70001u,
                                   200000u}) {
@@ -161,6 +166,48 @@ TEST(StaticRangeCoder, FlipsTruncationsAndWrongCountsAreRefused)
       EXPECT_FALSE(decodesRange(bytes, row.size() - 1, symbols, failure));
     }
   }
+}
+
+TEST(StaticRangeCoder, CountsThatContradictTheTableCostNothing)
+{
+  constexpr std::size_t table_size = 257 * 4;
+  const auto consumed = [](const Bytes& bytes, std::size_t count) {
+    MemoryBuffer buffer(bytes.data(), bytes.size());
+    ByteSource source(buffer, bytes.size() + 1);
+    Bytes symbols;
+    EXPECT_FALSE(decodeStaticRange(source, count, symbols));
+    EXPECT_EQ(source.failure(), Failure::None);
+    EXPECT_TRUE(symbols.empty());
+    return source.consumed();
+  };
+  for (const Bytes& row : {Bytes{},
+                           Bytes{3},
+                           Bytes{3, 3},
+                           Bytes(30, 9),
+                           randomRow(8, 300, 3, 1.0),
+                           randomRow(9, 30000, 200, 2.0)}) {
+    Bytes bytes;
+    encodeStaticRange(row, bytes);
+    const std::size_t seen = std::set<std::uint8_t>(row.begin(), row.end()).size();
+    const std::size_t total = row.size() + 256 - seen;
+    std::vector<std::size_t> counts{
+        total + 1, 2 * total, 65281, std::numeric_limits<std::size_t>::max()};
+    std::size_t certain = 0; // occurrences of symbols that occur twice or more
+    for (const std::uint8_t symbol : std::set<std::uint8_t>(row.begin(), row.end())) {
+      const auto count = std::count(row.begin(), row.end(), symbol);
+      certain += count > 1 ? static_cast<std::size_t>(count) : 0;
+    }
+    if (certain > 0) {
+      counts.push_back(certain - 1);
+      counts.push_back(0);
+    }
+    for (const std::size_t count : counts)
+      EXPECT_EQ(consumed(bytes, count), table_size) << row.size() << ", " << count;
+  }
+  // A table that was scaled tells at least that.
+  Bytes bytes;
+  encodeStaticRange(Bytes(65281, 255), bytes);
+  EXPECT_EQ(consumed(bytes, 65280), table_size);
 }
 
 } // namespace

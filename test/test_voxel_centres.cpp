@@ -38,11 +38,9 @@ randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
 }
 
 void
-expectCentres(const VoxelFrame& frame)
+expectCentres(const VoxelFrame& frame, SymbolIntensities& symbol_intensities)
 {
   VoxelCentres centres;
-  SymbolIntensities symbol_intensities;
-  symbol_intensities.setScale(frame.intensity_scale);
   std::size_t next = 0;
   while (next < frame.size()) {
     const std::size_t count = voxelCentres(frame, symbol_intensities, next, centres);
@@ -58,6 +56,13 @@ expectCentres(const VoxelFrame& frame)
     }
   }
   EXPECT_EQ(voxelCentres(frame, symbol_intensities, frame.size(), centres), 0u);
+}
+
+void
+expectCentres(const VoxelFrame& frame)
+{
+  SymbolIntensities symbol_intensities;
+  expectCentres(frame, symbol_intensities);
 }
 
 TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
@@ -77,6 +82,19 @@ TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
       symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
     ASSERT_TRUE(isConsistent(frame));
     expectCentres(frame);
+  }
+}
+
+TEST(VoxelCentres, IntensitiesAreThoseOfTheFrameWhateverCameBefore)
+{
+  SymbolIntensities symbol_intensities;
+  for (const std::uint32_t range : {0u, 254u, 300u, 0u, 300u, 254u, 254u}) {
+    VoxelFrame frame = randomFrame(range, 5, 100);
+    frame.intensity_scale = {0.5f, 2.0f, 4, range};
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+    ASSERT_TRUE(isConsistent(frame));
+    expectCentres(frame, symbol_intensities);
   }
 }
 

@@ -36,7 +36,6 @@ centresOf(const io::VoxelFrame& frame)
 {
   Centres::Ptr cloud(new Centres);
   io::SymbolIntensities symbol_intensities;
-  symbol_intensities.setScale(frame.intensity_scale);
   io::VoxelCentres centres;
   for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
     const std::size_t count =

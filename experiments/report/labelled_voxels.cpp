@@ -15,7 +15,6 @@ std::vector<LabelledVoxel>
 voxelsAtCentres(const io::VoxelFrame& frame)
 {
   io::SymbolIntensities intensities;
-  intensities.setScale(frame.intensity_scale);
   std::vector<LabelledVoxel> voxels(frame.size());
   io::VoxelCentres centres;
   for (std::size_t begin = 0; begin < frame.size();) {

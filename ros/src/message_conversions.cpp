@@ -99,7 +99,6 @@ toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
   describeVoxels(header, frame.size(), message);
   message.data.resize(std::size_t{message.row_step});
   pcl_ext::io::SymbolIntensities symbol_intensities;
-  symbol_intensities.setScale(frame.intensity_scale);
   VoxelCentres centres;
   std::uint8_t* output = message.data.data();
   for (std::size_t begin = 0; begin < frame.size(); begin += VoxelCentres::most) {

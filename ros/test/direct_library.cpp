@@ -58,7 +58,6 @@ Voxels
 voxelsIn(const io::VoxelFrame& frame)
 {
   io::SymbolIntensities symbol_intensities;
-  symbol_intensities.setScale(frame.intensity_scale);
   io::VoxelCentres centres;
   Voxels voxels;
   for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {

@@ -1,6 +1,7 @@
 #include "byte_source.h"
 
 #include <algorithm>
+#include <ios>
 #include <limits>
 
 namespace pcl_ext {
@@ -22,12 +23,31 @@ ByteSource::varint()
   return invalid;
 }
 
+bool
+ByteSource::mayHold(std::size_t size)
+{
+  try {
+    const auto position = buffer_.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+    if (position < 0)
+      return true;
+    const auto end = buffer_.pubseekoff(0, std::ios_base::end, std::ios_base::in);
+    buffer_.pubseekpos(position, std::ios_base::in);
+    return end < position ||
+           static_cast<std::uint64_t>(end - position) >= std::uint64_t{size};
+  }
+  catch (...) {
+    return true; // some say so that they cannot seek
+  }
+}
+
 void
 ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
 {
   constexpr std::size_t largest_step = std::size_t{1} << 16;
   if (size > remaining_)
     fail(Failure::LimitExceeded);
+  else if (size > largest_step && failure_ == Failure::None && !mayHold(size))
+    fail(Failure::EndOfInput);
   while (size > 0 && failure_ == Failure::None) {
     const std::size_t step = std::min(size, largest_step);
     const std::size_t old_size = bytes.size();

@@ -110,7 +110,8 @@ public:
   }
 
   /** \brief Appends bytes to a vector; its memory grows with what really arrives, not
-   * with what was asked for. */
+   * with what was asked for. Many bytes are not read at all where the buffer can tell that
+   * it ends before them. */
   void
   read(std::size_t size, std::vector<std::uint8_t>& bytes);
 
@@ -136,6 +137,10 @@ public:
   }
 
 private:
+  /** \brief False if the buffer can seek and ends before so many bytes. */
+  bool
+  mayHold(std::size_t size);
+
   void
   fail(Failure failure)
   {

@@ -3,7 +3,6 @@
 #include "nibble_rans.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -82,10 +81,10 @@ ClassedRow::encode(bool is_first,
 {
   if (is_first)
     models_ = Models();
-  numbers_.assign(numbers.begin(), numbers.end());
-  NibbleEncoder coder(steps_);
-  code(coder, models_, classes, numbers_.data());
-  coder.finish(interleaving(numbers.size()), words_, bytes);
+  work_.numbers.assign(numbers.begin(), numbers.end());
+  NibbleEncoder coder(work_.steps);
+  code(coder, models_, classes, work_.numbers.data());
+  coder.finish(interleaving(numbers.size()), work_.words, bytes);
 }
 
 bool
@@ -97,18 +96,9 @@ ClassedRow::decode(const std::uint8_t* begin,
 {
   next_models_ = is_first ? Models() : models_;
   numbers.resize(classes.size());
-  NibbleDecoder coder(begin, end, interleaving(classes.size()), bytes_);
-  if (coder.isOverrun() || !code(coder, next_models_, classes, numbers.data()) ||
-      !coder.isAtEnd())
-    return false;
-  std::swap(models_, next_models_);
-  return true;
-}
-
-void
-ClassedRow::discard()
-{
-  std::swap(models_, next_models_);
+  NibbleDecoder coder(begin, end, interleaving(classes.size()), work_.bytes);
+  return !coder.isOverrun() && code(coder, next_models_, classes, numbers.data()) &&
+         coder.isAtEnd();
 }
 
 } // namespace io

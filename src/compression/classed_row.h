@@ -32,13 +32,13 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Reads a row and learns it.
+  /** \brief Reads a row; learn() makes it known.
    * \param[in] begin first byte
    * \param[in] end behind the last byte
    * \param[in] is_first as for `encode`
    * \param[in] classes as for `encode`; their number is that of the row
    * \param[out] numbers the row
-   * \return false if the bytes are not what `encode` writes; nothing is learnt then
+   * \return false if the bytes are not what `encode` writes
    */
   bool
   decode(const std::uint8_t* begin,
@@ -47,16 +47,26 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint16_t>& numbers);
 
+  /** \brief Learns the row that was decoded last. */
+  void
+  learn() noexcept
+  {
+    models_ = next_models_;
+  }
+
+  /** \brief Gives back the memory that what was learnt does not need. */
+  void
+  giveBackMemory()
+  {
+    work_ = Workspace();
+  }
+
   /** \brief Forgets all rows, as at an I-frame. */
   void
-  reset()
+  reset() noexcept
   {
     models_ = Models();
   }
-
-  /** \brief Forgets the row that was decoded last, as if it had not been. */
-  void
-  discard();
 
 private:
   struct Models {
@@ -73,10 +83,14 @@ private:
 
   Models models_;
   Models next_models_;
-  std::vector<std::uint16_t> numbers_;
-  std::vector<std::uint32_t> steps_;
-  std::vector<std::uint16_t> words_;
-  std::vector<std::uint8_t> bytes_;
+  /** \brief What is needed for the current row; a member so that its memory is reused. */
+  struct Workspace {
+    std::vector<std::uint16_t> numbers;
+    std::vector<std::uint32_t> steps;
+    std::vector<std::uint16_t> words;
+    std::vector<std::uint8_t> bytes;
+  };
+  Workspace work_;
 };
 
 } // namespace io

@@ -3,7 +3,6 @@
 #include "binary_range_coder.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -135,15 +134,12 @@ ContextCoder::decodeWith(const PayloadContext& context,
   if (context.depth_model != nullptr)
     intensities.split.begin(
         *context.depth_model, frame, context.history, context.maxSymbol());
-  if (!codeRests(coding,
-                 trial_models_.intensity,
-                 workspace_.directory,
-                 context,
-                 intensities) ||
-      !coding.side().isAtEnd())
-    return false;
-  std::swap(models_, trial_models_);
-  return true;
+  return codeRests(coding,
+                   trial_models_.intensity,
+                   workspace_.directory,
+                   context,
+                   intensities) &&
+         coding.side().isAtEnd();
 }
 
 std::size_t

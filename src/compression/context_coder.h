@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -37,7 +38,7 @@ public:
          CodedIntensities& intensities,
          std::vector<std::uint8_t>& payload);
 
-  /** \brief Reads back what encode wrote. A failure leaves what was learnt as it was.
+  /** \brief Reads back what encode wrote; learn() makes it known.
    * \param[in] context as for encode
    * \param[in] begin first byte
    * \param[in] end end of the payload, all of which must be used
@@ -56,12 +57,27 @@ public:
          CodedIntensities& intensities,
          std::size_t& occupancy_bytes);
 
-  /** \brief Learns an I-frame without voxels, which has no payload: forgets all that was
-   * learnt before. */
+  /** \brief For an I-frame without voxels, which has no payload: prepares to forget all that
+   * was learnt; learn() does it. */
   void
-  learnEmptyIFrame()
+  prepareToForget()
   {
-    models_ = fresh_models_;
+    trial_models_ = fresh_models_;
+  }
+
+  /** \brief Learns the frame that was decoded last. */
+  void
+  learn() noexcept
+  {
+    std::swap(models_, trial_models_);
+  }
+
+  /** \brief Gives back the memory that what was learnt does not need. */
+  void
+  giveBackMemory()
+  {
+    payload_before_ = std::vector<std::uint8_t>();
+    workspace_ = OccupancyWorkspace();
   }
 
 private:

@@ -29,7 +29,8 @@ ContextPayload::contextOf(const VoxelFrame& frame, bool is_i_frame)
 }
 
 PayloadSizes
-ContextPayload::encode(const VoxelFrame& frame,
+ContextPayload::encode(CodingWorkspace& /*work*/,
+                       const VoxelFrame& frame,
                        bool is_i_frame,
                        std::vector<std::uint8_t>& payload)
 {
@@ -48,12 +49,18 @@ ContextPayload::encode(const VoxelFrame& frame,
   if (!frame.keys.empty())
     sizes.occupancy = coder_.encode(context, blocks_, intensities_, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
-  learn(frame, is_i_frame);
+  prepareLearning(frame, is_i_frame);
+  if (is_i_frame && frame.keys.empty()) {
+    coder_.prepareToForget();
+    coder_.learn();
+  }
+  learnHistory();
   return sizes;
 }
 
 bool
-ContextPayload::decode(const std::uint8_t* begin,
+ContextPayload::decode(CodingWorkspace& /*work*/,
+                       const std::uint8_t* begin,
                        const std::uint8_t* end,
                        std::size_t voxel_count,
                        bool is_i_frame,
@@ -63,42 +70,69 @@ ContextPayload::decode(const std::uint8_t* begin,
   sizes = PayloadSizes();
   blocks_.clear();
   if (voxel_count == 0) {
+    if (begin != end)
+      return false;
     intensities_.numbers.clear();
     intensities_.symbols.clear();
+    if (is_i_frame)
+      coder_.prepareToForget();
   }
-  const PayloadContext context = contextOf(frame, is_i_frame);
-  if (voxel_count == 0 ? begin != end
-                       : !coder_.decode(context,
-                                        begin,
-                                        end,
-                                        voxel_count,
-                                        blocks_,
-                                        intensities_,
-                                        sizes.occupancy))
+  else if (!coder_.decode(contextOf(frame, is_i_frame),
+                          begin,
+                          end,
+                          voxel_count,
+                          blocks_,
+                          intensities_,
+                          sizes.occupancy))
     return false;
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
   copyNumbers(intensities_.symbols, frame.intensities);
-  learn(frame, is_i_frame);
+  prepareLearning(frame, is_i_frame);
+  has_models_ = voxel_count != 0 || is_i_frame;
   return true;
 }
 
 void
-ContextPayload::learn(const VoxelFrame& frame, bool is_i_frame)
+ContextPayload::prepareLearning(const VoxelFrame& frame, bool is_i_frame)
 {
-  if (is_i_frame)
-    history_.clear(frame.intensity_scale.bits, forgotten_below_);
-  if (is_i_frame && frame.keys.empty())
-    coder_.learnEmptyIFrame();
-  const bool has_depths = frame.depth_model && !frame.keys.empty();
-  if (has_depths)
+  symbol_bits_ = frame.intensity_scale.bits;
+  is_i_frame_ = is_i_frame;
+  has_depths_ = frame.depth_model && !frame.keys.empty();
+  if (has_depths_)
     intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
+  history_.makeRoom(blocks_, is_i_frame);
+}
+
+void
+ContextPayload::learn() noexcept
+{
+  if (has_models_)
+    coder_.learn();
+  learnHistory();
+}
+
+void
+ContextPayload::learnHistory() noexcept
+{
+  if (is_i_frame_)
+    history_.clear(symbol_bits_, forgotten_below_);
   history_.update(
-      blocks_, intensities_.numbers, has_depths ? &depths_ : nullptr, is_i_frame);
+      blocks_, intensities_.numbers, has_depths_ ? &depths_ : nullptr, is_i_frame_);
+}
+
+void
+ContextPayload::giveBackMemory()
+{
+  coder_.giveBackMemory();
+  history_.giveBackMemory();
+  blocks_ = BlockList();
+  intensities_ = CodedIntensities();
+  depths_ = DepthObservations();
 }
 
 std::size_t
-ContextPayload::knownVoxels(const VoxelFrame& frame)
+ContextPayload::knownVoxels(CodingWorkspace& /*work*/, const VoxelFrame& frame)
 {
   blocks_.assign(frame.keys);
   const std::vector<HistoryBlock>& known = history_.blocks();

@@ -23,20 +23,32 @@ public:
   explicit ContextPayload(bool is_mixing);
 
   PayloadSizes
-  encode(const VoxelFrame& frame,
+  encode(CodingWorkspace& work,
+         const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) override;
 
   bool
-  decode(const std::uint8_t* begin,
+  decode(CodingWorkspace& work,
+         const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
          bool is_i_frame,
          VoxelFrame& frame,
          PayloadSizes& sizes) override;
 
+  void
+  learn() noexcept override;
+
+  void
+  discard() noexcept override
+  {}
+
+  void
+  giveBackMemory() override;
+
   std::size_t
-  knownVoxels(const VoxelFrame& frame) override;
+  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) override;
 
   std::size_t
   recordCount() const override
@@ -48,8 +60,12 @@ private:
   PayloadContext
   contextOf(const VoxelFrame& frame, bool is_i_frame);
 
+  /** \brief Keeps all that learnHistory() needs of a frame. */
   void
-  learn(const VoxelFrame& frame, bool is_i_frame);
+  prepareLearning(const VoxelFrame& frame, bool is_i_frame);
+
+  void
+  learnHistory() noexcept;
 
   ContextCoder coder_;
   std::uint16_t forgotten_below_;
@@ -59,6 +75,11 @@ private:
   BlockList blocks_;
   CodedIntensities intensities_;
   DepthObservations depths_;
+  // What it is to change.
+  unsigned int symbol_bits_ = 8;
+  bool is_i_frame_ = true;
+  bool has_depths_ = false;
+  bool has_models_ = false; // a decoder's, not yet learnt
 };
 
 } // namespace io

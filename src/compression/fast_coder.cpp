@@ -71,15 +71,15 @@ expandBlocks(FastFrame& frame, std::vector<std::uint64_t>* keys)
 } // namespace
 
 void
-FastCoder::encode(bool is_i_frame,
+FastCoder::encode(FastWorkspace& work,
+                  bool is_i_frame,
                   const std::vector<std::uint64_t>& keys,
                   const std::vector<std::uint16_t>& symbols,
                   unsigned int bits,
                   unsigned int depth,
                   std::vector<std::uint8_t>& payload)
 {
-  beginFrame(is_i_frame, depth, keys.size());
-  FastWorkspace& work = *workspace_;
+  beginFrame(work, is_i_frame, depth, keys.size());
   if (is_i_frame)
     *models_ = firstModels();
   FastOccupancy::match(before(), keys, work.frame);
@@ -89,12 +89,13 @@ FastCoder::encode(bool is_i_frame,
   expandBlocks<false>(work.frame, nullptr);
   work.symbols.encode(coder, *models_, work.frame, moments(), bits, symbols);
   coder.finish(interleaving(keys.size()), work.words, payload);
-  keepHistory();
-  endFrame();
+  history_.makeRoomFor(work.next_history);
+  learnHistory();
 }
 
 bool
-FastCoder::decode(const std::uint8_t* begin,
+FastCoder::decode(FastWorkspace& work,
+                  const std::uint8_t* begin,
                   const std::uint8_t* end,
                   bool is_i_frame,
                   std::size_t voxel_count,
@@ -103,103 +104,74 @@ FastCoder::decode(const std::uint8_t* begin,
                   std::vector<std::uint64_t>& keys,
                   std::vector<std::uint16_t>& symbols)
 {
-  beginFrame(is_i_frame, depth, voxel_count);
-  if (decodeFrame(begin, end, bits, keys, symbols))
-    return true;
-  endFrame();
-  return false;
-}
-
-bool
-FastCoder::decodeFrame(const std::uint8_t* begin,
-                       const std::uint8_t* end,
-                       unsigned int bits,
-                       std::vector<std::uint64_t>& keys,
-                       std::vector<std::uint16_t>& symbols)
-{
-  FastWorkspace& work = *workspace_;
+  beginFrame(work, is_i_frame, depth, voxel_count);
   FastFrame& frame = work.frame;
-  *work.models = frame.is_i_frame ? firstModels() : *models_;
-  NibbleDecoder coder(begin, end, interleaving(frame.voxel_count), work.bytes);
+  *work.models = is_i_frame ? firstModels() : *models_;
+  NibbleDecoder coder(begin, end, interleaving(voxel_count), work.bytes);
   if (coder.isOverrun() ||
       !work.occupancy.code(
           coder, *work.models, before(), work.next_history, moments(), frame))
     return false;
   expandBlocks<true>(frame, &keys);
   if (work.symbols.decode(coder, *work.models, frame, moments(), bits, symbols) &&
-      coder.isAtEnd())
+      coder.isAtEnd()) {
+    history_.makeRoomFor(work.next_history);
     return true;
-  work.symbols.forget(frame, moments());
+  }
+  discard();
   return false;
 }
 
 void
-FastCoder::commit()
+FastCoder::learn() noexcept
 {
-  try {
-    keepHistory();
-  }
-  catch (...) { // no memory
-    discard();
-    throw;
-  }
   models_.swap(workspace_->models);
-  endFrame();
+  learnHistory();
 }
 
 void
-FastCoder::discard()
+FastCoder::discard() noexcept
 {
   workspace_->symbols.forget(workspace_->frame, moments());
-  endFrame();
 }
 
 void
-FastCoder::reset()
+FastCoder::reset() noexcept
 {
   *models_ = firstModels();
-  history_.learn(no_history, false);
+  history_.clear();
 }
 
 std::size_t
 FastCoder::recordCount() const
 {
-  std::size_t count = 0;
-  for (const std::uint32_t size : history_.size)
-    count += size;
-  return count;
+  return history_.voxelCount();
 }
 
 std::size_t
-FastCoder::knownVoxels(const std::vector<std::uint64_t>& keys)
+FastCoder::knownVoxels(FastWorkspace& work,
+                       const std::vector<std::uint64_t>& keys) const
 {
   if (keys.empty())
     return 0;
-  beginFrame(false, 0, keys.size());
-  const FastFrame& frame = workspace_->frame;
-  FastOccupancy::match(history_, keys, workspace_->frame);
+  FastFrame& frame = work.frame;
+  FastOccupancy::match(history_, keys, frame);
   std::size_t count = 0;
   for (const std::uint32_t number : history_.numbers)
     count += cellCount(frame.occupied[number] & history_.known[number]);
-  endFrame();
   return count;
 }
 
 void
-FastCoder::beginFrame(bool is_i_frame, unsigned int depth, std::size_t voxel_count)
+FastCoder::beginFrame(FastWorkspace& work,
+                      bool is_i_frame,
+                      unsigned int depth,
+                      std::size_t voxel_count)
 {
-  // An exception may have left the last one here.
-  if (!workspace_)
-    workspace_ = pool_->take();
-  workspace_->frame.is_i_frame = is_i_frame;
-  workspace_->frame.depth = depth;
-  workspace_->frame.voxel_count = voxel_count;
-}
-
-void
-FastCoder::endFrame()
-{
-  pool_->giveBack(std::move(workspace_));
+  workspace_ = &work;
+  work.frame.is_i_frame = is_i_frame;
+  work.frame.depth = depth;
+  work.frame.voxel_count = voxel_count;
 }
 
 const FastHistory&
@@ -209,15 +181,16 @@ FastCoder::before() const
 }
 
 Moments&
-FastCoder::moments()
+FastCoder::moments() noexcept
 {
   return workspace_->frame.is_i_frame ? workspace_->next_history.moments
                                       : history_.moments;
 }
 
 void
-FastCoder::keepHistory()
+FastCoder::learnHistory() noexcept
 {
+  // In a P-frame the moments were learnt where they are.
   history_.learn(workspace_->next_history, workspace_->frame.is_i_frame);
 }
 

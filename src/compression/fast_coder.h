@@ -20,14 +20,8 @@ namespace io {
  */
 class FastCoder {
 public:
-  FastCoder() = default;
-
-  /** \brief A coder that has learnt the same frames. */
-  FastCoder(const FastCoder& other)
-  : models_(std::make_unique<FastModels>(*other.models_)), history_(other.history_)
-  {}
-
   /** \brief Appends the payload of a frame, and learns the frame.
+   * \param[in,out] work memory for it
    * \param[in] is_i_frame the frame stands alone; the first one has to
    * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
    * \param[in] symbols as many intensity symbols, below 2^bits
@@ -36,7 +30,8 @@ public:
    * \param[in,out] payload where to append
    */
   void
-  encode(bool is_i_frame,
+  encode(FastWorkspace& work,
+         bool is_i_frame,
          const std::vector<std::uint64_t>& keys,
          const std::vector<std::uint16_t>& symbols,
          unsigned int bits,
@@ -45,9 +40,11 @@ public:
 
   /** \brief Forgets all frames, as at an I-frame. */
   void
-  reset();
+  reset() noexcept;
 
-  /** \brief Reads a payload; either commit() or discard() follows if that succeeds.
+  /** \brief Reads a payload; either learn() or discard() follows if that succeeds. An
+   * exception leaves the coder fit for nothing but its end.
+   * \param[in,out] work memory for it, not to be used for other frames before
    * \param[in] begin first byte
    * \param[in] end behind the last byte
    * \param[in] is_i_frame as for `encode`
@@ -61,7 +58,8 @@ public:
    * was before, keys and symbols are anything
    */
   bool
-  decode(const std::uint8_t* begin,
+  decode(FastWorkspace& work,
+         const std::uint8_t* begin,
          const std::uint8_t* end,
          bool is_i_frame,
          std::size_t voxel_count,
@@ -72,11 +70,18 @@ public:
 
   /** \brief Learns the frame that was decoded last. */
   void
-  commit();
+  learn() noexcept;
 
   /** \brief Leaves the coder as it was before the frame that was decoded last. */
   void
-  discard();
+  discard() noexcept;
+
+  /** \brief Gives back the memory that what is known does not need. */
+  void
+  giveBackMemory()
+  {
+    history_.giveBackMemory();
+  }
 
   /** \brief Number of voxels that are known of the last frames; seven times those of the
    * largest frame at most. */
@@ -84,25 +89,19 @@ public:
   recordCount() const;
 
   /** \brief How much of a frame is known.
+   * \param[in,out] work memory for it
    * \param[in] keys Morton keys of its voxels, ascending
    * \return number of them that are known
    */
   std::size_t
-  knownVoxels(const std::vector<std::uint64_t>& keys);
+  knownVoxels(FastWorkspace& work, const std::vector<std::uint64_t>& keys) const;
 
 private:
-  bool
-  decodeFrame(const std::uint8_t* begin,
-              const std::uint8_t* end,
-              unsigned int bits,
-              std::vector<std::uint64_t>& keys,
-              std::vector<std::uint16_t>& symbols);
-
   void
-  beginFrame(bool is_i_frame, unsigned int depth, std::size_t voxel_count);
-
-  void
-  endFrame();
+  beginFrame(FastWorkspace& work,
+             bool is_i_frame,
+             unsigned int depth,
+             std::size_t voxel_count);
 
   const FastHistory&
   before() const;
@@ -110,15 +109,14 @@ private:
   /** \brief The moments of this frame: those of the history are kept until another
    * I-frame is known to be whole. */
   Moments&
-  moments();
+  moments() noexcept;
 
   void
-  keepHistory();
+  learnHistory() noexcept;
 
   std::unique_ptr<FastModels> models_ = std::make_unique<FastModels>();
   FastHistory history_;
-  std::shared_ptr<FastWorkspacePool> pool_ = FastWorkspacePool::shared();
-  std::unique_ptr<FastWorkspace> workspace_; // while a frame is in work
+  FastWorkspace* workspace_ = nullptr; // of the last frame
 };
 
 } // namespace io

@@ -9,15 +9,6 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Makes a vector at least this long, with room to grow. */
-template <class Vector>
-void
-ensureSize(Vector& vector, std::size_t size)
-{
-  if (vector.size() < size)
-    vector.resize(size + size / 4);
-}
-
 /** \brief One frame on its way through the fast coder: what its passes hand on. */
 struct FastFrame {
   bool is_i_frame = false;

@@ -36,22 +36,19 @@ voxel_past::firstProbability(unsigned int past)
 }
 
 void
-FastHistory::learn(const FastHistory& other, bool with_moments)
+FastHistory::makeRoomFor(const FastHistory& other)
 {
-  std::size_t voxels = 0;
-  for (const std::uint32_t bucket : other.size)
-    voxels += bucket;
-  const std::size_t moment_count = with_moments ? other.known.size() * block_cells : 0;
   reserve(known, other.known.size());
   reserve(spare_numbers, other.spare_numbers.size());
   reserve(keys, other.keys.size());
   reserve(numbers, other.numbers.size());
   reserve(activity, other.activity.size());
-  if (places.size() < voxels)
-    places.resize(voxels + voxels / 4);
-  if (moments.size() < moment_count)
-    moments.resize(moment_count + moment_count / 4);
-  // From here on there is memory for all.
+  ensureSize(places, other.voxelCount());
+}
+
+void
+FastHistory::learn(FastHistory& other, bool with_moments) noexcept
+{
   known = other.known;
   spare_numbers = other.spare_numbers;
   keys = other.keys;
@@ -63,7 +60,34 @@ FastHistory::learn(const FastHistory& other, bool with_moments)
     first[past] = static_cast<std::uint32_t>(place - places.data());
     place = std::copy_n(other.places.data() + other.first[past], size[past], place);
   }
-  std::copy_n(other.moments.data(), moment_count, moments.data());
+  if (with_moments)
+    moments.swap(other.moments);
+}
+
+void
+FastHistory::clear() noexcept
+{
+  known.clear();
+  spare_numbers.clear();
+  keys.clear();
+  numbers.clear();
+  activity.clear();
+  first.fill(0);
+  size.fill(0);
+}
+
+void
+FastHistory::giveBackMemory()
+{
+  places.resize(voxelCount());
+  moments.resize(known.size() * block_cells);
+  known.shrink_to_fit();
+  moments.shrink_to_fit();
+  spare_numbers.shrink_to_fit();
+  keys.shrink_to_fit();
+  numbers.shrink_to_fit();
+  activity.shrink_to_fit();
+  places.shrink_to_fit();
 }
 
 } // namespace io

@@ -88,6 +88,15 @@ struct CacheLineAllocator {
 /** \brief Moments of voxels by their place, 64 a block. */
 using Moments = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
+/** \brief Makes a vector at least this long, with room to grow. */
+template <class Vector>
+void
+ensureSize(Vector& vector, std::size_t size)
+{
+  if (vector.size() < size)
+    vector.resize(size + size / 4);
+}
+
 /** \brief What the fast coder's both ends remember since the last I-frame.
  *
  * Known voxels lie in buckets, one for each past. A frame splits every bucket in two,
@@ -113,12 +122,35 @@ struct FastHistory {
   std::array<std::uint32_t, voxel_past::count> size{};
   std::vector<VoxelPlace> places;
 
-  /** \brief Becomes another history, without the room between its buckets. Leaves this
-   * one as it was if there is no memory for that.
+  /** \brief Number of known voxels. */
+  std::size_t
+  voxelCount() const
+  {
+    std::size_t count = 0;
+    for (const std::uint32_t bucket : size)
+      count += bucket;
+    return count;
+  }
+
+  /** \brief Takes the memory that learn() will need, so that it cannot fail then. */
+  void
+  makeRoomFor(const FastHistory& other);
+
+  /** \brief Becomes another history, without the room between its buckets: what is read in
+   * a row comes faster.
+   * \param[in,out] other its moments are exchanged with these if they are taken
    * \param[in] with_moments whether the other one's moments are taken, too
    */
   void
-  learn(const FastHistory& other, bool with_moments);
+  learn(FastHistory& other, bool with_moments) noexcept;
+
+  /** \brief Forgets all voxels; their memory is kept. */
+  void
+  clear() noexcept;
+
+  /** \brief Gives back the memory that the known voxels do not need. */
+  void
+  giveBackMemory();
 };
 
 } // namespace io

@@ -1,3 +1,4 @@
+#include "../lanes/bit_operations.h"
 #include "fast_occupancy.h"
 #include "nibble_rans.h"
 #include "voxel_block.h"
@@ -55,8 +56,7 @@ struct BucketSplit {
   operator()(unsigned int byte)
   {
     // Buckets follow each other, so that what comes behind one is the next one.
-    __builtin_prefetch(last - from > prefetched_voxels ? from + prefetched_voxels
-                                                       : last);
+    prefetch(last - from > prefetched_voxels ? from + prefetched_voxels : last);
     const std::uint32_t occupied = pair_counts[byte];
     const std::uint32_t empty = 0x08060402 - occupied;
     putTwo(0, byte << 5, 0, 0);

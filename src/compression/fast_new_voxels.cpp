@@ -177,6 +177,8 @@ FastOccupancy::codeNewCells(Coder& coder,
   ensureSize(surroundings_, count);
   const VoxelPlace* const octants = octants_.data();
   const std::uint64_t* const all_known = before.known.data();
+  // An octant outside of the grid has no open cells, for which there is no symbol.
+  const std::uint64_t in_grid = cellsInGrid(frame.depth);
   std::uint64_t* const all_occupied = frame.occupied.data();
   std::uint8_t* const contexts = contexts_.data();
   std::uint8_t* const symbols = cell_symbols_.data();
@@ -186,7 +188,7 @@ FastOccupancy::codeNewCells(Coder& coder,
     const unsigned int shift = octants[i] % block_cells;
     const std::uint64_t known = all_known[number];
     const std::uint64_t occupied = all_occupied[number];
-    const auto open = static_cast<unsigned int>(~known >> shift & 0xff);
+    const auto open = static_cast<unsigned int>((in_grid & ~known) >> shift & 0xff);
     const unsigned int near =
         static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
     const unsigned int near_count = child_masks.count[near];

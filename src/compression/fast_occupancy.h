@@ -135,7 +135,7 @@ private:
   /** \brief What is known of an octant's cells before its new ones are coded. */
   struct Surroundings {
     std::uint8_t near; ///< open cells beside an occupied one
-    std::uint8_t open; ///< cells that are not known
+    std::uint8_t open; ///< cells of the grid that are not known
   };
 
   std::size_t found_voxels_ = 0; // by a decoder

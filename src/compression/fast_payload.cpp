@@ -10,7 +10,8 @@ namespace pcl_ext {
 namespace io {
 
 PayloadSizes
-FastPayload::encode(const VoxelFrame& frame,
+FastPayload::encode(CodingWorkspace& work,
+                    const VoxelFrame& frame,
                     bool is_i_frame,
                     std::vector<std::uint8_t>& payload)
 {
@@ -20,9 +21,10 @@ FastPayload::encode(const VoxelFrame& frame,
       forget();
   }
   else if (frame.depth_model)
-    encodeWithDepth(frame, is_i_frame, payload);
+    encodeWithDepth(work.fast(), frame, is_i_frame, payload);
   else
-    coder_.encode(is_i_frame,
+    coder_.encode(work.fast(),
+                  is_i_frame,
                   frame.keys,
                   frame.intensities,
                   frame.intensity_scale.bits,
@@ -34,34 +36,38 @@ FastPayload::encode(const VoxelFrame& frame,
 }
 
 void
-FastPayload::encodeWithDepth(const VoxelFrame& frame,
+FastPayload::encodeWithDepth(FastWorkspace& work,
+                             const VoxelFrame& frame,
                              bool is_i_frame,
                              std::vector<std::uint8_t>& payload)
 {
   beginSplit(frame);
-  split_.numbersOf(frame.intensities, numbers_);
-  numbers_payload_.clear();
-  coder_.encode(is_i_frame,
+  own_.split.numbersOf(frame.intensities, own_.numbers);
+  own_.numbers_payload.clear();
+  coder_.encode(work,
+                is_i_frame,
                 frame.keys,
-                numbers_,
+                own_.numbers,
                 frame.intensity_scale.bits,
                 frame.grid.depth,
-                numbers_payload_);
+                own_.numbers_payload);
   ByteWriter writer(payload);
-  writer.varint(numbers_payload_.size());
-  writer.raw(numbers_payload_.data(), numbers_payload_.size());
+  writer.varint(own_.numbers_payload.size());
+  writer.raw(own_.numbers_payload.data(), own_.numbers_payload.size());
   rests_begin_ = payload.size();
-  split_.predict(numbers_);
+  own_.split.predict(own_.numbers);
   collectClasses();
-  row_.clear();
-  for (std::size_t i = 0; i < numbers_.size(); ++i)
-    if (split_.classes()[i] != DepthSplit::no_rest)
-      row_.push_back(static_cast<std::uint16_t>(split_.rest(i, frame.intensities[i])));
-  rests_.encode(is_i_frame, row_, row_classes_, payload);
+  own_.row.clear();
+  for (std::size_t i = 0; i < own_.numbers.size(); ++i)
+    if (own_.split.classes()[i] != DepthSplit::no_rest)
+      own_.row.push_back(
+          static_cast<std::uint16_t>(own_.split.rest(i, frame.intensities[i])));
+  rests_.encode(is_i_frame, own_.row, own_.row_classes, payload);
 }
 
 bool
-FastPayload::decode(const std::uint8_t* begin,
+FastPayload::decode(CodingWorkspace& work,
+                    const std::uint8_t* begin,
                     const std::uint8_t* end,
                     std::size_t voxel_count,
                     bool is_i_frame,
@@ -72,8 +78,7 @@ FastPayload::decode(const std::uint8_t* begin,
   if (voxel_count == 0) {
     frame.keys.clear();
     frame.intensities.clear();
-    if (begin == end && is_i_frame)
-      forget();
+    change_ = is_i_frame ? Change::Emptied : Change::None;
     return begin == end;
   }
   const std::uint8_t* rests = end;
@@ -88,7 +93,8 @@ FastPayload::decode(const std::uint8_t* begin,
     begin += source.consumed();
     rests = begin + numbers_size;
   }
-  if (!coder_.decode(begin,
+  if (!coder_.decode(work.fast(),
+                     begin,
                      rests,
                      is_i_frame,
                      voxel_count,
@@ -101,7 +107,7 @@ FastPayload::decode(const std::uint8_t* begin,
     coder_.discard();
     return false;
   }
-  coder_.commit();
+  change_ = frame.depth_model ? Change::Everything : Change::VoxelsOnly;
   sizes.intensity = static_cast<std::size_t>(end - rests);
   sizes.occupancy -= sizes.intensity;
   return true;
@@ -114,30 +120,54 @@ FastPayload::decodeRests(const std::uint8_t* begin,
                          VoxelFrame& frame)
 {
   beginSplit(frame);
-  split_.predict(frame.intensities);
+  own_.split.predict(frame.intensities);
   collectClasses();
-  if (!rests_.decode(begin, end, is_i_frame, row_classes_, row_))
+  if (!rests_.decode(begin, end, is_i_frame, own_.row_classes, own_.row))
     return false;
   std::size_t next = 0;
   for (std::size_t i = 0; i < frame.size(); ++i)
-    if (split_.classes()[i] != DepthSplit::no_rest &&
-        !split_.symbol(i, row_[next++], frame.intensities[i])) {
-      rests_.discard();
+    if (own_.split.classes()[i] != DepthSplit::no_rest &&
+        !own_.split.symbol(i, own_.row[next++], frame.intensities[i]))
       return false;
-    }
   return true;
+}
+
+void
+FastPayload::learn() noexcept
+{
+  if (change_ == Change::Emptied)
+    forget();
+  if (change_ == Change::VoxelsOnly || change_ == Change::Everything)
+    coder_.learn();
+  if (change_ == Change::Everything)
+    rests_.learn();
+}
+
+void
+FastPayload::discard() noexcept
+{
+  if (change_ == Change::VoxelsOnly || change_ == Change::Everything)
+    coder_.discard();
+}
+
+void
+FastPayload::giveBackMemory()
+{
+  coder_.giveBackMemory();
+  rests_.giveBackMemory();
+  own_ = Workspace();
 }
 
 void
 FastPayload::beginSplit(const VoxelFrame& frame)
 {
-  blocks_.assign(frame.keys);
-  split_.begin(
-      *frame.depth_model, blocks_, no_history_, frame.intensity_scale.maxSymbol());
+  own_.blocks.assign(frame.keys);
+  own_.split.begin(
+      *frame.depth_model, own_.blocks, no_history_, frame.intensity_scale.maxSymbol());
 }
 
 void
-FastPayload::forget()
+FastPayload::forget() noexcept
 {
   coder_.reset();
   rests_.reset();
@@ -148,13 +178,13 @@ FastPayload::forget()
 void
 FastPayload::collectClasses()
 {
-  row_classes_.clear();
-  for (std::size_t i = 0; i < split_.classes().size(); ++i) {
-    if (split_.classes()[i] == DepthSplit::no_rest)
+  own_.row_classes.clear();
+  for (std::size_t i = 0; i < own_.split.classes().size(); ++i) {
+    if (own_.split.classes()[i] == DepthSplit::no_rest)
       continue;
-    const std::uint32_t size = std::clamp(split_.place(i) >> 4, 4u, 7u) - 4;
-    row_classes_.push_back(
-        static_cast<std::uint8_t>(size * 4 + (split_.place(i) >> 2 & 3)));
+    const std::uint32_t size = std::clamp(own_.split.place(i) >> 4, 4u, 7u) - 4;
+    own_.row_classes.push_back(
+        static_cast<std::uint8_t>(size * 4 + (own_.split.place(i) >> 2 & 3)));
   }
 }
 

@@ -20,22 +20,33 @@ namespace io {
 class FastPayload : public PayloadCoder {
 public:
   PayloadSizes
-  encode(const VoxelFrame& frame,
+  encode(CodingWorkspace& work,
+         const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) override;
 
   bool
-  decode(const std::uint8_t* begin,
+  decode(CodingWorkspace& work,
+         const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
          bool is_i_frame,
          VoxelFrame& frame,
          PayloadSizes& sizes) override;
 
+  void
+  learn() noexcept override;
+
+  void
+  discard() noexcept override;
+
+  void
+  giveBackMemory() override;
+
   std::size_t
-  knownVoxels(const VoxelFrame& frame) override
+  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) override
   {
-    return coder_.knownVoxels(frame.keys);
+    return coder_.knownVoxels(work.fast(), frame.keys);
   }
 
   std::size_t
@@ -46,7 +57,8 @@ public:
 
 private:
   void
-  encodeWithDepth(const VoxelFrame& frame,
+  encodeWithDepth(FastWorkspace& work,
+                  const VoxelFrame& frame,
                   bool is_i_frame,
                   std::vector<std::uint8_t>& payload);
 
@@ -64,19 +76,27 @@ private:
 
   /** \brief Forgets all frames, as an I-frame without voxels does. */
   void
-  forget();
+  forget() noexcept;
+
+  /** \brief What is needed for the current frame; a member so that its memory is reused. */
+  struct Workspace {
+    BlockList blocks;
+    DepthSplit split;
+    std::vector<std::uint16_t> numbers;
+    std::vector<std::uint8_t> numbers_payload;
+    std::vector<std::uint16_t> row;
+    std::vector<std::uint8_t> row_classes;
+  };
+
+  /** \brief What a decoded frame is to change. */
+  enum class Change { None, Everything, VoxelsOnly, Emptied };
 
   FastCoder coder_;
   ClassedRow rests_;
   std::size_t rests_begin_ = 0; // in the payload
-  // Of the current frame; members so that their memory is reused.
-  BlockList blocks_;
-  DepthSplit split_;
+  Change change_ = Change::None;
   VoxelHistory no_history_; // without one a depth model predicts from the centres
-  std::vector<std::uint16_t> numbers_;
-  std::vector<std::uint8_t> numbers_payload_;
-  std::vector<std::uint16_t> row_;
-  std::vector<std::uint8_t> row_classes_;
+  Workspace own_;
 };
 
 } // namespace io

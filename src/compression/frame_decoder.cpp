@@ -1,14 +1,18 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "byte_source.h"
+#include "coding_workspace.h"
+#include "frame_order.h"
 #include "memory_buffer.h"
-#include "payload_coder.h"
+#include "memory_rule.h"
 #include "published_frame.h"
-#include "version1_header.h"
+#include "reread_allowance.h"
+#include "version1_decoder.h"
 
 #include <algorithm>
 #include <array>
 #include <new>
+#include <string>
 #include <utility>
 
 namespace pcl_ext {
@@ -53,43 +57,45 @@ findFrame(ByteSource& source, std::uint64_t& last_bytes)
 
 class FrameDecoder::Implementation {
 public:
-  explicit Implementation(const DecoderLimits& limits) : limits_(limits) {}
+  explicit Implementation(const DecoderLimits& limits)
+  : limits_(limits)
+  , rereads_(std::max(limits.max_frame_bytes, least_allowance))
+  , version1_(limits)
+  {}
 
   CompressionStatus
-  decode(std::streambuf& buffer, VoxelFrame& frame)
+  decode(std::streambuf& buffer, VoxelFrame& frame, CodingWorkspace& work)
   {
-    CompressionStatus status;
-    // Buffers are other people's code and may throw anything, as may the memory.
-    try {
-      const std::streambuf::off_type begin = positionOf(buffer);
-      std::size_t frame_offset = 0;
-      status = decodeNext(buffer, frame, frame_offset);
-      if (mayHideFrames(status.code()) ||
-          (status.code() == CompressionCode::MissingReference &&
-           !continuesWithFrame(buffer)))
-        seekTo(buffer, begin, frame_offset + 1);
-    }
-    catch (const std::bad_alloc&) {
-      status = {CompressionCode::InputFailed, "out of memory while decoding a frame"};
-    }
-    catch (const std::exception& exception) {
-      status = {CompressionCode::InputFailed,
-                std::string("reading failed: ") + exception.what()};
-    }
-    catch (...) {
-      status = {CompressionCode::InputFailed, "reading failed"};
-    }
+    const std::streambuf::off_type begin = positionOf(buffer);
+    std::size_t frame_offset = 0;
+    CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
+    const std::streambuf::off_type end = positionOf(buffer);
+    if (begin >= 0 && end > begin)
+      goOnBehind(
+          status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
     if (!status.ok()) {
       frame.keys.clear();
       frame.intensities.clear();
     }
+    const std::size_t needed = version1_.memoryNeeded() + frame.size();
+    work.endFrame(needed);
+    if (memory_rule_.shouldGiveBack(needed))
+      giveBackMemory(frame);
     return status;
+  }
+
+  /** \brief Memory for callers that bring none. */
+  CodingWorkspace&
+  ownWorkspace()
+  {
+    return own_workspace_;
   }
 
   const std::optional<FrameStamp>&
   stamp() const
   {
-    return stamp_;
+    static const std::optional<FrameStamp> none;
+    return is_last_published_ ? none : version1_.stamp();
   }
 
   const CodedFrameStatistics&
@@ -99,6 +105,60 @@ public:
   }
 
 private:
+  /** \brief Bytes that may be read again whatever the limits are. */
+  static constexpr std::size_t least_allowance = std::size_t{1} << 20;
+
+  /** \brief Decodes the next frame. Buffers are other people's code and may throw anything,
+   * as may the memory. */
+  CompressionStatus
+  decodeSafely(std::streambuf& buffer,
+               VoxelFrame& frame,
+               CodingWorkspace& work,
+               std::size_t& frame_offset)
+  {
+    try {
+      try {
+        return decodeNext(buffer, frame, work, frame_offset);
+      }
+      catch (const std::bad_alloc&) {
+        throw;
+      }
+      catch (const std::exception& exception) {
+        return {CompressionCode::InputFailed,
+                std::string("reading failed: ") + exception.what()};
+      }
+      catch (...) {
+        return {CompressionCode::InputFailed, "reading failed"};
+      }
+    }
+    catch (...) {
+      // A text that needs no memory of its own.
+      return {CompressionCode::OutOfMemory, "out of memory"};
+    }
+  }
+
+  /** \brief Leaves the buffer where the next call shall search.
+   * \param[in] begin position of the buffer before the call
+   * \param[in] consumed bytes that the call has read
+   * \param[in] frame_offset of the frame in them
+   */
+  void
+  goOnBehind(const CompressionStatus& status,
+             std::streambuf& buffer,
+             std::streambuf::off_type begin,
+             std::size_t consumed,
+             std::size_t frame_offset)
+  {
+    const std::size_t second_byte = frame_offset + 1;
+    if (mayHideFrames(status.code()) ||
+        (isPassedOver(status.code()) && !continuesWithFrame(buffer)))
+      if (second_byte < consumed && rereads_.take(consumed - second_byte)) {
+        seekTo(buffer, begin, second_byte);
+        consumed = second_byte;
+      }
+    rereads_.pass(consumed);
+  }
+
   /** \brief True if a frame or nothing follows, so that the size of the one before, which
    * nobody could check, was right. Buffers that cannot seek are believed. */
   static bool
@@ -108,7 +168,12 @@ private:
     if (position < 0)
       return true;
     std::array<char, published_magic_size> next{};
-    const std::streamsize size = buffer.sgetn(next.data(), next.size());
+    std::streamsize size = 0;
+    try {
+      size = buffer.sgetn(next.data(), next.size());
+    }
+    catch (...) { // the next call will meet it
+    }
     seekTo(buffer, position, 0);
     const auto begins = [&](const char* magic, std::size_t magic_size) {
       const auto known = std::min(static_cast<std::size_t>(size), magic_size);
@@ -118,16 +183,23 @@ private:
            begins(published_magic, published_magic_size);
   }
 
+  /** \brief True for frames that have been read whole if another one follows, as nothing
+   * is wrong with their bytes. */
+  static bool
+  isPassedOver(CompressionCode code)
+  {
+    return code == CompressionCode::MissingReference ||
+           code == CompressionCode::OldFrame;
+  }
+
   /** \brief True if a forged size may have made the failed frame swallow others, which
-   * the next call shall find. A frame that merely lacks its reference has been read whole
-   * if another one follows it.
-   */
+   * the next call shall find. */
   static bool
   mayHideFrames(CompressionCode code)
   {
     return code != CompressionCode::Ok && code != CompressionCode::EndOfStream &&
-           code != CompressionCode::NoFrame &&
-           code != CompressionCode::MissingReference;
+           code != CompressionCode::NoFrame && code != CompressionCode::InputFailed &&
+           !isPassedOver(code);
   }
 
   /** \brief Read position of a buffer; -1 if it cannot seek, which some say by
@@ -147,8 +219,6 @@ private:
   static void
   seekTo(std::streambuf& buffer, std::streambuf::off_type begin, std::size_t offset)
   {
-    if (begin < 0)
-      return;
     try {
       buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
                         std::ios_base::in);
@@ -159,7 +229,10 @@ private:
   }
 
   CompressionStatus
-  decodeNext(std::streambuf& buffer, VoxelFrame& frame, std::size_t& frame_offset)
+  decodeNext(std::streambuf& buffer,
+             VoxelFrame& frame,
+             CodingWorkspace& work,
+             std::size_t& frame_offset)
   {
     ByteSource search(buffer, limits_.max_frame_bytes);
     std::uint64_t last_bytes = std::exchange(unfinished_search_, 0);
@@ -169,8 +242,9 @@ private:
         unfinished_search_ = last_bytes;
       return noFrame(search);
     }
+    const bool is_published = format == FoundFormat::Published;
     const std::size_t magic_size =
-        format == FoundFormat::Version1 ? version1_magic_size : published_magic_size;
+        is_published ? published_magic_size : version1_magic_size;
     // A magic word that the search before this one had begun to read has no offset
     // here.
     frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
@@ -180,18 +254,18 @@ private:
     ByteSource source(buffer,
                       limits_.max_frame_bytes -
                           std::min(limits_.max_frame_bytes, magic_size));
-    const CompressionStatus status =
-        format == FoundFormat::Version1
-            ? decodeVersion1(source, frame, statistics)
-            : decodePublished(source, limits_, published_, frame, statistics);
-    if (!status.ok())
+    if (const CompressionStatus status =
+            is_published
+                ? decodePublished(
+                      source, limits_, published_, published_order_, frame, statistics)
+                : version1_.decode(source, work, frame, statistics);
+        !status.ok())
       return status;
     statistics.voxels = frame.size();
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
-    if (format == FoundFormat::Published)
-      stamp_.reset();
-    return status;
+    is_last_published_ = is_published;
+    return {};
   }
 
   CompressionStatus
@@ -208,144 +282,32 @@ private:
                 " bytes of the stream"};
   }
 
-  CompressionStatus
-  decodeVersion1(ByteSource& source,
-                 VoxelFrame& frame,
-                 CodedFrameStatistics& statistics)
-  {
-    Version1Header& header = header_;
-    std::uint32_t checksum = 0;
-    if (CompressionStatus status =
-            readVersion1Header(source, limits_, header, checksum, checked_bytes_);
-        !status.ok())
-      return status;
-    const std::size_t header_size = checked_bytes_.size();
-    const auto payload_size = static_cast<std::size_t>(header.payload_size);
-    source.read(payload_size, checked_bytes_);
-    if (source.failure() == ByteSource::Failure::LimitExceeded)
-      return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
-    if (source.failure() == ByteSource::Failure::EndOfInput)
-      return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
-    if (!header.is_i_frame && !followsHistory(header))
-      return {CompressionCode::MissingReference,
-              "P-frame " + std::to_string(header.frame_number) +
-                  " depends on the frame before it; " +
-                  (has_history_ ? "the last one decoded is frame " +
-                                      std::to_string(frame_number_)
-                                : "none has been decoded")};
-    if (version1Checksum(header.is_i_frame ? 0 : checksum_,
-                         checked_bytes_.data(),
-                         checked_bytes_.size()) != checksum)
-      return {CompressionCode::Corrupt,
-              "frame " + std::to_string(header.frame_number) +
-                  " contradicts its checksum"};
-
-    PayloadSizes sizes;
-    if (CompressionStatus status =
-            decodePayload(header, checked_bytes_.data() + header_size, frame, sizes);
-        !status.ok())
-      return status;
-    statistics.frame_number = header.frame_number;
-    statistics.is_i_frame = header.is_i_frame;
-    statistics.occupancy_bytes = sizes.occupancy;
-    statistics.intensity_bytes = payload_size - sizes.occupancy;
-    statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
-    commit(header, checksum, frame);
-    return {};
-  }
-
-  /** \brief True if a P-frame is the successor of what was decoded last. */
-  bool
-  followsHistory(const Version1Header& header) const
-  {
-    return has_history_ && header.frame_number - 1 == frame_number_;
-  }
-
-  CompressionStatus
-  decodePayload(const Version1Header& header,
-                const std::uint8_t* payload,
-                VoxelFrame& frame,
-                PayloadSizes& sizes)
-  {
-    const std::uint8_t* const end = payload + header.payload_size;
-    frame.grid = header.is_i_frame ? header.grid : grid_;
-    frame.intensity_scale =
-        header.is_i_frame ? header.intensity_scale : intensity_scale_;
-    frame.depth_model = header.is_i_frame ? std::nullopt : depth_model_;
-    if (!header.is_i_frame && header.effort != effort_)
-      return {CompressionCode::Corrupt,
-              "frame header: a P-frame of another coder than its I-frame"};
-    if (header.has_depth_model) {
-      if (!header.is_i_frame && !depth_model_)
-        return {CompressionCode::Corrupt,
-                "frame header: a depth model that the I-frame does not have"};
-      if (!readDepthModel(payload, frame.depth_model.emplace()))
-        return {CompressionCode::Corrupt, "the depth model is none"};
-      payload += depth_model_size;
-    }
-    if (!header.is_i_frame &&
-        coders_.of(effort_).recordCount() > maxRecords(limits_.max_voxels))
-      return {CompressionCode::LimitExceeded,
-              "the stream's history is larger than the limit on voxels allows"};
-    if (!coders_.of(header.effort)
-             .decode(payload,
-                     end,
-                     static_cast<std::size_t>(header.voxel_count),
-                     header.is_i_frame,
-                     frame,
-                     sizes))
-      return {CompressionCode::Corrupt,
-              "the payload is not " + std::to_string(header.voxel_count) + " voxels"};
-    return {};
-  }
-
+  /** \brief Gives memory back that frames of long ago needed, and these do not. */
   void
-  commit(const Version1Header& header, std::uint32_t checksum, const VoxelFrame& frame)
+  giveBackMemory(VoxelFrame& frame)
   {
-    if (header.has_frame_id || header.is_i_frame)
-      frame_id_ = header.frame_id;
-    if (header.is_i_frame)
-      last_stamp_ = 0;
-    if (header.stamp) {
-      last_stamp_ += static_cast<std::uint64_t>(*header.stamp);
-      if (!stamp_)
-        stamp_.emplace();
-      stamp_->stamp = last_stamp_;
-      stamp_->frame_id = frame_id_;
-    }
-    else
-      stamp_.reset();
-    has_history_ = true;
-    frame_number_ = header.frame_number;
-    checksum_ = checksum;
-    effort_ = header.effort;
-    grid_ = frame.grid;
-    intensity_scale_ = frame.intensity_scale;
-    depth_model_ = frame.depth_model;
+    version1_.giveBackMemory();
+    frame.keys.shrink_to_fit();
+    frame.intensities.shrink_to_fit();
   }
 
   DecoderLimits limits_;
   std::uint64_t unfinished_search_ = 0; // last bytes of a search that the limit cut off
+  RereadAllowance rereads_;
   CodedFrameStatistics statistics_;
-  std::optional<FrameStamp> stamp_;
-
+  bool is_last_published_ = false; // the last decoded frame
+  Version1Decoder version1_;
   PublishedHistory published_;
-
-  // Of version 1: the frames that were decoded.
-  bool has_history_ = false;
-  std::uint32_t frame_number_ = 0;
-  std::uint32_t checksum_ = 0;
-  VoxelGrid grid_;
-  IntensityScale intensity_scale_;
-  Effort effort_ = Effort::Balanced;
-  std::optional<DepthModel> depth_model_;
-  std::string frame_id_;
-  std::uint64_t last_stamp_ = 0;
-  PayloadCoders coders_;
-  // Of the current frame; members so that their memory is reused.
-  Version1Header header_;
-  std::vector<std::uint8_t> checked_bytes_;
+  FrameOrder published_order_{false};
+  CodingWorkspace own_workspace_;
+  MemoryRule memory_rule_;
 };
+
+CodingMemory::CodingMemory() : workspace_(std::make_unique<CodingWorkspace>()) {}
+CodingMemory::~CodingMemory() = default;
+CodingMemory::CodingMemory(CodingMemory&&) noexcept = default;
+CodingMemory&
+CodingMemory::operator=(CodingMemory&&) noexcept = default;
 
 FrameDecoder::FrameDecoder(const DecoderLimits& limits)
 : implementation_(std::make_unique<Implementation>(limits))
@@ -359,14 +321,24 @@ FrameDecoder::operator=(FrameDecoder&&) noexcept = default;
 CompressionStatus
 FrameDecoder::decode(std::streambuf& source, VoxelFrame& frame)
 {
-  return implementation_->decode(source, frame);
+  return implementation_->decode(source, frame, implementation_->ownWorkspace());
 }
 
 CompressionStatus
 FrameDecoder::decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame)
 {
   MemoryBuffer buffer(bytes, size);
-  return implementation_->decode(buffer, frame);
+  return implementation_->decode(buffer, frame, implementation_->ownWorkspace());
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes,
+                     std::size_t size,
+                     VoxelFrame& frame,
+                     CodingMemory& memory)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, frame, *memory.workspace_);
 }
 
 const std::optional<FrameStamp>&

@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/frame_encoder.h>
 
 #include "grid_fit.h"
+#include "memory_rule.h"
 #include "payload_coder.h"
 #include "published_frame.h"
 #include "version1_header.h"
@@ -36,26 +37,20 @@ public:
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes)
   {
-    bytes.clear();
-    if (CompressionStatus status = check(frame, stamp); !status.ok())
-      return status;
-    statistics_ = CodedFrameStatistics();
-    statistics_.voxels = frame.size();
-    statistics_.is_i_frame = isIFrameDue();
-    if (format_ == StreamFormat::Published) {
-      // PCL's empty octree forgets its depth, so a frame without voxels stands alone
-      // and so does the frame behind it; the authors' encoder restarts there, too.
-      statistics_.is_i_frame |=
-          frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
-      encodePublished(frame, statistics_.is_i_frame, published_, bytes, statistics_);
+    try {
+      bytes.clear();
+      if (CompressionStatus status = check(frame, stamp); !status.ok())
+        return status;
+      encodeFrame(frame, stamp, bytes);
     }
-    else {
-      statistics_.is_i_frame = statistics_.is_i_frame || standsAlone(frame, stamp);
-      encodeVersion1(frame, stamp, bytes);
+    catch (...) { // no memory; what a coder had learnt by then no decoder will learn
+      bytes.clear();
+      coders_.clear();
+      requestIFrame();
+      // A text that needs no memory of its own.
+      return {CompressionCode::OutOfMemory, "out of memory"};
     }
-    is_last_empty_ = frame.keys.empty();
-    is_i_frame_requested_ = false;
-    frames_since_i_frame_ = statistics_.is_i_frame ? 1 : frames_since_i_frame_ + 1;
+    followStream(frame);
     return {};
   }
 
@@ -92,6 +87,46 @@ private:
     return {};
   }
 
+  void
+  encodeFrame(const VoxelFrame& frame,
+              const std::optional<FrameStamp>& stamp,
+              std::vector<std::uint8_t>& bytes)
+  {
+    CodedFrameStatistics statistics;
+    statistics.voxels = frame.size();
+    statistics.is_i_frame = isIFrameDue();
+    if (format_ == StreamFormat::Published) {
+      // PCL's empty octree forgets its depth, so a frame without voxels stands alone
+      // and so does the frame behind it; the authors' encoder restarts there, too.
+      statistics.is_i_frame |=
+          frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
+      encodePublished(frame, statistics.is_i_frame, published_, bytes, statistics);
+    }
+    else {
+      statistics.is_i_frame = statistics.is_i_frame || standsAlone(frame, stamp);
+      encodeVersion1(frame, stamp, bytes, statistics);
+    }
+    is_last_empty_ = frame.keys.empty();
+    is_i_frame_requested_ = false;
+    frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
+    statistics_ = statistics;
+  }
+
+  /** \brief Gives memory back that frames of long ago needed, and these do not. */
+  void
+  followStream(const VoxelFrame& frame)
+  {
+    const std::size_t needed =
+        frame.size() + bytes_of_payload_.size() + coders_.recordCount(effort_);
+    work_.endFrame(needed);
+    if (!memory_rule_.shouldGiveBack(needed))
+      return;
+    bytes_of_payload_ = std::vector<std::uint8_t>();
+    frame_without_model_ = VoxelFrame();
+    if (format_ == StreamFormat::Version1)
+      coder().giveBackMemory();
+  }
+
   /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */
   bool
   standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
@@ -107,7 +142,7 @@ private:
     // A history that knows little of the frame costs more than it saves, and one that
     // piles up behind a moving sensor costs time and memory on both sides.
     return coder().recordCount() > maxRecords(frame.size()) ||
-           (frame.size() >= 64 && 4 * coder().knownVoxels(frame) < frame.size());
+           (frame.size() >= 64 && 4 * coder().knownVoxels(work_, frame) < frame.size());
   }
 
   PayloadCoder&
@@ -126,12 +161,13 @@ private:
   void
   encodeVersion1(const VoxelFrame& frame,
                  const std::optional<FrameStamp>& stamp,
-                 std::vector<std::uint8_t>& bytes)
+                 std::vector<std::uint8_t>& bytes,
+                 CodedFrameStatistics& statistics)
   {
     Version1Header& header = header_;
-    header.is_i_frame = statistics_.is_i_frame;
+    header.is_i_frame = statistics.is_i_frame;
     header.effort = effort_;
-    header.frame_number = ++frame_number_;
+    header.frame_number = frame_number_ + 1;
     header.grid = frame.grid;
     header.intensity_scale = frame.intensity_scale;
     if (header.is_i_frame) {
@@ -155,11 +191,12 @@ private:
     checksum_ = writeVersion1Frame(
         header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
 
-    statistics_.frame_number = frame_number_;
-    statistics_.bytes = bytes.size();
-    statistics_.header_bytes = bytes.size() - bytes_of_payload_.size();
-    statistics_.occupancy_bytes = sizes.occupancy;
-    statistics_.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
+    frame_number_ = header.frame_number;
+    statistics.frame_number = frame_number_;
+    statistics.bytes = bytes.size();
+    statistics.header_bytes = bytes.size() - bytes_of_payload_.size();
+    statistics.occupancy_bytes = sizes.occupancy;
+    statistics.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
     grid_ = frame.grid;
     intensity_scale_ = frame.intensity_scale;
     has_depth_model_ = frame.depth_model.has_value();
@@ -198,7 +235,7 @@ private:
     if (header.has_depth_model)
       writeDepthModel(*frame.depth_model, bytes_of_payload_);
     depth_model_ = frame.depth_model;
-    return coder().encode(frame, header.is_i_frame, bytes_of_payload_);
+    return coder().encode(work_, frame, header.is_i_frame, bytes_of_payload_);
   }
 
   StreamFormat format_;
@@ -226,6 +263,8 @@ private:
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
   std::vector<std::uint8_t> bytes_of_payload_;
+  CodingWorkspace work_;
+  MemoryRule memory_rule_;
 };
 
 FrameEncoder::FrameEncoder(StreamFormat format,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "../lanes/bit_operations.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -78,7 +80,7 @@ public:
     const __m128i high = _mm_sub_epi16(_mm_load_si128(ends() + 1), place);
     const auto behind =
         static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
-    return static_cast<unsigned int>(__builtin_ctz(behind));
+    return lowestBit(behind);
 #else
     const std::uint32_t fine = (slot << fine_bits) + ((1u << fine_bits) - 1);
     std::size_t symbol = symbol_count - 1;

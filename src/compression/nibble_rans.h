@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../lanes/bit_operations.h"
 #include "byte_table.h"
 #include "nibble_model.h"
 
@@ -110,10 +111,8 @@ public:
           const Wanted& wanted = Wanted())
   {
     for (std::size_t i = 0; i < count; ++i) {
-      // Not in a function of its own: g++ takes one that only prefetches for one that
-      // does nothing.
       for (const void* address : wanted(i))
-        __builtin_prefetch(address);
+        prefetch(address);
       code(models[contexts[i]], nibbles[i]);
     }
     return true;
@@ -281,10 +280,8 @@ public:
           const Wanted& wanted = Wanted())
   {
     return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
-      // Not in a function of its own: g++ takes one that only prefetches for one that
-      // does nothing.
       for (const void* address : wanted(i))
-        __builtin_prefetch(address);
+        prefetch(address);
       return coder.code(models[contexts[i]], 0);
     });
   }

@@ -56,15 +56,6 @@ OccupancyTree::build(const std::vector<std::uint64_t>& keys, unsigned int depth)
 }
 
 std::size_t
-OccupancyTree::nodeCount() const
-{
-  std::size_t count = 0;
-  for (unsigned int index = 0; index < depth_; ++index)
-    count += levels_[index].size();
-  return count;
-}
-
-std::size_t
 maxBranchNodes(const DecoderLimits& limits, unsigned int depth)
 {
   // In 64 bits whatever the machine's.
@@ -72,7 +63,7 @@ maxBranchNodes(const DecoderLimits& limits, unsigned int depth)
   const std::uint64_t voxels =
       std::min<std::uint64_t>(limits.max_voxels, std::uint64_t{1} << 40);
   const std::uint64_t nodes =
-      std::min(voxels, few) * depth + 2 * (voxels - std::min(voxels, few));
+      (std::min(voxels, few) + 1) * depth + 2 * (voxels - std::min(voxels, few));
   return static_cast<std::size_t>(
       std::min<std::uint64_t>(nodes, std::numeric_limits<std::size_t>::max()));
 }

@@ -105,17 +105,14 @@ public:
     return levels_[index];
   }
 
-  /** \brief Number of branch nodes on all levels. */
-  std::size_t
-  nodeCount() const;
-
 private:
   unsigned int depth_ = 0;
   std::array<OccupancyLevel, max_grid_depth> levels_;
 };
 
 /** \brief Branch nodes that a decoder accepts in one frame: one a level for each voxel
- * while voxels are few, an average of two each when they are many. */
+ * while voxels are few, an average of two each when they are many; and one a level more,
+ * for the branch without voxels that an octree of PCL may have grown from. */
 std::size_t
 maxBranchNodes(const DecoderLimits& limits, unsigned int depth);
 

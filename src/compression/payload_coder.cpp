@@ -17,5 +17,28 @@ PayloadCoders::of(Effort effort)
   return *coder;
 }
 
+std::size_t
+PayloadCoders::recordCount(Effort effort) const
+{
+  const std::unique_ptr<PayloadCoder>& coder =
+      coders_[static_cast<std::size_t>(effort)];
+  return coder ? coder->recordCount() : 0;
+}
+
+void
+PayloadCoders::keepOnly(Effort effort) noexcept
+{
+  for (std::size_t i = 0; i < coders_.size(); ++i)
+    if (i != static_cast<std::size_t>(effort))
+      coders_[i].reset();
+}
+
+void
+PayloadCoders::clear() noexcept
+{
+  for (std::unique_ptr<PayloadCoder>& coder : coders_)
+    coder.reset();
+}
+
 } // namespace io
 } // namespace pcl_ext

@@ -3,6 +3,8 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "coding_workspace.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -37,18 +39,23 @@ class PayloadCoder {
 public:
   virtual ~PayloadCoder() = default;
 
-  /** \brief Appends the payload of the next frame of the stream, and learns it.
+  /** \brief Appends the payload of the next frame of the stream, and learns it. An
+   * exception leaves the coder fit for nothing but its end.
+   * \param[in,out] work memory for it
    * \param[in] frame consistent; it may be without voxels
    * \param[in] is_i_frame forget what was before
    * \param[in,out] payload where to append
    */
   virtual PayloadSizes
-  encode(const VoxelFrame& frame,
+  encode(CodingWorkspace& work,
+         const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) = 0;
 
-  /** \brief Reads back what encode appended, and learns it. A failure leaves what was
-   * learnt as it was.
+  /** \brief Reads back what encode appended; either learn() or discard() follows if that
+   * succeeds. A failure leaves what was learnt as it was; an exception leaves the coder fit
+   * for nothing but its end.
+   * \param[in,out] work memory for it, not to be used for other frames before
    * \param[in] begin first byte
    * \param[in] end end of the payload, all of which must be used
    * \param[in] voxel_count number of voxels of the frame
@@ -58,19 +65,33 @@ public:
    * \return false if the bytes are no payload of that many voxels
    */
   virtual bool
-  decode(const std::uint8_t* begin,
+  decode(CodingWorkspace& work,
+         const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
          bool is_i_frame,
          VoxelFrame& frame,
          PayloadSizes& sizes) = 0;
 
+  /** \brief Learns the frame that was decoded last. */
+  virtual void
+  learn() noexcept = 0;
+
+  /** \brief Leaves what was learnt as it was before the frame that was decoded last. */
+  virtual void
+  discard() noexcept = 0;
+
+  /** \brief Gives back the memory that what was learnt does not need. */
+  virtual void
+  giveBackMemory() = 0;
+
   /** \brief How much of a frame the history knows.
+   * \param[in,out] work memory for it
    * \param[in] frame the voxels
    * \return number of its voxels that have a record
    */
   virtual std::size_t
-  knownVoxels(const VoxelFrame& frame) = 0;
+  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) = 0;
 
   /** \brief Number of voxels that have a record. */
   virtual std::size_t
@@ -82,6 +103,18 @@ class PayloadCoders {
 public:
   PayloadCoder&
   of(Effort effort);
+
+  /** \brief Records of the coder of an effort, if there is one. */
+  std::size_t
+  recordCount(Effort effort) const;
+
+  /** \brief Ends all coders but that of an effort. */
+  void
+  keepOnly(Effort effort) noexcept;
+
+  /** \brief Ends all coders: nothing is known any more. */
+  void
+  clear() noexcept;
 
 private:
   std::array<std::unique_ptr<PayloadCoder>, 3> coders_;

@@ -1,5 +1,7 @@
 #include "place_finder.h"
 
+#include "../lanes/bit_operations.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -100,8 +102,8 @@ PlaceFinder::find(const PointView& points,
           reinterpret_cast<const unsigned char*>(points.coordinates) +
           i * stride * sizeof(float);
       // A cloud comes from far away in memory, and is left there between the calls.
-      __builtin_prefetch(quad + prefetch_distance);
-      __builtin_prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
+      prefetch(quad + prefetch_distance);
+      prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
       const unsigned int certain = locator_.locate(quad,
                                                    stride * sizeof(float),
                                                    &placed.blocks[placed.count],

@@ -1,5 +1,6 @@
 #include "point_blocks.h"
 
+#include "../lanes/bit_operations.h"
 #include "../lanes/lanes.h"
 #include "radix_sort.h"
 
@@ -27,24 +28,6 @@ nonZeroBytes(const std::uint8_t* bytes)
   for (unsigned int i = 0; i < 64; i += 16)
     bits |= std::uint64_t{NativeLanes::nonZeroBytes(bytes + i)} << i;
   return bits;
-}
-
-/** \brief Number of bits set. Not the compiler's: where the oldest machines of an
- * architecture lack the instruction, that is a call. */
-std::size_t
-countBits(std::uint64_t bits)
-{
-  bits -= bits >> 1 & 0x5555555555555555;
-  bits = (bits & 0x3333333333333333) + (bits >> 2 & 0x3333333333333333);
-  bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0f;
-  return static_cast<std::size_t>(bits * 0x0101010101010101 >> 56);
-}
-
-/** \brief Index of the lowest bit that is set; there must be one. */
-unsigned int
-lowestBit(std::uint64_t bits)
-{
-  return static_cast<unsigned int>(__builtin_ctzll(bits));
 }
 
 } // namespace
@@ -212,7 +195,7 @@ PointBlocks::findOccupied()
     const std::uint64_t occupied =
         nonZeroBytes(&voxels_[64 * std::size_t{keyed.block}]);
     first_voxels_[keyed.block] = voxels;
-    voxels += countBits(occupied);
+    voxels += bitCount(occupied);
     // Written in any case and counted if need be: a branch would be a coin toss.
     occupied_[occupied_count_] = {keyed.key, occupied, keyed.block};
     occupied_count_ += occupied != 0 ? 1 : 0;

@@ -2,10 +2,13 @@
 
 #include "byte_writer.h"
 #include "static_range_coder.h"
+#include "version1_header.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -67,7 +70,12 @@ public:
   }
 
   /** \brief Reads a node and all below it; false if the symbols are not a tree or the
-   * voxels too many. */
+   * voxels too many.
+   *
+   * A branch may have no children: where PCL enlarges an octree that holds no voxel of the
+   * frame yet, the old root stays below the new one. Such a branch is not kept, as the
+   * next frame reads the same of one that is not there.
+   */
   bool
   read(unsigned int level, std::uint64_t node)
   {
@@ -76,7 +84,7 @@ public:
     const auto occupancy = static_cast<std::uint8_t>(
         symbols_[position_++] ^ reference_[level].occupancyOf(node));
     if (occupancy == 0)
-      return false;
+      return true;
     tree_.level(level).push(node, occupancy);
     const ChildList& list = childrenOf(occupancy);
     if (level + 1 == tree_.depth())
@@ -125,6 +133,24 @@ CompressionStatus
 corrupt(const std::string& what)
 {
   return {CompressionCode::Corrupt, "published frame: " + what};
+}
+
+CompressionStatus
+oldFrame(std::uint32_t number)
+{
+  return {CompressionCode::OldFrame,
+          "published frame " + std::to_string(number) +
+              " came late, or twice; it was dropped"};
+}
+
+/** \brief Tells a frame from another one of its number: CRC-32 of its symbols. */
+std::uint32_t
+checksumOf(const std::vector<std::uint8_t>& occupancy,
+           const std::vector<std::uint8_t>& intensities)
+{
+  return version1Checksum(version1Checksum(0, occupancy.data(), occupancy.size()),
+                          intensities.data(),
+                          intensities.size());
 }
 
 CompressionStatus
@@ -208,11 +234,6 @@ readTree(const std::vector<std::uint8_t>& symbols,
 {
   tree.reset(frame.grid.depth);
   frame.keys.clear();
-  if (symbols.empty())
-    return corrupt("it has no root");
-  if (symbols.size() == 1 && symbols[0] == 0 &&
-      (reference == nullptr || reference->nodeCount() == 0))
-    return {}; // the root of an empty tree
   DepthFirstReader reader(symbols, reference, max_voxels, tree, frame.keys);
   if (reader.read(0, 0) && reader.isAtEnd())
     return {};
@@ -220,6 +241,23 @@ readTree(const std::vector<std::uint8_t>& symbols,
              ? CompressionStatus{CompressionCode::LimitExceeded,
                                  "published frame: more voxels than the limit"}
              : corrupt("the occupancy bytes are not a tree");
+}
+
+/** \brief Makes a frame that was coded whole the history. Nothing throws from here on, so
+ * that what a frame fails by leaves the history as it was. */
+void
+remember(std::uint32_t frame_number,
+         const VoxelGrid& grid,
+         OccupancyTree&& tree,
+         PublishedHistory& history) noexcept
+{
+  static_assert(std::is_nothrow_copy_assignable_v<VoxelGrid> &&
+                    std::is_nothrow_move_assignable_v<OccupancyTree>,
+                "a history is replaced whole or not at all");
+  history.has_frame = true;
+  history.frame_number = frame_number;
+  history.grid = grid;
+  history.tree = std::move(tree);
 }
 
 } // namespace
@@ -240,9 +278,10 @@ encodePublished(const VoxelFrame& frame,
     DepthFirstWriter(tree, is_i_frame ? nullptr : &history.tree, symbols).write(0);
 
   const std::size_t begin = bytes.size();
+  statistics.frame_number = history.frame_number + 1;
   ByteWriter writer(bytes);
   writer.raw(published_magic, published_magic_size);
-  writer.u32(++history.frame_number);
+  writer.u32(statistics.frame_number);
   writer.u8(is_i_frame ? 1 : 0);
   if (is_i_frame) {
     writer.u64(frame.size());
@@ -266,17 +305,14 @@ encodePublished(const VoxelFrame& frame,
   statistics.bytes = bytes.size() - begin;
   statistics.intensity_bytes =
       statistics.bytes - statistics.header_bytes - statistics.occupancy_bytes;
-  statistics.frame_number = history.frame_number;
-
-  history.has_frame = true;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
 }
 
 CompressionStatus
 decodePublished(ByteSource& source,
                 const DecoderLimits& limits,
                 PublishedHistory& history,
+                FrameOrder& order,
                 VoxelFrame& frame,
                 CodedFrameStatistics& statistics)
 {
@@ -307,7 +343,7 @@ decodePublished(ByteSource& source,
   std::vector<std::uint8_t> occupancy;
   const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
   if (CompressionStatus status = readSymbols(
-          source, maxBranchNodes(limits, depth) + 1, "occupancy bytes", occupancy);
+          source, maxBranchNodes(limits, depth), "occupancy bytes", occupancy);
       !status.ok())
     return status;
   statistics.occupancy_bytes =
@@ -320,6 +356,10 @@ decodePublished(ByteSource& source,
   statistics.intensity_bytes = published_magic_size + source.consumed() -
                                statistics.header_bytes - statistics.occupancy_bytes;
   // Only now, so that the next call finds the source behind the frame.
+  const std::uint32_t checksum = checksumOf(occupancy, intensities);
+  if (!statistics.is_i_frame &&
+      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+    return oldFrame(statistics.frame_number);
   if (!has_reference)
     return {CompressionCode::MissingReference,
             "published P-frame " + std::to_string(statistics.frame_number) +
@@ -337,14 +377,17 @@ decodePublished(ByteSource& source,
   if (intensities.size() != frame.size() ||
       (statistics.is_i_frame && voxel_count != frame.size()))
     return corrupt("its counts of voxels differ");
+  if (statistics.is_i_frame &&
+      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+    return oldFrame(statistics.frame_number);
   frame.intensities.assign(intensities.begin(), intensities.end());
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
+  if (!isConsistent(frame))
+    return corrupt("it has voxels that cannot be");
 
-  history.has_frame = true;
-  history.frame_number = statistics.frame_number;
-  history.grid = frame.grid;
-  history.tree = std::move(tree);
+  remember(statistics.frame_number, frame.grid, std::move(tree), history);
+  order.decoded(statistics.frame_number, checksum);
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "byte_source.h"
+#include "frame_order.h"
 #include "occupancy_tree.h"
 
 #include <cstdint>
@@ -30,7 +31,8 @@ struct PublishedHistory {
  * (doc/bitstream.md, "The published layout").
  * \param[in] frame intensities of 8 bits
  * \param[in] is_i_frame false only if the history holds a frame of the same grid
- * \param[in,out] history the frame before this one; becomes this frame
+ * \param[in,out] history the frame before this one; becomes this frame, and stays
+ * untouched if memory runs out
  * \param[out] bytes where to append
  * \param[out] statistics of this frame
  */
@@ -45,7 +47,8 @@ encodePublished(const VoxelFrame& frame,
  * \param[in,out] source behind the magic bytes
  * \param[in] limits what decoding may cost
  * \param[in,out] history the frame before this one; becomes this frame on success and
- * stays untouched otherwise
+ * stays untouched otherwise, also if memory runs out or the source throws
+ * \param[in,out] order of the stream's frames
  * \param[out] frame the voxels; unspecified on failure
  * \param[out] statistics of this frame, without its size
  */
@@ -53,6 +56,7 @@ CompressionStatus
 decodePublished(ByteSource& source,
                 const DecoderLimits& limits,
                 PublishedHistory& history,
+                FrameOrder& order,
                 VoxelFrame& frame,
                 CodedFrameStatistics& statistics);
 

@@ -94,6 +94,24 @@ isTable(const CumulativeTable& table)
   return true;
 }
 
+/** \brief False if no row of that many symbols has the table.
+ *
+ * A table that was not scaled counts every symbol that occurs, and those that do not as
+ * 1; one that was has a total of at least bottom / 2, and fewer than 256 counts of the
+ * total before were of symbols that do not occur.
+ */
+bool
+allowsCount(const CumulativeTable& table, std::size_t count)
+{
+  const std::uint32_t total = table[alphabet_size];
+  std::uint32_t certain = 0; // symbols with a share that none has that does not occur
+  for (unsigned int s = 0; s < alphabet_size; ++s)
+    if (table[s + 1] - table[s] > 1)
+      certain += table[s + 1] - table[s];
+  return (count >= certain && count <= total) ||
+         (total >= bottom / 2 && count > bottom - alphabet_size);
+}
+
 /** \brief For each count below the total the symbol whose share holds it. */
 std::vector<std::uint8_t>
 symbolOfCount(const CumulativeTable& table)
@@ -137,7 +155,8 @@ decodeStaticRange(ByteSource& source,
   for (std::uint32_t& entry : table)
     entry = source.u32();
   symbols.clear();
-  if (source.failure() != ByteSource::Failure::None || !isTable(table))
+  if (source.failure() != ByteSource::Failure::None || !isTable(table) ||
+      !allowsCount(table, count))
     return false;
 
   const std::uint32_t total = table[alphabet_size];

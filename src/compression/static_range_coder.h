@@ -24,7 +24,8 @@ encodeStaticRange(const std::vector<std::uint8_t>& symbols,
  *
  * PCL writes no checksum; what stands in for it is redundancy: the table must be the
  * one that an encoder derives from these very symbols, and the last four bytes must be
- * the end of the range.
+ * the end of the range. A count that contradicts the table is refused before any symbol
+ * is decoded.
  * \param[in,out] source where to read; its failure() tells if the bytes ended
  * \param[in] count number of symbols, checked by the caller against its limits
  * \param[out] symbols the symbols

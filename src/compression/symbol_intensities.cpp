@@ -4,16 +4,13 @@ namespace pcl_ext {
 namespace io {
 
 void
-SymbolIntensities::setScale(const IntensityScale& scale)
+SymbolIntensities::compute(const IntensityScale& scale)
 {
-  if (scale == scale_)
-    return;
   // Should memory fail, no scale has another's values.
   scale_ = IntensityScale();
   values_.clear();
-  if (scale.companded_range != 0)
-    for (std::uint32_t symbol = 0; symbol <= scale.maxSymbol(); ++symbol)
-      values_.push_back(scale.value(static_cast<std::uint16_t>(symbol)));
+  for (std::uint32_t symbol = 0; symbol <= scale.maxSymbol(); ++symbol)
+    values_.push_back(scale.value(static_cast<std::uint16_t>(symbol)));
   scale_ = scale;
 }
 

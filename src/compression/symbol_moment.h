@@ -1,5 +1,7 @@
 #pragma once
 
+#include "../lanes/bit_operations.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -35,13 +37,7 @@ stepOf(unsigned int value)
 {
   if (value < exact)
     return value;
-#if defined(__GNUC__)
-  const unsigned int octave = 31u - static_cast<unsigned int>(__builtin_clz(value));
-#else
-  unsigned int octave = 4;
-  while (value >> (octave + 1) != 0)
-    ++octave;
-#endif
+  const unsigned int octave = highestBit(value);
   return exact + (octave - 4) * 8 + (value >> (octave - 3) & 7);
 }
 

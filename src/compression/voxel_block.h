@@ -1,5 +1,7 @@
 #pragma once
 
+#include "../lanes/bit_operations.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,14 +36,7 @@ cellsInGrid(unsigned int grid_depth)
 inline unsigned int
 lowestCell(std::uint64_t mask)
 {
-#if defined(__GNUC__)
-  return static_cast<unsigned int>(__builtin_ctzll(mask));
-#else
-  unsigned int cell = 0;
-  for (; (mask & 1) == 0; mask >>= 1)
-    ++cell;
-  return cell;
-#endif
+  return lowestBit(mask);
 }
 
 /** \brief 0 for an empty mask, else 1; arithmetic, for g++ makes a branch of a comparison. */
@@ -51,14 +46,11 @@ isNotZero(std::uint64_t mask)
   return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
 }
 
-/** \brief Number of bits set in a mask, without the instruction that x86-64 may lack. */
+/** \brief Number of cells in a mask. */
 constexpr unsigned int
 cellCount(std::uint64_t mask)
 {
-  mask -= mask >> 1 & 0x5555555555555555;
-  mask = (mask & 0x3333333333333333) + (mask >> 2 & 0x3333333333333333);
-  mask = (mask + (mask >> 4)) & 0x0f0f0f0f0f0f0f0f;
-  return static_cast<unsigned int>(mask * 0x0101010101010101 >> 56);
+  return bitCount(mask);
 }
 
 /** \brief Number of bits set in each byte. */

@@ -109,7 +109,7 @@ computeIntensities(const IntensityScale& scale,
 
 std::size_t
 voxelCentres(const VoxelFrame& frame,
-             const SymbolIntensities& symbol_intensities,
+             SymbolIntensities& symbol_intensities,
              std::size_t begin,
              VoxelCentres& centres)
 {
@@ -120,7 +120,8 @@ voxelCentres(const VoxelFrame& frame,
   else
     computeCentres<std::uint64_t>(frame.grid, keys, count, centres);
   const std::uint16_t* const symbols = frame.intensities.data() + begin;
-  if (const float* const values = symbol_intensities.compandedValues())
+  if (const float* const values =
+          symbol_intensities.compandedValues(frame.intensity_scale))
     lookUpIntensities(values, symbols, count, centres.intensity);
   else
     computeIntensities(frame.intensity_scale, symbols, count, centres.intensity);

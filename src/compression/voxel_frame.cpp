@@ -28,6 +28,31 @@ isScale(const IntensityScale& scale)
                                          scale.companded_range <= 65535));
 }
 
+/** \brief True if keys are strictly ascending and below an end of 2^63 at most. */
+bool
+areKeys(const std::vector<std::uint64_t>& keys, std::uint64_t end)
+{
+  // By differences, as SSE2 cannot compare 64 bits: the highest bit is set where one is
+  // not above 0, if none of the keys has it.
+  std::uint64_t differences = 0;
+  std::uint64_t bits = keys[0];
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    differences |= keys[i] - keys[i - 1] - 1;
+    bits |= keys[i];
+  }
+  return ((differences | bits) >> 63) == 0 && keys.back() < end;
+}
+
+/** \brief True if all symbols have so many bits. */
+bool
+areSymbols(const std::vector<std::uint16_t>& symbols, unsigned int bits)
+{
+  std::uint16_t all = 0;
+  for (const std::uint16_t symbol : symbols)
+    all = static_cast<std::uint16_t>(all | symbol);
+  return all >> bits == 0;
+}
+
 } // namespace
 
 bool
@@ -37,19 +62,9 @@ isConsistent(const VoxelFrame& frame)
       (frame.depth_model && !isConsistent(*frame.depth_model)) ||
       frame.keys.size() != frame.intensities.size())
     return false;
-  if (frame.keys.empty())
-    return true;
-  const std::uint64_t key_end = std::uint64_t{1} << (3 * frame.grid.depth);
-  const bool ascends =
-      std::adjacent_find(frame.keys.begin(),
-                         frame.keys.end(),
-                         [](std::uint64_t first, std::uint64_t second) {
-                           return first >= second;
-                         }) == frame.keys.end();
-  const std::uint32_t max_symbol = frame.intensity_scale.maxSymbol();
-  return ascends && frame.keys.back() < key_end &&
-         *std::max_element(frame.intensities.begin(), frame.intensities.end()) <=
-             max_symbol;
+  return frame.keys.empty() ||
+         (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&
+          areSymbols(frame.intensities, frame.intensity_scale.bits));
 }
 
 } // namespace io

@@ -180,15 +180,25 @@ struct VoxelHistory::Learning {
 };
 
 void
+VoxelHistory::makeRoom(const BlockList& frame, bool is_i_frame)
+{
+  // At most every record stays and every voxel is new.
+  const std::size_t records = (is_i_frame ? 0 : record_count_) + frame.voxelCount();
+  if (next_records_.size() < records)
+    next_records_.resize(records);
+  const std::size_t blocks = (is_i_frame ? 0 : blocks_.size()) + frame.size();
+  next_blocks_.clear();
+  if (next_blocks_.capacity() < blocks)
+    next_blocks_.reserve(blocks / 4 * 5 + 4);
+}
+
+void
 VoxelHistory::update(const BlockList& frame,
                      const std::vector<std::uint16_t>& numbers,
                      const DepthObservations* depths,
                      bool is_i_frame)
 {
-  // At most every record stays and every voxel is new.
-  if (next_records_.size() < record_count_ + numbers.size())
-    next_records_.resize(record_count_ + numbers.size());
-  next_blocks_.clear();
+  makeRoom(frame, is_i_frame);
   const Learning learning{numbers.data(),
                           depths,
                           fraction_bits_,
@@ -232,6 +242,16 @@ VoxelHistory::update(const BlockList& frame,
   record_count_ = static_cast<std::size_t>(next - next_records_.data());
   blocks_.swap(next_blocks_);
   records_.swap(next_records_);
+}
+
+void
+VoxelHistory::giveBackMemory()
+{
+  next_blocks_ = std::vector<HistoryBlock>();
+  next_records_ = std::vector<VoxelRecord>();
+  records_.resize(record_count_);
+  records_.shrink_to_fit();
+  blocks_.shrink_to_fit();
 }
 
 } // namespace io

@@ -80,6 +80,14 @@ public:
   void
   clear(unsigned int symbol_bits, std::uint16_t forgotten_below);
 
+  /** \brief Takes the memory that update() will need for a frame, so that it cannot fail
+   * then.
+   * \param[in] frame its blocks
+   * \param[in] is_i_frame what is known now will be forgotten before
+   */
+  void
+  makeRoom(const BlockList& frame, bool is_i_frame);
+
   /** \brief Learns a frame.
    * \param[in] frame its blocks
    * \param[in] numbers what was coded of its voxels' intensities: symbols, or numbers of
@@ -93,6 +101,10 @@ public:
          const std::vector<std::uint16_t>& numbers,
          const DepthObservations* depths,
          bool is_i_frame);
+
+  /** \brief Gives back the memory that the known voxels do not need. */
+  void
+  giveBackMemory();
 
 private:
   struct Learning;

@@ -1,5 +1,7 @@
 #include "density_blocks.h"
 
+#include "../lanes/bit_operations.h"
+
 #include <algorithm>
 #include <cstring>
 
@@ -38,20 +40,6 @@ copyRows(const BlockCells& block,
                       z.to,
                   block.data() + (x.from + i) * 16 + (y.from + j) * 4 + z.from,
                   count * sizeof(std::int16_t));
-}
-
-/** \brief Lowest bit of a mask that is not 0. */
-unsigned int
-lowestBit(std::uint64_t mask)
-{
-#if defined(__GNUC__)
-  return static_cast<unsigned int>(__builtin_ctzll(mask));
-#else
-  unsigned int bit = 0;
-  for (; (mask & 1) == 0; mask >>= 1)
-    ++bit;
-  return bit;
-#endif
 }
 
 using Row = DensityWindow::Row;

@@ -1,5 +1,4 @@
 #include <pcl_ext/compression/morton_key.h>
-#include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "../compression/voxel_block.h"

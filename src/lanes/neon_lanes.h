@@ -42,19 +42,6 @@ struct NeonLanes {
     return vmulq_f32(first, second);
   }
 
-  // Not vminq and vmaxq, which give NaN if either is NaN.
-  static Floats
-  min(Floats first, Floats second)
-  {
-    return vbslq_f32(vcltq_f32(first, second), first, second);
-  }
-
-  static Floats
-  max(Floats first, Floats second)
-  {
-    return vbslq_f32(vcgtq_f32(first, second), first, second);
-  }
-
   static Ints
   less(Floats first, Floats second)
   {
@@ -65,18 +52,6 @@ struct NeonLanes {
   lessOrEqual(Floats first, Floats second)
   {
     return vreinterpretq_s32_u32(vcleq_f32(first, second));
-  }
-
-  static Floats
-  where(Ints mask, Floats values)
-  {
-    return vreinterpretq_f32_s32(vandq_s32(mask, vreinterpretq_s32_f32(values)));
-  }
-
-  static Floats
-  select(Ints mask, Floats if_set, Floats if_not)
-  {
-    return vbslq_f32(vreinterpretq_u32_s32(mask), if_set, if_not);
   }
 
   static Floats
@@ -95,12 +70,6 @@ struct NeonLanes {
   toFloats(Ints values)
   {
     return vcvtq_f32_s32(values);
-  }
-
-  static Ints
-  add(Ints first, Ints second)
-  {
-    return vaddq_s32(first, second);
   }
 
   static Ints

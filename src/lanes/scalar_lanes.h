@@ -50,20 +50,6 @@ struct ScalarLanes {
     return each(first, second, [](float a, float b) { return a * b; });
   }
 
-  /** \brief The second where the first is NaN. */
-  static Floats
-  min(const Floats& first, const Floats& second)
-  {
-    return each(first, second, [](float a, float b) { return a < b ? a : b; });
-  }
-
-  /** \brief The second where the first is NaN. */
-  static Floats
-  max(const Floats& first, const Floats& second)
-  {
-    return each(first, second, [](float a, float b) { return a > b ? a : b; });
-  }
-
   static Ints
   less(const Floats& first, const Floats& second)
   {
@@ -80,26 +66,6 @@ struct ScalarLanes {
     for (std::size_t lane = 0; lane < 4; ++lane)
       mask[lane] = first[lane] <= second[lane] ? -1 : 0;
     return mask;
-  }
-
-  /** \brief The floats where the mask is set, 0 elsewhere. */
-  static Floats
-  where(const Ints& mask, const Floats& values)
-  {
-    Floats result;
-    for (std::size_t lane = 0; lane < 4; ++lane)
-      result[lane] = mask[lane] != 0 ? values[lane] : 0.0f;
-    return result;
-  }
-
-  /** \brief One float or the other. */
-  static Floats
-  select(const Ints& mask, const Floats& if_set, const Floats& if_not)
-  {
-    Floats result;
-    for (std::size_t lane = 0; lane < 4; ++lane)
-      result[lane] = mask[lane] != 0 ? if_set[lane] : if_not[lane];
-    return result;
   }
 
   static Floats
@@ -128,14 +94,6 @@ struct ScalarLanes {
     for (std::size_t lane = 0; lane < 4; ++lane)
       result[lane] = static_cast<float>(values[lane]);
     return result;
-  }
-
-  /** \brief Sums, modulo 2^32. */
-  static Ints
-  add(const Ints& first, const Ints& second)
-  {
-    return eachBits(
-        first, second, [](std::uint32_t a, std::uint32_t b) { return a + b; });
   }
 
   /** \brief Differences, modulo 2^32. */

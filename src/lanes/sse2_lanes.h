@@ -42,18 +42,6 @@ struct Sse2Lanes {
     return _mm_mul_ps(first, second);
   }
 
-  static Floats
-  min(Floats first, Floats second)
-  {
-    return _mm_min_ps(first, second);
-  }
-
-  static Floats
-  max(Floats first, Floats second)
-  {
-    return _mm_max_ps(first, second);
-  }
-
   static Ints
   less(Floats first, Floats second)
   {
@@ -64,19 +52,6 @@ struct Sse2Lanes {
   lessOrEqual(Floats first, Floats second)
   {
     return _mm_castps_si128(_mm_cmple_ps(first, second));
-  }
-
-  static Floats
-  where(Ints mask, Floats values)
-  {
-    return _mm_and_ps(_mm_castsi128_ps(mask), values);
-  }
-
-  static Floats
-  select(Ints mask, Floats if_set, Floats if_not)
-  {
-    const __m128 bits = _mm_castsi128_ps(mask);
-    return _mm_or_ps(_mm_and_ps(bits, if_set), _mm_andnot_ps(bits, if_not));
   }
 
   static Floats
@@ -95,12 +70,6 @@ struct Sse2Lanes {
   toFloats(Ints values)
   {
     return _mm_cvtepi32_ps(values);
-  }
-
-  static Ints
-  add(Ints first, Ints second)
-  {
-    return _mm_add_epi32(first, second);
   }
 
   static Ints

@@ -278,7 +278,6 @@ private:
   void
   appendCentres(const io::VoxelFrame& frame)
   {
-    symbol_intensities_.setScale(frame.intensity_scale);
     const float margin = io::faceMargin(settings_.resolution);
     io::VoxelCentres centres;
     for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {

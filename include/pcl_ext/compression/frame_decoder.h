@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/coding_memory.h>
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_encoder.h>
@@ -57,6 +58,15 @@ public:
    */
   CompressionStatus
   decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame);
+
+  /** \brief The same with memory that several decoders take turns with.
+   * \param[in,out] memory not to be used by another call at the same time
+   */
+  CompressionStatus
+  decode(const std::uint8_t* bytes,
+         std::size_t size,
+         VoxelFrame& frame,
+         CodingMemory& memory);
 
   /** \brief What the last decoded frame carried of a cloud's header, if anything. */
   const std::optional<FrameStamp>&

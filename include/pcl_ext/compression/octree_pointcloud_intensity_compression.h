@@ -247,7 +247,7 @@ private:
   depthModel(const PointCloud& cloud) const;
 
   void
-  fillCloud(PointCloud& cloud) const;
+  fillCloud(PointCloud& cloud);
 
   void
   retainOctree();

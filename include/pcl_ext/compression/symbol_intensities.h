@@ -12,22 +12,27 @@ namespace io {
  * not for each voxel. */
 class PCL_EXT_EXPORT SymbolIntensities {
 public:
-  /** \brief Follows a stream's scale; costs next to nothing where it is the last one.
+  /** \brief IntensityScale::value of each symbol; costs next to nothing where the scale
+   * is that of the last call.
    * \param[in] scale as isConsistent() asks
+   * \return maxSymbol() + 1 values, until the next call; null for a linear scale, where a
+   * product is as fast
    */
-  void
-  setScale(const IntensityScale& scale);
-
-  /** \brief IntensityScale::value of each symbol; null for a linear scale, where a
-   * product is as fast. */
   const float*
-  compandedValues() const
+  compandedValues(const IntensityScale& scale)
   {
-    return values_.empty() ? nullptr : values_.data();
+    if (scale.companded_range == 0)
+      return nullptr;
+    if (scale != scale_)
+      compute(scale);
+    return values_.data();
   }
 
 private:
-  IntensityScale scale_;
+  void
+  compute(const IntensityScale& scale);
+
+  IntensityScale scale_;      // linear: there are no values
   std::vector<float> values_; // by symbol
 };
 

@@ -23,14 +23,15 @@ struct VoxelCentres {
 /** \brief Computes voxels as points: VoxelGrid::centre and IntensityScale::value for many
  * voxels at a time.
  * \param[in] frame as isConsistent() asks
- * \param[in] symbol_intensities set to the frame's scale
+ * \param[in,out] symbol_intensities memory for what is computed once for each scale, of any
+ * frames before; one for each thread
  * \param[in] begin the first voxel, at most frame.size()
  * \param[out] centres the voxels from there
  * \return how many there are: VoxelCentres::most, or what the frame has left
  */
 PCL_EXT_EXPORT std::size_t
 voxelCentres(const VoxelFrame& frame,
-             const SymbolIntensities& symbol_intensities,
+             SymbolIntensities& symbol_intensities,
              std::size_t begin,
              VoxelCentres& centres);
 

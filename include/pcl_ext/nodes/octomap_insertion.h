@@ -42,7 +42,6 @@ insertVoxels(const io::VoxelFrame& frame,
              bool lazy_eval = false)
 {
   io::SymbolIntensities symbol_intensities;
-  symbol_intensities.setScale(frame.intensity_scale);
   // Until the end, as each update of inner nodes would walk the tree again.
   constexpr bool lazily = true;
   const float margin = io::faceMargin(map.getResolution());

@@ -256,7 +256,6 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   if (!status.ok())
     return status;
   statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
-  symbol_intensities_.setScale(frame_.intensity_scale);
   fillCloud(cloud);
   if (decoder_.stamp()) {
     cloud.header.stamp = decoder_.stamp()->stamp;
@@ -345,7 +344,7 @@ template <typename PointT,
           typename OctreeT>
 void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
-    fillCloud(PointCloud& cloud) const
+    fillCloud(PointCloud& cloud)
 {
   cloud.resize(frame_.size());
   // Static, as the compiler would build one anew on the stack for each point, piece by

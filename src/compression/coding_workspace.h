@@ -1,0 +1,41 @@
+#pragma once
+
+#include "fast_workspace.h"
+#include "memory_rule.h"
+
+#include <cstddef>
+#include <memory>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Memory for a frame while it is coded; see CodingMemory. */
+class CodingWorkspace {
+public:
+  /** \brief That of effort fast. */
+  FastWorkspace&
+  fast()
+  {
+    if (!fast_)
+      fast_ = std::make_unique<FastWorkspace>();
+    return *fast_;
+  }
+
+  /** \brief Ends a frame; gives memory back that frames of long ago needed, and these do
+   * not.
+   * \param[in] needed by the frame, in voxels and bytes
+   */
+  void
+  endFrame(std::size_t needed)
+  {
+    if (memory_rule_.shouldGiveBack(needed))
+      fast_.reset();
+  }
+
+private:
+  std::unique_ptr<FastWorkspace> fast_;
+  MemoryRule memory_rule_;
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,148 @@
+/** \file
+ * \brief Memory of operator new that runs out when a test says so, and how much of it is in
+ * use; for programs of any number of threads.
+ *
+ * \warning Exactly one translation unit per program may include this header: it
+ * replaces the global operators.
+ */
+#pragma once
+
+#include <malloc.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+namespace pcl_ext {
+namespace test {
+
+/** \brief Bytes that were taken and not given back. */
+inline std::atomic<std::size_t> live_bytes{0};
+
+namespace detail {
+
+inline std::atomic<std::size_t> failing_allocation{0}; ///< 0: none
+inline std::atomic<std::size_t> allocations{0};        ///< since one is to fail
+inline thread_local bool is_exempt = false;
+
+/** \brief Whether the allocation that is asked for is the one that fails. */
+inline bool
+isToFail()
+{
+  const std::size_t failing = failing_allocation;
+  return failing != 0 && !is_exempt && ++allocations == failing;
+}
+
+} // namespace detail
+
+/** \brief While it lives, one allocation of all threads fails. */
+class OneFailingAllocation {
+public:
+  /** \param[in] number 1 is the next one */
+  explicit OneFailingAllocation(std::size_t number)
+  {
+    detail::allocations = 0;
+    detail::failing_allocation = number;
+  }
+
+  ~OneFailingAllocation() { detail::failing_allocation = 0; }
+  OneFailingAllocation(const OneFailingAllocation&) = delete;
+  OneFailingAllocation&
+  operator=(const OneFailingAllocation&) = delete;
+
+  bool
+  hasFailed() const
+  {
+    return detail::allocations >= detail::failing_allocation;
+  }
+};
+
+/** \brief While it lives, allocations of its thread neither fail nor count: the test's
+ * own. */
+class Exemption {
+public:
+  Exemption() : was_exempt_(detail::is_exempt) { detail::is_exempt = true; }
+  ~Exemption() { detail::is_exempt = was_exempt_; }
+  Exemption(const Exemption&) = delete;
+  Exemption&
+  operator=(const Exemption&) = delete;
+
+private:
+  bool was_exempt_;
+};
+
+} // namespace test
+} // namespace pcl_ext
+
+/** \brief Counts what malloc or another function gave. */
+inline void*
+takenMemory(void* memory)
+{
+  if (memory == nullptr)
+    throw std::bad_alloc();
+  pcl_ext::test::live_bytes += malloc_usable_size(memory);
+  return memory;
+}
+
+// Not inline: GCC would see malloc and delete, or new and free, as a pair.
+[[gnu::noinline]] void*
+operator new(std::size_t size)
+{
+  if (pcl_ext::test::detail::isToFail())
+    throw std::bad_alloc();
+  return takenMemory(std::malloc(size));
+}
+
+[[gnu::noinline]] void*
+operator new(std::size_t size, std::align_val_t alignment)
+{
+  if (pcl_ext::test::detail::isToFail())
+    throw std::bad_alloc();
+  const auto line = static_cast<std::size_t>(alignment);
+  return takenMemory(std::aligned_alloc(line, (size + line - 1) / line * line));
+}
+
+void*
+operator new[](std::size_t size)
+{
+  return operator new(size);
+}
+
+[[gnu::noinline]] void
+operator delete(void* memory) noexcept
+{
+  if (memory != nullptr)
+    pcl_ext::test::live_bytes -= malloc_usable_size(memory);
+  std::free(memory);
+}
+
+void
+operator delete[](void* memory) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::align_val_t) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::size_t /*size*/, std::align_val_t) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, std::size_t /*size*/) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete[](void* memory, std::size_t /*size*/) noexcept
+{
+  operator delete(memory);
+}

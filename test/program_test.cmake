@@ -1,0 +1,12 @@
+# A test that runs a program, and passes if that ends with an exit status and prints
+# something; the property PASS_REGULAR_EXPRESSION would pass whatever the status.
+#   name     of the test
+#   status   the exit status
+#   output   regular expression that standard output and errors match
+#   ARGN     the program and its arguments, without semicolons
+set(PCL_EXT_RUN_PROGRAM ${CMAKE_CURRENT_LIST_DIR}/run_program.cmake)
+function(pcl_ext_add_program_test name status output)
+  add_test(NAME ${name}
+           COMMAND ${CMAKE_COMMAND} "-DCOMMAND=${ARGN}" -DSTATUS=${status}
+                   "-DOUTPUT=${output}" -P ${PCL_EXT_RUN_PROGRAM})
+endfunction()
