@@ -23,6 +23,7 @@ inline std::atomic<std::size_t> live_bytes{0};
 namespace detail {
 
 inline std::atomic<std::size_t> failing_allocation{0}; ///< 0: none
+inline std::atomic<bool> is_failure_lasting{false};    ///< those behind it fail, too
 inline std::atomic<std::size_t> allocations{0};        ///< since one is to fail
 inline thread_local bool is_exempt = false;
 
@@ -31,7 +32,10 @@ inline bool
 isToFail()
 {
   const std::size_t failing = failing_allocation;
-  return failing != 0 && !is_exempt && ++allocations == failing;
+  if (failing == 0 || is_exempt)
+    return false;
+  const std::size_t number = ++allocations;
+  return number == failing || (number > failing && is_failure_lasting);
 }
 
 } // namespace detail
@@ -39,10 +43,13 @@ isToFail()
 /** \brief While it lives, one allocation of all threads fails. */
 class OneFailingAllocation {
 public:
-  /** \param[in] number 1 is the next one */
-  explicit OneFailingAllocation(std::size_t number)
+  /** \param[in] number 1 is the next one
+   * \param[in] is_lasting all allocations behind it fail, too
+   */
+  explicit OneFailingAllocation(std::size_t number, bool is_lasting = false)
   {
     detail::allocations = 0;
+    detail::is_failure_lasting = is_lasting;
     detail::failing_allocation = number;
   }
 
@@ -103,6 +110,18 @@ operator new(std::size_t size, std::align_val_t alignment)
   return takenMemory(std::aligned_alloc(line, (size + line - 1) / line * line));
 }
 
+// The standard library's own would be a sanitizer's, whose memory is not for free().
+void*
+operator new(std::size_t size, const std::nothrow_t& /*unused*/) noexcept
+{
+  try {
+    return operator new(size);
+  }
+  catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
 void*
 operator new[](std::size_t size)
 {
@@ -119,6 +138,12 @@ operator delete(void* memory) noexcept
 
 void
 operator delete[](void* memory) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, const std::nothrow_t& /*unused*/) noexcept
 {
   operator delete(memory);
 }

@@ -10,176 +10,18 @@
  * The first byte chooses the stream; for each frame follow a byte of choices and the number
  * of allocations that succeed.
  */
+#include "failing_memory.h"
+
 #include <pcl_ext/compression/voxelizer.h>
 
 #include "small_streams.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <map>
 #include <memory>
 #include <new>
-
-namespace {
-
-/** \brief When operator new fails. */
-struct MemoryFailure {
-  bool is_on = false;
-  bool is_lasting = false;     // all allocations fail behind the first that does
-  std::size_t allocations = 0; // that still succeed
-  std::size_t failures = 0;
-};
-
-MemoryFailure memory_failure;
-
-/** \brief True if this allocation shall fail. */
-bool
-failsNow()
-{
-  if (!memory_failure.is_on)
-    return false;
-  if (memory_failure.allocations > 0) {
-    --memory_failure.allocations;
-    return false;
-  }
-  memory_failure.is_on = memory_failure.is_lasting;
-  ++memory_failure.failures;
-  return true;
-}
-
-void*
-allocate(std::size_t size)
-{
-  return failsNow() ? nullptr : std::malloc(size);
-}
-
-void*
-allocateAligned(std::size_t size, std::align_val_t alignment)
-{
-  const auto line = static_cast<std::size_t>(alignment);
-  return failsNow() ? nullptr
-                    : std::aligned_alloc(line, (size + line - 1) / line * line);
-}
-
-void*
-orThrow(void* memory)
-{
-  if (memory == nullptr)
-    throw std::bad_alloc();
-  return memory;
-}
-
-} // namespace
-
-// Not inline: compilers would see malloc and delete, or new and free, as a pair.
-[[gnu::noinline]] void*
-operator new(std::size_t size)
-{
-  return orThrow(allocate(size));
-}
-
-[[gnu::noinline]] void*
-operator new(std::size_t size, const std::nothrow_t& /*unused*/) noexcept
-{
-  return allocate(size);
-}
-
-[[gnu::noinline]] void*
-operator new(std::size_t size, std::align_val_t alignment)
-{
-  return orThrow(allocateAligned(size, alignment));
-}
-
-[[gnu::noinline]] void*
-operator new(std::size_t size,
-             std::align_val_t alignment,
-             const std::nothrow_t& /*unused*/) noexcept
-{
-  return allocateAligned(size, alignment);
-}
-
-[[gnu::noinline]] void*
-operator new[](std::size_t size)
-{
-  return orThrow(allocate(size));
-}
-
-[[gnu::noinline]] void*
-operator new[](std::size_t size, const std::nothrow_t& /*unused*/) noexcept
-{
-  return allocate(size);
-}
-
-[[gnu::noinline]] void*
-operator new[](std::size_t size, std::align_val_t alignment)
-{
-  return orThrow(allocateAligned(size, alignment));
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory, const std::nothrow_t& /*unused*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory, std::size_t /*size*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory, std::align_val_t /*alignment*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory,
-                std::size_t /*size*/,
-                std::align_val_t /*alignment*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete[](void* memory) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete[](void* memory, const std::nothrow_t& /*unused*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete[](void* memory, std::size_t /*size*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete[](void* memory, std::align_val_t /*alignment*/) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete[](void* memory,
-                  std::size_t /*size*/,
-                  std::align_val_t /*alignment*/) noexcept
-{
-  std::free(memory);
-}
+#include <optional>
 
 namespace {
 
@@ -220,10 +62,9 @@ public:
   bool
   run(const FunctionT& function) const
   {
-    memory_failure.is_on = has(fails);
-    memory_failure.is_lasting = has(fails_lastingly);
-    memory_failure.allocations = allocations_;
-    memory_failure.failures = 0;
+    std::optional<pcl_ext::test::OneFailingAllocation> failing;
+    if (has(fails))
+      failing.emplace(allocations_ + 1, has(fails_lastingly));
     bool has_thrown = false;
     try {
       function();
@@ -231,10 +72,11 @@ public:
     catch (...) {
       has_thrown = true;
     }
-    // Before anything else: whoever reports a failure needs memory.
-    memory_failure.is_on = false;
+    const bool has_run_out = failing && failing->hasFailed();
+    // Before anything else: whoever reports a broken promise needs memory.
+    failing.reset();
     require(!has_thrown);
-    return memory_failure.failures > 0;
+    return has_run_out;
   }
 
 private:

@@ -4,10 +4,14 @@
  * wrap, against a model of what may be shown.
  *
  * A decoded frame is the one that was encoded with these bytes. A P-frame is decoded only
- * behind its own predecessor. A frame that was decoded is not decoded again, and a damaged
- * one of version 1 never. What must be decoded: the frame behind the one that was decoded
- * last, whatever was refused in between; an I-frame with a higher number; the first I-frame
- * that a decoder meets; and at the end the first two frames of a sender that starts again.
+ * behind its own predecessor. A damaged frame of version 1 is never decoded. A frame that
+ * was decoded since its sender began is not decoded again, except for an I-frame right behind
+ * itself, and unless so many frames were refused in a row that the decoder takes the sender
+ * for one that began again.
+ *
+ * What must be decoded: the frame behind the one that was decoded last, whatever was refused
+ * in between; an I-frame with a higher number that is no copy; the first I-frame that a
+ * decoder meets; and at the end the first two frames of a sender that starts again.
  *
  * The published layout has no checksum: once a damaged frame of it has passed, or a P-frame
  * behind another sender's frame of the right number, nothing is demanded of it until its
@@ -79,21 +83,21 @@ public:
   {
     Bytes bytes(rubbish, 0x2a);
     bytes.insert(bytes.end(), sent.bytes.begin(), sent.bytes.end());
-    const bool is_copy =
-        std::any_of(decoded_.begin(), decoded_.end(), [&](const Bytes* decoded) {
-          return *decoded == sent.bytes;
-        });
+    History& history = historyOf(sent);
+    const bool is_copy = contains(history.decoded, sent);
     const bool is_successor = last_ != nullptr && sent.predecessor == last_;
     if (decode(bytes).ok()) {
-      // Senders of the published layout may make the same P-frame.
-      require(!is_copy || is_successor);
+      require(!contains(history.decoded_since_start, sent) || is_successor ||
+              (sent.is_i_frame && history.last == &sent) ||
+              history.refused_in_a_row >= refused_until_restart);
       accept(sent);
       return;
     }
+    ++history.refused_in_a_row;
     const bool is_first = is_untouched_ && sent.is_i_frame;
     const bool is_newer = sent.is_i_frame && last_ != nullptr &&
                           isPublished(*last_) == isPublished(sent) &&
-                          static_cast<std::int32_t>(sent.number - last_->number) > 0;
+                          isAbove(sent.number, last_->number);
     require(is_copy || !(is_first || is_successor || is_newer));
   }
 
@@ -101,12 +105,15 @@ public:
   void
   deliverDamaged(const SentFrame& sent, const Bytes& bytes, bool is_cut_off)
   {
-    if (!decode(bytes).ok())
+    History& history = historyOf(sent);
+    if (!decode(bytes).ok()) {
+      ++history.refused_in_a_row;
       return;
+    }
     require(isPublished(sent) && !is_cut_off);
     is_untouched_ = false;
-    is_published_known_ = false;
-    last_published_ = nullptr;
+    history = History();
+    history.is_known = false;
     last_ = nullptr;
   }
 
@@ -121,6 +128,39 @@ public:
   }
 
 private:
+  /** \brief What was decoded of one format. */
+  struct History {
+    const SentFrame* last = nullptr;
+    bool is_known = true; // what the decoder holds is what was sent
+    std::deque<const SentFrame*> decoded;
+    std::deque<const SentFrame*> decoded_since_start;
+    unsigned int refused_in_a_row = 0;
+  };
+
+  /** \brief The decoder's rule has 8; damaged frames, which count here, are not its. */
+  static constexpr unsigned int refused_until_restart = 8;
+
+  History&
+  historyOf(const SentFrame& sent)
+  {
+    return histories_[isPublished(sent) ? 1 : 0];
+  }
+
+  static bool
+  isAbove(std::uint32_t number, std::uint32_t other)
+  {
+    return static_cast<std::int32_t>(number - other) > 0;
+  }
+
+  static bool
+  contains(const std::deque<const SentFrame*>& frames, const SentFrame& sent)
+  {
+    // Two senders may make the same bytes.
+    return std::any_of(frames.begin(), frames.end(), [&](const SentFrame* frame) {
+      return frame->bytes == sent.bytes;
+    });
+  }
+
   CompressionStatus
   decode(const Bytes& bytes)
   {
@@ -139,38 +179,38 @@ private:
   void
   accept(const SentFrame& sent)
   {
-    is_untouched_ = false;
+    History& history = historyOf(sent);
     const bool is_same = isSame(sent, decoded_frame_, decoder_.stamp());
-    if (!isPublished(sent)) {
-      require(is_same && (sent.is_i_frame || last_version1_ == sent.predecessor));
-      last_version1_ = &sent;
-    }
+    if (!isPublished(sent))
+      require(is_same && (sent.is_i_frame || history.last == sent.predecessor));
     else if (sent.is_i_frame) {
       require(is_same);
-      is_published_known_ = true;
-      last_published_ = &sent;
+      history.is_known = true;
     }
-    else if (is_published_known_) {
-      require(last_published_ != nullptr && last_published_->number + 1 == sent.number);
-      is_published_known_ = last_published_ == sent.predecessor;
-      require(is_same || !is_published_known_);
-      last_published_ = &sent;
+    else if (history.is_known) {
+      require(history.last != nullptr && history.last->number + 1 == sent.number);
+      history.is_known = history.last == sent.predecessor;
+      require(is_same || !history.is_known);
     }
-    last_ = isPublished(sent) && !is_published_known_ ? nullptr : &sent;
-    constexpr std::size_t remembered_frames = 256;
-    decoded_.push_back(&sent.bytes);
-    if (decoded_.size() > remembered_frames)
-      decoded_.pop_front();
+    if (history.last != nullptr && !isAbove(sent.number, history.last->number))
+      history.decoded_since_start.clear();
+    for (auto* const frames : {&history.decoded, &history.decoded_since_start}) {
+      frames->push_back(&sent);
+      constexpr std::size_t remembered_frames = 256;
+      if (frames->size() > remembered_frames)
+        frames->pop_front();
+    }
+    history.last = &sent;
+    history.refused_in_a_row = 0;
+    is_untouched_ = false;
+    last_ = history.is_known ? &sent : nullptr;
   }
 
   FrameDecoder decoder_;
   VoxelFrame decoded_frame_;
   bool is_untouched_ = true;        // nothing was decoded yet
   const SentFrame* last_ = nullptr; // decoded last, if it is known which
-  const SentFrame* last_version1_ = nullptr;
-  const SentFrame* last_published_ = nullptr;
-  bool is_published_known_ = true;
-  std::deque<const Bytes*> decoded_;
+  std::array<History, 2> histories_;
 };
 
 /** \brief Where a sender is in its frames. */
