@@ -220,10 +220,12 @@ lie(pcl::PCLPointCloud2& cloud, FuzzInput& input)
   case 9:
     field.name = field.name == "X" ? "" : "X";
     break;
-  case 10: // a second one of that name
-    cloud.fields.push_back(field);
-    cloud.fields.back().offset = changed(field.offset, input);
+  case 10: { // a second one of that name
+    pcl::PCLPointField second = field;
+    second.offset = changed(second.offset, input);
+    cloud.fields.push_back(second);
     break;
+  }
   case 11:
     if (!cloud.fields.empty())
       cloud.fields.pop_back();
@@ -390,19 +392,18 @@ expectedIntensity(const QuadraticIntensity& model, float depth, float /*native*/
   return share * share;
 }
 
-/** \brief Equal but for rounding; not finite is as good as not finite. */
+/** \brief Whether a value is a point's intensity times the scale but for rounding, and for
+ * what is too small for a float before it is scaled. Beyond a float all is the same. */
 bool
-isNear(float value, double expected)
+isNear(float value, double intensity, float scale)
 {
-  const auto rounded = static_cast<float>(expected);
-  if (!std::isfinite(rounded) || !std::isfinite(value))
-    return std::isfinite(rounded) == std::isfinite(value) ||
-           // Just at the end of what a float holds.
-           std::abs(expected) >
-               0.999 * static_cast<double>(std::numeric_limits<float>::max());
+  constexpr auto smallest = static_cast<double>(std::numeric_limits<float>::min());
+  constexpr auto largest = static_cast<double>(std::numeric_limits<float>::max());
+  const double expected = intensity * static_cast<double>(scale);
+  if (!std::isfinite(value))
+    return !(std::abs(expected) < 0.999 * largest);
   return std::abs(static_cast<double>(value) - expected) <=
-         1e-5 * std::abs(expected) +
-             static_cast<double>(std::numeric_limits<float>::min());
+         1e-5 * std::abs(expected) + smallest * (1.0 + static_cast<double>(scale));
 }
 
 // ---------------------------------------------------------------- the comparison
@@ -418,7 +419,9 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
 {
   std::size_t kept = 0;
   std::size_t not_finite = 0;
-  for (std::size_t row = 0; row < cloud.height; ++row)
+  // Rows without points may be billions.
+  const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
+  for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
           cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
@@ -445,8 +448,8 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
       require(result.x == moved[0] && result.y == moved[1] && result.z == moved[2]);
       const float native = fields[3] != nullptr ? readField(point, *fields[3]) : 0.0f;
       require(isNear(result.intensity,
-                     static_cast<double>(settings.scale) *
-                         expectedIntensity(model, place[2], native)));
+                     expectedIntensity(model, place[2], native),
+                     settings.scale));
     }
   require(output.size() == kept && output.width == kept && output.height == 1);
   const std::size_t points = std::size_t{cloud.width} * cloud.height;

@@ -89,12 +89,15 @@ const SentStream&
 streamOf(std::uint8_t choice)
 {
   static std::map<std::uint8_t, std::unique_ptr<SentStream>> streams;
-  std::unique_ptr<SentStream>& stream = streams[choice % 16];
+  std::unique_ptr<SentStream>& stream = streams[choice % stream_choices];
   if (!stream) {
     stream = std::make_unique<SentStream>();
     const StreamKind kind = streamKind(choice);
-    sendAll(
-        kind, sensorFrames(kind, choice % 16u, frames_of_stream, 0.04), 5, 1, *stream);
+    sendAll(kind,
+            sensorFrames(kind, choice % stream_choices, frames_of_stream, 0.04),
+            5,
+            1,
+            *stream);
   }
   return *stream;
 }
