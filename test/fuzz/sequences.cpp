@@ -90,7 +90,15 @@ public:
       require(!contains(history.decoded_since_start, sent) || is_successor ||
               (sent.is_i_frame && history.last == &sent) ||
               history.refused_in_a_row >= refused_until_restart);
-      require(is_copy || !(is_first || is_successor || is_newer));
+      accept(sent);
+      return;
+    }
+    ++history.refused_in_a_row;
+    const bool is_first = is_untouched_ && sent.is_i_frame;
+    const bool is_newer = sent.is_i_frame && last_ != nullptr &&
+                          isPublished(*last_) == isPublished(sent) &&
+                          isAbove(sent.number, last_->number);
+    require(is_copy || !(is_first || is_successor || is_newer));
   }
 
   /** \brief Delivers bytes that are a damaged frame. */
