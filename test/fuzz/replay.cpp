@@ -1,58 +1,127 @@
 /** \file
  * A main for fuzz targets without a fuzzer: runs a target on files, on all files of
- * folders, and on some thousand random inputs.
+ * folders, and on some thousand random inputs; where the target has a mutator, on what it
+ * makes of the files instead.
+ *
+ *     fuzz_TARGET [--random=COUNT] [FILE or FOLDER ...]
  */
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <random>
+#include <string>
 #include <vector>
 
 extern "C" int
 LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
+// Null in targets without one.
+extern "C" [[gnu::weak]] std::size_t
+LLVMFuzzerCustomMutator(std::uint8_t* data,
+                        std::size_t size,
+                        std::size_t max_size,
+                        unsigned int seed);
+
+extern "C" std::size_t
+LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
 namespace {
 
-void
-replay(const std::filesystem::path& path)
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::size_t most_bytes = std::size_t{1} << 13;
+
+std::mt19937 random_numbers(1);
+
+Bytes
+contentOf(const std::filesystem::path& path)
 {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> content{std::istreambuf_iterator<char>(file), {}};
-  const std::vector<std::uint8_t> bytes(content.begin(), content.end());
-  LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+  return {content.begin(), content.end()};
+}
+
+/** \brief All files that arguments name; false if there is no such file. */
+bool
+readFiles(const std::vector<std::string>& arguments, std::vector<Bytes>& inputs)
+{
+  for (const std::string& argument : arguments) {
+    if (std::filesystem::is_directory(argument)) {
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(argument))
+        if (entry.is_regular_file())
+          inputs.push_back(contentOf(entry.path()));
+    }
+    else if (std::filesystem::exists(argument))
+      inputs.push_back(contentOf(argument));
+    else {
+      std::cerr << "replay: there is no '" << argument << "'\n";
+      return false;
+    }
+  }
+  return true;
+}
+
+Bytes
+randomInput(const std::vector<Bytes>& inputs)
+{
+  if (LLVMFuzzerCustomMutator != nullptr && !inputs.empty()) {
+    Bytes bytes = inputs[random_numbers() % inputs.size()];
+    const std::size_t size = bytes.size();
+    bytes.resize(std::max(most_bytes, size));
+    bytes.resize(LLVMFuzzerCustomMutator(
+        bytes.data(), size, bytes.size(), static_cast<unsigned int>(random_numbers())));
+    return bytes;
+  }
+  Bytes bytes(random_numbers() % 600);
+  for (std::uint8_t& byte : bytes)
+    byte = static_cast<std::uint8_t>(random_numbers());
+  return bytes;
 }
 
 } // namespace
 
+std::size_t
+LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size)
+{
+  switch (random_numbers() % 4) {
+  case 0: // longer
+    if (size < max_size)
+      data[size++] = static_cast<std::uint8_t>(random_numbers());
+    break;
+  case 1: // shorter
+    if (size > 1)
+      size -= 1 + random_numbers() % (size - 1);
+    break;
+  default:
+    if (size > 0)
+      data[random_numbers() % size] = static_cast<std::uint8_t>(random_numbers());
+  }
+  return size;
+}
+
 int
 main(int argc, char** argv)
 {
-  std::size_t inputs = 0;
-  for (int i = 1; i < argc; ++i) {
-    const std::filesystem::path path(argv[i]);
-    if (std::filesystem::is_directory(path))
-      for (const auto& entry : std::filesystem::directory_iterator(path)) {
-        replay(entry.path());
-        ++inputs;
-      }
-    else if (std::filesystem::exists(path)) {
-      replay(path);
-      ++inputs;
-    }
-    else {
-      std::cerr << "replay: there is no '" << argv[i] << "'\n";
-      return 1;
-    }
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  unsigned long random_inputs = 5000;
+  const std::string option = "--random=";
+  if (!arguments.empty() && arguments[0].compare(0, option.size(), option) == 0) {
+    random_inputs = std::strtoul(arguments[0].c_str() + option.size(), nullptr, 10);
+    arguments.erase(arguments.begin());
   }
-  std::mt19937 random(1);
-  for (int i = 0; i < 5000; ++i, ++inputs) {
-    std::vector<std::uint8_t> bytes(random() % 600);
-    for (std::uint8_t& byte : bytes)
-      byte = static_cast<std::uint8_t>(random());
-    LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+  std::vector<Bytes> inputs;
+  if (!readFiles(arguments, inputs))
+    return 1;
+  for (const Bytes& input : inputs)
+    LLVMFuzzerTestOneInput(input.data(), input.size());
+  for (unsigned long i = 0; i < random_inputs; ++i) {
+    const Bytes input = randomInput(inputs);
+    LLVMFuzzerTestOneInput(input.data(), input.size());
   }
-  std::cout << inputs << " inputs\n";
+  std::cout << inputs.size() + random_inputs << " inputs\n";
 }

@@ -1,0 +1,196 @@
+/** \file
+ * \brief Short streams of few voxels in both formats and with all efforts, made before the
+ * first input: targets that are about what happens to frames encode none themselves.
+ */
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+
+#include "compression/version1_header.h"
+#include "forged_frames.h"
+#include "fuzz_input.h"
+#include "voxel_frames.h"
+#include "voxel_streams.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace fuzz {
+
+using io::test::Bytes;
+
+/** \brief How a stream is written. */
+struct StreamKind {
+  io::StreamFormat format;
+  io::Effort effort;
+  bool has_depth_model;
+};
+
+/** \brief Bytes of an input that mean different streams. */
+constexpr std::uint8_t stream_choices = 16;
+
+/** \brief The kinds by the byte of an input that chooses one. Effort Small takes several
+ * times longer than the others to begin a stream, so that few bytes mean it. */
+inline StreamKind
+streamKind(std::uint8_t choice)
+{
+  using io::Effort;
+  using io::StreamFormat;
+  constexpr StreamKind kinds[] = {{StreamFormat::Version1, Effort::Fast, false},
+                                  {StreamFormat::Version1, Effort::Balanced, false},
+                                  {StreamFormat::Published, Effort::Balanced, false},
+                                  {StreamFormat::Version1, Effort::Fast, true},
+                                  {StreamFormat::Version1, Effort::Balanced, true}};
+  constexpr StreamKind dear_kinds[] = {{StreamFormat::Version1, Effort::Small, false},
+                                       {StreamFormat::Version1, Effort::Small, true}};
+  choice = choice % stream_choices;
+  return choice < 14 ? kinds[choice % 5] : dear_kinds[choice % 2];
+}
+
+/** \brief What a sensor saw. */
+struct SensorFrame {
+  io::VoxelFrame voxels;
+  std::optional<io::FrameStamp> stamp;
+};
+
+/** \brief Frames with some voxels that come and go, one of them empty.
+ * \param[in] resolution makes the streams of two sensors differ in every I-frame
+ */
+inline std::vector<SensorFrame>
+sensorFrames(const StreamKind& kind,
+             std::uint64_t seed,
+             std::size_t count,
+             double resolution)
+{
+  std::mt19937_64 random(seed);
+  constexpr unsigned int depth = 4;
+  io::VoxelFrame voxels = io::test::randomFrame(random, depth, 12);
+  voxels.grid.resolution = resolution;
+  if (kind.has_depth_model)
+    voxels.depth_model = io::test::roomDepthModel(depth, voxels.intensity_scale.bits);
+  std::vector<SensorFrame> frames;
+  for (std::size_t i = 0; i < count; ++i) {
+    SensorFrame frame{voxels, std::nullopt};
+    if (i == 7) {
+      frame.voxels.keys.clear();
+      frame.voxels.intensities.clear();
+    }
+    // A name that does not fit into a short string, which would take no memory.
+    if (kind.format == io::StreamFormat::Version1 && i % 3 != 2)
+      frame.stamp =
+          io::FrameStamp{1000 * seed + 33 * i,
+                         i < 5 ? "sensor" : "a name that needs memory of its own"};
+    frames.push_back(frame);
+    io::test::walk(random, 3, voxels);
+    if (kind.has_depth_model && i % 4 == 2)
+      voxels.depth_model->origin += 1 << 20;
+  }
+  return frames;
+}
+
+/** \brief A frame of a stream as it is sent. */
+struct SentFrame {
+  const StreamKind* kind = nullptr;
+  SensorFrame sensor_frame;
+  Bytes bytes;
+  bool is_i_frame = false;
+  std::uint32_t number = 0;
+  const SentFrame* predecessor = nullptr; ///< sent before it by the same encoder
+};
+
+/** \brief The frames of one encoder. */
+struct SentStream {
+  StreamKind kind{};
+  std::vector<SentFrame> frames;
+
+  SentStream() = default;
+  SentStream(const SentStream&) = delete; // frames know each other by address
+  SentStream(SentStream&&) = delete;
+};
+
+/** \brief Gives a frame of version 1 another number and makes its checksum right.
+ * \param[in] reference_checksum of the frame that it depends on, 0 for an I-frame
+ * \return its own checksum
+ */
+inline std::uint32_t
+renumber(std::uint32_t number, std::uint32_t reference_checksum, Bytes& frame)
+{
+  for (std::size_t i = 0; i < 4; ++i)
+    frame[io::test::flags_offset + 1 + i] = static_cast<std::uint8_t>(number >> 8 * i);
+  frame = io::test::withChecksum(frame, reference_checksum);
+  std::uint32_t checksum = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    checksum |= static_cast<std::uint32_t>(frame[io::version1_magic_size + 1 + i])
+                << 8 * i;
+  return checksum;
+}
+
+/** \brief Encodes what a sensor saw.
+ * \param[in] first_number number of the first frame; other than 1 for version 1 only
+ */
+inline void
+sendAll(const StreamKind& kind,
+        const std::vector<SensorFrame>& sensor_frames,
+        unsigned int i_frame_rate,
+        std::uint32_t first_number,
+        SentStream& stream)
+{
+  stream.kind = kind;
+  io::FrameEncoder encoder(kind.format, i_frame_rate, kind.effort);
+  stream.frames.resize(sensor_frames.size());
+  std::uint32_t checksum = 0;
+  for (std::size_t i = 0; i < sensor_frames.size(); ++i) {
+    SentFrame& frame = stream.frames[i];
+    frame.kind = &stream.kind;
+    frame.sensor_frame = sensor_frames[i];
+    require(
+        encoder.encode(frame.sensor_frame.voxels, frame.sensor_frame.stamp, frame.bytes)
+            .ok());
+    frame.is_i_frame = encoder.statistics().is_i_frame;
+    frame.number = first_number + static_cast<std::uint32_t>(i);
+    frame.predecessor = i == 0 ? nullptr : &stream.frames[i - 1];
+    if (first_number != 1)
+      checksum = renumber(frame.number, frame.is_i_frame ? 0 : checksum, frame.bytes);
+  }
+}
+
+/** \brief Whether a decoder made of a frame's bytes what the sensor saw. */
+inline bool
+isSame(const SentFrame& sent,
+       const io::VoxelFrame& decoded,
+       const std::optional<io::FrameStamp>& stamp)
+{
+  const io::VoxelFrame& voxels = sent.sensor_frame.voxels;
+  if (decoded.keys != voxels.keys || decoded.intensities != voxels.intensities ||
+      decoded.intensity_scale != voxels.intensity_scale ||
+      decoded.grid.resolution != voxels.grid.resolution ||
+      decoded.grid.depth != voxels.grid.depth)
+    return false;
+  // The published layout knows a grid by its box, not by its place on a lattice.
+  if (sent.kind->format == io::StreamFormat::Published)
+    return !stamp;
+  const std::optional<io::FrameStamp>& expected = sent.sensor_frame.stamp;
+  return decoded.grid == voxels.grid && stamp.has_value() == expected.has_value() &&
+         (!stamp ||
+          (stamp->stamp == expected->stamp && stamp->frame_id == expected->frame_id));
+}
+
+/** \brief Limits that small frames keep, so that no input takes long. */
+inline io::DecoderLimits
+smallLimits()
+{
+  io::DecoderLimits limits;
+  limits.max_frame_bytes = std::size_t{1} << 13;
+  limits.max_voxels = std::size_t{1} << 10;
+  return limits;
+}
+
+} // namespace fuzz
+} // namespace pcl_ext
