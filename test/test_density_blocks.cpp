@@ -273,6 +273,21 @@ TEST(VoxelDensities, LinearLawBecomesTheQuadraticOne)
   }
 }
 
+TEST(VoxelDensities, APointAtTheSensorOrBehindItCoversAFace)
+{
+  io::VoxelFrame frame = frameBeforeSensor(2, 15.0);
+  frame.depth_model = io::depthModelOf({2, 15.0, 255.0},
+                                       {0.5, 0.0, 0.0},
+                                       {1.0, 0.0, 0.0},
+                                       frame.grid,
+                                       frame.intensity_scale);
+  ASSERT_TRUE(frame.depth_model);
+  VoxelDensities densities(DensityUnit::Automatic, 255.0f);
+  densities.follow(frame, {0, 0, 0});
+  for (std::uint32_t x = 0; x < 14; ++x)
+    EXPECT_EQ(densities(1, {x, 3, 4}), 255) << x;
+}
+
 TEST(VoxelDensities, StayFacesWhereAFrameHasNoModel)
 {
   VoxelDensities densities(DensityUnit::Automatic, 255.0f);
