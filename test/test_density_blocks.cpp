@@ -227,6 +227,19 @@ TEST(DensityBlocks, AreAsNewWhenCleared)
   }
 }
 
+TEST(DensityBlocks, RememberAMeanDownToAQuarter)
+{
+  DensityBlocks blocks;
+  blocks.add(blocks.blockAt(keyOf({100, 101, 102})), cellOf({100, 101, 102}), 4);
+  // 64, 48, 36, 27, 21 and 16 in 2^-6; 12 are less than a quarter.
+  for (int frame = 0; frame < 5; ++frame) {
+    blocks.age();
+    EXPECT_EQ(blocks.size(), 1u) << frame;
+  }
+  blocks.age();
+  EXPECT_EQ(blocks.size(), 0u);
+}
+
 /** \brief A grid before a sensor at the origin that looks along x. */
 io::VoxelFrame
 frameBeforeSensor(unsigned int exponent, double cut_off_depth)
