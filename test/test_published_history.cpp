@@ -5,13 +5,13 @@
 #include "compression/byte_source.h"
 #include "compression/memory_buffer.h"
 #include "compression/published_frame.h"
+#include "failing_memory.h"
 #include "voxel_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <new>
@@ -22,40 +22,9 @@
 
 namespace {
 
-constexpr std::size_t never = std::numeric_limits<std::size_t>::max();
-std::size_t allocations_left = never;
-
-} // namespace
-
-// Not inline: GCC would see malloc and delete, or new and free, as a pair.
-[[gnu::noinline]] void*
-operator new(std::size_t size)
-{
-  if (allocations_left == 0)
-    throw std::bad_alloc();
-  if (allocations_left != never)
-    --allocations_left;
-  if (void* const memory = std::malloc(size))
-    return memory;
-  throw std::bad_alloc();
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-
-[[gnu::noinline]] void
-operator delete(void* memory, std::size_t /*size*/) noexcept
-{
-  std::free(memory);
-}
-
-namespace {
-
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::OneFailingAllocation;
 
 /** \brief Frames of a stream of the published layout: an I-frame and P-frames. */
 struct Stream {
@@ -98,7 +67,8 @@ TEST(PublishedHistory, APFrameFollowsOnlyTheFrameBeforeIt)
     for (std::size_t next = 1; next < sent.bytes.size(); ++next)
       if (next != last + 1) {
         EXPECT_EQ(decoded(decoder, sent.bytes[next], back),
-                  CompressionCode::MissingReference)
+                  next <= last ? CompressionCode::OldFrame
+                               : CompressionCode::MissingReference)
             << "frame " << next + 1 << " behind frame " << last + 1;
       }
   }
@@ -171,14 +141,13 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToEncode)
       bytes = Bytes(); // without memory of its own
       CodedFrameStatistics statistics;
       try {
-        allocations_left = failures;
+        const OneFailingAllocation failing(failures + 1);
         encodePublished(sent.frames[i], i == 0, history, bytes, statistics);
         is_done = true;
       }
       catch (const std::bad_alloc&) {
         ++failures;
       }
-      allocations_left = never;
       if (!is_done)
         expectSameHistory(history, before);
     }
@@ -196,6 +165,7 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToDecode)
     VoxelFrame back;
     std::size_t failures = 0;
     for (bool is_done = false; !is_done;) {
+      FrameOrder order(false);
       MemoryBuffer buffer(sent.bytes[i].data() + published_magic_size,
                           sent.bytes[i].size() - published_magic_size);
       ByteSource source(buffer, sent.bytes[i].size());
@@ -203,14 +173,14 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToDecode)
       CodedFrameStatistics statistics;
       CompressionStatus status;
       try {
-        allocations_left = failures;
-        status = decodePublished(source, DecoderLimits(), history, back, statistics);
+        const OneFailingAllocation failing(failures + 1);
+        status =
+            decodePublished(source, DecoderLimits(), history, order, back, statistics);
         is_done = true;
       }
       catch (const std::bad_alloc&) {
         ++failures;
       }
-      allocations_left = never;
       if (is_done)
         EXPECT_TRUE(status.ok()) << status.message();
       else
@@ -245,19 +215,22 @@ TEST(PublishedHistory, IsLeftAloneByASourceThatThrows)
   for (Bytes& bytes : sent.bytes) {
     Bytes frame(bytes.begin() + published_magic_size, bytes.end());
     const PublishedHistory before = history;
+    FrameOrder order(false);
     VoxelFrame back;
     CodedFrameStatistics statistics;
     for (std::size_t size = 0; size < frame.size(); ++size) {
       BrokenBuffer broken(frame, size);
       ByteSource source(broken, frame.size());
-      EXPECT_THROW(decodePublished(source, DecoderLimits(), history, back, statistics),
-                   std::runtime_error);
+      EXPECT_THROW(
+          decodePublished(source, DecoderLimits(), history, order, back, statistics),
+          std::runtime_error);
       expectSameHistory(history, before);
     }
     BrokenBuffer whole(frame, frame.size());
     ByteSource source(whole, frame.size());
     ASSERT_TRUE(
-        decodePublished(source, DecoderLimits(), history, back, statistics).ok());
+        decodePublished(source, DecoderLimits(), history, order, back, statistics)
+            .ok());
   }
 }
 

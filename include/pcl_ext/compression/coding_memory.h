@@ -14,8 +14,8 @@ class CodingWorkspace;
  * A decoder has its own. A computer with hundreds of streams takes their frames in turn:
  * what a decoder last touched a round ago is no longer in the caches, so it should be
  * little. Decoders that one thread calls in turn may share one such memory, which then
- * stays in its caches (doc/benchmarks.md). For one call at a time. What one large frame
- * needed is given back a few frames later.
+ * stays in the caches; CentralNode has one for each of its threads. For one call at a time.
+ * What one large frame needed is given back a few frames later.
  */
 class PCL_EXT_EXPORT CodingMemory {
 public:
