@@ -107,6 +107,14 @@ TEST(PublishedHistory, AFrameIsAppendedAndCountedAlone)
     EXPECT_EQ(statistics.header_bytes + statistics.occupancy_bytes +
                   statistics.intensity_bytes,
               statistics.bytes);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    for (std::size_t j = 0; j <= i; ++j)
+      ASSERT_EQ(decoded(decoder, sent.bytes[j], back), CompressionCode::Ok);
+    EXPECT_EQ(decoder.statistics().bytes, statistics.bytes);
+    EXPECT_EQ(decoder.statistics().header_bytes, statistics.header_bytes);
+    EXPECT_EQ(decoder.statistics().occupancy_bytes, statistics.occupancy_bytes);
+    EXPECT_EQ(decoder.statistics().intensity_bytes, statistics.intensity_bytes);
     // Each row of symbols has its count and table.
     EXPECT_GT(statistics.occupancy_bytes, 1036u);
     EXPECT_GT(statistics.intensity_bytes, 1036u + sent.frames[i].size() / 4);
