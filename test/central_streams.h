@@ -123,15 +123,20 @@ public:
   }
 
   /** \brief One letter for each frame: '.' decoded; 'i' failed and wants an I-frame;
-   * 'x' failed. */
+   * 'x' failed; 'D' dropped and wants an I-frame; 'd' dropped. */
   std::string
   course(const std::string& stream) const
   {
     std::string course;
     for (const HeardFrame& frame : heard(stream)) {
-      const bool is_ok = frame.code == CompressionCode::Ok;
-      EXPECT_FALSE(is_ok && frame.wants_i_frame);
-      course += is_ok ? '.' : frame.wants_i_frame ? 'i' : 'x';
+      if (frame.code == CompressionCode::Ok) {
+        EXPECT_FALSE(frame.wants_i_frame);
+        course += '.';
+      }
+      else if (frame.code == CompressionCode::OldFrame)
+        course += frame.wants_i_frame ? 'D' : 'd';
+      else
+        course += frame.wants_i_frame ? 'i' : 'x';
     }
     return course;
   }

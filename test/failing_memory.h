@@ -23,8 +23,8 @@ inline std::atomic<std::size_t> live_bytes{0};
 namespace detail {
 
 inline std::atomic<std::size_t> failing_allocation{0}; ///< 0: none
-inline std::atomic<bool> is_failure_lasting{false};    ///< those behind it fail, too
-inline std::atomic<std::size_t> allocations{0};        ///< since one is to fail
+inline std::atomic<bool> do_later_ones_fail{false};
+inline std::atomic<std::size_t> allocations{0}; ///< since one is to fail
 inline thread_local bool is_exempt = false;
 
 /** \brief Whether the allocation that is asked for is the one that fails. */
@@ -35,21 +35,21 @@ isToFail()
   if (failing == 0 || is_exempt)
     return false;
   const std::size_t number = ++allocations;
-  return number == failing || (number > failing && is_failure_lasting);
+  return number == failing || (do_later_ones_fail && number > failing);
 }
 
 } // namespace detail
 
-/** \brief While it lives, one allocation of all threads fails. */
+/** \brief While it lives, one allocation of all threads fails, or all from it on. */
 class OneFailingAllocation {
 public:
   /** \param[in] number 1 is the next one
-   * \param[in] is_lasting all allocations behind it fail, too
+   * \param[in] do_later_ones_fail whether those behind it fail, too
    */
-  explicit OneFailingAllocation(std::size_t number, bool is_lasting = false)
+  explicit OneFailingAllocation(std::size_t number, bool do_later_ones_fail = false)
   {
     detail::allocations = 0;
-    detail::is_failure_lasting = is_lasting;
+    detail::do_later_ones_fail = do_later_ones_fail;
     detail::failing_allocation = number;
   }
 
@@ -110,18 +110,6 @@ operator new(std::size_t size, std::align_val_t alignment)
   return takenMemory(std::aligned_alloc(line, (size + line - 1) / line * line));
 }
 
-// The standard library's own would be a sanitizer's, whose memory is not for free().
-void*
-operator new(std::size_t size, const std::nothrow_t& /*unused*/) noexcept
-{
-  try {
-    return operator new(size);
-  }
-  catch (const std::bad_alloc&) {
-    return nullptr;
-  }
-}
-
 void*
 operator new[](std::size_t size)
 {
@@ -138,12 +126,6 @@ operator delete(void* memory) noexcept
 
 void
 operator delete[](void* memory) noexcept
-{
-  operator delete(memory);
-}
-
-void
-operator delete(void* memory, const std::nothrow_t& /*unused*/) noexcept
 {
   operator delete(memory);
 }

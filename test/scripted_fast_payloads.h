@@ -74,8 +74,10 @@ ransBytes(const std::vector<std::uint32_t>& steps, const RansChoices& choices)
  * must be said in the order of the bitstream. */
 class FastScript {
 public:
-  /** \param[in] models as they are before the frame */
-  explicit FastScript(const FastModels& models = FastModels()) : models(models) {}
+  FastScript() = default;
+
+  /** \param[in] before models as they are before the frame */
+  explicit FastScript(const FastModels& before) : models(before) {}
 
   FastScript(const FastScript&) = delete;
   FastScript&

@@ -37,6 +37,12 @@ public:
     models_ = script.models;
   }
 
+  const Bytes&
+  iFrame() const
+  {
+    return i_frame_;
+  }
+
   /** \brief A frame with a payload and a checksum that is right. */
   Bytes
   frame(bool is_i_frame, std::size_t voxel_count, const Bytes& payload) const

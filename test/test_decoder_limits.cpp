@@ -125,6 +125,7 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
   limits.max_voxels = std::size_t{1} << 15;
   FrameDecoder decoder(limits);
   VoxelFrame back;
+  CodingWorkspace work;
   PayloadCoders hostile; // without the encoder's rules
   Parts frame;
   frame.header.grid = emptyFrame(21).grid;
@@ -145,7 +146,8 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
     frame.header.is_i_frame = good_frames == 0;
     ++frame.header.frame_number;
     frame.payload.clear();
-    hostile.of(frame.header.effort).encode(voxels, good_frames == 0, frame.payload);
+    hostile.of(frame.header.effort)
+        .encode(work, voxels, good_frames == 0, frame.payload);
     const Bytes bytes = putTogetherSized(frame, checksum);
     checksum = takeApart(bytes).checksum;
     memory_count.reset();

@@ -139,15 +139,28 @@ TEST(DensityBlocks, FullSurroundingsDoNotOverflow)
   }
 }
 
+/** \brief f of a voxel, whose block must be there, in 2^-2. */
+std::int32_t
+fieldAt(DensityBlocks& blocks, const Position& at)
+{
+  DensityWindow window;
+  blocks.collect(blocks.blockAt(keyOf(at)), std::uint64_t{1} << cellOf(at), window);
+  const std::size_t x = at[0] % 4 + DensityWindow::margin;
+  const std::size_t y = at[1] % 4 + DensityWindow::margin;
+  return window.rows[x * DensityWindow::width + y][at[2] % 4 + DensityWindow::margin];
+}
+
 TEST(DensityBlocks, ForgetsWhatIsNoMoreThere)
 {
   DensityBlocks blocks;
-  blocks.add(blocks.blockAt(DensityBlocks::blockKey(100, 100, 100)), 7, 255);
+  // The first one goes, so that another takes its number.
   blocks.add(blocks.blockAt(DensityBlocks::blockKey(200, 100, 100)), 7, 1);
+  blocks.add(blocks.blockAt(DensityBlocks::blockKey(100, 100, 100)), 7, 255);
   ASSERT_EQ(blocks.size(), 2u);
   blocks.age(); // a density of 1 is a mean of 1/4, and gone
   EXPECT_EQ(blocks.size(), 1u);
   EXPECT_EQ(blocks.blockAt(DensityBlocks::blockKey(100, 100, 100)), 0u);
+  EXPECT_EQ(fieldAt(blocks, {100, 101, 103}), 255 * 3 / 8);
   for (int frame = 0; frame < 18; ++frame)
     blocks.age();
   EXPECT_EQ(blocks.size(), 1u);
@@ -157,15 +170,74 @@ TEST(DensityBlocks, ForgetsWhatIsNoMoreThere)
 
 TEST(DensityBlocks, KeepsOnlyWhatItIsTold)
 {
+  const auto placeOf = [](std::uint32_t x) { return Position{100 + 4 * x, 101, 102}; };
   DensityBlocks blocks;
   for (std::uint32_t x = 0; x < 10; ++x)
-    blocks.add(blocks.blockAt(DensityBlocks::blockKey(100 + 4 * x, 100, 100)), 0, 200);
+    blocks.add(blocks.blockAt(keyOf(placeOf(x))),
+               cellOf(placeOf(x)),
+               static_cast<std::int16_t>(200 + x));
   blocks.keepOnly({2, 5, 9});
   ASSERT_EQ(blocks.size(), 3u);
   std::uint32_t index = 0;
-  for (const std::uint32_t x : {2u, 5u, 9u})
-    EXPECT_EQ(blocks.blockAt(DensityBlocks::blockKey(100 + 4 * x, 100, 100)), index++);
+  for (const std::uint32_t x : {2u, 5u, 9u}) {
+    EXPECT_EQ(blocks.blockAt(keyOf(placeOf(x))), index++);
+    EXPECT_EQ(fieldAt(blocks, placeOf(x)), 4 * static_cast<std::int32_t>(200 + x));
+  }
   EXPECT_EQ(blocks.size(), 3u);
+  // One that comes again begins anew.
+  EXPECT_EQ(blocks.blockAt(keyOf(placeOf(3))), 3u);
+  EXPECT_EQ(fieldAt(blocks, placeOf(3)), 0);
+  blocks.add(3, cellOf(placeOf(3)), 103);
+  EXPECT_EQ(blocks.size(), 4u);
+  blocks.age();
+  EXPECT_EQ(fieldAt(blocks, placeOf(3)), 103 * 3 / 8);
+  // Half of a mean that has taken a quarter of it, and of that lost a quarter.
+  for (const std::uint32_t x : {2u, 5u, 9u})
+    EXPECT_EQ(fieldAt(blocks, placeOf(x)), static_cast<std::int32_t>(200 + x) * 3 / 8);
+}
+
+TEST(DensityBlocks, AreAsNewWhenCleared)
+{
+  DensityBlocks cleared;
+  for (std::uint32_t x = 0; x < 10; ++x)
+    cleared.add(
+        cleared.blockAt(keyOf({100 + 4 * x, 101, 102})), cellOf({100, 101, 102}), 250);
+  cleared.clear();
+  EXPECT_EQ(cleared.size(), 0u);
+  EXPECT_EQ(DensityBlocks(cleared).blockAt(keyOf({120, 101, 102})), 0u);
+  DensityBlocks fresh;
+  for (int frame = 0; frame < 3; ++frame) {
+    for (DensityBlocks* const blocks : {&cleared, &fresh}) {
+      blocks->age();
+      for (std::uint32_t y = 0; y < 12; y += 3)
+        blocks->add(blocks->blockAt(keyOf({100, 101 + y, 102})),
+                    cellOf({100, 101 + y, 102}),
+                    static_cast<std::int16_t>(20 * frame + y + 1));
+    }
+    ASSERT_EQ(cleared.size(), fresh.size());
+    for (std::uint32_t y = 0; y < 12; ++y)
+      EXPECT_EQ(fieldAt(cleared, {100, 101 + y, 102}),
+                fieldAt(fresh, {100, 101 + y, 102}));
+    // What was there, as well as what the last frame left.
+    cleared.age();
+    fresh.age();
+    for (std::uint32_t y = 0; y < 12; y += 3)
+      EXPECT_EQ(fieldAt(cleared, {100, 101 + y, 102}),
+                fieldAt(fresh, {100, 101 + y, 102}));
+  }
+}
+
+TEST(DensityBlocks, RememberAMeanDownToAQuarter)
+{
+  DensityBlocks blocks;
+  blocks.add(blocks.blockAt(keyOf({100, 101, 102})), cellOf({100, 101, 102}), 4);
+  // 64, 48, 36, 27, 21 and 16 in 2^-6; 12 are less than a quarter.
+  for (int frame = 0; frame < 5; ++frame) {
+    blocks.age();
+    EXPECT_EQ(blocks.size(), 1u) << frame;
+  }
+  blocks.age();
+  EXPECT_EQ(blocks.size(), 0u);
 }
 
 /** \brief A grid before a sensor at the origin that looks along x. */
@@ -212,6 +284,21 @@ TEST(VoxelDensities, LinearLawBecomesTheQuadraticOne)
                   tolerance);
     }
   }
+}
+
+TEST(VoxelDensities, APointAtTheSensorOrBehindItCoversAFace)
+{
+  io::VoxelFrame frame = frameBeforeSensor(2, 15.0);
+  frame.depth_model = io::depthModelOf({2, 15.0, 255.0},
+                                       {0.5, 0.0, 0.0},
+                                       {1.0, 0.0, 0.0},
+                                       frame.grid,
+                                       frame.intensity_scale);
+  ASSERT_TRUE(frame.depth_model);
+  VoxelDensities densities(DensityUnit::Automatic, 255.0f);
+  densities.follow(frame, {0, 0, 0});
+  for (std::uint32_t x = 0; x < 14; ++x)
+    EXPECT_EQ(densities(1, {x, 3, 4}), 255) << x;
 }
 
 TEST(VoxelDensities, StayFacesWhereAFrameHasNoModel)

@@ -443,6 +443,8 @@ TEST(ForgedStreams, PublishedTreesThatAreNone)
   EXPECT_EQ(code({0x03, 0x01}, 1), CompressionCode::Corrupt);       // a missing one
   EXPECT_EQ(code({0x01, 0x01, 0x01}, 1), CompressionCode::Corrupt); // one too many
   EXPECT_EQ(code({0x03, 0x01, 0x80}, 3), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01, 0x80}, 1), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01, 0x81}, 1), CompressionCode::Corrupt);
 }
 
 } // namespace

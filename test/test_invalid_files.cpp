@@ -38,7 +38,7 @@ const std::vector<InvalidFile> files{
     {"voxels_without_end", CompressionCode::LimitExceeded, "more than the limit"},
     {"too_many_bytes", CompressionCode::LimitExceeded, "a payload of more bytes"},
     {"bytes_that_do_not_come", CompressionCode::Truncated, "ends in a frame's payload"},
-    {"voxels_out_of_nothing", CompressionCode::Corrupt, "is not 4194304 voxels"},
+    {"voxels_out_of_nothing", CompressionCode::Corrupt, "is not 1048576 voxels"},
     {"payload_without_voxels", CompressionCode::Corrupt, "is not 0 voxels"},
     {"depth_model_of_cubes", CompressionCode::Corrupt, "the depth model is none"},
     {"depth_model_far_away", CompressionCode::Corrupt, "the depth model is none"},

@@ -275,6 +275,7 @@ TEST(PublishedFormat, NothingOfAFrameBeforeItIsLeft)
   ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
   expectSameVoxels(back, frame);
   EXPECT_EQ(back.grid.depth, frame.grid.depth);
+  EXPECT_EQ(back.grid.first_index, VoxelGrid().first_index);
   EXPECT_FALSE(back.depth_model.has_value());
 }
 

@@ -121,6 +121,28 @@ TEST(PublishedHistory, FrameNumbersWrapRound)
   }
 }
 
+TEST(PublishedHistory, AFrameIsAppendedAndCountedAlone)
+{
+  const Stream sent = stream(2);
+  PublishedHistory history;
+  for (std::size_t i = 0; i < sent.frames.size(); ++i) {
+    Bytes bytes(5, 0xaa);
+    CodedFrameStatistics statistics;
+    encodePublished(sent.frames[i], i == 0, history, bytes, statistics);
+    EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 5), Bytes(5, 0xaa));
+    EXPECT_EQ(Bytes(bytes.begin() + 5, bytes.end()), sent.bytes[i]);
+    EXPECT_EQ(statistics.frame_number, i + 1);
+    EXPECT_EQ(statistics.bytes, sent.bytes[i].size());
+    EXPECT_EQ(statistics.header_bytes, i == 0 ? 75u : 11u);
+    EXPECT_EQ(statistics.header_bytes + statistics.occupancy_bytes +
+                  statistics.intensity_bytes,
+              statistics.bytes);
+    // Each row of symbols has its count and table.
+    EXPECT_GT(statistics.occupancy_bytes, 1036u);
+    EXPECT_GT(statistics.intensity_bytes, 1036u + sent.frames[i].size() / 4);
+  }
+}
+
 // ------------------------------------------------- frames that fail
 
 void

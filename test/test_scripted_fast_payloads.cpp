@@ -120,6 +120,15 @@ TEST(ScriptedFastPayloads, NewBlocks)
       {"known, over a voxel", 11, frame(block(1 << 2, 1, 1), 11)},
       {"no blocks", 10, frame(block(0, 0, 0), 10)},
       {"no octants", 10, frame(block(1, 0, 0), 10)},
+      {"a block of none beside another one",
+       12,
+       frame(
+           [](FastScript& script) {
+             script.byte(script.models.node[0], 0, 3);
+             script.newBlock(false, 0, 0);
+             script.newBlock(false, 1, 3);
+           },
+           12)},
       {"an octant without cells", 10, frame(block(1, 1, 0), 10)},
       {"two octants, one without cells", 11, frame(block(1, 3, 2), 11)},
       {"too few voxels", 11, frame(block(1, 1, 3), 11)},

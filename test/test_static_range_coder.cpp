@@ -104,7 +104,7 @@ TEST(StaticRangeCoder, BytesAreThoseOfPcl)
     encodeStaticRange(row, bytes);
     const std::string expected = codedByPcl(row);
     ASSERT_EQ(std::string(bytes.begin(), bytes.end()), expected) << row.size();
-    Bytes symbols;
+    Bytes symbols{1, 2, 3}; // which do not stay
     Failure failure;
     ASSERT_TRUE(decodesRange(bytes, row.size(), symbols, failure)) << row.size();
     ASSERT_EQ(symbols, row);

@@ -1,10 +1,13 @@
+#include "counted_memory.h"
 #include "outlier_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <utility>
@@ -139,6 +142,71 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
   }
 }
 
+// Positions count from 2^21 voxels below the first grid of a lattice, and grids lie within
+// 4..2^23 - 4 of them.
+constexpr std::int32_t lowest_first = 4 - (1 << 21);
+constexpr std::int32_t highest_end = (1 << 23) - 4 - (1 << 21);
+constexpr std::int32_t far_grid_size = 1 << 7;
+
+TEST(VoxelOutlierRemoval, FramesBeforeCountUpToTheLastPosition)
+{
+  std::mt19937_64 random(17);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    VoxelOutlierRemoval moving(settingsOf(DensityUnit::Faces));
+    // One that stays for each place, and sees nothing while the frames are elsewhere.
+    const std::vector<std::int32_t> places{
+        0, lowest_first, highest_end - far_grid_size};
+    std::vector<VoxelOutlierRemoval> resting;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      resting.emplace_back(settingsOf(DensityUnit::Faces));
+    for (const std::size_t now : {0u, 1u, 2u, 1u, 2u, 0u, 1u}) {
+      const Voxels voxels = wall(random, 15);
+      std::array<std::int32_t, 3> first{};
+      first[axis] = places[now];
+      Voxels there;
+      for (const auto& [index, symbol] : voxels) {
+        LatticeIndex moved = index;
+        moved[axis] += places[now];
+        there[moved] = symbol;
+      }
+      const Scores scores =
+          scoresOf(moving, frameOf(there, gridAt(first[0], first[1], first[2])));
+      Scores expected;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const Scores seen = scoresOf(
+            resting[i], frameOf(i == now ? voxels : Voxels(), gridAt(0, 0, 0)));
+        for (const auto& [index, score] : seen) {
+          LatticeIndex moved = index;
+          moved[axis] += places[now];
+          expected[moved] = score;
+        }
+      }
+      expectSame(scores, expected, 0.0f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, FramesBeforeAreForgottenBeyondTheLastPosition)
+{
+  const auto remembered = [](std::size_t axis, std::int32_t first) {
+    VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+    io::VoxelFrame frame;
+    frame.keys = {0};
+    frame.intensities = {200};
+    frame.grid = gridAt(0, 0, 0);
+    scoresOf(removal, frame);
+    frame.grid.first_index[axis] = first;
+    scoresOf(removal, frame);
+    return removal.rememberedBlocks();
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(remembered(axis, lowest_first), 2u);
+    EXPECT_EQ(remembered(axis, lowest_first - 1), 1u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size), 2u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size + 1), 1u);
+  }
+}
+
 TEST(VoxelOutlierRemoval, GridsFarApartDoNotMeet)
 {
   VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
@@ -179,31 +247,120 @@ TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
   EXPECT_NE(scoresOf(remembering, second), expected);
 }
 
+/** \brief Voxels here and there, hardly two of them in a block. */
+io::VoxelFrame
+scattered(std::mt19937_64& random, std::size_t voxels)
+{
+  io::VoxelFrame frame;
+  frame.grid = gridAt(0, 0, 0, 12);
+  for (std::size_t i = 0; i < voxels; ++i)
+    frame.keys.push_back(random() % (std::uint64_t{1} << 36));
+  std::sort(frame.keys.begin(), frame.keys.end());
+  frame.intensities.assign(voxels, 255);
+  return frame;
+}
+
 TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
 {
   std::mt19937_64 random(7);
   VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
   settings.max_blocks = 300;
   VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval filtering(settings);
   std::vector<float> log_odds;
-  const auto scattered = [&](std::size_t voxels) {
-    io::VoxelFrame frame;
-    frame.grid = gridAt(0, 0, 0, 12);
-    for (std::size_t i = 0; i < voxels; ++i)
-      frame.keys.push_back(random() % (std::uint64_t{1} << 36));
-    std::sort(frame.keys.begin(), frame.keys.end());
-    frame.intensities.assign(voxels, 255);
-    return frame;
-  };
   for (int frame = 0; frame < 50; ++frame) {
-    removal.score(scattered(100), log_odds);
+    io::VoxelFrame voxels = scattered(random, 100);
+    removal.score(voxels, log_odds);
     EXPECT_LE(removal.rememberedBlocks(), 300u);
     EXPECT_GE(removal.rememberedBlocks(), 100u);
+    filtering.filter(voxels);
+    EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
   }
   // A frame that is larger alone is judged, and not remembered.
-  removal.score(scattered(1000), log_odds);
+  io::VoxelFrame large = scattered(random, 1000);
+  removal.score(large, log_odds);
   EXPECT_EQ(log_odds.size(), 1000u);
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
+  EXPECT_EQ(filtering.filter(large) + large.size(), 1000u);
+  EXPECT_EQ(filtering.rememberedBlocks(), 0u);
+}
+
+TEST(VoxelOutlierRemoval, RemembersAsManyAsItMay)
+{
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  settings.max_blocks = 300;
+  // A block for each number of each frame.
+  using Numbers = std::pair<std::int64_t, std::int64_t>;
+  const auto remembered = [&](const std::vector<Numbers>& frames) {
+    VoxelOutlierRemoval removal(settings);
+    for (const auto& [first, last] : frames) {
+      Voxels voxels;
+      for (std::int64_t number = first; number <= last; ++number)
+        voxels[{8 * number, 100, 100}] = 200;
+      scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0, 12)));
+    }
+    return removal.rememberedBlocks();
+  };
+  EXPECT_EQ(remembered({{1, 300}}), 300u);
+  EXPECT_EQ(remembered({{1, 301}}), 0u);
+  EXPECT_EQ(remembered({{1, 100}, {101, 300}}), 300u);
+  EXPECT_EQ(remembered({{1, 100}, {101, 301}}), 201u);
+}
+
+TEST(VoxelOutlierRemoval, RemembersTheLastFrameWhereThereIsNoRoomForMore)
+{
+  std::mt19937_64 random(18);
+  const auto plate = [&](std::int64_t first_z) {
+    Voxels voxels;
+    for (std::int64_t y = 20; y < 45; ++y)
+      for (std::int64_t z = first_z; z < 45; ++z)
+        voxels[{15, y, z}] = static_cast<std::uint16_t>(30 + random() % 226);
+    return voxels;
+  };
+  // Half of it comes first, together with what there is no room for, so that the blocks
+  // are in another order than their places.
+  Voxels first = plate(33);
+  for (std::int64_t y = 0; y < 10; ++y)
+    first[{100, 8 * y, 100}] = 200;
+  const io::VoxelFrame second = frameOf(plate(20), gridAt(0, 0, 0));
+  Voxels rest = plate(20); // what is missing is filled in by the frames before
+  for (auto voxel = rest.begin(); voxel != rest.end();)
+    voxel = random() % 2 == 0 ? rest.erase(voxel) : std::next(voxel);
+  const io::VoxelFrame third = frameOf(rest, gridAt(0, 0, 0));
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  VoxelOutlierRemoval roomy(settings);
+  VoxelOutlierRemoval alone(settings);
+  scoresOf(alone, second);
+  settings.max_blocks = alone.rememberedBlocks();
+  VoxelOutlierRemoval narrow(settings);
+  for (VoxelOutlierRemoval* const removal : {&roomy, &narrow}) {
+    scoresOf(*removal, frameOf(first, gridAt(0, 0, 0)));
+    scoresOf(*removal, second);
+  }
+  EXPECT_EQ(narrow.rememberedBlocks(), settings.max_blocks);
+  EXPECT_EQ(roomy.rememberedBlocks(), settings.max_blocks + 10);
+  expectSame(scoresOf(narrow, third), scoresOf(roomy, third), 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, GivesBackTheMemoryOfFramesThatItDoesNotRemember)
+{
+  using io::test::memory_count;
+  std::mt19937_64 random(19);
+  const io::VoxelFrame large = scattered(random, 50000);
+  std::vector<float> log_odds(large.size());
+  constexpr std::size_t little = 100000; // less than any number for each voxel takes
+  for (const bool resets : {false, true}) {
+    VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+    settings.max_blocks = resets ? large.size() : 300;
+    VoxelOutlierRemoval removal(settings);
+    const std::size_t before = memory_count.live;
+    removal.score(large, log_odds);
+    if (resets) {
+      EXPECT_GT(memory_count.live, before + 270 * large.size());
+      removal.reset();
+    }
+    EXPECT_LT(memory_count.live, before + little);
+  }
 }
 
 TEST(VoxelOutlierRemoval, ForgetsWithinASecond)

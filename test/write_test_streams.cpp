@@ -107,11 +107,11 @@ writeInvalidStreams(const std::string& folder)
               liar.header.payload_size = std::uint64_t{1} << 40;
             })) &&
       write(path("bytes_that_do_not_come"), lie([](Parts& liar) {
-              liar.header.payload_size = std::uint64_t{1} << 25;
+              liar.header.payload_size = std::uint64_t{1} << 23;
             })) &&
       write(path("voxels_out_of_nothing"), lie([](Parts& liar) {
               // All that the limits allow, of a payload of one byte.
-              liar.header.voxel_count = std::uint64_t{1} << 22;
+              liar.header.voxel_count = std::uint64_t{1} << 20;
               liar.header.grid = emptyFrame(21).grid;
               liar.payload = {0};
               liar.header.payload_size = 1;

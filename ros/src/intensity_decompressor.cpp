@@ -189,7 +189,7 @@ IntensityDecompressor::showFrame(const pcl_ext::nodes::ReceivedFrame& frame)
     stream.i_frame_requests.publish(std_msgs::Empty());
   if (!frame.status.ok()) {
     ROS_WARN_THROTTLE(seconds_between_warnings,
-                      "A frame of %s could not be decoded: %s",
+                      "A frame of %s is not shown: %s",
                       stream.topic.c_str(),
                       frame.status.message().c_str());
     return;
@@ -351,6 +351,7 @@ IntensityDecompressor::describeHealth(const Stream& stream, const StreamHealth& 
   report.add("frames received", std::uint64_t{now.frames_received});
   report.add("frames decoded", std::uint64_t{now.frames_decoded});
   report.add("frames failed", std::uint64_t{now.frames_failed});
+  report.add("frames dropped", std::uint64_t{now.frames_dropped});
   report.add("frames refused", std::uint64_t{now.frames_refused});
   report.add("frames lost", std::uint64_t{now.frames_lost});
   report.add("frames of other frame id or format", left_out);

@@ -93,8 +93,11 @@ TEST_F(Health, DecompressorTellsRatesAndLosses)
   expectWithin(of_decompressor, "compression ratio", 3.0, 1000.0);
   EXPECT_EQ(of_decompressor.value("frames received"),
             of_decompressor.value("frames decoded"));
-  for (const char* const key :
-       {"frames failed", "frames refused", "frames lost", "I-frame requests"})
+  for (const char* const key : {"frames failed",
+                                "frames dropped",
+                                "frames refused",
+                                "frames lost",
+                                "I-frame requests"})
     EXPECT_EQ(of_decompressor.value(key), 0) << key;
   EXPECT_EQ(of_decompressor.value("kept voxels"), of_decompressor.value("voxels"));
   EXPECT_EQ(of_decompressor.entries().back().level, DiagnosticStatus::OK)

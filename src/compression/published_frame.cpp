@@ -59,17 +59,17 @@ class DepthFirstReader {
 public:
   DepthFirstReader(const std::vector<std::uint8_t>& symbols,
                    const OccupancyTree* reference,
-                   std::size_t max_voxels,
+                   std::size_t voxel_count,
                    OccupancyTree& tree,
                    std::vector<std::uint64_t>& keys)
-  : symbols_(symbols), max_voxels_(max_voxels), tree_(tree), keys_(keys)
+  : symbols_(symbols), voxel_count_(voxel_count), tree_(tree), keys_(keys)
   {
     if (reference != nullptr)
       for (unsigned int level = 0; level < tree.depth(); ++level)
         reference_[level] = OccupancyCursor(reference->level(level));
   }
 
-  /** \brief Reads a node and all below it; false if the symbols are not a tree or the
+  /** \brief Reads a node and all below it; false if the symbols are not a tree or its
    * voxels too many.
    *
    * A branch may have no children: where PCL enlarges an octree that holds no voxel of the
@@ -95,38 +95,30 @@ public:
     return true;
   }
 
+  /** \brief True if all symbols were read and all voxels found. */
   bool
-  isAtEnd() const
+  isComplete() const
   {
-    return position_ == symbols_.size();
-  }
-
-  bool
-  exceedsLimit() const
-  {
-    return exceeds_limit_;
+    return position_ == symbols_.size() && keys_.size() == voxel_count_;
   }
 
 private:
   bool
   addVoxels(std::uint64_t branch, const ChildList& list)
   {
-    if (keys_.size() + list.count > max_voxels_) {
-      exceeds_limit_ = true;
+    if (keys_.size() + list.count > voxel_count_)
       return false;
-    }
     for (unsigned int i = 0; i < list.count; ++i)
       keys_.push_back(branch << 3 | list.children[i]);
     return true;
   }
 
   const std::vector<std::uint8_t>& symbols_;
-  std::size_t max_voxels_;
+  std::size_t voxel_count_;
   OccupancyTree& tree_;
   std::vector<std::uint64_t>& keys_;
   std::array<OccupancyCursor, max_grid_depth> reference_;
   std::size_t position_ = 0;
-  bool exceeds_limit_ = false;
 };
 
 CompressionStatus
@@ -224,23 +216,19 @@ readSymbols(ByteSource& source,
              : readFailure(source, what);
 }
 
-/** \brief Makes the octree and its voxels of a frame's occupancy bytes. */
-CompressionStatus
+/** \brief Makes the octree and its voxels of a frame's occupancy bytes; false if they are
+ * not that of as many voxels. */
+bool
 readTree(const std::vector<std::uint8_t>& symbols,
          const OccupancyTree* reference,
-         std::size_t max_voxels,
+         std::size_t voxel_count,
          VoxelFrame& frame,
          OccupancyTree& tree)
 {
   tree.reset(frame.grid.depth);
   frame.keys.clear();
-  DepthFirstReader reader(symbols, reference, max_voxels, tree, frame.keys);
-  if (reader.read(0, 0) && reader.isAtEnd())
-    return {};
-  return reader.exceedsLimit()
-             ? CompressionStatus{CompressionCode::LimitExceeded,
-                                 "published frame: more voxels than the limit"}
-             : corrupt("the occupancy bytes are not a tree");
+  DepthFirstReader reader(symbols, reference, voxel_count, tree, frame.keys);
+  return reader.read(0, 0) && reader.isComplete();
 }
 
 /** \brief Makes a frame that was coded whole the history. Nothing throws from here on, so
@@ -365,18 +353,16 @@ decodePublished(ByteSource& source,
             "published P-frame " + std::to_string(statistics.frame_number) +
                 " depends on the frame before it, which was not decoded"};
 
-  OccupancyTree tree;
-  if (CompressionStatus status =
-          readTree(occupancy,
-                   statistics.is_i_frame ? nullptr : &history.tree,
-                   limits.max_voxels,
-                   frame,
-                   tree);
-      !status.ok())
-    return status;
-  if (intensities.size() != frame.size() ||
-      (statistics.is_i_frame && voxel_count != frame.size()))
+  if (statistics.is_i_frame && voxel_count != intensities.size())
     return corrupt("its counts of voxels differ");
+  OccupancyTree tree;
+  if (!readTree(occupancy,
+                statistics.is_i_frame ? nullptr : &history.tree,
+                intensities.size(),
+                frame,
+                tree))
+    return corrupt("the occupancy bytes are not a tree of its " +
+                   std::to_string(intensities.size()) + " voxels");
   if (statistics.is_i_frame &&
       order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
     return oldFrame(statistics.frame_number);

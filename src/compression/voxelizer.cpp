@@ -2,6 +2,7 @@
 
 #include "grid_fit.h"
 #include "intensity_quantiser.h"
+#include "memory_rule.h"
 #include "place_finder.h"
 #include "point_blocks.h"
 #include "sorted_voxels.h"
@@ -31,6 +32,22 @@ public:
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
   {
+    if (is_interrupted_ || memory_rule_.shouldGiveBack(points.count)) {
+      giveBackMemory();
+      frame.keys.shrink_to_fit();
+      frame.intensities.shrink_to_fit();
+    }
+    // Until the cloud is done: whatever memory that fails leaves behind begins anew.
+    is_interrupted_ = true;
+    const VoxelizationStatistics statistics = voxelizeCloud(points, may_refit, frame);
+    is_interrupted_ = false;
+    return statistics;
+  }
+
+private:
+  VoxelizationStatistics
+  voxelizeCloud(const PointView& points, bool may_refit, VoxelFrame& frame)
+  {
     if (!has_fixed_grid_ && (!has_grid_ || may_refit))
       adaptGrid(points, may_refit);
     VoxelizationStatistics statistics;
@@ -42,7 +59,18 @@ public:
     return statistics;
   }
 
-private:
+  /** \brief Gives back what clouds of long ago needed. What is gone costs time, no voxel.
+   */
+  void
+  giveBackMemory()
+  {
+    blocks_ = PointBlocks();
+    sorted_voxels_ = SortedVoxels();
+    runs_ = std::vector<Run>();
+    voxel_counts_ = std::vector<std::uint32_t>();
+    voxel_values_ = std::vector<double>();
+  }
+
   /** \brief Consecutive points in the same voxel. */
   struct Run {
     std::size_t added = static_cast<std::size_t>(-1); ///< at first none
@@ -229,6 +257,8 @@ private:
   std::size_t last_run_ = 0; // of runs_, whose further elements are spare memory
   std::vector<std::uint32_t> voxel_counts_;
   std::vector<double> voxel_values_;
+  bool is_interrupted_ = false;
+  MemoryRule memory_rule_;
 };
 
 Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)

@@ -171,6 +171,16 @@ DensityBlocks::keepOnly(const std::vector<std::uint32_t>& kept)
 }
 
 void
+DensityBlocks::giveBackMemory()
+{
+  keys_.shrink_to_fit();
+  means_.shrink_to_fit();
+  fields_.shrink_to_fit();
+  directory_ = io::BlockDirectory();
+  listBlocks();
+}
+
+void
 DensityBlocks::listBlocks()
 {
   directory_.clear(size());

@@ -89,6 +89,10 @@ public:
   void
   keepOnly(const std::vector<std::uint32_t>& kept);
 
+  /** \brief Gives back the memory that the blocks do not need. */
+  void
+  giveBackMemory();
+
   /** \brief Collects what lies around the cells of a block.
    * \param[in] block index of the block
    * \param[in] cells those for which it is wanted, not 0

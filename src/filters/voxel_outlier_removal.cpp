@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/morton_key.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "../compression/memory_rule.h"
 #include "../compression/voxel_block.h"
 #include "density_blocks.h"
 #include "voxel_densities.h"
@@ -130,6 +131,7 @@ public:
   {
     if (!canJudge(frame))
       return 0;
+    beginFrame();
     learn(frame);
     const float least = std::exp(2.0f * (settings_.min_log_odds - offset_));
     std::size_t kept = 0;
@@ -141,7 +143,7 @@ public:
     const std::size_t removed = frame.size() - kept;
     frame.keys.resize(kept);
     frame.intensities.resize(kept);
-    forget();
+    endFrame(kept + removed);
     return removed;
   }
 
@@ -152,11 +154,12 @@ public:
       log_odds.assign(frame.size(), std::numeric_limits<float>::infinity());
       return;
     }
+    beginFrame();
     learn(frame);
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
       log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + offset_;
-    forget();
+    endFrame(frame.size());
   }
 
   void
@@ -190,6 +193,27 @@ private:
   {
     const std::uint64_t before = (std::uint64_t{1} << place.cell) - 1;
     return first_voxels_[place.block] + io::cellCount(masks_[place.block] & before);
+  }
+
+  /** \brief Begins a frame; forgets everything if the memory failed in the last one. */
+  void
+  beginFrame()
+  {
+    if (is_interrupted_)
+      reset();
+    is_interrupted_ = true;
+  }
+
+  void
+  endFrame(std::size_t voxels)
+  {
+    const bool is_too_large = memory_rule_.shouldGiveBack(voxels + blocks_.size());
+    forget();
+    if (is_too_large) {
+      blocks_.giveBackMemory();
+      releaseFrame();
+    }
+    is_interrupted_ = false;
   }
 
   void
@@ -287,6 +311,12 @@ private:
   releaseMemory()
   {
     blocks_ = DensityBlocks();
+    releaseFrame();
+  }
+
+  void
+  releaseFrame()
+  {
     std::vector<Place>().swap(places_);
     std::vector<std::uint64_t>().swap(masks_);
     std::vector<std::uint32_t>().swap(frame_blocks_);
@@ -309,6 +339,8 @@ private:
   std::vector<float> evidence_;             // of each voxel, by block and cell
   DensityWindow window_;
   std::array<NeighbourhoodSums, 64> sums_;
+  bool is_interrupted_ = false;
+  io::MemoryRule memory_rule_;
 };
 
 OutlierRemovalStatus

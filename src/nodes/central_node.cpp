@@ -1,12 +1,10 @@
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "caught_status.h"
+#include "merged_voxels.h"
 #include "received_stream.h"
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/strand.hpp>
 #include <boost/asio/thread_pool.hpp>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <shared_mutex>
 #include <sstream>
@@ -60,15 +59,6 @@ threadsOf(const CentralNodeSettings& settings)
                                : std::max(1u, std::thread::hardware_concurrency());
 }
 
-io::Voxelizer
-mergingVoxelizer(double resolution)
-{
-  io::IntensityCompressionSettings settings;
-  settings.resolution = resolution;
-  settings.aggregation = io::Aggregation::Sum;
-  return {settings, IntensityUnit::Native};
-}
-
 CentralNodeStatus
 unknownStream(const std::string& name)
 {
@@ -84,8 +74,7 @@ public:
   , settings_status_(checkSettings(settings))
   , listener_(std::move(listener))
   , pool_(settings_status_.ok() ? threadsOf(settings) : 1)
-  , merging_voxelizer_(
-        mergingVoxelizer(settings_status_.ok() ? settings.resolution : 1.0))
+  , merged_voxels_(settings.resolution)
   {}
 
   // The threads use what is destroyed next.
@@ -107,13 +96,9 @@ public:
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
     const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
-    const bool is_new = streams_
-                            .try_emplace(name,
-                                         pool_.get_executor(),
-                                         name,
-                                         min_intensity,
-                                         settings_.decoder_limits)
-                            .second;
+    const bool is_new =
+        streams_.try_emplace(name, name, min_intensity, settings_.decoder_limits)
+            .second;
     if (!is_new)
       return {CentralNodeCode::StreamExists,
               "there is a stream '" + name + "' already"};
@@ -127,10 +112,10 @@ public:
       return settings_status_;
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
-    Entry* const entry = find(name);
-    if (entry == nullptr)
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
       return unknownStream(name);
-    entry->stream.setMinIntensity(min_intensity);
+    stream->setMinIntensity(min_intensity);
     return {};
   }
 
@@ -145,10 +130,10 @@ public:
           !status.ok())
         return {CentralNodeCode::InvalidSettings,
                 "outlier_removal: " + status.message()};
-    Entry* const entry = find(name);
-    if (entry == nullptr)
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
       return unknownStream(name);
-    entry->stream.setOutlierRemoval(settings);
+    stream->setOutlierRemoval(settings);
     return {};
   }
 
@@ -157,26 +142,12 @@ public:
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp)
   {
-    if (!settings_status_.ok())
-      return settings_status_;
-    Entry* const entry = find(name);
-    if (entry == nullptr)
-      return unknownStream(name);
-    if (!entry->stream.admit(bytes.size(), settings_.max_waiting_frames))
-      return {CentralNodeCode::TooManyWaiting,
-              std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
-                  "' wait to be decoded; another one was refused"};
-    {
-      const std::lock_guard<std::mutex> lock(waiting_mutex_);
-      ++waiting_;
+    try {
+      return take(name, std::move(bytes), stamp);
     }
-    boost::asio::post(entry->strand, [this, entry, stamp, bytes = std::move(bytes)] {
-      entry->stream.decode(bytes, stamp, settings_.clock, listener_);
-      const std::lock_guard<std::mutex> lock(waiting_mutex_);
-      if (--waiting_ == 0)
-        nothing_waits_.notify_all();
-    });
-    return {};
+    catch (const std::bad_alloc&) { // by the message of a status
+      return outOfMemoryStatus<CentralNodeStatus>();
+    }
   }
 
   void
@@ -190,8 +161,8 @@ public:
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   {
     std::optional<LatestFrame> frame;
-    if (const Entry* const entry = find(name))
-      frame = entry->stream.latestVoxels(Time::min(), Time::max(), voxels);
+    if (const ReceivedStream* const stream = find(name))
+      frame = stream->latestVoxels(Time::min(), Time::max(), voxels);
     if (!frame)
       voxels = io::VoxelFrame();
     return frame;
@@ -206,25 +177,13 @@ public:
     }
     const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
     const Time now = settings_.clock();
-    const Time oldest = now - settings_.max_merge_age;
-    coordinates_.clear();
-    intensities_.clear();
+    merged_voxels_.clear();
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-      for (const auto& [name, entry] : streams_)
-        if (entry.stream.latestVoxels(oldest, now, merging_frame_))
-          appendCentres(merging_frame_);
+      for (const auto& [name, stream] : streams_)
+        merged_voxels_.add(stream, now - settings_.max_merge_age, now);
     }
-    io::PointView points;
-    points.coordinates = coordinates_.data();
-    points.coordinate_stride = 3;
-    points.intensities = intensities_.data();
-    points.intensity_stride = 1;
-    points.count = intensities_.size();
-    // Merged frames are no stream: each has the grid and the scale that fit it.
-    constexpr bool may_refit = true;
-    merging_voxelizer_.voxelize(points, may_refit, merged);
-    merged.depth_model.reset();
+    merged_voxels_.finish(merged);
   }
 
   std::vector<StreamHealth>
@@ -232,24 +191,75 @@ public:
   {
     std::vector<StreamHealth> health;
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-    for (const auto& [name, entry] : streams_)
-      health.push_back(entry.stream.health(settings_.clock()));
+    for (const auto& [name, stream] : streams_)
+      health.push_back(stream.health(settings_.clock()));
     return health;
   }
 
 private:
-  /** \brief A stream, and what keeps its frames in order. */
-  struct Entry {
-    Entry(const boost::asio::thread_pool::executor_type& executor,
-          const std::string& name,
-          float min_intensity,
-          const io::DecoderLimits& limits)
-    : strand(executor), stream(name, min_intensity, limits)
-    {}
+  /** \brief receive(), where statuses may be without memory for their messages. */
+  CentralNodeStatus
+  take(const std::string& name,
+       std::vector<std::uint8_t> bytes,
+       std::optional<Time> stamp)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    ReceivedStream* const stream = find(name);
+    if (stream == nullptr)
+      return unknownStream(name);
+    {
+      const std::lock_guard<std::mutex> lock(waiting_mutex_);
+      ++waiting_;
+    }
+    const auto admission = stream->admit(std::move(bytes),
+                                         stamp,
+                                         settings_.max_waiting_frames,
+                                         [this, stream] { askForTurn(*stream); });
+    if (admission == ReceivedStream::Admission::Waits)
+      return {};
+    countDone();
+    if (admission == ReceivedStream::Admission::OutOfMemory)
+      return outOfMemoryStatus<CentralNodeStatus>();
+    return {CentralNodeCode::TooManyWaiting,
+            std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
+                "' wait to be decoded; another one was refused"};
+  }
 
-    boost::asio::strand<boost::asio::thread_pool::executor_type> strand;
-    ReceivedStream stream;
-  };
+  /** \brief Has a stream take its turn behind those that have asked before. */
+  void
+  askForTurn(ReceivedStream& stream)
+  {
+    boost::asio::post(pool_, [this, &stream] { serve(stream); });
+  }
+
+  /** \brief A stream's turn: one frame, so that no stream waits for another's many. */
+  void
+  serve(ReceivedStream& stream)
+  {
+    for (;;) {
+      stream.decodeNext(settings_.clock, listener_);
+      countDone();
+      if (!stream.endTurn())
+        return;
+      try {
+        askForTurn(stream);
+        return;
+      }
+      catch (const std::bad_alloc&) {
+        // Without memory to ask for it the next turn is now, as nobody else would ask.
+      }
+    }
+  }
+
+  /** \brief Counts a frame that does not wait any more. */
+  void
+  countDone()
+  {
+    const std::lock_guard<std::mutex> lock(waiting_mutex_);
+    if (--waiting_ == 0)
+      nothing_waits_.notify_all();
+  }
 
   static CentralNodeStatus
   checkMinIntensity(float min_intensity)
@@ -260,8 +270,8 @@ private:
     return {};
   }
 
-  // Streams are never removed, so that an entry outlives the lock.
-  const Entry*
+  // Streams are never removed, so that one outlives the lock.
+  const ReceivedStream*
   find(const std::string& name) const
   {
     const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
@@ -269,48 +279,26 @@ private:
     return found == streams_.end() ? nullptr : &found->second;
   }
 
-  Entry*
+  ReceivedStream*
   find(const std::string& name)
   {
-    return const_cast<Entry*>(std::as_const(*this).find(name));
-  }
-
-  void
-  appendCentres(const io::VoxelFrame& frame)
-  {
-    const float margin = io::faceMargin(settings_.resolution);
-    io::VoxelCentres centres;
-    for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-      const std::size_t count =
-          io::voxelCentres(frame, symbol_intensities_, begin, centres);
-      for (std::size_t i = 0; i < count; ++i) {
-        coordinates_.insert(
-            coordinates_.end(),
-            {centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin});
-        intensities_.push_back(centres.intensity[i]);
-      }
-    }
+    return const_cast<ReceivedStream*>(std::as_const(*this).find(name));
   }
 
   const CentralNodeSettings settings_;
   const CentralNodeStatus settings_status_;
   const FrameListener listener_;
-  boost::asio::thread_pool pool_; // outlives the strands
+  boost::asio::thread_pool pool_; // ended before what its threads use
 
-  mutable std::shared_mutex streams_mutex_; // of the map, not of its entries
-  std::map<std::string, Entry> streams_;
+  mutable std::shared_mutex streams_mutex_; // of the map, not of its streams
+  std::map<std::string, ReceivedStream> streams_;
 
   std::mutex waiting_mutex_;
   std::condition_variable nothing_waits_;
   std::size_t waiting_ = 0; // frames of all streams that are not decoded yet
 
-  std::mutex
-      merge_mutex_; // of everything below, members so that their memory is reused
-  io::Voxelizer merging_voxelizer_;
-  io::SymbolIntensities symbol_intensities_;
-  io::VoxelFrame merging_frame_;
-  std::vector<float> coordinates_;
-  std::vector<float> intensities_;
+  std::mutex merge_mutex_; // of what merges
+  MergedVoxels merged_voxels_;
 };
 
 CentralNode::CentralNode(const CentralNodeSettings& settings, FrameListener listener)

@@ -2,6 +2,7 @@
 
 #include <pcl_ext/filters/faint_voxels.h>
 
+#include "caught_status.h"
 #include "latency.h"
 
 #include <utility>
@@ -10,6 +11,29 @@ namespace pcl_ext {
 namespace nodes {
 
 namespace {
+
+/** \brief What decoding a frame needs besides its stream's memory. All streams of a thread
+ * take turns with it, so that it stays in the thread's caches; each has memory of its own
+ * for what it keeps. */
+struct DecodingMemory {
+  io::CodingMemory coding;
+  io::VoxelFrame decoded;
+  io::MemoryRule rule; ///< for `decoded`
+};
+
+DecodingMemory&
+memoryOfThread()
+{
+  thread_local DecodingMemory memory;
+  return memory;
+}
+
+/** \brief Bytes that so many voxels take. */
+std::size_t
+bytesOf(std::size_t voxels)
+{
+  return voxels * (sizeof(std::uint64_t) + sizeof(std::uint16_t));
+}
 
 /** \brief True if bytes held no frame at all, so that none of the sender's is missing. */
 bool
@@ -38,101 +62,165 @@ ReceivedStream::setOutlierRemoval(
   are_outlier_settings_new_ = true;
 }
 
-bool
-ReceivedStream::admit(std::size_t bytes, std::size_t max_waiting)
+ReceivedStream::WaitingFrame
+ReceivedStream::takeNext()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++health_.frames_received;
-  health_.bytes += bytes;
-  if (refused_before_.size() >= max_waiting) {
-    ++health_.frames_refused;
-    ++refused_behind_;
-    return false;
-  }
-  refused_before_.push_back(std::exchange(refused_behind_, 0));
-  return true;
+  WaitingFrame next = std::move(waiting_.front());
+  waiting_.pop_front();
+  unnumbered_ += next.refused_before;
+  return next;
+}
+
+bool
+ReceivedStream::endTurn()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  has_turn_ = !waiting_.empty();
+  return has_turn_;
 }
 
 void
-ReceivedStream::decode(const std::vector<std::uint8_t>& bytes,
-                       std::optional<Time> stamp,
-                       const Clock& clock,
-                       const FrameListener& listener)
+ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 {
-  // All streams of a thread decode into the same memory, which then is in its caches; each
-  // has memory of its own for what it keeps.
-  thread_local io::VoxelFrame decoded;
   const auto start = std::chrono::steady_clock::now();
-  const io::CompressionStatus status =
-      decoder_.decode(bytes.data(), bytes.size(), decoded);
-  const io::CodedFrameStatistics& coding = decoder_.statistics();
-  std::size_t outliers = 0;
-  if (status.ok()) {
-    outliers = removeOutliers(decoded);
-    removeFaintVoxels(decoded, min_intensity_, kept_);
+  const WaitingFrame frame = takeNext();
+  io::CompressionStatus status;
+  bool is_decoded = false;
+  try {
+    status = decode(frame, start, clock, is_decoded);
   }
-  const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
+  catch (...) {
+    status = caughtStatus<io::CompressionStatus>(io::CompressionCode::InputFailed);
+  }
+  const bool is_shown = status.ok();
+  bool wants_i_frame = false;
+  // Only this thread changes what the listener is told, so that it may be read unlocked.
+  const io::CompressionStatus* told = &status;
+  if (status.code() == io::CompressionCode::OldFrame)
+    wants_i_frame = countDropped();
+  else if (!is_shown) {
+    wants_i_frame = countFailed(std::move(status), is_decoded);
+    told = &health_.last_failure;
+  }
 
-  if (status.ok() && !stamp && decoder_.stamp())
-    stamp = timeOfStamp(decoder_.stamp()->stamp);
-  const Time now = clock();
-  const double latency = latencySeconds(stamp.value_or(Time(0)), now);
-  const bool wants_i_frame = wantsIFrame(status.code());
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    unnumbered_ += refused_before_.front();
-    refused_before_.pop_front();
-    health_.i_frame_requests += wants_i_frame ? 1 : 0;
-    if (status.ok()) {
-      countDecoded(coding.frame_number);
-      health_.voxels = coding.voxels;
-      health_.kept_voxels = kept_.size();
-      health_.outliers_removed = outliers;
-      health_.last_decoded = now;
-      window_.add({now, bytes.size(), cycle.count(), latency});
-      std::swap(kept_, latest_);
-      latest_stamp_ = stamp.value_or(Time(0));
-    }
-    else
-      countFailed(status);
-  }
-  // Only this thread changes the latest voxels, so that it may read them unlocked.
   static const io::VoxelFrame no_voxels;
   static const io::CodedFrameStatistics no_statistics;
   if (listener)
     listener({health_.name,
-              stamp.value_or(Time(0)),
-              status,
-              status.ok() ? latest_ : no_voxels,
-              status.ok() ? coding : no_statistics,
+              is_shown ? latest_stamp_ : frame.stamp.value_or(Time(0)),
+              *told,
+              is_shown ? latest_ : no_voxels,
+              is_shown ? decoder_.statistics() : no_statistics,
               wants_i_frame});
+}
+
+io::CompressionStatus
+ReceivedStream::decode(const WaitingFrame& frame,
+                       std::chrono::steady_clock::time_point start,
+                       const Clock& clock,
+                       bool& is_decoded)
+{
+  DecodingMemory& memory = memoryOfThread();
+  io::VoxelFrame& decoded = memory.decoded;
+  const std::size_t capacity = decoded.keys.capacity();
+  io::CompressionStatus status =
+      decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
+  is_decoded = status.ok();
+  const std::size_t needed = bytesOf(decoded.size());
+  try {
+    if (is_decoded)
+      show(decoded, frame, start, clock);
+  }
+  catch (...) {
+    decoded = io::VoxelFrame();
+    kept_ = io::VoxelFrame();
+    throw;
+  }
+  // What a frame that fails has taken is more than any other needed.
+  const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
+  if (memory.rule.shouldGiveBack(needed) || is_too_large)
+    decoded = io::VoxelFrame();
+  return status;
+}
+
+void
+ReceivedStream::show(io::VoxelFrame& decoded,
+                     const WaitingFrame& frame,
+                     std::chrono::steady_clock::time_point start,
+                     const Clock& clock)
+{
+  const std::size_t outliers = removeOutliers(decoded);
+  removeFaintVoxels(decoded, min_intensity_, kept_);
+  const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
+
+  Time stamp = frame.stamp.value_or(Time(0));
+  if (!frame.stamp && decoder_.stamp())
+    stamp = timeOfStamp(decoder_.stamp()->stamp);
+  const Time now = clock();
+  const io::CodedFrameStatistics& coding = decoder_.statistics();
+
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // The last that may throw.
+    window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
+    follow(coding.frame_number);
+    ++health_.frames_decoded;
+    health_.voxels = coding.voxels;
+    health_.kept_voxels = kept_.size();
+    health_.outliers_removed = outliers;
+    health_.last_decoded = now;
+    std::swap(kept_, latest_);
+    latest_stamp_ = stamp;
+  }
+  // Of the frames that take turns either may be too large.
+  if (memory_rule_.shouldGiveBack(bytesOf(latest_.size())))
+    frames_to_give_back_ = 2;
+  if (frames_to_give_back_ == 0)
+    return;
+  --frames_to_give_back_;
+  kept_ = io::VoxelFrame();
 }
 
 std::size_t
 ReceivedStream::removeOutliers(io::VoxelFrame& frame)
 {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (std::exchange(are_outlier_settings_new_, false)) {
-      outlier_removal_.reset();
-      if (outlier_settings_)
-        outlier_removal_.emplace(*outlier_settings_);
-    }
+  makeOutlierRemoval();
+  if (!outlier_removal_)
+    return 0;
+  try {
+    return outlier_removal_->filter(frame);
   }
-  return outlier_removal_ ? outlier_removal_->filter(frame) : 0;
+  catch (...) {
+    outlier_removal_.reset();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    are_outlier_settings_new_ = true;
+    throw;
+  }
+}
+
+void
+ReceivedStream::makeOutlierRemoval()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!are_outlier_settings_new_)
+    return;
+  outlier_removal_.reset();
+  if (outlier_settings_)
+    outlier_removal_.emplace(*outlier_settings_);
+  // They stay new where there was no memory for the filter.
+  are_outlier_settings_new_ = false;
 }
 
 bool
 ReceivedStream::wantsIFrame(io::CompressionCode code)
 {
   switch (code) {
-  case io::CompressionCode::Ok:
-    failures_in_a_row_ = 0;
-    return false;
   case io::CompressionCode::MissingReference:
   case io::CompressionCode::Corrupt:
   case io::CompressionCode::Truncated:
   case io::CompressionCode::InputFailed:
+  case io::CompressionCode::OutOfMemory:
     // An answer takes a frame or two to arrive; a request may be lost, too.
     return failures_in_a_row_++ % 3 == 0;
   default:
@@ -141,7 +229,7 @@ ReceivedStream::wantsIFrame(io::CompressionCode code)
 }
 
 void
-ReceivedStream::countDecoded(std::uint32_t frame_number)
+ReceivedStream::follow(std::uint32_t frame_number)
 {
   // A number that is not above the last one is that of a sender that began again.
   if (last_number_ && frame_number > *last_number_) {
@@ -151,19 +239,41 @@ ReceivedStream::countDecoded(std::uint32_t frame_number)
   }
   last_number_ = frame_number;
   unnumbered_ = 0;
-  ++health_.frames_decoded;
+  failures_in_a_row_ = 0;
+  dropped_in_a_row_ = 0;
   health_.in_sync = true;
 }
 
-void
-ReceivedStream::countFailed(const io::CompressionStatus& status)
+bool
+ReceivedStream::countDropped()
 {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++health_.frames_dropped;
+  // A sender that began again has old numbers; if its first frame was lost, all of what it
+  // sends is dropped until it is asked for an I-frame.
+  const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
+  health_.i_frame_requests += wants_i_frame ? 1 : 0;
+  return wants_i_frame;
+}
+
+bool
+ReceivedStream::countFailed(io::CompressionStatus status, bool is_decoded)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_failed;
-  health_.last_failure = status;
-  if (wasNoFrame(status.code()))
-    return;
-  ++unnumbered_;
-  health_.in_sync = false;
+  health_.last_failure = std::move(status);
+  if (is_decoded) {
+    follow(decoder_.statistics().frame_number);
+    return false;
+  }
+  const io::CompressionCode code = health_.last_failure.code();
+  if (!wasNoFrame(code)) {
+    ++unnumbered_;
+    health_.in_sync = false;
+  }
+  const bool wants_i_frame = wantsIFrame(code);
+  health_.i_frame_requests += wants_i_frame ? 1 : 0;
+  return wants_i_frame;
 }
 
 std::optional<LatestFrame>
@@ -173,7 +283,13 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
   if (health_.frames_decoded == 0 || health_.last_decoded < oldest ||
       health_.last_decoded > newest)
     return std::nullopt;
-  voxels = latest_;
+  try {
+    voxels = latest_;
+  }
+  catch (...) {
+    voxels = io::VoxelFrame(); // not the keys without their intensities
+    throw;
+  }
   return LatestFrame{latest_stamp_, health_.frames_decoded};
 }
 

@@ -4,11 +4,13 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "caught_status.h"
 #include "latency.h"
 #include "rate_window.h"
 #include "sensor_node_settings.h"
 
 #include <array>
+#include <new>
 #include <utility>
 #include <variant>
 
@@ -75,15 +77,12 @@ depthLawOf(const SensorNodeSettings& settings)
                       255.0};
 }
 
-/** \brief What only exists where the settings can be used. */
-struct Pipeline {
-  explicit Pipeline(const SensorNodeSettings& settings)
+/** \brief What turns clouds into voxels. Memory that runs out in it leaves it half done: it
+ * is then made anew. */
+struct FrameMaker {
+  explicit FrameMaker(const SensorNodeSettings& settings)
   : preprocessor(makePreprocessor(settings))
   , voxelizer(codecSettings(settings), unitOf(settings.law))
-  , encoder(settings.compression.format,
-            settings.compression.i_frame_rate,
-            settings.compression.effort)
-  , depth_law(depthLawOf(settings))
   {
     if (settings.outlier_removal)
       outlier_removal.emplace(removalSettings(settings));
@@ -100,14 +99,28 @@ struct Pipeline {
 
   Preprocessor preprocessor;
   io::Voxelizer voxelizer;
-  io::FrameEncoder encoder;
-  std::optional<io::DepthLaw> depth_law;
   std::optional<VoxelOutlierRemoval> outlier_removal;
 
   // Members so that their memory is reused.
   pcl::PointCloud<pcl::PointXYZI> points;
   io::VoxelFrame frame;
-  std::optional<io::FrameStamp> stamp;
+};
+
+/** \brief What only exists where the settings can be used. */
+struct Pipeline {
+  explicit Pipeline(const SensorNodeSettings& settings)
+  : encoder(settings.compression.format,
+            settings.compression.i_frame_rate,
+            settings.compression.effort)
+  , depth_law(depthLawOf(settings))
+  {
+    maker.emplace(settings);
+  }
+
+  std::optional<FrameMaker> maker; // none behind a cloud that it failed at
+  io::FrameEncoder encoder;
+  std::optional<io::DepthLaw> depth_law;
+  std::optional<io::FrameStamp> stamp; // a member so that its memory is reused
 };
 
 } // namespace
@@ -133,32 +146,21 @@ public:
          std::vector<std::uint8_t>& bytes)
   {
     bytes.clear();
-    if (!settings_status_.ok())
-      return settings_status_;
-    const auto start = std::chrono::steady_clock::now();
-    if (SensorNodeStatus status = takeTransform(sensor_to_world); !status.ok())
-      return status;
-    if (SensorNodeStatus status = preprocess(cloud); !status.ok()) {
-      ++statistics_.clouds_refused;
+    try {
+      return encodeOrThrow(cloud, sensor_to_world, bytes);
+    }
+    catch (...) {
+      SensorNodeStatus status =
+          caughtStatus<SensorNodeStatus>(SensorNodeCode::EncodingFailed);
+      bytes.clear();
+      if (pipeline_) {
+        ++statistics_.clouds_refused;
+        pipeline_->maker.reset();
+        // A frame that was encoded, but not counted, is not sent.
+        pipeline_->encoder.requestIFrame();
+      }
       return status;
     }
-    const io::VoxelizationStatistics voxelization = voxelize();
-    if (pipeline_->outlier_removal)
-      statistics_.outliers_removed =
-          pipeline_->outlier_removal->filter(pipeline_->frame);
-    if (SensorNodeStatus status = code(cloud.header, bytes); !status.ok()) {
-      ++statistics_.clouds_refused;
-      return status;
-    }
-    statistics_.frame.voxelization = voxelization;
-    const std::chrono::duration<double> cycle =
-        std::chrono::steady_clock::now() - start;
-    count(cloud, bytes.size(), cycle.count());
-    if (sensor_to_world)
-      return {};
-    ++statistics_.frames_with_last_transform;
-    return {SensorNodeCode::UsedLastTransform,
-            "no transform came with the cloud; used the last known one"};
   }
 
   void
@@ -179,46 +181,93 @@ public:
 
 private:
   SensorNodeStatus
+  encodeOrThrow(const pcl::PCLPointCloud2& cloud,
+                const std::optional<WorldPose>& sensor_to_world,
+                std::vector<std::uint8_t>& bytes)
+  {
+    if (!settings_status_.ok())
+      return settings_status_;
+    const auto start = std::chrono::steady_clock::now();
+    if (SensorNodeStatus status = takeTransform(sensor_to_world); !status.ok())
+      return status;
+    if (!pipeline_->maker)
+      pipeline_->maker.emplace(settings_);
+    FrameMaker& maker = *pipeline_->maker;
+    PreprocessingStatistics preprocessing;
+    if (SensorNodeStatus status = preprocess(cloud, maker, preprocessing);
+        !status.ok()) {
+      ++statistics_.clouds_refused;
+      return status;
+    }
+    const io::VoxelizationStatistics voxelization = voxelize(maker);
+    const std::size_t outliers =
+        maker.outlier_removal ? maker.outlier_removal->filter(maker.frame) : 0;
+    if (SensorNodeStatus status = code(cloud.header, maker.frame, bytes);
+        !status.ok()) {
+      ++statistics_.clouds_refused;
+      return status;
+    }
+    // Made before anything is counted, as its message needs memory.
+    SensorNodeStatus status;
+    if (!sensor_to_world)
+      status = {SensorNodeCode::UsedLastTransform,
+                "no transform came with the cloud; used the last known one"};
+    const std::chrono::duration<double> cycle =
+        std::chrono::steady_clock::now() - start;
+    count(cloud, bytes.size(), cycle.count());
+    statistics_.preprocessing = preprocessing;
+    statistics_.outliers_removed = outliers;
+    statistics_.frame.voxelization = voxelization;
+    statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
+    return status;
+  }
+
+  SensorNodeStatus
   takeTransform(const std::optional<WorldPose>& sensor_to_world)
   {
     if (sensor_to_world) {
       const Eigen::Isometry3d pose(*sensor_to_world);
       if (!isRigid(pose.cast<float>())) {
+        SensorNodeStatus status(
+            SensorNodeCode::InvalidTransform,
+            "the transform of the sensor is not a rotation and a translation");
         ++statistics_.clouds_refused;
-        return {SensorNodeCode::InvalidTransform,
-                "the transform of the sensor is not a rotation and a translation"};
+        return status;
       }
       last_transform_ = *sensor_to_world;
     }
     if (!last_transform_) {
+      SensorNodeStatus status(SensorNodeCode::NoTransform,
+                              "no transform from the sensor to '" +
+                                  settings_.global_frame +
+                                  "' is known yet; the cloud is left out");
       ++statistics_.clouds_without_transform;
-      return {SensorNodeCode::NoTransform,
-              "no transform from the sensor to '" + settings_.global_frame +
-                  "' is known yet; the cloud is left out"};
+      return status;
     }
     return {};
   }
 
   SensorNodeStatus
-  preprocess(const pcl::PCLPointCloud2& cloud)
+  preprocess(const pcl::PCLPointCloud2& cloud,
+             FrameMaker& maker,
+             PreprocessingStatistics& statistics) const
   {
     return std::visit(
         [&](auto& preprocessor) -> SensorNodeStatus {
           preprocessor.setSensorPose(Eigen::Isometry3d(*last_transform_));
-          const PreprocessingStatus status =
-              preprocessor.process(cloud, pipeline_->points);
+          const PreprocessingStatus status = preprocessor.process(cloud, maker.points);
           if (!status.ok())
             return {SensorNodeCode::InvalidCloud, status.message()};
-          statistics_.preprocessing = preprocessor.getStatistics();
+          statistics = preprocessor.getStatistics();
           return {};
         },
-        pipeline_->preprocessor);
+        maker.preprocessor);
   }
 
   io::VoxelizationStatistics
-  voxelize()
+  voxelize(FrameMaker& maker) const
   {
-    const auto& points = pipeline_->points;
+    const auto& points = maker.points;
     io::PointView view;
     view.count = points.size();
     if (!points.empty()) {
@@ -230,32 +279,36 @@ private:
         view.intensity_stride = stride;
       }
     }
-    const io::VoxelizationStatistics statistics = pipeline_->voxelizer.voxelize(
-        view, pipeline_->encoder.isIFrameDue(), pipeline_->frame);
-    pipeline_->frame.depth_model.reset();
+    const io::VoxelizationStatistics statistics =
+        maker.voxelizer.voxelize(view, pipeline_->encoder.isIFrameDue(), maker.frame);
+    maker.frame.depth_model.reset();
     if (pipeline_->depth_law) {
       const auto elements = [](const Eigen::Vector3d& vector) {
         return std::array<double, 3>{vector.x(), vector.y(), vector.z()};
       };
-      pipeline_->frame.depth_model =
+      maker.frame.depth_model =
           io::depthModelOf(*pipeline_->depth_law,
                            elements(last_transform_->translation()),
                            elements(last_transform_->linear().col(2)),
-                           pipeline_->frame.grid,
-                           pipeline_->frame.intensity_scale);
+                           maker.frame.grid,
+                           maker.frame.intensity_scale);
     }
     return statistics;
   }
 
   SensorNodeStatus
-  code(const pcl::PCLHeader& header, std::vector<std::uint8_t>& bytes)
+  code(const pcl::PCLHeader& header,
+       const io::VoxelFrame& frame,
+       std::vector<std::uint8_t>& bytes)
   {
     if (settings_.compression.carry_header)
       pipeline_->stamp = io::FrameStamp{header.stamp, settings_.global_frame};
     const io::CompressionStatus status =
-        pipeline_->encoder.encode(pipeline_->frame, pipeline_->stamp, bytes);
+        pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);
     if (!status.ok()) {
       bytes.clear();
+      if (status.code() == io::CompressionCode::OutOfMemory)
+        throw std::bad_alloc(); // as all others that ran out
       return {SensorNodeCode::EncodingFailed, status.message()};
     }
     return {};
@@ -265,16 +318,17 @@ private:
   count(const pcl::PCLPointCloud2& cloud, std::size_t bytes, double cycle_seconds)
   {
     const io::CodedFrameStatistics& coding = pipeline_->encoder.statistics();
-    ++statistics_.frames;
-    statistics_.i_frames += coding.is_i_frame ? 1 : 0;
-    statistics_.cloud_bytes += cloud.data.size();
-    statistics_.frame_bytes += bytes;
-    statistics_.frame.coding = coding;
     const Time now = settings_.clock();
     window_.add({now,
                  bytes,
                  cycle_seconds,
                  latencySeconds(timeOfStamp(cloud.header.stamp), now)});
+    // Nothing is thrown any more.
+    ++statistics_.frames;
+    statistics_.i_frames += coding.is_i_frame ? 1 : 0;
+    statistics_.cloud_bytes += cloud.data.size();
+    statistics_.frame_bytes += bytes;
+    statistics_.frame.coding = coding;
   }
 
   SensorNodeSettings settings_;

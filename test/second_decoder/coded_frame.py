@@ -8,7 +8,7 @@ from typing import List, Optional
 
 from depth_model import DepthModel
 
-MOST_VOXELS = 1 << 22
+MOST_VOXELS = 1 << 20
 """Of a frame: this decoder's limit, and the library's unless it is told another."""
 
 

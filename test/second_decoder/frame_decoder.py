@@ -21,7 +21,7 @@ from frame_header import (
 )
 from invalid_frame import InvalidFrame, require
 
-MOST_BYTES = 64 << 20
+MOST_BYTES = 16 << 20
 
 
 @dataclass(frozen=True)

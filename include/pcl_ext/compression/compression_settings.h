@@ -51,12 +51,15 @@ struct BoundingBox {
 /** \brief What a decoder may be made to do by the bytes that it is given. */
 struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
-  std::size_t max_frame_bytes = std::size_t{1} << 26;
+  std::size_t max_frame_bytes = std::size_t{1} << 24;
 
-  /** \brief Voxels of one frame. Memory stays below about 500 bytes for each of them, or
-   * 2000 and 16 MiB in a stream that is made to fill the history; retain_octree, which
-   * builds PCL's octree of pointers, takes as much again and more. */
-  std::size_t max_voxels = std::size_t{1} << 22;
+  /** \brief Voxels of one frame: by default one for each point of a
+   * sensor of a megapixel. A frame
+   * takes memory for the voxels that it has, below 500 bytes for each of them, or
+   * 2000 and 16 MiB in a stream that is made to fill the history; it is given back a few
+   * frames later. retain_octree, which builds PCL's octree of pointers, takes as much again
+   * and more. */
+  std::size_t max_voxels = std::size_t{1} << 20;
 };
 
 /** \brief A pose, sensor -> cloud; takes an Eigen::Isometry3f. Not aligned, so that the

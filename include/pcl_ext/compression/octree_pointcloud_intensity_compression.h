@@ -159,8 +159,8 @@ public:
    * voxels from the origin are counted and left out.
    * \param[in] cloud in the frame of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
-   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed, after
-   * which the next frame is an I-frame
+   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed or
+   * OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
   encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
@@ -233,6 +233,9 @@ private:
   static_assert(detail::IsIntensityModel<IntensityModelT>::value,
                 "the second template argument is the intensity model; those that PCL's "
                 "class has there, leaf, branch and octree, follow it");
+
+  CompressionStatus
+  encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
 
   CompressionStatus
   decodeFrame(std::istream& compressed_cloud, PointCloud& cloud);

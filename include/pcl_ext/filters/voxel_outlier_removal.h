@@ -119,7 +119,8 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * lattice, by up to two million voxels on each axis. It forgets everything, the depth
  * model too, where the grid goes farther or the resolution or the anchor changes; and the
  * means where the unit changes. A frame needs time and memory as its voxels do, wherever
- * they are.
+ * they are; what a large one took is given back some frames later. Where memory runs out
+ * std::bad_alloc is thrown, and the next frame is judged as the first one.
  *
  * With settings that checkSettings() refuses, and of frames with other edges, nothing is
  * removed, and all log-odds are plus infinity. Instances share nothing; calls of one instance from several threads must not

@@ -50,7 +50,8 @@ enum class CentralNodeCode {
   InvalidSettings, ///< a setting is outside its range
   UnknownStream,   ///< there is no stream of this name
   StreamExists,    ///< there is one already
-  TooManyWaiting   ///< the frame was refused
+  TooManyWaiting,  ///< the frame was refused
+  OutOfMemory      ///< memory ran out; the frame was refused
 };
 
 /** \brief Outcome of an order to a CentralNode. */
@@ -65,7 +66,9 @@ struct ReceivedFrame {
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
   /** \brief The stream cannot go on without an I-frame; ask its sender for one. Said with
-   * the first frame that fails, and with every third after it until one is decoded. */
+   * the first frame that fails, and with every third after it until one is decoded; also
+   * with every third that comes late without one between that is decoded, as all frames of
+   * a sender that began again may look late. */
   bool wants_i_frame;
 };
 
@@ -83,7 +86,12 @@ using FrameListener = std::function<void(const ReceivedFrame&)>;
  * them and merges them on a common grid (section 2.7 of the paper). Knows no ROS.
  *
  * Each stream has a decoder of its own; its frames are decoded in the order in which they
- * are received. All members may be called by several threads at once.
+ * are received. Streams that frames wait of take turns, a frame each, so that none waits
+ * for the many frames of another. All members may be called by several threads at once.
+ *
+ * Memory that runs out while a frame is decoded, or whatever else is thrown then, is that
+ * frame's status, and the stream goes on. Memory that runs out in a call is thrown as
+ * std::bad_alloc, by receive() said as a status, and leaves the node as it was.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:

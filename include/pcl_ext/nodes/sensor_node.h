@@ -77,7 +77,8 @@ enum class SensorNodeCode {
   NoTransform,       ///< not encoded: no transform came with it, nor ever before
   InvalidTransform,  ///< not encoded: the transform is no rotation and translation
   InvalidCloud,      ///< not encoded: fields or sizes of the cloud cannot be read
-  EncodingFailed     ///< not encoded: the encoder refused the frame
+  EncodingFailed,    ///< not encoded: the encoder refused the frame, or the clock threw
+  OutOfMemory        ///< not encoded: memory ran out; the next frame is an I-frame
 };
 
 /** \brief Outcome of encoding a cloud. */
@@ -99,12 +100,12 @@ struct SensorNodeStatistics {
   std::size_t i_frames = 0;                   ///< of the frames
   std::size_t frames_with_last_transform = 0; ///< of the frames
   std::size_t clouds_without_transform = 0;   ///< left out
-  std::size_t clouds_refused = 0;             ///< broken, or their transform was
-  std::uint64_t cloud_bytes = 0;              ///< of the clouds that became frames
-  std::uint64_t frame_bytes = 0;              ///< of the frames
-  PreprocessingStatistics preprocessing;      ///< of the last frame
-  std::size_t outliers_removed = 0;           ///< voxels left out of the last frame
-  io::FrameStatistics frame;                  ///< of the last frame
+  std::size_t clouds_refused = 0; ///< broken, or their transform was, or memory ran out
+  std::uint64_t cloud_bytes = 0;  ///< of the clouds that became frames
+  std::uint64_t frame_bytes = 0;  ///< of the frames
+  PreprocessingStatistics preprocessing; ///< of the last frame
+  std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
+  io::FrameStatistics frame;             ///< of the last frame
   StreamRates rates;
 
   /** \brief Bytes of the clouds against bytes of the frames; 0 before the first. */
@@ -143,7 +144,8 @@ public:
    *
    * The transform holds for this cloud, and for the following ones that come without.
    * Before the first one nothing is encoded: a cloud is never sent in a frame that it is
-   * not in.
+   * not in. Throws nothing: memory that runs out is a status, and the next frame then
+   * begins anew, as an I-frame.
    * \param[in] cloud in the sensor's frame (x right, y down, z along the optical axis),
    * metres; fields as SensorPreprocessor::process finds them; stamp in microseconds
    * \param[in] sensor_to_world rotation and translation at the time of the cloud, metres;

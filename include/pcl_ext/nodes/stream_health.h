@@ -38,22 +38,24 @@ struct StreamRates {
 };
 
 /** \brief How a stream that arrives at a CentralNode is doing. Counts are since it was
- * added. Every frame that was received is decoded, failed, refused, or still waiting. */
+ * added. Every frame that was received is decoded, failed, dropped, refused, or still
+ * waiting. */
 struct StreamHealth {
   std::string name;
   std::size_t frames_received = 0; ///< handed to CentralNode::receive
   std::size_t frames_decoded = 0;
-  std::size_t frames_failed = 0;  ///< arrived, but could not be decoded
-  std::size_t frames_refused = 0; ///< arrived while too many were waiting
+  std::size_t frames_failed = 0;  ///< arrived, but could not be decoded or denoised
+  std::size_t frames_dropped = 0; ///< arrived late or twice; the stream went on
+  std::size_t frames_refused = 0; ///< arrived while too many waited or memory ran out
   std::size_t frames_lost =
-      0; ///< gaps in the sender's numbers that nothing arrived for
+      0; ///< gaps in the sender's numbers that nothing arrived for in time
   std::size_t i_frame_requests = 0; ///< times that the listener was told wants_i_frame
   std::uint64_t bytes = 0;          ///< of all frames received
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
   std::size_t kept_voxels = 0;      ///< of these: after denoising
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
-  bool in_sync = false;             ///< the last frame was decoded
-  Time last_decoded{0};             ///< when the last frame was ready; 0: never
+  bool in_sync = false; ///< the last frame was decoded, even if it failed behind that
+  Time last_decoded{0}; ///< when the last frame was ready; 0: never
   io::CompressionStatus last_failure; ///< why the last frame that failed did
   StreamRates rates;                  ///< of the frames that were decoded
 };

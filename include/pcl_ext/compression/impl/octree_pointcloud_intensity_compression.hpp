@@ -11,6 +11,7 @@
 #include <exception>
 #include <istream>
 #include <limits>
+#include <new>
 #include <ostream>
 #include <type_traits>
 #include <utility>
@@ -143,6 +144,26 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
 {
+  try {
+    return encodeFrame(cloud, compressed_cloud);
+  }
+  catch (const std::bad_alloc&) {
+    encoder_.requestIFrame();
+    this->deleteTree();
+    // A text that needs no memory of its own.
+    return {CompressionCode::OutOfMemory, "out of memory"};
+  }
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
+{
   if (!settings_status_.ok())
     return settings_status_;
   if (!cloud)
@@ -221,9 +242,13 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     status = settings_status_.ok() ? decodeFrame(compressed_cloud, *cloud)
                                    : settings_status_;
   }
-  catch (const std::exception& exception) {
-    status = {CompressionCode::InputFailed,
-              std::string("decoding failed: ") + exception.what()};
+  catch (const std::bad_alloc&) {
+    this->deleteTree();
+    // A text that needs no memory of its own.
+    status = {CompressionCode::OutOfMemory, "out of memory"};
+  }
+  catch (const std::exception&) {
+    status = {CompressionCode::InputFailed, "decoding failed"};
   }
   if (!status.ok() && cloud) {
     cloud->clear();

@@ -1,0 +1,99 @@
+#include "merged_voxels.h"
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include <cstddef>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+io::Voxelizer
+mergingVoxelizer(double resolution)
+{
+  io::IntensityCompressionSettings settings;
+  settings.resolution = resolution;
+  settings.aggregation = io::Aggregation::Sum;
+  return {settings, IntensityUnit::Native};
+}
+
+} // namespace
+
+void
+MergedVoxels::clear()
+{
+  coordinates_.clear();
+  intensities_.clear();
+}
+
+void
+MergedVoxels::add(const ReceivedStream& stream, Time oldest, Time newest)
+{
+  if (stream.latestVoxels(oldest, newest, frame_))
+    appendCentres(frame_);
+}
+
+void
+MergedVoxels::finish(io::VoxelFrame& merged)
+{
+  try {
+    voxelize(merged);
+  }
+  catch (...) {
+    giveBackMemory(); // the voxelizer may remember half a cloud, too
+    merged = io::VoxelFrame();
+    throw;
+  }
+  if (memory_rule_.shouldGiveBack((coordinates_.size() + intensities_.size()) *
+                                  sizeof(float)))
+    giveBackMemory();
+}
+
+void
+MergedVoxels::giveBackMemory()
+{
+  voxelizer_.reset();
+  frame_ = io::VoxelFrame();
+  coordinates_ = std::vector<float>();
+  intensities_ = std::vector<float>();
+}
+
+void
+MergedVoxels::voxelize(io::VoxelFrame& merged)
+{
+  if (!voxelizer_)
+    voxelizer_.emplace(mergingVoxelizer(resolution_));
+  io::PointView points;
+  points.coordinates = coordinates_.data();
+  points.coordinate_stride = 3;
+  points.intensities = intensities_.data();
+  points.intensity_stride = 1;
+  points.count = intensities_.size();
+  // Merged frames are no stream: each has the grid and the scale that fit it.
+  constexpr bool may_refit = true;
+  voxelizer_->voxelize(points, may_refit, merged);
+  merged.depth_model.reset();
+}
+
+void
+MergedVoxels::appendCentres(const io::VoxelFrame& frame)
+{
+  const float margin = io::faceMargin(resolution_);
+  io::VoxelCentres centres;
+  for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
+    const std::size_t count =
+        io::voxelCentres(frame, symbol_intensities_, begin, centres);
+    for (std::size_t i = 0; i < count; ++i) {
+      coordinates_.insert(
+          coordinates_.end(),
+          {centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin});
+      intensities_.push_back(centres.intensity[i]);
+    }
+  }
+}
+
+} // namespace nodes
+} // namespace pcl_ext
