@@ -116,6 +116,25 @@ operator new[](std::size_t size)
   return operator new(size);
 }
 
+// The standard library's algorithms ask for memory in this way, too. A sanitizer's own
+// would give memory that is not for free().
+void*
+operator new(std::size_t size, const std::nothrow_t& /*unused*/) noexcept
+{
+  try {
+    return operator new(size);
+  }
+  catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
+void*
+operator new[](std::size_t size, const std::nothrow_t& nothrow) noexcept
+{
+  return operator new(size, nothrow);
+}
+
 [[gnu::noinline]] void
 operator delete(void* memory) noexcept
 {
@@ -126,6 +145,18 @@ operator delete(void* memory) noexcept
 
 void
 operator delete[](void* memory) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete(void* memory, const std::nothrow_t& /*unused*/) noexcept
+{
+  operator delete(memory);
+}
+
+void
+operator delete[](void* memory, const std::nothrow_t& /*unused*/) noexcept
 {
   operator delete(memory);
 }
