@@ -32,9 +32,18 @@ public:
     parts_.header.intensity_scale.bits = bits;
     FastScript script;
     i_frame(script);
-    i_frame_ = frame(true, voxel_count, script.rans().bytes);
+    RansChoices choices;
+    choices.states = voxel_count < 1024 ? 1 : 4;
+    i_frame_ = frame(true, voxel_count, script.rans(choices).bytes);
     reference_ = takeApart(i_frame_).checksum;
     models_ = script.models;
+  }
+
+  /** \brief What is learnt of the I-frame. */
+  const FastModels&
+  models() const
+  {
+    return models_;
   }
 
   const Bytes&
@@ -151,6 +160,19 @@ streamOfTwoBlocks()
     script.plainSymbols(10, 5);
   }));
   return stream;
+}
+
+/** \brief The I-frame of all voxels of a grid, but for the symbols. */
+inline void
+writeFullGrid(FastScript& script, unsigned int depth)
+{
+  script.code(script.models.has_new_blocks, 1);
+  std::size_t blocks = 1;
+  for (unsigned int level = depth - 2; level-- > 0; blocks *= 8)
+    for (std::size_t i = 0; i < blocks; ++i)
+      script.byte(script.models.node[std::min(level, 3u)], 0, 255);
+  for (std::size_t i = 0; i < blocks; ++i)
+    script.newBlock(true, ~std::uint64_t{0});
 }
 
 } // namespace test

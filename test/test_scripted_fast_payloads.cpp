@@ -195,22 +195,6 @@ TEST(ScriptedFastPayloads, VoxelsOutsideOfAGridOfOneOctant)
   }
 }
 
-/** \brief A frame of all voxels of a grid, with some symbols in turn. */
-void
-writeFullGrid(FastScript& script, unsigned int depth, std::size_t symbols)
-{
-  script.code(script.models.has_new_blocks, 1);
-  std::size_t blocks = 1;
-  for (unsigned int level = depth - 2; level-- > 0; blocks *= 8)
-    for (std::size_t i = 0; i < blocks; ++i)
-      script.byte(script.models.node[level], 0, 255);
-  for (std::size_t i = 0; i < blocks; ++i)
-    script.newBlock(true, ~std::uint64_t{0});
-  script.bits(1, 1);
-  for (std::size_t i = 0; i < 64 * blocks; ++i)
-    script.byte(script.models.plain, 0, static_cast<unsigned int>(i % symbols));
-}
-
 TEST(ScriptedFastPayloads, StatesThatNoEncoderLeaves)
 {
   const ScriptedStream stream = streamOfTwoBlocks();
@@ -219,7 +203,10 @@ TEST(ScriptedFastPayloads, StatesThatNoEncoderLeaves)
   for (const unsigned int depth : {3u, 4u}) // of one state, and of four
     for (std::size_t symbols = 1; symbols < (depth == 3 ? 64u : 8u); ++symbols) {
       FastScript script;
-      writeFullGrid(script, depth, symbols);
+      writeFullGrid(script, depth);
+      script.bits(1, 1);
+      for (std::size_t i = 0; i < std::size_t{1} << 3 * depth; ++i)
+        script.byte(script.models.plain, 0, static_cast<unsigned int>(i % symbols));
       const auto answer = [&](const RansChoices& choices) {
         return stream.answerTo(stream.otherIFrame(
             depth, 8, std::size_t{1} << 3 * depth, script.rans(choices).bytes));
