@@ -154,9 +154,8 @@ layoutOf(FuzzInput& input)
     field.count = 1;
     field.datatype = coordinate;
     if (field.name.size() > 1)
-      field.datatype = (kind & 8) != 0
-                           ? static_cast<std::uint8_t>(1 + input.byte() % 11)
-                           : pcl::PCLPointField::FLOAT32;
+      field.datatype = static_cast<std::uint8_t>(
+          (kind & 8) != 0 ? 1 + input.byte() % 11 : int{pcl::PCLPointField::FLOAT32});
     if ((kind & 16) != 0)
       cloud.point_step += input.byte() % 8;
     field.offset = cloud.point_step;
