@@ -5,10 +5,10 @@
  *
  *     fuzz_TARGET [--random=COUNT] [FILE or FOLDER ...]
  */
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>

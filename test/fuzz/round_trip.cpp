@@ -7,10 +7,11 @@
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxelizer.h>
 
+#include "fuzz_input.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <vector>
@@ -19,13 +20,7 @@ namespace {
 
 using namespace pcl_ext;
 using namespace pcl_ext::io;
-
-void
-require(bool condition)
-{
-  if (!condition)
-    std::abort();
-}
+using pcl_ext::fuzz::require;
 
 IntensityCompressionSettings
 settingsOf(std::uint8_t choice, bool is_companded)
