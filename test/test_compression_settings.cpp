@@ -99,8 +99,8 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_FALSE(settings.carry_header);
   EXPECT_FALSE(settings.retain_octree);
   EXPECT_FALSE(settings.show_statistics);
-  EXPECT_EQ(settings.decoder_limits.max_frame_bytes, std::size_t{1} << 26);
-  EXPECT_EQ(settings.decoder_limits.max_voxels, std::size_t{1} << 22);
+  EXPECT_EQ(settings.decoder_limits.max_frame_bytes, std::size_t{1} << 24);
+  EXPECT_EQ(settings.decoder_limits.max_voxels, std::size_t{1} << 20);
   EXPECT_TRUE(checkSettings(settings).ok());
   EXPECT_TRUE(checkSettings(publishedSettings()).ok());
 }

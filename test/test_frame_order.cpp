@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -120,7 +122,7 @@ TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
     ASSERT_EQ(received(decoder, second, i), CompressionCode::Ok) << i;
 }
 
-TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedFromItsSecondIFrame)
+TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedBehindManyCopies)
 {
   const Sent stream = sent(GetParam(), 50, 10);
   FrameDecoder decoder;
@@ -128,7 +130,57 @@ TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedFromItsSecondIFrame)
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
   for (std::size_t i = 0; i < 50; ++i)
     ASSERT_EQ(received(decoder, stream, i),
-              i < 10 ? CompressionCode::OldFrame : CompressionCode::Ok)
+              i < 30 ? CompressionCode::OldFrame : CompressionCode::Ok)
+        << i;
+}
+
+TEST_P(FrameOrders, AFileIsReadAgainAndAgain)
+{
+  const Sent stream = sent(GetParam(), 25, 30);
+  std::string bytes;
+  for (const Bytes& frame : stream.bytes)
+    bytes.append(frame.begin(), frame.end());
+  std::stringbuf file(bytes);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  for (int pass = 0; pass < 3; ++pass) {
+    for (const VoxelFrame& frame : stream.frames) {
+      ASSERT_EQ(decoder.decode(file, back).code(), CompressionCode::Ok) << pass;
+      expectSameVoxels(back, frame);
+    }
+    ASSERT_EQ(decoder.decode(file, back).code(), CompressionCode::EndOfStream);
+    file.pubseekpos(0, std::ios_base::in);
+  }
+}
+
+TEST_P(FrameOrders, ASenderThatBeginsAgainWithoutVoxelsIsFollowedAtOnce)
+{
+  // Its first frame is the same to the byte.
+  FrameDecoder decoder;
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    std::mt19937_64 random(seed);
+    FrameEncoder encoder(GetParam(), 30);
+    VoxelFrame frame = emptyFrame(4);
+    for (std::size_t i = 0; i < 20; ++i) {
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok)
+          << i;
+      expectSameVoxels(back, frame);
+      frame = randomFrame(random, 4, 20);
+    }
+  }
+}
+
+TEST(FrameOrder, ASenderOfIFramesWhoseFirstOnesAreLostIsFollowedFromTheThird)
+{
+  const Sent first = sent(StreamFormat::Version1, 50, 1);
+  const Sent second = sent(StreamFormat::Version1, 30, 1, 2);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+  for (std::size_t i = 1; i < 30; ++i)
+    ASSERT_EQ(received(decoder, second, i),
+              i < 3 ? CompressionCode::OldFrame : CompressionCode::Ok)
         << i;
 }
 

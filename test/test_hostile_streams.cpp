@@ -2,6 +2,9 @@
  * \brief What bytes that nobody's encoder wrote may cost: time that grows as they do, and
  * memory that is given back.
  */
+#include "compression/byte_writer.h"
+#include "compression/published_frame.h"
+#include "compression/static_range_coder.h"
 #include "counted_memory.h"
 #include "forged_frames.h"
 #include "voxel_frames.h"
@@ -228,6 +231,119 @@ TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
     bytes = Bytes();
     EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
   }
+}
+
+TEST(HostileStreams, AFormatThatTheStreamHasLeftHoldsNothing)
+{
+  constexpr std::size_t huge = std::size_t{1} << 17;
+  for (const Case& first : cases)
+    for (const Case& second : cases) {
+      if (first.format == second.format)
+        continue;
+      FrameEncoder encoder(first.format, 1, first.effort);
+      const Bytes bytes = encoded(encoder, distantVoxels(huge));
+      const std::vector<Bytes> stream = smallStream(second, 10);
+      memory_count.reset();
+      const std::size_t before = memory_count.live;
+      FrameDecoder decoder;
+      VoxelFrame frame;
+      ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
+      heldBehind(decoder, frame, stream);
+      EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
+    }
+}
+
+TEST(HostileStreams, FramesThatOnlyClaimToBeHugeKeepNoMemory)
+{
+  constexpr std::size_t huge = std::size_t{1} << 17;
+  for (const bool is_i_frame : {false, true}) {
+    FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Fast);
+    const Bytes bytes = encoded(encoder, distantVoxels(huge));
+    Parts claim;
+    claim.header.is_i_frame = is_i_frame;
+    claim.header.grid = emptyFrame(8).grid;
+    claim.header.frame_number = 1000000; // of no frame that comes
+    claim.header.voxel_count = std::size_t{1} << 20;
+    claim.payload = {0, 0, 0, 0};
+    const Bytes forged = putTogetherSized(claim);
+    memory_count.reset();
+    const std::size_t before = memory_count.live;
+    FrameDecoder decoder;
+    VoxelFrame frame;
+    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
+    const std::vector<Bytes> stream = smallStream(cases[0], 30);
+    for (std::size_t i = 0; i < stream.size(); ++i) {
+      if (i % 7 == 0) {
+        EXPECT_FALSE(decoder.decode(forged.data(), forged.size(), frame).ok());
+      }
+      EXPECT_TRUE(decoder.decode(stream[i].data(), stream[i].size(), frame).ok());
+    }
+    EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
+  }
+}
+
+/** \brief Appends a branch and all below it, of which those of some level have no children.
+ */
+void
+appendBranches(unsigned int levels, Bytes& branches)
+{
+  branches.push_back(levels == 0 ? 0 : 0xff);
+  for (int child = 0; child < 8 && levels > 0; ++child)
+    appendBranches(levels - 1, branches);
+}
+
+TEST(HostileStreams, APublishedFrameHasNotManyMoreBranchesThanItsVoxelsNeed)
+{
+  // 4681 branches without a voxel, in an octree of six levels.
+  Bytes bytes(published_magic, published_magic + published_magic_size);
+  ByteWriter writer(bytes);
+  writer.u32(1);
+  writer.u8(1);
+  writer.u64(0);
+  writer.f64(1.0);
+  for (const double corner : {0.0, 0.0, 0.0, 64.0, 64.0, 64.0})
+    writer.f64(corner);
+  Bytes branches;
+  appendBranches(4, branches);
+  writer.u64(branches.size());
+  encodeStaticRange(branches, bytes);
+  writer.u64(0);
+  encodeStaticRange({}, bytes);
+  FrameDecoder decoder;
+  VoxelFrame frame;
+  EXPECT_EQ(decoded(decoder, bytes, frame), CompressionCode::LimitExceeded);
+}
+
+TEST(HostileStreams, HeadersOfFramesThatNobodyCanCheckHideNoFrame)
+{
+  std::mt19937_64 random(4);
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  const VoxelFrame frame = randomFrame(random, 4, 40);
+  Parts claim;
+  claim.header.is_i_frame = false;
+  claim.header.frame_number = 1000;
+  claim.header.voxel_count = 5;
+  Bytes stream;
+  constexpr std::size_t frames = 400;
+  for (std::size_t i = 0; i < frames; ++i) {
+    append(putTogether(claim), stream);
+    append(encoded(encoder, frame), stream);
+    // From here on claims end in the middle of a frame, or behind all of them.
+    const std::size_t distance = stream.size() / (i + 1);
+    claim.header.payload_size = 200 * distance + distance / 2;
+  }
+  DecoderLimits limits;
+  limits.max_frame_bytes = 40000;
+  std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+  FrameDecoder decoder(limits);
+  VoxelFrame back;
+  std::size_t good_frames = 0;
+  CompressionCode code = CompressionCode::Ok;
+  while (code != CompressionCode::EndOfStream) {
+    code = decoder.decode(buffer, back).code();
+    good_frames += code == CompressionCode::Ok ? 1 : 0;
+  }
+  EXPECT_EQ(good_frames, frames);
 }
 
 TEST(HostileStreams, DefaultLimitsTakeAFrameOfAMegapixel)

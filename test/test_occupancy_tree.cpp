@@ -152,9 +152,7 @@ TEST(OccupancyCursor, TellsWhatIsThereAndNothingElse)
 std::size_t
 nodesFor(std::size_t max_voxels, unsigned int depth)
 {
-  DecoderLimits limits;
-  limits.max_voxels = max_voxels;
-  return maxBranchNodes(limits, depth);
+  return maxBranchNodes(max_voxels, depth);
 }
 
 TEST(MaxBranchNodes, OneALevelForFewTwoEachForMany)

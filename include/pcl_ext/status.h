@@ -53,4 +53,15 @@ private:
   std::string message_;
 };
 
+/** \brief The status of memory that ran out. Its message fits into a string's own buffer,
+ * so that it needs none itself.
+ * \tparam StatusT a Status whose codes have an OutOfMemory
+ */
+template <typename StatusT>
+StatusT
+outOfMemoryStatus()
+{
+  return {StatusT::Code::OutOfMemory, "out of memory"};
+}
+
 } // namespace pcl_ext

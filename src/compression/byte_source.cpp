@@ -1,6 +1,7 @@
 #include "byte_source.h"
 
 #include <algorithm>
+#include <array>
 #include <ios>
 #include <limits>
 
@@ -37,6 +38,50 @@ ByteSource::mayHold(std::size_t size)
   }
   catch (...) {
     return true; // some say so that they cannot seek
+  }
+}
+
+void
+ByteSource::skip(std::size_t size)
+{
+  if (size > remaining_)
+    fail(Failure::LimitExceeded);
+  if (failure_ != Failure::None)
+    return;
+  if (!mayHold(size)) {
+    fail(Failure::EndOfInput);
+    return;
+  }
+  if (seekForward(size)) {
+    remaining_ -= size;
+    consumed_ += size;
+    skipped_ += size;
+    return;
+  }
+  std::array<char, 4096> passed;
+  while (size > 0 && failure_ == Failure::None) {
+    const std::size_t step = std::min(size, passed.size());
+    const auto got = static_cast<std::size_t>(
+        buffer_.sgetn(passed.data(), static_cast<std::streamsize>(step)));
+    remaining_ -= got;
+    consumed_ += got;
+    size -= got;
+    if (got < step)
+      fail(Failure::EndOfInput);
+  }
+}
+
+/** \brief False if the buffer cannot seek; nothing is passed over then. */
+bool
+ByteSource::seekForward(std::size_t size)
+{
+  try {
+    return buffer_.pubseekoff(static_cast<std::streambuf::off_type>(size),
+                              std::ios_base::cur,
+                              std::ios_base::in) >= 0;
+  }
+  catch (...) {
+    return false;
   }
 }
 

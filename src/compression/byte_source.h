@@ -115,6 +115,17 @@ public:
   void
   read(std::size_t size, std::vector<std::uint8_t>& bytes);
 
+  /** \brief Passes bytes over, without reading them where the buffer can seek. */
+  void
+  skip(std::size_t size);
+
+  /** \brief Bytes that were passed over without being read. */
+  std::size_t
+  skipped() const
+  {
+    return skipped_;
+  }
+
   /** \brief From now on, appends every byte that is read to a vector; null stops it. */
   void
   recordTo(std::vector<std::uint8_t>* bytes)
@@ -129,7 +140,7 @@ public:
     return failure_;
   }
 
-  /** \brief Bytes read so far. */
+  /** \brief Bytes read or passed over so far. */
   std::size_t
   consumed() const
   {
@@ -140,6 +151,9 @@ private:
   /** \brief False if the buffer can seek and ends before so many bytes. */
   bool
   mayHold(std::size_t size);
+
+  bool
+  seekForward(std::size_t size);
 
   void
   fail(Failure failure)
@@ -160,6 +174,7 @@ private:
   std::streambuf& buffer_;
   std::size_t remaining_;
   std::size_t consumed_ = 0;
+  std::size_t skipped_ = 0;
   Failure failure_ = Failure::None;
   std::vector<std::uint8_t>* record_ = nullptr;
 };

@@ -24,11 +24,12 @@ public:
   /** \brief Ends a frame; gives memory back that frames of long ago needed, and these do
    * not.
    * \param[in] needed by the frame, in voxels and bytes
+   * \param[in] taken for it, likewise
    */
   void
-  endFrame(std::size_t needed)
+  endFrame(std::size_t needed, std::size_t taken)
   {
-    if (memory_rule_.shouldGiveBack(needed))
+    if (memory_rule_.shouldGiveBack(needed, taken))
       fast_.reset();
   }
 

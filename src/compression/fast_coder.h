@@ -23,7 +23,7 @@ public:
   /** \brief Appends the payload of a frame, and learns the frame.
    * \param[in,out] work memory for it
    * \param[in] is_i_frame the frame stands alone; the first one has to
-   * \param[in] keys Morton keys of the voxels, ascending, 1..2^25 of them
+   * \param[in] keys Morton keys of the voxels, ascending, 1..2^24 of them
    * \param[in] symbols as many intensity symbols, below 2^bits
    * \param[in] bits of a symbol, 1..16; that of the last frame unless this is an I-frame
    * \param[in] depth of the grid, 1..21; that of the last frame unless this is an I-frame
@@ -48,7 +48,7 @@ public:
    * \param[in] begin first byte
    * \param[in] end behind the last byte
    * \param[in] is_i_frame as for `encode`
-   * \param[in] voxel_count number of voxels, 1..2^25; the caller has checked it against
+   * \param[in] voxel_count number of voxels, 1..2^24; the caller has checked it against
    * its limits
    * \param[in] bits as for `encode`
    * \param[in] depth as for `encode`

@@ -68,6 +68,8 @@ public:
   {
     const std::streambuf::off_type begin = positionOf(buffer);
     std::size_t frame_offset = 0;
+    found_ = FoundFormat::None;
+    skipped_ = 0;
     CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
     const std::streambuf::off_type end = positionOf(buffer);
     if (begin >= 0 && end > begin)
@@ -77,10 +79,7 @@ public:
       frame.keys.clear();
       frame.intensities.clear();
     }
-    const std::size_t needed = version1_.memoryNeeded() + frame.size();
-    work.endFrame(needed);
-    if (memory_rule_.shouldGiveBack(needed))
-      giveBackMemory(frame);
+    followStream(status, frame, work);
     return status;
   }
 
@@ -95,7 +94,7 @@ public:
   stamp() const
   {
     static const std::optional<FrameStamp> none;
-    return is_last_published_ ? none : version1_.stamp();
+    return last_found_ == FoundFormat::Published ? none : version1_.stamp();
   }
 
   const CodedFrameStatistics&
@@ -132,8 +131,7 @@ private:
       }
     }
     catch (...) {
-      // A text that needs no memory of its own.
-      return {CompressionCode::OutOfMemory, "out of memory"};
+      return outOfMemoryStatus<CompressionStatus>();
     }
   }
 
@@ -150,9 +148,11 @@ private:
              std::size_t frame_offset)
   {
     const std::size_t second_byte = frame_offset + 1;
+    const std::size_t bytes_read = consumed - skipped_;
     if (mayHideFrames(status.code()) ||
         (isPassedOver(status.code()) && !continuesWithFrame(buffer)))
-      if (second_byte < consumed && rereads_.take(consumed - second_byte)) {
+      if (second_byte < consumed &&
+          rereads_.take(bytes_read - std::min(bytes_read, second_byte))) {
         seekTo(buffer, begin, second_byte);
         consumed = second_byte;
       }
@@ -248,23 +248,24 @@ private:
     // A magic word that the search before this one had begun to read has no offset
     // here.
     frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
+    found_ = format;
 
     CodedFrameStatistics statistics;
     statistics.skipped_bytes = frame_offset;
     ByteSource source(buffer,
                       limits_.max_frame_bytes -
                           std::min(limits_.max_frame_bytes, magic_size));
-    if (const CompressionStatus status =
-            is_published
-                ? decodePublished(
-                      source, limits_, published_, published_order_, frame, statistics)
-                : version1_.decode(source, work, frame, statistics);
-        !status.ok())
+    const CompressionStatus status =
+        is_published
+            ? decodePublished(
+                  source, limits_, published_, published_order_, frame, statistics)
+            : version1_.decode(source, work, frame, statistics);
+    skipped_ = source.skipped();
+    if (!status.ok())
       return status;
     statistics.voxels = frame.size();
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
-    is_last_published_ = is_published;
     return {};
   }
 
@@ -282,20 +283,61 @@ private:
                 " bytes of the stream"};
   }
 
-  /** \brief Gives memory back that frames of long ago needed, and these do not. */
+  /** \brief Gives memory back that frames of long ago needed, and these do not; forgets
+   * what is known of a format that the stream has left. */
+  void
+  followStream(const CompressionStatus& status,
+               VoxelFrame& frame,
+               CodingWorkspace& work)
+  {
+    if (status.code() == CompressionCode::EndOfStream) {
+      version1_.inputEnded();
+      published_order_.inputEnded();
+    }
+    if (status.ok()) {
+      frames_in_a_row_ = found_ == last_found_ ? frames_in_a_row_ + 1 : 1;
+      last_found_ = found_;
+    }
+    if (frames_in_a_row_ == MemoryRule::frames) {
+      if (last_found_ == FoundFormat::Published)
+        version1_.forget();
+      else
+        published_ = PublishedHistory();
+    }
+    std::size_t needed = frame.size();
+    if (status.ok())
+      needed += statistics_.bytes;
+    std::size_t taken = needed;
+    if (found_ == FoundFormat::Version1) {
+      needed += version1_.recordCount();
+      taken = version1_.memoryTaken();
+    }
+    work.endFrame(needed, taken);
+    if (memory_rule_.shouldGiveBack(needed, taken))
+      giveBackMemory(frame);
+  }
+
   void
   giveBackMemory(VoxelFrame& frame)
   {
-    version1_.giveBackMemory();
-    frame.keys.shrink_to_fit();
-    frame.intensities.shrink_to_fit();
+    try {
+      version1_.giveBackMemory();
+      frame.keys.shrink_to_fit();
+      frame.intensities.shrink_to_fit();
+    }
+    catch (...) { // what stays is still of use
+    }
   }
 
   DecoderLimits limits_;
   std::uint64_t unfinished_search_ = 0; // last bytes of a search that the limit cut off
   RereadAllowance rereads_;
   CodedFrameStatistics statistics_;
-  bool is_last_published_ = false; // the last decoded frame
+  FoundFormat last_found_ = FoundFormat::None; // of the last decoded frame
+  std::size_t frames_in_a_row_ = 0;            // of that format
+  // Of the current call.
+  FoundFormat found_ = FoundFormat::None;
+  std::size_t skipped_ = 0;
   Version1Decoder version1_;
   PublishedHistory published_;
   FrameOrder published_order_{false};

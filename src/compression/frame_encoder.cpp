@@ -47,8 +47,7 @@ public:
       bytes.clear();
       coders_.clear();
       requestIFrame();
-      // A text that needs no memory of its own.
-      return {CompressionCode::OutOfMemory, "out of memory"};
+      return outOfMemoryStatus<CompressionStatus>();
     }
     followStream(frame);
     return {};
@@ -80,6 +79,10 @@ private:
       return {CompressionCode::InvalidInput,
               "stream version 1 has a grid anchored at the world origin, within 2^20 "
               "voxels of it"};
+    if (frame.size() > largest_frame)
+      return {CompressionCode::InvalidInput,
+              "a frame of more than 2^24 voxels; it has " +
+                  std::to_string(frame.size())};
     if (stamp && stamp->frame_id.size() > max_frame_id_size)
       return {CompressionCode::InvalidInput,
               "a frame_id of " + std::to_string(stamp->frame_id.size()) +
@@ -118,13 +121,17 @@ private:
   {
     const std::size_t needed =
         frame.size() + bytes_of_payload_.size() + coders_.recordCount(effort_);
-    work_.endFrame(needed);
+    work_.endFrame(needed, needed);
     if (!memory_rule_.shouldGiveBack(needed))
       return;
     bytes_of_payload_ = std::vector<std::uint8_t>();
     frame_without_model_ = VoxelFrame();
-    if (format_ == StreamFormat::Version1)
-      coder().giveBackMemory();
+    try {
+      if (format_ == StreamFormat::Version1)
+        coder().giveBackMemory();
+    }
+    catch (...) { // what stays is still of use
+    }
   }
 
   /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */

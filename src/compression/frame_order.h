@@ -31,9 +31,18 @@ public:
   bool
   isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
 
-  /** \brief Takes a frame that was decoded for the last one. */
+  /** \brief Takes a frame that was decoded for the last one.
+   * \param[in] can_be_told its checksum tells its copies: it has voxels
+   */
   void
-  decoded(std::uint32_t number, std::uint32_t checksum) noexcept;
+  decoded(std::uint32_t number, std::uint32_t checksum, bool can_be_told) noexcept;
+
+  /** \brief Tells that the input ended: it may be read again from its beginning. */
+  void
+  inputEnded() noexcept
+  {
+    has_input_ended_ = true;
+  }
 
 private:
   struct Frame {
@@ -48,19 +57,24 @@ private:
     }
   };
 
+  bool
+  beginsAgain(std::uint32_t number, bool is_copy) const;
+
   /** \brief Frames whose copies are known. */
   static constexpr std::size_t known_frames = 256;
 
   /** \brief After so many old frames without a new one the sender is taken for one that
-   * began again, and an I-frame of it for the first one. Copies come between new frames,
-   * or few in a row. */
-  static constexpr unsigned int most_old_in_a_row = 8;
+   * began again, and an I-frame of it for the first one: one that was never seen after few,
+   * as frames that were overtaken come alone; a copy after more than come in a row. */
+  static constexpr unsigned int most_unknown_in_a_row = 2;
+  static constexpr unsigned int most_copies_in_a_row = 24;
 
   bool are_numbers_sure_;
   std::array<Frame, known_frames> known_{}; // by number
   Frame first_;                             // the last one of number 1
   Frame last_;
   unsigned int old_in_a_row_ = 0;
+  bool has_input_ended_ = false; // since the last frame that was decoded
 };
 
 } // namespace io

@@ -30,15 +30,16 @@ public:
   /** \brief Takes what the current frame needed. Call it once a frame, also of frames
    * that failed, with what they needed until then.
    * \param[in] needed by the current frame
+   * \param[in] taken for it, if that may be more, as for one that failed
    * \return true if memory made for more than `factor` times what any of the last
    * `frames` frames needed, this one included, should be given back now
    */
   bool
-  shouldGiveBack(std::size_t needed)
+  shouldGiveBack(std::size_t needed, std::size_t taken = 0)
   {
     last_[next_] = needed;
     next_ = (next_ + 1) % frames;
-    most_ = std::max(most_, needed);
+    most_ = std::max({most_, needed, taken});
     const std::size_t most_of_last = *std::max_element(last_.begin(), last_.end());
     // Divided, as a product could be too large to hold.
     if (most_ <= floor_ || (most_ - 1) / factor < most_of_last)

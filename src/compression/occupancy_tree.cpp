@@ -56,12 +56,11 @@ OccupancyTree::build(const std::vector<std::uint64_t>& keys, unsigned int depth)
 }
 
 std::size_t
-maxBranchNodes(const DecoderLimits& limits, unsigned int depth)
+maxBranchNodes(std::uint64_t voxels, unsigned int depth)
 {
   // In 64 bits whatever the machine's.
   constexpr std::uint64_t few = std::uint64_t{1} << 20;
-  const std::uint64_t voxels =
-      std::min<std::uint64_t>(limits.max_voxels, std::uint64_t{1} << 40);
+  voxels = std::min(voxels, std::uint64_t{1} << 40);
   const std::uint64_t nodes =
       (std::min(voxels, few) + 1) * depth + 2 * (voxels - std::min(voxels, few));
   return static_cast<std::size_t>(

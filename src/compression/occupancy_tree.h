@@ -110,11 +110,11 @@ private:
   std::array<OccupancyLevel, max_grid_depth> levels_;
 };
 
-/** \brief Branch nodes that a decoder accepts in one frame: one a level for each voxel
- * while voxels are few, an average of two each when they are many; and one a level more,
- * for the branch without voxels that an octree of PCL may have grown from. */
+/** \brief Branch nodes that a decoder accepts in a frame of so many voxels: one a level for
+ * each voxel while voxels are few, an average of two each when they are many; and one a
+ * level more, for the branch without voxels that an octree of PCL may have grown from. */
 std::size_t
-maxBranchNodes(const DecoderLimits& limits, unsigned int depth);
+maxBranchNodes(std::uint64_t voxels, unsigned int depth);
 
 /** \brief Walks along a level in Morton order and tells the occupancy of the nodes that
  * are asked for, in ascending order; 0 for a node that is not there. */

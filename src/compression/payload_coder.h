@@ -14,6 +14,10 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief The most voxels that a frame may have, whatever the limits: places of voxels in
+ * the history have 32 bits. */
+constexpr std::size_t largest_frame = std::size_t{1} << 24;
+
 /** \brief Records that a stream's history may hold when a P-frame comes, where no frame
  * has more than some number of voxels: encoders start again at an I-frame, decoders
  * refuse. */

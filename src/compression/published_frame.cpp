@@ -135,14 +135,25 @@ oldFrame(std::uint32_t number)
               " came late, or twice; it was dropped"};
 }
 
-/** \brief Tells a frame from another one of its number: CRC-32 of its symbols. */
+/** \brief Tells a frame from another one of its number: CRC-32 of its symbols, and of an
+ * I-frame's grid.
+ * \param[in] grid null for a P-frame
+ */
 std::uint32_t
-checksumOf(const std::vector<std::uint8_t>& occupancy,
+checksumOf(const VoxelGrid* grid,
+           const std::vector<std::uint8_t>& occupancy,
            const std::vector<std::uint8_t>& intensities)
 {
-  return version1Checksum(version1Checksum(0, occupancy.data(), occupancy.size()),
-                          intensities.data(),
-                          intensities.size());
+  std::vector<std::uint8_t> place;
+  if (grid != nullptr) {
+    ByteWriter writer(place);
+    writer.f64(grid->resolution);
+    for (const double coordinate : grid->anchor)
+      writer.f64(coordinate);
+  }
+  std::uint32_t checksum = version1Checksum(0, place.data(), place.size());
+  checksum = version1Checksum(checksum, occupancy.data(), occupancy.size());
+  return version1Checksum(checksum, intensities.data(), intensities.size());
 }
 
 CompressionStatus
@@ -196,6 +207,44 @@ readGrid(ByteSource& source, VoxelGrid& grid)
           2.0 * box_tolerance + 1e-12 * magnitude))
       return corrupt("the box is not the octree's cube");
   }
+  return {};
+}
+
+/** \brief Branches that a frame of so many voxels may have: what its voxels need, and some
+ * without any. */
+std::size_t
+mostBranches(std::uint64_t voxels, unsigned int depth)
+{
+  constexpr std::size_t without_voxels = 4096;
+  return maxBranchNodes(voxels, depth) + without_voxels;
+}
+
+/** \brief Reads a frame's header.
+ * \param[out] grid of an I-frame
+ * \param[in,out] voxel_count of an I-frame
+ */
+CompressionStatus
+readHeader(ByteSource& source,
+           const DecoderLimits& limits,
+           VoxelGrid& grid,
+           std::uint64_t& voxel_count,
+           CodedFrameStatistics& statistics)
+{
+  statistics.frame_number = source.u32();
+  const std::uint8_t frame_type = source.u8();
+  if (source.failure() == ByteSource::Failure::None && frame_type > 1)
+    return corrupt("neither I-frame nor P-frame");
+  statistics.is_i_frame = frame_type == 1;
+  if (!statistics.is_i_frame)
+    return {};
+  voxel_count = source.u64();
+  if (const CompressionStatus status = readGrid(source, grid); !status.ok())
+    return status;
+  if (voxel_count > limits.max_voxels)
+    return {CompressionCode::LimitExceeded,
+            "published frame: " + std::to_string(voxel_count) +
+                " voxels are more than the limit of " +
+                std::to_string(limits.max_voxels)};
   return {};
 }
 
@@ -304,23 +353,11 @@ decodePublished(ByteSource& source,
                 VoxelFrame& frame,
                 CodedFrameStatistics& statistics)
 {
-  statistics.frame_number = source.u32();
-  const std::uint8_t frame_type = source.u8();
-  if (source.failure() == ByteSource::Failure::None && frame_type > 1)
-    return corrupt("neither I-frame nor P-frame");
-  statistics.is_i_frame = frame_type == 1;
-
-  std::uint64_t voxel_count = 0;
-  if (statistics.is_i_frame) {
-    voxel_count = source.u64();
-    if (const CompressionStatus status = readGrid(source, frame.grid); !status.ok())
-      return status;
-    if (voxel_count > limits.max_voxels)
-      return {CompressionCode::LimitExceeded,
-              "published frame: " + std::to_string(voxel_count) +
-                  " voxels are more than the limit of " +
-                  std::to_string(limits.max_voxels)};
-  }
+  std::uint64_t voxel_count = limits.max_voxels;
+  if (const CompressionStatus status =
+          readHeader(source, limits, frame.grid, voxel_count, statistics);
+      !status.ok())
+    return status;
   const bool has_reference =
       statistics.is_i_frame ||
       (history.has_frame && history.frame_number + 1 == statistics.frame_number);
@@ -330,8 +367,12 @@ decodePublished(ByteSource& source,
   statistics.header_bytes = published_magic_size + source.consumed();
   std::vector<std::uint8_t> occupancy;
   const unsigned int depth = has_reference ? frame.grid.depth : max_grid_depth;
-  if (CompressionStatus status = readSymbols(
-          source, maxBranchNodes(limits, depth), "occupancy bytes", occupancy);
+  if (CompressionStatus status =
+          readSymbols(source,
+                      std::min(maxBranchNodes(limits.max_voxels, depth),
+                               mostBranches(voxel_count, depth)),
+                      "occupancy bytes",
+                      occupancy);
       !status.ok())
     return status;
   statistics.occupancy_bytes =
@@ -344,9 +385,9 @@ decodePublished(ByteSource& source,
   statistics.intensity_bytes = published_magic_size + source.consumed() -
                                statistics.header_bytes - statistics.occupancy_bytes;
   // Only now, so that the next call finds the source behind the frame.
-  const std::uint32_t checksum = checksumOf(occupancy, intensities);
-  if (!statistics.is_i_frame &&
-      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+  const std::uint32_t checksum =
+      checksumOf(statistics.is_i_frame ? &frame.grid : nullptr, occupancy, intensities);
+  if (!statistics.is_i_frame && order.isOld(statistics.frame_number, checksum, false))
     return oldFrame(statistics.frame_number);
   if (!has_reference)
     return {CompressionCode::MissingReference,
@@ -355,6 +396,8 @@ decodePublished(ByteSource& source,
 
   if (statistics.is_i_frame && voxel_count != intensities.size())
     return corrupt("its counts of voxels differ");
+  if (occupancy.size() > mostBranches(intensities.size(), depth))
+    return corrupt("more branches than its voxels can have");
   OccupancyTree tree;
   if (!readTree(occupancy,
                 statistics.is_i_frame ? nullptr : &history.tree,
@@ -363,8 +406,7 @@ decodePublished(ByteSource& source,
                 tree))
     return corrupt("the occupancy bytes are not a tree of its " +
                    std::to_string(intensities.size()) + " voxels");
-  if (statistics.is_i_frame &&
-      order.isOld(statistics.frame_number, checksum, statistics.is_i_frame))
+  if (statistics.is_i_frame && order.isOld(statistics.frame_number, checksum, true))
     return oldFrame(statistics.frame_number);
   frame.intensities.assign(intensities.begin(), intensities.end());
   frame.intensity_scale = IntensityScale();
@@ -373,7 +415,7 @@ decodePublished(ByteSource& source,
     return corrupt("it has voxels that cannot be");
 
   remember(statistics.frame_number, frame.grid, std::move(tree), history);
-  order.decoded(statistics.frame_number, checksum);
+  order.decoded(statistics.frame_number, checksum, !frame.keys.empty());
   return {};
 }
 

@@ -11,12 +11,11 @@ Version1Decoder::decode(ByteSource& source,
                         VoxelFrame& frame,
                         CodedFrameStatistics& statistics)
 {
-  frame_size_ = 0;
+  memory_taken_ = 0;
   std::uint32_t checksum = 0;
   if (CompressionStatus status = readFrame(source, checksum); !status.ok())
     return status;
-  if (CompressionStatus status = checkReference(checksum); !status.ok())
-    return status;
+  memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
   PayloadSizes sizes;
   prepareStamp();
   try {
@@ -24,8 +23,7 @@ Version1Decoder::decode(ByteSource& source,
       return status;
   }
   catch (...) { // no memory; a coder that was interrupted is fit for nothing
-    coders_.clear();
-    has_history_ = false;
+    forget();
     throw;
   }
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
@@ -38,7 +36,7 @@ Version1Decoder::decode(ByteSource& source,
   return {};
 }
 
-/** \brief Reads the header and the payload. */
+/** \brief Reads a frame and checks that it is whole, not old, and can be decoded. */
 CompressionStatus
 Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 {
@@ -47,44 +45,59 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
       !status.ok())
     return status;
   header_size_ = checked_bytes_.size();
-  frame_size_ = static_cast<std::size_t>(header_.voxel_count + header_.payload_size);
-  source.read(static_cast<std::size_t>(header_.payload_size), checked_bytes_);
-  if (source.failure() == ByteSource::Failure::LimitExceeded)
-    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
-  if (source.failure() == ByteSource::Failure::EndOfInput)
-    return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
-  return {};
+  const auto payload_size = static_cast<std::size_t>(header_.payload_size);
+  // Of a P-frame that cannot be decoded nobody can check a byte, its size either.
+  if (CompressionStatus status =
+          header_.is_i_frame ? CompressionStatus() : checkOrder(checksum);
+      !status.ok()) {
+    source.skip(payload_size);
+    return source.failure() == ByteSource::Failure::None ? status : readFailure(source);
+  }
+  source.read(payload_size, checked_bytes_);
+  memory_taken_ = checked_bytes_.size();
+  if (source.failure() != ByteSource::Failure::None)
+    return readFailure(source);
+  if (CompressionStatus status = checkSum(checksum); !status.ok())
+    return status;
+  return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
 }
 
-/** \brief Checks that the frame is whole, no old one, and that it can be decoded. */
 CompressionStatus
-Version1Decoder::checkReference(std::uint32_t checksum)
+Version1Decoder::readFailure(const ByteSource& source)
 {
-  const auto checkSum = [&](std::uint32_t reference) -> CompressionStatus {
-    if (version1Checksum(reference, checked_bytes_.data(), checked_bytes_.size()) ==
-        checksum)
-      return {};
-    return {CompressionCode::Corrupt,
-            "frame " + std::to_string(header_.frame_number) +
-                " contradicts its checksum"};
-  };
-  if (header_.is_i_frame)
-    if (CompressionStatus status = checkSum(0); !status.ok())
-      return status;
+  if (source.failure() == ByteSource::Failure::LimitExceeded)
+    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
+  return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
+}
+
+CompressionStatus
+Version1Decoder::checkSum(std::uint32_t checksum) const
+{
+  if (version1Checksum(header_.is_i_frame ? 0 : checksum_,
+                       checked_bytes_.data(),
+                       checked_bytes_.size()) == checksum)
+    return {};
+  return {CompressionCode::Corrupt,
+          "frame " + std::to_string(header_.frame_number) +
+              " contradicts its checksum"};
+}
+
+/** \brief Checks that a frame is no old one, and that its reference is known. */
+CompressionStatus
+Version1Decoder::checkOrder(std::uint32_t checksum)
+{
   if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
     return {CompressionCode::OldFrame,
             "frame " + std::to_string(header_.frame_number) +
                 " came late, or twice; it was dropped"};
-  if (header_.is_i_frame)
+  if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
     return {};
-  if (!has_history_ || header_.frame_number - 1 != frame_number_)
-    return {CompressionCode::MissingReference,
-            "P-frame " + std::to_string(header_.frame_number) +
-                " depends on the frame before it; " +
-                (has_history_
-                     ? "the last one decoded is frame " + std::to_string(frame_number_)
-                     : "none is known")};
-  return checkSum(checksum_);
+  return {CompressionCode::MissingReference,
+          "P-frame " + std::to_string(header_.frame_number) +
+              " depends on the frame before it; " +
+              (has_history_
+                   ? "the last one decoded is frame " + std::to_string(frame_number_)
+                   : "none is known")};
 }
 
 /** \brief Decodes the payload; what it teaches is not learnt yet. */
@@ -176,7 +189,16 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   grid_ = frame.grid;
   intensity_scale_ = frame.intensity_scale;
   depth_model_ = frame.depth_model;
-  order_.decoded(frame_number_, checksum_);
+  order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
+}
+
+void
+Version1Decoder::forget() noexcept
+{
+  coders_.clear();
+  has_history_ = false;
+  // Nothing is lost by frames that are older than what is not known.
+  order_ = FrameOrder(true);
 }
 
 void

@@ -11,6 +11,7 @@
 #include "payload_coder.h"
 #include "version1_header.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -23,7 +24,10 @@ namespace io {
 /** \brief Decodes the frames of one stream of version 1 (doc/bitstream.md). */
 class Version1Decoder {
 public:
-  explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits) {}
+  explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits)
+  {
+    limits_.max_voxels = std::min(limits.max_voxels, largest_frame);
+  }
 
   /** \brief Reads and decodes a frame, of which the magic bytes have been read.
    *
@@ -47,12 +51,29 @@ public:
     return stamp_;
   }
 
-  /** \brief What the last frame needed, decoded or not, in voxels and bytes, and what is
-   * known of the frames before. */
+  /** \brief What the last frame may have taken, decoded or not, in voxels and bytes. */
   std::size_t
-  memoryNeeded() const
+  memoryTaken() const
   {
-    return frame_size_ + (has_history_ ? coders_.recordCount(effort_) : 0);
+    return memory_taken_;
+  }
+
+  /** \brief Voxels that are known of the frames before. */
+  std::size_t
+  recordCount() const
+  {
+    return has_history_ ? coders_.recordCount(effort_) : 0;
+  }
+
+  /** \brief Forgets all frames, as if none had been decoded. */
+  void
+  forget() noexcept;
+
+  /** \brief Tells that the input ended; see FrameOrder. */
+  void
+  inputEnded() noexcept
+  {
+    order_.inputEnded();
   }
 
   /** \brief Gives back the memory that what is known does not need. */
@@ -63,8 +84,14 @@ private:
   CompressionStatus
   readFrame(ByteSource& source, std::uint32_t& checksum);
 
+  static CompressionStatus
+  readFailure(const ByteSource& source);
+
   CompressionStatus
-  checkReference(std::uint32_t checksum);
+  checkOrder(std::uint32_t checksum);
+
+  CompressionStatus
+  checkSum(std::uint32_t checksum) const;
 
   CompressionStatus
   decodePayload(CodingWorkspace& work, VoxelFrame& frame, PayloadSizes& sizes);
@@ -78,7 +105,7 @@ private:
   void
   learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept;
 
-  const DecoderLimits limits_;
+  DecoderLimits limits_;
 
   FrameOrder order_{true};
   // Of the frames that were decoded.
@@ -98,7 +125,7 @@ private:
   Version1Header header_;
   std::vector<std::uint8_t> checked_bytes_;
   std::size_t header_size_ = 0; // of the checked bytes
-  std::size_t frame_size_ = 0;  // voxels and bytes of the payload
+  std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
 };
 

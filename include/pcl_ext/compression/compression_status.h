@@ -18,8 +18,8 @@ enum class CompressionCode {
   Corrupt,            ///< a frame contradicts its checksum or itself
   LimitExceeded,      ///< decoding would exceed a limit of DecoderLimits
   MissingReference,   ///< the frame depends on a frame that was not decoded
-  OldFrame,           ///< a late or repeated frame; it was dropped, the stream goes on
   InputFailed,        ///< the input stream failed while decoding
+  OldFrame,           ///< a late or repeated frame; it was dropped, the stream goes on
   OutOfMemory         ///< memory ran out; the stream goes on with the next I-frame
 };
 

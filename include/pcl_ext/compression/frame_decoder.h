@@ -23,7 +23,10 @@ namespace io {
  * Any bytes are safe: decoding ends in bounded time and memory (DecoderLimits), never
  * throws, and a frame is either decoded whole or not at all. A frame that fails leaves
  * the history as it was, so that the stream goes on with the next frame that depends on
- * what was decoded, at the latest with the next I-frame.
+ * what was decoded, at the latest with the next I-frame. Where memory runs out
+ * (OutOfMemory) nothing may be known until then. Frames that come late or twice are
+ * dropped (OldFrame); an input that ended, and is read again from its first frame, is not
+ * old. doc/robustness.md has all that is promised.
  */
 class PCL_EXT_EXPORT FrameDecoder {
 public:
@@ -40,8 +43,10 @@ public:
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
    * seek is left one byte behind the start of the failed frame, so that the next call
-   * looks for another one; the bytes of one that cannot are lost. A frame that lacks its
-   * reference is passed over whole if another frame, or nothing, follows it.
+   * looks for another one; the bytes of one that cannot are lost, and so are those that were
+   * read again too often, as where many beginnings of frames lie one behind the other. A
+   * frame that is old or lacks its reference is passed over whole if another frame, or
+   * nothing, follows it.
    * \param[in,out] source where to read; no byte behind the frame is taken
    * \param[out] frame the voxels; empty unless the status is Ok
    * \return Ok, or why there is no frame

@@ -46,11 +46,13 @@ public:
   void
   requestIFrame();
 
-  /** \brief Encodes the next frame of the stream; a frame may be empty.
+  /** \brief Encodes the next frame of the stream; a frame may be empty. It has 2^24 voxels
+   * at most; a decoder with the default limits takes 2^20.
    * \param[in] frame the voxels
    * \param[in] stamp what to carry of the cloud's header, if anything; Version1 only
    * \param[out] bytes the whole frame; replaces what was there
-   * \return Ok, or InvalidInput; the stream goes on unharmed after InvalidInput
+   * \return Ok; InvalidInput, after which the stream goes on unharmed; OutOfMemory, after
+   * which the next frame is an I-frame. There are no bytes then
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

@@ -124,15 +124,20 @@ void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     setResolution(double resolution)
 {
-  settings_.resolution = resolution;
-  settings_status_ = checkSettings(settings_);
+  IntensityCompressionSettings settings = settings_;
+  settings.resolution = resolution;
+  CompressionStatus status = checkSettings(settings);
+  // What memory may fail for comes before anything is changed.
+  Voxelizer voxelizer(detail::usableSettings(settings), IntensityModelT::unit);
+  settings_ = settings;
+  settings_status_ = std::move(status);
   this->deleteTree();
   Base::setResolution(detail::octreeResolution(settings_));
+  encoder_.requestIFrame();
   if (!settings_status_.ok())
     return;
   intensity_model_ = modelAtResolution(intensity_model_, resolution);
-  voxelizer_ = Voxelizer(settings_, IntensityModelT::unit);
-  encoder_.requestIFrame();
+  voxelizer_ = std::move(voxelizer);
 }
 
 template <typename PointT,
@@ -150,8 +155,11 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   catch (const std::bad_alloc&) {
     encoder_.requestIFrame();
     this->deleteTree();
-    // A text that needs no memory of its own.
-    return {CompressionCode::OutOfMemory, "out of memory"};
+    return outOfMemoryStatus<CompressionStatus>();
+  }
+  catch (...) { // the output's buffer is other people's code
+    encoder_.requestIFrame();
+    throw;
   }
 }
 
@@ -244,8 +252,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   }
   catch (const std::bad_alloc&) {
     this->deleteTree();
-    // A text that needs no memory of its own.
-    status = {CompressionCode::OutOfMemory, "out of memory"};
+    status = outOfMemoryStatus<CompressionStatus>();
   }
   catch (const std::exception&) {
     status = {CompressionCode::InputFailed, "decoding failed"};

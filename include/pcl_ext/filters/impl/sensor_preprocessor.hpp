@@ -105,7 +105,9 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
     return status;
 
   startOutput(cloud.header, std::size_t{cloud.width} * cloud.height, output);
-  for (std::size_t row = 0; row < cloud.height; ++row) {
+  // Rows without points may be as many as a message says.
+  const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
+  for (std::size_t row = 0; row < rows; ++row) {
     const std::uint8_t* const bytes = cloud.data.data() + row * cloud.row_step;
     const auto native_of = [&](std::size_t column) {
       return layout.has_intensity
