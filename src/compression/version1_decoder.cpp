@@ -24,6 +24,8 @@ Version1Decoder::decode(ByteSource& source,
   }
   catch (...) { // no memory; a coder that was interrupted is fit for nothing
     forget();
+    // Frames that are older than what is lost can cost nothing.
+    order_ = FrameOrder(true);
     throw;
   }
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
@@ -197,8 +199,6 @@ Version1Decoder::forget() noexcept
 {
   coders_.clear();
   has_history_ = false;
-  // Nothing is lost by frames that are older than what is not known.
-  order_ = FrameOrder(true);
 }
 
 void

@@ -89,6 +89,8 @@ public:
     if (decode(bytes).ok()) {
       require(!contains(history.decoded_since_start, sent) || is_successor ||
               (sent.is_i_frame && history.last == &sent) ||
+              sent.sensor_frame.voxels.keys.empty() || // which nothing tells from another one
+              (sent.number == 1 && history.has_input_ended) ||
               history.refused_in_a_row >= refused_until_restart);
       accept(sent);
       return;
@@ -135,9 +137,10 @@ private:
     std::deque<const SentFrame*> decoded;
     std::deque<const SentFrame*> decoded_since_start;
     unsigned int refused_in_a_row = 0;
+    bool has_input_ended = false; // and may begin again
   };
 
-  /** \brief The decoder's rule has 8; damaged frames, which count here, are not its. */
+  /** \brief The decoder's rule has more; damaged frames, which count here, are not its. */
   static constexpr unsigned int refused_until_restart = 8;
 
   History&
@@ -166,6 +169,9 @@ private:
   {
     const CompressionStatus status =
         decoder_.decode(bytes.data(), bytes.size(), decoded_frame_);
+    if (status.code() == CompressionCode::EndOfStream)
+      for (History& history : histories_)
+        history.has_input_ended = true;
     if (status.ok())
       require(isConsistent(decoded_frame_));
     else {
@@ -192,6 +198,7 @@ private:
       history.is_known = history.last == sent.predecessor;
       require(is_same || !history.is_known);
     }
+    history.has_input_ended = false;
     if (history.last != nullptr && !isAbove(sent.number, history.last->number))
       history.decoded_since_start.clear();
     for (auto* const frames : {&history.decoded, &history.decoded_since_start}) {
