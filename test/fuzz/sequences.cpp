@@ -89,7 +89,8 @@ public:
     if (decode(bytes).ok()) {
       require(!contains(history.decoded_since_start, sent) || is_successor ||
               (sent.is_i_frame && history.last == &sent) ||
-              sent.sensor_frame.voxels.keys.empty() || // which nothing tells from another one
+              sent.sensor_frame.voxels.keys
+                  .empty() || // which nothing tells from another one
               (sent.number == 1 && history.has_input_ended) ||
               history.refused_in_a_row >= refused_until_restart);
       accept(sent);
