@@ -115,7 +115,10 @@ public:
     }
     require(isPublished(sent) && !is_cut_off);
     is_untouched_ = false;
+    // Copies of what was decoded before it stay copies.
+    std::deque<const SentFrame*> decoded = std::move(history.decoded);
     history = History();
+    history.decoded = std::move(decoded);
     history.is_known = false;
     last_ = nullptr;
   }
