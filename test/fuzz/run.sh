@@ -6,6 +6,7 @@
 # Usage: test/fuzz/run.sh [option ...] [target ...]
 #   --seconds N     run each target for N seconds (default 60)
 #   --runs N        run each target for N executions instead
+#   --seed N        begin the fuzzer's random numbers with N (default 0: another one each time)
 #   --workers N     processes of each target at the same time (default 1)
 #   --build FOLDER  where to build (default build-fuzz)
 #   --coverage      afterwards: lines of src/compression and src/filters that the inputs
@@ -17,11 +18,11 @@
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$root"
-seconds=60 runs=-1 workers=1 build=build-fuzz coverage=no valgrind=no inputs=200
+seconds=60 runs=-1 seed=0 workers=1 build=build-fuzz coverage=no valgrind=no inputs=200
 targets=()
 while [ $# -gt 0 ]; do
   case $1 in
-    --seconds | --runs | --workers | --build | --inputs)
+    --seconds | --runs | --seed | --workers | --build | --inputs)
       [ $# -ge 2 ] || { echo "run.sh: $1 needs a value" >&2; exit 2; }
       declare "${1#--}=$2"
       shift ;;
@@ -67,7 +68,7 @@ longest_input() {
 run_target() {
   local target=$1 log=$build/logs/$1 options worker pids=() failed=0
   mkdir -p "$build/corpus/$target"
-  options=(-max_len="$(longest_input "$target")" -runs="$runs" -max_total_time="$seconds"
+  options=(-max_len="$(longest_input "$target")" -runs="$runs" -seed="$seed" -max_total_time="$seconds"
     -timeout=10 -entropic=0 -reload=10 -print_final_stats=1
     -artifact_prefix="$build/failures/$target-")
   [ "$target" != decode_any_bytes ] || options+=(-dict=test/fuzz/frames.dict)
