@@ -206,6 +206,17 @@ public:
     newStep(step - symbol_moment::lowestStep(running_), step);
   }
 
+  /** \brief The same as an encoder does, but for the bits within the step. */
+  void
+  newStepOrWhole(unsigned int step)
+  {
+    const unsigned int nibble =
+        std::min(step - symbol_moment::lowestStep(running_), 15u);
+    newStep(nibble, step);
+    if (nibble == 15)
+      wholeStep(step);
+  }
+
   /** \brief The step of a known voxel that had one step before, as a nibble. */
   void
   knownStep(unsigned int step_before, unsigned int symbol)

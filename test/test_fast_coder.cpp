@@ -417,6 +417,20 @@ TEST(ClassedRow, RowsComeBack)
   }
 }
 
+TEST(ClassedRow, HasFourStatesFrom1024NumbersOn)
+{
+  const auto size = [](std::size_t count) {
+    ClassedRow encoder;
+    Bytes bytes;
+    encoder.encode(true,
+                   std::vector<std::uint16_t>(count),
+                   std::vector<std::uint8_t>(count),
+                   bytes);
+    return bytes.size();
+  };
+  EXPECT_GE(size(1024), size(1023) + 8);
+}
+
 TEST(ClassedRow, CostsAboutItsEntropy)
 {
   Random random(8);

@@ -138,6 +138,22 @@ TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
   }
 }
 
+TEST(ForgedStreams, EmptyFramesOfNoGridAndOfNoScale)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Parts good = takeApart(encoded(encoder, emptyFrame(4)));
+  for (const unsigned int depth : {0u, 22u, 64u, 255u}) {
+    Parts parts = good;
+    parts.header.grid.depth = depth;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+  for (const unsigned int bits : {0u, 17u, 127u}) {
+    Parts parts = good;
+    parts.header.intensity_scale.bits = bits;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+}
+
 TEST(ForgedStreams, EmptyFramesWithAPayload)
 {
   FrameEncoder encoder(StreamFormat::Version1, 10);

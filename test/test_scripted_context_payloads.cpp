@@ -228,16 +228,24 @@ TEST(ScriptedContextPayloads, DistancesThatAreNone)
     EXPECT_EQ(far(is_above, 28, [](auto& script) { script.longEscape(1); }), corrupt);
 }
 
+/** \brief A point is worth the same everywhere. */
+DepthModel
+modelOfPoints(std::uint32_t symbol)
+{
+  DepthModel model;
+  model.exponent = 1;
+  model.full_symbol = symbol << 8;
+  model.origin = std::int64_t{1} << 32;
+  model.step = {0, 0, 0};
+  return model;
+}
+
 TEST(ScriptedContextPayloads, RestsThatAreNone)
 {
   const Stream stream(3, 64 * 7 + 5);
   VoxelFrame like = emptyFrame(3, 8);
   like.keys = {0};
-  like.depth_model.emplace(); // a point is worth 100 everywhere
-  like.depth_model->exponent = 1;
-  like.depth_model->full_symbol = 100 << 8;
-  like.depth_model->origin = std::int64_t{1} << 32;
-  like.depth_model->step = {0, 0, 0};
+  like.depth_model = modelOfPoints(100);
   DepthSplit split;
   const BlockList blocks = blocksOf(like.keys);
   split.begin(*like.depth_model, blocks, VoxelHistory(), 255);
@@ -266,6 +274,32 @@ TEST(ScriptedContextPayloads, RestsThatAreNone)
   for (const std::uint32_t large : {509u, 511u, 512u, 65535u, 65536u + 20, 131000u})
     EXPECT_EQ(rest(32, escape(large)), corrupt) << large;
   EXPECT_EQ(rest(32, [](auto& script) { script.longEscape(2); }), corrupt);
+}
+
+TEST(ScriptedContextPayloads, RestsOfSeventeenBits)
+{
+  // The longest escape that there is: of a symbol 0 where 40000 was expected.
+  const Stream stream(3, 64 * 7 + 5);
+  VoxelFrame like = emptyFrame(3, 16);
+  like.keys = {0};
+  like.depth_model = modelOfPoints(40000);
+  DepthSplit split;
+  split.begin(*like.depth_model, blocksOf(like.keys), VoxelHistory(), 65535);
+  split.predict({1});
+  for (const std::uint32_t rest : {79999u, 80001u})
+    EXPECT_EQ(stream.answerToIFrame(
+                  like,
+                  [&](ContextScript& script) {
+                    script.beginNumbers();
+                    script.firstNumber(1);
+                    script.unary(script.state.intensity.rest,
+                                 split.classes()[0] * IntensityModels::longest_rest,
+                                 0,
+                                 IntensityModels::longest_rest,
+                                 IntensityModels::longest_rest);
+                    script.escape(2, rest - IntensityModels::longest_rest);
+                  }),
+              rest == 79999 ? ok : corrupt);
 }
 
 } // namespace

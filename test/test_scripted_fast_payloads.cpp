@@ -233,4 +233,23 @@ TEST(ScriptedFastPayloads, StatesThatNoEncoderLeaves)
   EXPECT_TRUE(was_above);
 }
 
+TEST(ScriptedFastPayloads, StatesAtTheEndsOfTheirRange)
+{
+  const auto isGood = [](std::uint32_t state, std::size_t size) {
+    Bytes bytes;
+    ByteWriter(bytes).u32(state);
+    bytes.resize(size);
+    Bytes copy;
+    const NibbleDecoder decoder(
+        bytes.data(), bytes.data() + size, Interleaving::One, copy);
+    return !decoder.isOverrun();
+  };
+  EXPECT_TRUE(isGood(lowest_rans_state, 4));
+  EXPECT_TRUE(isGood((1u << 31) - 1, 4));
+  for (const std::uint32_t state : {0u, 1u, lowest_rans_state - 1, 1u << 31, ~0u})
+    EXPECT_FALSE(isGood(state, 4)) << state;
+  for (std::size_t size = 0; size < 4; ++size)
+    EXPECT_FALSE(isGood(lowest_rans_state, size)) << size;
+}
+
 } // namespace

@@ -77,4 +77,27 @@ TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
   EXPECT_LE(memoryToRefuse(decoder, forged), std::size_t{1} << 20);
 }
 
+TEST(ScriptedGrowth, NoBytesBehindMoreKnownVoxelsThanThereMayBe)
+{
+  // The context coder reads nothing but ones: both known voxels, of which the header tells
+  // one, and then every block of the grid.
+  for (const Effort effort : {Effort::Balanced, Effort::Small}) {
+    VoxelFrame frame = emptyFrame(8);
+    frame.keys = {0, 1};
+    frame.intensities = {1, 1};
+    FrameEncoder encoder(StreamFormat::Version1, 10, effort);
+    const Bytes i_frame = encoded(encoder, frame);
+    Parts parts = takeApart(encoded(encoder, frame));
+    ASSERT_FALSE(parts.header.is_i_frame);
+    parts.header.voxel_count = 1;
+    parts.payload.clear();
+    FrameDecoder decoder;
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
+    EXPECT_LE(
+        memoryToRefuse(decoder, putTogetherSized(parts, takeApart(i_frame).checksum)),
+        std::size_t{1} << 20);
+  }
+}
+
 } // namespace

@@ -1,6 +1,7 @@
 /** \file
  * \brief Payloads that end too soon are not read behind their end.
  */
+#include "compression/voxel_block.h"
 #include "fenced_memory.h"
 #include "scripted_fast_stream.h"
 #include "voxel_streams.h"
@@ -8,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <random>
 #include <set>
@@ -123,6 +123,9 @@ streamOfBlocks(unsigned int root, std::size_t block_count)
   });
 }
 
+/** \brief Voxels of a header, more than any payload here has. */
+constexpr std::size_t many = std::size_t{1} << 20;
+
 /** \brief Refuses a script's frame with less and less of its payload.
  *
  * Behind the end zeros are read, so that a symbol behind a word of them is the lowest of
@@ -133,25 +136,25 @@ void
 expectScriptRefused(const ScriptedStream& stream,
                     unsigned int depth,
                     bool is_i_frame,
+                    std::size_t count,
                     const Choices& choices)
 {
-  const std::size_t count = std::size_t{1} << std::min(3 * depth, 20u);
   FastScript script(is_i_frame ? FastModels() : stream.models());
   choices(script);
-  RansChoices four;
-  four.states = 4;
-  const Bytes whole = script.rans(four).bytes;
-  ASSERT_GT(whole.size(), 500u);
-  for (std::ptrdiff_t size = 100; size < 500; size += 2) {
+  RansChoices states;
+  states.states = count < 1024 ? 1 : 4;
+  const Bytes whole = script.rans(states).bytes;
+  ASSERT_GT(whole.size(), 600u);
+  for (std::ptrdiff_t size = 20; size < 600; size += 2) {
     const Bytes payload(whole.begin(), whole.begin() + size);
     const Bytes bytes = is_i_frame ? stream.otherIFrame(depth, 16, count, payload)
                                    : stream.frame(false, count, payload);
+    fenced_memory.is_wanted = true;
     FrameDecoder decoder;
     VoxelFrame back;
     if (!is_i_frame) {
       ASSERT_EQ(decoded(decoder, stream.iFrame(), back), CompressionCode::Ok);
     }
-    fenced_memory.is_wanted = true;
     EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Corrupt);
     fenced_memory.is_wanted = false;
   }
@@ -175,12 +178,12 @@ TEST(TruncatedPayloads, MasksOfSeveral)
     for (std::size_t i = 0; i < blocks; ++i)
       script.octants(false, symbol);
   };
-  expectScriptRefused(stream, 6, false, [&](FastScript& script) {
+  expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
     knownBlocks(script, 9);
     for (std::size_t i = 0; i < blocks; ++i)
       script.byte(script.models.octants, 0, goodByte(random));
   });
-  expectScriptRefused(stream, 6, false, [&](FastScript& script) {
+  expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
     knownBlocks(script, 8); // the farthest octant, whose cells are all open
     for (std::size_t i = 0; i < blocks; ++i)
       script.cells(0, 8, 8);
@@ -189,28 +192,15 @@ TEST(TruncatedPayloads, MasksOfSeveral)
   });
 }
 
-TEST(TruncatedPayloads, NewBlocks)
+TEST(TruncatedPayloads, NewNodes)
 {
+  // Nodes of a deep grid.
   const ScriptedStream stream = streamOfBlocks(3, 1024);
   std::mt19937_64 random(6);
-  // Nodes of a deep grid, and cells of many blocks. What comes first has one state less
-  // than a byte, so that the high nibbles have states of their own.
-  expectScriptRefused(stream, 20, true, [&](FastScript& script) {
+  expectScriptRefused(stream, 20, true, many, [&](FastScript& script) {
     script.code(script.models.has_new_blocks, 1);
     for (std::size_t i = 0; i < 2000; ++i)
       script.byte(script.models.node[3], 0, goodByte(random));
-  });
-  expectScriptRefused(stream, 6, true, [&](FastScript& script) {
-    script.code(script.models.has_new_blocks, 1);
-    for (const unsigned int level : {3u, 2u, 1u, 0u})
-      for (std::size_t i = 0; i < std::size_t{1} << 3 * (3 - level); ++i)
-        script.byte(script.models.node[level], 0, 255);
-    for (std::size_t i = 0; i < 512; ++i) {
-      std::uint64_t voxels = 0;
-      for (unsigned int octant = 0; octant < 8; ++octant)
-        voxels |= std::uint64_t{goodByte(random)} << 8 * octant;
-      script.newBlock(true, goodByte(random), voxels);
-    }
   });
 }
 
@@ -221,10 +211,11 @@ TEST(TruncatedPayloads, NewSymbols)
   const ScriptedStream stream = streamOfBlocks(3, 1024);
   std::mt19937_64 random(7);
   const auto expectSymbolsRefused = [&](const Choices& symbols) {
-    expectScriptRefused(stream, depth, true, [&](FastScript& script) {
-      writeFullGrid(script, depth);
-      symbols(script);
-    });
+    expectScriptRefused(
+        stream, depth, true, std::size_t{1} << 3 * depth, [&](FastScript& script) {
+          writeFullGrid(script, depth);
+          symbols(script);
+        });
   };
   expectSymbolsRefused([&](FastScript& script) {
     script.bits(1, 1);
@@ -236,44 +227,129 @@ TEST(TruncatedPayloads, NewSymbols)
   });
 }
 
-TEST(TruncatedPayloads, NewSymbolsAsThoseOfEarlierFrames)
+/** \brief An I-frame of all voxels of a grid, each with one step that has no
+ * bits. */
+ScriptedStream
+streamOfFullGrid(unsigned int bits, unsigned int step)
 {
-  // A scene that stays, and each frame a new block with any of some steps: short frames
-  // teach what is wanted. The last frame has a cube of new blocks.
+  return ScriptedStream(4, bits, 4096, [=](FastScript& script) {
+    writeFullGrid(script, 4);
+    script.beginSteps(0);
+    script.newStep(0); // a symbol is 0
+    for (int i = 1; i < 4096; ++i)
+      script.newStepOrWhole(step);
+  });
+}
+
+TEST(TruncatedPayloads, KnownVoxelsAndSteps)
+{
+  std::mt19937_64 random(9);
+  // A single state reads them if the header says that there are few; there are half of
+  // those that are written.
+  for (const std::size_t count : {1000u, 4096u})
+    expectScriptRefused(
+        streamOfFullGrid(8, 0), 4, false, count, [&](FastScript& script) {
+          for (int i = 0; i < 1024; ++i)
+            script.knownVoxels(3, 8, random());
+        });
+  const auto knownVoxels = [](FastScript& script) {
+    for (int i = 0; i < 512; ++i)
+      script.knownVoxels(3, 8, 255);
+    for (int i = 0; i < 64; ++i)
+      script.octants(false, 0);
+    script.noNewBlocks();
+    script.beginSteps(0);
+  };
+  // Quads, of any four, and of which all are escapes.
+  expectScriptRefused(streamOfFullGrid(8, 0), 4, false, 4096, [&](FastScript& script) {
+    knownVoxels(script);
+    for (int i = 0; i < 1024; ++i)
+      script.code(script.models.quad[0], static_cast<unsigned int>(below(random, 256)));
+  });
+  expectScriptRefused(streamOfFullGrid(8, 0), 4, false, 4096, [&](FastScript& script) {
+    knownVoxels(script);
+    for (int i = 0; i < 1024; ++i)
+      script.code(script.models.quad[0], 255);
+    for (int i = 0; i < 4096; ++i)
+      script.code(script.models.quad_escape[0],
+                  static_cast<unsigned int>(below(random, 12)));
+  });
+  // Highest symbols of all, and behind them such that have a step below all nibbles'.
+  expectScriptRefused(streamOfFullGrid(5, 24), 4, false, 4096, [&](FastScript& script) {
+    knownVoxels(script);
+    for (int i = 1; i < 4096; ++i)
+      script.knownStep(24, 15);
+    script.knownStep(0, 0);
+    for (int i = 1; i < 4096; ++i)
+      script.wholeStep(static_cast<unsigned int>(below(random, 16)));
+  });
+}
+
+/** \brief A scene that stays, and new blocks: one in each frame but the last, so that
+ * short frames teach what the last one, of many, needs.
+ * \param[in] block makes the cells of a block
+ * \param[in] steps_end behind the symbols of new voxels
+ */
+void
+expectRefusedBehindShortFrames(std::mt19937_64& random,
+                               const std::function<std::uint64_t()>& block,
+                               std::uint64_t steps_end)
+{
   constexpr std::uint64_t staying = 1408;
   constexpr std::uint64_t cube = 4096;
-  std::mt19937_64 random(8);
+  constexpr std::uint64_t short_frames = 600;
   std::vector<VoxelFrame> frames;
-  for (std::uint64_t i = 0; i <= 150; ++i) {
+  for (std::uint64_t i = 0; i <= short_frames; ++i) {
     frames.push_back(emptyFrame(7));
     VoxelFrame& frame = frames.back();
     for (std::uint64_t key = 0; key < staying; ++key)
       frame.keys.push_back(key);
     frame.intensities.assign(frame.size(), 0);
-    const std::uint64_t first = i < 150 ? cube + 64 * i : 8 * cube;
-    for (std::uint64_t k = 0; k < (i < 150 ? 64 : cube); ++k) {
-      frame.keys.push_back(first + k);
-      frame.intensities.push_back(static_cast<std::uint16_t>(below(random, 8)));
-    }
+    const bool is_last = i == short_frames;
+    const std::uint64_t first = is_last ? 32 * cube : cube + 64 * i;
+    for (std::uint64_t key = first; key < first + (is_last ? cube : 64); key += 64)
+      for (std::uint64_t cells = block(); cells != 0; cells &= cells - 1) {
+        frame.keys.push_back(key + lowestCell(cells));
+        frame.intensities.push_back(
+            static_cast<std::uint16_t>(below(random, steps_end)));
+      }
   }
   const std::vector<Bytes> stream = fastStream(frames);
   Parts parts = takeApart(stream.back());
   ASSERT_FALSE(parts.header.is_i_frame);
   const std::uint32_t reference = takeApart(stream[stream.size() - 2]).checksum;
   const Bytes whole = parts.payload;
-  ASSERT_GT(whole.size(), 1000u);
+  ASSERT_GT(whole.size(), 250u);
   fenced_memory.is_wanted = true;
   FrameDecoder decoder;
   VoxelFrame back;
   for (std::size_t i = 0; i + 1 < stream.size(); ++i)
     ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
   // The shortest first: memory stays as large as it was.
-  for (std::ptrdiff_t size = 16; size < 300; size += 2) {
+  for (std::ptrdiff_t size = 16; size < 250; size += 2) {
     parts.payload.assign(whole.begin(), whole.begin() + size);
     EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
               CompressionCode::Corrupt);
   }
   fenced_memory.is_wanted = false;
+}
+
+TEST(TruncatedPayloads, BehindShortFrames)
+{
+  std::mt19937_64 random(8);
+  expectRefusedBehindShortFrames(
+      random, [] { return ~std::uint64_t{0}; }, 8);
+  // Masks of octants and of cells with any low nibble, each with a high one of 15: none
+  // is 0.
+  const auto block = [&] {
+    std::uint64_t cells = random() | 0xf0f0f0f0f0f0f0f0;
+    for (std::uint64_t octant = 0; octant < 4; ++octant)
+      if (below(random, 2) == 0)
+        cells &= ~(std::uint64_t{0xff} << 8 * octant);
+    return cells;
+  };
+  for (int round = 0; round < 2; ++round)
+    expectRefusedBehindShortFrames(random, block, 1);
 }
 
 TEST(TruncatedPayloads, Rests)
