@@ -216,6 +216,21 @@ TEST(FrameHeader, DepthModelsStandAtTheBeginOfThePayload)
 
 // ---------------------------------------------------------------- sizes
 
+TEST(FrameHeader, AnIFrameWithoutAFrameIdHasNone)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  const Bytes named = encoded(encoder, emptyFrame(4), FrameStamp{5, "sensor"});
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4), FrameStamp{6, "sensor"}));
+  parts.header.has_frame_id = false;
+  FrameDecoder decoder;
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, named, back), CompressionCode::Ok);
+  EXPECT_EQ(decoder.stamp()->frame_id, "sensor");
+  ASSERT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+  EXPECT_EQ(decoder.stamp()->frame_id, "");
+  EXPECT_EQ(decoder.stamp()->stamp, 6u);
+}
+
 TEST(FrameHeader, PFramesAreShortEvenWithAStamp)
 {
   std::mt19937_64 random(10);

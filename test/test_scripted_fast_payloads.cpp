@@ -252,4 +252,54 @@ TEST(ScriptedFastPayloads, StatesAtTheEndsOfTheirRange)
     EXPECT_FALSE(isGood(lowest_rans_state, size)) << size;
 }
 
+TEST(ScriptedFastPayloads, FourStatesFrom1024VoxelsOn)
+{
+  const ScriptedStream stream = streamOfTwoBlocks();
+  for (const std::size_t count : {1023u, 1024u}) {
+    FastScript script;
+    script.code(script.models.has_new_blocks, 1);
+    script.byte(script.models.node[1], 0, 3);
+    script.byte(script.models.node[0], 0, 255);
+    script.byte(script.models.node[0], 0, 255);
+    for (int block = 1; block < 16; ++block)
+      script.newBlock(true, ~std::uint64_t{0});
+    script.newBlock(true, ~std::uint64_t{0} >> (1024 - count));
+    script.plainSymbols(count, 1);
+    for (const std::size_t states : {1u, 4u}) {
+      RansChoices choices;
+      choices.states = states;
+      EXPECT_EQ(
+          stream.answerTo(stream.otherIFrame(4, 8, count, script.rans(choices).bytes)),
+          (states == 4) == (count == 1024) ? ok : CompressionCode::Corrupt);
+    }
+  }
+}
+
+TEST(ScriptedFastPayloads, APFrameOfAnotherEffortThanItsIFrame)
+{
+  // The coder of the effort fast, which knows nothing, would take it.
+  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
+  VoxelFrame frame = emptyFrame(2);
+  frame.keys = {7};
+  frame.intensities = {1};
+  const Bytes i_frame = encoded(encoder, frame);
+  const Bytes p_frame = encoded(encoder, frame);
+  Parts parts = takeApart(p_frame);
+  ASSERT_FALSE(parts.header.is_i_frame);
+  FastScript script;
+  script.code(script.models.has_new_blocks, 1);
+  script.newBlock(false, 1);
+  script.plainSymbols(1, 1);
+  parts.header.effort = Effort::Fast;
+  parts.payload = script.rans().bytes;
+  FrameDecoder decoder;
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, i_frame, back), ok);
+  EXPECT_EQ(
+      decoded(decoder, putTogetherSized(parts, takeApart(i_frame).checksum), back),
+      CompressionCode::Corrupt);
+  EXPECT_EQ(decoded(decoder, p_frame, back), ok);
+  expectSameFrame(back, frame);
+}
+
 } // namespace
