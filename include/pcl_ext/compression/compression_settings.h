@@ -53,12 +53,11 @@ struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 24;
 
-  /** \brief Voxels of one frame: by default one for each point of a
-   * sensor of a megapixel. A frame
-   * takes memory for the voxels that it has, below 500 bytes for each of them, or
-   * 2000 and 16 MiB in a stream that is made to fill the history; it is given back a few
-   * frames later. retain_octree, which builds PCL's octree of pointers, takes as much again
-   * and more. */
+  /** \brief Voxels of one frame, by default one for each point of a sensor of a megapixel;
+   * more than 2^24 count as 2^24. A frame takes memory for the voxels that it has, below 500
+   * bytes for each of them, or 2000 and 16 MiB in a stream that is made to fill the history;
+   * it is given back a few frames later. retain_octree, which builds PCL's octree of
+   * pointers, takes as much again and more. */
   std::size_t max_voxels = std::size_t{1} << 20;
 };
 
