@@ -1,6 +1,6 @@
 #include "allocation_count.h"
 
-#include <counted_memory.h>
+#include "measuring/counted_memory.h"
 
 namespace pcl_ext {
 namespace benchmarks {

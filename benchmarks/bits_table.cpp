@@ -4,7 +4,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "comparison_tables.h"
-#include "markdown_table.h"
+#include "measuring/markdown_table.h"
 #include "workload.h"
 
 #include <array>

@@ -4,7 +4,7 @@
  */
 #include "comparison_options.h"
 #include "comparison_tables.h"
-#include "machine.h"
+#include "measuring/machine.h"
 
 #include <exception>
 #include <iostream>

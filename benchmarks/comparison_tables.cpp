@@ -1,7 +1,7 @@
 #include "comparison_tables.h"
 
 #include "coder_comparison.h"
-#include "markdown_table.h"
+#include "measuring/markdown_table.h"
 #include "raw_to_bytes.h"
 #include "stage_times.h"
 

@@ -3,7 +3,7 @@
  */
 #include "coder_comparison.h"
 #include "comparison_tables.h"
-#include "markdown_table.h"
+#include "measuring/markdown_table.h"
 
 #include <ostream>
 #include <string>

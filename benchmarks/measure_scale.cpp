@@ -2,7 +2,7 @@
  * How many streams one central computer decodes and one link carries. Prints the tables
  * of doc/benchmarks.md about them.
  */
-#include "machine.h"
+#include "measuring/machine.h"
 #include "scale_options.h"
 #include "scale_tables.h"
 

@@ -1,10 +1,10 @@
 #include "scale_tables.h"
 
-#include "markdown_table.h"
+#include "measuring/markdown_table.h"
 #include "sensors_at_once.h"
 #include "stream_load.h"
 
-#include <cell/robot_cell.h>
+#include "simulator/robot_cell.h"
 
 #include <algorithm>
 #include <cmath>

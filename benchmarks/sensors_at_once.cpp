@@ -2,10 +2,10 @@
 
 #include <pcl_ext/nodes/central_node.h>
 
-#include "machine.h"
+#include "measuring/machine.h"
 #include "sensor_streams.h"
 
-#include <cell/robot_cell.h>
+#include "simulator/robot_cell.h"
 #include <malloc.h>
 
 #include <algorithm>

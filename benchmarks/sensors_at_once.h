@@ -5,7 +5,7 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "mean_and_deviation.h"
+#include "measuring/mean_and_deviation.h"
 #include "workload.h"
 
 #include <cstddef>

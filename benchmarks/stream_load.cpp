@@ -2,7 +2,7 @@
 
 #include <pcl_ext/nodes/central_node.h>
 
-#include "machine.h"
+#include "measuring/machine.h"
 
 #include <malloc.h>
 

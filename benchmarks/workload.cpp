@@ -7,7 +7,7 @@
 #include <pcl/common/io.h>
 #include <pcl/conversions.h>
 
-#include <cell/crop_box.h>
+#include "simulator/crop_box.h"
 
 #include <stdexcept>
 #include <utility>

@@ -3,18 +3,26 @@ include(CMakePackageConfigHelpers)
 
 set(PCL_EXT_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ext)
 
-install(
-  TARGETS pcl_ext
-  EXPORT pcl_ext_targets
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+# The codec's targets are a file of their own: whoever asks for COMPONENTS codec needs no
+# PCL.
+function(pcl_ext_install target file)
+  install(
+    TARGETS ${target}
+    EXPORT ${file}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(
+    EXPORT ${file}
+    NAMESPACE pcl_ext::
+    FILE ${file}.cmake
+    DESTINATION ${PCL_EXT_CONFIG_DIR})
+endfunction()
+pcl_ext_install(pcl_ext_codec pcl_ext-codec-targets)
+if(PCL_EXT_WITH_PCL)
+  pcl_ext_install(pcl_ext pcl_ext-targets)
+endif()
 install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(
-  EXPORT pcl_ext_targets
-  NAMESPACE pcl_ext::
-  FILE pcl_ext-targets.cmake
-  DESTINATION ${PCL_EXT_CONFIG_DIR})
 
 configure_package_config_file(cmake/pcl_ext-config.cmake.in pcl_ext-config.cmake
                               INSTALL_DESTINATION ${PCL_EXT_CONFIG_DIR})

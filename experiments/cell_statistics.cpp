@@ -5,8 +5,8 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "cell/crop_box.h"
-#include "cell/robot_cell.h"
+#include "simulator/crop_box.h"
+#include "simulator/robot_cell.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>

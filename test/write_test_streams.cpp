@@ -7,8 +7,8 @@
  * Golden streams are written once, when stream version 1 is frozen; whoever writes them
  * again has changed the bitstream.
  */
-#include "forged_frames.h"
-#include "golden_streams.h"
+#include "support/forged_frames.h"
+#include "support/golden_streams.h"
 
 #include <fstream>
 #include <iomanip>

@@ -22,7 +22,7 @@ check() {
   shift
   mkdir -p "$out/$name/objects" "$out/$name/golden"
   # shellcheck disable=SC2086
-  printf '%s\n' src/compression/*.cpp test/write_test_streams.cpp \
+  printf '%s\n' src/bytes/*.cpp src/voxels/*.cpp src/voxelizing/*.cpp src/codec/*.cpp src/codec/*/*.cpp src/stream/*.cpp test/write_test_streams.cpp \
     $gtest/src/gtest-all.cc |
     xargs -P 2 -I{} sh -c 'compiler=$1; target=$2; source=$3; shift 3
       exec $compiler "$@" -c "$source" -o "$target/$(basename "$source" .cpp).o"' \

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include <cell/robot_cell.h>
+#include "simulator/robot_cell.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -6,7 +6,7 @@
 #include "stream_options.h"
 #include "stream_run.h"
 
-#include <cell/crop_box.h>
+#include "simulator/crop_box.h"
 
 #include <algorithm>
 #include <exception>

@@ -2,11 +2,11 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "labelled_stream.h"
+#include "simulator/labelled_stream.h"
 #include "point_filters.h"
 
-#include <machine.h>
-#include <markdown_table.h>
+#include "measuring/machine.h"
+#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <algorithm>

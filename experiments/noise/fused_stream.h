@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "labelled_stream.h"
+#include "simulator/labelled_stream.h"
 
 #include <cstdint>
 #include <memory>

@@ -3,14 +3,14 @@
  * the paper's laws, by the library's filter and by PCL's.
  */
 #include "filter_times.h"
-#include "labelled_lidar.h"
+#include "simulator/labelled_lidar.h"
 #include "methods.h"
 #include "noise_figures.h"
 #include "noise_options.h"
 #include "shell_weights.h"
 #include "stream_bytes.h"
 
-#include <markdown_table.h>
+#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <cstdint>

@@ -4,7 +4,7 @@
 
 #include "point_filters.h"
 
-#include <markdown_table.h>
+#include "measuring/markdown_table.h"
 
 #include <algorithm>
 #include <memory>

@@ -5,7 +5,7 @@
 
 #include "fused_stream.h"
 #include "judged_voxels.h"
-#include "labelled_stream.h"
+#include "simulator/labelled_stream.h"
 
 #include <functional>
 #include <string>

@@ -1,6 +1,6 @@
 #include "noise_figures.h"
 
-#include <markdown_table.h>
+#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <cmath>

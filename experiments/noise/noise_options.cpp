@@ -1,6 +1,6 @@
 #include "noise_options.h"
 
-#include "cell/robot_cell.h"
+#include "simulator/robot_cell.h"
 
 #include <boost/program_options.hpp>
 

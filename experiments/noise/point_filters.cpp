@@ -7,7 +7,7 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/search/kdtree.h>
 
-#include <machine.h>
+#include "measuring/machine.h"
 
 #include <cmath>
 #include <cstddef>

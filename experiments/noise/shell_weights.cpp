@@ -2,12 +2,12 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "labelled_stream.h"
+#include "simulator/labelled_stream.h"
 #include "methods.h"
 
 #include <Eigen/Dense>
 
-#include <markdown_table.h>
+#include "measuring/markdown_table.h"
 
 #include <algorithm>
 #include <array>

@@ -3,13 +3,13 @@
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "cell/crop_box.h"
-#include "cell/robot_cell.h"
+#include "simulator/crop_box.h"
+#include "simulator/robot_cell.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
-#include <markdown_table.h>
+#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <limits>

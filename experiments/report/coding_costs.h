@@ -5,7 +5,7 @@
 
 #include "result_file.h"
 
-#include <mean_and_deviation.h>
+#include "measuring/mean_and_deviation.h"
 
 #include <cstddef>
 

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include <noise/labelled_stream.h>
+#include "simulator/labelled_stream.h"
 
 #include <vector>
 

@@ -22,7 +22,7 @@ def introduction(folder, results):
         paragraph("What J. Dybedal, A. Aalerud and G. Hovland, “Embedded Processing and "
                   "Compression of 3D Sensor Data for Large Scale Industrial "
                   "Environments”, Sensors 2019, 19(3), 636, measured in a robot cell, "
-                  "measured again in a simulated one (experiments/cell/README.md), "
+                  "measured again in a simulated one (simulator/README.md), "
                   f"with {frames('compression'):,} frames of each sensor in sections 3.1 "
                   f"and 3.2, {frames('resolution')} at each of 20 resolutions; with "
                   f"{clouds:.0f} of each sensor in section 3.3, which are repeated for "
@@ -36,7 +36,7 @@ def introduction(folder, results):
         note("“published” is the bitstream of the paper's authors, written by this "
              "library; fast, balanced and small are this library's own bitstream. The "
              "paper's text was not at hand: its figures here are those of its abstract "
-             "and those that experiments/cell/README.md quotes, and its Tables 2 to 5 "
+             "and those that simulator/README.md quotes, and its Tables 2 to 5 "
              "are here by their subjects, in the sections of those names. Times are "
              "processor time of one thread, unless it says otherwise."),
     ]

@@ -8,7 +8,7 @@
 #include <boost/program_options.hpp>
 
 #include <command_line.h>
-#include <machine.h>
+#include "measuring/machine.h"
 #include <sensors_at_once.h>
 
 #include <cstdint>

@@ -8,9 +8,9 @@
 
 #include <boost/program_options.hpp>
 
-#include <cell/robot_cell.h>
+#include "simulator/robot_cell.h"
 #include <command_line.h>
-#include <machine.h>
+#include "measuring/machine.h"
 #include <sensor_streams.h>
 
 #include <algorithm>

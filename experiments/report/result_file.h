@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include <mean_and_deviation.h>
+#include "measuring/mean_and_deviation.h"
 
 #include <cstddef>
 #include <fstream>

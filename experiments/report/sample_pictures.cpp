@@ -8,9 +8,9 @@
 
 #include <boost/program_options.hpp>
 
-#include <cell/crop_box.h>
+#include "simulator/crop_box.h"
 #include <command_line.h>
-#include <noise/labelled_lidar.h>
+#include "simulator/labelled_lidar.h"
 
 #include <array>
 #include <cmath>

@@ -3,7 +3,7 @@
 from page import DASH, NOT_AT_HAND, Table, mean_and_deviation, number
 from results import CODERS, LIDAR
 
-# From the paper's abstract, and from what experiments/cell/README.md quotes of its text.
+# From the paper's abstract, and from what simulator/README.md quotes of its text.
 PAPER = {
     "cropped_points": 37100,
     "ratio_4cm": 40.5,

@@ -6,7 +6,7 @@
 
 #include <geometry_msgs/TransformStamped.h>
 #include <pcl_conversions/pcl_conversions.h>
-#include <robot_cell.h>
+#include "simulator/robot_cell.h"
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <tf2_eigen/tf2_eigen.h>

@@ -4,7 +4,7 @@
 #include "stream_scenario.h"
 
 #include <pcl_conversions/pcl_conversions.h>
-#include <robot_cell.h>
+#include "simulator/robot_cell.h"
 
 #include <memory>
 #include <set>

@@ -1,4 +1,4 @@
-#include "point_mover.h"
+#include "filters/point_mover.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/filters/moved_points.h>
 
-#include "../lanes/lanes.h"
+#include "simd/lanes.h"
 
 namespace pcl_ext {
 namespace detail {

@@ -1,8 +1,8 @@
 #include <pcl_ext/nodes/central_node.h>
 
-#include "caught_status.h"
-#include "merged_voxels.h"
-#include "received_stream.h"
+#include "nodes/caught_status.h"
+#include "nodes/merged_voxels.h"
+#include "nodes/received_stream.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>

@@ -1,4 +1,4 @@
-#include "merged_voxels.h"
+#include "nodes/merged_voxels.h"
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_centres.h>

@@ -5,8 +5,8 @@
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/stream_health.h>
 
-#include "../compression/memory_rule.h"
-#include "received_stream.h"
+#include "nodes/received_stream.h"
+#include "voxels/memory_rule.h"
 
 #include <optional>
 #include <vector>

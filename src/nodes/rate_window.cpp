@@ -1,4 +1,4 @@
-#include "rate_window.h"
+#include "nodes/rate_window.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
-#include "received_stream.h"
+#include "nodes/received_stream.h"
 
 #include <pcl_ext/filters/faint_voxels.h>
 
-#include "caught_status.h"
-#include "latency.h"
+#include "nodes/caught_status.h"
+#include "nodes/latency.h"
 
 #include <utility>
 

@@ -6,8 +6,8 @@
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
-#include "../compression/memory_rule.h"
-#include "rate_window.h"
+#include "nodes/rate_window.h"
+#include "voxels/memory_rule.h"
 
 #include <atomic>
 #include <chrono>

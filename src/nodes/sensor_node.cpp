@@ -4,10 +4,10 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "caught_status.h"
-#include "latency.h"
-#include "rate_window.h"
-#include "sensor_node_settings.h"
+#include "nodes/caught_status.h"
+#include "nodes/latency.h"
+#include "nodes/rate_window.h"
+#include "nodes/sensor_node_settings.h"
 
 #include <array>
 #include <new>

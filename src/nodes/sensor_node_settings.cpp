@@ -1,6 +1,6 @@
-#include "sensor_node_settings.h"
+#include "nodes/sensor_node_settings.h"
 
-#include "../compression/version1_header.h"
+#include "stream/version1_header.h"
 
 #include <cmath>
 #include <cstddef>

@@ -10,7 +10,7 @@
  * The first byte chooses the stream; for each frame follow a byte of choices and the number
  * of allocations that succeed.
  */
-#include "failing_memory.h"
+#include "support/failing_memory.h"
 
 #include <pcl_ext/compression/voxelizer.h>
 

@@ -4,9 +4,9 @@
  */
 #pragma once
 
-#include "compression/byte_source.h"
-#include "compression/published_frame.h"
-#include "forged_frames.h"
+#include "bytes/byte_source.h"
+#include "codec/published/frame.h"
+#include "support/forged_frames.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -39,8 +39,8 @@ struct RowFrame {
   bool
   isPublished() const
   {
-    return bytes.size() >= io::published_magic_size &&
-           std::memcmp(bytes.data(), io::published_magic, io::published_magic_size) ==
+    return bytes.size() >= io::published::magic_size &&
+           std::memcmp(bytes.data(), io::published::magic, io::published::magic_size) ==
                0;
   }
 
@@ -221,7 +221,7 @@ private:
           std::search(data + begin + 1, data + size, magic, magic + magic_size) - data);
     };
     return std::min(find(io::version1_magic, io::version1_magic_size),
-                    find(io::published_magic, io::published_magic_size));
+                    find(io::published::magic, io::published::magic_size));
   }
 
   std::size_t next_id_ = 0;

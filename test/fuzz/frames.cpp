@@ -9,7 +9,7 @@
  * depth models, payloads, symbols of the published layout and the order of the frames, and
  * computes the chain of checksums anew.
  */
-#include "compression/static_range_coder.h"
+#include "codec/published/entropy_coder.h"
 #include "frame_row.h"
 #include "seekable_buffer.h"
 #include "small_streams.h"
@@ -73,7 +73,7 @@ requireFreshFrames(FrameDecoder& decoder, const LastFrame& last)
     const std::uint32_t number = last.number + 1 + i;
     if (last.is_published)
       for (std::size_t byte = 0; byte < 4; ++byte)
-        bytes[published_magic_size + byte] =
+        bytes[published::magic_size + byte] =
             static_cast<std::uint8_t>(number >> 8 * byte);
     else
       checksum = renumber(number, sent.is_i_frame ? 0 : checksum, bytes);
@@ -296,7 +296,7 @@ changeVersion1(RowFrame& frame, Random& random)
 void
 changePublished(RowFrame& frame, Random& random)
 {
-  constexpr std::size_t header_size = published_magic_size + 4 + 1;
+  constexpr std::size_t header_size = published::magic_size + 4 + 1;
   constexpr std::size_t grid_size = 8 + 7 * 8;
   const std::size_t begin =
       frame.bytes.size() > header_size && frame.bytes[header_size - 1] != 0
@@ -310,7 +310,7 @@ changePublished(RowFrame& frame, Random& random)
     for (Bytes& row : rows) {
       const std::uint64_t count = source.u64();
       is_whole = is_whole && count <= smallLimits().max_frame_bytes &&
-                 decodeStaticRange(source, static_cast<std::size_t>(count), row);
+                 published::decodeStaticRange(source, static_cast<std::size_t>(count), row);
     }
   }
   if (!is_whole || random.oneOf(8)) {
@@ -332,7 +332,7 @@ changePublished(RowFrame& frame, Random& random)
   ByteWriter writer(frame.bytes);
   for (std::size_t i = 0; i < 2; ++i) {
     writer.u64(counts[i]);
-    encodeStaticRange(rows[i], frame.bytes);
+    published::encodeStaticRange(rows[i], frame.bytes);
   }
 }
 

@@ -7,11 +7,11 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 
-#include "compression/version1_header.h"
-#include "forged_frames.h"
 #include "fuzz_input.h"
-#include "voxel_frames.h"
-#include "voxel_streams.h"
+#include "stream/version1_header.h"
+#include "support/forged_frames.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
 
 #include <array>
 #include <cstddef>

@@ -1,0 +1,137 @@
+#include "measuring/machine.h"
+
+#include "measuring/markdown_table.h"
+
+#include <pcl/pcl_config.h>
+
+#include <sys/utsname.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <ostream>
+#include <string>
+#include <thread>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+namespace {
+
+/** \brief The processor's name where the system tells it. */
+std::string
+processorName()
+{
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0)
+      return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+/** \brief Of the whole machine, as far as the system tells it. */
+double
+memoryGigabytes()
+{
+  return 1e-9 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
+         static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/** \brief The distribution where the system tells it, and the kernel. */
+std::string
+systemName()
+{
+  std::string name;
+  std::ifstream file("/etc/os-release");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("PRETTY_NAME=", 0) == 0) {
+      name = line.substr(line.find('=') + 1);
+      name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
+      name += ", ";
+    }
+  utsname kernel{};
+  uname(&kernel);
+  return name + kernel.sysname + " " + kernel.release;
+}
+
+std::string
+compilerName()
+{
+#if defined(__clang__)
+  return std::string("Clang ") + __clang_version__;
+#elif defined(__GNUC__)
+  return std::string("GCC ") + __VERSION__;
+#else
+  return "unknown";
+#endif
+}
+
+/** \brief Of today, UTC. */
+std::string
+date()
+{
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 11> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", &parts);
+  return text.data();
+}
+
+double
+clockSeconds(clockid_t clock)
+{
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+} // namespace
+
+double
+loadAverage()
+{
+  double load = 0.0;
+  return getloadavg(&load, 1) == 1 ? load : 0.0;
+}
+
+double
+processCpuSeconds()
+{
+  return clockSeconds(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+double
+threadCpuSeconds()
+{
+  return clockSeconds(CLOCK_THREAD_CPUTIME_ID);
+}
+
+double
+residentMegabytes()
+{
+  std::ifstream file("/proc/self/statm");
+  double total_pages = 0.0;
+  double resident_pages = 0.0;
+  file >> total_pages >> resident_pages;
+  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+void
+printMachine(std::ostream& output)
+{
+  output << "Processor: " << processorName() << ", "
+         << std::thread::hardware_concurrency()
+         << " cores; memory: " << formatted(memoryGigabytes(), 1)
+         << " GB; system: " << systemName() << "; compiler: " << compilerName()
+         << "; PCL " << PCL_VERSION_PRETTY << "; pcl_ext " << PCL_EXT_VERSION << "; "
+         << date() << "; load average at the start: " << formatted(loadAverage(), 1)
+         << ".\n\n";
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

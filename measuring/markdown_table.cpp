@@ -1,0 +1,50 @@
+#include "measuring/markdown_table.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <ostream>
+#include <sstream>
+
+namespace pcl_ext {
+namespace benchmarks {
+
+std::string
+formatted(double value, int digits)
+{
+  std::ostringstream stream;
+  stream << std::fixed << std::setprecision(digits) << value;
+  std::string text = stream.str();
+  const std::size_t first_digit = text.front() == '-' ? 1 : 0;
+  const std::size_t point = std::min(text.find('.'), text.size());
+  for (std::size_t i = point; i > first_digit + 3; i -= 3)
+    text.insert(i - 3, ",");
+  return text;
+}
+
+void
+MarkdownTable::print(std::ostream& output) const
+{
+  std::vector<std::size_t> widths;
+  for (const Row& row : rows_) {
+    widths.resize(std::max(widths.size(), row.size()), 3);
+    for (std::size_t i = 0; i < row.size(); ++i)
+      widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const Row& row : rows_) {
+    output << '|';
+    for (std::size_t i = 0; i < widths.size(); ++i)
+      output << ' ' << std::left << std::setw(static_cast<int>(widths[i]))
+             << (i < row.size() ? row[i] : std::string()) << " |";
+    output << '\n';
+    if (&row == &rows_.front()) {
+      output << '|';
+      for (const std::size_t width : widths)
+        output << std::string(width + 2, '-') << '|';
+      output << '\n';
+    }
+  }
+  output << '\n';
+}
+
+} // namespace benchmarks
+} // namespace pcl_ext

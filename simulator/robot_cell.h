@@ -1,0 +1,151 @@
+/** \file
+ * \brief The simulated robot cell: six Kinect V2 and a lidar that look at moving robots.
+ */
+#pragma once
+
+#include "simulator/time_of_flight_camera.h"
+#include "simulator/velodyne_lidar.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace cell {
+
+/** \brief What a pixel looks at, as far as it can move. */
+enum class Mover : std::uint8_t {
+  None,    ///< what never moves, or nothing at all
+  Machine, ///< an arm, its carriage or the gantry, also while it pauses
+  Person   ///< the person, also while standing
+};
+
+/** \brief One frame of one sensor. */
+struct CellFrame {
+  /** \brief Organised 512 x 424, in the sensor's frame (x right, y down, z along the
+   * optical axis), metres, NaN where there is no return. header.stamp is in
+   * microseconds since the stream's start, header.frame_id is "kinect_1" .. */
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  std::vector<PointTruth> truth; ///< one per point
+};
+
+/** \brief One revolution of the lidar. */
+struct LidarFrame {
+  /** \brief Organised 1800 x 16, a ring a row, in the lidar's frame (x ahead, y left, z
+   * up), metres, NaN where there is no return; intensity is the calibrated reflectivity,
+   * whole numbers of 0..255. header.stamp is in microseconds since the stream's start,
+   * header.frame_id is "velodyne_7". */
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  std::vector<PointTruth> truth; ///< one per point
+};
+
+/** \brief The 10 x 10 x 4 m cell of Dybedal, Aalerud, Hovland, Sensors 2019, 19(3),
+ * 636, seen by the six sensors of its Table 1, and by a VLP-16 in a corner.
+ *
+ * World frame: origin in a floor corner, z up, metres. A frame depends on the seed, the
+ * sensor and the frame number only, so frames may be asked for in any order. Not safe
+ * for use by several threads at once; each thread wants a cell of its own.
+ */
+class RobotCell {
+public:
+  static constexpr unsigned int sensor_count = 6;
+  static constexpr double frame_rate = 20.0; ///< Hz
+  static constexpr unsigned int lidar = 7;   ///< number of the lidar beside the sensors
+  static constexpr double lidar_rate = 10.0; ///< revolutions a second
+
+  explicit RobotCell(std::uint32_t seed = 1, const ErrorModel& model = ErrorModel());
+
+  /** \brief Pose of a sensor, sensor frame -> world.
+   * \param[in] sensor 1 .. 6
+   * \throws std::out_of_range for any other number
+   */
+  Eigen::Isometry3d
+  sensorPose(unsigned int sensor) const;
+
+  /** \brief Corners of the paper's crop box in the world frame, metres. */
+  static Eigen::Vector3d
+  cropMin();
+  static Eigen::Vector3d
+  cropMax();
+
+  /** \brief Take one frame.
+   * \param[in] sensor 1 .. 6
+   * \param[in] frame number of the frame, from 0, at \ref frame_rate
+   * \throws std::out_of_range for a sensor that is not there
+   */
+  void
+  capture(unsigned int sensor, std::uint32_t frame, CellFrame& out);
+
+  /** \brief Pose of the lidar, its frame -> world. The paper's is not at hand; this is a
+   * corner where no sensor is, 2.5 m up and tilted by 10 degrees towards the middle. */
+  Eigen::Isometry3d
+  lidarPose() const;
+
+  /** \brief Take one revolution of the lidar.
+   * \param[in] revolution its number, from 0, at \ref lidar_rate
+   */
+  void
+  captureLidar(std::uint32_t revolution, LidarFrame& out);
+
+  /** \brief What the lidar looks at in a revolution, without any error of measurement. The
+   * reference is valid until the next call of this or of captureLidar(). */
+  const SurfaceImage&
+  lidarSurfaces(std::uint32_t revolution);
+
+  /** \brief What the sensor looks at in a frame, without any error of measurement. The
+   * reference is valid until the next call of this or of capture().
+   * \throws std::out_of_range for a sensor that is not there
+   */
+  const SurfaceImage&
+  surfaces(unsigned int sensor, std::uint32_t frame);
+
+  /** \brief What each pixel of the last frame looks at, of the last call of capture() or
+   * surfaces().
+   * \param[out] movers one per pixel
+   */
+  void
+  movers(std::vector<Mover>& movers) const;
+
+  const ErrorModel&
+  errorModel() const
+  {
+    return model_;
+  }
+
+private:
+  /** \brief What never changes in a sensor's image. */
+  struct StaticView {
+    bool drawn = false;
+    SurfaceImage surfaces;
+    std::vector<PixelError> errors;
+  };
+
+  StaticView&
+  staticView(unsigned int sensor);
+
+  std::uint32_t seed_;
+  ErrorModel model_;
+  RayGrid rays_;
+  std::array<StaticView, sensor_count> static_views_;
+
+  // The frame being worked on; members to keep their memory.
+  SurfaceImage surfaces_;
+  std::vector<PixelError> errors_;
+  std::vector<std::size_t> changed_; // pixels of the machines, then of the person
+  std::size_t first_of_person_ = 0;  // index into the above
+  Measurement measurement_;
+
+  LidarErrorModel lidar_model_;
+  LidarRays lidar_rays_;
+  SurfaceImage static_lidar_surfaces_; ///< empty until they are drawn
+  SurfaceImage lidar_surfaces_;
+  LidarMeasurement lidar_measurement_;
+};
+
+} // namespace cell
+} // namespace pcl_ext

@@ -1,0 +1,40 @@
+/** \file
+ * \brief What stands and what moves in the robot cell.
+ */
+#pragma once
+
+#include "simulator/shapes.h"
+
+namespace pcl_ext {
+namespace cell {
+
+/** \brief Length of the work cycle after which all motion repeats, seconds. */
+constexpr double work_cycle = 15.0;
+
+/** \brief A stretch of each work cycle in which nothing moves at all, seconds from the
+ * cycle's start. */
+constexpr double standstill_start = 6.5;
+constexpr double standstill_end = 8.0;
+
+/** \brief The hall and all equipment that never moves.
+ *
+ * World frame: origin at a floor corner of the 10 x 10 x 4 m cell, z up, metres. The
+ * hall's walls stand outside of the cell.
+ */
+Solids
+staticEquipment();
+
+/** \brief The two arms on floor rails and the arm on the gantry.
+ * \param[in] time seconds since the stream's start, >= 0
+ */
+Solids
+movingMachines(double time);
+
+/** \brief The walking person.
+ * \param[in] time seconds since the stream's start, >= 0
+ */
+Solids
+walkingPerson(double time);
+
+} // namespace cell
+} // namespace pcl_ext

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+/** \brief The logistic function and its inverse in fixed point, which mixing needs
+ * (doc/bitstream_context.md, "Mixing"). Tables made of integers only, so that every machine has
+ * the same. */
+class LogisticTables {
+public:
+  /** \brief Largest magnitude of a number on the logistic scale, whose unit is 1/256. */
+  static constexpr std::int32_t largest = 2047;
+
+  LogisticTables();
+
+  /** \brief Probability in 2^-16 of a number on the logistic scale, held within -2047
+   * .. 2047. */
+  std::int32_t
+  squash(std::int32_t number) const
+  {
+    if (number > largest)
+      number = largest;
+    if (number < -largest)
+      number = -largest;
+    return squash_[static_cast<std::size_t>(number + largest)];
+  }
+
+  /** \brief ln(p / (1 - p)) of a probability in 2^-16, in 1/256. */
+  std::int32_t
+  stretch(std::uint16_t probability) const
+  {
+    return stretch_[probability >> 4];
+  }
+
+private:
+  std::array<std::int32_t, 2 * largest + 1> squash_;
+  std::array<std::int16_t, 4096> stretch_;
+};
+
+/** \brief The tables; made at the first call. */
+const LogisticTables&
+logisticTables();
+
+/** \brief Mixes several probabilities of one bit into one: a weighted sum on the logistic
+ * scale, whose weights learn from every bit (M. Mahoney, Adaptive weighing of context
+ * models for lossless data compression, 2005). */
+template <std::size_t InputCount>
+struct MixerWeights {
+  static constexpr std::int32_t one = 1 << 16;
+
+  /** \brief Weights in 2^-16. At the start the first counts as much as the others
+   * together, and all a little more than once, as they confirm each other. */
+  std::array<std::int32_t, InputCount> weights = startingWeights();
+
+  static constexpr std::array<std::int32_t, InputCount>
+  startingWeights()
+  {
+    constexpr std::int32_t others = InputCount > 1 ? InputCount - 1 : 1;
+    std::array<std::int32_t, InputCount> start{};
+    for (std::size_t i = 0; i < InputCount; ++i)
+      start[i] = i == 0 ? one * 4 / 10 : one * 8 / 10 / others;
+    return start;
+  }
+
+  /** \brief The mixed number on the logistic scale. */
+  std::int32_t
+  mix(const std::array<std::int32_t, InputCount>& stretched) const
+  {
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < InputCount; ++i)
+      sum += std::int64_t{weights[i]} * stretched[i];
+    return static_cast<std::int32_t>(sum >> 16);
+  }
+
+  /** \brief Learns a bit.
+   * \param[in] stretched the inputs
+   * \param[in] error bit - probability, in 2^-16
+   */
+  void
+  learn(const std::array<std::int32_t, InputCount>& stretched, std::int32_t error)
+  {
+    // Held within bounds that no sum overflows at, even if an enemy makes the bits.
+    constexpr std::int32_t heaviest = 8 * one;
+    for (std::size_t i = 0; i < InputCount; ++i) {
+      const std::int64_t step = (std::int64_t{stretched[i]} * error + (1 << 15)) >> 16;
+      const std::int64_t weight = weights[i] + step;
+      weights[i] = static_cast<std::int32_t>(weight > heaviest    ? heaviest
+                                             : weight < -heaviest ? -heaviest
+                                                                  : weight);
+    }
+  }
+};
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+/** \brief Writes bits of known probability as bytes: a range coder with two symbols
+ * (G. N. N. Martin, Range encoding, 1979; doc/bitstream_context.md, "Range coder").
+ *
+ * Its counterpart is BinaryRangeDecoder; code() has the same form on both, so that what
+ * is coded is written once for both directions.
+ */
+class BinaryRangeEncoder {
+public:
+  static constexpr bool is_decoder = false;
+
+  /** \brief Starts a row of bits behind the bytes that are there. */
+  explicit BinaryRangeEncoder(std::vector<std::uint8_t>& bytes)
+  : bytes_(&bytes), begin_(bytes.size())
+  {}
+
+  /** \brief Writes a bit.
+   * \param[in] bit the bit
+   * \param[in] probability of a 1, in 2^-16, 1..2^16 - 1
+   * \return the bit
+   */
+  bool
+  code(bool bit, std::uint32_t probability)
+  {
+    const auto bound = static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>(range_) * probability >> 16);
+    low_ += bit ? 0 : bound;
+    range_ = bit ? bound : range_ - bound;
+    if (range_ < least_range) {
+      writeWord();
+      range_ <<= 16;
+    }
+    return bit;
+  }
+
+  /** \brief Bytes that the bits so far have settled; the decoder counts the same. */
+  std::size_t
+  settledBytes() const
+  {
+    return bytes_->size() - begin_;
+  }
+
+  /** \brief Ends the row with as few bytes as tell it from all others; trailing zeros
+   * are left out, as reading behind the end gives zeros. */
+  void
+  finish()
+  {
+    // The number with the most trailing zero bits in [low, low + range).
+    const std::uint64_t end = low_ + range_;
+    for (unsigned int bits = 32;; --bits) {
+      const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+      const std::uint64_t number = (low_ + mask) & ~mask;
+      if (number < end) {
+        low_ = number;
+        break;
+      }
+    }
+    writeWord();
+    writeWord();
+    while (bytes_->size() > begin_ && bytes_->back() == 0)
+      bytes_->pop_back();
+  }
+
+private:
+  static constexpr std::uint32_t least_range = std::uint32_t{1} << 16;
+
+  void
+  writeWord()
+  {
+    constexpr std::uint64_t carry = std::uint64_t{1} << 32;
+    if (low_ >= carry) {
+      // The sum of what was written and what is to come stays below 1, so the carry
+      // ends within this row.
+      for (std::size_t i = bytes_->size(); ++(*bytes_)[--i] == 0;) {
+      }
+      low_ -= carry;
+    }
+    bytes_->push_back(static_cast<std::uint8_t>(low_ >> 24));
+    bytes_->push_back(static_cast<std::uint8_t>(low_ >> 16));
+    low_ = (low_ & 0xffff) << 16;
+  }
+
+  std::vector<std::uint8_t>* bytes_;
+  std::size_t begin_;
+  std::uint64_t low_ = 0; // 32 bits and the carry
+  std::uint32_t range_ = 0xffffffff;
+};
+
+/** \brief Reads bits back that BinaryRangeEncoder wrote. Never reads behind its end. */
+class BinaryRangeDecoder {
+public:
+  static constexpr bool is_decoder = true;
+
+  /** \brief Reads a row of bits.
+   * \param[in] begin first byte
+   * \param[in] end end of the row; behind it follow zeros
+   */
+  BinaryRangeDecoder(const std::uint8_t* begin, const std::uint8_t* end)
+  : next_(begin), end_(end)
+  {
+    readWord();
+    readWord();
+  }
+
+  /** \brief Reads a bit.
+   * \param[in] probability of a 1, as the encoder had it
+   */
+  bool
+  code(bool /*bit*/, std::uint32_t probability)
+  {
+    const auto bound = static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>(range_) * probability >> 16);
+    const bool bit = code_ < bound;
+    code_ -= bit ? 0 : bound;
+    range_ = bit ? bound : range_ - bound;
+    if (range_ < least_range) {
+      readWord();
+      range_ <<= 16;
+    }
+    return bit;
+  }
+
+  /** \brief As BinaryRangeEncoder::settledBytes. */
+  std::size_t
+  settledBytes() const
+  {
+    return 2 * words_ - 4;
+  }
+
+  /** \brief True if no byte is left that was not read. */
+  bool
+  isAtEnd() const
+  {
+    return next_ == end_;
+  }
+
+private:
+  static constexpr std::uint32_t least_range = std::uint32_t{1} << 16;
+
+  void
+  readWord()
+  {
+    ++words_;
+    for (int i = 0; i < 2; ++i)
+      code_ = code_ << 8 | (next_ != end_ ? *next_++ : 0u);
+  }
+
+  const std::uint8_t* next_;
+  const std::uint8_t* end_;
+  std::size_t words_ = 0; // read, of 16 bits each
+  std::uint32_t code_ = 0;
+  std::uint32_t range_ = 0xffffffff;
+};
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

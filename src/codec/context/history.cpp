@@ -1,0 +1,260 @@
+#include "codec/context/history.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+namespace {
+
+// A voxel of an I-frame most likely stays; most of those that turn up later are noise.
+constexpr std::uint16_t first_probability_i_frame = 52000;
+constexpr std::uint16_t first_probability_p_frame = 26000;
+constexpr std::uint8_t most_active = 7;
+constexpr std::uint8_t first_activity_p_frame = 2;
+
+/** \brief Ages are counted up to this. */
+constexpr std::uint8_t oldest = 31;
+
+/** \brief Share of the way to the newest frame that a probability of some age moves, as a
+ * shift: 1/2 for 2 frames, 1/4 up to the fifth, 1/8 up to the tenth, then 1/16. */
+constexpr std::array<std::uint8_t, oldest + 1>
+makeRateShifts()
+{
+  std::array<std::uint8_t, oldest + 1> shifts{};
+  for (unsigned int age = 0; age <= oldest; ++age)
+    shifts[age] = age < 2 ? 1 : age < 5 ? 2 : age < 10 ? 3 : 4;
+  return shifts;
+}
+
+constexpr std::array<std::uint8_t, oldest + 1> rate_shifts = makeRateShifts();
+
+} // namespace
+
+void
+History::clear(unsigned int symbol_bits, std::uint16_t forgotten_below)
+{
+  blocks_.clear();
+  record_count_ = 0;
+  fraction_bits_ = std::min(4u, 16 - symbol_bits);
+  forgotten_below_ = forgotten_below;
+}
+
+/** \brief How one frame changes the records. Written without branches, as whether a
+ * voxel is occupied is what nobody could predict. */
+struct History::Learning {
+  const std::uint16_t* numbers;
+  const DepthObservations* depths;
+  unsigned int fraction_bits;
+  std::uint16_t forgotten_below;
+  std::uint16_t first_probability;
+
+  /** \brief Another frame for the records of a block, in place.
+   * \param[in,out] record the first one
+   * \param[in] known the block's cells that have one
+   * \param[in] occupied the block's cells in the frame
+   * \param[in] voxel index of the first of these
+   * \return the known cells that are not forgotten
+   */
+  std::uint64_t
+  goOn(VoxelRecord* record,
+       std::uint64_t known,
+       std::uint64_t occupied,
+       std::size_t voxel) const
+  {
+    const std::uint16_t least = forgotten_below;
+    std::uint64_t kept = 0;
+    std::array<std::uint8_t, block_cells> seen; // the records of occupied voxels
+    std::size_t seen_count = 0;
+    std::uint8_t index = 0;
+    for (std::uint64_t cells = known; cells != 0; cells &= cells - 1, ++index) {
+      const unsigned int cell = lowestCell(cells);
+      const auto is_occupied = static_cast<std::uint32_t>(occupied >> cell & 1);
+      learnOccupancy(record[index], is_occupied);
+      kept |= std::uint64_t{record[index].probability >= least} << cell;
+      seen[seen_count] = index;
+      seen_count += is_occupied;
+    }
+    if ((occupied & ~known) == 0) {
+      for (std::size_t i = 0; i < seen_count; ++i)
+        learnIntensity(record[seen[i]], voxel + i);
+      return kept;
+    }
+    std::size_t next_seen = 0;
+    for (std::uint64_t cells = occupied; cells != 0; cells &= cells - 1, ++voxel)
+      if ((known >> lowestCell(cells) & 1) != 0)
+        learnIntensity(record[seen[next_seen++]], voxel);
+    return kept;
+  }
+
+  /** \brief Writes a block's records, but for those that are forgotten, and begins those
+   * of its new voxels.
+   * \param[in] record the block's first one, learnt
+   * \param[in] known its cells that had one
+   * \param[in] block its cells that have one now, and those of the frame
+   * \param[in] voxel index of the first of these
+   * \param[out] next where to write
+   * \return where the next block's go
+   */
+  VoxelRecord*
+  write(const VoxelRecord* record,
+        std::uint64_t known,
+        const HistoryBlock& block,
+        std::size_t voxel,
+        VoxelRecord* next) const
+  {
+    if (block.known == known)
+      return std::copy(record, record + cellCount(known), next);
+    for (std::uint64_t cells = known | block.last; cells != 0; cells &= cells - 1) {
+      const unsigned int cell = lowestCell(cells);
+      *next = (known >> cell & 1) != 0 ? *record++ : begin(voxel);
+      next += block.known >> cell & 1;
+      voxel += block.last >> cell & 1;
+    }
+    return next;
+  }
+
+  /** \brief A number with the history's fraction bits; numbers have 16 bits with them. */
+  int
+  fixedPoint(std::uint16_t number) const
+  {
+    return static_cast<int>(number) << fraction_bits;
+  }
+
+  VoxelRecord
+  begin(std::size_t voxel) const
+  {
+    const int value = fixedPoint(numbers[voxel]);
+    VoxelRecord record{};
+    record.probability = first_probability;
+    record.mean = static_cast<std::uint16_t>(value);
+    record.deviation =
+        static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
+    record.recent = 1;
+    if (depths != nullptr) {
+      record.depth_offset = depths->offsets[voxel];
+      record.roughness = static_cast<std::uint8_t>(depths->rests[voxel] << 4);
+    }
+    return record;
+  }
+
+  /** \brief Another frame, as far as it tells whether the voxel is occupied.
+   * \param[in] is_occupied 1 or 0
+   */
+  static void
+  learnOccupancy(VoxelRecord& record, std::uint32_t is_occupied)
+  {
+    // Towards 0xffff or 0, rounded towards the old value.
+    const std::uint32_t flip = (0 - is_occupied) & 0xffff;
+    const std::uint32_t distance = record.probability ^ flip;
+    record.probability = static_cast<std::uint16_t>(
+        (distance - (distance >> rate_shifts[record.age])) ^ flip);
+    record.recent = static_cast<std::uint8_t>(record.recent * 2u | is_occupied);
+    record.age = static_cast<std::uint8_t>(record.age + (record.age < oldest ? 1 : 0));
+  }
+
+  void
+  learnIntensity(VoxelRecord& record, std::size_t voxel) const
+  {
+    // Differences are divided by a shift, towards minus infinity, which every compiler
+    // that this library meets does alike; C++20 promises it.
+    const int difference = fixedPoint(numbers[voxel]) - static_cast<int>(record.mean);
+    const int spread = std::abs(difference) - static_cast<int>(record.deviation);
+    record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
+    record.deviation = static_cast<std::uint16_t>(record.deviation + (spread >> 2));
+    if (depths != nullptr)
+      learnDepth(record, voxel);
+  }
+
+  void
+  learnDepth(VoxelRecord& record, std::size_t voxel) const
+  {
+    record.depth_offset = static_cast<std::int16_t>(
+        record.depth_offset + ((depths->offsets[voxel] - record.depth_offset) >> 2));
+    record.roughness = static_cast<std::uint8_t>(
+        record.roughness + (((depths->rests[voxel] << 4) - record.roughness) >> 2));
+  }
+};
+
+void
+History::makeRoom(const BlockList& frame, bool is_i_frame)
+{
+  // At most every record stays and every voxel is new.
+  const std::size_t records = (is_i_frame ? 0 : record_count_) + frame.voxelCount();
+  if (next_records_.size() < records)
+    next_records_.resize(records);
+  const std::size_t blocks = (is_i_frame ? 0 : blocks_.size()) + frame.size();
+  next_blocks_.clear();
+  if (next_blocks_.capacity() < blocks)
+    next_blocks_.reserve(blocks / 4 * 5 + 4);
+}
+
+void
+History::update(const BlockList& frame,
+                const std::vector<std::uint16_t>& numbers,
+                const DepthObservations* depths,
+                bool is_i_frame)
+{
+  makeRoom(frame, is_i_frame);
+  const Learning learning{numbers.data(),
+                          depths,
+                          fraction_bits_,
+                          forgotten_below_,
+                          is_i_frame ? first_probability_i_frame
+                                     : first_probability_p_frame};
+  const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
+  constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+  VoxelRecord* record = records_.data();
+  VoxelRecord* next = next_records_.data();
+  std::size_t old = 0;
+  std::size_t now = 0;
+  while (old < blocks_.size() || now < frame.size()) {
+    const std::uint64_t old_key = old < blocks_.size() ? blocks_[old].key : no_key;
+    const std::uint64_t now_key = now < frame.size() ? frame.keys[now] : no_key;
+    HistoryBlock block{std::min(old_key, now_key), 0, 0, 0, first_activity};
+    block.first_record = static_cast<std::uint32_t>(next - next_records_.data());
+    std::uint64_t known = 0;
+    if (old_key == block.key) {
+      known = blocks_[old].known;
+      block.activity = blocks_[old].activity;
+      ++old;
+    }
+    std::size_t voxel = 0;
+    if (now_key == block.key) {
+      block.last = frame.masks[now];
+      voxel = frame.first_voxels[now];
+      ++now;
+    }
+    const std::uint64_t kept = learning.goOn(record, known, block.last, voxel);
+    block.known = kept | (block.last & ~known);
+    next = learning.write(record, known, block, voxel, next);
+    record += cellCount(known);
+    const unsigned int new_voxels =
+        is_i_frame ? 0 : std::min(cellCount(block.last & ~known), 7u);
+    block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
+        (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
+    if (block.known != 0)
+      next_blocks_.push_back(block);
+  }
+  record_count_ = static_cast<std::size_t>(next - next_records_.data());
+  blocks_.swap(next_blocks_);
+  records_.swap(next_records_);
+}
+
+void
+History::giveBackMemory()
+{
+  next_blocks_ = std::vector<HistoryBlock>();
+  next_records_ = std::vector<VoxelRecord>();
+  records_.resize(record_count_);
+  records_.shrink_to_fit();
+  blocks_.shrink_to_fit();
+}
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

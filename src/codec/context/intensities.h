@@ -1,0 +1,346 @@
+#pragma once
+
+#include "codec/context/frame_context.h"
+#include "codec/context/history.h"
+#include "codec/context/intensity_neighbours.h"
+#include "codec/context/models.h"
+#include "codec/depth_split.h"
+#include "voxels/voxel_block.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+/** \brief What is learnt about intensity symbols (doc/bitstream_context.md, "Numbers"). */
+struct IntensityModels {
+  static constexpr std::uint32_t longest_count = 24;
+  static constexpr std::uint32_t longest_distance = 28;
+  static constexpr std::uint32_t longest_rest = 32;
+  static constexpr std::uint32_t longest_escape = 17; ///< bits
+
+  explicit IntensityModels(bool is_mixing)
+  : more(is_mixing,
+         5,
+         {240 * longest_count,
+          640 * longest_count,
+          512 * longest_count,
+          240 * longest_count},
+         20)
+  , differs(is_mixing, 5, {14 * 4})
+  , above(is_mixing, 5, {14 * 4})
+  , farther(is_mixing, 5, {14 * 4 * 2 * longest_distance})
+  , rest(is_mixing,
+         5,
+         {DepthSplit::class_count * longest_rest,
+          768 * longest_rest,
+          512 * longest_rest},
+         8)
+  , escape(is_mixing, 5, {3 * longest_escape})
+  , plain(is_mixing, 6, {256})
+  {}
+
+  DecisionModel<4> more;    ///< a small symbol goes on
+  DecisionModel<1> differs; ///< a large symbol is not as expected
+  DecisionModel<1> above;   ///< it is above what was expected
+  DecisionModel<1> farther; ///< its distance from there goes on
+  DecisionModel<3> rest;    ///< a rest of a depth model goes on
+  DecisionModel<1> escape;  ///< bits of what is beyond
+  DecisionModel<1> plain;   ///< bits of a number of which nothing is expected
+};
+
+/** \brief Codes the intensity symbols of a frame's voxels, for either direction.
+ * \tparam CodingT SingleContextCoding or MixedContextCoding
+ */
+template <typename CodingT>
+class IntensityPass {
+public:
+  /** \brief A pass over one frame.
+   * \param[in] directory memory for one
+   * \param[in] context what both sides know before the frame
+   */
+  IntensityPass(CodingT& coding,
+                IntensityModels& models,
+                BlockDirectory& directory,
+                const FrameContext& context)
+  : coding_(coding)
+  , models_(models)
+  , directory_(directory)
+  , history_(context.history)
+  , levels_(levelsAboveBlocks(context.grid_depth))
+  , symbol_bits_(context.symbol_bits)
+  , max_symbol_(context.maxSymbol())
+  {}
+
+  /** \brief Codes the symbols.
+   * \param[in] frame the frame's blocks
+   * \param[in] is_plain nothing is expected of a symbol, as where they are noise; the
+   * decoder finds it out
+   * \param[in,out] symbols one for each voxel; the decoder fills them
+   * \return false if what was decoded are no symbols of that many bits
+   */
+  bool
+  run(const BlockList& frame, bool is_plain, std::vector<std::uint16_t>& symbols)
+  {
+    if (!coding_.codeRaw(is_plain))
+      return runExpected(frame, symbols);
+    for (std::uint16_t& symbol : symbols)
+      symbol = static_cast<std::uint16_t>(codePlain(symbol));
+    return true;
+  }
+
+  /** \brief Codes what a depth model does not predict of the symbols.
+   * \param[in] split knows the numbers of points, and has predicted
+   * \param[in,out] symbols one for each voxel; the decoder gives the numbers of points
+   * and gets the symbols
+   * \return false if what was decoded are no symbols
+   */
+  bool
+  runRests(const DepthSplit& split, std::vector<std::uint16_t>& symbols)
+  {
+    std::uint32_t running_rest = 16; // average of the rests before, in sixteenths
+    for (std::size_t i = 0; i < symbols.size(); ++i) {
+      const std::uint8_t rest_class = split.classes()[i];
+      if (rest_class == DepthSplit::no_rest)
+        continue;
+      const std::uint32_t target = CodingT::is_decoder ? 0 : split.rest(i, symbols[i]);
+      DecisionModel<3>::Contexts contexts;
+      contexts.ways[0] = rest_class * IntensityModels::longest_rest;
+      if constexpr (CodingT::is_mixing) {
+        const std::uint32_t place = split.place(i);
+        contexts.ways[1] = (place * 6 + rest_class % 6) * IntensityModels::longest_rest;
+        contexts.ways[2] = (((place >> 2) * 4 + std::min(running_rest / 8, 3u)) * 4 +
+                            split.pointClass(i)) *
+                           IntensityModels::longest_rest;
+      }
+      std::uint32_t rest = 0;
+      for (; rest < IntensityModels::longest_rest; ++rest) {
+        contexts.weight_set = std::min(rest, 7u);
+        if (!coding_.code(models_.rest, contexts, target > rest))
+          break;
+        for (std::uint32_t& context : contexts.ways)
+          ++context;
+      }
+      if (rest == IntensityModels::longest_rest) {
+        const std::uint32_t beyond = codeEscape(2, target - rest);
+        if (beyond == invalid)
+          return false;
+        rest += beyond;
+      }
+      if (!split.symbol(i, rest, symbols[i]))
+        return false;
+      running_rest += (16 * std::min(rest, 64u) >> 3) - (running_rest >> 3);
+    }
+    return true;
+  }
+
+private:
+  static constexpr std::size_t no_record = static_cast<std::size_t>(-1);
+  static constexpr std::uint32_t invalid = 0xffffffff;
+  static constexpr std::uint32_t longest_escape = IntensityModels::longest_escape;
+
+  bool
+  runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
+  {
+    // Counts of points are never 0, which need not be said of each.
+    const bool has_zero =
+        coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
+    lowest_ = has_zero ? 0 : 1;
+    const std::vector<HistoryBlock>& known = history_.blocks();
+    [[maybe_unused]] SymbolNeighbours neighbours(frame, levels_, directory_);
+    if constexpr (CodingT::is_mixing)
+      neighbours.begin();
+    std::size_t old = 0;
+    std::size_t voxel = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      while (old < known.size() && known[old].key < frame.keys[i])
+        ++old;
+      const bool is_known = old < known.size() && known[old].key == frame.keys[i];
+      const std::uint64_t known_cells = is_known ? known[old].known : 0;
+      if constexpr (CodingT::is_mixing)
+        neighbours.moveTo(i);
+      for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
+        const std::uint64_t cell = cells & (~cells + 1);
+        const std::size_t record =
+            (known_cells & cell) != 0
+                ? known[old].first_record + cellCount(known_cells & (cell - 1))
+                : no_record;
+        std::uint32_t neighbour_class = 0;
+        if constexpr (CodingT::is_mixing)
+          neighbour_class = neighbours.classOf(lowestCell(cells), symbols);
+        const std::uint32_t symbol =
+            codeSymbol(record, neighbour_class, symbols[voxel]);
+        if (symbol > max_symbol_)
+          return false;
+        symbols[voxel++] = static_cast<std::uint16_t>(symbol);
+        const auto value = static_cast<std::int32_t>(symbol << 4);
+        running_ = running_ < 0 ? value : running_ + ((value - running_) >> 2);
+      }
+    }
+    return true;
+  }
+
+  /** \brief A symbol as its bits, the highest first: eight whose frequencies are learnt,
+   * the others raw. */
+  std::uint32_t
+  codePlain(std::uint32_t symbol)
+  {
+    const unsigned int raw_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
+    std::uint32_t node = 1; // the bits so far behind a 1
+    for (unsigned int bit = symbol_bits_; bit-- > raw_bits;)
+      node = node << 1 | static_cast<std::uint32_t>(coding_.code(
+                             models_.plain, {{node}}, (symbol >> bit & 1) != 0));
+    for (unsigned int bit = raw_bits; bit-- > 0;)
+      node = node << 1 |
+             static_cast<std::uint32_t>(coding_.codeRaw((symbol >> bit & 1) != 0));
+    return node & max_symbol_;
+  }
+
+  /** \brief Class of the average of the symbols before, 0..7; 0 at the first. */
+  std::uint32_t
+  runningClass() const
+  {
+    return running_ < 0     ? 0
+           : running_ <= 16 ? 1
+           : running_ < 32  ? 2
+           : running_ < 48  ? 3
+           : running_ < 80  ? 4
+           : running_ < 128 ? 5
+           : running_ < 256 ? 6
+                            : 7;
+  }
+
+  std::uint32_t
+  codeSymbol(std::size_t record, std::uint32_t neighbour_class, std::uint32_t symbol)
+  {
+    const VoxelRecord* const records = history_.records();
+    const unsigned int shift = 4 - history_.fractionBits();
+    const bool has_mean = record != no_record;
+    // In sixteenths of a symbol.
+    const std::uint32_t expected =
+        has_mean       ? static_cast<std::uint32_t>(records[record].mean) << shift
+        : running_ < 0 ? 16u
+                       : static_cast<std::uint32_t>(running_);
+    if (expected < 160) {
+      const std::uint32_t row = has_mean ? expected / 8 : 20 + expected / 16;
+      typename decltype(models_.more)::Contexts contexts;
+      contexts.ways[0] = row * 8 + runningClass();
+      if constexpr (CodingT::is_mixing) {
+        const std::uint32_t deviation =
+            has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
+                     : 0;
+        contexts.ways[1] =
+            has_mean ? std::min(expected / 4, 39u) * 15 + std::min(deviation / 6, 14u)
+                     : 600 + static_cast<std::uint32_t>(std::min(running_ / 8, 39));
+        contexts.ways[2] =
+            has_mean ? ((records[record].probability >> 12) * 16 + expected / 10) * 2 +
+                           (records[record].recent & 1)
+                     : runningClass();
+        contexts.ways[3] =
+            neighbour_class * 20 + (has_mean ? expected / 10 : 16 + runningClass() / 2);
+      }
+      return codeCount(contexts, symbol);
+    }
+    const std::uint32_t deviation =
+        has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
+                 : expected / 4;
+    return codeDistance(expected >> 4, deviation, has_mean, symbol);
+  }
+
+  /** \brief A symbol that is expected to be small, as that many decisions to go on. */
+  std::uint32_t
+  codeCount(DecisionModel<4>::Contexts contexts, std::uint32_t symbol)
+  {
+    const std::uint32_t longest = IntensityModels::longest_count;
+    for (std::uint32_t& context : contexts.ways)
+      context = context * longest + lowest_;
+    for (std::uint32_t count = lowest_; count < longest; ++count) {
+      contexts.weight_set = std::min(count, 9u);
+      if (!coding_.code(models_.more, contexts, symbol > count))
+        return count;
+      for (std::uint32_t& context : contexts.ways)
+        ++context;
+    }
+    const std::uint32_t beyond = codeEscape(0, symbol - IntensityModels::longest_count);
+    return beyond == invalid ? invalid : IntensityModels::longest_count + beyond;
+  }
+
+  /** \brief A symbol that is expected to be large, as its distance from there. */
+  std::uint32_t
+  codeDistance(std::uint32_t expected,
+               std::uint32_t deviation,
+               bool has_mean,
+               std::uint32_t symbol)
+  {
+    // Low bits that are below the symbol's usual deviation are not predictable.
+    unsigned int raw_bits = 0;
+    while (raw_bits < 12 && deviation >> (4 + raw_bits) > 6)
+      ++raw_bits;
+    const std::uint32_t context = std::min(deviation >> raw_bits >> 3, 13u) * 4 +
+                                  (raw_bits > 0 ? 2 : 0) + (has_mean ? 1 : 0);
+    const std::uint32_t middle = expected >> raw_bits;
+    std::uint32_t high = symbol >> raw_bits;
+    if (coding_.code(models_.differs, {{context}}, high != middle)) {
+      const bool is_above = coding_.code(models_.above, {{context}}, high > middle);
+      const std::uint32_t row =
+          (context * 2 + (is_above ? 1 : 0)) * IntensityModels::longest_distance;
+      const std::uint32_t target = is_above ? high - middle - 1 : middle - high - 1;
+      std::uint32_t distance = 0;
+      while (distance < IntensityModels::longest_distance &&
+             coding_.code(models_.farther, {{row + distance}}, target > distance))
+        ++distance;
+      if (distance == IntensityModels::longest_distance) {
+        const std::uint32_t beyond = codeEscape(1, target - distance);
+        distance = beyond == invalid ? invalid : distance + beyond;
+      }
+      if (distance > max_symbol_ || (!is_above && distance >= middle))
+        return invalid;
+      high = is_above ? middle + 1 + distance : middle - 1 - distance;
+    }
+    else
+      high = middle;
+    for (unsigned int bit = raw_bits; bit-- > 0;)
+      high = high << 1 |
+             static_cast<std::uint32_t>(coding_.codeRaw((symbol >> bit & 1) != 0));
+    return high;
+  }
+
+  /** \brief A number of 0 or more as an Elias gamma code, whose length is learnt.
+   * \param[in] kind what the number says, 0..2
+   */
+  std::uint32_t
+  codeEscape(std::uint32_t kind, std::uint32_t number)
+  {
+    // The decoder's target is nothing.
+    const std::uint32_t target = CodingT::is_decoder ? 0 : number + 1;
+    std::uint32_t bits = 0;
+    while (coding_.code(models_.escape,
+                        {{kind * longest_escape + bits}},
+                        !CodingT::is_decoder && target >> bits > 1))
+      if (++bits == longest_escape)
+        return invalid;
+    std::uint32_t value = 1;
+    for (; bits > 0; --bits)
+      value = value << 1 | static_cast<std::uint32_t>(
+                               coding_.codeRaw((target >> (bits - 1) & 1) != 0));
+    return value - 1;
+  }
+
+  CodingT& coding_;
+  IntensityModels& models_;
+  BlockDirectory& directory_;
+  const History& history_;
+  unsigned int levels_;
+  unsigned int symbol_bits_;
+  std::uint32_t max_symbol_;
+  std::uint32_t lowest_ = 0;
+  std::int32_t running_ = -1; // average of the symbols before, in sixteenths
+};
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

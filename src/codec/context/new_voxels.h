@@ -1,0 +1,265 @@
+#pragma once
+
+#include "codec/context/frame_context.h"
+#include "codec/context/history.h"
+#include "codec/context/models.h"
+#include "codec/context/new_cells.h"
+#include "codec/context/workspace.h"
+#include "voxels/voxel_block.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+/** \brief What is learnt about new voxels (doc/bitstream_context.md, "New blocks"). */
+struct NewVoxelModels {
+  explicit NewVoxelModels(bool is_mixing)
+  : known_block(is_mixing, 5, {64})
+  , branch(is_mixing, 5, {432})
+  , new_block(is_mixing, 5, {72})
+  , cells(is_mixing)
+  {}
+
+  DecisionModel<1> known_block; ///< new voxels are in a block of the history
+  DecisionModel<1> branch;      ///< new blocks are in a branch above blocks
+  DecisionModel<1> new_block;   ///< a block is new
+  NewCellModels cells;
+};
+
+/** \brief Codes the voxels that the history does not know, for either direction: those in
+ * blocks that it knows, then new blocks as a small octree.
+ * \tparam CodingT SingleContextCoding or MixedContextCoding
+ */
+template <typename CodingT>
+class NewVoxelPass {
+public:
+  /** \brief A pass over one frame.
+   * \param[in] workspace its known voxels have been coded
+   * \param[in] context what both sides know before the frame
+   * \param[in] max_voxels of the pass; where decoding gives up
+   */
+  NewVoxelPass(CodingT& coding,
+               NewVoxelModels& models,
+               Workspace& workspace,
+               const FrameContext& context,
+               std::size_t max_voxels)
+  : coding_(coding)
+  , models_(models)
+  , work_(workspace)
+  , history_(context.history)
+  , is_i_frame_(context.is_i_frame ? 1 : 0)
+  , levels_(levelsAboveBlocks(context.grid_depth))
+  , cells_in_grid_(cellsInGrid(context.grid_depth))
+  , max_voxels_(max_voxels)
+  {}
+
+  /** \brief Codes the new voxels.
+   * \return false if what was decoded are no voxels, or more than there may be
+   */
+  bool
+  run()
+  {
+    if (!codeKnownBlocks())
+      return false;
+    if (!coding_.codeRaw(!work_.target_keys.empty()))
+      return true;
+    const Range all{0, 0, history_.blocks().size(), 0, work_.target_keys.size()};
+    if (levels_ > 0)
+      return codeBranch(all, levels_);
+    // A grid of one block, which is not to be both known and new.
+    return history_.blocks().empty() && codeNewBlock(all);
+  }
+
+private:
+  /** \brief Codes the new voxels of the blocks that the history knows. Few of these have
+   * any, and most of them one. */
+  bool
+  codeKnownBlocks()
+  {
+    const std::vector<HistoryBlock>& known = history_.blocks();
+    bool had_new_voxels = false; // the block before
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      NewVoxelBlock block;
+      block.unknown = cells_in_grid_ & ~known[i].known;
+      if (block.unknown == 0)
+        continue;
+      const unsigned int count = cellCount(known[i].known);
+      const std::uint32_t known_class = count < 4    ? 0
+                                        : count < 10 ? 1
+                                        : count < 20 ? 2
+                                                     : 3;
+      const std::uint32_t context =
+          (known[i].activity * 4u + known_class) * 2 + (had_new_voxels ? 1 : 0);
+      const bool has_new_voxels =
+          coding_.code(models_.known_block, {{context}}, work_.new_cells[i] != 0);
+      had_new_voxels = has_new_voxels;
+      if (!has_new_voxels)
+        continue;
+      block.is_known = true;
+      block.occupied = work_.occupied[i];
+      block.empty = countNeighbours(known[i].known & ~block.occupied, {});
+      block.activity = known[i].activity;
+      block.target = work_.new_cells[i];
+      if (!codeCellsOf(block, known[i].key))
+        return false;
+      work_.occupied[i] = block.occupied;
+    }
+    return true;
+  }
+
+  /** \brief A branch of the octree, and what lies in it: blocks of the history, and of
+   * the encoder's target. */
+  struct Range {
+    std::uint64_t key;
+    std::size_t known_begin;
+    std::size_t known_end;
+    std::size_t target_begin;
+    std::size_t target_end;
+  };
+
+  /** \brief Codes in which of a branch's eight parts new blocks are, and these parts.
+   * \param[in] branch at least one new block is in it
+   * \param[in] levels octree levels from the branch to the blocks, 1..19
+   */
+  bool
+  codeBranch(const Range& branch, unsigned int levels)
+  {
+    const std::vector<HistoryBlock>& known = history_.blocks();
+    const unsigned int shift = 3 * (levels - 1);
+    const std::uint32_t present = levels == 1 ? presentBlocks(branch) : 0;
+    Range part = branch;
+    part.known_end = branch.known_begin;
+    part.target_end = branch.target_begin;
+    std::uint32_t parts = 0; // with new blocks so far, one bit each
+    for (unsigned int child = 0; child < 8; ++child) {
+      part.key = branch.key << 3 | child;
+      part.known_begin = part.known_end;
+      while (part.known_end < branch.known_end &&
+             known[part.known_end].key >> shift == part.key)
+        ++part.known_end;
+      part.target_begin = part.target_end;
+      while (part.target_end < branch.target_end &&
+             work_.target_keys[part.target_end] >> shift == part.key)
+        ++part.target_end;
+      const bool is_known_block = levels == 1 && part.known_end > part.known_begin;
+      const bool has_new_blocks = part.target_end > part.target_begin;
+      // One of the parts has new blocks; if none before it has, the last one does.
+      const bool decision =
+          (child == 7 && parts == 0) ||
+          (!is_known_block &&
+           (levels == 1 ? codeIsBlockNew(child, parts, present | parts, has_new_blocks)
+                        : codeIsBranchNew(part, levels, parts, has_new_blocks)));
+      if (!decision)
+        continue;
+      if (is_known_block)
+        return false;
+      parts |= 1u << child;
+      if (!(levels == 1 ? codeNewBlock(part) : codeBranch(part, levels - 1)))
+        return false;
+    }
+    return true;
+  }
+
+  /** \brief Which of the eight blocks of a branch the history knows and are occupied. */
+  std::uint32_t
+  presentBlocks(const Range& branch) const
+  {
+    std::uint32_t present = 0;
+    for (std::size_t i = branch.known_begin; i < branch.known_end; ++i)
+      if (work_.occupied[i] != 0)
+        present |= 1u << (history_.blocks()[i].key & 7);
+    return present;
+  }
+
+  bool
+  codeIsBranchNew(const Range& part,
+                  unsigned int levels,
+                  std::uint32_t parts,
+                  bool has_new_blocks)
+  {
+    const auto child = static_cast<std::uint32_t>(part.key & 7);
+    const std::size_t blocks = part.known_end - part.known_begin;
+    const std::uint32_t block_class = blocks == 0   ? 0
+                                      : blocks < 2  ? 1
+                                      : blocks < 4  ? 2
+                                      : blocks < 8  ? 3
+                                      : blocks < 16 ? 4
+                                                    : 5;
+    const std::uint32_t context =
+        ((block_class * 9 + candidateClass(bit_counts[parts], 7 - child)) * 4 +
+         upTo(levels - 2, 3)) *
+            2 +
+        is_i_frame_;
+    return coding_.code(models_.branch, {{context}}, has_new_blocks);
+  }
+
+  bool
+  codeIsBlockNew(unsigned int child,
+                 std::uint32_t parts,
+                 std::uint32_t present,
+                 bool has_new_blocks)
+  {
+    const std::uint32_t neighbours = (present >> (child ^ 1) & 1) +
+                                     (present >> (child ^ 2) & 1) +
+                                     (present >> (child ^ 4) & 1);
+    const std::uint32_t context =
+        (neighbours * 9 + candidateClass(bit_counts[parts], 7 - child)) * 2 +
+        is_i_frame_;
+    return coding_.code(models_.new_block, {{context}}, has_new_blocks);
+  }
+
+  bool
+  codeNewBlock(const Range& range)
+  {
+    NewVoxelBlock block;
+    block.unknown = cells_in_grid_;
+    block.target = CodingT::is_decoder ? 0 : work_.target_masks[range.target_begin];
+    if (!codeCellsOf(block, range.key))
+      return false;
+    work_.directory.insert(range.key);
+    work_.occupied.push_back(block.occupied);
+    work_.new_keys.push_back(range.key);
+    return true;
+  }
+
+  /** \brief Codes the new voxels of a block that has at least one. */
+  bool
+  codeCellsOf(NewVoxelBlock& block, std::uint64_t key)
+  {
+    for (std::size_t face = 0; face < face_count; ++face) {
+      std::uint64_t neighbour = 0;
+      if (!neighbourBlock(key, face, levels_, neighbour))
+        continue;
+      const std::uint32_t index = work_.directory.find(neighbour);
+      if (index != BlockDirectory::not_found)
+        block.neighbours[face] = work_.occupied[index];
+    }
+    block.full = countNeighbours(block.occupied, block.neighbours);
+    const std::uint64_t before = block.occupied;
+    // A copy, whose numbers can stay in registers.
+    CodingT coding = coding_;
+    NewCellPass<CodingT>(models_.cells, is_i_frame_ != 0).run(coding, block);
+    coding_ = coding;
+    voxels_ += cellCount(block.occupied & ~before);
+    return voxels_ <= max_voxels_;
+  }
+
+  CodingT& coding_;
+  NewVoxelModels& models_;
+  Workspace& work_;
+  const History& history_;
+  std::uint32_t is_i_frame_;
+  unsigned int levels_;
+  std::uint64_t cells_in_grid_;
+  std::size_t max_voxels_;
+  std::size_t voxels_ = 0;
+};
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

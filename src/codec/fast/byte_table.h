@@ -1,0 +1,124 @@
+#pragma once
+
+#include "codec/fast/nibble_model.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+namespace fast {
+
+/** \brief Fixed probabilities of the 256 values of a byte. */
+class ByteTable {
+public:
+  static constexpr std::size_t symbol_count = 256;
+  using Weights = std::array<std::uint32_t, symbol_count>;
+
+  /** \brief Sets the probabilities.
+   * \param[in] weights of the values; 2^32 in all, or a little less
+   */
+  void
+  set(const Weights& weights);
+
+  ProbabilityRange
+  range(unsigned int symbol) const
+  {
+    return {ranges_[symbol] & 0xffff, ranges_[symbol] >> 16};
+  }
+
+  /** \brief The symbol whose range a number below 2^12 lies in. */
+  unsigned int
+  find(std::uint32_t slot) const
+  {
+    return symbols_[slot];
+  }
+
+private:
+  static constexpr std::size_t stretch = 16; ///< filled at once
+
+  std::array<std::uint32_t, symbol_count> ranges_;
+  std::array<std::uint8_t, probability_one + stretch> symbols_;
+};
+
+/** \brief Probability that a voxel is occupied, in multiples of 2^-7, as the tables have
+ * it: fewer steps in the middle. */
+constexpr unsigned int
+tableShare(unsigned int share)
+{
+  const unsigned int fine = share >> 9;
+  return fine < 1 ? 1 : fine >= 8 && fine < 120 ? fine / 4 * 4 + 2 : fine;
+}
+
+/** \brief Table of eight voxels, each of which is occupied with a probability of its
+ * own.
+ * \param[in] share the probability, 2^16 is 1
+ */
+const ByteTable&
+occupancyTable(unsigned int share);
+
+/** \brief How often each number 0..3 is in a byte of four, in 16 bits each. */
+constexpr std::array<std::uint64_t, ByteTable::symbol_count>
+makeQuadCounts()
+{
+  std::array<std::uint64_t, ByteTable::symbol_count> counts{};
+  for (unsigned int quad = 0; quad < counts.size(); ++quad)
+    for (unsigned int k = 0; k < 8; k += 2)
+      counts[quad] += std::uint64_t{1} << (16 * (quad >> k & 3));
+  return counts;
+}
+
+inline constexpr auto quad_counts = makeQuadCounts();
+
+/** \brief Adaptive probabilities of four numbers 0..3 in a byte, the first one lowest.
+ * All four follow the same probabilities; between two adaptations they stand. */
+class QuadModel {
+public:
+  static constexpr unsigned int number_count = 4;
+
+  QuadModel();
+
+  const ByteTable&
+  table() const
+  {
+    return table_;
+  }
+
+  /** \brief Bytes that are still to come with this table. */
+  std::uint32_t
+  untilAdapts() const
+  {
+    return left_;
+  }
+
+  /** \brief Counts four numbers, and adapts when it is time. */
+  void
+  learn(unsigned int quad)
+  {
+    counts_ += quad_counts[quad];
+    if (--left_ == 0)
+      adapt();
+  }
+
+private:
+  static constexpr unsigned int first_period_log2 = 3;
+  static constexpr unsigned int last_period_log2 = 10;
+
+  void
+  adapt();
+
+  void
+  setTable();
+
+  /** \brief Where the share of each number starts, 2^16 is 1. */
+  std::array<std::uint32_t, number_count + 1> starts_{{0, 45000, 58000, 63000, 65536}};
+  std::uint64_t counts_ = 0;
+  std::uint32_t period_log2_ = first_period_log2;
+  std::uint32_t left_ = 1u << first_period_log2;
+  ByteTable table_;
+};
+
+} // namespace fast
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,107 @@
+#include "codec/fast/classed_row.h"
+
+#include "codec/fast/entropy_coder.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+namespace fast {
+
+namespace {
+
+constexpr unsigned int escape = 15;
+constexpr std::size_t numbers_for_four_states = 1024;
+
+Interleaving
+interleaving(std::size_t count)
+{
+  return count < numbers_for_four_states ? Interleaving::One : Interleaving::Four;
+}
+
+/** \brief Codes a number of up to 15 bits below the highest one, which is not coded. */
+template <class Coder>
+unsigned int
+codeLowBits(Coder& coder, unsigned int bits, unsigned int number)
+{
+  const unsigned int low = std::min(bits, 8u);
+  const unsigned int high = bits - low;
+  unsigned int value = 1;
+  if (high > 0)
+    value = value << high | coder.codeBits(high, number >> low & ((1u << high) - 1));
+  if (low > 0)
+    value = value << low | coder.codeBits(low, number & ((1u << low) - 1));
+  return value;
+}
+
+} // namespace
+
+template <class Coder>
+bool
+ClassedRow::code(Coder& coder_now,
+                 Models& models,
+                 const std::vector<std::uint8_t>& classes,
+                 std::uint16_t* numbers)
+{
+  coder_now.expect(4 * classes.size());
+  Coder coder = coder_now;
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    unsigned int number = numbers[i];
+    const unsigned int symbol =
+        coder.code(models.number[classes[i]], std::min(number, escape));
+    if (symbol == escape) {
+      // One more than what is above 15: its highest bit tells the others' number.
+      Coder copy = coder;
+      unsigned int above = number - escape + 1;
+      unsigned int bits = 0;
+      while (!Coder::is_decoder && above >> (bits + 1) != 0)
+        ++bits;
+      bits = copy.code(models.length, bits);
+      above = codeLowBits(copy, bits, above);
+      number = above + escape - 1;
+      coder = copy;
+      if (number > 0xffff)
+        return false;
+    }
+    else {
+      number = symbol;
+    }
+    numbers[i] = static_cast<std::uint16_t>(number);
+    if (coder.isOverrun())
+      return false;
+  }
+  coder_now = coder;
+  return true;
+}
+
+void
+ClassedRow::encode(bool is_first,
+                   const std::vector<std::uint16_t>& numbers,
+                   const std::vector<std::uint8_t>& classes,
+                   std::vector<std::uint8_t>& bytes)
+{
+  if (is_first)
+    models_ = Models();
+  work_.numbers.assign(numbers.begin(), numbers.end());
+  NibbleEncoder coder(work_.steps);
+  code(coder, models_, classes, work_.numbers.data());
+  coder.finish(interleaving(numbers.size()), work_.words, bytes);
+}
+
+bool
+ClassedRow::decode(const std::uint8_t* begin,
+                   const std::uint8_t* end,
+                   bool is_first,
+                   const std::vector<std::uint8_t>& classes,
+                   std::vector<std::uint16_t>& numbers)
+{
+  next_models_ = is_first ? Models() : models_;
+  numbers.resize(classes.size());
+  NibbleDecoder coder(begin, end, interleaving(classes.size()), work_.bytes);
+  return !coder.isOverrun() && code(coder, next_models_, classes, numbers.data()) &&
+         coder.isAtEnd();
+}
+
+} // namespace fast
+} // namespace io
+} // namespace pcl_ext

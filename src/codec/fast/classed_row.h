@@ -1,0 +1,99 @@
+#pragma once
+
+#include "codec/fast/nibble_model.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace fast {
+
+/** \brief Codes rows of small numbers each of which has a class that both ends know,
+ * such as what a sensor model leaves of the intensities (doc/bitstream_fast.md,
+ * "Classed rows"). What the numbers of a class are like is learnt from those before.
+ *
+ * Numbers up to 14 cost what an order-0 coder per class needs, others some bits more.
+ */
+class ClassedRow {
+public:
+  static constexpr std::size_t class_count = 16;
+
+  /** \brief Appends a row and learns it.
+   * \param[in] is_first forgets what was learnt, as at an I-frame
+   * \param[in] numbers the row, any length; the length is not written
+   * \param[in] classes as many classes, 0..15
+   * \param[in,out] bytes where to append
+   */
+  void
+  encode(bool is_first,
+         const std::vector<std::uint16_t>& numbers,
+         const std::vector<std::uint8_t>& classes,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Reads a row; learn() makes it known.
+   * \param[in] begin first byte
+   * \param[in] end behind the last byte
+   * \param[in] is_first as for `encode`
+   * \param[in] classes as for `encode`; their number is that of the row
+   * \param[out] numbers the row
+   * \return false if the bytes are not what `encode` writes
+   */
+  bool
+  decode(const std::uint8_t* begin,
+         const std::uint8_t* end,
+         bool is_first,
+         const std::vector<std::uint8_t>& classes,
+         std::vector<std::uint16_t>& numbers);
+
+  /** \brief Learns the row that was decoded last. */
+  void
+  learn() noexcept
+  {
+    models_ = next_models_;
+  }
+
+  /** \brief Gives back the memory that what was learnt does not need. */
+  void
+  giveBackMemory()
+  {
+    work_ = Workspace();
+  }
+
+  /** \brief Forgets all rows, as at an I-frame. */
+  void
+  reset() noexcept
+  {
+    models_ = Models();
+  }
+
+private:
+  struct Models {
+    std::array<NibbleModel, class_count> number;
+    NibbleModel length; // of what is above 15
+  };
+
+  template <class Coder>
+  static bool
+  code(Coder& coder,
+       Models& models,
+       const std::vector<std::uint8_t>& classes,
+       std::uint16_t* numbers);
+
+  Models models_;
+  Models next_models_;
+  /** \brief What is needed for the current row; a member so that its memory is reused. */
+  struct Workspace {
+    std::vector<std::uint16_t> numbers;
+    std::vector<std::uint32_t> steps;
+    std::vector<std::uint16_t> words;
+    std::vector<std::uint8_t> bytes;
+  };
+  Workspace work_;
+};
+
+} // namespace fast
+} // namespace io
+} // namespace pcl_ext

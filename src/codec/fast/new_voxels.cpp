@@ -1,0 +1,311 @@
+#include "codec/fast/code_byte.h"
+#include "codec/fast/entropy_coder.h"
+#include "codec/fast/occupancy.h"
+#include "voxels/child_masks.h"
+#include "voxels/voxel_block.h"
+
+#include <array>
+
+namespace pcl_ext {
+namespace io {
+namespace fast {
+
+namespace {
+
+// Symbols of an octant's or a cell's place; up to them it is the rank of a single one.
+constexpr unsigned int several_octants = 9;
+constexpr unsigned int several_cells = 8;
+
+constexpr unsigned int all_ones = ~0u;
+
+/** \brief Context of new cells in an octant, by near cells and open ones. */
+constexpr std::array<std::array<std::uint8_t, 9>, 9>
+makeCellContexts()
+{
+  std::array<std::array<std::uint8_t, 9>, 9> contexts{};
+  for (unsigned int near = 0; near < 9; ++near)
+    for (unsigned int open = 0; open < 9; ++open)
+      contexts[near][open] =
+          static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 + (open == 8  ? 0
+                                                                 : open > 4 ? 1
+                                                                            : 2));
+  return contexts;
+}
+
+constexpr auto cell_contexts = makeCellContexts();
+
+/** \brief Where the moments of a block's voxels lie: two cache lines, of which a line
+ * that is not wanted is replaced with the first block's. Without branches. */
+inline std::array<const void*, 2>
+linesOfMoments(const std::uint16_t* moments, std::uint32_t number, std::uint64_t cells)
+{
+  constexpr std::size_t half = block_cells / 2;
+  const std::size_t block = std::size_t{number} * block_cells;
+  const std::size_t has_low = static_cast<std::uint32_t>(cells) != 0 ? 1 : 0;
+  const std::size_t has_high = cells >> half != 0 ? 1 : 0;
+  return {moments + (block & (0 - has_low)),
+          moments + ((block + half) & (0 - has_high))};
+}
+
+} // namespace
+
+template <class Coder>
+bool
+Occupancy::codeNewOctants(Coder& coder,
+                          Models& models,
+                          const History& before,
+                          const Moments& moments,
+                          Frame& frame)
+{
+  const std::size_t count = before.keys.size();
+  coder.expect(count);
+  ensureSize(contexts_, count);
+  ensureSize(octant_symbols_, count);
+  // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint8_t* const activity = before.activity.data();
+  const std::uint64_t* const all_known = before.known.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  std::uint8_t* const contexts = contexts_.data();
+  std::uint8_t* const symbols = octant_symbols_.data();
+  const std::uint16_t* const all_moments = moments.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[i];
+    std::uint64_t known_occupied = occupied[number];
+    if (!Coder::is_decoder) {
+      const std::uint64_t known = all_known[number];
+      const unsigned int octants = occupiedOctants(known_occupied & ~known);
+      known_occupied &= known;
+      // Without a branch: every third block or so has new voxels.
+      const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
+      const unsigned int rank =
+          child_masks
+              .rank[occupiedOctants(known_occupied)][lowestCell(octants | 256) % 8];
+      const unsigned int symbol =
+          ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
+      symbols[i] = static_cast<std::uint8_t>(
+          symbol & (0u - static_cast<unsigned int>(octants != 0)));
+    }
+    contexts[i] =
+        static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
+  }
+  // With hundreds of decoders a block's moments are in no cache when the symbols want
+  // them, and more than the caches can ask for at a time: bit by bit.
+  return coder.codeRow(
+      models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
+        return linesOfMoments(all_moments, numbers[i], occupied[numbers[i]]);
+      });
+}
+
+/** \brief Lists the blocks with new voxels. */
+void
+Occupancy::collectRenewedBlocks(const History& before)
+{
+  const std::size_t count = before.keys.size();
+  ensureSize(renewed_blocks_, count + 1);
+  const std::uint8_t* const symbols = octant_symbols_.data();
+  std::uint32_t* block = renewed_blocks_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    *block = static_cast<std::uint32_t>(i);
+    block += symbols[i] != 0 ? 1 : 0;
+  }
+  renewed_count_ = static_cast<std::size_t>(block - renewed_blocks_.data());
+}
+
+template <class Coder>
+bool
+Occupancy::codeOctantMasks(Coder& coder_now,
+                           Models& models,
+                           const History& before,
+                           Frame& frame)
+{
+  collectRenewedBlocks(before);
+  const std::size_t count = renewed_count_;
+  coder_now.expect(2 * count);
+  Coder coder = coder_now;
+  ensureSize(octants_, 8 * count + 1);
+  ensureSize(several_, count + 1);
+  VoxelPlace* octant = octants_.data();
+  const std::uint32_t* const blocks = renewed_blocks_.data();
+  const std::uint8_t* const symbols = octant_symbols_.data();
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  const std::uint64_t* const known = before.known.data();
+  std::uint32_t* const several = several_.data();
+  std::size_t several_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = numbers[blocks[i]];
+    const unsigned int symbol = symbols[blocks[i]];
+    const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
+    const unsigned int rank = (symbol - 1) % 8;
+    // Without a branch: one of both lists keeps it.
+    const unsigned int is_single = (symbol - several_octants) >> 31;
+    *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
+    octant += is_single;
+    several[several_count] = number;
+    several_count += 1 - is_single;
+    if (Coder::is_decoder && symbol > several_octants)
+      return false;
+  }
+  for (std::size_t i = 0; i < several_count; ++i) {
+    const std::uint32_t number = several[i];
+    unsigned int mask =
+        Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~known[number]);
+    mask = codeByte(coder, models.octants, 0, mask);
+    if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
+      return false;
+    for (; mask != 0; mask &= mask - 1)
+      *octant++ = number * block_cells + 8 * lowestCell(mask);
+  }
+  octant_count_ = static_cast<std::size_t>(octant - octants_.data());
+  coder_now = coder;
+  return true;
+}
+
+template <class Coder>
+bool
+Occupancy::codeNewCells(Coder& coder,
+                        Models& models,
+                        const History& before,
+                        const Moments& moments,
+                        Frame& frame)
+{
+  const std::size_t count = octant_count_;
+  coder.expect(3 * count);
+  ensureSize(several_, count + 1);
+  ensureSize(contexts_, count);
+  ensureSize(cell_symbols_, count);
+  ensureSize(surroundings_, count);
+  const VoxelPlace* const octants = octants_.data();
+  const std::uint64_t* const all_known = before.known.data();
+  // An octant outside of the grid has no open cells, for which there is no symbol.
+  const std::uint64_t in_grid = cellsInGrid(frame.depth);
+  std::uint64_t* const all_occupied = frame.occupied.data();
+  std::uint8_t* const contexts = contexts_.data();
+  std::uint8_t* const symbols = cell_symbols_.data();
+  Surroundings* const surroundings = surroundings_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = octants[i] / block_cells;
+    const unsigned int shift = octants[i] % block_cells;
+    const std::uint64_t known = all_known[number];
+    const std::uint64_t occupied = all_occupied[number];
+    const auto open = static_cast<unsigned int>((in_grid & ~known) >> shift & 0xff);
+    const unsigned int near =
+        static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
+    const unsigned int near_count = child_masks.count[near];
+    // Without branches: all of it is hard to predict.
+    if (!Coder::is_decoder) {
+      const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
+      const unsigned int below = (cells - 1) & 0xff;
+      const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
+      const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
+      const unsigned int rank =
+          (near_count & is_far) + child_masks.count[(near ^ (open & is_far)) & below];
+      symbols[i] =
+          static_cast<std::uint8_t>((rank & is_single) | (several_cells & ~is_single));
+    }
+    contexts[i] = cell_contexts[near_count][child_masks.count[open]];
+    surroundings[i] = {static_cast<std::uint8_t>(near),
+                       static_cast<std::uint8_t>(open)};
+  }
+  const auto wanted = [=, all_moments = moments.data()](std::size_t i) {
+    return std::array<const void*, 1>{all_moments + octants[i]};
+  };
+  if (!coder.codeRow(models.cell.data(), contexts, symbols, count, wanted))
+    return false;
+  std::size_t several_count = 0;
+  if (!placeNewCells<Coder::is_decoder>(frame, several_count))
+    return false;
+  found_voxels_ += count - several_count;
+  return codeSeveralCells(coder, models, several_count, before, frame);
+}
+
+/** \brief Puts single new voxels where their symbols say, in a decoder, and lists the
+ * octants with several. \return false if a symbol is none */
+template <bool is_decoder>
+bool
+Occupancy::placeNewCells(Frame& frame, std::size_t& several_count)
+{
+  const std::size_t count = octant_count_;
+  const VoxelPlace* const octants = octants_.data();
+  const std::uint8_t* const symbols = cell_symbols_.data();
+  const Surroundings* const surroundings = surroundings_.data();
+  std::uint64_t* const all_occupied = frame.occupied.data();
+  VoxelPlace* several = several_.data();
+  unsigned int is_wrong = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const unsigned int rank = symbols[i];
+    const unsigned int is_single = (rank - several_cells) >> 31;
+    *several = octants[i];
+    several += 1 - is_single;
+    if (is_decoder) {
+      const unsigned int near = surroundings[i].near;
+      const unsigned int open = surroundings[i].open;
+      const unsigned int near_count = child_masks.count[near];
+      const unsigned int end =
+          child_masks.count[open] + several_cells * (1 - is_single);
+      is_wrong |= (end - 1 - rank) | (several_cells - rank);
+      // All ones where the cell is not near.
+      const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
+      const unsigned int cell =
+          child_masks
+              .children[near ^ (open & is_far)][(rank - (near_count & is_far)) % 8];
+      all_occupied[octants[i] / block_cells] |= std::uint64_t{is_single}
+                                                << (octants[i] % block_cells + cell);
+    }
+  }
+  several_count = static_cast<std::size_t>(several - several_.data());
+  return is_wrong >> 31 == 0;
+}
+
+/** \brief Codes the cells of octants with several new voxels. */
+template <class Coder>
+bool
+Occupancy::codeSeveralCells(Coder& coder,
+                            Models& models,
+                            std::size_t count,
+                            const History& before,
+                            Frame& frame)
+{
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t number = several_[i] / block_cells;
+    const unsigned int shift = several_[i] % block_cells;
+    const std::uint64_t closed = before.known[number];
+    unsigned int cells = 0;
+    if (!Coder::is_decoder)
+      cells =
+          static_cast<unsigned int>((frame.occupied[number] & ~closed) >> shift & 0xff);
+    cells = codeByte(coder, models.cells, 0, cells);
+    if (!Coder::is_decoder)
+      continue;
+    if (child_masks.count[cells] < 2 || (cells & closed >> shift) != 0 ||
+        coder.isOverrun())
+      return false;
+    frame.occupied[number] |= std::uint64_t{cells} << shift;
+    found_voxels_ += child_masks.count[cells];
+  }
+  return !Coder::is_decoder || found_voxels_ <= frame.voxel_count;
+}
+
+template bool
+Occupancy::codeNewOctants(
+    NibbleEncoder&, Models&, const History&, const Moments&, Frame&);
+template bool
+Occupancy::codeNewOctants(
+    NibbleDecoder&, Models&, const History&, const Moments&, Frame&);
+
+template bool
+Occupancy::codeOctantMasks(NibbleEncoder&, Models&, const History&, Frame&);
+template bool
+Occupancy::codeOctantMasks(NibbleDecoder&, Models&, const History&, Frame&);
+
+template bool
+Occupancy::codeNewCells(
+    NibbleEncoder&, Models&, const History&, const Moments&, Frame&);
+template bool
+Occupancy::codeNewCells(
+    NibbleDecoder&, Models&, const History&, const Moments&, Frame&);
+
+} // namespace fast
+} // namespace io
+} // namespace pcl_ext

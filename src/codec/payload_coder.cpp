@@ -1,0 +1,44 @@
+#include "codec/payload_coder.h"
+
+#include "codec/context/payload.h"
+#include "codec/fast/payload.h"
+
+namespace pcl_ext {
+namespace io {
+
+PayloadCoder&
+PayloadCoders::of(Effort effort)
+{
+  std::unique_ptr<PayloadCoder>& coder = coders_[static_cast<std::size_t>(effort)];
+  if (!coder && effort == Effort::Fast)
+    coder = std::make_unique<fast::Payload>();
+  else if (!coder)
+    coder = std::make_unique<context::Payload>(effort == Effort::Small);
+  return *coder;
+}
+
+std::size_t
+PayloadCoders::recordCount(Effort effort) const
+{
+  const std::unique_ptr<PayloadCoder>& coder =
+      coders_[static_cast<std::size_t>(effort)];
+  return coder ? coder->recordCount() : 0;
+}
+
+void
+PayloadCoders::keepOnly(Effort effort) noexcept
+{
+  for (std::size_t i = 0; i < coders_.size(); ++i)
+    if (i != static_cast<std::size_t>(effort))
+      coders_[i].reset();
+}
+
+void
+PayloadCoders::clear() noexcept
+{
+  for (std::unique_ptr<PayloadCoder>& coder : coders_)
+    coder.reset();
+}
+
+} // namespace io
+} // namespace pcl_ext

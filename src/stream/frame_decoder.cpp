@@ -1,0 +1,399 @@
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "bytes/byte_source.h"
+#include "bytes/memory_buffer.h"
+#include "bytes/reread_allowance.h"
+#include "codec/coding_workspace.h"
+#include "codec/published/frame.h"
+#include "stream/frame_order.h"
+#include "stream/version1_decoder.h"
+#include "voxels/memory_rule.h"
+
+#include <algorithm>
+#include <array>
+#include <new>
+#include <string>
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+enum class FoundFormat { None, Version1, Published };
+
+/** \brief Reads until one of the two magic words has passed.
+ * \param[in,out] source where to read
+ * \param[in,out] last_bytes what was read last, the newest byte lowest; a search that
+ * was cut off goes on with it
+ */
+FoundFormat
+findFrame(ByteSource& source, std::uint64_t& last_bytes)
+{
+  const auto word = [](const char* text, std::size_t size) {
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < size; ++i)
+      bytes = bytes << 8 | static_cast<std::uint8_t>(text[i]);
+    return bytes;
+  };
+  const std::uint64_t version1 = word(version1_magic, version1_magic_size);
+  const std::uint64_t published = word(published::magic, published::magic_size);
+  const auto mask = [](std::size_t size) {
+    return (std::uint64_t{1} << (8 * size)) - 1;
+  };
+  for (;;) {
+    const std::uint8_t byte = source.u8();
+    if (source.failure() != ByteSource::Failure::None)
+      return FoundFormat::None;
+    last_bytes = last_bytes << 8 | byte;
+    if ((last_bytes & mask(version1_magic_size)) == version1)
+      return FoundFormat::Version1;
+    if ((last_bytes & mask(published::magic_size)) == published)
+      return FoundFormat::Published;
+  }
+}
+
+} // namespace
+
+class FrameDecoder::Implementation {
+public:
+  explicit Implementation(const DecoderLimits& limits)
+  : limits_(limits)
+  , rereads_(std::max(limits.max_frame_bytes, least_allowance))
+  , version1_(limits)
+  {}
+
+  CompressionStatus
+  decode(std::streambuf& buffer, VoxelFrame& frame, CodingWorkspace& work)
+  {
+    const std::streambuf::off_type begin = positionOf(buffer);
+    std::size_t frame_offset = 0;
+    found_ = FoundFormat::None;
+    skipped_ = 0;
+    CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
+    const std::streambuf::off_type end = positionOf(buffer);
+    if (begin >= 0 && end > begin)
+      goOnBehind(
+          status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
+    if (!status.ok()) {
+      frame.keys.clear();
+      frame.intensities.clear();
+    }
+    followStream(status, frame, work);
+    return status;
+  }
+
+  /** \brief Memory for callers that bring none. */
+  CodingWorkspace&
+  ownWorkspace()
+  {
+    return own_workspace_;
+  }
+
+  const std::optional<FrameStamp>&
+  stamp() const
+  {
+    static const std::optional<FrameStamp> none;
+    return last_found_ == FoundFormat::Published ? none : version1_.stamp();
+  }
+
+  const CodedFrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+private:
+  /** \brief Bytes that may be read again whatever the limits are. */
+  static constexpr std::size_t least_allowance = std::size_t{1} << 20;
+
+  /** \brief Decodes the next frame. Buffers are other people's code and may throw anything,
+   * as may the memory. */
+  CompressionStatus
+  decodeSafely(std::streambuf& buffer,
+               VoxelFrame& frame,
+               CodingWorkspace& work,
+               std::size_t& frame_offset)
+  {
+    try {
+      try {
+        return decodeNext(buffer, frame, work, frame_offset);
+      }
+      catch (const std::bad_alloc&) {
+        throw;
+      }
+      catch (const std::exception& exception) {
+        return {CompressionCode::InputFailed,
+                std::string("reading failed: ") + exception.what()};
+      }
+      catch (...) {
+        return {CompressionCode::InputFailed, "reading failed"};
+      }
+    }
+    catch (...) {
+      return outOfMemoryStatus<CompressionStatus>();
+    }
+  }
+
+  /** \brief Leaves the buffer where the next call shall search.
+   * \param[in] begin position of the buffer before the call
+   * \param[in] consumed bytes that the call has read
+   * \param[in] frame_offset of the frame in them
+   */
+  void
+  goOnBehind(const CompressionStatus& status,
+             std::streambuf& buffer,
+             std::streambuf::off_type begin,
+             std::size_t consumed,
+             std::size_t frame_offset)
+  {
+    const std::size_t second_byte = frame_offset + 1;
+    const std::size_t bytes_read = consumed - skipped_;
+    if (mayHideFrames(status.code()) ||
+        (isPassedOver(status.code()) && !continuesWithFrame(buffer)))
+      if (second_byte < consumed &&
+          rereads_.take(bytes_read - std::min(bytes_read, second_byte))) {
+        seekTo(buffer, begin, second_byte);
+        consumed = second_byte;
+      }
+    rereads_.pass(consumed);
+  }
+
+  /** \brief True if a frame or nothing follows, so that the size of the one before, which
+   * nobody could check, was right. Buffers that cannot seek are believed. */
+  static bool
+  continuesWithFrame(std::streambuf& buffer)
+  {
+    const std::streambuf::off_type position = positionOf(buffer);
+    if (position < 0)
+      return true;
+    std::array<char, published::magic_size> next{};
+    std::streamsize size = 0;
+    try {
+      size = buffer.sgetn(next.data(), next.size());
+    }
+    catch (...) { // the next call will meet it
+    }
+    seekTo(buffer, position, 0);
+    const auto begins = [&](const char* magic, std::size_t magic_size) {
+      const auto known = std::min(static_cast<std::size_t>(size), magic_size);
+      return std::equal(magic, magic + known, next.data());
+    };
+    return begins(version1_magic, version1_magic_size) ||
+           begins(published::magic, published::magic_size);
+  }
+
+  /** \brief True for frames that have been read whole if another one follows, as nothing
+   * is wrong with their bytes. */
+  static bool
+  isPassedOver(CompressionCode code)
+  {
+    return code == CompressionCode::MissingReference ||
+           code == CompressionCode::OldFrame;
+  }
+
+  /** \brief True if a forged size may have made the failed frame swallow others, which
+   * the next call shall find. */
+  static bool
+  mayHideFrames(CompressionCode code)
+  {
+    return code != CompressionCode::Ok && code != CompressionCode::EndOfStream &&
+           code != CompressionCode::NoFrame && code != CompressionCode::InputFailed &&
+           !isPassedOver(code);
+  }
+
+  /** \brief Read position of a buffer; -1 if it cannot seek, which some say by
+   * throwing.
+   */
+  static std::streambuf::off_type
+  positionOf(std::streambuf& buffer)
+  {
+    try {
+      return buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
+    }
+    catch (...) {
+      return -1;
+    }
+  }
+
+  static void
+  seekTo(std::streambuf& buffer, std::streambuf::off_type begin, std::size_t offset)
+  {
+    try {
+      buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
+                        std::ios_base::in);
+    }
+    catch (...) {
+      // The bytes are lost, as those of a buffer that cannot seek; the status stands.
+    }
+  }
+
+  CompressionStatus
+  decodeNext(std::streambuf& buffer,
+             VoxelFrame& frame,
+             CodingWorkspace& work,
+             std::size_t& frame_offset)
+  {
+    ByteSource search(buffer, limits_.max_frame_bytes);
+    std::uint64_t last_bytes = std::exchange(unfinished_search_, 0);
+    const FoundFormat format = findFrame(search, last_bytes);
+    if (format == FoundFormat::None) {
+      if (search.failure() == ByteSource::Failure::LimitExceeded)
+        unfinished_search_ = last_bytes;
+      return noFrame(search);
+    }
+    const bool is_published = format == FoundFormat::Published;
+    const std::size_t magic_size =
+        is_published ? published::magic_size : version1_magic_size;
+    // A magic word that the search before this one had begun to read has no offset
+    // here.
+    frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
+    found_ = format;
+
+    CodedFrameStatistics statistics;
+    statistics.skipped_bytes = frame_offset;
+    ByteSource source(buffer,
+                      limits_.max_frame_bytes -
+                          std::min(limits_.max_frame_bytes, magic_size));
+    const CompressionStatus status =
+        is_published
+            ? published::decodeFrame(
+                  source, limits_, published_, published_order_, frame, statistics)
+            : version1_.decode(source, work, frame, statistics);
+    skipped_ = source.skipped();
+    if (!status.ok())
+      return status;
+    statistics.voxels = frame.size();
+    statistics.bytes = magic_size + source.consumed();
+    statistics_ = statistics;
+    return {};
+  }
+
+  CompressionStatus
+  noFrame(const ByteSource& search) const
+  {
+    if (search.failure() == ByteSource::Failure::LimitExceeded)
+      return {CompressionCode::NoFrame,
+              "no frame begins within the limit of " +
+                  std::to_string(limits_.max_frame_bytes) + " bytes"};
+    if (search.consumed() == 0)
+      return {CompressionCode::EndOfStream, "the stream holds no bytes"};
+    return {CompressionCode::NoFrame,
+            "no frame begins in the last " + std::to_string(search.consumed()) +
+                " bytes of the stream"};
+  }
+
+  /** \brief Gives memory back that frames of long ago needed, and these do not; forgets
+   * what is known of a format that the stream has left. */
+  void
+  followStream(const CompressionStatus& status,
+               VoxelFrame& frame,
+               CodingWorkspace& work)
+  {
+    if (status.code() == CompressionCode::EndOfStream) {
+      version1_.inputEnded();
+      published_order_.inputEnded();
+    }
+    if (status.ok()) {
+      frames_in_a_row_ = found_ == last_found_ ? frames_in_a_row_ + 1 : 1;
+      last_found_ = found_;
+    }
+    if (frames_in_a_row_ == MemoryRule::frames) {
+      if (last_found_ == FoundFormat::Published)
+        version1_.forget();
+      else
+        published_ = published::History();
+    }
+    std::size_t needed = frame.size();
+    if (status.ok())
+      needed += statistics_.bytes;
+    std::size_t taken = needed;
+    if (found_ == FoundFormat::Version1) {
+      needed += version1_.recordCount();
+      taken = version1_.memoryTaken();
+    }
+    work.endFrame(needed, taken);
+    if (memory_rule_.shouldGiveBack(needed, taken))
+      giveBackMemory(frame);
+  }
+
+  void
+  giveBackMemory(VoxelFrame& frame)
+  {
+    try {
+      version1_.giveBackMemory();
+      frame.keys.shrink_to_fit();
+      frame.intensities.shrink_to_fit();
+    }
+    catch (...) { // what stays is still of use
+    }
+  }
+
+  DecoderLimits limits_;
+  std::uint64_t unfinished_search_ = 0; // last bytes of a search that the limit cut off
+  RereadAllowance rereads_;
+  CodedFrameStatistics statistics_;
+  FoundFormat last_found_ = FoundFormat::None; // of the last decoded frame
+  std::size_t frames_in_a_row_ = 0;            // of that format
+  // Of the current call.
+  FoundFormat found_ = FoundFormat::None;
+  std::size_t skipped_ = 0;
+  Version1Decoder version1_;
+  published::History published_;
+  FrameOrder published_order_{false};
+  CodingWorkspace own_workspace_;
+  MemoryRule memory_rule_;
+};
+
+CodingMemory::CodingMemory() : workspace_(std::make_unique<CodingWorkspace>()) {}
+CodingMemory::~CodingMemory() = default;
+CodingMemory::CodingMemory(CodingMemory&&) noexcept = default;
+CodingMemory&
+CodingMemory::operator=(CodingMemory&&) noexcept = default;
+
+FrameDecoder::FrameDecoder(const DecoderLimits& limits)
+: implementation_(std::make_unique<Implementation>(limits))
+{}
+
+FrameDecoder::~FrameDecoder() = default;
+FrameDecoder::FrameDecoder(FrameDecoder&&) noexcept = default;
+FrameDecoder&
+FrameDecoder::operator=(FrameDecoder&&) noexcept = default;
+
+CompressionStatus
+FrameDecoder::decode(std::streambuf& source, VoxelFrame& frame)
+{
+  return implementation_->decode(source, frame, implementation_->ownWorkspace());
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, frame, implementation_->ownWorkspace());
+}
+
+CompressionStatus
+FrameDecoder::decode(const std::uint8_t* bytes,
+                     std::size_t size,
+                     VoxelFrame& frame,
+                     CodingMemory& memory)
+{
+  MemoryBuffer buffer(bytes, size);
+  return implementation_->decode(buffer, frame, *memory.workspace_);
+}
+
+const std::optional<FrameStamp>&
+FrameDecoder::stamp() const
+{
+  return implementation_->stamp();
+}
+
+const CodedFrameStatistics&
+FrameDecoder::statistics() const
+{
+  return implementation_->statistics();
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,315 @@
+#include <pcl_ext/compression/frame_encoder.h>
+
+#include "codec/payload_coder.h"
+#include "codec/published/frame.h"
+#include "stream/version1_header.h"
+#include "voxels/grid_fit.h"
+#include "voxels/memory_rule.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+
+class FrameEncoder::Implementation {
+public:
+  Implementation(StreamFormat format, unsigned int i_frame_rate, Effort effort)
+  : format_(format)
+  , effort_(effort == Effort::Fast || effort == Effort::Small ? effort
+                                                              : Effort::Balanced)
+  , i_frame_rate_(std::max(i_frame_rate, 1u))
+  {}
+
+  bool
+  isIFrameDue() const
+  {
+    return is_i_frame_requested_ || frames_since_i_frame_ >= i_frame_rate_;
+  }
+
+  void
+  requestIFrame()
+  {
+    is_i_frame_requested_ = true;
+  }
+
+  CompressionStatus
+  encode(const VoxelFrame& frame,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes)
+  {
+    try {
+      bytes.clear();
+      if (CompressionStatus status = check(frame, stamp); !status.ok())
+        return status;
+      encodeFrame(frame, stamp, bytes);
+    }
+    catch (...) { // no memory; what a coder had learnt by then no decoder will learn
+      bytes.clear();
+      coders_.clear();
+      requestIFrame();
+      return outOfMemoryStatus<CompressionStatus>();
+    }
+    followStream(frame);
+    return {};
+  }
+
+  const CodedFrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+private:
+  CompressionStatus
+  check(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp) const
+  {
+    if (!isConsistent(frame))
+      return {CompressionCode::InvalidInput,
+              "the voxel frame is inconsistent: keys must ascend within the grid, with "
+              "one intensity symbol within the scale for each"};
+    if (format_ == StreamFormat::Published) {
+      if (stamp)
+        return {CompressionCode::InvalidInput,
+                "the published layout carries no cloud header"};
+      if (frame.intensity_scale != IntensityScale())
+        return {CompressionCode::InvalidInput,
+                "the published layout has intensities of 0 to 255 in steps of 1"};
+    }
+    else if (frame.grid.anchor != VoxelGrid().anchor || leavesLattice(frame.grid))
+      return {CompressionCode::InvalidInput,
+              "stream version 1 has a grid anchored at the world origin, within 2^20 "
+              "voxels of it"};
+    if (frame.size() > largest_frame)
+      return {CompressionCode::InvalidInput,
+              "a frame of more than 2^24 voxels; it has " +
+                  std::to_string(frame.size())};
+    if (stamp && stamp->frame_id.size() > max_frame_id_size)
+      return {CompressionCode::InvalidInput,
+              "a frame_id of " + std::to_string(stamp->frame_id.size()) +
+                  " bytes is longer than " + std::to_string(max_frame_id_size)};
+    return {};
+  }
+
+  void
+  encodeFrame(const VoxelFrame& frame,
+              const std::optional<FrameStamp>& stamp,
+              std::vector<std::uint8_t>& bytes)
+  {
+    CodedFrameStatistics statistics;
+    statistics.voxels = frame.size();
+    statistics.is_i_frame = isIFrameDue();
+    if (format_ == StreamFormat::Published) {
+      // PCL's empty octree forgets its depth, so a frame without voxels stands alone
+      // and so does the frame behind it; the authors' encoder restarts there, too.
+      statistics.is_i_frame |=
+          frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
+      published::encodeFrame(frame, statistics.is_i_frame, published_, bytes, statistics);
+    }
+    else {
+      statistics.is_i_frame = statistics.is_i_frame || standsAlone(frame, stamp);
+      encodeVersion1(frame, stamp, bytes, statistics);
+    }
+    is_last_empty_ = frame.keys.empty();
+    is_i_frame_requested_ = false;
+    frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
+    statistics_ = statistics;
+  }
+
+  /** \brief Gives memory back that frames of long ago needed, and these do not. */
+  void
+  followStream(const VoxelFrame& frame)
+  {
+    const std::size_t needed =
+        frame.size() + bytes_of_payload_.size() + coders_.recordCount(effort_);
+    work_.endFrame(needed, needed);
+    if (!memory_rule_.shouldGiveBack(needed))
+      return;
+    bytes_of_payload_ = std::vector<std::uint8_t>();
+    frame_without_model_ = VoxelFrame();
+    try {
+      if (format_ == StreamFormat::Version1)
+        coder().giveBackMemory();
+    }
+    catch (...) { // what stays is still of use
+    }
+  }
+
+  /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */
+  bool
+  standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
+  {
+    if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
+        frame.depth_model.has_value() != has_depth_model_)
+      return true;
+    // A stamp far from the last one, as the first in a stream, takes as many bytes as in
+    // an I-frame, for which a P-frame's header has no room.
+    constexpr std::int64_t far = std::int64_t{1} << 27;
+    if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
+      return true;
+    // A history that knows little of the frame costs more than it saves, and one that
+    // piles up behind a moving sensor costs time and memory on both sides.
+    return coder().recordCount() > maxRecords(frame.size()) ||
+           (frame.size() >= 64 && 4 * coder().knownVoxels(work_, frame) < frame.size());
+  }
+
+  PayloadCoder&
+  coder()
+  {
+    return coders_.of(effort_);
+  }
+
+  /** \brief Change of the stamp since the last frame, wrapping round. */
+  std::int64_t
+  stampChange(const FrameStamp& stamp) const
+  {
+    return static_cast<std::int64_t>(stamp.stamp - stamp_);
+  }
+
+  void
+  encodeVersion1(const VoxelFrame& frame,
+                 const std::optional<FrameStamp>& stamp,
+                 std::vector<std::uint8_t>& bytes,
+                 CodedFrameStatistics& statistics)
+  {
+    Version1Header& header = header_;
+    header.is_i_frame = statistics.is_i_frame;
+    header.effort = effort_;
+    header.frame_number = frame_number_ + 1;
+    header.grid = frame.grid;
+    header.intensity_scale = frame.intensity_scale;
+    if (header.is_i_frame) {
+      // As the decoder does.
+      frame_id_.clear();
+      stamp_ = 0;
+    }
+    header.stamp.reset();
+    header.has_frame_id = stamp && (header.is_i_frame || stamp->frame_id != frame_id_);
+    header.frame_id.clear();
+    if (stamp) {
+      header.stamp = stampChange(*stamp);
+      if (header.has_frame_id)
+        header.frame_id = stamp->frame_id;
+      frame_id_ = stamp->frame_id;
+      stamp_ = stamp->stamp;
+    }
+    header.voxel_count = frame.size();
+    const PayloadSizes sizes = encodePayload(frame, header);
+    header.payload_size = bytes_of_payload_.size();
+    checksum_ = writeVersion1Frame(
+        header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
+
+    frame_number_ = header.frame_number;
+    statistics.frame_number = frame_number_;
+    statistics.bytes = bytes.size();
+    statistics.header_bytes = bytes.size() - bytes_of_payload_.size();
+    statistics.occupancy_bytes = sizes.occupancy;
+    statistics.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
+    grid_ = frame.grid;
+    intensity_scale_ = frame.intensity_scale;
+    has_depth_model_ = frame.depth_model.has_value();
+  }
+
+  /** \brief Encodes the payload; in an I-frame with a depth model also without it, as
+   * where most symbols are saturated and hide the number of points. What is smaller holds
+   * until the next I-frame. */
+  PayloadSizes
+  encodePayload(const VoxelFrame& frame, Version1Header& header)
+  {
+    if (!frame.depth_model)
+      return encodePayloadAs(frame, header);
+    if (header.is_i_frame || !uses_depth_model_) {
+      frame_without_model_.grid = frame.grid;
+      frame_without_model_.intensity_scale = frame.intensity_scale;
+      frame_without_model_.keys = frame.keys;
+      frame_without_model_.intensities = frame.intensities;
+    }
+    if (!header.is_i_frame)
+      return encodePayloadAs(uses_depth_model_ ? frame : frame_without_model_, header);
+    encodePayloadAs(frame_without_model_, header);
+    const std::size_t size_without = bytes_of_payload_.size();
+    const PayloadSizes sizes = encodePayloadAs(frame, header);
+    uses_depth_model_ = frame.keys.empty() || bytes_of_payload_.size() <= size_without;
+    return uses_depth_model_ ? sizes : encodePayloadAs(frame_without_model_, header);
+  }
+
+  PayloadSizes
+  encodePayloadAs(const VoxelFrame& frame, Version1Header& header)
+  {
+    if (header.is_i_frame)
+      depth_model_.reset();
+    bytes_of_payload_.clear();
+    header.has_depth_model = frame.depth_model != depth_model_;
+    if (header.has_depth_model)
+      writeDepthModel(*frame.depth_model, bytes_of_payload_);
+    depth_model_ = frame.depth_model;
+    return coder().encode(work_, frame, header.is_i_frame, bytes_of_payload_);
+  }
+
+  StreamFormat format_;
+  Effort effort_;
+  std::uint32_t i_frame_rate_;
+  std::uint32_t frames_since_i_frame_ = 0;
+  bool is_i_frame_requested_ = true;
+  bool is_last_empty_ = false;
+  CodedFrameStatistics statistics_;
+
+  published::History published_;
+
+  // Of version 1: the frames before.
+  std::uint32_t frame_number_ = 0;
+  std::uint32_t checksum_ = 0;
+  VoxelGrid grid_;
+  IntensityScale intensity_scale_;
+  bool has_depth_model_ = false;          // was given one
+  bool uses_depth_model_ = false;         // since the last I-frame
+  std::optional<DepthModel> depth_model_; // as the decoder knows it
+  VoxelFrame frame_without_model_;        // member so that its memory is reused
+  std::string frame_id_;
+  std::uint64_t stamp_ = 0;
+  PayloadCoders coders_;
+  // Of the current frame; members so that their memory is reused.
+  Version1Header header_;
+  std::vector<std::uint8_t> bytes_of_payload_;
+  CodingWorkspace work_;
+  MemoryRule memory_rule_;
+};
+
+FrameEncoder::FrameEncoder(StreamFormat format,
+                           unsigned int i_frame_rate,
+                           Effort effort)
+: implementation_(std::make_unique<Implementation>(format, i_frame_rate, effort))
+{}
+
+FrameEncoder::~FrameEncoder() = default;
+FrameEncoder::FrameEncoder(FrameEncoder&&) noexcept = default;
+FrameEncoder&
+FrameEncoder::operator=(FrameEncoder&&) noexcept = default;
+
+bool
+FrameEncoder::isIFrameDue() const
+{
+  return implementation_->isIFrameDue();
+}
+
+void
+FrameEncoder::requestIFrame()
+{
+  implementation_->requestIFrame();
+}
+
+CompressionStatus
+FrameEncoder::encode(const VoxelFrame& frame,
+                     const std::optional<FrameStamp>& stamp,
+                     std::vector<std::uint8_t>& bytes)
+{
+  return implementation_->encode(frame, stamp, bytes);
+}
+
+const CodedFrameStatistics&
+FrameEncoder::statistics() const
+{
+  return implementation_->statistics();
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,217 @@
+#include "stream/version1_decoder.h"
+
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+CompressionStatus
+Version1Decoder::decode(ByteSource& source,
+                        CodingWorkspace& work,
+                        VoxelFrame& frame,
+                        CodedFrameStatistics& statistics)
+{
+  memory_taken_ = 0;
+  std::uint32_t checksum = 0;
+  if (CompressionStatus status = readFrame(source, checksum); !status.ok())
+    return status;
+  memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
+  PayloadSizes sizes;
+  prepareStamp();
+  try {
+    if (CompressionStatus status = decodePayload(work, frame, sizes); !status.ok())
+      return status;
+  }
+  catch (...) { // no memory; a coder that was interrupted is fit for nothing
+    forget();
+    // Frames that are older than what is lost can cost nothing.
+    order_ = FrameOrder(true);
+    throw;
+  }
+  const auto payload_size = static_cast<std::size_t>(header_.payload_size);
+  statistics.frame_number = header_.frame_number;
+  statistics.is_i_frame = header_.is_i_frame;
+  statistics.occupancy_bytes = sizes.occupancy;
+  statistics.intensity_bytes = payload_size - sizes.occupancy;
+  statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
+  learn(checksum, frame);
+  return {};
+}
+
+/** \brief Reads a frame and checks that it is whole, not old, and can be decoded. */
+CompressionStatus
+Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
+{
+  if (CompressionStatus status =
+          readVersion1Header(source, limits_, header_, checksum, checked_bytes_);
+      !status.ok())
+    return status;
+  header_size_ = checked_bytes_.size();
+  const auto payload_size = static_cast<std::size_t>(header_.payload_size);
+  // Of a P-frame that cannot be decoded nobody can check a byte, its size either.
+  if (CompressionStatus status =
+          header_.is_i_frame ? CompressionStatus() : checkOrder(checksum);
+      !status.ok()) {
+    source.skip(payload_size);
+    return source.failure() == ByteSource::Failure::None ? status : readFailure(source);
+  }
+  source.read(payload_size, checked_bytes_);
+  memory_taken_ = checked_bytes_.size();
+  if (source.failure() != ByteSource::Failure::None)
+    return readFailure(source);
+  if (CompressionStatus status = checkSum(checksum); !status.ok())
+    return status;
+  return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
+}
+
+CompressionStatus
+Version1Decoder::readFailure(const ByteSource& source)
+{
+  if (source.failure() == ByteSource::Failure::LimitExceeded)
+    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
+  return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
+}
+
+CompressionStatus
+Version1Decoder::checkSum(std::uint32_t checksum) const
+{
+  if (version1Checksum(header_.is_i_frame ? 0 : checksum_,
+                       checked_bytes_.data(),
+                       checked_bytes_.size()) == checksum)
+    return {};
+  return {CompressionCode::Corrupt,
+          "frame " + std::to_string(header_.frame_number) +
+              " contradicts its checksum"};
+}
+
+/** \brief Checks that a frame is no old one, and that its reference is known. */
+CompressionStatus
+Version1Decoder::checkOrder(std::uint32_t checksum)
+{
+  if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
+    return {CompressionCode::OldFrame,
+            "frame " + std::to_string(header_.frame_number) +
+                " came late, or twice; it was dropped"};
+  if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
+    return {};
+  return {CompressionCode::MissingReference,
+          "P-frame " + std::to_string(header_.frame_number) +
+              " depends on the frame before it; " +
+              (has_history_
+                   ? "the last one decoded is frame " + std::to_string(frame_number_)
+                   : "none is known")};
+}
+
+/** \brief Decodes the payload; what it teaches is not learnt yet. */
+CompressionStatus
+Version1Decoder::decodePayload(CodingWorkspace& work,
+                               VoxelFrame& frame,
+                               PayloadSizes& sizes)
+{
+  const std::uint8_t* payload = checked_bytes_.data() + header_size_;
+  const std::uint8_t* const end = payload + header_.payload_size;
+  if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
+    return status;
+  PayloadCoder& coder = coders_.of(header_.effort);
+  if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
+    return {CompressionCode::LimitExceeded,
+            "the stream's history is larger than the limit on voxels allows"};
+  if (!coder.decode(work,
+                    payload,
+                    end,
+                    static_cast<std::size_t>(header_.voxel_count),
+                    header_.is_i_frame,
+                    frame,
+                    sizes))
+    return {CompressionCode::Corrupt,
+            "the payload is not " + std::to_string(header_.voxel_count) + " voxels"};
+  if (!isConsistent(frame)) {
+    coder.discard();
+    return {CompressionCode::Corrupt, "the payload has voxels that cannot be"};
+  }
+  return {};
+}
+
+/** \brief Fills in what a frame has besides its voxels.
+ * \param[in,out] payload is moved behind the depth model
+ */
+CompressionStatus
+Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
+{
+  const bool is_i_frame = header_.is_i_frame;
+  frame.grid = is_i_frame ? header_.grid : grid_;
+  frame.intensity_scale = is_i_frame ? header_.intensity_scale : intensity_scale_;
+  frame.depth_model = is_i_frame ? std::nullopt : depth_model_;
+  if (!is_i_frame && header_.effort != effort_)
+    return {CompressionCode::Corrupt,
+            "frame header: a P-frame of another coder than its I-frame"};
+  if (!header_.has_depth_model)
+    return {};
+  if (!is_i_frame && !depth_model_)
+    return {CompressionCode::Corrupt,
+            "frame header: a depth model that the I-frame does not have"};
+  if (!readDepthModel(payload, frame.depth_model.emplace()))
+    return {CompressionCode::Corrupt, "the depth model is none"};
+  payload += depth_model_size;
+  return {};
+}
+
+/** \brief Makes the stamp of the current frame, while memory may still fail. */
+void
+Version1Decoder::prepareStamp()
+{
+  if (!header_.stamp) {
+    next_stamp_.reset();
+    return;
+  }
+  if (!next_stamp_)
+    next_stamp_.emplace();
+  next_stamp_->stamp = (header_.is_i_frame ? 0 : last_stamp_) +
+                       static_cast<std::uint64_t>(*header_.stamp);
+  next_stamp_->frame_id =
+      header_.has_frame_id || header_.is_i_frame ? header_.frame_id : frame_id_;
+}
+
+void
+Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
+{
+  effort_ = header_.effort;
+  coders_.of(effort_).learn();
+  coders_.keepOnly(effort_);
+  if (header_.has_frame_id || header_.is_i_frame)
+    frame_id_.swap(header_.frame_id);
+  if (header_.is_i_frame)
+    last_stamp_ = 0;
+  if (next_stamp_)
+    last_stamp_ = next_stamp_->stamp;
+  stamp_.swap(next_stamp_);
+  has_history_ = true;
+  frame_number_ = header_.frame_number;
+  checksum_ = checksum;
+  grid_ = frame.grid;
+  intensity_scale_ = frame.intensity_scale;
+  depth_model_ = frame.depth_model;
+  order_.decoded(frame_number_, checksum_, !frame.keys.empty() || stamp_);
+}
+
+void
+Version1Decoder::forget() noexcept
+{
+  coders_.clear();
+  has_history_ = false;
+}
+
+void
+Version1Decoder::giveBackMemory()
+{
+  checked_bytes_ = std::vector<std::uint8_t>();
+  if (!has_history_) {
+    coders_.clear();
+    return;
+  }
+  coders_.keepOnly(effort_);
+  coders_.of(effort_).giveBackMemory();
+}
+
+} // namespace io
+} // namespace pcl_ext

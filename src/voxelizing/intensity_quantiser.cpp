@@ -1,0 +1,226 @@
+#include "voxelizing/intensity_quantiser.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+constexpr unsigned int default_bits = 8;
+constexpr unsigned int most_bits = 16;
+constexpr unsigned int default_companded_bits = 4;
+constexpr double most_numbers_less_one = 65535.0;
+
+/** \brief The smallest power of two that reaches a value; 1 for 0. */
+double
+powerOfTwoAbove(double value)
+{
+  return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
+}
+
+/** \brief Bits of the whole numbers up to a value: 8 at least; more than most_bits if
+ * they are too many for a step of 1. */
+unsigned int
+bitsOfWholeNumbers(double highest)
+{
+  unsigned int bits = default_bits;
+  while (bits <= most_bits && std::exp2(bits) - 1.0 < highest)
+    ++bits;
+  return bits;
+}
+
+} // namespace
+
+IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& settings,
+                                       IntensityUnit unit)
+: follows_values_(unit == IntensityUnit::Native &&
+                  settings.format != StreamFormat::Published)
+, truncates_(settings.format == StreamFormat::Published)
+, is_companded_(settings.intensity_curve == IntensityCurve::Companded)
+, are_counts_(unit == IntensityUnit::Points || settings.aggregation == Aggregation::Sum)
+, unit_factor_(unit == IntensityUnit::Share ? 255.0 : 1.0)
+, fixed_bits_(settings.intensity_bits)
+, fixed_range_(static_cast<double>(settings.intensity_range))
+{
+  if (follows_values_ || truncates_)
+    return;
+  if (is_companded_) {
+    compandFixedScale(unit);
+    return;
+  }
+  const unsigned int bits = fixed_bits_ != 0 ? fixed_bits_ : default_bits;
+  const double full_scale = unit == IntensityUnit::Points ? std::exp2(bits) - 1.0 : 1.0;
+  spanScale(0.0, fixed_range_ > 0.0 ? fixed_range_ : full_scale, default_bits);
+}
+
+std::size_t
+IntensityQuantiser::quantise(const std::vector<double>& values,
+                             bool all_whole_numbers,
+                             bool may_refit,
+                             VoxelFrame& frame)
+{
+  if (may_refit) {
+    had_fractions_ = false;
+    lowest_ = 0.0;
+    highest_ = 0.0;
+  }
+  if (follows_values_)
+    followValues(values, all_whole_numbers);
+  frame.intensity_scale = scale_;
+  frame.intensities.resize(values.size());
+  const auto offset = static_cast<double>(scale_.offset);
+  const auto step = static_cast<double>(scale_.step);
+  const auto max_number = static_cast<double>(scale_.maxNumber());
+  const double rounding = truncates_ ? 0.0 : 0.5;
+  std::size_t out_of_range = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double number = (values[i] * unit_factor_ - offset) / step + rounding;
+    out_of_range += number < 0.0 || number >= max_number + 1.0 ? 1 : 0;
+    // Held within the scale it is not negative, and a cast is its floor.
+    frame.intensities[i] =
+        static_cast<std::uint16_t>(std::clamp(number, 0.0, max_number));
+  }
+  compandNumbers(frame.intensities);
+  return out_of_range;
+}
+
+bool
+IntensityQuantiser::takesCounts() const
+{
+  return !follows_values_ && unit_factor_ == 1.0 && scale_.step == 1.0f &&
+         (scale_.offset == 0.0f || scale_.offset == 1.0f);
+}
+
+std::size_t
+IntensityQuantiser::quantiseCounts(const std::vector<std::uint32_t>& counts,
+                                   VoxelFrame& frame) const
+{
+  frame.intensity_scale = scale_;
+  frame.intensities.resize(counts.size());
+  // No voxel has less than one point.
+  const auto offset = static_cast<std::uint32_t>(scale_.offset);
+  const std::uint32_t max_number = scale_.maxNumber();
+  std::size_t out_of_range = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::uint32_t number = counts[i] - offset;
+    out_of_range += number > max_number ? 1 : 0;
+    frame.intensities[i] = static_cast<std::uint16_t>(std::min(number, max_number));
+  }
+  compandNumbers(frame.intensities);
+  return out_of_range;
+}
+
+void
+IntensityQuantiser::followValues(const std::vector<double>& values,
+                                 bool all_whole_numbers)
+{
+  had_fractions_ |= !all_whole_numbers;
+  for (const double value : values) {
+    lowest_ = std::min(lowest_, value);
+    highest_ = std::max(highest_, value);
+    are_counts_ &= value >= 1.0;
+  }
+  // A scale that changes costs bytes, so it grows in powers of two, and shrinks only
+  // when the values are forgotten.
+  const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
+  if (!had_fractions_) {
+    const unsigned int offset_bits = lowest_ < 0.0 ? bitsOfWholeNumbers(-lowest_) : 0;
+    const double offset = lowest_ < 0.0 ? -std::exp2(offset_bits) : 0.0;
+    const unsigned int bits = bitsOfWholeNumbers(highest - offset);
+    if (std::max(bits, offset_bits) <= most_bits) {
+      const double range =
+          fixed_range_ > 0.0 ? highest - offset : std::exp2(bits) - 1.0;
+      if (is_companded_ && are_counts_)
+        spanNumbers(1.0, range - 1.0, 1.0);
+      else if (is_companded_)
+        spanNumbers(offset, range, 1.0);
+      else
+        spanScale(offset, range, bits);
+      return;
+    }
+  }
+  const double offset = lowest_ < 0.0 ? -powerOfTwoAbove(-lowest_) : 0.0;
+  const double range =
+      fixed_range_ > 0.0 ? highest - offset : powerOfTwoAbove(highest - offset);
+  if (is_companded_) {
+    // As many numbers as a root takes to half their bits.
+    const unsigned int number_bits =
+        std::clamp(2 * compandedBits(), default_bits, most_bits);
+    spanNumbers(offset, range, range / (std::exp2(number_bits) - 1.0));
+  }
+  else
+    spanScale(offset, range, most_bits);
+}
+
+void
+IntensityQuantiser::compandFixedScale(IntensityUnit unit)
+{
+  if (unit == IntensityUnit::Points) {
+    const double highest = fixed_range_ > 0.0 ? fixed_range_ : 255.0;
+    const double range = std::max(highest - 1.0, 1.0);
+    spanNumbers(1.0, range, std::max(range / most_numbers_less_one, 1.0));
+  }
+  else {
+    const double range = unit_factor_ * (fixed_range_ > 0.0 ? fixed_range_ : 1.0);
+    spanNumbers(0.0, range, range / 255.0);
+  }
+}
+
+void
+IntensityQuantiser::spanNumbers(double offset, double range, double step)
+{
+  constexpr double largest = std::numeric_limits<float>::max();
+  constexpr double smallest = std::numeric_limits<float>::min();
+  IntensityScale scale;
+  scale.bits = compandedBits();
+  scale.offset = static_cast<float>(std::max(offset, -largest));
+  scale.step = static_cast<float>(std::clamp(step, smallest, largest));
+  // Less a trifle, which rounding may have added.
+  const double highest = std::ceil(range / step - 1e-6);
+  const auto max_number =
+      static_cast<std::uint32_t>(std::clamp(highest, 1.0, most_numbers_less_one));
+  if (max_number > scale.maxSymbol())
+    scale.companded_range = max_number;
+  if (scale == scale_)
+    return;
+  // Should memory fail, no scale has another's levels.
+  scale_ = IntensityScale();
+  levels_.clear();
+  if (scale.companded_range != 0)
+    for (std::uint32_t level = 0; level <= scale.maxSymbol(); ++level)
+      levels_.resize(compandedEdge(scale.bits, max_number, level + 1),
+                     static_cast<std::uint16_t>(level));
+  scale_ = scale;
+}
+
+unsigned int
+IntensityQuantiser::compandedBits() const
+{
+  return fixed_bits_ != 0 ? fixed_bits_ : default_companded_bits;
+}
+
+void
+IntensityQuantiser::compandNumbers(std::vector<std::uint16_t>& numbers) const
+{
+  if (levels_.empty())
+    return;
+  for (std::uint16_t& number : numbers)
+    number = levels_[number];
+}
+
+void
+IntensityQuantiser::spanScale(double offset, double range, unsigned int automatic_bits)
+{
+  constexpr double largest = std::numeric_limits<float>::max();
+  constexpr double smallest = std::numeric_limits<float>::min();
+  scale_.bits = fixed_bits_ != 0 ? fixed_bits_ : automatic_bits;
+  scale_.offset = static_cast<float>(std::max(offset, -largest));
+  const double step = range * unit_factor_ / static_cast<double>(scale_.maxSymbol());
+  scale_.step = static_cast<float>(std::clamp(step, smallest, largest));
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,197 @@
+#include "voxelizing/place_finder.h"
+
+#include "simd/bit_operations.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Bytes ahead of the points that are being looked at. */
+constexpr std::size_t prefetch_distance = 2048;
+
+VoxelGrid
+initialGrid(const IntensityCompressionSettings& settings)
+{
+  if (settings.bounding_box)
+    return settings.format == StreamFormat::Published
+               ? pclGridOfBox(settings.resolution, *settings.bounding_box)
+               : gridOfBox(settings.resolution, *settings.bounding_box);
+  VoxelGrid grid;
+  grid.resolution = settings.resolution;
+  return grid;
+}
+
+/** \brief A fixed grid is all that can be used; without one it is the whole lattice. */
+Lattice
+makeLattice(const VoxelGrid& grid, bool is_fixed)
+{
+  std::array<std::int64_t, 3> begin;
+  std::array<std::int64_t, 3> end;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    begin[axis] = is_fixed ? grid.first_index[axis] : -lattice_end;
+    end[axis] = is_fixed ? begin[axis] + grid.size() : lattice_end;
+  }
+  return {grid, begin, end};
+}
+
+} // namespace
+
+PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
+: box_(settings.bounding_box)
+, has_pcl_grid_(box_ && settings.format == StreamFormat::Published)
+, grid_(initialGrid(settings))
+, lattice_(makeLattice(grid_, box_.has_value()))
+, locator_(grid_, box_)
+{
+  if (box_)
+    return;
+  usable_min_ = lattice_.lowestCoordinates();
+  usable_max_ = lattice_.highestCoordinates();
+}
+
+void
+PlaceFinder::setGrid(const VoxelGrid& grid)
+{
+  grid_ = grid;
+  locator_ = QuadLocator<NativeLanes>(grid_, box_);
+}
+
+bool
+PlaceFinder::measureRange(const PointView& points, LatticeRange& range) const
+{
+  // As the quotient does not fall where the coordinate rises, the lowest and the highest
+  // coordinates are in the lowest and the highest voxels.
+  std::array<float, 3> lowest = usable_max_;
+  std::array<float, 3> highest = usable_min_;
+  bool is_any = false;
+  const float* point = points.coordinates;
+  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
+    bool is_usable = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) // NaN fails
+      is_usable &= point[axis] >= usable_min_[axis] && point[axis] <= usable_max_[axis];
+    if (!is_usable)
+      continue;
+    is_any = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lowest[axis] = std::min(lowest[axis], point[axis]);
+      highest[axis] = std::max(highest[axis], point[axis]);
+    }
+  }
+  return is_any && lattice_.indexOf(lowest.data(), range.lowest) &&
+         lattice_.indexOf(highest.data(), range.highest);
+}
+
+bool
+PlaceFinder::find(const PointView& points,
+                  std::size_t begin,
+                  PlacedPoints& placed,
+                  VoxelizationStatistics& statistics) const
+{
+  placed.count = 0;
+  const std::size_t end = std::min(points.count, begin + PlacedPoints::most);
+  const std::size_t stride = points.coordinate_stride;
+  std::size_t i = begin;
+  // The locator reads a float behind z, which the last point need not have.
+  if (locator_.isUseful() && stride >= 3)
+    for (; i + 4 <= end && i + 4 < points.count; i += 4) {
+      const auto* const quad =
+          reinterpret_cast<const unsigned char*>(points.coordinates) +
+          i * stride * sizeof(float);
+      // A cloud comes from far away in memory, and is left there between the calls.
+      prefetch(quad + prefetch_distance);
+      prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
+      const unsigned int certain = locator_.locate(quad,
+                                                   stride * sizeof(float),
+                                                   &placed.blocks[placed.count],
+                                                   &placed.voxels[placed.count]);
+      for (std::size_t lane = 0; lane < 4; ++lane)
+        placed.points[placed.count + lane] = i + lane;
+      if (certain == 15)
+        placed.count += 4;
+      else
+        for (std::size_t lane = 0; lane < 4; ++lane)
+          if (!findOne(points, i + lane, placed, statistics))
+            return false;
+    }
+  for (; i < end; ++i)
+    if (!findOne(points, i, placed, statistics))
+      return false;
+  return true;
+}
+
+bool
+PlaceFinder::findOne(const PointView& points,
+                     std::size_t point,
+                     PlacedPoints& placed,
+                     VoxelizationStatistics& statistics) const
+{
+  const float* const coordinates =
+      points.coordinates + point * points.coordinate_stride;
+  LatticeIndex index;
+  if (!findVoxel(coordinates, index)) {
+    countUnused(coordinates, statistics);
+    return true;
+  }
+  std::array<std::uint32_t, 3> position;
+  std::uint32_t all_bits = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // Below 0 it wraps and is large.
+    position[axis] = static_cast<std::uint32_t>(index[axis]) -
+                     static_cast<std::uint32_t>(grid_.first_index[axis]);
+    all_bits |= position[axis];
+  }
+  if (all_bits >= grid_.size())
+    return false;
+  const BlockPlace place = blockPlace({position[0], position[1], position[2]});
+  placed.blocks[placed.count] = place.block;
+  placed.voxels[placed.count] = place.voxel;
+  placed.points[placed.count] = point;
+  ++placed.count;
+  return true;
+}
+
+bool
+PlaceFinder::isInBox(const float* point) const
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = static_cast<double>(point[axis]);
+    // Written so that NaN is outside.
+    if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
+      return false;
+  }
+  return true;
+}
+
+bool
+PlaceFinder::findVoxel(const float* point, LatticeIndex& index) const
+{
+  if (!box_)
+    return lattice_.indexOf(point, index);
+  if (!isInBox(point))
+    return false;
+  if (lattice_.indexOf(point, index))
+    return true;
+  // The box may be the very cube of PCL's octree, whose upper faces belong to the box and
+  // not to the cube. This library's own grids may end before the box does.
+  if (has_pcl_grid_)
+    index = lattice_.nearestIndexOf(point);
+  return has_pcl_grid_;
+}
+
+void
+PlaceFinder::countUnused(const float* point, VoxelizationStatistics& statistics) const
+{
+  if (!std::isfinite(point[0]) || !std::isfinite(point[1]) || !std::isfinite(point[2]))
+    ++statistics.points_not_finite;
+  else if (box_ && !isInBox(point))
+    ++statistics.points_outside_box;
+  else
+    ++statistics.points_outside_grid;
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,165 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "simd/lanes.h"
+#include "voxelizing/block_place.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Finds the voxels of four points at once where the answer is beyond doubt.
+ *
+ * Floats and the inverse of the resolution do for all points but those near a voxel's
+ * face; those are left to Lattice, whose division in double is what counts.
+ */
+template <typename LanesT>
+class QuadLocator {
+public:
+  /** \brief A locator for the voxels of a grid.
+   * \param[in] grid any
+   * \param[in] box points outside it are left to somebody else, too
+   */
+  QuadLocator(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
+  : inverse_resolution_(LanesT::all(static_cast<float>(1.0 / grid.resolution)))
+  , beyond_grid_(LanesT::all(static_cast<std::int32_t>(-grid.size())))
+  , has_box_(box)
+  {
+    float doubt = 0.0f;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      first_centre_[axis] =
+          LanesT::all(static_cast<float>(grid.centre(axis, 0) / grid.resolution));
+      doubt = std::max(doubt, doubtOnAxis(grid, axis));
+      if (box) {
+        box_min_[axis] = LanesT::all(lowestFloatFrom(box->min[axis]));
+        box_max_[axis] = LanesT::all(-lowestFloatFrom(-box->max[axis]));
+      }
+    }
+    certain_ = LanesT::all(0.5f - doubt);
+    is_useful_ = doubt < 0.25f;
+  }
+
+  /** \brief False if hardly a point of such a grid would be beyond doubt. */
+  bool
+  isUseful() const
+  {
+    return is_useful_;
+  }
+
+  /** \brief Finds the voxels of four points.
+   * \param[in] points x of the first; four floats are read of each
+   * \param[in] stride bytes from one x to the next
+   * \param[out] blocks,voxels four places, as in BlockPlace, each valid where its point is
+   * beyond doubt
+   * \return bit i is set if point i is in the grid and the box and beyond doubt
+   */
+  unsigned int
+  locate(const unsigned char* points,
+         std::size_t stride,
+         std::uint64_t* blocks,
+         std::uint32_t* voxels) const
+  {
+    Floats point[3];
+    LanesT::loadPoints(points, stride, point[0], point[1], point[2]);
+    Ints position[3];
+    Ints certain = LanesT::all(-1);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // Counted from the centre of the grid's first voxel, so that the position is the
+      // nearest whole number. Whether it is the nearest indeed, the comparison shows.
+      const Floats from_first = LanesT::subtract(
+          LanesT::multiply(point[axis], inverse_resolution_), first_centre_[axis]);
+      position[axis] = LanesT::round(from_first);
+      const Floats from_centre = LanesT::absolute(
+          LanesT::subtract(from_first, LanesT::toFloats(position[axis])));
+      certain = LanesT::bitAnd(certain, LanesT::less(from_centre, certain_));
+      if (has_box_)
+        certain = LanesT::bitAnd(
+            certain,
+            LanesT::bitAnd(LanesT::lessOrEqual(box_min_[axis], point[axis]),
+                           LanesT::lessOrEqual(point[axis], box_max_[axis])));
+    }
+    // The grid's size is a power of two: whatever is below 0 or beyond has higher bits.
+    const Ints higher_bits = LanesT::bitAnd(
+        LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2]),
+        beyond_grid_);
+    storePlaces(position, blocks, voxels);
+    return LanesT::bitsOf(LanesT::bitAnd(certain, LanesT::isZero(higher_bits)));
+  }
+
+private:
+  // Arrays of the language: a template argument would lose the alignment of a vector.
+  using Floats = typename LanesT::Floats;
+  using Ints = typename LanesT::Ints;
+
+  /** \brief How far, in voxels, the estimate may be from the quotient in double for a
+   * point of the grid.
+   *
+   * The inverse, the product, the first centre and the difference are each off by 2^-24
+   * of their size at most; twice their sum leaves room for what is smaller than these.
+   */
+  static float
+  doubtOnAxis(const VoxelGrid& grid, std::size_t axis)
+  {
+    const auto size = static_cast<double>(grid.size());
+    const double farthest = std::abs(static_cast<double>(grid.first_index[axis])) +
+                            std::abs(grid.anchor[axis]) / grid.resolution + size + 1.0;
+    return static_cast<float>((3.0 * farthest + size) * 0x1p-23);
+  }
+
+  /** \brief The lowest float that is not below a number. */
+  static float
+  lowestFloatFrom(double number)
+  {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    // A cast of what is beyond the floats is undefined.
+    if (number > static_cast<double>(std::numeric_limits<float>::max()))
+      return infinity;
+    if (number < static_cast<double>(std::numeric_limits<float>::lowest()))
+      return std::numeric_limits<float>::lowest();
+    const auto nearest = static_cast<float>(number);
+    return static_cast<double>(nearest) < number ? std::nextafter(nearest, infinity)
+                                                 : nearest;
+  }
+
+  static void
+  storePlaces(const Ints (&position)[3], std::uint64_t* blocks, std::uint32_t* voxels)
+  {
+    const Ints within_block = LanesT::all(3);
+    const Ints voxel = LanesT::bitOr(
+        LanesT::bitOr(
+            LanesT::template shiftLeft<4>(LanesT::bitAnd(position[0], within_block)),
+            LanesT::template shiftLeft<2>(LanesT::bitAnd(position[1], within_block))),
+        LanesT::bitAnd(position[2], within_block));
+    LanesT::store(voxel, voxels);
+    const Ints x = LanesT::template shiftRight<2>(position[0]);
+    const Ints y = LanesT::template shiftRight<2>(position[1]);
+    const Ints z = LanesT::template shiftRight<2>(position[2]);
+    // Bits 0..31 and 32..56 of a block: y lies across the two.
+    constexpr int bits = static_cast<int>(BlockPlace::axis_bits);
+    LanesT::storePairs(LanesT::bitOr(z, LanesT::template shiftLeft<bits>(y)),
+                       LanesT::bitOr(LanesT::template shiftRight<32 - bits>(y),
+                                     LanesT::template shiftLeft<2 * bits - 32>(x)),
+                       blocks);
+  }
+
+  Floats inverse_resolution_;
+  Ints beyond_grid_;       // the bits that no position within the grid has
+  Floats first_centre_[3]; // of the grid's lowest voxel, in voxels
+  Floats certain_;         // distance from a voxel's centre, in voxels
+  Floats box_min_[3]{};
+  Floats box_max_[3]{};
+  bool has_box_;
+  bool is_useful_ = false;
+};
+
+} // namespace io
+} // namespace pcl_ext

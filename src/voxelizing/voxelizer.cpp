@@ -1,0 +1,280 @@
+#include <pcl_ext/compression/voxelizer.h>
+
+#include "voxelizing/intensity_quantiser.h"
+#include "voxelizing/place_finder.h"
+#include "voxelizing/point_blocks.h"
+#include "voxelizing/sorted_voxels.h"
+#include "voxels/grid_fit.h"
+#include "voxels/memory_rule.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+class Voxelizer::Implementation {
+public:
+  Implementation(const IntensityCompressionSettings& settings, IntensityUnit unit)
+  : quantiser_(settings, unit)
+  , is_native_(unit == IntensityUnit::Native)
+  , is_mean_(settings.aggregation == Aggregation::Mean ||
+             (settings.aggregation == Aggregation::Automatic && is_native_ &&
+              settings.format != StreamFormat::Published))
+  , has_fixed_grid_(settings.bounding_box.has_value())
+  , has_grid_(has_fixed_grid_)
+  , finder_(settings)
+  {}
+
+  VoxelizationStatistics
+  voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
+  {
+    if (is_interrupted_ || memory_rule_.shouldGiveBack(points.count)) {
+      giveBackMemory();
+      frame.keys.shrink_to_fit();
+      frame.intensities.shrink_to_fit();
+    }
+    // Until the cloud is done: whatever memory that fails leaves behind begins anew.
+    is_interrupted_ = true;
+    const VoxelizationStatistics statistics = voxelizeCloud(points, may_refit, frame);
+    is_interrupted_ = false;
+    return statistics;
+  }
+
+private:
+  VoxelizationStatistics
+  voxelizeCloud(const PointView& points, bool may_refit, VoxelFrame& frame)
+  {
+    if (!has_fixed_grid_ && (!has_grid_ || may_refit))
+      adaptGrid(points, may_refit);
+    VoxelizationStatistics statistics;
+    // What is new may be sparse, and the sort minds that least.
+    if (points_a_block_ < fewest_points_a_block ||
+        !voxelizeWith(blocks_, points, may_refit, frame, statistics))
+      voxelizeWith(sorted_voxels_, points, may_refit, frame, statistics);
+    statistics.voxels = frame.size();
+    return statistics;
+  }
+
+  /** \brief Gives back what clouds of long ago needed. What is gone costs time, no voxel.
+   */
+  void
+  giveBackMemory()
+  {
+    blocks_ = PointBlocks();
+    sorted_voxels_ = SortedVoxels();
+    runs_ = std::vector<Run>();
+    voxel_counts_ = std::vector<std::uint32_t>();
+    voxel_values_ = std::vector<double>();
+  }
+
+  /** \brief Consecutive points in the same voxel. */
+  struct Run {
+    std::size_t added = static_cast<std::size_t>(-1); ///< at first none
+    double sum = 0.0;                                 ///< of the points' intensities
+  };
+
+  /** \brief With fewer points in each block of voxels, sorting points takes less time
+   * than gathering them in blocks. */
+  static constexpr std::size_t fewest_points_a_block = 4;
+
+  enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
+
+  /** \brief Voxelizes a cloud; false if it is too sparse for these voxels. */
+  template <typename VoxelsT>
+  bool
+  voxelizeWith(VoxelsT& voxels,
+               const PointView& points,
+               bool may_refit,
+               VoxelFrame& frame,
+               VoxelizationStatistics& statistics)
+  {
+    Collected collected = collect(points, voxels, statistics);
+    if (collected == Collected::PointOutsideGrid) {
+      adaptGrid(points, may_refit);
+      collected = collect(points, voxels, statistics);
+    }
+    if (collected == Collected::TooSparse) {
+      blocks_.reset();
+      return false;
+    }
+    voxels.writeVoxels(frame.keys, voxel_counts_);
+    if (!frame.keys.empty())
+      points_a_block_ = statistics.points_used / voxels.occupiedBlocks();
+    frame.grid = finder_.grid();
+    statistics.intensities_out_of_range = quantise(voxels, points, may_refit, frame);
+    return true;
+  }
+
+  template <typename VoxelsT>
+  std::size_t
+  quantise(const VoxelsT& voxels,
+           const PointView& points,
+           bool may_refit,
+           VoxelFrame& frame)
+  {
+    if (points.intensities != nullptr)
+      sumIntensities(voxels, frame.size());
+    else if (!is_mean_ && quantiser_.takesCounts())
+      return quantiser_.quantiseCounts(voxel_counts_, frame);
+    else if (is_mean_) // of ones
+      voxel_values_.assign(frame.size(), 1.0);
+    else
+      voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
+    return quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
+  }
+
+  /** \brief Adds all points that can be used, unless something is in the way. */
+  template <typename VoxelsT>
+  Collected
+  collect(const PointView& points, VoxelsT& voxels, VoxelizationStatistics& statistics)
+  {
+    statistics = VoxelizationStatistics();
+    statistics.points = points.count;
+    voxels.clear();
+    startRuns(points);
+    std::array<std::size_t, PlacedPoints::most> added;
+    for (std::size_t i = 0; i < points.count; i += PlacedPoints::most) {
+      if (!finder_.find(points, i, placed_, statistics))
+        return Collected::PointOutsideGrid;
+      voxels.add(placed_, added.data());
+      if (voxels.areTooSparse(i))
+        return Collected::TooSparse;
+      if (points.intensities != nullptr)
+        addRuns(points, added.data(), statistics);
+    }
+    statistics.points_used = points.count - statistics.points_not_finite -
+                             statistics.points_outside_box -
+                             statistics.points_outside_grid;
+    return Collected::AllPoints;
+  }
+
+  void
+  adaptGrid(const PointView& points, bool may_refit)
+  {
+    LatticeRange range;
+    if (!finder_.measureRange(points, range))
+      return;
+    VoxelGrid grid = finder_.grid();
+    // Two levels too many is an outlier's work that has passed; one is breathing space.
+    const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
+    if (!has_grid_ || is_far_too_large)
+      grid = fitGrid(grid.resolution, range);
+    else if (!containsRange(grid, range))
+      grid = fitGrid(grid.resolution, unite(rangeOf(grid), range));
+    has_grid_ = true;
+    if (grid == finder_.grid())
+      return;
+    finder_.setGrid(grid);
+    blocks_.reset();
+  }
+
+  void
+  startRuns(const PointView& points)
+  {
+    all_whole_numbers_ = true;
+    run_ = Run();
+    last_run_ = 0;
+    // Never made smaller, as growing again would write all of it.
+    if (points.intensities != nullptr && runs_.size() <= points.count)
+      runs_.resize(points.count + 1);
+  }
+
+  void
+  addRuns(const PointView& points,
+          const std::size_t* added,
+          VoxelizationStatistics& statistics)
+  {
+    Run run = run_;
+    std::size_t last = last_run_;
+    for (std::size_t i = 0; i < placed_.count; ++i) {
+      const float intensity = usableIntensity(
+          points.intensities[placed_.points[i] * points.intensity_stride], statistics);
+      // Arithmetic instead of a branch: whether a run goes on is a coin toss. The run is
+      // written at every point and overwritten as long as it goes on.
+      const bool goes_on = added[i] == run.added;
+      last += goes_on ? 0 : 1;
+      run.added = added[i];
+      run.sum = static_cast<double>(goes_on) * run.sum + static_cast<double>(intensity);
+      runs_[last] = run;
+    }
+    run_ = run;
+    last_run_ = last;
+  }
+
+  float
+  usableIntensity(float intensity, VoxelizationStatistics& statistics)
+  {
+    if (!std::isfinite(intensity)) {
+      ++statistics.intensities_not_finite;
+      return 0.0f;
+    }
+    if (is_native_ && all_whole_numbers_)
+      all_whole_numbers_ = isWholeNumber(intensity);
+    return intensity;
+  }
+
+  /** \brief Finite numbers only; without a call into the mathematics library. */
+  static bool
+  isWholeNumber(float number)
+  {
+    return std::abs(number) >= 0x1p23f ||
+           static_cast<float>(static_cast<std::int32_t>(number)) == number;
+  }
+
+  /** \brief Sums the runs in the order of their points: in double the order shows. */
+  template <typename VoxelsT>
+  void
+  sumIntensities(const VoxelsT& voxels, std::size_t count)
+  {
+    // Not assign(), which allocates anew for every cloud that is the largest so far.
+    voxel_values_.resize(count);
+    std::fill(voxel_values_.begin(), voxel_values_.end(), 0.0);
+    for (std::size_t i = 1; i <= last_run_; ++i)
+      voxel_values_[voxels.voxelOf(runs_[i].added)] += runs_[i].sum;
+    for (std::size_t i = 0; is_mean_ && i < count; ++i)
+      voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);
+  }
+
+  IntensityQuantiser quantiser_;
+  bool is_native_;
+  bool is_mean_;
+  bool has_fixed_grid_;
+  bool has_grid_;
+  PlaceFinder finder_;
+  PointBlocks blocks_;
+  SortedVoxels sorted_voxels_;
+  std::size_t points_a_block_ = 0; // of the last cloud
+
+  // Of the current cloud; members so that their memory is reused.
+  PlacedPoints placed_;
+  bool all_whole_numbers_ = true;
+  Run run_;
+  std::vector<Run> runs_;    // the first is none
+  std::size_t last_run_ = 0; // of runs_, whose further elements are spare memory
+  std::vector<std::uint32_t> voxel_counts_;
+  std::vector<double> voxel_values_;
+  bool is_interrupted_ = false;
+  MemoryRule memory_rule_;
+};
+
+Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)
+: implementation_(std::make_unique<Implementation>(settings, unit))
+{}
+
+Voxelizer::~Voxelizer() = default;
+Voxelizer::Voxelizer(Voxelizer&&) noexcept = default;
+Voxelizer&
+Voxelizer::operator=(Voxelizer&&) noexcept = default;
+
+VoxelizationStatistics
+Voxelizer::voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
+{
+  return implementation_->voxelize(points, may_refit, frame);
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,118 @@
+#include "voxels/grid_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+bool
+leavesLattice(const VoxelGrid& grid)
+{
+  for (const std::int32_t index : grid.first_index)
+    if (index < -lattice_end || index + grid.size() > lattice_end)
+      return true;
+  return false;
+}
+
+bool
+containsRange(const VoxelGrid& grid, const LatticeRange& range)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (range.lowest[axis] < grid.first_index[axis] ||
+        range.highest[axis] >= grid.first_index[axis] + grid.size())
+      return false;
+  return true;
+}
+
+unsigned int
+requiredDepth(const LatticeRange& range)
+{
+  std::int64_t extent = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    extent =
+        std::max(extent, std::int64_t{range.highest[axis]} - range.lowest[axis] + 1);
+  unsigned int depth = 1;
+  while (std::int64_t{1} << depth < extent)
+    ++depth;
+  return depth;
+}
+
+LatticeRange
+rangeOf(const VoxelGrid& grid)
+{
+  LatticeRange range;
+  range.lowest = grid.first_index;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    range.highest[axis] =
+        static_cast<std::int32_t>(grid.first_index[axis] + grid.size() - 1);
+  return range;
+}
+
+LatticeRange
+unite(const LatticeRange& first, const LatticeRange& second)
+{
+  LatticeRange range = first;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    range.lowest[axis] = std::min(range.lowest[axis], second.lowest[axis]);
+    range.highest[axis] = std::max(range.highest[axis], second.highest[axis]);
+  }
+  return range;
+}
+
+VoxelGrid
+fitGrid(double resolution, const LatticeRange& range)
+{
+  VoxelGrid grid;
+  grid.resolution = resolution;
+  grid.depth = requiredDepth(range);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t extent =
+        std::int64_t{range.highest[axis]} - range.lowest[axis] + 1;
+    const std::int64_t centred = range.lowest[axis] - (grid.size() - extent) / 2;
+    grid.first_index[axis] = static_cast<std::int32_t>(
+        std::clamp(centred, -lattice_end, lattice_end - grid.size()));
+  }
+  return grid;
+}
+
+VoxelGrid
+gridOfBox(double resolution, const BoundingBox& box)
+{
+  const auto index = [resolution](double coordinate) {
+    return static_cast<std::int32_t>(std::clamp(std::floor(coordinate / resolution),
+                                                static_cast<double>(-lattice_end),
+                                                static_cast<double>(lattice_end - 1)));
+  };
+  LatticeRange range;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    range.lowest[axis] = index(box.min[axis]);
+    range.highest[axis] = index(box.max[axis]);
+  }
+  return fitGrid(resolution, range);
+}
+
+VoxelGrid
+pclGridOfBox(double resolution, const BoundingBox& box)
+{
+  // The steps and the tolerance of PCL's getKeyBitSize, so that both ends of a stream
+  // place the voxels alike.
+  constexpr double tolerance = std::numeric_limits<float>::epsilon();
+  double voxels = 2.0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    voxels = std::max(
+        voxels, std::ceil((box.max[axis] - box.min[axis] - tolerance) / resolution));
+  VoxelGrid grid;
+  grid.resolution = resolution;
+  grid.depth = static_cast<unsigned int>(std::ceil(std::log2(voxels) - tolerance));
+  const double side = static_cast<double>(grid.size()) * resolution;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double oversize = (side - (box.max[axis] - box.min[axis])) / 2.0;
+    grid.anchor[axis] = box.min[axis] - (oversize > tolerance ? oversize : 0.0);
+  }
+  return grid;
+}
+
+} // namespace io
+} // namespace pcl_ext

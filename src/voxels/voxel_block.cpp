@@ -1,0 +1,110 @@
+#include "voxels/voxel_block.h"
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Cells whose coordinate on an axis has its low bit (0) or high bit (1) set. */
+constexpr std::array<std::array<std::uint64_t, 2>, 3>
+makeCellsWithBit()
+{
+  std::array<std::array<std::uint64_t, 2>, 3> cells{};
+  for (unsigned int axis = 0; axis < 3; ++axis)
+    for (unsigned int level = 0; level < 2; ++level)
+      for (unsigned int cell = 0; cell < block_cells; ++cell)
+        if ((cell >> (3 * level + 2 - axis) & 1) != 0)
+          cells[axis][level] |= std::uint64_t{1} << cell;
+  return cells;
+}
+
+constexpr auto cells_with_bit = makeCellsWithBit();
+
+} // namespace
+
+void
+BlockList::clear()
+{
+  keys.clear();
+  masks.clear();
+  first_voxels.clear();
+}
+
+void
+BlockList::append(std::uint64_t key, std::uint64_t mask, std::uint32_t first_voxel)
+{
+  keys.push_back(key);
+  masks.push_back(mask);
+  first_voxels.push_back(first_voxel);
+}
+
+void
+BlockList::assign(const std::vector<std::uint64_t>& voxel_keys)
+{
+  clear();
+  for (std::size_t i = 0; i < voxel_keys.size();) {
+    const std::uint64_t key = voxel_keys[i] >> block_key_bits;
+    const auto first = static_cast<std::uint32_t>(i);
+    std::uint64_t mask = 0;
+    for (; i < voxel_keys.size() && voxel_keys[i] >> block_key_bits == key; ++i)
+      mask |= std::uint64_t{1} << (voxel_keys[i] & (block_cells - 1));
+    append(key, mask, first);
+  }
+}
+
+void
+BlockList::voxelKeys(std::vector<std::uint64_t>& voxel_keys) const
+{
+  voxel_keys.resize(voxelCount());
+  std::uint64_t* voxel_key = voxel_keys.data();
+  for (std::size_t block = 0; block < size(); ++block)
+    for (std::uint64_t mask = masks[block]; mask != 0; mask &= mask - 1)
+      *voxel_key++ = keys[block] << block_key_bits | lowestCell(mask);
+}
+
+std::uint64_t
+occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face)
+{
+  const std::size_t axis = face % 3;
+  const std::uint64_t low = cells_with_bit[axis][0];
+  const std::uint64_t high = cells_with_bit[axis][1];
+  const auto near = static_cast<unsigned int>(1u << (2 - axis)); // step of the low bit
+  const unsigned int far = 8 * near;                             // and of the high bit
+  if (face < 3)
+    return (mask << near & low) | (mask << (far - near) & high & ~low) |
+           (neighbour >> (far + near) & ~high & ~low);
+  return (mask >> near & ~low) | (mask >> (far - near) & ~high & low) |
+         (neighbour << (far + near) & high & low);
+}
+
+NeighbourCounts
+countNeighbours(std::uint64_t mask,
+                const std::array<std::uint64_t, face_count>& neighbours)
+{
+  // Two full adders and one for their results: six masks become three bits a cell.
+  const auto across = [&](std::size_t face) {
+    return occupiedAcross(mask, neighbours[face], face);
+  };
+  const auto carry = [](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+    return (a & b) | (c & (a ^ b));
+  };
+  const std::uint64_t a = across(0);
+  const std::uint64_t b = across(1);
+  const std::uint64_t c = across(2);
+  const std::uint64_t d = across(3);
+  const std::uint64_t e = across(4);
+  const std::uint64_t f = across(5);
+  const std::uint64_t low_sum = a ^ b ^ c;
+  const std::uint64_t low_carry = carry(a, b, c);
+  const std::uint64_t high_sum = d ^ e ^ f;
+  const std::uint64_t high_carry = carry(d, e, f);
+  const std::uint64_t ones_carry = low_sum & high_sum;
+  NeighbourCounts counts;
+  counts.bits[0] = low_sum ^ high_sum;
+  counts.bits[1] = low_carry ^ high_carry ^ ones_carry;
+  counts.bits[2] = carry(low_carry, high_carry, ones_carry);
+  return counts;
+}
+
+} // namespace io
+} // namespace pcl_ext

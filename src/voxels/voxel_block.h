@@ -1,0 +1,197 @@
+#pragma once
+
+#include "simd/bit_operations.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief A block is 4x4x4 voxels, the two lowest levels of the octree: the low six
+ * bits of a voxel's Morton key are its cell in the block, and cell c is bit c of a
+ * block's mask. */
+constexpr unsigned int block_key_bits = 6;
+constexpr unsigned int block_levels = 2;
+constexpr unsigned int block_cells = 64;
+
+/** \brief Levels of the octree above the blocks, of a grid of some depth; a grid of one
+ * level is the lowest octant of a single block. */
+constexpr unsigned int
+levelsAboveBlocks(unsigned int grid_depth)
+{
+  return grid_depth > block_levels ? grid_depth - block_levels : 0;
+}
+
+/** \brief The cells of a block that lie in a grid of some depth: all, or one octant. */
+constexpr std::uint64_t
+cellsInGrid(unsigned int grid_depth)
+{
+  return grid_depth >= block_levels ? ~std::uint64_t{0} : std::uint64_t{0xff};
+}
+
+/** \brief Index of the lowest bit of a mask that is not 0. */
+inline unsigned int
+lowestCell(std::uint64_t mask)
+{
+  return lowestBit(mask);
+}
+
+/** \brief 0 for an empty mask, else 1; arithmetic, for g++ makes a branch of a comparison. */
+constexpr std::size_t
+isNotZero(std::uint64_t mask)
+{
+  return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
+}
+
+/** \brief Number of cells in a mask. */
+constexpr unsigned int
+cellCount(std::uint64_t mask)
+{
+  return bitCount(mask);
+}
+
+/** \brief Number of bits set in each byte. */
+constexpr std::array<std::uint8_t, 256>
+makeBitCounts()
+{
+  std::array<std::uint8_t, 256> counts{};
+  for (unsigned int byte = 0; byte < 256; ++byte)
+    counts[byte] = static_cast<std::uint8_t>(cellCount(byte));
+  return counts;
+}
+
+inline constexpr std::array<std::uint8_t, 256> bit_counts = makeBitCounts();
+
+/** \brief Number of cells of a mask in one octant of its block, 0..7. */
+constexpr unsigned int
+octantCount(std::uint64_t mask, unsigned int octant)
+{
+  return bit_counts[mask >> (8 * octant) & 0xff];
+}
+
+/** \brief The blocks of one frame, ascending, of its voxels in Morton order. */
+struct BlockList {
+  std::vector<std::uint64_t> keys;         ///< Morton keys of the blocks
+  std::vector<std::uint64_t> masks;        ///< occupied cells, never 0
+  std::vector<std::uint32_t> first_voxels; ///< index of a block's first voxel
+
+  std::size_t
+  size() const
+  {
+    return keys.size();
+  }
+
+  /** \brief Number of voxels in all blocks. */
+  std::size_t
+  voxelCount() const
+  {
+    return size() == 0 ? 0 : first_voxels.back() + cellCount(masks.back());
+  }
+
+  void
+  clear();
+
+  /** \brief Appends a block above all others.
+   * \param[in] key Morton key of the block
+   * \param[in] mask its cells, not 0
+   * \param[in] first_voxel number of voxels in the blocks before it
+   */
+  void
+  append(std::uint64_t key, std::uint64_t mask, std::uint32_t first_voxel);
+
+  /** \brief The blocks of ascending voxel keys. */
+  void
+  assign(const std::vector<std::uint64_t>& voxel_keys);
+
+  /** \brief The voxel keys of the blocks, ascending. */
+  void
+  voxelKeys(std::vector<std::uint64_t>& voxel_keys) const;
+};
+
+/** \brief Face neighbours in the order -x, -y, -z, +x, +y, +z. */
+constexpr std::size_t face_count = 6;
+
+/** \brief Key of the block that shares a face with a block.
+ * \param[in] key Morton key of the block, below 2^(3 levels)
+ * \param[in] face 0..5
+ * \param[in] levels octree levels above the blocks, 0..19
+ * \param[out] neighbour key of the neighbour
+ * \return false if the block lies at that face of the grid
+ */
+inline bool
+neighbourBlock(std::uint64_t key,
+               std::size_t face,
+               unsigned int levels,
+               std::uint64_t& neighbour)
+{
+  // Bits of x, y and z; x is the highest of each three.
+  constexpr std::array<std::uint64_t, 3> axis_bits = {
+      0x4924924924924924, 0x2492492492492492, 0x9249249249249249};
+  const bool is_below = face < 3;
+  const std::size_t axis_index = is_below ? face : face - 3;
+  const std::uint64_t axis =
+      axis_bits[axis_index] & ((std::uint64_t{1} << (3 * levels)) - 1);
+  const std::uint64_t one = std::uint64_t{4} >> axis_index;
+  const std::uint64_t position = key & axis;
+  // Carries and borrows run through the other axes' bits, which are 1 for the sum and 0
+  // for the difference.
+  const std::uint64_t moved =
+      is_below ? (position - one) & axis : ((position | ~axis) + one) & axis;
+  neighbour = moved | (key & ~axis);
+  return position != (is_below ? 0 : axis);
+}
+
+/** \brief For each cell of a block whether its neighbour across a face is occupied.
+ * \param[in] mask the block's occupied cells
+ * \param[in] neighbour those of the block across that face, 0 if there is none
+ * \param[in] face 0..5
+ */
+std::uint64_t
+occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face);
+
+/** \brief How many of a cell's six face neighbours are occupied, for all cells of a
+ * block: bit c of the three masks is the number of cell c, lowest bit first. */
+struct NeighbourCounts {
+  std::array<std::uint64_t, 3> bits{};
+
+  /** \brief Number of one cell, 0..6. */
+  unsigned int
+  of(unsigned int cell) const
+  {
+    return static_cast<unsigned int>((bits[0] >> cell & 1) |
+                                     (bits[1] >> cell & 1) << 1 |
+                                     (bits[2] >> cell & 1) << 2);
+  }
+
+  /** \brief The cells with some number of occupied neighbours, 0..6. */
+  std::uint64_t
+  cellsWith(std::uint32_t count) const
+  {
+    const auto bit = [&](unsigned int index) {
+      return (count >> index & 1) != 0 ? bits[index] : ~bits[index];
+    };
+    return bit(0) & bit(1) & bit(2);
+  }
+
+  /** \brief Sum over the cells of an octant. */
+  unsigned int
+  sum(unsigned int octant) const
+  {
+    return octantCount(bits[0], octant) + 2 * octantCount(bits[1], octant) +
+           4 * octantCount(bits[2], octant);
+  }
+};
+
+/** \brief Counts the occupied neighbours of all cells.
+ * \param[in] mask the block's occupied cells
+ * \param[in] neighbours those of the six blocks around it
+ */
+NeighbourCounts
+countNeighbours(std::uint64_t mask,
+                const std::array<std::uint64_t, face_count>& neighbours);
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,306 @@
+#include "codec/depth_split.h"
+#include "support/forged_frames.h"
+#include "support/scripted_context_payloads.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::context;
+using namespace pcl_ext::io::test;
+
+using Numbers = std::vector<std::uint16_t>;
+using Choices = std::function<void(ContextScript&)>;
+
+/** \brief A stream of the effort balanced: an I-frame of one voxel, and what follows. */
+class Stream {
+public:
+  Stream(unsigned int depth, std::uint64_t key) : expected_(emptyFrame(depth))
+  {
+    expected_.keys = {key};
+    expected_.intensities = {3};
+    i_frame_ = genuine(true);
+    reference_ = takeApart(i_frame_).checksum;
+    p_frame_ = genuine(false);
+  }
+
+  Bytes
+  frame(const VoxelFrame& like,
+        bool is_i_frame,
+        std::size_t voxel_count,
+        const Bytes& payload) const
+  {
+    Parts parts;
+    parts.header.is_i_frame = is_i_frame;
+    parts.header.effort = Effort::Balanced;
+    parts.header.grid = like.grid;
+    parts.header.intensity_scale = like.intensity_scale;
+    parts.header.frame_number = reference_ == 0 ? 1 : 2;
+    parts.header.voxel_count = voxel_count;
+    if (like.depth_model) {
+      parts.header.has_depth_model = true;
+      writeDepthModel(*like.depth_model, parts.payload);
+    }
+    append(payload, parts.payload);
+    return putTogetherSized(parts, is_i_frame ? 0 : reference_);
+  }
+
+  /** \brief The answer to a P-frame. */
+  CompressionCode
+  answerToPFrame(std::size_t voxel_count, const Choices& choices) const
+  {
+    ContextScript script(before_p_frame_, expected_);
+    choices(script);
+    return answerTo(frame(expected_, false, voxel_count, script.finish()));
+  }
+
+  /** \brief The answer to an I-frame that has some of an octant's first voxels. */
+  CompressionCode
+  answerToIFrame(const VoxelFrame& like, const Choices& choices) const
+  {
+    ContextScript script(ContextState(), like);
+    script.occupancy(blocksOf(like.keys));
+    choices(script);
+    return answerTo(frame(like, true, like.size(), script.finish()));
+  }
+
+private:
+  Bytes
+  genuine(bool is_i_frame)
+  {
+    const BlockList blocks = blocksOf(expected_.keys);
+    ContextScript script(before_p_frame_, expected_);
+    EXPECT_TRUE(script.occupancy(blocks));
+    script.numbers(blocks, expected_.intensities);
+    const Bytes payload = script.finish(blocks, expected_.intensities);
+    if (is_i_frame)
+      before_p_frame_ = script.state;
+    return frame(expected_, is_i_frame, 1, payload);
+  }
+
+  /** \brief Refused, a frame must leave the stream as it was. */
+  CompressionCode
+  answerTo(const Bytes& bytes) const
+  {
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, i_frame_, back), CompressionCode::Ok);
+    const CompressionCode answer = decoded(decoder, bytes, back);
+    if (answer == CompressionCode::Ok) {
+      EXPECT_TRUE(isConsistent(back));
+      return answer;
+    }
+    EXPECT_EQ(decoded(decoder, p_frame_, back), CompressionCode::Ok);
+    expectSameVoxels(back, expected_);
+    return answer;
+  }
+
+  VoxelFrame expected_;
+  ContextState before_p_frame_;
+  Bytes i_frame_;
+  Bytes p_frame_;
+  std::uint32_t reference_ = 0;
+};
+
+constexpr CompressionCode ok = CompressionCode::Ok;
+constexpr CompressionCode corrupt = CompressionCode::Corrupt;
+
+TEST(ScriptedContextPayloads, NewBlocksThatAreKnown)
+{
+  // Block 7 of eight, of which the last part is implied, and the one block of a grid.
+  for (const unsigned int depth : {3u, 2u}) {
+    const std::uint64_t block = depth == 3 ? 7 : 0;
+    const std::uint64_t known = 64 * block + 5;
+    const std::uint64_t added = 64 * block + 3;
+    const Stream stream(depth, known);
+    // Said to be new, it has the voxel below the known one: the keys ascend.
+    EXPECT_EQ(stream.answerToPFrame(2,
+                                    [&](ContextScript& script) {
+                                      EXPECT_FALSE(script.occupancyWithNewBlock(
+                                          blocksOf({known}), block, 1 << 3));
+                                      script.newBlock(1 << 3);
+                                      script.numbers(blocksOf({added, known}), {3, 3});
+                                    }),
+              corrupt);
+    // A known one that has it.
+    EXPECT_EQ(stream.answerToPFrame(2,
+                                    [&](ContextScript& script) {
+                                      const BlockList both = blocksOf({added, known});
+                                      EXPECT_TRUE(script.occupancy(both));
+                                      script.numbers(both, {3, 3});
+                                    }),
+              ok);
+  }
+}
+
+TEST(ScriptedContextPayloads, ABranchWithoutNewBlocks)
+{
+  const Stream stream(3, 64 * 7 + 5);
+  EXPECT_EQ(stream.answerToPFrame(1,
+                                  [&](ContextScript& script) {
+                                    const BlockList blocks = blocksOf({64 * 7 + 5});
+                                    script.occupancyWithNewBlock(blocks, 7, 1);
+                                    script.numbers(blocks, {3});
+                                  }),
+            corrupt);
+}
+
+TEST(ScriptedContextPayloads, OtherNumbersOfVoxels)
+{
+  const Stream stream(3, 64 * 7 + 5);
+  for (const std::size_t count : {1u, 2u, 3u, 4u, 5u, 100u}) {
+    EXPECT_EQ(stream.answerToPFrame(count,
+                                    [&](ContextScript& script) {
+                                      const BlockList blocks = blocksOf({2, 66, 453});
+                                      script.occupancy(blocks);
+                                      script.numbers(blocks,
+                                                     Numbers(blocks.voxelCount(), 3));
+                                    }),
+              count == 3 ? ok : corrupt);
+  }
+}
+
+TEST(ScriptedContextPayloads, NumbersThatAreNone)
+{
+  const Stream stream(3, 64 * 7 + 5);
+  VoxelFrame like = emptyFrame(3, 4); // numbers of four bits
+  like.keys = {0};
+  for (const std::uint32_t number : {1u, 15u, 16u, 17u, 23u})
+    EXPECT_EQ(stream.answerToIFrame(like,
+                                    [&](ContextScript& script) {
+                                      script.beginNumbers();
+                                      script.firstNumber(number);
+                                    }),
+              number < 16 ? ok : corrupt)
+        << number;
+  like.intensity_scale.bits = 8;
+  const auto escaped = [&](const Choices& escape) {
+    return stream.answerToIFrame(like, [&](ContextScript& script) {
+      script.beginNumbers();
+      script.firstNumber(24);
+      escape(script);
+    });
+  };
+  for (const std::uint32_t number : {0u, 5u, 231u, 232u, 1000u, 65536u - 24})
+    EXPECT_EQ(escaped([=](ContextScript& script) { script.escape(0, number); }),
+              number < 232 ? ok : corrupt)
+        << number;
+  EXPECT_EQ(escaped([](ContextScript& script) { script.longEscape(0); }), corrupt);
+}
+
+TEST(ScriptedContextPayloads, DistancesThatAreNone)
+{
+  // Behind a number 10 another one is expected to be 10.
+  const Stream stream(3, 64 * 7 + 5);
+  VoxelFrame like = emptyFrame(3, 8);
+  like.keys = {0, 1};
+  const auto far = [&](bool is_above, std::uint32_t distance, const Choices& escape) {
+    return stream.answerToIFrame(like, [&](ContextScript& script) {
+      constexpr std::uint32_t row = 4 * (40 / 8);
+      script.beginNumbers();
+      script.firstNumber(10);
+      script.coding.code(script.state.intensity.differs, {{row}}, true);
+      script.coding.code(script.state.intensity.above, {{row}}, is_above);
+      script.unary(script.state.intensity.farther,
+                   (2 * row + (is_above ? 1 : 0)) * IntensityModels::longest_distance,
+                   0,
+                   distance,
+                   IntensityModels::longest_distance);
+      escape(script);
+    });
+  };
+  const auto none = [](ContextScript&) {};
+  const auto escape = [](std::uint32_t number) {
+    return [=](ContextScript& script) { script.escape(1, number); };
+  };
+  for (const std::uint32_t distance : {0u, 9u, 10u, 11u, 27u})
+    EXPECT_EQ(far(false, distance, none), distance < 10 ? ok : corrupt) << distance;
+  EXPECT_EQ(far(false, 28, escape(0)), corrupt);
+  EXPECT_EQ(far(true, 27, none), ok);
+  EXPECT_EQ(far(true, 28, escape(216)), ok);
+  EXPECT_EQ(far(true, 28, escape(217)), corrupt);
+  EXPECT_EQ(far(true, 28, escape(100000)), corrupt);
+  for (const bool is_above : {false, true})
+    EXPECT_EQ(far(is_above, 28, [](auto& script) { script.longEscape(1); }), corrupt);
+}
+
+/** \brief A point is worth the same everywhere. */
+DepthModel
+modelOfPoints(std::uint32_t symbol)
+{
+  DepthModel model;
+  model.exponent = 1;
+  model.full_symbol = symbol << 8;
+  model.origin = std::int64_t{1} << 32;
+  model.step = {0, 0, 0};
+  return model;
+}
+
+TEST(ScriptedContextPayloads, RestsThatAreNone)
+{
+  const Stream stream(3, 64 * 7 + 5);
+  VoxelFrame like = emptyFrame(3, 8);
+  like.keys = {0};
+  like.depth_model = modelOfPoints(100);
+  DepthSplit split;
+  const BlockList blocks = blocksOf(like.keys);
+  split.begin(*like.depth_model, blocks, History(), 255);
+  split.predict({1});
+  ASSERT_EQ(split.rest(0, 100), 0u);
+  const auto rest = [&](std::uint32_t end, const Choices& escape) {
+    return stream.answerToIFrame(like, [&](ContextScript& script) {
+      script.beginNumbers();
+      script.firstNumber(1);
+      script.unary(script.state.intensity.rest,
+                   split.classes()[0] * IntensityModels::longest_rest,
+                   0,
+                   end,
+                   IntensityModels::longest_rest);
+      escape(script);
+    });
+  };
+  const auto escape = [](std::uint32_t number) {
+    return [=](ContextScript& script) { script.escape(2, number - 32); };
+  };
+  EXPECT_EQ(rest(31, [](auto&) {}), ok);
+  EXPECT_EQ(rest(32, escape(199)), ok);      // symbol 0
+  EXPECT_EQ(rest(32, escape(201)), corrupt); // -1
+  EXPECT_EQ(rest(32, escape(310)), ok);      // 255
+  EXPECT_EQ(rest(32, escape(312)), corrupt); // 256
+  for (const std::uint32_t large : {509u, 511u, 512u, 65535u, 65536u + 20, 131000u})
+    EXPECT_EQ(rest(32, escape(large)), corrupt) << large;
+  EXPECT_EQ(rest(32, [](auto& script) { script.longEscape(2); }), corrupt);
+}
+
+TEST(ScriptedContextPayloads, RestsOfSeventeenBits)
+{
+  // The longest escape that there is: of a symbol 0 where 40000 was expected.
+  const Stream stream(3, 64 * 7 + 5);
+  VoxelFrame like = emptyFrame(3, 16);
+  like.keys = {0};
+  like.depth_model = modelOfPoints(40000);
+  DepthSplit split;
+  split.begin(*like.depth_model, blocksOf(like.keys), History(), 65535);
+  split.predict({1});
+  for (const std::uint32_t rest : {79999u, 80001u})
+    EXPECT_EQ(stream.answerToIFrame(
+                  like,
+                  [&](ContextScript& script) {
+                    script.beginNumbers();
+                    script.firstNumber(1);
+                    script.unary(script.state.intensity.rest,
+                                 split.classes()[0] * IntensityModels::longest_rest,
+                                 0,
+                                 IntensityModels::longest_rest,
+                                 IntensityModels::longest_rest);
+                    script.escape(2, rest - IntensityModels::longest_rest);
+                  }),
+              rest == 79999 ? ok : corrupt);
+}
+
+} // namespace

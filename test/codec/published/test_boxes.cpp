@@ -1,0 +1,178 @@
+/** \file
+ * \brief Which octree boxes and counts an I-frame of the published layout may have.
+ */
+#include "bytes/byte_writer.h"
+#include "codec/published/entropy_coder.h"
+#include "codec/published/frame.h"
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::published;
+using namespace pcl_ext::io::test;
+
+/** \brief An I-frame of one voxel. */
+struct IFrame {
+  unsigned int depth = 4;
+  double resolution = 0.5;
+  std::array<double, 3> min{-1.0, 2.0, 30.0};
+  std::array<double, 3> max{7.0, 10.0, 38.0};
+  std::uint64_t leaf_count = 1;
+  Bytes occupancy; // empty: of the voxel alone
+
+  /** \brief Puts the box where the octree's cube begins at a coordinate. */
+  void
+  fitBox(double begin)
+  {
+    min.fill(begin);
+    max.fill(begin + std::ldexp(resolution, static_cast<int>(depth)));
+  }
+
+  Bytes
+  bytes() const
+  {
+    Bytes bytes{'<', 'H', 'E', 'A', 'D', '>'};
+    ByteWriter writer(bytes);
+    writer.u32(1);
+    writer.u8(1);
+    writer.u64(leaf_count);
+    writer.f64(resolution);
+    for (const double coordinate : min)
+      writer.f64(coordinate);
+    for (const double coordinate : max)
+      writer.f64(coordinate);
+    const Bytes symbols = occupancy.empty() ? Bytes(depth, 0x80) : occupancy;
+    writer.u64(symbols.size());
+    encodeStaticRange(symbols, bytes);
+    writer.u64(1);
+    encodeStaticRange({9}, bytes);
+    return bytes;
+  }
+};
+
+CompressionCode
+codeOf(const IFrame& frame, const DecoderLimits& limits = DecoderLimits())
+{
+  FrameDecoder decoder(limits);
+  VoxelFrame back;
+  const CompressionCode code = decoded(decoder, frame.bytes(), back);
+  if (code == CompressionCode::Ok) {
+    EXPECT_EQ(back.grid.depth, frame.depth);
+    EXPECT_EQ(back.grid.resolution, frame.resolution);
+    EXPECT_EQ(back.grid.anchor, frame.min);
+    EXPECT_EQ(back.keys[0], (std::uint64_t{1} << (3 * frame.depth)) - 1);
+  }
+  return code;
+}
+
+TEST(PublishedBoxes, DepthsFrom1To21)
+{
+  for (unsigned int depth = 0; depth <= 30; ++depth) {
+    IFrame frame;
+    frame.depth = depth;
+    frame.fitBox(-3.0);
+    EXPECT_EQ(codeOf(frame),
+              depth >= 1 && depth <= 21 ? CompressionCode::Ok
+                                        : CompressionCode::Corrupt)
+        << depth;
+  }
+}
+
+TEST(PublishedBoxes, ResolutionsFromAMicrometreToAThousandKilometres)
+{
+  IFrame frame;
+  for (const double resolution : {1e-6, 1.0, 1e6}) {
+    frame.resolution = resolution;
+    frame.fitBox(0.0);
+    EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << resolution;
+  }
+  for (const double resolution : {0.999e-6, 1.001e6}) {
+    frame.resolution = resolution;
+    frame.fitBox(0.0);
+    EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << resolution;
+  }
+}
+
+TEST(PublishedBoxes, CornersWithinTheLargestLattice)
+{
+  const double end = 1e6 * 0x1p21;
+  IFrame frame;
+  frame.resolution = 1e6;
+  for (const double begin : {-0.99 * end, 0.99 * end}) {
+    frame.fitBox(begin);
+    EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << begin;
+  }
+  for (const double begin : {-end, end - 16e6, end, 1e200, -1e200}) {
+    frame.fitBox(begin);
+    EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << begin;
+  }
+}
+
+TEST(PublishedBoxes, ACubeButForPclsTolerance)
+{
+  // PCL leaves out an epsilon where it enlarges a box, and leaves a box alone that is off
+  // by less than one at either end.
+  constexpr double epsilon = std::numeric_limits<float>::epsilon();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0}) {
+      IFrame frame;
+      for (const double share : {1.0, 1.99}) {
+        frame.max[axis] = IFrame().max[axis] + sign * share * epsilon;
+        EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << axis << ", " << sign * share;
+      }
+      for (const double share : {2.01, 100.0, 1e6}) {
+        frame.max[axis] = IFrame().max[axis] + sign * share * epsilon;
+        EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt)
+            << axis << ", " << sign * share;
+      }
+    }
+  // Far out, doubles are coarser than that.
+  for (const double begin : {-1e8, 1e8}) {
+    IFrame frame;
+    frame.fitBox(begin);
+    frame.max[1] += 9e-5;
+    EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << begin;
+    frame.max[1] += 2e-5;
+    EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << begin;
+  }
+}
+
+TEST(PublishedBoxes, LeafCountsAreThoseOfTheVoxelsAndWithinTheLimit)
+{
+  DecoderLimits limits;
+  limits.max_voxels = 3;
+  IFrame frame;
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::Ok);
+  for (const std::uint64_t count : {0u, 2u, 3u}) {
+    frame.leaf_count = count;
+    EXPECT_EQ(codeOf(frame, limits), CompressionCode::Corrupt) << count;
+  }
+  frame.leaf_count = 4;
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::LimitExceeded);
+  limits.max_voxels = 0;
+  frame.leaf_count = 0;
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::LimitExceeded);
+}
+
+TEST(PublishedBoxes, BranchesWithoutVoxelsAreWithinTheLimit)
+{
+  DecoderLimits limits;
+  limits.max_voxels = 1;
+  IFrame frame;
+  frame.occupancy = {0xf8, 0, 0, 0, 0, 0x80, 0x80, 0x80}; // two ways of four levels
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::Ok);
+  frame.occupancy = {0xfc, 0, 0, 0, 0, 0, 0x80, 0x80, 0x80};
+  EXPECT_EQ(codeOf(frame, limits), CompressionCode::LimitExceeded);
+  EXPECT_EQ(codeOf(frame), CompressionCode::Ok);
+}
+
+} // namespace

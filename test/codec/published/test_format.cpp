@@ -1,0 +1,306 @@
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include "support/published_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using pcl_ext::IntensityUnit;
+using pcl_ext::PublishedReference;
+using pcl_ext::PublishedReferenceDecoder;
+
+PointView
+viewOf(const Cloud& cloud)
+{
+  PointView view;
+  view.coordinates = cloud.empty() ? nullptr : cloud[0].data;
+  view.intensities = cloud.empty() ? nullptr : &cloud[0].intensity;
+  view.coordinate_stride = view.intensity_stride =
+      sizeof(pcl::PointXYZI) / sizeof(float);
+  view.count = cloud.size();
+  return view;
+}
+
+/** \brief The bytes but for the octree's box: its corners are sums that PCL and this
+ * library take in different orders, so that their last bits may differ. */
+void
+expectSameBytes(const Bytes& bytes, const std::string& expected, bool is_i_frame)
+{
+  ASSERT_EQ(bytes.size(), expected.size());
+  constexpr std::size_t box_begin = 6 + 4 + 1 + 8 + 8;
+  constexpr std::size_t box_end = box_begin + 6 * 8;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (is_i_frame && i >= box_begin && i < box_end)
+      continue;
+    ASSERT_EQ(bytes[i], static_cast<std::uint8_t>(expected[i])) << "byte " << i;
+  }
+  for (std::size_t at = box_begin; is_i_frame && at < box_end; at += 8) {
+    double corner;
+    double expected_corner;
+    std::memcpy(&corner, bytes.data() + at, 8);
+    std::memcpy(&expected_corner, expected.data() + at, 8);
+    EXPECT_NEAR(corner, expected_corner, 1e-9);
+  }
+}
+
+struct Scene {
+  double resolution;
+  BoundingBox box;
+  std::size_t points;
+};
+
+std::vector<Scene>
+scenes()
+{
+  return {{0.04, {{-1.0, -1.0, 0.0}, {1.0, 1.0, 2.0}}, 3000},
+          {0.02, {{-1.003, -2.017, 0.301}, {1.111, 0.777, 0.899}}, 2000},
+          {0.1, {{-5.05, 100.03, -7.7}, {5.0, 103.0, -7.1}}, 1000},
+          {0.01, {{12.3456, -0.5, -0.5}, {12.5, 0.0, 0.123}}, 500},
+          {1.0, {{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}}, 4},
+          {0.25, {{0.0, 0.0, 0.0}, {4.0, 4.0, 4.0}}, 20000}};
+}
+
+IntensityCompressionSettings
+settingsOf(const Scene& scene)
+{
+  IntensityCompressionSettings settings;
+  settings.format = StreamFormat::Published;
+  settings.resolution = scene.resolution;
+  settings.bounding_box = scene.box;
+  return settings;
+}
+
+TEST(PublishedFormat, PointsBecomeTheReferencesBytesInBothDirections)
+{
+  std::mt19937_64 random(1);
+  for (const Scene& scene : scenes())
+    for (const unsigned int rate : {1u, 4u}) {
+      SCOPED_TRACE(scene.resolution);
+      PublishedReference reference(
+          scene.resolution, corner(scene.box.min), corner(scene.box.max), rate);
+      PublishedReferenceDecoder reference_of_ours;
+      PublishedReferenceDecoder reference_of_its_own;
+      Voxelizer voxelizer(settingsOf(scene), IntensityUnit::Native);
+      FrameEncoder encoder(StreamFormat::Published, rate);
+      FrameDecoder decoder_of_ours;
+      FrameDecoder decoder_of_the_reference;
+      VoxelFrame frame;
+      VoxelFrame back;
+      Cloud cloud = randomCloud(random, scene.box, scene.points);
+      for (unsigned int number = 1; number <= 9; ++number) {
+        const VoxelizationStatistics voxelized =
+            voxelizer.voxelize(viewOf(cloud), false, frame);
+        ASSERT_EQ(voxelized.points_used, cloud.size());
+        const Bytes bytes = encoded(encoder, frame);
+        const std::string expected = reference.encode(cloud);
+        expectSameBytes(bytes, expected, number % rate == 1 % rate);
+
+        ASSERT_EQ(decoded(decoder_of_ours, bytes, back), CompressionCode::Ok);
+        expectSameVoxels(back, frame);
+        expectSameCloud(back, reference_of_ours.decode(textOf(bytes)));
+        EXPECT_EQ(reference_of_ours.frameNumber(), number);
+
+        ASSERT_EQ(decoded(decoder_of_the_reference, bytesOf(expected), back),
+                  CompressionCode::Ok);
+        expectSameVoxels(back, frame);
+        expectSameCloud(back, reference_of_its_own.decode(expected));
+        shake(random, scene.box, cloud);
+      }
+    }
+}
+
+/** \brief Points with the intensity that a law gives them; the reference adds up floats
+ * of 255 times the share, so the shares are such that no sum rounds. */
+template <typename LawT>
+void
+expectLaw(const LawT& law)
+{
+  std::mt19937_64 random(2);
+  const Scene scene = scenes()[1];
+  Cloud cloud = randomCloud(random, scene.box, scene.points);
+  Cloud shown = cloud; // as the reference wants it: 0 to 255
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const float depth = static_cast<float>(below(random, 65)) / 64.0f;
+    cloud[i].intensity = law(depth, static_cast<float>(below(random, 300)));
+    shown[i].intensity =
+        cloud[i].intensity * (LawT::unit == IntensityUnit::Share ? 255.0f : 1.0f);
+  }
+  PublishedReference reference(
+      scene.resolution, corner(scene.box.min), corner(scene.box.max), 3);
+  Voxelizer voxelizer(settingsOf(scene), LawT::unit);
+  FrameEncoder encoder(StreamFormat::Published, 3);
+  VoxelFrame frame;
+  voxelizer.voxelize(viewOf(cloud), false, frame);
+  expectSameBytes(encoded(encoder, frame), reference.encode(shown), true);
+  EXPECT_GT(*std::max_element(frame.intensities.begin(), frame.intensities.end()), 0);
+}
+
+TEST(PublishedFormat, AllLawsMakeTheReferencesBytes)
+{
+  expectLaw(pcl_ext::CountLaw());
+  expectLaw(pcl_ext::QuadraticLaw());
+  expectLaw(pcl_ext::LinearLaw());
+  expectLaw(pcl_ext::NativeLaw());
+}
+
+/** \brief The published layout's grid, counted from its lower corner. */
+VoxelFrame
+publishedFrame(std::mt19937_64& random, unsigned int depth, std::size_t count)
+{
+  VoxelFrame frame = randomFrame(random, depth, count);
+  frame.grid.first_index = {0, 0, 0};
+  frame.grid.anchor = {-1.25, 0.5, 33.0};
+  return frame;
+}
+
+TEST(PublishedFormat, TheReferenceReadsWalksOfVoxels)
+{
+  for (const unsigned int depth : {1u, 2u, 5u, 10u}) {
+    std::mt19937_64 random(depth);
+    FrameEncoder encoder(StreamFormat::Published, 6);
+    FrameDecoder decoder;
+    PublishedReferenceDecoder reference;
+    VoxelFrame back;
+    VoxelFrame frame =
+        publishedFrame(random, depth, depth == 1 ? 4 : std::size_t{1} << depth);
+    for (int i = 0; i < 20; ++i) {
+      const Bytes bytes = encoded(encoder, frame);
+      ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+      expectSameVoxels(back, frame);
+      expectSameCloud(back, reference.decode(textOf(bytes)));
+      walk(random, static_cast<unsigned int>(frame.size() / 4 + 1), frame);
+    }
+  }
+}
+
+TEST(PublishedFormat, AWorldGridIsPlacedWithinAMicrometre)
+{
+  std::mt19937_64 random(3);
+  FrameEncoder encoder(StreamFormat::Published, 6);
+  PublishedReferenceDecoder reference;
+  const VoxelFrame frame = randomFrame(random, 7, 100); // first_index is not 0
+  const Cloud cloud = reference.decode(textOf(encoded(encoder, frame)));
+  ASSERT_EQ(cloud.size(), frame.size());
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame.keys[i]);
+    EXPECT_NEAR(double{cloud[i].x}, frame.grid.centre(0, position.x), 1e-6);
+    EXPECT_NEAR(double{cloud[i].y}, frame.grid.centre(1, position.y), 1e-6);
+    EXPECT_NEAR(double{cloud[i].z}, frame.grid.centre(2, position.z), 1e-6);
+  }
+}
+
+TEST(PublishedFormat, AGrowingOctreeIsFollowed)
+{
+  std::mt19937_64 random(4);
+  for (const Scene& scene : scenes()) {
+    PublishedReference reference(
+        scene.resolution, corner(scene.box.min), corner(scene.box.max), 100);
+    PublishedReferenceDecoder reference_decoder;
+    FrameDecoder decoder;
+    VoxelFrame back;
+    Cloud cloud = randomCloud(random, scene.box, 100);
+    unsigned int i_frames = 0;
+    for (int i = 0; i < 12; ++i) {
+      if (i % 3 == 2) { // further and further out, on all sides
+        pcl::PointXYZI point = cloud[0];
+        point.data[i / 3 % 3] += (i % 2 == 0 ? 1.5f : -1.5f) *
+                                 static_cast<float>(scene.resolution * (1 << i));
+        cloud.push_back(point);
+      }
+      const std::string bytes = reference.encode(cloud);
+      const Cloud expected = reference_decoder.decode(bytes);
+      ASSERT_EQ(decoded(decoder, bytesOf(bytes), back), CompressionCode::Ok) << i;
+      expectSameCloud(back, expected);
+      i_frames += decoder.statistics().is_i_frame ? 1 : 0;
+    }
+    EXPECT_GT(i_frames, 1u);
+  }
+}
+
+TEST(PublishedFormat, EmptyFramesGoBothWays)
+{
+  std::mt19937_64 random(5);
+  const Scene scene = scenes()[0];
+  PublishedReference reference(
+      scene.resolution, corner(scene.box.min), corner(scene.box.max), 4);
+  Voxelizer voxelizer(settingsOf(scene), IntensityUnit::Native);
+  FrameEncoder encoder(StreamFormat::Published, 4);
+  PublishedReferenceDecoder reference_of_ours;
+  PublishedReferenceDecoder reference_of_its_own;
+  FrameDecoder decoder_of_ours;
+  FrameDecoder decoder_of_the_reference;
+  VoxelFrame frame;
+  VoxelFrame back;
+  for (const std::size_t points :
+       {0u, 0u, 5u, 100u, 0u, 100u, 90u, 0u, 0u, 3u, 3u, 3u, 0u}) {
+    const Cloud cloud = randomCloud(random, scene.box, points);
+    voxelizer.voxelize(viewOf(cloud), false, frame);
+    const Bytes bytes = encoded(encoder, frame);
+    ASSERT_EQ(decoded(decoder_of_ours, bytes, back), CompressionCode::Ok);
+    expectSameVoxels(back, frame);
+    expectSameCloud(back, reference_of_ours.decode(textOf(bytes)));
+
+    const std::string expected = reference.encode(cloud);
+    ASSERT_EQ(decoded(decoder_of_the_reference, bytesOf(expected), back),
+              CompressionCode::Ok);
+    expectSameVoxels(back, frame);
+    expectSameCloud(back, reference_of_its_own.decode(expected));
+  }
+}
+
+TEST(PublishedFormat, NothingOfAFrameBeforeItIsLeft)
+{
+  VoxelFrame frame = emptyFrame(4);
+  frame.keys = {3, 5};
+  frame.intensities = {7, 200};
+  FrameEncoder encoder(StreamFormat::Published, 4);
+  FrameDecoder decoder;
+  // As a frame of version 1, of the quadratic law, may have left it.
+  VoxelFrame back = emptyFrame(9, 12);
+  back.keys = {1, 2, 3};
+  back.intensities = {1, 1, 1};
+  back.intensity_scale.offset = 3.0f;
+  back.depth_model.emplace();
+  ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+  expectSameVoxels(back, frame);
+  EXPECT_EQ(back.grid.depth, frame.grid.depth);
+  EXPECT_EQ(back.grid.first_index, VoxelGrid().first_index);
+  EXPECT_FALSE(back.depth_model.has_value());
+}
+
+TEST(PublishedFormat, SeveralFramesOfTheReferenceInOneStream)
+{
+  std::mt19937_64 random(6);
+  const Scene scene = scenes()[2];
+  PublishedReference reference(
+      scene.resolution, corner(scene.box.min), corner(scene.box.max), 3);
+  PublishedReferenceDecoder reference_decoder;
+  FrameDecoder decoder;
+  VoxelFrame back;
+  std::stringstream stream(std::ios::in | std::ios::out | std::ios::binary);
+  std::stringstream copy(std::ios::in | std::ios::out | std::ios::binary);
+  for (int i = 0; i < 8; ++i) {
+    const std::string bytes = reference.encode(randomCloud(random, scene.box, 200));
+    stream << bytes;
+    copy << bytes;
+  }
+  for (int i = 0; i < 8; ++i) {
+    ASSERT_TRUE(decoder.decode(*stream.rdbuf(), back).ok());
+    EXPECT_EQ(decoder.statistics().skipped_bytes, 0u);
+    expectSameCloud(back, reference_decoder.decode(copy));
+  }
+  EXPECT_EQ(decoder.decode(*stream.rdbuf(), back).code(), CompressionCode::EndOfStream);
+}
+
+} // namespace

@@ -1,0 +1,357 @@
+#include <pcl_ext/compression/depth_model.h>
+
+#include "codec/depth_split.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr std::int64_t farthest = std::int64_t{1} << 56;
+constexpr std::int32_t steepest = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t deepest = std::numeric_limits<std::int32_t>::min();
+
+// ---------------------------------------------------------------- the model
+
+VoxelGrid
+gridOf(double resolution, std::int32_t first)
+{
+  VoxelGrid grid;
+  grid.resolution = resolution;
+  grid.first_index.fill(first);
+  grid.depth = 10;
+  return grid;
+}
+
+TEST(DepthModel, PointSymbolsAreTheLaw)
+{
+  const std::array<double, 3> sensor{0.3, -2.0, 1.1};
+  const std::array<double, 3> axis{0.48, 0.6, 0.64}; // of length 1
+  const VoxelGrid grid = gridOf(0.05, -200);
+  for (const unsigned int exponent : {1u, 2u})
+    for (const double cut_off : {0.7, 4.0, 90.0}) {
+      IntensityScale scale;
+      scale.step = 0.02f;
+      const DepthLaw law{exponent, cut_off, 3.0};
+      const auto model = depthModelOf(law, sensor, axis, grid, scale);
+      ASSERT_TRUE(model.has_value());
+      EXPECT_TRUE(isConsistent(*model));
+      std::mt19937_64 random(exponent);
+      for (int i = 0; i < 1000; ++i) {
+        const VoxelPosition position{static_cast<std::uint32_t>(below(random, 1024)),
+                                     static_cast<std::uint32_t>(below(random, 1024)),
+                                     static_cast<std::uint32_t>(below(random, 1024))};
+        const double depth = axis[0] * (grid.centre(0, position.x) - sensor[0]) +
+                             axis[1] * (grid.centre(1, position.y) - sensor[1]) +
+                             axis[2] * (grid.centre(2, position.z) - sensor[2]);
+        const double share = std::clamp(depth / cut_off, 0.0, 1.0);
+        const double symbols = std::pow(share, exponent) * law.full_intensity /
+                               static_cast<double>(scale.step);
+        EXPECT_NEAR(static_cast<double>(model->pointSymbol(position)) / 65536.0,
+                    symbols,
+                    1e-4 * symbols + 1e-3);
+      }
+    }
+}
+
+TEST(DepthModel, ThereIsNoneWhereItsNumbersLeaveTheirRanges)
+{
+  const std::array<double, 3> sensor{};
+  const std::array<double, 3> axis{0.0, 0.0, 1.0};
+  const DepthLaw law{2, 5.0, 255.0};
+  const IntensityScale scale;
+  const auto has = [&](const DepthLaw& some_law,
+                       const std::array<double, 3>& some_sensor,
+                       const VoxelGrid& grid,
+                       const IntensityScale& some_scale) {
+    return depthModelOf(some_law, some_sensor, axis, grid, some_scale).has_value();
+  };
+  const VoxelGrid grid = gridOf(0.04, 0);
+  const double nan_value = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(has(law, sensor, grid, scale));
+  IntensityScale other = scale;
+  other.offset = 1.0f;
+  EXPECT_FALSE(has(law, sensor, grid, other));
+  other = scale;
+  other.companded_range = 256; // a point is not worth the same at each symbol
+  EXPECT_FALSE(has(law, sensor, grid, other));
+  other = scale;
+  other.step = 1e-6f; // a point is worth more symbols than there can be
+  EXPECT_FALSE(has(law, sensor, grid, other));
+  EXPECT_FALSE(has(law, sensor, gridOf(10.0, 0), scale)); // beyond the cut-off depth
+  EXPECT_TRUE(has(law, sensor, gridOf(2.0, 0), scale));
+  EXPECT_FALSE(has(law, {0.0, 0.0, 1e12}, grid, scale));
+  EXPECT_FALSE(has(law, {0.0, 0.0, nan_value}, grid, scale));
+  EXPECT_FALSE(has({2, nan_value, 255.0}, sensor, grid, scale));
+  EXPECT_FALSE(has({2, 5.0, nan_value}, sensor, grid, scale));
+  EXPECT_FALSE(has({2, 5.0, -1.0}, sensor, grid, scale));
+  EXPECT_FALSE(has({3, 5.0, 255.0}, sensor, grid, scale));
+}
+
+TEST(DepthModel, NumbersHaveRanges)
+{
+  DepthModel model;
+  EXPECT_TRUE(isConsistent(model));
+  model.full_symbol = (1u << 24) - 1;
+  model.origin = -farthest;
+  model.step = {steepest, deepest, 0};
+  EXPECT_TRUE(isConsistent(model));
+  model.origin = farthest;
+  EXPECT_TRUE(isConsistent(model));
+  DepthModel bad = model;
+  bad.origin = farthest + 1;
+  EXPECT_FALSE(isConsistent(bad));
+  bad.origin = -farthest - 1;
+  EXPECT_FALSE(isConsistent(bad));
+  bad = model;
+  bad.full_symbol = 1u << 24;
+  EXPECT_FALSE(isConsistent(bad));
+  for (const int exponent : {0, 3, 255}) {
+    bad = model;
+    bad.exponent = static_cast<std::uint8_t>(exponent);
+    EXPECT_FALSE(isConsistent(bad));
+  }
+  VoxelFrame frame = emptyFrame(4);
+  frame.depth_model = model;
+  EXPECT_TRUE(isConsistent(frame));
+  frame.depth_model = bad;
+  EXPECT_FALSE(isConsistent(frame));
+}
+
+TEST(DepthModel, ModelsDifferByAnyOfTheirNumbers)
+{
+  const DepthModel model = roomDepthModel(8, 8);
+  EXPECT_TRUE(model == roomDepthModel(8, 8));
+  for (int field = 0; field < 6; ++field) {
+    DepthModel other = model;
+    if (field == 0)
+      other.exponent = 1;
+    else if (field == 1)
+      ++other.full_symbol;
+    else if (field == 2)
+      ++other.origin;
+    else
+      ++other.step[static_cast<std::size_t>(field) - 3];
+    EXPECT_TRUE(other != model) << field;
+  }
+}
+
+// ---------------------------------------------------------------- the split
+
+DepthModel
+randomModel(std::mt19937_64& random)
+{
+  DepthModel model;
+  model.exponent = static_cast<std::uint8_t>(1 + below(random, 2));
+  const std::uint64_t kind = below(random, 5);
+  model.full_symbol =
+      kind == 0 ? 0
+      : kind == 1
+          ? (1u << 24) - 1
+          : static_cast<std::uint32_t>(below(random, 1u << (1 + below(random, 24))));
+  const std::uint64_t place = below(random, 5);
+  model.origin = place == 0   ? farthest
+                 : place == 1 ? -farthest
+                              : static_cast<std::int64_t>(below(random, 1ull << 33)) -
+                                    (std::int64_t{1} << 30);
+  for (std::int32_t& step : model.step) {
+    const std::uint64_t slope = below(random, 5);
+    step = slope == 0 ? steepest
+           : slope == 1
+               ? deepest
+               : static_cast<std::int32_t>(below(random, 1u << 26)) - (1 << 25);
+  }
+  return model;
+}
+
+/** \brief Splits a frame as an encoder does, joins it as a decoder does.
+ * \param[in,out] rests how many symbols had a rest
+ */
+void
+expectLossless(const DepthModel& model,
+               const VoxelFrame& frame,
+               context::History& history,
+               bool is_i_frame,
+               std::size_t& rests)
+{
+  BlockList blocks;
+  blocks.assign(frame.keys);
+  const std::uint32_t max_symbol = frame.intensity_scale.maxSymbol();
+  DepthSplit split;
+  split.begin(model, blocks, history, max_symbol);
+  std::vector<std::uint16_t> numbers;
+  split.numbersOf(frame.intensities, numbers);
+  ASSERT_EQ(numbers.size(), frame.size());
+  split.predict(numbers);
+
+  DepthSplit join;
+  join.begin(model, blocks, history, max_symbol);
+  join.predict(numbers);
+  ASSERT_EQ(join.classes(), split.classes());
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    ASSERT_LE(numbers[i], frame.intensities[i]); // a point is a symbol or more
+    if (split.classes()[i] == DepthSplit::no_rest) {
+      ASSERT_EQ(numbers[i], frame.intensities[i]);
+      continue;
+    }
+    ++rests;
+    ASSERT_LT(split.classes()[i], DepthSplit::class_count);
+    ASSERT_LT(split.place(i), 128u);
+    ASSERT_LT(split.pointClass(i), 4u);
+    ASSERT_EQ(join.place(i), split.place(i));
+    std::uint16_t symbol = 0;
+    ASSERT_TRUE(join.symbol(i, split.rest(i, frame.intensities[i]), symbol));
+    ASSERT_EQ(symbol, frame.intensities[i]);
+  }
+  context::DepthObservations depths;
+  split.observe(numbers, frame.intensities, depths);
+  ASSERT_EQ(depths.offsets.size(), frame.size());
+  ASSERT_EQ(depths.rests.size(), frame.size());
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    ASSERT_LE(std::abs(depths.offsets[i]), 8192);
+    ASSERT_LE(depths.rests[i], 15);
+  }
+  history.update(blocks, numbers, &depths, is_i_frame);
+}
+
+TEST(DepthSplit, AnySymbolsComeBackWithAnyModel)
+{
+  std::mt19937_64 random(1);
+  std::size_t symbols = 0;
+  std::size_t rests = 0;
+  for (int round = 0; round < 400; ++round) {
+    const unsigned int bits = 1 + static_cast<unsigned int>(round) % 16;
+    const unsigned int depths[] = {1, 2, 5, 21};
+    const unsigned int depth = depths[round / 16 % 4];
+    context::History history;
+    history.clear(bits, 3000);
+    VoxelFrame frame = randomFrame(random, depth, depth == 1 ? 5 : 40, bits);
+    DepthModel model = randomModel(random);
+    ASSERT_TRUE(isConsistent(model));
+    for (int i = 0; i < 6; ++i) {
+      ASSERT_NO_FATAL_FAILURE(expectLossless(model, frame, history, i == 0, rests));
+      symbols += frame.size();
+      walk(random, 3, frame);
+      if (i == 3) // models may change on the way
+        model = randomModel(random);
+      if (i == 4) // the ends of the scale
+        for (std::uint16_t& symbol : frame.intensities)
+          symbol = below(random, 2) == 0
+                       ? std::uint16_t{0}
+                       : static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+    }
+  }
+  EXPECT_GT(rests, symbols / 10);
+  EXPECT_LT(rests, symbols);
+}
+
+TEST(DepthSplit, SymbolsOutsideTheScaleAreRefused)
+{
+  DepthModel model = roomDepthModel(4, 8);
+  model.origin = std::int64_t{1} << 31; // a point is worth 21 symbols
+  model.step = {};
+  context::History history;
+  history.clear(8, 3000);
+  BlockList blocks;
+  blocks.assign({0, 1});
+  DepthSplit split;
+  split.begin(model, blocks, history, 255);
+  split.predict({1, 11});
+  std::uint16_t symbol = 0;
+  const std::uint32_t rest_of_0 = split.rest(0, 0);
+  const std::uint32_t rest_of_255 = split.rest(0, 255);
+  EXPECT_TRUE(split.symbol(0, rest_of_0, symbol));
+  EXPECT_EQ(symbol, 0);
+  EXPECT_FALSE(split.symbol(0, rest_of_0 + 2, symbol)); // -1
+  EXPECT_TRUE(split.symbol(0, rest_of_255, symbol));
+  EXPECT_EQ(symbol, 255);
+  EXPECT_FALSE(split.symbol(0, rest_of_255 + 2, symbol)); // 256
+  for (const std::uint32_t rest :
+       {511u, 512u, 65535u, 1u << 20, 0xfffffffeu, 0xffffffffu})
+    EXPECT_FALSE(split.symbol(0, rest, symbol)) << rest;
+  std::size_t symbols = 0;
+  for (std::uint32_t rest = 0; rest < 600; ++rest)
+    symbols += split.symbol(1, rest, symbol) ? 1 : 0;
+  EXPECT_EQ(symbols, 256u);
+}
+
+TEST(DepthSplit, RestsAreSmallWhereTheModelIsRight)
+{
+  const unsigned int bits = 12;
+  const DepthModel model = roomDepthModel(6, bits);
+  std::mt19937_64 random(2);
+  VoxelFrame frame = randomFrame(random, 6, 3000, bits);
+  BlockList blocks;
+  blocks.assign(frame.keys);
+  context::History history;
+  history.clear(bits, 3000);
+  std::vector<std::uint64_t> points;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    points.push_back(1 + below(random, 5));
+    const std::uint64_t exact =
+        points[i] * model.pointSymbol(voxelPosition(frame.keys[i]));
+    frame.intensities[i] = static_cast<std::uint16_t>(
+        std::min<std::uint64_t>((exact + (1 << 15)) >> 16, 4095));
+  }
+  DepthSplit split;
+  split.begin(model, blocks, history, 4095);
+  std::vector<std::uint16_t> numbers;
+  split.numbersOf(frame.intensities, numbers);
+  split.predict(numbers);
+  std::size_t with_rest = 0;
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    if (split.classes()[i] != DepthSplit::no_rest && frame.intensities[i] < 4095) {
+      ++with_rest;
+      ASSERT_EQ(numbers[i], points[i]);
+      ASSERT_EQ(split.rest(i, frame.intensities[i]), 0u);
+    }
+  EXPECT_GT(with_rest, 2000u);
+}
+
+TEST(DepthSplit, TheHistoryTellsWhereInAVoxelThePointsAre)
+{
+  // Every point is worth a tenth more than the centre says.
+  const unsigned int bits = 16;
+  DepthModel model = roomDepthModel(6, bits, 1);
+  model.step = {1 << 22, 0, 0};
+  std::mt19937_64 random(3);
+  VoxelFrame frame = randomFrame(random, 6, 500, bits);
+  BlockList blocks;
+  blocks.assign(frame.keys);
+  context::History history;
+  history.clear(bits, 3000);
+  std::uint64_t first = 0;
+  std::uint64_t last = 0;
+  for (int round = 0; round < 20; ++round) {
+    for (std::size_t i = 0; i < frame.size(); ++i)
+      frame.intensities[i] = static_cast<std::uint16_t>(
+          2 * model.pointSymbol(voxelPosition(frame.keys[i])) * 11 / 10 >> 16);
+    DepthSplit split;
+    split.begin(model, blocks, history, frame.intensity_scale.maxSymbol());
+    std::vector<std::uint16_t> numbers;
+    split.numbersOf(frame.intensities, numbers);
+    split.predict(numbers);
+    std::uint64_t rests = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      ASSERT_EQ(numbers[i], 2);
+      rests += split.rest(i, frame.intensities[i]);
+    }
+    (round == 0 ? first : last) = rests;
+    context::DepthObservations depths;
+    split.observe(numbers, frame.intensities, depths);
+    history.update(blocks, numbers, &depths, round == 0);
+  }
+  EXPECT_LT(last, first / 50);
+}
+
+} // namespace

@@ -1,0 +1,375 @@
+#include "codec/payload_coder.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+std::string
+nameOf(Effort effort)
+{
+  return effort == Effort::Fast       ? "Fast"
+         : effort == Effort::Balanced ? "Balanced"
+                                      : "Small";
+}
+
+/** \brief One stream's two ends. Decodes every payload from memory of exactly its size,
+ * so that a sanitizer sees reads behind it. */
+class Ends {
+public:
+  explicit Ends(Effort effort) : effort_(effort) {}
+
+  Bytes
+  encode(const VoxelFrame& frame, bool is_i_frame)
+  {
+    Bytes payload;
+    sizes_ = encoder_.of(effort_).encode(work_, frame, is_i_frame, payload);
+    EXPECT_EQ(sizes_.occupancy + sizes_.intensity, payload.size());
+    return payload;
+  }
+
+  /** \brief Decodes into a frame that is full of something else. */
+  bool
+  decode(const Bytes& payload,
+         const VoxelFrame& expected,
+         bool is_i_frame,
+         VoxelFrame& back)
+  {
+    return decode(payload, expected, expected.size(), is_i_frame, back);
+  }
+
+  bool
+  decode(const Bytes& payload,
+         const VoxelFrame& like,
+         std::size_t voxel_count,
+         bool is_i_frame,
+         VoxelFrame& back)
+  {
+    Bytes copy = payload;
+    copy.shrink_to_fit();
+    back = like;
+    back.keys = {1, 2, 3};
+    back.intensities = {9, 9};
+    PayloadSizes sizes;
+    PayloadCoder& coder = decoder_.of(effort_);
+    const bool is_good = coder.decode(work_,
+                                      copy.data(),
+                                      copy.data() + copy.size(),
+                                      voxel_count,
+                                      is_i_frame,
+                                      back,
+                                      sizes);
+    if (is_good) {
+      coder.learn();
+      EXPECT_TRUE(isConsistent(back));
+      EXPECT_EQ(back.size(), voxel_count);
+      EXPECT_EQ(sizes.occupancy + sizes.intensity, payload.size());
+      decoded_sizes_ = sizes;
+    }
+    return is_good;
+  }
+
+  void
+  expectRoundTrip(const VoxelFrame& frame, bool is_i_frame)
+  {
+    const Bytes payload = encode(frame, is_i_frame);
+    VoxelFrame back;
+    ASSERT_TRUE(decode(payload, frame, is_i_frame, back));
+    expectSameFrame(back, frame);
+    EXPECT_EQ(decoded_sizes_.occupancy, sizes_.occupancy);
+    EXPECT_EQ(decoder_.of(effort_).recordCount(), encoder_.of(effort_).recordCount());
+    EXPECT_EQ(decoder_.of(effort_).knownVoxels(work_, frame), frame.size());
+  }
+
+private:
+  Effort effort_;
+  CodingWorkspace work_; // which streams, and both ends of one, may share
+  PayloadCoders encoder_;
+  PayloadCoders decoder_;
+  PayloadSizes sizes_;
+  PayloadSizes decoded_sizes_;
+};
+
+class PayloadCoding : public testing::TestWithParam<Effort> {};
+
+INSTANTIATE_TEST_SUITE_P(Efforts,
+                         PayloadCoding,
+                         testing::Values(Effort::Fast, Effort::Balanced, Effort::Small),
+                         [](const auto& effort) { return nameOf(effort.param); });
+
+/** \brief All voxels of a cube of some levels at the grid's lower corner. */
+VoxelFrame
+cube(std::mt19937_64& random,
+     unsigned int depth,
+     unsigned int levels,
+     unsigned int bits)
+{
+  std::set<std::uint64_t> keys;
+  for (std::uint64_t key = 0; key < std::uint64_t{1} << (3 * levels); ++key)
+    keys.insert(key);
+  VoxelFrame frame = emptyFrame(depth, bits);
+  setVoxels(random, keys, frame);
+  return frame;
+}
+
+/** \brief Frames that a coder might stumble over, of one grid and scale. */
+std::vector<VoxelFrame>
+oddFrames(unsigned int depth, unsigned int bits)
+{
+  std::mt19937_64 random(depth * 100 + bits);
+  const std::uint64_t cells = std::uint64_t{1} << std::min(3 * depth, 62u);
+  const auto some = [&](std::uint64_t count) {
+    return randomFrame(random, depth, std::min(count, cells), bits);
+  };
+  std::vector<VoxelFrame> frames{some(1), emptyFrame(depth, bits), some(1), some(2)};
+  VoxelFrame last = emptyFrame(depth, bits); // the last voxel of the grid
+  setVoxels(random, {(std::uint64_t{1} << (3 * depth)) - 1}, last);
+  frames.push_back(last);
+  for (unsigned int levels = 1; levels <= std::min(depth, 3u); ++levels)
+    for (int i = 0; i < 2; ++i)
+      frames.push_back(cube(random, depth, levels, bits));
+  frames.push_back(some(cells / 2 < 300 ? cells / 2 : 300));
+  frames.push_back(emptyFrame(depth, bits));
+  frames.push_back(emptyFrame(depth, bits));
+  for (const bool is_highest : {false, true})
+    for (int i = 0; i < 3; ++i) {
+      VoxelFrame frame = some(100);
+      const std::uint32_t symbol = is_highest ? frame.intensity_scale.maxSymbol() : 0;
+      std::fill(frame.intensities.begin(),
+                frame.intensities.end(),
+                static_cast<std::uint16_t>(symbol));
+      frames.push_back(frame);
+      frame.intensities[0] = static_cast<std::uint16_t>(
+          is_highest ? 0 : frame.intensity_scale.maxSymbol());
+      frames.push_back(frame);
+    }
+  VoxelFrame wanderer = some(60);
+  for (int i = 0; i < 12; ++i) {
+    frames.push_back(wanderer);
+    walk(random, 6, wanderer);
+  }
+  for (std::size_t i = 0; i < 20; ++i) // everything changes at once, back and forth
+    frames.push_back(frames[(i * 7) % 5 + 2]);
+  return frames;
+}
+
+TEST_P(PayloadCoding, OddFramesComeBack)
+{
+  for (const unsigned int depth : {1u, 2u, 3u, 4u, 9u, 20u, 21u})
+    for (const unsigned int bits : {1u, 2u, 8u, 12u, 13u, 16u})
+      for (const std::size_t rate : {1u, 5u, 1000u}) {
+        SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits) +
+                     " bits, I-frames every " + std::to_string(rate));
+        Ends ends(GetParam());
+        const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
+        for (std::size_t i = 0; i < frames.size(); ++i)
+          ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(frames[i], i % rate == 0)) << i;
+      }
+}
+
+TEST_P(PayloadCoding, OddFramesComeBackWithADepthModel)
+{
+  for (const unsigned int depth : {1u, 2u, 3u, 9u, 21u})
+    for (const unsigned int bits : {1u, 8u, 13u, 16u}) {
+      SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits));
+      Ends ends(GetParam());
+      const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
+      for (std::size_t i = 0; i < frames.size(); ++i) {
+        VoxelFrame frame = frames[i];
+        frame.depth_model =
+            roomDepthModel(depth, bits, static_cast<std::uint8_t>(1 + i / 8 % 2));
+        ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(frame, i % 20 == 0)) << i;
+      }
+    }
+}
+
+TEST_P(PayloadCoding, RoomsComeBack)
+{
+  for (const bool has_depth_model : {false, true})
+    for (const unsigned int bits : {4u, 8u, 16u}) {
+      RoomStream::Settings settings;
+      settings.bits = bits;
+      if (has_depth_model)
+        settings.depth_model = roomDepthModel(settings.depth, bits);
+      RoomStream room(settings);
+      Ends ends(GetParam());
+      for (int i = 0; i < 25; ++i)
+        ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(room.next(), i % 12 == 0)) << i;
+    }
+}
+
+TEST_P(PayloadCoding, PayloadsAreAppended)
+{
+  CodingWorkspace work;
+  std::mt19937_64 random(1);
+  PayloadCoders one;
+  PayloadCoders other;
+  VoxelFrame frame = randomFrame(random, 5, 300);
+  for (int i = 0; i < 5; ++i) {
+    Bytes alone;
+    const Bytes before(below(random, 40), 0xff);
+    Bytes appended = before;
+    one.of(GetParam()).encode(work, frame, i == 0, alone);
+    other.of(GetParam()).encode(work, frame, i == 0, appended);
+    Bytes expected = before;
+    append(alone, expected);
+    ASSERT_EQ(appended, expected);
+    walk(random, 20, frame);
+  }
+}
+
+TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
+{
+  for (const bool has_depth_model : {false, true}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 12;
+    if (has_depth_model)
+      settings.depth_model = roomDepthModel(6, 8);
+    RoomStream room(settings);
+    Ends ends(GetParam());
+    for (int i = 0; i < 12; ++i) {
+      const VoxelFrame frame = room.next();
+      const Bytes payload = ends.encode(frame, i % 6 == 0);
+      VoxelFrame back;
+      // As a frame of the other kind, too: an I-frame that fails must not have cleared
+      // the history.
+      Bytes longer = payload;
+      longer.insert(longer.end(), 40, 0x77);
+      for (const bool is_i_frame : {false, true}) {
+        EXPECT_FALSE(ends.decode(longer, frame, is_i_frame, back));
+        EXPECT_FALSE(ends.decode(payload, frame, frame.size() + 1, is_i_frame, back));
+        EXPECT_FALSE(ends.decode(payload, frame, frame.size() - 1, is_i_frame, back));
+        EXPECT_FALSE(ends.decode(payload, frame, 0, is_i_frame, back));
+        EXPECT_FALSE(ends.decode({}, frame, is_i_frame, back));
+      }
+      ASSERT_TRUE(ends.decode(payload, frame, i % 6 == 0, back)) << i;
+      expectSameFrame(back, frame);
+    }
+  }
+}
+
+TEST_P(PayloadCoding, ADiscardedFrameHasNotBeen)
+{
+  for (const bool has_depth_model : {false, true}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 12;
+    if (has_depth_model)
+      settings.depth_model = roomDepthModel(6, 8);
+    RoomStream room(settings);
+    CodingWorkspace work;
+    PayloadCoders encoders;
+    PayloadCoders decoders;
+    PayloadCoder& encoder = encoders.of(GetParam());
+    PayloadCoder& decoder = decoders.of(GetParam());
+    for (int i = 0; i < 14; ++i) {
+      // Every seventh frame is an I-frame, and the second one of these is empty.
+      VoxelFrame frame = room.next();
+      if (i == 7) {
+        frame.keys.clear();
+        frame.intensities.clear();
+      }
+      Bytes payload;
+      encoder.encode(work, frame, i % 7 == 0, payload);
+      for (const bool is_kept : {false, true}) {
+        VoxelFrame back = frame;
+        PayloadSizes sizes;
+        ASSERT_TRUE(decoder.decode(work,
+                                   payload.data(),
+                                   payload.data() + payload.size(),
+                                   frame.size(),
+                                   i % 7 == 0,
+                                   back,
+                                   sizes))
+            << i;
+        expectSameFrame(back, frame);
+        if (is_kept)
+          decoder.learn();
+        else
+          decoder.discard();
+      }
+    }
+  }
+}
+
+TEST_P(PayloadCoding, WhatWasLearntIsForgottenAtAnIFrame)
+{
+  CodingWorkspace work;
+  RoomStream room({});
+  PayloadCoders old;
+  for (int i = 0; i < 10; ++i) {
+    Bytes payload;
+    old.of(GetParam()).encode(work, room.next(), i == 0, payload);
+  }
+  PayloadCoders fresh;
+  for (int i = 0; i < 3; ++i) {
+    const VoxelFrame frame = room.next();
+    Bytes of_old;
+    Bytes of_fresh;
+    old.of(GetParam()).encode(work, frame, i == 0, of_old);
+    fresh.of(GetParam()).encode(work, frame, i == 0, of_fresh);
+    EXPECT_EQ(of_old, of_fresh);
+  }
+}
+
+TEST_P(PayloadCoding, KnownVoxelsAreCounted)
+{
+  CodingWorkspace work;
+  PayloadCoders coders;
+  PayloadCoder& coder = coders.of(GetParam());
+  VoxelFrame frame = emptyFrame(4);
+  frame.keys = {0, 1, 64, 200, 4095};
+  frame.intensities.assign(5, 1);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
+  EXPECT_EQ(coder.recordCount(), 0u);
+  Bytes payload;
+  coder.encode(work, frame, true, payload);
+  EXPECT_EQ(coder.knownVoxels(work, frame), 5u);
+  EXPECT_EQ(coder.recordCount(), 5u);
+  frame.keys = {1, 2, 65, 200, 4094};
+  EXPECT_EQ(coder.knownVoxels(work, frame), 2u);
+  frame.keys.clear();
+  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
+}
+
+TEST(PayloadCoder, EffortsShareNoState)
+{
+  CodingWorkspace work;
+  // A new effort begins with an I-frame, and what the other one learnt is not in it.
+  RoomStream room({});
+  PayloadCoders encoder;
+  const Effort order[] = {
+      Effort::Balanced, Effort::Small, Effort::Fast, Effort::Small, Effort::Balanced};
+  for (const Effort effort : order) {
+    PayloadCoders fresh;
+    for (int i = 0; i < 4; ++i) {
+      const VoxelFrame frame = room.next();
+      Bytes payload;
+      encoder.of(effort).encode(work, frame, i == 0, payload);
+      VoxelFrame back = frame;
+      PayloadSizes sizes;
+      ASSERT_TRUE(fresh.of(effort).decode(work,
+                                          payload.data(),
+                                          payload.data() + payload.size(),
+                                          frame.size(),
+                                          i == 0,
+                                          back,
+                                          sizes));
+      fresh.of(effort).learn();
+      expectSameFrame(back, frame);
+    }
+  }
+}
+
+} // namespace

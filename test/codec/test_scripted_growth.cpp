@@ -1,0 +1,103 @@
+/** \file
+ * \brief Forged payloads that would have a decoder make more and more are refused before
+ * they take memory.
+ */
+#include "measuring/counted_memory.h"
+#include "support/scripted_fast_stream.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief A whole octree of some levels, as if every voxel of a large cube were new. */
+void
+writeFullNodes(FastScript& script, unsigned int levels)
+{
+  std::size_t count = 1;
+  for (unsigned int level = levels; level-- > 0; count *= 8)
+    for (std::size_t i = 0; i < count; ++i)
+      script.byte(script.models.node[std::min(level, 3u)], 0, 255);
+}
+
+/** \brief The most memory that a decoder takes at once for a frame that it refuses. */
+std::size_t
+memoryToRefuse(FrameDecoder& decoder, const Bytes& bytes)
+{
+  VoxelFrame back;
+  memory_count.reset();
+  const std::size_t before = memory_count.live;
+  EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Corrupt);
+  return memory_count.peak - before;
+}
+
+TEST(ScriptedGrowth, NodesThatAreMoreThanVoxels)
+{
+  constexpr unsigned int depth = 8;
+  constexpr std::size_t voxels = 33000;
+  Parts parts;
+  parts.header.effort = Effort::Fast;
+  parts.header.grid = emptyFrame(depth).grid;
+  parts.header.frame_number = 1;
+  parts.header.voxel_count = voxels;
+  FastScript script;
+  script.code(script.models.has_new_blocks, 1);
+  writeFullNodes(script, depth - 2);
+  RansChoices choices;
+  choices.states = 4;
+  parts.payload = script.rans(choices).bytes;
+  FrameDecoder decoder;
+  // Nodes of two levels, with room to grow.
+  EXPECT_LE(memoryToRefuse(decoder, putTogetherSized(parts)),
+            (std::size_t{1} << 19) + 4 * voxels * sizeof(std::uint64_t));
+}
+
+TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
+{
+  constexpr unsigned int depth = 8;
+  const ScriptedStream stream(depth, 4, 2, [](FastScript& script) {
+    script.code(script.models.has_new_blocks, 1);
+    for (unsigned int level = depth - 2; level-- > 0;)
+      script.byte(script.models.node[std::min(level, 3u)], 0, 1);
+    script.newBlock(true, 3);
+    script.plainSymbols(2, 3);
+  });
+  // Both known voxels are there, of which the header tells one.
+  const Bytes forged = stream.pFrame(1, [](FastScript& script) {
+    script.knownVoxels(3, 2, 3);
+    script.octants(false, 0);
+    script.code(script.models.has_new_blocks, 1);
+    writeFullNodes(script, depth - 2);
+  });
+  FrameDecoder decoder;
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, stream.iFrame(), back), CompressionCode::Ok);
+  EXPECT_LE(memoryToRefuse(decoder, forged), std::size_t{1} << 20);
+}
+
+TEST(ScriptedGrowth, NoBytesBehindMoreKnownVoxelsThanThereMayBe)
+{
+  // The context coder reads nothing but ones: both known voxels, of which the header tells
+  // one, and then every block of the grid.
+  for (const Effort effort : {Effort::Balanced, Effort::Small}) {
+    VoxelFrame frame = emptyFrame(8);
+    frame.keys = {0, 1};
+    frame.intensities = {1, 1};
+    FrameEncoder encoder(StreamFormat::Version1, 10, effort);
+    const Bytes i_frame = encoded(encoder, frame);
+    Parts parts = takeApart(encoded(encoder, frame));
+    ASSERT_FALSE(parts.header.is_i_frame);
+    parts.header.voxel_count = 1;
+    parts.payload.clear();
+    FrameDecoder decoder;
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
+    EXPECT_LE(
+        memoryToRefuse(decoder, putTogetherSized(parts, takeApart(i_frame).checksum)),
+        std::size_t{1} << 20);
+  }
+}
+
+} // namespace

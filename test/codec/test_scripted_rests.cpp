@@ -1,0 +1,265 @@
+/** \file
+ * \brief Rests of a depth model that are none behind numbers of points that are some, of
+ * the effort fast, which codes both on their own.
+ */
+#include "codec/depth_split.h"
+#include "codec/fast/classed_row.h"
+#include "support/forged_frames.h"
+#include "support/scripted_fast_payloads.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+using Numbers = std::vector<std::uint16_t>;
+
+/** \brief A frame of voxels of one or two points, of which one is worth more the larger
+ * x is, so that a depth model saves bytes. */
+VoxelFrame
+frameOfPoints(std::mt19937_64& random)
+{
+  VoxelFrame frame = emptyFrame(4);
+  frame.depth_model.emplace();
+  frame.depth_model->exponent = 1;
+  frame.depth_model->full_symbol = 110 << 8;
+  frame.depth_model->origin = std::int64_t{1} << 30;
+  frame.depth_model->step = {3 << 26, 0, 0};
+  std::set<std::uint64_t> keys;
+  for (std::uint64_t i = 0; i < 300; ++i)
+    keys.insert(below(random, 16) == 0 ? below(random, 4096) : 13 * i);
+  for (const std::uint64_t key : keys) {
+    const std::uint64_t point = frame.depth_model->pointSymbol(voxelPosition(key));
+    frame.keys.push_back(key);
+    frame.intensities.push_back(static_cast<std::uint16_t>(
+        (((1 + key % 2) * point) >> 16) + below(random, 3) - below(random, 2)));
+  }
+  return frame;
+}
+
+/** \brief A payload in its parts. */
+struct SplitPayload {
+  Bytes model; ///< none in P-frames
+  Bytes numbers;
+  Bytes rests;
+
+  SplitPayload() = default;
+
+  explicit SplitPayload(const Parts& parts)
+  {
+    const std::size_t size = parts.header.has_depth_model ? depth_model_size : 0;
+    MemoryBuffer buffer(parts.payload.data() + size, parts.payload.size() - size);
+    ByteSource source(buffer, parts.payload.size());
+    const auto numbers_size = static_cast<std::ptrdiff_t>(source.varint());
+    const auto begin = parts.payload.begin();
+    const auto numbers_begin =
+        begin + static_cast<std::ptrdiff_t>(size + source.consumed());
+    model.assign(begin, begin + static_cast<std::ptrdiff_t>(size));
+    numbers.assign(numbers_begin, numbers_begin + numbers_size);
+    rests.assign(numbers_begin + numbers_size, parts.payload.end());
+  }
+
+  /** \param[in] numbers_size what is said of it */
+  Bytes
+  together(std::uint64_t numbers_size) const
+  {
+    Bytes payload = model;
+    ByteWriter(payload).varint(numbers_size);
+    append(numbers, payload);
+    append(rests, payload);
+    return payload;
+  }
+
+  Bytes
+  together() const
+  {
+    return together(numbers.size());
+  }
+};
+
+/** \brief The rests of a frame and their classes, as the effort fast has them. */
+struct Rests {
+  Numbers numbers;
+  std::vector<std::uint8_t> classes;
+
+  explicit Rests(const VoxelFrame& frame)
+  {
+    BlockList blocks;
+    blocks.assign(frame.keys);
+    DepthSplit split;
+    split.begin(*frame.depth_model,
+                blocks,
+                context::History(),
+                frame.intensity_scale.maxSymbol());
+    Numbers points;
+    split.numbersOf(frame.intensities, points);
+    split.predict(points);
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      const std::uint32_t size = std::clamp(split.place(i) >> 4, 4u, 7u) - 4;
+      classes.push_back(
+          static_cast<std::uint8_t>(size * 4 + (split.place(i) >> 2 & 3)));
+      numbers.push_back(
+          static_cast<std::uint16_t>(split.rest(i, frame.intensities[i])));
+    }
+  }
+};
+
+/** \brief An I-frame and two P-frames. */
+struct Stream {
+  std::vector<VoxelFrame> frames;
+  std::vector<Bytes> bytes;
+  std::vector<Parts> parts;
+
+  Stream()
+  {
+    std::mt19937_64 random(1);
+    FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Fast);
+    for (std::size_t i = 0; i < 3; ++i) {
+      frames.push_back(frameOfPoints(random));
+      bytes.push_back(encoded(encoder, frames[i]));
+      parts.push_back(takeApart(bytes[i]));
+      EXPECT_EQ(parts[i].header.is_i_frame, i == 0);
+      EXPECT_EQ(parts[i].header.has_depth_model, i == 0);
+    }
+  }
+
+  /** \brief A frame in the place of the first P-frame. */
+  Bytes
+  forged(Parts some, const Bytes& payload) const
+  {
+    some.header.frame_number = parts[1].header.frame_number;
+    some.payload = payload;
+    return putTogetherSized(some, some.header.is_i_frame ? 0 : parts[0].checksum);
+  }
+
+  /** \brief The answer to a forged frame. Refused, it must leave the stream as it was. */
+  CompressionCode
+  answerTo(const Bytes& forgery) const
+  {
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, bytes[0], back), CompressionCode::Ok);
+    const CompressionCode answer = decoded(decoder, forgery, back);
+    for (std::size_t i = 1; i < 3 && answer != CompressionCode::Ok; ++i) {
+      EXPECT_EQ(decoded(decoder, bytes[i], back), CompressionCode::Ok);
+      expectSameFrame(back, frames[i]);
+    }
+    return answer;
+  }
+};
+
+TEST(ScriptedRests, SymbolsThatAreNoneLeaveTheStreamAsItWas)
+{
+  const Stream stream;
+  for (const bool is_i_frame : {false, true}) {
+    const std::size_t like = is_i_frame ? 0 : 1;
+    const Rests genuine(stream.frames[like]);
+    const SplitPayload payload(stream.parts[like]);
+    const auto answer = [&](const Numbers& rests) {
+      ClassedRow row;
+      Bytes before;
+      const Rests first(stream.frames[0]);
+      if (!is_i_frame)
+        row.encode(true, first.numbers, first.classes, before);
+      SplitPayload forged = payload;
+      forged.rests.clear();
+      row.encode(is_i_frame, rests, genuine.classes, forged.rests);
+      return stream.answerTo(stream.forged(stream.parts[like], forged.together()));
+    };
+    EXPECT_EQ(answer(genuine.numbers), CompressionCode::Ok);
+    // Others than the stream's, so that what they teach would be noticed.
+    Numbers rests(genuine.numbers.size(), 14);
+    EXPECT_EQ(answer(rests), CompressionCode::Ok);
+    for (const unsigned int wrong : {509u, 510u, 511u, 65535u})
+      for (const std::size_t at : {std::size_t{0}, rests.size() - 1}) {
+        Numbers some = rests;
+        some[at] = static_cast<std::uint16_t>(wrong);
+        EXPECT_EQ(answer(some), CompressionCode::Corrupt) << wrong;
+      }
+  }
+}
+
+TEST(ScriptedRests, OtherBytesLeaveTheStreamAsItWas)
+{
+  const Stream stream;
+  for (const std::size_t like : {0u, 1u}) {
+    const SplitPayload payload(stream.parts[like]);
+    const auto answer = [&](const Bytes& bytes) {
+      return stream.answerTo(stream.forged(stream.parts[like], bytes));
+    };
+    EXPECT_EQ(answer(payload.together()), CompressionCode::Ok);
+    for (const int more : {-2, -1, 1, 2, 4}) {
+      SplitPayload forged = payload;
+      forged.rests.resize(payload.rests.size() + static_cast<std::size_t>(more));
+      EXPECT_EQ(answer(forged.together()), CompressionCode::Corrupt);
+    }
+    const std::size_t size = payload.numbers.size();
+    const std::size_t rests = payload.rests.size();
+    for (const std::uint64_t wrong : {std::uint64_t{0},
+                                      std::uint64_t{size - 1},
+                                      std::uint64_t{size + 1},
+                                      std::uint64_t{size + rests},
+                                      std::uint64_t{size + rests + 1},
+                                      std::uint64_t{size + rests + 2},
+                                      std::uint64_t{size} << 32,
+                                      ~std::uint64_t{0} - 5,
+                                      ~std::uint64_t{0}})
+      EXPECT_EQ(answer(payload.together(wrong)), CompressionCode::Corrupt) << wrong;
+    Bytes unfinished = payload.model;
+    unfinished.push_back(0x80);
+    EXPECT_EQ(answer(unfinished), CompressionCode::Corrupt);
+    EXPECT_EQ(answer(payload.model), CompressionCode::Corrupt);
+  }
+}
+
+TEST(ScriptedRests, NumbersOfARowHaveSixteenBits)
+{
+  // A voxel of one point that is worth 40000.
+  Parts parts;
+  parts.header.effort = Effort::Fast;
+  parts.header.has_depth_model = true;
+  parts.header.grid = emptyFrame(2).grid;
+  parts.header.intensity_scale.bits = 16;
+  parts.header.frame_number = 1;
+  parts.header.voxel_count = 1;
+  DepthModel model;
+  model.exponent = 1;
+  model.full_symbol = 40000 << 8;
+  model.origin = std::int64_t{1} << 32;
+  model.step = {0, 0, 0};
+  SplitPayload payload;
+  writeDepthModel(model, payload.model);
+  FastScript numbers;
+  numbers.code(numbers.models.has_new_blocks, 1);
+  numbers.newBlock(true, 1);
+  numbers.beginSteps(1);
+  numbers.newStep(0);
+  payload.numbers = numbers.rans().bytes;
+  const auto answer = [&](std::uint32_t rest) {
+    FastScript script;
+    NibbleModel number;
+    NibbleModel length;
+    const std::uint32_t above = rest - 14; // 2^15 or more
+    script.code(number, 15);
+    script.code(length, 15);
+    script.bits(7, above >> 8 & 127);
+    script.bits(8, above & 255);
+    payload.rests = script.rans().bytes;
+    parts.payload = payload.together();
+    FrameDecoder decoder;
+    VoxelFrame back;
+    return decoded(decoder, putTogetherSized(parts), back);
+  };
+  EXPECT_EQ(answer(65533), CompressionCode::Ok); // symbol 7233
+  EXPECT_EQ(answer(65535), CompressionCode::Ok);
+  for (const std::uint32_t rest : {65536u, 65537u, 65549u})
+    EXPECT_EQ(answer(rest), CompressionCode::Corrupt) << rest;
+}
+
+} // namespace

@@ -1,0 +1,180 @@
+/** \file
+ * \brief Memory that runs out at any point of PCL's face on the codec: nothing is thrown, and
+ * nothing wrong follows.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/failing_memory.h"
+
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using pcl_ext::test::OneFailingAllocation;
+using Point = pcl::PointXYZI;
+using Cloud = pcl::PointCloud<Point>;
+using Compression = OctreePointCloudIntensityCompression<Point>;
+
+constexpr std::size_t cloud_count = 4;
+
+IntensityCompressionSettings
+settings()
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.1;
+  settings.i_frame_rate = 3;
+  settings.effort = Effort::Fast;
+  settings.carry_header = true;
+  settings.retain_octree = true;
+  return settings;
+}
+
+/** \brief Clouds whose extent and number of points change. */
+std::vector<Cloud::Ptr>
+clouds()
+{
+  std::mt19937 random(3);
+  std::vector<Cloud::Ptr> clouds;
+  for (std::size_t i = 0; i < cloud_count; ++i) {
+    Cloud::Ptr cloud(new Cloud);
+    const auto side = static_cast<unsigned int>(10 + 10 * i);
+    for (std::size_t k = 0; k < 60 + 40 * i; ++k) {
+      Point point;
+      point.x = static_cast<float>(random() % side) * 0.1f + 0.05f;
+      point.y = static_cast<float>(random() % side) * 0.1f + 0.05f;
+      point.z = 0.05f;
+      point.intensity = static_cast<float>(random() % 200);
+      cloud->push_back(point);
+    }
+    cloud->header.stamp = 1000 * i;
+    cloud->header.frame_id = "a frame whose name has a length";
+    clouds.push_back(cloud);
+  }
+  return clouds;
+}
+
+using Voxel = std::tuple<int, int, int>;
+
+/** \brief The mean intensity of each voxel's points. */
+std::map<Voxel, double>
+voxelsOf(const Cloud& cloud)
+{
+  std::map<Voxel, std::pair<double, int>> sums;
+  for (const Point& point : cloud) {
+    auto& sum = sums[{static_cast<int>(point.x * 10.0f),
+                      static_cast<int>(point.y * 10.0f),
+                      static_cast<int>(point.z * 10.0f)}];
+    sum.first += static_cast<double>(point.intensity);
+    ++sum.second;
+  }
+  std::map<Voxel, double> voxels;
+  for (const auto& [voxel, sum] : sums)
+    voxels[voxel] = sum.first / sum.second;
+  return voxels;
+}
+
+void
+expectVoxels(const Cloud& decoded, const Cloud& cloud)
+{
+  const std::map<Voxel, double> expected = voxelsOf(cloud);
+  const std::map<Voxel, double> voxels = voxelsOf(decoded);
+  ASSERT_EQ(decoded.size(), expected.size());
+  ASSERT_EQ(voxels.size(), expected.size());
+  for (const auto& [voxel, intensity] : expected) {
+    const auto found = voxels.find(voxel);
+    ASSERT_NE(found, voxels.end());
+    EXPECT_NEAR(found->second, intensity, 0.5001);
+  }
+}
+
+/** \brief Encodes all clouds and decodes what was encoded, while the memory fails at one
+ * cloud, on one side.
+ * \return false if that call has no n-th allocation
+ */
+bool
+runWithFailure(std::size_t failing_cloud,
+               bool fails_at_encoder,
+               std::size_t n,
+               bool do_later_ones_fail)
+{
+  const std::vector<Cloud::Ptr> all = clouds();
+  Compression encoder(settings());
+  Compression decoder(settings());
+  bool has_failed = false;
+  bool must_be_i_frame = false;
+  bool is_known = true;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::stringstream stream;
+    CompressionStatus status;
+    if (i == failing_cloud && fails_at_encoder) {
+      const OneFailingAllocation failing(n, do_later_ones_fail);
+      status = encoder.encodePointCloud(all[i], stream);
+      has_failed = failing.hasFailed();
+    }
+    else
+      status = encoder.encodePointCloud(all[i], stream);
+    if (!status.ok()) {
+      EXPECT_EQ(i, failing_cloud);
+      // A stream's own memory may fail, too.
+      EXPECT_TRUE(status.code() == CompressionCode::OutOfMemory ||
+                  status.code() == CompressionCode::OutputFailed)
+          << status.message();
+      must_be_i_frame = true;
+      continue;
+    }
+    const bool is_i_frame = encoder.getStatistics().coding.is_i_frame;
+    EXPECT_TRUE(is_i_frame || !must_be_i_frame);
+    must_be_i_frame = false;
+    Cloud::Ptr decoded(new Cloud);
+    if (i == failing_cloud && !fails_at_encoder) {
+      const OneFailingAllocation failing(n, do_later_ones_fail);
+      status = decoder.decodePointCloud(stream, decoded);
+      has_failed = failing.hasFailed();
+    }
+    else
+      status = decoder.decodePointCloud(stream, decoded);
+    if (status.ok()) {
+      expectVoxels(*decoded, *all[i]);
+      EXPECT_EQ(decoded->header.stamp, all[i]->header.stamp);
+      EXPECT_EQ(decoder.getLeafCount(), decoded->size());
+    }
+    else {
+      EXPECT_TRUE(decoded->empty());
+      EXPECT_FALSE(is_known && is_i_frame && i != failing_cloud) << status.message();
+    }
+    is_known = status.ok() || is_i_frame;
+  }
+  return has_failed;
+}
+
+TEST(CompressionFailingMemory, NothingIsThrownAndNothingWrongFollows)
+{
+  for (const bool fails_at_encoder : {true, false}) {
+    std::size_t failures = 0;
+    for (const bool do_later_ones_fail : {false, true})
+      for (std::size_t cloud = 0; cloud < cloud_count; ++cloud)
+        for (std::size_t n = 1;
+             runWithFailure(cloud, fails_at_encoder, n, do_later_ones_fail);
+             n += do_later_ones_fail ? 5 : 1) {
+          ++failures;
+          if (HasFailure())
+            FAIL() << "allocation " << n << " of cloud " << cloud
+                   << (fails_at_encoder ? ", encoder" : ", decoder");
+        }
+    EXPECT_GT(failures, 100u);
+  }
+}
+
+} // namespace

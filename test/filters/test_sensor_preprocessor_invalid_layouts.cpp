@@ -1,0 +1,209 @@
+/** \file
+ * \brief SensorPreprocessor on PCLPointCloud2: a layout that makes no sense is refused by
+ * name.
+ */
+#include "support/message_layouts.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace pcl_ext::test;
+
+TEST(InvalidCloudLayout, EachCoordinateMustBeThere)
+{
+  for (const std::string name : {"x", "y", "z"}) {
+    PCLPointCloud2 message = plainMessage();
+    fieldOf(message, name).name = "not_" + name;
+    expectRefusal(message, PreprocessingCode::MissingField, {"'" + name + "'"});
+  }
+  PCLPointCloud2 nameless = plainMessage();
+  nameless.fields.clear();
+  expectRefusal(nameless, PreprocessingCode::MissingField, {"'x'"});
+}
+
+TEST(InvalidCloudLayout, NamesAreTakenAsTheyAre)
+{
+  PCLPointCloud2 message = plainMessage();
+  fieldOf(message, "z").name = "Z";
+  expectRefusal(message, PreprocessingCode::MissingField, {"'z'"});
+}
+
+TEST(InvalidCloudLayout, CoordinatesMustBeFloats)
+{
+  for (const std::string name : {"x", "y", "z"})
+    for (std::uint8_t datatype = PCLPointField::INT8; datatype < PCLPointField::FLOAT32;
+         ++datatype) {
+      PCLPointCloud2 message = plainMessage();
+      fieldOf(message, name).datatype = datatype;
+      expectRefusal(message,
+                    PreprocessingCode::InvalidField,
+                    {"'" + name + "'", std::to_string(datatype)});
+    }
+}
+
+TEST(InvalidCloudLayout, CoordinatesMustShareADatatype)
+{
+  for (const std::string name : {"x", "y", "z"}) {
+    PCLPointCloud2 message = plainMessage();
+    message.point_step = 32;
+    message.row_step = 4 * 32;
+    message.data.resize(4 * 32);
+    fieldOf(message, name).datatype = PCLPointField::FLOAT64;
+    expectRefusal(message, PreprocessingCode::InvalidField, {"'x'", "'y'", "'z'"});
+  }
+}
+
+TEST(InvalidCloudLayout, UnknownDatatypesAreNamed)
+{
+  for (const std::string name : {"x", "y", "z", "intensity"})
+    for (const int datatype : {0, 12, 255}) {
+      PCLPointCloud2 message = plainMessage();
+      fieldOf(message, name).datatype = static_cast<std::uint8_t>(datatype);
+      expectRefusal(message,
+                    PreprocessingCode::InvalidField,
+                    {"'" + name + "'", std::to_string(datatype)});
+    }
+}
+
+TEST(InvalidCloudLayout, FieldsOfSeveralNumbersAreNamed)
+{
+  for (const std::string name : {"x", "y", "z", "intensity"})
+    for (const std::uint32_t count : {2u, 3u, 4294967295u}) {
+      PCLPointCloud2 message = plainMessage();
+      fieldOf(message, name).count = count;
+      expectRefusal(message,
+                    PreprocessingCode::InvalidField,
+                    {"'" + name + "'", std::to_string(count)});
+    }
+}
+
+TEST(InvalidCloudLayout, FieldsMustLieWithinThePoint)
+{
+  for (const std::string name : {"x", "y", "z", "intensity"})
+    for (const std::uint32_t offset :
+         {13u, 16u, 1000u, 2147483648u, 4294967292u, 4294967293u, 4294967295u}) {
+      PCLPointCloud2 message = plainMessage();
+      fieldOf(message, name).offset = offset;
+      expectRefusal(message, PreprocessingCode::InvalidField, {"'" + name + "'"});
+    }
+}
+
+TEST(InvalidCloudLayout, LargeIntensityMustLieWithinThePoint)
+{
+  PCLPointCloud2 message = plainMessage();
+  fieldOf(message, "intensity").datatype = PCLPointField::FLOAT64; // at 12 of 16
+  expectRefusal(message, PreprocessingCode::InvalidField, {"'intensity'", "20", "16"});
+}
+
+TEST(InvalidCloudLayout, RowsMustHoldTheirPoints)
+{
+  PCLPointCloud2 message = plainMessage(4, 2);
+  message.row_step = 4 * 16 - 1;
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"rows", "63"});
+  message.row_step = 0;
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"rows"});
+}
+
+TEST(InvalidCloudLayout, AByteTooFewIsNoticed)
+{
+  PCLPointCloud2 message = plainMessage(4, 3);
+  message.data.pop_back();
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"191"});
+  message = plainMessage(1, 1);
+  message.data.pop_back();
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"15"});
+  message.data.clear();
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"0 bytes"});
+}
+
+TEST(InvalidCloudLayout, SizesWhoseProductsWrapAreNoticed)
+{
+  struct Size {
+    std::uint32_t width;
+    std::uint32_t height;
+    std::uint32_t point_step;
+    std::uint32_t row_step;
+  };
+  for (const Size& size : {Size{4294967295u, 4294967295u, 16, 64},
+                           Size{2147483648u, 2, 16, 0},
+                           Size{268435456u, 1, 16, 0},
+                           Size{268435457u, 1, 16, 16},
+                           Size{1, 4294967295u, 16, 4294967295u},
+                           Size{65536u, 65536u, 65536u, 0},
+                           Size{4, 4294967295u, 16, 64},
+                           Size{4294967295u, 1, 4294967295u, 4294967295u},
+                           Size{1, 4294967295u, 4294967295u, 4294967295u}}) {
+    PCLPointCloud2 message = plainMessage();
+    message.width = size.width;
+    message.height = size.height;
+    message.point_step = size.point_step;
+    message.row_step = size.row_step;
+    SCOPED_TRACE(std::to_string(size.width) + " x " + std::to_string(size.height));
+    expectRefusal(message, PreprocessingCode::InvalidLayout, {});
+  }
+}
+
+TEST(InvalidCloudLayout, PointsNeedBytes)
+{
+  PCLPointCloud2 message = plainMessage();
+  message.point_step = 0;
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"point"});
+}
+
+TEST(InvalidCloudLayout, PointStepMustHoldTheFields)
+{
+  PCLPointCloud2 message = plainMessage();
+  message.point_step = 11;
+  expectRefusal(message, PreprocessingCode::InvalidField, {"'z'", "11"});
+}
+
+TEST(InvalidCloudLayout, ForeignByteOrderIsRefused)
+{
+  PCLPointCloud2 message = plainMessage();
+  message.is_bigendian = 1;
+  expectRefusal(message, PreprocessingCode::InvalidLayout, {"byte order"});
+}
+
+TEST(InvalidCloudLayout, EmptyCloudsStillNeedTheirFields)
+{
+  PCLPointCloud2 message = plainMessage(0, 1);
+  expectAllRead(message);
+  fieldOf(message, "y").name = "why";
+  expectRefusal(message, PreprocessingCode::MissingField, {"'y'"});
+}
+
+TEST(InvalidCloudLayout, RandomLayoutsNeverReadOutsideTheBytes)
+{
+  // What counts is that a sanitizer stays silent, and that a status is given.
+  std::mt19937 generator(77);
+  const auto upTo = [&generator](std::uint32_t highest) {
+    return std::uniform_int_distribution<std::uint32_t>(0, highest)(generator);
+  };
+  int accepted = 0;
+  for (int round = 0; round < 20000; ++round) {
+    PCLPointCloud2 message;
+    message.width = upTo(4);
+    message.height = upTo(3);
+    message.point_step = upTo(24);
+    message.row_step = message.width * message.point_step + upTo(3) - upTo(1);
+    message.data.resize(std::max<std::size_t>(
+                            std::size_t{message.row_step % 1000} * message.height, 1) -
+                        upTo(1));
+    for (const std::string name : {"x", "y", "z", "intensity"})
+      message.fields.push_back(
+          makeField(name,
+                    upTo(20),
+                    static_cast<std::uint8_t>(name == "intensity" ? upTo(9) : 7),
+                    upTo(1)));
+    Output output;
+    const PreprocessingStatus status = processNative(message, output);
+    if (status.ok()) {
+      ++accepted;
+      EXPECT_LE(output.size(), std::size_t{message.width} * message.height);
+    }
+  }
+  EXPECT_GT(accepted, 100);
+}
+
+} // namespace

@@ -1,0 +1,408 @@
+/** \file
+ * \brief The health of a CentralNode's streams: lost, failed and refused frames, requests
+ * for I-frames, rates and latencies.
+ */
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/fake_clock.h"
+#include "support/forged_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+
+const Bytes rubbish(40, 0x5a);
+
+/** \brief A node with one stream, which is fed message by message. */
+class HealthOfOneStream : public ::testing::Test {
+protected:
+  HealthOfOneStream() { node.addStream("a"); }
+
+  static CentralNodeSettings
+  settingsWith(const FakeClock& clock)
+  {
+    CentralNodeSettings settings = centralSettings();
+    settings.clock = clock.clock();
+    return settings;
+  }
+
+  void
+  sendFrames(const CodedStream& stream, const std::vector<std::size_t>& indices)
+  {
+    for (const std::size_t index : indices)
+      sendAndWait(node, "a", stream.frames.at(index));
+  }
+
+  /** \brief Expects what frames came to; none waits. */
+  void
+  expectCounts(const std::string& course, std::size_t frames_lost)
+  {
+    EXPECT_EQ(listener.course("a"), course);
+    const auto countOf = [&](char letter) {
+      return static_cast<std::size_t>(std::count(course.begin(), course.end(), letter));
+    };
+    const StreamHealth health = onlyHealth(node);
+    EXPECT_EQ(health.frames_received, course.size());
+    EXPECT_EQ(health.frames_decoded, countOf('.'));
+    EXPECT_EQ(health.frames_failed, countOf('i') + countOf('x'));
+    EXPECT_EQ(health.frames_dropped, countOf('d'));
+    EXPECT_EQ(health.frames_refused, 0u);
+    EXPECT_EQ(health.i_frame_requests, countOf('i'));
+    EXPECT_EQ(health.frames_lost, frames_lost);
+  }
+
+  FakeClock clock;
+  Listener listener;
+  CentralNode node{settingsWith(clock), listener.listener()};
+};
+
+TEST_F(HealthOfOneStream, OfANewStreamIsZero)
+{
+  expectCounts("", 0);
+  const StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.name, "a");
+  EXPECT_EQ(health.bytes, 0u);
+  EXPECT_EQ(health.voxels, 0u);
+  EXPECT_EQ(health.kept_voxels, 0u);
+  EXPECT_FALSE(health.in_sync);
+  EXPECT_EQ(health.last_decoded, Time(0));
+  EXPECT_TRUE(health.last_failure.ok());
+  EXPECT_EQ(health.rates.frames_per_second, 0.0);
+}
+
+TEST_F(HealthOfOneStream, CountsFramesBytesAndVoxels)
+{
+  const CodedStream stream = streamOf(5);
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    clock.set(Time(1000 + i));
+    sendFrames(stream, {i});
+    bytes += stream.frames[i].size();
+    const StreamHealth health = onlyHealth(node);
+    EXPECT_EQ(health.bytes, bytes);
+    EXPECT_EQ(health.voxels, stream.decoded[i].size());
+    EXPECT_EQ(health.kept_voxels, stream.decoded[i].size());
+    EXPECT_EQ(health.last_decoded, Time(1000 + i));
+    EXPECT_TRUE(health.in_sync);
+  }
+  expectCounts(".....", 0);
+}
+
+TEST_F(HealthOfOneStream, ALateJoinerAsksAtOnceAndThenWithEveryThirdFailure)
+{
+  const CodedStream stream = streamOf(12, 10);
+  sendFrames(stream, {1, 2, 3, 4, 5, 6, 7, 8, 9});
+  EXPECT_FALSE(onlyHealth(node).in_sync);
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::MissingReference);
+  sendFrames(stream, {10, 11});
+  EXPECT_TRUE(onlyHealth(node).in_sync);
+  // What was sent before the first frame that decodes is not known to be lost.
+  expectCounts("ixxixxixx..", 0);
+}
+
+TEST_F(HealthOfOneStream, RequestsBeginAnewBehindADecodedFrame)
+{
+  const CodedStream stream = streamOf(12, 4);
+  sendFrames(stream, {0, 2, 3, 4, 6, 7, 8});
+  expectCounts(".ix.ix.", 2);
+}
+
+TEST_F(HealthOfOneStream, LostFramesAreTheGapsInTheNumbers)
+{
+  const CodedStream stream = streamOf(20, 5);
+  sendFrames(stream, {0, 1, /* 2 */ 3, 4, 5});
+  expectCounts("..ix.", 1);
+  sendFrames(stream, {6, /* 7 to 9 */ 10});
+  expectCounts("..ix...", 4);
+  sendFrames(stream, {/* 11 to 14, and an I-frame */ 16, 17, /* 18, 19 */});
+  // Not known before the next frame that decodes.
+  expectCounts("..ix...ix", 4);
+  const CodedStream longer = streamOf(21, 5); // the same stream
+  sendFrames(longer, {20});
+  expectCounts("..ix...ix.", 4 + 5 + 2);
+}
+
+TEST_F(HealthOfOneStream, AFrameThatFailsIsNotLost)
+{
+  const CodedStream stream = streamOf(8, 4);
+  Bytes damaged = stream.frames[1];
+  damaged.back() = static_cast<std::uint8_t>(damaged.back() ^ 1);
+  Bytes cut = stream.frames[6];
+  cut.pop_back();
+  sendFrames(stream, {0});
+  sendAndWait(node, "a", damaged);
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::Corrupt);
+  sendFrames(stream, {2, 3, 4, 5});
+  expectCounts(".ixx..", 0);
+  sendAndWait(node, "a", cut);
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::Truncated);
+  EXPECT_FALSE(onlyHealth(node).in_sync);
+  // A frame that is sent again after it failed.
+  sendFrames(stream, {6, 7});
+  expectCounts(".ixx..i..", 0);
+}
+
+TEST_F(HealthOfOneStream, MessagesWithoutAFrameAreNobodysFrames)
+{
+  const CodedStream stream = streamOf(9, 4);
+  sendAndWait(node, "a", Bytes());
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::EndOfStream);
+  sendFrames(stream, {0});
+  sendAndWait(node, "a", rubbish);
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::NoFrame);
+  EXPECT_TRUE(onlyHealth(node).in_sync); // the stream has lost nothing
+  sendFrames(stream, {1});
+  expectCounts("x.x.", 0);
+  // They do not stand in for a frame that is lost, nor end what asks for an I-frame.
+  sendAndWait(node, "a", rubbish);
+  sendFrames(stream, {3});
+  sendAndWait(node, "a", rubbish);
+  EXPECT_FALSE(onlyHealth(node).in_sync);
+  sendAndWait(node, "a", Bytes());
+  sendFrames(stream, {4});
+  expectCounts("x.x.xixx.", 1);
+}
+
+TEST_F(HealthOfOneStream, ASenderThatBeginsAgainHasLostNothing)
+{
+  const CodedStream first = streamOf(6, 30, 1);
+  const CodedStream second = streamOf(9, 4, 2);
+  sendFrames(first, {0, 1, 2, 3, 4, 5});
+  sendFrames(second, {0, 1, 2});
+  expectCounts(".........", 0);
+  VoxelFrame latest;
+  node.latestVoxels("a", latest);
+  pcl_ext::io::test::expectSameFrame(latest, second.decoded[2]);
+  // From then on its own numbers count.
+  sendFrames(second, {/* 3 */ 4});
+  expectCounts("..........", 1);
+  // What the one before it sent comes late.
+  sendFrames(first, {1});
+  sendFrames(streamOf(1, 30, 3), {0});
+  expectCounts("..........d.", 1);
+}
+
+TEST_F(HealthOfOneStream, AVersionThatIsNotKnownNeedsMoreThanAnIFrame)
+{
+  const CodedStream stream = streamOf(3);
+  Bytes newer = stream.frames[1];
+  newer[pcl_ext::io::version1_magic_size] = 9;
+  sendFrames(stream, {0});
+  sendAndWait(node, "a", newer);
+  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::UnsupportedVersion);
+  expectCounts(".x", 0);
+}
+
+TEST_F(HealthOfOneStream, RatesAreOfTheFramesThatWereDecoded)
+{
+  const CodedStream stream = streamOf(4);
+  clock.set(20000ms);
+  sendFrames(stream, {0});
+  clock.set(20100ms);
+  sendAndWait(node, "a", rubbish);
+  clock.set(20200ms);
+  sendFrames(stream, {1});
+  clock.set(20400ms);
+  sendFrames(stream, {3}); // fails
+  clock.set(20500ms);
+  sendFrames(stream, {2});
+  StreamRates rates = onlyHealth(node).rates;
+  EXPECT_DOUBLE_EQ(rates.frames_per_second, 4.0);
+  EXPECT_DOUBLE_EQ(
+      rates.bytes_per_second,
+      static_cast<double>(stream.frames[1].size() + stream.frames[2].size()) / 0.5);
+  EXPECT_GT(rates.mean_cycle_seconds, 0.0);
+  EXPECT_GE(rates.max_cycle_seconds, rates.mean_cycle_seconds);
+  clock.set(22500ms + 1ns);
+  rates = onlyHealth(node).rates;
+  EXPECT_EQ(rates.frames_per_second, 0.0);
+  EXPECT_EQ(rates.mean_cycle_seconds, 0.0);
+}
+
+TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)
+{
+  CodedStream::Settings settings;
+  settings.frames = 3;
+  settings.first_stamp = 50000000; // 50 s, then 1 ms later each
+  const CodedStream stream(settings);
+  clock.set(50200ms);
+  sendAndWait(node, "a", stream.frames[0]); // carried
+  EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.2);
+  sendAndWait(node, "a", stream.frames[1], 49800ms); // given, which goes first
+  EXPECT_DOUBLE_EQ(onlyHealth(node).rates.max_latency_seconds, 0.4);
+  EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.3);
+  clock.set(50402ms);
+  sendAndWait(node, "a", stream.frames[2]);
+  EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, (0.2 + 0.4 + 0.4) / 3);
+}
+
+TEST_F(HealthOfOneStream, StampsThatNoClockTellsAreSafe)
+{
+  // Nanoseconds where PCL has microseconds, and the last number there is.
+  for (const std::uint64_t stamp :
+       std::vector<std::uint64_t>{1700000000000000000, ~std::uint64_t{0}}) {
+    CodedStream::Settings settings;
+    settings.frames = 1;
+    settings.first_stamp = stamp;
+    clock.set(clock.clock()() + 10s);
+    sendAndWait(node, "a", CodedStream(settings).frames[0]);
+    EXPECT_GT(listener.heard("a").back().stamp,
+              Time(std::chrono::hours(24 * 365 * 290)));
+    EXPECT_LT(onlyHealth(node).rates.mean_latency_seconds, -9e9);
+    clock.set(clock.clock()() + 10s);
+  }
+  sendAndWait(node, "a", streamOf(1).frames[0], Time::min());
+  EXPECT_GT(onlyHealth(node).rates.max_latency_seconds, 9e9);
+  sendAndWait(node, "a", streamOf(1).frames[0], Time::max());
+  EXPECT_EQ(listener.heard("a").back().stamp, Time::max());
+}
+
+TEST_F(HealthOfOneStream, WithoutAnyStampThereIsNoLatency)
+{
+  clock.set(1700000000s);
+  sendFrames(streamOf(1), {0});
+  // Nor is 0 one, which is what clouds have that were never stamped.
+  sendAndWait(node, "a", streamOf(1).frames[0], Time(0));
+  CodedStream::Settings settings;
+  settings.frames = 1;
+  settings.first_stamp = 0;
+  sendFrames(CodedStream(settings), {0});
+  EXPECT_EQ(onlyHealth(node).frames_decoded, 3u);
+  EXPECT_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.0);
+  EXPECT_EQ(onlyHealth(node).rates.max_latency_seconds, 0.0);
+}
+
+TEST(CentralNodeHealth, IsInTheOrderOfNames)
+{
+  CentralNode node(centralSettings());
+  for (const std::string name : {"b", "a", "c10", "c9", "B"})
+    node.addStream(name);
+  std::vector<std::string> names;
+  for (const StreamHealth& health : node.health())
+    names.push_back(health.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"B", "a", "b", "c10", "c9"}));
+}
+
+/** \brief A stream whose first frame is held up in the listener. */
+class HeldUpStream : public ::testing::Test {
+protected:
+  static CentralNodeSettings
+  settingsWithFewWaiting()
+  {
+    CentralNodeSettings settings = centralSettings();
+    settings.max_waiting_frames = 3;
+    return settings;
+  }
+
+  HeldUpStream()
+  {
+    node.addStream("a");
+    send(node, "a", stream.frames[0]);
+    gate.waitForArrivals(1);
+  }
+
+  ~HeldUpStream() override { gate.open(); }
+
+  void
+  expectRefused(std::size_t index)
+  {
+    const CentralNodeStatus status = node.receive("a", stream.frames.at(index));
+    expectCode(status, CentralNodeCode::TooManyWaiting);
+    EXPECT_EQ(status.message(),
+              "3 frames of 'a' wait to be decoded; another one was refused");
+  }
+
+  CodedStream stream = streamOf(16, 6);
+  Listener listener;
+  Gate gate;
+  CentralNode node{settingsWithFewWaiting(), [this](const ReceivedFrame& frame) {
+                     listener.listener()(frame);
+                     gate.pass();
+                   }};
+};
+
+TEST_F(HeldUpStream, RefusesFramesWhileTooManyWait)
+{
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  for (const std::size_t index : {4u, 5u})
+    expectRefused(index);
+  StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.frames_received, 6u);
+  EXPECT_EQ(health.frames_decoded, 1u); // and is held up in the listener
+  EXPECT_EQ(health.frames_refused, 2u);
+  EXPECT_EQ(health.frames_failed, 0u); // three wait
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < 6; ++i)
+    bytes += stream.frames[i].size();
+  EXPECT_EQ(health.bytes, bytes);
+
+  gate.open();
+  node.waitUntilDecoded();
+  health = onlyHealth(node);
+  EXPECT_EQ(health.frames_decoded, 4u);
+  EXPECT_EQ(health.frames_refused, 2u);
+  // Those that were taken are decoded in their order, and there is room again.
+  for (std::size_t i = 0; i < 4; ++i)
+    pcl_ext::io::test::expectSameFrame(listener.heard("a").at(i).voxels,
+                                       stream.decoded[i]);
+  sendAndWait(node, "a", stream.frames[6]);
+  EXPECT_EQ(listener.course("a"), ".....");
+}
+
+TEST_F(HeldUpStream, ARefusedFrameIsNotLost)
+{
+  // It is refused before those that wait are decoded, and is missing behind them.
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  expectRefused(4);
+  gate.open();
+  node.waitUntilDecoded();
+  sendAndWait(node, "a", stream.frames[5]);
+  sendAndWait(node, "a", stream.frames[6]);
+  EXPECT_EQ(listener.course("a"), "....i.");
+  StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.frames_lost, 0u);
+  EXPECT_EQ(health.frames_failed, 1u);
+  EXPECT_EQ(health.frames_refused, 1u);
+  sendAndWait(node, "a", stream.frames[7]);
+  sendAndWait(node, "a", stream.frames[12]); // 8 to 11 are lost
+  EXPECT_EQ(onlyHealth(node).frames_lost, 4u);
+}
+
+TEST_F(HeldUpStream, FramesThatAreLostBeforeARefusedOneAreCounted)
+{
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  expectRefused(5); // 4 is lost
+  gate.open();
+  node.waitUntilDecoded();
+  sendAndWait(node, "a", stream.frames[6]);
+  EXPECT_EQ(onlyHealth(node).frames_lost, 1u);
+}
+
+TEST_F(HeldUpStream, AnotherStreamIsNeitherHeldUpNorRefused)
+{
+  node.addStream("b");
+  for (const std::size_t index : {1u, 2u, 3u})
+    send(node, "a", stream.frames[index]);
+  send(node, "b", stream.frames[0]);
+  gate.waitForArrivals(2);
+  EXPECT_EQ(listener.course("a"), ".");
+  EXPECT_EQ(listener.course("b"), ".");
+  EXPECT_EQ(node.health().at(1).frames_decoded, 1u);
+}
+
+} // namespace

@@ -1,0 +1,398 @@
+/** \file
+ * \brief A CentralNode without memory: each single allocation fails in turn, and the stream
+ * that it was for goes on.
+ */
+#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/failing_memory.h"
+#include "support/voxel_frames.h"
+#include "support/world_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::removeFaintVoxels;
+using pcl_ext::VoxelOutlierRemoval;
+using pcl_ext::VoxelOutlierRemovalSettings;
+using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::test::Exemption;
+using pcl_ext::test::OneFailingAllocation;
+using pcl_ext::test::worldVoxels;
+
+constexpr float min_intensity = 2.0f;
+constexpr unsigned int i_frame_rate = 6;
+
+/** \brief It remembers frames, so that a wrong memory would show. */
+VoxelOutlierRemovalSettings
+removalSettings()
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = 1.0f;
+  return settings;
+}
+
+/** \brief A node of one thread that is held up until it is told to go on. Its stream "a" is
+ * denoised, its stream "b" is not. */
+class HeldUpNode {
+public:
+  HeldUpNode()
+  {
+    node.addStream("a", min_intensity);
+    node.setOutlierRemoval("a", removalSettings());
+    node.addStream("b");
+    node.addStream("held up");
+  }
+
+  /** \brief Holds the thread up; to be called once. */
+  void
+  hold()
+  {
+    send(node, "held up", Bytes());
+    gate_.waitForArrivals(1);
+  }
+
+  void
+  goOn()
+  {
+    goes_on_ = true;
+    gate_.open();
+    node.waitUntilDecoded();
+  }
+
+  StreamHealth
+  health(const std::string& stream) const
+  {
+    for (const StreamHealth& health : node.health())
+      if (health.name == stream)
+        return health;
+    return {};
+  }
+
+  Listener listener;
+
+private:
+  static CentralNodeSettings
+  settingsOfOneThread()
+  {
+    CentralNodeSettings settings = centralSettings();
+    settings.threads = 1;
+    settings.max_merge_age = Time::max();
+    return settings;
+  }
+
+  Gate gate_;
+  bool goes_on_ = false;
+
+public:
+  CentralNode node{settingsOfOneThread(), [this](const ReceivedFrame& frame) {
+                     const Exemption exemption;
+                     if (frame.stream == "held up") {
+                       gate_.pass();
+                       return;
+                     }
+                     listener.listener()(frame);
+                     // Takes memory that Boost.Asio has kept for the next turn.
+                     if (goes_on_)
+                       send(node, "held up", Bytes());
+                   }}; // its thread uses what is above
+};
+
+/** \brief What a filter may have gone through where memory ran out in a frame. */
+enum class FilterSaw { Frame, NoFrame, BeganAnew };
+
+/** \brief Whether what was shown of "a" is what a filter makes of it. */
+bool
+isShown(const std::vector<HeardFrame>& heard, const CodedStream& stream, FilterSaw saw)
+{
+  VoxelOutlierRemoval removal(removalSettings());
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    VoxelFrame expected = stream.decoded.at(i);
+    const bool is_ok = heard[i].code == CompressionCode::Ok;
+    const bool ran_out = heard[i].code == CompressionCode::OutOfMemory;
+    if (is_ok || (ran_out && saw == FilterSaw::Frame))
+      removal.filter(expected);
+    if (ran_out && saw == FilterSaw::BeganAnew)
+      removal.reset();
+    removeFaintVoxels(expected, min_intensity);
+    if (is_ok && (heard[i].voxels.keys != expected.keys ||
+                  heard[i].voxels.intensities != expected.intensities))
+      return false;
+  }
+  return true;
+}
+
+void
+expectShownRight(const HeldUpNode& held, const CodedStream& stream)
+{
+  const std::vector<HeardFrame> heard_a = held.listener.heard("a");
+  EXPECT_TRUE(isShown(heard_a, stream, FilterSaw::Frame) ||
+              isShown(heard_a, stream, FilterSaw::NoFrame) ||
+              isShown(heard_a, stream, FilterSaw::BeganAnew))
+      << held.listener.course("a");
+  const std::vector<HeardFrame> heard_b = held.listener.heard("b");
+  for (std::size_t i = 0; i < heard_b.size(); ++i)
+    if (heard_b[i].code == CompressionCode::Ok)
+      expectSameFrame(heard_b[i].voxels, stream.decoded.at(i));
+  for (const std::string name : {"a", "b"}) {
+    VoxelFrame last;
+    for (const HeardFrame& heard : held.listener.heard(name))
+      if (heard.code == CompressionCode::Ok)
+        last = heard.voxels;
+      else {
+        EXPECT_EQ(heard.voxels.size(), 0u);
+        EXPECT_EQ(heard.statistics.voxels, 0u);
+      }
+    VoxelFrame latest;
+    held.node.latestVoxels(name, latest);
+    EXPECT_EQ(latest.keys, last.keys);
+    EXPECT_EQ(latest.intensities, last.intensities);
+  }
+}
+
+std::size_t
+countOf(CompressionCode code, const std::vector<HeardFrame>& heard)
+{
+  return static_cast<std::size_t>(
+      std::count_if(heard.begin(), heard.end(), [&](const HeardFrame& frame) {
+        return frame.code == code;
+      }));
+}
+
+void
+expectHealth(const HeldUpNode& held, const std::string& name, std::size_t frames)
+{
+  const std::vector<HeardFrame> heard = held.listener.heard(name);
+  ASSERT_EQ(heard.size(), frames);
+  const StreamHealth health = held.health(name);
+  EXPECT_EQ(health.frames_received, frames);
+  EXPECT_EQ(health.frames_decoded, countOf(CompressionCode::Ok, heard));
+  EXPECT_EQ(health.frames_failed, frames - health.frames_decoded);
+  EXPECT_EQ(health.frames_refused, 0u);
+  EXPECT_EQ(health.frames_lost, 0u);
+  EXPECT_EQ(health.i_frame_requests,
+            static_cast<std::size_t>(
+                std::count_if(heard.begin(), heard.end(), [](const HeardFrame& frame) {
+                  return frame.wants_i_frame;
+                })));
+  // Where memory ran out behind the decoder, the next frame does not lack this one.
+  for (std::size_t i = 0; i + 1 < frames; ++i)
+    if (heard[i].code == CompressionCode::OutOfMemory) {
+      EXPECT_EQ(heard[i].wants_i_frame, heard[i + 1].code != CompressionCode::Ok);
+    }
+  const std::size_t failures = countOf(CompressionCode::OutOfMemory, heard);
+  // What fails for want of the frame that failed before is told apart.
+  EXPECT_EQ(health.frames_failed,
+            failures + countOf(CompressionCode::MissingReference, heard));
+  EXPECT_EQ(health.last_failure.message().empty(), failures == 0);
+}
+
+/** \brief Has an allocation of the decoding thread fail, among those for two frames of a
+ * stream and one of another.
+ * \param[in] before frames that were decoded before
+ * \return false if there are no so many allocations
+ */
+bool
+failInDecoding(const CodedStream& stream, std::size_t before, std::size_t number)
+{
+  HeldUpNode held;
+  for (std::size_t i = 0; i < before; ++i) {
+    sendAndWait(held.node, "a", stream.frames[i]);
+    sendAndWait(held.node, "b", stream.frames[i]);
+  }
+  held.hold();
+  send(held.node, "a", stream.frames[before]);
+  send(held.node, "a", stream.frames[before + 1]);
+  send(held.node, "b", stream.frames[before]);
+  bool has_failed = false;
+  {
+    const OneFailingAllocation failing(number);
+    held.goOn();
+    has_failed = failing.hasFailed();
+  }
+  std::size_t failures = 0;
+  for (const std::string name : {"a", "b"})
+    failures += countOf(CompressionCode::OutOfMemory, held.listener.heard(name));
+  EXPECT_LE(failures, has_failed ? 1u : 0u);
+  expectShownRight(held, stream);
+  for (std::size_t i = before + 2; i < stream.frames.size(); ++i)
+    sendAndWait(held.node, "a", stream.frames[i]);
+  for (std::size_t i = before + 1; i < stream.frames.size(); ++i)
+    sendAndWait(held.node, "b", stream.frames[i]);
+  expectShownRight(held, stream);
+  for (const std::string name : {"a", "b"}) {
+    expectHealth(held, name, stream.frames.size());
+    // At the latest from the next I-frame on.
+    const std::vector<HeardFrame> heard = held.listener.heard(name);
+    for (std::size_t i = i_frame_rate; i < heard.size(); ++i)
+      EXPECT_EQ(heard[i].code, CompressionCode::Ok);
+    EXPECT_TRUE(held.health(name).in_sync);
+  }
+  return has_failed;
+}
+
+TEST(CentralNodeMemory, AFrameThatFindsNoneFailsAndTheStreamsGoOn)
+{
+  const CodedStream stream = streamOf(9, i_frame_rate);
+  for (const std::size_t before : {0u, 3u}) {
+    std::size_t number = 1;
+    while (failInDecoding(stream, before, number)) {
+      ASSERT_FALSE(HasFailure())
+          << "allocation " << number << " behind frame " << before;
+      ++number;
+    }
+    EXPECT_GT(number, 10u);
+  }
+}
+
+TEST(CentralNodeMemory, WhateverElseIsThrownIsTheStatusOfItsFrameToo)
+{
+  const CodedStream stream = streamOf(3);
+  Listener listener;
+  CentralNodeSettings settings = centralSettings();
+  std::atomic<bool> is_clock_broken{false};
+  settings.clock = [&] {
+    if (is_clock_broken)
+      throw std::runtime_error("the clock is broken");
+    return Time(1);
+  };
+  CentralNode node(settings, listener.listener());
+  node.addStream("a");
+  sendAndWait(node, "a", stream.frames[0]);
+  is_clock_broken = true;
+  sendAndWait(node, "a", stream.frames[1]);
+  is_clock_broken = false;
+  VoxelFrame latest;
+  node.latestVoxels("a", latest);
+  expectSameFrame(latest, stream.decoded[0]);
+  const StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.last_failure.code(), CompressionCode::InputFailed);
+  EXPECT_EQ(health.last_failure.message(), "the clock is broken");
+  EXPECT_TRUE(health.in_sync);
+  // It was decoded, so that the next one does not lack it.
+  sendAndWait(node, "a", stream.frames[2]);
+  EXPECT_EQ(listener.course("a"), ".x.");
+  EXPECT_EQ(listener.heard("a").at(1).voxels.size(), 0u);
+  expectSameFrame(listener.heard("a").at(2).voxels, stream.decoded[2]);
+}
+
+TEST(CentralNodeMemory, AFrameThatIsReceivedWithoutAnyIsRefusedAndSaidSo)
+{
+  const CodedStream stream = streamOf(14, i_frame_rate);
+  for (std::size_t refused = 0; refused < 12; ++refused) {
+    HeldUpNode held;
+    held.hold();
+    for (std::size_t i = 0; i < refused; ++i)
+      send(held.node, "a", stream.frames[i]);
+    std::size_t number = 1;
+    for (bool has_failed = true; has_failed; ++number) {
+      Bytes bytes = stream.frames[refused];
+      const OneFailingAllocation failing(number);
+      const CentralNodeStatus status = held.node.receive("a", std::move(bytes));
+      const Exemption exemption;
+      has_failed = failing.hasFailed();
+      expectCode(status,
+                 has_failed ? CentralNodeCode::OutOfMemory : CentralNodeCode::Ok);
+    }
+    const std::size_t refusals = number - 2;
+    // The first has the stream ask for a turn; later ones at times need a new queue.
+    if (refused == 0) {
+      EXPECT_GT(refusals, 0u);
+    }
+    for (std::size_t i = refused + 1; i < 14; ++i)
+      send(held.node, "a", stream.frames[i]);
+    held.goOn();
+    EXPECT_EQ(held.listener.course("a"), "..............");
+    expectShownRight(held, stream);
+    const StreamHealth health = held.health("a");
+    EXPECT_EQ(health.frames_refused, refusals);
+    EXPECT_EQ(health.frames_received, 14 + refusals);
+    EXPECT_EQ(health.frames_lost, 0u);
+  }
+}
+
+TEST(CentralNodeMemory, ARefusalIsSaidWithoutMemoryForItsMessage)
+{
+  CentralNode node(centralSettings());
+  const std::string long_name(100, 'n');
+  const OneFailingAllocation failing(1);
+  const CentralNodeStatus status = node.receive(long_name, Bytes());
+  EXPECT_TRUE(failing.hasFailed());
+  expectCode(status, CentralNodeCode::OutOfMemory);
+}
+
+/** \brief Repeats a call of the user until none of its allocations fails.
+ * \return number of those that failed
+ */
+template <typename CallT>
+std::size_t
+failInEach(const CallT& call)
+{
+  for (std::size_t number = 1;; ++number) {
+    const OneFailingAllocation failing(number);
+    bool has_thrown = false;
+    try {
+      call();
+    }
+    catch (const std::bad_alloc&) {
+      has_thrown = true;
+    }
+    const Exemption exemption;
+    EXPECT_EQ(has_thrown, failing.hasFailed());
+    if (!failing.hasFailed())
+      return number - 1;
+  }
+}
+
+TEST(CentralNodeMemory, CallsThatThrowForWantOfItLeaveTheNodeAsItWas)
+{
+  const CodedStream stream = streamOf(4);
+  HeldUpNode held;
+  const std::string name = "a stream whose name is no short one";
+  std::optional<CentralNodeStatus> added;
+  EXPECT_GT(failInEach([&] { added = held.node.addStream(name); }), 1u);
+  expectCode(*added, CentralNodeCode::Ok); // not there already
+  for (std::size_t i = 0; i < 4; ++i) {
+    sendAndWait(held.node, name, stream.frames[i]);
+    VoxelFrame latest;
+    std::size_t throws = failInEach([&] {
+      try {
+        held.node.latestVoxels(name, latest);
+      }
+      catch (const std::bad_alloc&) {
+        EXPECT_EQ(latest.keys.size(), latest.intensities.size());
+        throw;
+      }
+    });
+    EXPECT_GT(throws, 0u);
+    expectSameFrame(latest, stream.decoded[i]);
+    VoxelFrame merged;
+    throws = failInEach([&] { held.node.merge(merged); });
+    EXPECT_GT(throws, 0u);
+    VoxelFrame expected;
+    held.node.merge(expected);
+    expectSameFrame(merged, expected);
+    EXPECT_EQ(worldVoxels(merged).size(), stream.decoded[i].size());
+    std::vector<StreamHealth> health;
+    EXPECT_GT(failInEach([&] { health = held.node.health(); }), 0u);
+    EXPECT_EQ(health.at(0).name, "a");
+    EXPECT_EQ(health.at(1).name, name);
+    EXPECT_EQ(health.at(1).frames_decoded, i + 1);
+  }
+}
+
+} // namespace

@@ -1,0 +1,171 @@
+/** \file
+ * \brief What memory a CentralNode keeps behind large frames: none, some frames later.
+ */
+#include <pcl_ext/compression/coding_memory.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/failing_memory.h"
+#include "support/forged_frames.h"
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::io::CodingMemory;
+using pcl_ext::io::Effort;
+using pcl_ext::io::FrameDecoder;
+using pcl_ext::io::FrameEncoder;
+using pcl_ext::io::StreamFormat;
+using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::io::test::Parts;
+using pcl_ext::io::test::putTogether;
+using pcl_ext::io::test::RoomStream;
+using pcl_ext::io::test::takeApart;
+using pcl_ext::test::live_bytes;
+
+/** \brief Below it nothing is given back, bytes. */
+constexpr std::size_t floor_of_rule = std::size_t{1} << 16;
+
+/** \brief I-frames of one sender: some large ones, and small ones behind them. */
+std::vector<Bytes>
+largeThenSmall(std::size_t large_frames, std::size_t small_frames)
+{
+  RoomStream::Settings settings;
+  settings.width = 200;
+  RoomStream large(settings);
+  settings.width = 10;
+  RoomStream small(settings);
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Fast);
+  std::vector<Bytes> frames;
+  for (std::size_t i = 0; i < large_frames; ++i)
+    frames.push_back(pcl_ext::io::test::encoded(encoder, large.next()));
+  for (std::size_t i = 0; i < small_frames; ++i)
+    frames.push_back(pcl_ext::io::test::encoded(encoder, small.next()));
+  return frames;
+}
+
+using Streams = std::vector<std::vector<Bytes>>;
+
+/** \brief What decoders of these streams keep, each of which ends before the next. */
+std::size_t
+keptByDecoders(const Streams& streams)
+{
+  const std::size_t before = live_bytes;
+  std::vector<FrameDecoder> decoders(streams.size());
+  CodingMemory memory;
+  for (std::size_t i = 0; i < streams.size(); ++i)
+    for (const Bytes& bytes : streams[i]) {
+      VoxelFrame voxels;
+      decoders[i].decode(bytes.data(), bytes.size(), voxels, memory);
+    }
+  return live_bytes - before;
+}
+
+/** \brief What a node of one thread keeps besides its decoder.
+ * \param[in] merges whether all is merged behind each frame
+ */
+std::size_t
+keptByNode(const std::vector<Bytes>& frames, bool merges)
+{
+  const std::size_t of_decoder = keptByDecoders({frames});
+  CentralNodeSettings settings = centralSettings();
+  settings.threads = 1;
+  settings.max_merge_age = Time::max();
+  const std::size_t before = live_bytes;
+  CentralNode node(settings);
+  node.addStream("a");
+  for (const Bytes& bytes : frames) {
+    sendAndWait(node, "a", bytes);
+    VoxelFrame merged;
+    if (merges)
+      node.merge(merged);
+  }
+  const std::size_t kept = live_bytes - before;
+  return kept - std::min(kept, of_decoder);
+}
+
+TEST(CentralNodeMemoryUse, LargeFramesAreShownAndMerged)
+{
+  // Else the other tests would say nothing.
+  const std::vector<Bytes> frames = largeThenSmall(2, 0);
+  EXPECT_GT(keptByNode(frames, false), 10 * floor_of_rule);
+  EXPECT_GT(keptByNode(frames, true), keptByNode(frames, false) + 10 * floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, BehindLargeFramesItIsGivenBackWithinSomeFrames)
+{
+  EXPECT_LT(keptByNode(largeThenSmall(2, 10), false), floor_of_rule);
+  EXPECT_LT(keptByNode(largeThenSmall(1, 10), false), floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, OfMergingItIsGivenBackToo)
+{
+  EXPECT_LT(keptByNode(largeThenSmall(2, 10), true), 2 * floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, AFrameThatFailsKeepsNone)
+{
+  std::vector<Bytes> frames = largeThenSmall(1, 1);
+  // Wrong at its end, where the decoder has almost all of its voxels.
+  Parts parts = takeApart(frames[0]);
+  parts.payload[parts.payload.size() - 40] ^= 5;
+  frames[0] = putTogether(parts);
+  FrameDecoder decoder;
+  VoxelFrame voxels;
+  EXPECT_FALSE(decoder.decode(frames[0].data(), frames[0].size(), voxels).ok());
+  EXPECT_GT(voxels.keys.capacity() * sizeof(voxels.keys[0]), 4 * floor_of_rule);
+  EXPECT_LT(keptByNode(frames, false), floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, OfAStreamThatEndedAThreadKeepsNone)
+{
+  const std::vector<Bytes> large = largeThenSmall(1, 0);
+  const std::vector<Bytes> small = largeThenSmall(0, 10);
+  const std::size_t of_decoders = keptByDecoders({large, small});
+  const std::size_t before = live_bytes;
+  CentralNodeSettings settings = centralSettings();
+  settings.threads = 1;
+  CentralNode node(settings);
+  node.addStream("ended");
+  node.addStream("going on");
+  sendAndWait(node, "ended", large[0]);
+  for (const Bytes& bytes : small)
+    sendAndWait(node, "going on", bytes);
+  const std::size_t kept = live_bytes - before;
+  VoxelFrame shown;
+  node.latestVoxels("ended", shown);
+  EXPECT_GT(shown.size() * 10, 4 * floor_of_rule);
+  EXPECT_LT(kept, of_decoders + shown.size() * 10 + floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, FramesThatFollowAreShownRight)
+{
+  const std::vector<Bytes> frames = largeThenSmall(2, 14);
+  CentralNodeSettings settings = centralSettings();
+  settings.max_merge_age = Time::max();
+  CentralNode node(settings);
+  node.addStream("a");
+  FrameDecoder decoder;
+  for (const Bytes& bytes : frames) {
+    sendAndWait(node, "a", bytes);
+    VoxelFrame expected;
+    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), expected).ok());
+    VoxelFrame latest;
+    node.latestVoxels("a", latest);
+    expectSameFrame(latest, expected);
+    VoxelFrame merged;
+    node.merge(merged);
+    EXPECT_EQ(merged.size(), expected.size());
+  }
+}
+
+} // namespace

@@ -1,0 +1,338 @@
+/** \file
+ * \brief Merging the streams of a CentralNode against sums in a map.
+ */
+#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/fake_clock.h"
+#include "support/world_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::removeFaintVoxels;
+using pcl_ext::io::FrameEncoder;
+using pcl_ext::io::isConsistent;
+using pcl_ext::io::StreamFormat;
+using pcl_ext::test::addVoxels;
+using pcl_ext::test::WorldVoxels;
+using pcl_ext::test::worldVoxels;
+
+constexpr double resolution = 0.04;
+
+/** \brief The voxels that a node merges, which must be a frame about the world origin. */
+WorldVoxels
+mergedVoxels(CentralNode& node)
+{
+  VoxelFrame merged = streamOf(1).decoded[0];
+  node.merge(merged);
+  EXPECT_TRUE(isConsistent(merged));
+  EXPECT_EQ(merged.grid.resolution, resolution);
+  EXPECT_EQ(merged.grid.anchor, (std::array<double, 3>{}));
+  EXPECT_FALSE(merged.depth_model.has_value());
+  return worldVoxels(merged);
+}
+
+/** \brief One frame as an I-frame. */
+Bytes
+codedAlone(const VoxelFrame& frame, StreamFormat format = StreamFormat::Version1)
+{
+  FrameEncoder encoder(format, 1);
+  return pcl_ext::io::test::encoded(encoder, frame);
+}
+
+/** \brief Streams on grids of other resolutions and other lattices, but none with the
+ * centre of a voxel on a face of the common grid, where rounding would decide. */
+std::map<std::string, CodedStream>
+streamsOfManyGrids()
+{
+  std::map<std::string, CodedStream> streams;
+  const auto add = [&](double edge, StreamFormat format, std::array<double, 3> anchor) {
+    CodedStream::Settings settings;
+    settings.seed = streams.size() + 1;
+    settings.frames = 3;
+    settings.resolution = edge;
+    settings.format = format;
+    settings.anchor = anchor;
+    streams.emplace("stream " + std::to_string(streams.size()), settings);
+  };
+  add(0.04, StreamFormat::Version1, {});
+  add(0.04, StreamFormat::Version1, {});
+  add(0.02, StreamFormat::Version1, {});
+  add(0.06, StreamFormat::Version1, {});
+  add(0.04, StreamFormat::Published, {0.013, -0.011, 5.007});
+  add(0.01, StreamFormat::Published, {-0.333, 0.251, 0.002});
+  return streams;
+}
+
+TEST(Merging, SumsTheVoxelsOfAllStreamsOnTheCommonGrid)
+{
+  const std::map<std::string, CodedStream> streams = streamsOfManyGrids();
+  CentralNode node(centralSettings());
+  for (const auto& [name, stream] : streams)
+    node.addStream(name);
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::size_t voxels = 0;
+    WorldVoxels expected;
+    for (const auto& [name, stream] : streams) {
+      sendAndWait(node, name, stream.frames[i]);
+      addVoxels(stream.decoded[i], resolution, expected);
+      voxels += stream.decoded[i].size();
+    }
+    ASSERT_LT(expected.size(), voxels); // some are summed
+    EXPECT_EQ(mergedVoxels(node), expected);
+    EXPECT_EQ(mergedVoxels(node), expected); // again
+  }
+}
+
+/** \brief Expects each voxel of a stream to be in a voxel of its own, by the index of the
+ * lower corner on all axes. */
+template <typename IndexOf>
+void
+expectOneToOne(const CodedStream& stream, IndexOf index_of)
+{
+  CentralNode node(centralSettings());
+  node.addStream("a");
+  sendAndWait(node, "a", stream.frames[0]);
+  const VoxelFrame& frame = stream.decoded[0];
+  WorldVoxels expected;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const auto position = pcl_ext::io::voxelPosition(frame.keys[i]);
+    expected[{index_of(frame.grid.first_index[0] + std::int64_t{position.x}),
+              index_of(frame.grid.first_index[1] + std::int64_t{position.y}),
+              index_of(frame.grid.first_index[2] + std::int64_t{position.z})}] =
+        static_cast<double>(frame.intensity_scale.value(frame.intensities[i]));
+  }
+  ASSERT_EQ(expected.size(), frame.size());
+  EXPECT_EQ(mergedVoxels(node), expected);
+}
+
+TEST(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
+{
+  // Where PCL anchors its lattice for boxes that are an odd number of voxels wide.
+  CodedStream::Settings settings;
+  settings.frames = 1;
+  settings.format = StreamFormat::Published;
+  // Its indices begin at the corner of the grid, 32 voxels below the anchor.
+  for (const int voxels : {-450, -7, 0, 13, 900}) {
+    const double anchor = (voxels + 0.5) * resolution;
+    settings.anchor = {anchor, anchor, anchor};
+    expectOneToOne(CodedStream(settings),
+                   [&](std::int64_t index) { return index - 32 + voxels + 1; });
+  }
+  // Voxels of twice the size have the middle between two in their own.
+  settings.format = StreamFormat::Version1;
+  settings.anchor = {};
+  settings.resolution = 2.0 * resolution;
+  expectOneToOne(CodedStream(settings),
+                 [](std::int64_t index) { return 2 * index + 1; });
+}
+
+TEST(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
+{
+  const CodedStream first = streamOf(3, 30, 1);
+  const CodedStream second = streamOf(3, 30, 2);
+  CentralNode node(centralSettings());
+  for (const std::string name : {"a", "b", "silent"})
+    node.addStream(name);
+  sendAndWait(node, "a", first.frames[0]);
+  EXPECT_EQ(mergedVoxels(node), worldVoxels(first.decoded[0]));
+  sendAndWait(node, "b", second.frames[0]);
+  sendAndWait(node, "a", first.frames[1]);
+  sendAndWait(node, "b", second.frames[2]); // fails
+  WorldVoxels expected = worldVoxels(first.decoded[1]);
+  addVoxels(second.decoded[0], resolution, expected);
+  EXPECT_EQ(mergedVoxels(node), expected);
+}
+
+TEST(Merging, NoiseIsRemovedBefore)
+{
+  const CodedStream stream = streamOf(1);
+  CentralNode node(centralSettings());
+  WorldVoxels expected;
+  for (const float threshold : {2.0f, 3.0f, 5.0f}) {
+    const std::string name = "above " + std::to_string(threshold);
+    node.addStream(name, threshold);
+    sendAndWait(node, name, stream.frames[0]);
+    VoxelFrame kept = stream.decoded[0];
+    ASSERT_GT(removeFaintVoxels(kept, threshold), 0u);
+    addVoxels(kept, resolution, expected);
+  }
+  EXPECT_EQ(mergedVoxels(node), expected);
+}
+
+TEST(Merging, OfNothingIsAFrameWithoutVoxels)
+{
+  CentralNode node(centralSettings());
+  EXPECT_TRUE(mergedVoxels(node).empty());
+  node.addStream("a");
+  EXPECT_TRUE(mergedVoxels(node).empty());
+  const VoxelFrame frame = streamOf(1).decoded[0];
+  VoxelFrame without_voxels = frame;
+  without_voxels.keys.clear();
+  without_voxels.intensities.clear();
+  sendAndWait(node, "a", codedAlone(without_voxels));
+  EXPECT_TRUE(mergedVoxels(node).empty());
+  sendAndWait(node, "a", codedAlone(frame));
+  EXPECT_EQ(mergedVoxels(node), worldVoxels(frame));
+  sendAndWait(node, "a", codedAlone(without_voxels));
+  EXPECT_TRUE(mergedVoxels(node).empty());
+}
+
+TEST(Merging, StreamsTakePartUntilTheyAreTooOld)
+{
+  const CodedStream first = streamOf(2, 30, 1);
+  const CodedStream second = streamOf(2, 30, 2);
+  const WorldVoxels of_first = worldVoxels(first.decoded[0]);
+  const WorldVoxels of_second = worldVoxels(second.decoded[0]);
+  WorldVoxels of_both = of_first;
+  addVoxels(second.decoded[0], resolution, of_both);
+  FakeClock clock;
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  settings.max_merge_age = 2s;
+  CentralNode node(settings);
+  node.addStream("first");
+  node.addStream("second");
+  clock.set(10s);
+  sendAndWait(node, "first", first.frames[0]);
+  clock.set(11s);
+  sendAndWait(node, "second", second.frames[0]);
+  EXPECT_EQ(mergedVoxels(node), of_both);
+  clock.set(12s);
+  EXPECT_EQ(mergedVoxels(node), of_both);
+  clock.set(12s + 1ns);
+  EXPECT_EQ(mergedVoxels(node), of_second);
+  // A frame that fails keeps nothing alive.
+  sendAndWait(node, "first", Bytes(20, 7));
+  EXPECT_EQ(mergedVoxels(node), of_second);
+  clock.set(13s + 1ns);
+  EXPECT_TRUE(mergedVoxels(node).empty());
+  sendAndWait(node, "first", first.frames[1]);
+  EXPECT_EQ(mergedVoxels(node), worldVoxels(first.decoded[1]));
+}
+
+TEST(Merging, AnAgeWithoutEndKeepsAllStreams)
+{
+  const CodedStream stream = streamOf(1);
+  FakeClock clock;
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  settings.max_merge_age = Time::max();
+  CentralNode node(settings);
+  node.addStream("a");
+  sendAndWait(node, "a", stream.frames[0]);
+  clock.set(1700000000s);
+  EXPECT_EQ(mergedVoxels(node), worldVoxels(stream.decoded[0]));
+}
+
+TEST(Merging, CountsAreExactUpToTheEndOfSixteenBits)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(5);
+  frame.keys = {0, 77, 78, 4000, 32767};
+  frame.intensities = {255, 1, 0, 100, 254};
+  const Bytes bytes = codedAlone(frame);
+  CentralNode node(centralSettings());
+  for (unsigned int streams = 1; streams <= 257; ++streams) {
+    const std::string name = std::to_string(streams);
+    node.addStream(name);
+    send(node, name, bytes);
+    if (streams != 2 && streams != 129 && streams != 257)
+      continue;
+    node.waitUntilDecoded();
+    WorldVoxels expected = worldVoxels(frame);
+    for (auto& voxel : expected)
+      voxel.second *= streams;
+    EXPECT_EQ(mergedVoxels(node), expected) << streams << " streams";
+  }
+  // 258 * 255 is more than 16 bits hold.
+  node.addStream("258");
+  sendAndWait(node, "258", bytes);
+  const WorldVoxels merged = mergedVoxels(node);
+  ASSERT_EQ(merged.size(), frame.size());
+  for (const auto& [index, intensity] : worldVoxels(frame))
+    EXPECT_NEAR(merged.at(index), 258.0 * intensity, 258.0 * 255.0 / 65535.0);
+}
+
+TEST(Merging, FractionsAreWithinAPartOfTheLargest)
+{
+  std::mt19937_64 random(5);
+  CentralNode node(centralSettings());
+  WorldVoxels expected;
+  for (const float step : {0.1f, 0.7f, 1e-3f}) {
+    VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 3000, 10);
+    frame.intensity_scale.step = step;
+    const std::string name = std::to_string(step);
+    node.addStream(name);
+    sendAndWait(node, name, codedAlone(frame));
+    addVoxels(frame, resolution, expected);
+  }
+  double largest = 0.0;
+  for (const auto& voxel : expected)
+    largest = std::max(largest, voxel.second);
+  const WorldVoxels merged = mergedVoxels(node);
+  ASSERT_EQ(merged.size(), expected.size());
+  for (const auto& [index, intensity] : expected) {
+    ASSERT_EQ(merged.count(index), 1u);
+    EXPECT_NEAR(merged.at(index), intensity, largest / 65535.0);
+  }
+}
+
+TEST(Merging, IntensitiesMayBeNegative)
+{
+  std::mt19937_64 random(6);
+  CentralNode node(centralSettings());
+  WorldVoxels expected;
+  for (const float offset : {-32.0f, -200.0f, 0.0f}) {
+    VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 1000);
+    frame.intensity_scale.offset = offset;
+    const std::string name = std::to_string(offset);
+    node.addStream(name, -1000.0f);
+    sendAndWait(node, name, codedAlone(frame));
+    addVoxels(frame, resolution, expected);
+  }
+  EXPECT_EQ(mergedVoxels(node), expected);
+}
+
+TEST(Merging, AFarStreamThatLeavesDoesNotSpoilTheGrid)
+{
+  VoxelFrame near = pcl_ext::io::test::emptyFrame(4);
+  near.keys = {1, 2, 3};
+  near.intensities = {1, 2, 3};
+  VoxelFrame far = near;
+  far.grid.first_index = {900000, -900000, 5};
+  FakeClock clock;
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  CentralNode node(settings);
+  node.addStream("near");
+  node.addStream("far");
+  sendAndWait(node, "near", codedAlone(near));
+  sendAndWait(node, "far", codedAlone(far));
+  WorldVoxels expected = worldVoxels(near);
+  addVoxels(far, resolution, expected);
+  EXPECT_EQ(mergedVoxels(node), expected);
+  clock.set(100s);
+  sendAndWait(node, "near", codedAlone(near));
+  VoxelFrame merged;
+  node.merge(merged);
+  EXPECT_EQ(worldVoxels(merged), worldVoxels(near));
+  EXPECT_LE(merged.grid.depth, 4u);
+}
+
+} // namespace

@@ -1,0 +1,301 @@
+/** \file
+ * \brief A CentralNode that removes outliers against VoxelOutlierRemoval called directly,
+ * frame by frame.
+ */
+#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/voxel_frames.h"
+#include "support/world_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::DensityUnit;
+using pcl_ext::removeFaintVoxels;
+using pcl_ext::VoxelOutlierRemoval;
+using pcl_ext::VoxelOutlierRemovalSettings;
+using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::test::addVoxels;
+using pcl_ext::test::WorldVoxels;
+using pcl_ext::test::worldVoxels;
+
+VoxelOutlierRemovalSettings
+atLogOdds(float min_log_odds)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = min_log_odds;
+  return settings;
+}
+
+/** \brief What a stream's frame is to become. */
+VoxelFrame
+filtered(VoxelFrame frame, VoxelOutlierRemoval& removal)
+{
+  EXPECT_GT(removal.filter(frame), 0u);
+  EXPECT_GT(frame.size(), 100u);
+  return frame;
+}
+
+/** \brief A stream of its own, and how its noise is removed. */
+struct FilteredStream {
+  CodedStream coded;
+  std::optional<VoxelOutlierRemovalSettings> settings;
+  float min_intensity = 0.0f;
+};
+
+/** \brief Streams with all kinds of settings, and two without, by name. */
+std::map<std::string, FilteredStream>
+filteredStreams(std::size_t frames)
+{
+  std::map<std::string, FilteredStream> streams;
+  const auto add = [&](const std::string& name, bool are_faces, const auto& settings) {
+    CodedStream::Settings coded;
+    coded.seed = streams.size() + 1;
+    coded.frames = frames;
+    coded.i_frame_rate = 5;
+    if (are_faces)
+      coded.depth_model = pcl_ext::io::test::roomDepthModel(6, coded.bits);
+    streams.insert({name, FilteredStream{CodedStream(coded), settings}});
+  };
+  const std::optional<VoxelOutlierRemovalSettings> none;
+  add("all", false, none);
+  add("threshold alone", false, none);
+  add("counts", false, std::optional(atLogOdds(0.0f)));
+  add("shares", true, std::optional(atLogOdds(1.0f)));
+  VoxelOutlierRemovalSettings settings = atLogOdds(-1.0f);
+  settings.use_history = false;
+  add("without history", true, std::optional(settings));
+  settings = atLogOdds(0.0f);
+  settings.unit = DensityUnit::Faces;
+  settings.full_intensity = 16.0f;
+  settings.max_blocks = 20;
+  add("faces", false, std::optional(settings));
+  add("both", false, std::optional(atLogOdds(0.0f)));
+  streams.at("threshold alone").min_intensity = 2.0f;
+  streams.at("both").min_intensity = 3.0f;
+  return streams;
+}
+
+TEST(CentralNodeOutliers, EachStreamIsFilteredByItselfBeforeThresholdAndMerging)
+{
+  constexpr std::size_t frames = 12;
+  const std::map<std::string, FilteredStream> streams = filteredStreams(frames);
+  Listener listener;
+  CentralNode node(centralSettings(), listener.listener());
+  std::map<std::string, VoxelOutlierRemoval> removals;
+  for (const auto& [name, stream] : streams) {
+    expectCode(node.addStream(name, stream.min_intensity), CentralNodeCode::Ok);
+    expectCode(node.setOutlierRemoval(name, stream.settings), CentralNodeCode::Ok);
+    if (stream.settings)
+      removals.emplace(name, *stream.settings);
+  }
+  for (std::size_t i = 0; i < frames; ++i) {
+    // All wait at once, and share the threads and their memory.
+    for (const auto& [name, stream] : streams)
+      send(node, name, stream.coded.frames[i]);
+    node.waitUntilDecoded();
+    WorldVoxels merged_voxels;
+    for (const auto& [name, stream] : streams) {
+      SCOPED_TRACE(name + ", frame " + std::to_string(i));
+      VoxelFrame expected = stream.coded.decoded[i];
+      if (stream.settings)
+        expected = filtered(expected, removals.at(name));
+      const std::size_t outliers = stream.coded.decoded[i].size() - expected.size();
+      const std::size_t faint = removeFaintVoxels(expected, stream.min_intensity);
+      EXPECT_EQ(faint > 0, stream.min_intensity > 0.0f);
+      expectSameFrame(listener.heard(name).at(i).voxels, expected);
+      VoxelFrame latest;
+      node.latestVoxels(name, latest);
+      expectSameFrame(latest, expected);
+      addVoxels(expected, 0.04, merged_voxels);
+      for (const StreamHealth& health : node.health())
+        if (health.name == name) {
+          EXPECT_EQ(health.voxels, stream.coded.decoded[i].size());
+          EXPECT_EQ(health.outliers_removed, outliers);
+          EXPECT_EQ(health.kept_voxels, expected.size());
+        }
+    }
+    VoxelFrame merged;
+    node.merge(merged);
+    const WorldVoxels is_merged = worldVoxels(merged);
+    // Shares have fractions.
+    ASSERT_EQ(is_merged.size(), merged_voxels.size());
+    for (const auto& [index, intensity] : merged_voxels)
+      ASSERT_NEAR(is_merged.at(index), intensity, 0.02);
+  }
+}
+
+TEST(CentralNodeOutliers, AChangeHoldsFromTheNextFrameOnAndBeginsAnew)
+{
+  const CodedStream stream = streamOf(16);
+  Listener listener;
+  CentralNode node(centralSettings(), listener.listener());
+  node.addStream("a");
+  node.addStream("b");
+  std::optional<VoxelOutlierRemovalSettings> in_force;
+  std::optional<VoxelOutlierRemoval> removal;
+  const auto change = [&](const std::optional<VoxelOutlierRemovalSettings>& settings) {
+    VoxelFrame before;
+    node.latestVoxels("a", before);
+    expectCode(node.setOutlierRemoval("a", settings), CentralNodeCode::Ok);
+    VoxelFrame after;
+    node.latestVoxels("a", after);
+    expectSameFrame(after, before);
+    in_force = settings;
+    removal.reset();
+    if (settings)
+      removal.emplace(*settings);
+  };
+  std::size_t frames_that_show_it = 0; // that a filter began anew
+  for (std::size_t i = 0; i < stream.frames.size(); ++i) {
+    if (i == 2 || i == 8)
+      change(atLogOdds(2.0f));
+    if (i == 5)
+      change(atLogOdds(3.0f));
+    if (i == 11)
+      change(std::nullopt);
+    if (i == 13) { // the last one counts
+      change(std::nullopt);
+      change(atLogOdds(-2.0f));
+    }
+    sendAndWait(node, "a", stream.frames[i]);
+    sendAndWait(node, "b", stream.frames[i]);
+    VoxelFrame expected = stream.decoded[i];
+    if (removal) {
+      expected = filtered(expected, *removal);
+      VoxelOutlierRemoval remembering(*in_force);
+      for (std::size_t before = 0; before < i; ++before)
+        filtered(stream.decoded[before], remembering);
+      if (filtered(stream.decoded[i], remembering).keys != expected.keys)
+        ++frames_that_show_it;
+    }
+    expectSameFrame(listener.heard("a").back().voxels, expected);
+    expectSameFrame(listener.heard("b").back().voxels, stream.decoded[i]);
+    EXPECT_EQ(node.health()[0].outliers_removed,
+              stream.decoded[i].size() - expected.size());
+  }
+  EXPECT_GT(frames_that_show_it, 0u);
+}
+
+TEST(CentralNodeOutliers, FramesThatFailDoNotReachTheFilterWhichGoesOn)
+{
+  const CodedStream stream = streamOf(12, 6);
+  Listener listener;
+  CentralNode node(centralSettings(), listener.listener());
+  node.addStream("a");
+  const VoxelOutlierRemovalSettings settings = atLogOdds(2.5f);
+  node.setOutlierRemoval("a", settings);
+  VoxelOutlierRemoval removal(settings);
+  for (const std::size_t i : {0u, 1u, 3u, 4u, 6u, 7u, 8u}) {
+    sendAndWait(node, "a", Bytes(20, 7));
+    sendAndWait(node, "a", stream.frames[i]);
+    const HeardFrame heard = listener.heard("a").back();
+    if (i == 3 || i == 4) { // 2 is missing, until the I-frame
+      EXPECT_EQ(heard.code, CompressionCode::MissingReference);
+      EXPECT_EQ(heard.voxels.size(), 0u);
+      continue;
+    }
+    expectSameFrame(heard.voxels, filtered(stream.decoded[i], removal));
+  }
+  EXPECT_EQ(onlyHealth(node).frames_decoded, 5u);
+  // A filter that had begun anew at the I-frame would have kept others.
+  VoxelOutlierRemoval fresh(settings);
+  std::size_t differing = 0;
+  for (const std::size_t i : {6u, 7u, 8u})
+    differing += filtered(stream.decoded[i], fresh).keys !=
+                         listener.heard("a").at(2 * i - 3).voxels.keys
+                     ? 1
+                     : 0;
+  EXPECT_GT(differing, 0u);
+}
+
+TEST(CentralNodeOutliers, AFrameThatFailsLeavesTheHealthOfTheOneBefore)
+{
+  const CodedStream stream = streamOf(1);
+  CentralNode node(centralSettings());
+  node.addStream("a");
+  node.setOutlierRemoval("a", atLogOdds(0.0f));
+  sendAndWait(node, "a", stream.frames[0]);
+  const std::size_t removed = onlyHealth(node).outliers_removed;
+  EXPECT_GT(removed, 0u);
+  node.setOutlierRemoval("a", std::nullopt);
+  sendAndWait(node, "a", Bytes(20, 7));
+  EXPECT_EQ(onlyHealth(node).outliers_removed, removed);
+  sendAndWait(node, "a", stream.frames[0]);
+  EXPECT_EQ(onlyHealth(node).outliers_removed, 0u);
+}
+
+TEST(CentralNodeOutliers, WrongOrdersAreToldApartAndChangeNothing)
+{
+  const CodedStream stream = streamOf(6);
+  Listener listener;
+  CentralNode node(centralSettings(), listener.listener());
+  node.addStream("a");
+  node.setOutlierRemoval("a", atLogOdds(0.5f));
+  VoxelOutlierRemoval removal(atLogOdds(0.5f));
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  std::vector<VoxelOutlierRemovalSettings> wrong(3, atLogOdds(0.0f));
+  wrong[0].min_log_odds = infinity;
+  wrong[1].full_intensity = 0.0f;
+  wrong[2].unit = static_cast<DensityUnit>(17);
+  for (std::size_t i = 0; i < stream.frames.size(); ++i) {
+    sendAndWait(node, "a", stream.frames[i]);
+    expectSameFrame(listener.heard("a").back().voxels,
+                    filtered(stream.decoded[i], removal));
+    const VoxelOutlierRemovalSettings& settings = wrong[i % wrong.size()];
+    const CentralNodeStatus status = node.setOutlierRemoval("a", settings);
+    expectCode(status, CentralNodeCode::InvalidSettings);
+    EXPECT_EQ(status.message(),
+              "outlier_removal: " + pcl_ext::checkSettings(settings).message());
+  }
+  for (const auto& settings :
+       {std::optional(atLogOdds(1.0f)), std::optional<VoxelOutlierRemovalSettings>()}) {
+    const CentralNodeStatus status = node.setOutlierRemoval("b", settings);
+    expectCode(status, CentralNodeCode::UnknownStream);
+    EXPECT_EQ(status.message(), "there is no stream 'b'");
+  }
+  CentralNodeSettings wrong_settings = centralSettings();
+  wrong_settings.max_waiting_frames = 0;
+  CentralNode unusable(wrong_settings);
+  EXPECT_EQ(unusable.setOutlierRemoval("a", atLogOdds(1.0f)).message(),
+            unusable.settingsStatus().message());
+}
+
+TEST(CentralNodeOutliers, WhatWasSeenIsForgottenWhereTheResolutionChanges)
+{
+  std::vector<CodedStream> parts;
+  for (const double resolution : {0.04, 0.05, 0.04}) {
+    CodedStream::Settings settings;
+    settings.frames = 3;
+    settings.resolution = resolution;
+    parts.emplace_back(settings);
+  }
+  Listener listener;
+  CentralNode node(centralSettings(), listener.listener());
+  node.addStream("a");
+  node.setOutlierRemoval("a", atLogOdds(0.0f));
+  for (const CodedStream& part : parts) {
+    // As a sender that begins again.
+    VoxelOutlierRemoval removal(atLogOdds(0.0f));
+    for (std::size_t i = 0; i < part.frames.size(); ++i) {
+      sendAndWait(node, "a", part.frames[i]);
+      expectSameFrame(listener.heard("a").back().voxels,
+                      filtered(part.decoded[i], removal));
+    }
+  }
+}
+
+} // namespace

@@ -1,0 +1,313 @@
+/** \file
+ * \brief A CentralNode that many threads use at once; to be run under ThreadSanitizer,
+ * too.
+ */
+#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/central_streams.h"
+#include "support/voxel_frames.h"
+#include "support/world_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::removeFaintVoxels;
+using pcl_ext::VoxelOutlierRemoval;
+using pcl_ext::VoxelOutlierRemovalSettings;
+using pcl_ext::io::isConsistent;
+using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::test::addVoxels;
+using pcl_ext::test::WorldVoxels;
+using pcl_ext::test::worldVoxels;
+
+constexpr std::size_t stream_count = 6;
+constexpr std::size_t frame_count = 25;
+
+std::string
+nameOf(std::size_t stream)
+{
+  return "stream " + std::to_string(stream);
+}
+
+std::vector<CodedStream>
+manyStreams()
+{
+  std::vector<CodedStream> streams;
+  for (std::size_t i = 0; i < stream_count; ++i)
+    streams.push_back(streamOf(frame_count, 10, i + 1));
+  return streams;
+}
+
+CentralNodeSettings
+settingsOfManyThreads()
+{
+  CentralNodeSettings settings = centralSettings();
+  settings.threads = 4;
+  settings.max_waiting_frames = stream_count * frame_count;
+  // However slow the machine is.
+  settings.max_merge_age = Time::max();
+  return settings;
+}
+
+/** \brief A thread that does something over and over until it is told to stop. */
+class Repeating {
+public:
+  template <typename WorkT>
+  explicit Repeating(WorkT work)
+  : thread_([this, work] {
+    do
+      work();
+    while (!shall_stop_);
+  })
+  {}
+
+  ~Repeating()
+  {
+    shall_stop_ = true;
+    thread_.join();
+  }
+
+private:
+  std::atomic<bool> shall_stop_{false};
+  std::thread thread_; // uses what is above
+};
+
+void
+expectWholeStream(const std::vector<HeardFrame>& heard, const CodedStream& stream)
+{
+  ASSERT_EQ(heard.size(), stream.frames.size());
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    EXPECT_EQ(heard[i].code, CompressionCode::Ok);
+    expectSameFrame(heard[i].voxels, stream.decoded[i]);
+  }
+}
+
+constexpr float threshold = 3.0f;
+
+/** \brief Each frame is judged by itself, however often a filter begins anew. */
+VoxelOutlierRemovalSettings
+removalWithoutHistory()
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.use_history = false;
+  return settings;
+}
+
+/** \brief The same where each frame may have been denoised.
+ * \param[in] remove denoises a frame and tells how many voxels went
+ */
+template <typename RemoveT>
+void
+expectWholeStreamOrFiltered(const std::vector<HeardFrame>& heard,
+                            const CodedStream& stream,
+                            RemoveT remove)
+{
+  CodedStream filtered = stream;
+  ASSERT_EQ(heard.size(), stream.frames.size());
+  for (std::size_t i = 0; i < heard.size(); ++i)
+    if (heard[i].voxels.size() != stream.decoded[i].size()) {
+      EXPECT_GT(remove(filtered.decoded[i]), 0u);
+    }
+  expectWholeStream(heard, filtered);
+}
+
+TEST(CentralNodeThreads, EachStreamIsDecodedInItsOrderAndToldByOneThreadAtATime)
+{
+  const std::vector<CodedStream> streams = manyStreams();
+  Listener listener;
+  std::map<std::string, std::atomic<int>> tellers;
+  for (std::size_t i = 0; i < stream_count; ++i)
+    tellers[nameOf(i)] = 0;
+  std::atomic<bool> is_one_at_a_time{true};
+  CentralNode node(settingsOfManyThreads(), [&](const ReceivedFrame& frame) {
+    std::atomic<int>& count = tellers.at(frame.stream);
+    if (++count != 1)
+      is_one_at_a_time = false;
+    listener.listener()(frame);
+    --count;
+  });
+  for (std::size_t i = 0; i < stream_count; ++i)
+    node.addStream(nameOf(i));
+  std::vector<std::thread> senders;
+  for (std::size_t i = 0; i < stream_count; ++i)
+    senders.emplace_back([&, i] {
+      for (const Bytes& frame : streams[i].frames)
+        send(node, nameOf(i), frame);
+    });
+  for (std::thread& sender : senders)
+    sender.join();
+  node.waitUntilDecoded();
+  EXPECT_TRUE(is_one_at_a_time);
+  for (std::size_t i = 0; i < stream_count; ++i)
+    expectWholeStream(listener.heard(nameOf(i)), streams[i]);
+}
+
+TEST(CentralNodeThreads, EverythingMayBeAskedWhileFramesArrive)
+{
+  const std::vector<CodedStream> streams = manyStreams();
+  Listener listener;
+  CentralNode node(settingsOfManyThreads(), listener.listener());
+  for (std::size_t i = 0; i < stream_count; ++i)
+    node.addStream(nameOf(i));
+  {
+    const Repeating merging([&] {
+      VoxelFrame merged;
+      node.merge(merged);
+      EXPECT_TRUE(isConsistent(merged));
+    });
+    const Repeating merging_too([&] {
+      VoxelFrame merged;
+      node.merge(merged);
+    });
+    const Repeating looking([&] {
+      VoxelFrame voxels;
+      node.latestVoxels(nameOf(1), voxels);
+      EXPECT_EQ(voxels.keys.size(), voxels.intensities.size());
+    });
+    const Repeating asking([&] {
+      for (const StreamHealth& health : node.health()) {
+        EXPECT_LE(health.frames_decoded, health.frames_received);
+        EXPECT_EQ(health.frames_failed, 0u);
+      }
+    });
+    const Repeating changing([&] {
+      node.setMinIntensity(nameOf(2), threshold);
+      node.setMinIntensity(nameOf(2), 0.0f);
+    });
+    const Repeating filtering([&] {
+      node.setOutlierRemoval(nameOf(3), removalWithoutHistory());
+      node.setOutlierRemoval(nameOf(3), std::nullopt);
+    });
+    std::atomic<int> added{0};
+    const Repeating adding([&] {
+      if (added < 200)
+        node.addStream("another " + std::to_string(added++));
+    });
+    const Repeating waiting([&] { node.waitUntilDecoded(); });
+    std::vector<std::thread> senders;
+    for (std::size_t i = 0; i < stream_count; ++i)
+      senders.emplace_back([&, i] {
+        for (const Bytes& frame : streams[i].frames)
+          send(node, nameOf(i), frame);
+      });
+    for (std::thread& sender : senders)
+      sender.join();
+    node.waitUntilDecoded();
+  }
+  WorldVoxels expected;
+  for (std::size_t i = 0; i < stream_count; ++i) {
+    const std::vector<HeardFrame> heard = listener.heard(nameOf(i));
+    if (i == 2)
+      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+        return removeFaintVoxels(frame, threshold);
+      });
+    else if (i == 3)
+      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+        return VoxelOutlierRemoval(removalWithoutHistory()).filter(frame);
+      });
+    else
+      expectWholeStream(heard, streams[i]);
+    addVoxels(heard.back().voxels, 0.04, expected);
+  }
+  VoxelFrame merged;
+  node.merge(merged);
+  EXPECT_EQ(worldVoxels(merged), expected);
+}
+
+TEST(CentralNodeThreads, TheListenerMayGiveOrders)
+{
+  const CodedStream stream = streamOf(frame_count);
+  Listener listener;
+  std::unique_ptr<CentralNode> node;
+  std::atomic<std::size_t> merged_voxels{0};
+  node = std::make_unique<CentralNode>(
+      settingsOfManyThreads(), [&](const ReceivedFrame& frame) {
+        listener.listener()(frame);
+        if (frame.stream == "relayed")
+          return;
+        // Each frame is sent on to another stream.
+        const std::size_t index = listener.heard("first").size() - 1;
+        node->addStream("relayed");
+        send(*node, "relayed", stream.frames[index]);
+        VoxelFrame voxels;
+        node->latestVoxels("first", voxels);
+        expectSameFrame(voxels, stream.decoded[index]);
+        node->merge(voxels);
+        merged_voxels += voxels.size();
+        node->setMinIntensity("first", 0.0f);
+        node->setOutlierRemoval("first", std::nullopt);
+        EXPECT_EQ(node->health().size(), 2u);
+      });
+  node->addStream("first");
+  for (const Bytes& frame : stream.frames)
+    send(*node, "first", frame);
+  node->waitUntilDecoded();
+  expectWholeStream(listener.heard("first"), stream);
+  expectWholeStream(listener.heard("relayed"), stream);
+  EXPECT_GT(merged_voxels, 0u);
+}
+
+TEST(CentralNodeThreads, DestructionWaitsForTheFramesThatWait)
+{
+  const std::vector<CodedStream> streams = manyStreams();
+  Listener listener;
+  Gate gate;
+  auto node = std::make_unique<CentralNode>(settingsOfManyThreads(),
+                                            [&](const ReceivedFrame& frame) {
+                                              gate.pass();
+                                              listener.listener()(frame);
+                                            });
+  for (std::size_t i = 0; i < stream_count; ++i) {
+    node->addStream(nameOf(i));
+    for (const Bytes& frame : streams[i].frames)
+      send(*node, nameOf(i), frame);
+  }
+  gate.waitForArrivals(1);
+  std::thread destroyer([&] { node.reset(); });
+  gate.open();
+  destroyer.join();
+  for (std::size_t i = 0; i < stream_count; ++i)
+    expectWholeStream(listener.heard(nameOf(i)), streams[i]);
+}
+
+TEST(CentralNodeThreads, FramesOfOneStreamFromManyThreadsAreAllCounted)
+{
+  const CodedStream stream = streamOf(8, 1); // I-frames, which come in any order
+  CentralNodeSettings settings = settingsOfManyThreads();
+  settings.max_waiting_frames = 2;
+  Listener listener;
+  CentralNode node(settings, listener.listener());
+  node.addStream("a");
+  std::atomic<std::size_t> taken{0};
+  std::vector<std::thread> senders;
+  for (int i = 0; i < 4; ++i)
+    senders.emplace_back([&] {
+      for (const Bytes& frame : stream.frames)
+        taken += node.receive("a", frame).ok() ? 1 : 0;
+      node.receive("a", Bytes(3, 1));
+    });
+  for (std::thread& sender : senders)
+    sender.join();
+  node.waitUntilDecoded();
+  const StreamHealth health = onlyHealth(node);
+  EXPECT_EQ(health.frames_received, 4 * 9u);
+  const std::size_t good = health.frames_decoded + health.frames_dropped;
+  EXPECT_EQ(good, taken);
+  EXPECT_EQ(good + health.frames_failed + health.frames_refused, 4 * 9u);
+  EXPECT_EQ(listener.heard("a").size(), good + health.frames_failed);
+}
+
+} // namespace

@@ -1,0 +1,235 @@
+#include <pcl_ext/nodes/octomap_insertion.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace {
+
+using octomap::OcTree;
+using octomap::OcTreeNode;
+using octomap::point3d;
+using pcl_ext::io::VoxelFrame;
+using pcl_ext::io::VoxelPosition;
+using pcl_ext::io::voxelPosition;
+using pcl_ext::io::test::emptyFrame;
+using pcl_ext::io::test::randomFrame;
+using pcl_ext::nodes::insertVoxels;
+
+constexpr double resolution = 0.04; // of the frames
+
+/** \brief Log-odds of the node at a place; none if it is unknown. */
+std::optional<float>
+logOddsAt(const OcTree& map, const point3d& place)
+{
+  const OcTreeNode* const node = map.search(place);
+  return node == nullptr ? std::nullopt : std::make_optional(node->getLogOdds());
+}
+
+/** \brief A map whose nodes take many hits before they are clamped. */
+OcTree
+wideMap(double edge)
+{
+  OcTree map(edge);
+  map.setClampingThresMin(1e-6);
+  map.setClampingThresMax(1.0 - 1e-6);
+  return map;
+}
+
+/** \brief Log-odds by key, as the documentation says; without rays. */
+std::map<std::array<unsigned int, 3>, float>
+naiveLogOdds(const VoxelFrame& frame, float full_intensity, const OcTree& map)
+{
+  std::map<std::array<unsigned int, 3>, float> log_odds;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame.keys[i]);
+    const auto key = [&](std::size_t axis, std::uint32_t place) {
+      // A centre on a face belongs to the node above.
+      const double edges = frame.grid.centre(axis, place) / map.getResolution();
+      return static_cast<unsigned int>(std::floor(edges + 1e-6) + 32768.0);
+    };
+    const float intensity = frame.intensity_scale.value(frame.intensities[i]);
+    const float trust = std::max(std::min(intensity / full_intensity, 1.0f), 0.0f);
+    float& node =
+        log_odds[{key(0, position.x), key(1, position.y), key(2, position.z)}];
+    node = std::min(node + trust * map.getProbHitLog(), map.getClampingThresMaxLog());
+  }
+  return log_odds;
+}
+
+/** \brief A frame along x from a voxel on, for rays that are easily followed.
+ * \param[in] intensities of the voxels that follow each other
+ */
+VoxelFrame
+rowFrom(std::uint32_t x, const std::vector<std::uint16_t>& intensities)
+{
+  VoxelFrame frame = emptyFrame(6);
+  frame.grid.first_index = {0, 0, 0};
+  for (std::size_t i = 0; i < intensities.size(); ++i)
+    frame.keys.push_back(
+        pcl_ext::io::mortonKey({x + static_cast<std::uint32_t>(i), 3, 3}));
+  frame.intensities = intensities;
+  EXPECT_TRUE(isConsistent(frame));
+  return frame;
+}
+
+/** \brief Centre of a voxel of that row. */
+point3d
+onRow(std::uint32_t x)
+{
+  return {static_cast<float>((x + 0.5) * resolution),
+          static_cast<float>(3.5 * resolution),
+          static_cast<float>(3.5 * resolution)};
+}
+
+TEST(OctomapInsertion, AVoxelCountsAsFarAsItCanBeTrusted)
+{
+  OcTree map(resolution);
+  insertVoxels(rowFrom(10, {1, 2, 3, 4, 8, 255}), 4.0f, std::nullopt, map);
+  const float hit = map.getProbHitLog();
+  EXPECT_EQ(logOddsAt(map, onRow(10)), 0.25f * hit);
+  EXPECT_EQ(logOddsAt(map, onRow(11)), 0.5f * hit);
+  EXPECT_EQ(logOddsAt(map, onRow(12)), 0.75f * hit);
+  EXPECT_EQ(logOddsAt(map, onRow(13)), hit);
+  EXPECT_EQ(logOddsAt(map, onRow(14)), hit);
+  EXPECT_EQ(logOddsAt(map, onRow(15)), hit);
+  EXPECT_EQ(logOddsAt(map, onRow(16)), std::nullopt);
+  EXPECT_EQ(logOddsAt(map, onRow(9)), std::nullopt);
+}
+
+TEST(OctomapInsertion, SumsUpInMapsOfAnyResolution)
+{
+  std::mt19937_64 random(1);
+  VoxelFrame frame = randomFrame(random, 6, 4000);
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol = static_cast<std::uint16_t>(symbol / 2 + 1);
+  for (const double edge : {0.04, 0.02, 0.12, 0.3}) {
+    OcTree map = wideMap(edge);
+    insertVoxels(frame, 60.0f, std::nullopt, map);
+    const auto expected = naiveLogOdds(frame, 60.0f, map);
+    std::size_t nodes = 0;
+    map.expand();
+    for (auto leaf = map.begin_leafs(); leaf != map.end_leafs(); ++leaf, ++nodes) {
+      const octomap::OcTreeKey key = leaf.getKey();
+      const auto node = expected.find({key[0], key[1], key[2]});
+      ASSERT_NE(node, expected.end());
+      EXPECT_EQ(leaf->getLogOdds(), node->second);
+    }
+    EXPECT_EQ(nodes, expected.size());
+  }
+}
+
+TEST(OctomapInsertion, LaterFramesAddToEarlierOnes)
+{
+  OcTree map(resolution);
+  const VoxelFrame frame = rowFrom(5, {1, 4});
+  insertVoxels(frame, 4.0f, std::nullopt, map);
+  insertVoxels(frame, 4.0f, std::nullopt, map);
+  EXPECT_EQ(logOddsAt(map, onRow(5)), 0.25f * map.getProbHitLog() * 2.0f);
+  for (int i = 0; i < 20; ++i)
+    insertVoxels(frame, 4.0f, std::nullopt, map);
+  EXPECT_EQ(logOddsAt(map, onRow(6)), map.getClampingThresMaxLog());
+}
+
+TEST(OctomapInsertion, RaysClearWhatWentAway)
+{
+  OcTree map(resolution);
+  const point3d sensor = onRow(2);
+  insertVoxels(rowFrom(20, {9, 9}), 1.0f, sensor, map);
+  const float hit = map.getProbHitLog();
+  const float miss = map.getProbMissLog();
+  EXPECT_EQ(logOddsAt(map, onRow(20)), hit);
+  EXPECT_EQ(logOddsAt(map, onRow(21)), hit); // behind another voxel of the frame
+  for (std::uint32_t x = 3; x < 20; ++x)
+    EXPECT_EQ(logOddsAt(map, onRow(x)), miss) << "voxel " << x; // by two rays, once
+  EXPECT_EQ(logOddsAt(map, onRow(22)), std::nullopt);
+  // The voxels are gone, and the rays go on behind them.
+  insertVoxels(rowFrom(40, {9}), 1.0f, sensor, map);
+  EXPECT_EQ(logOddsAt(map, onRow(20)), hit + miss);
+  EXPECT_EQ(logOddsAt(map, onRow(10)), miss + miss);
+  EXPECT_EQ(logOddsAt(map, onRow(30)), miss);
+  EXPECT_EQ(logOddsAt(map, onRow(40)), hit);
+}
+
+TEST(OctomapInsertion, WithoutASensorNothingIsCleared)
+{
+  OcTree map(resolution);
+  insertVoxels(rowFrom(20, {9}), 1.0f, std::nullopt, map);
+  insertVoxels(rowFrom(40, {9}), 1.0f, std::nullopt, map);
+  EXPECT_EQ(logOddsAt(map, onRow(20)), map.getProbHitLog());
+  EXPECT_EQ(logOddsAt(map, onRow(30)), std::nullopt);
+}
+
+TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
+{
+  OcTree map(resolution);
+  // The ray to the last voxel goes through all others.
+  insertVoxels(rowFrom(20, {1, 2, 1, 200}), 100.0f, onRow(2), map);
+  const float hit = map.getProbHitLog();
+  EXPECT_EQ(logOddsAt(map, onRow(20)), 1.0f / 100.0f * hit);
+  EXPECT_EQ(logOddsAt(map, onRow(21)), 2.0f / 100.0f * hit);
+  EXPECT_EQ(logOddsAt(map, onRow(23)), hit);
+}
+
+TEST(OctomapInsertion, AVoxelThatIsWorthNothingSaysNothing)
+{
+  OcTree map(resolution);
+  insertVoxels(rowFrom(20, {0, 9}), 1.0f, onRow(2), map);
+  // A node of log-odds 0 would count as occupied.
+  EXPECT_EQ(logOddsAt(map, onRow(20)), std::nullopt);
+  EXPECT_EQ(logOddsAt(map, onRow(21)), map.getProbHitLog());
+  EXPECT_EQ(logOddsAt(map, onRow(19)), map.getProbMissLog());
+
+  VoxelFrame negative = rowFrom(30, {0, 50});
+  negative.intensity_scale.offset = -20.0f;
+  insertVoxels(negative, 10.0f, std::nullopt, map);
+  EXPECT_EQ(logOddsAt(map, onRow(30)), std::nullopt);
+  EXPECT_EQ(logOddsAt(map, onRow(31)), map.getProbHitLog());
+}
+
+TEST(OctomapInsertion, InnerNodesAreUpToDate)
+{
+  std::mt19937_64 random(2);
+  OcTree map(resolution);
+  for (int i = 0; i < 3; ++i)
+    insertVoxels(randomFrame(random, 5, 500), 20.0f, point3d(0.0f, 0.0f, 0.0f), map);
+  OcTree updated(map);
+  updated.updateInnerOccupancy();
+  EXPECT_TRUE(map == updated);
+  EXPECT_GT(map.size(), 1000u);
+}
+
+TEST(OctomapInsertion, AFrameWithoutVoxelsChangesNothing)
+{
+  OcTree map(resolution);
+  insertVoxels(emptyFrame(5), 1.0f, std::nullopt, map);
+  insertVoxels(emptyFrame(5), 1.0f, point3d(1.0f, 2.0f, 3.0f), map);
+  EXPECT_EQ(map.size(), 0u);
+  insertVoxels(rowFrom(20, {9}), 1.0f, onRow(2), map);
+  const OcTree before(map);
+  insertVoxels(emptyFrame(5), 1.0f, onRow(2), map);
+  EXPECT_TRUE(map == before);
+}
+
+TEST(OctomapInsertion, VoxelsOutsideOfTheMapAreLeftOut)
+{
+  VoxelFrame frame = rowFrom(5, {9});
+  frame.grid.first_index = {40000, 0, 0}; // the map ends at 2^15
+  OcTree map(resolution);
+  insertVoxels(frame, 1.0f, std::nullopt, map);
+  EXPECT_EQ(map.size(), 0u);
+}
+
+} // namespace

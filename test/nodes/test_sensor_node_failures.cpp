@@ -1,0 +1,353 @@
+/** \file
+ * \brief What a SensorNode does without a transform, with broken clouds and with wrong
+ * settings.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "support/message_layouts.h"
+#include "support/sensor_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::WorldPose;
+using pcl_ext::io::BoundingBox;
+using pcl_ext::io::FrameDecoder;
+using pcl_ext::io::StreamFormat;
+using pcl_ext::io::VoxelFrame;
+using pcl_ext::test::naiveVoxels;
+using pcl_ext::test::WorldVoxels;
+using pcl_ext::test::worldVoxels;
+
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/** \brief Counts of points in the voxels of a cloud. */
+WorldVoxels
+naiveCounts(const Cloud& seen, const WorldPose& pose)
+{
+  WorldVoxels counts;
+  for (const auto& [index, voxel] :
+       naiveVoxels(naivelyPreprocessed(seen, pose, naiveCount), resolution))
+    counts[index] = voxel.sum;
+  return counts;
+}
+
+/** \brief A node and the receiver of its stream. */
+class Link {
+public:
+  explicit Link(const SensorNodeSettings& settings = settingsOf(IntensityLaw::Count))
+  : node(settings)
+  {}
+
+  /** \brief Sends a cloud that must become a frame. */
+  void
+  expectSent(const Cloud& seen,
+             const std::optional<WorldPose>& pose,
+             SensorNodeCode code,
+             const WorldPose& used_pose)
+  {
+    Bytes bytes(7, 0xee);
+    const SensorNodeStatus status = node.encode(messageOf(seen), pose, bytes);
+    expectCode(status, code);
+    EXPECT_TRUE(status.hasFrame());
+    VoxelFrame frame;
+    ASSERT_TRUE(decoder_.decode(bytes.data(), bytes.size(), frame).ok());
+    EXPECT_EQ(worldVoxels(frame), naiveCounts(seen, used_pose));
+  }
+
+  SensorNode node;
+
+private:
+  FrameDecoder decoder_;
+};
+
+TEST(SensorNodeTransforms, BeforeTheFirstOneNothingIsSent)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.global_frame = "cell";
+  Link link(settings);
+  const Cloud seen = cloudSeenFrom(poseOf(0), 1);
+  for (int i = 0; i < 3; ++i)
+    expectLeftOut(
+        link.node, messageOf(seen), std::nullopt, SensorNodeCode::NoTransform);
+  Bytes bytes;
+  EXPECT_EQ(
+      link.node.encode(messageOf(seen), std::nullopt, bytes).message(),
+      "no transform from the sensor to 'cell' is known yet; the cloud is left out");
+  EXPECT_EQ(link.node.statistics().clouds_without_transform, 4u);
+  EXPECT_EQ(link.node.statistics().clouds_refused, 0u);
+  EXPECT_EQ(link.node.statistics().frames, 0u);
+  EXPECT_EQ(link.node.statistics().compressionRatio(), 0.0);
+  link.expectSent(seen, poseOf(0), SensorNodeCode::Ok, poseOf(0));
+}
+
+TEST(SensorNodeTransforms, TheLastOneHoldsForCloudsThatComeWithout)
+{
+  Link link;
+  link.expectSent(
+      cloudSeenFrom(poseOf(0), 1), poseOf(0), SensorNodeCode::Ok, poseOf(0));
+  link.expectSent(
+      cloudSeenFrom(poseOf(1), 2), poseOf(1), SensorNodeCode::Ok, poseOf(1));
+  for (unsigned int seed = 3; seed < 6; ++seed)
+    link.expectSent(cloudSeenFrom(poseOf(1), seed),
+                    std::nullopt,
+                    SensorNodeCode::UsedLastTransform,
+                    poseOf(1));
+  link.expectSent(
+      cloudSeenFrom(poseOf(2), 7), poseOf(2), SensorNodeCode::Ok, poseOf(2));
+  EXPECT_EQ(link.node.statistics().frames, 6u);
+  EXPECT_EQ(link.node.statistics().frames_with_last_transform, 3u);
+  EXPECT_EQ(link.node.statistics().clouds_without_transform, 0u);
+}
+
+std::vector<WorldPose>
+brokenPoses()
+{
+  std::vector<WorldPose> poses(8, poseOf(3));
+  poses[0].linear() *= 1.01;
+  poses[1].linear()(0, 1) += 0.1;
+  poses[2].linear().col(2) *= -1.0; // a mirror
+  poses[3].linear().setZero();
+  poses[4].linear()(1, 1) = nan_value;
+  poses[5].translation().y() = nan_value;
+  poses[6].translation().z() = -infinity;
+  poses[7].translation().x() = 1e300; // beyond the floats
+  return poses;
+}
+
+TEST(SensorNodeTransforms, ABrokenOneIsRefusedAndTheLastGoodOneStays)
+{
+  const Cloud seen = cloudSeenFrom(poseOf(3), 1);
+  for (const WorldPose& broken : brokenPoses()) {
+    Link link;
+    expectLeftOut(link.node, messageOf(seen), broken, SensorNodeCode::InvalidTransform);
+    // Nor is it taken for one that is known.
+    expectLeftOut(
+        link.node, messageOf(seen), std::nullopt, SensorNodeCode::NoTransform);
+    link.expectSent(seen, poseOf(3), SensorNodeCode::Ok, poseOf(3));
+    expectLeftOut(link.node, messageOf(seen), broken, SensorNodeCode::InvalidTransform);
+    link.expectSent(seen, std::nullopt, SensorNodeCode::UsedLastTransform, poseOf(3));
+    EXPECT_EQ(link.node.statistics().clouds_refused, 2u);
+    EXPECT_EQ(link.node.statistics().clouds_without_transform, 1u);
+    EXPECT_EQ(link.node.statistics().frames, 2u);
+  }
+}
+
+TEST(SensorNodeClouds, ABrokenOneIsRefusedAndTheStreamGoesOn)
+{
+  const pcl::PCLPointCloud2 good = messageOf(cloudSeenFrom(poseOf(0), 1));
+  std::vector<pcl::PCLPointCloud2> broken(5, good);
+  broken[0] = pcl::PCLPointCloud2();
+  pcl_ext::test::fieldOf(broken[1], "z").name = "height";
+  pcl_ext::test::fieldOf(broken[2], "y").datatype = pcl::PCLPointField::INT16;
+  pcl_ext::test::fieldOf(broken[3], "x").offset = good.point_step - 2;
+  broken[4].data.pop_back();
+  Link link;
+  const Cloud seen = cloudSeenFrom(poseOf(0), 2);
+  link.expectSent(seen, poseOf(0), SensorNodeCode::Ok, poseOf(0));
+  const SensorNodeStatistics before = link.node.statistics();
+  for (const pcl::PCLPointCloud2& cloud : broken)
+    expectLeftOut(link.node, cloud, poseOf(0), SensorNodeCode::InvalidCloud);
+  const SensorNodeStatistics behind = link.node.statistics();
+  EXPECT_EQ(behind.clouds_refused, broken.size());
+  EXPECT_EQ(behind.frames, 1u);
+  EXPECT_EQ(behind.cloud_bytes, before.cloud_bytes);
+  EXPECT_EQ(behind.frame_bytes, before.frame_bytes);
+  EXPECT_EQ(behind.preprocessing.points, seen.size()); // of the last frame
+  link.expectSent(cloudSeenFrom(poseOf(0), 3),
+                  std::nullopt,
+                  SensorNodeCode::UsedLastTransform,
+                  poseOf(0));
+}
+
+TEST(SensorNodeClouds, TheTransformOfABrokenOneHoldsForTheNext)
+{
+  Link link;
+  expectLeftOut(
+      link.node, pcl::PCLPointCloud2(), poseOf(2), SensorNodeCode::InvalidCloud);
+  link.expectSent(cloudSeenFrom(poseOf(2), 3),
+                  std::nullopt,
+                  SensorNodeCode::UsedLastTransform,
+                  poseOf(2));
+}
+
+/** \brief Expects settings to be refused with a message, by every call. */
+void
+expectInvalid(const SensorNodeSettings& settings, const std::string& message)
+{
+  SensorNode node(settings);
+  expectCode(node.settingsStatus(), SensorNodeCode::InvalidSettings);
+  EXPECT_EQ(node.settingsStatus().message(), message);
+  const Cloud seen = cloudSeenFrom(poseOf(0), 1);
+  expectLeftOut(node, messageOf(seen), poseOf(0), SensorNodeCode::InvalidSettings);
+  Bytes bytes;
+  EXPECT_EQ(node.encode(messageOf(seen), poseOf(0), bytes).message(), message);
+  node.requestIFrame();
+  EXPECT_EQ(node.statistics().frames, 0u);
+  EXPECT_EQ(node.statistics().rates.frames_per_second, 0.0);
+}
+
+void
+expectInvalid(IntensityLaw law,
+              const std::function<void(SensorNodeSettings&)>& spoil,
+              const std::string& message)
+{
+  SensorNodeSettings settings = settingsOf(law);
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+  spoil(settings);
+  expectInvalid(settings, message);
+}
+
+TEST(SensorNodeSettings, DefaultsAreFineForTheCount)
+{
+  const SensorNode node{SensorNodeSettings()};
+  expectCode(node.settingsStatus(), SensorNodeCode::Ok);
+}
+
+TEST(SensorNodeSettings, TheLawMustBeOneAndHaveItsSensor)
+{
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) { settings.law = static_cast<IntensityLaw>(7); },
+      "law is 7; it must be Count, Quadratic, Linear or Native");
+  for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear})
+    expectInvalid(
+        law,
+        [](auto& settings) { settings.sensor.reset(); },
+        "sensor is not set; the quadratic and the linear law need its field of view "
+        "and "
+        "size");
+}
+
+TEST(SensorNodeSettings, TheSensorIsCheckedAgainAsItsFiguresMayHaveBeenChanged)
+{
+  for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear}) {
+    expectInvalid(
+        law,
+        [](auto& settings) { settings.sensor->columns = 0; },
+        "sensor: a sensor needs at least one column and one row");
+    expectInvalid(
+        law,
+        [](auto& settings) { settings.sensor->fov_y_deg = nan_value; },
+        "sensor: field of view must lie between 0 and 180 degrees, got nan");
+  }
+  // Others do not ask for one.
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.sensor = runtimeKinect();
+  settings.sensor->rows = 0;
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+}
+
+TEST(SensorNodeSettings, PoseAndLawOfDepthAreTheNodes)
+{
+  const std::string message =
+      "compression.sensor_pose or compression.depth_law is set; they follow from the "
+      "transform and the law of the node";
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) {
+        settings.compression.sensor_pose = pcl_ext::io::SensorPose::Identity();
+      },
+      message);
+  expectInvalid(
+      IntensityLaw::Quadratic,
+      [](auto& settings) {
+        settings.compression.depth_law = pcl_ext::io::DepthLaw{2, 14.0, 255.0};
+      },
+      message);
+}
+
+TEST(SensorNodeSettings, ThereMustBeAClock)
+{
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) { settings.clock = nullptr; },
+      "clock is empty; it must tell the time");
+}
+
+TEST(SensorNodeSettings, TheCropBoxMustBeABox)
+{
+  const auto expectBadBox = [](const BoundingBox& box, const std::string& extent) {
+    expectInvalid(
+        IntensityLaw::Count,
+        [&](auto& settings) { settings.crop_box = box; },
+        "crop_box is " + extent +
+            "; it must be finite, with min below max on each axis");
+  };
+  expectBadBox({{0, 1, 0}, {1, 1, 1}}, "1.000000 to 1.000000");
+  expectBadBox({{0, 0, 2}, {1, 1, 1}}, "2.000000 to 1.000000");
+  expectBadBox({{nan_value, 0, 0}, {1, 1, 1}}, "nan to 1.000000");
+  expectBadBox({{0, 0, 0}, {1, 1, infinity}}, "0.000000 to inf");
+  expectBadBox({{0, -infinity, 0}, {1, 1, 1}}, "-inf to 1.000000");
+}
+
+TEST(SensorNodeSettings, ACropBoxThatNoGridHoldsIsToldByItsName)
+{
+  const BoundingBox wide{{-1e6, 0, 0}, {1e6, 1, 1}};
+  const std::string message =
+      "bounding_box is 2000000.000000 m wide; it must be no wider than 2^21 - 1 voxels";
+  expectInvalid(
+      IntensityLaw::Count,
+      [&](auto& settings) { settings.crop_box = wide; },
+      "crop_box as " + message);
+  expectInvalid(
+      IntensityLaw::Count,
+      [&](auto& settings) { settings.compression.bounding_box = wide; },
+      message);
+  // With a grid of its own it may be as wide as it likes.
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = wide;
+  settings.compression.bounding_box = BoundingBox{{0, 0, 0}, {1, 1, 1}};
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+}
+
+TEST(SensorNodeSettings, ThoseOfTheCodecAreCheckedToo)
+{
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) { settings.compression.resolution = 0.0; },
+      "resolution is 0; it must be 1e-6 to 1e6 metres");
+  expectInvalid(
+      IntensityLaw::Linear,
+      [](auto& settings) { settings.compression.resolution = nan_value; },
+      "resolution is nan; it must be 1e-6 to 1e6 metres");
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) { settings.compression.intensity_bits = 17; },
+      "intensity_bits is 17; it must be 1 to 16, or 0 for automatic");
+  expectInvalid(
+      IntensityLaw::Count,
+      [](auto& settings) {
+        settings.compression.format = StreamFormat::Published;
+        settings.compression.carry_header = true;
+      },
+      "carry_header is on; it must be off in the published layout");
+}
+
+TEST(SensorNodeSettings, ANameThatNoFrameCarriesIsOnlyRefusedWhereItIsCarried)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.global_frame = std::string(1025, 'w');
+  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+  settings.compression.carry_header = true;
+  expectInvalid(
+      settings,
+      "global_frame is 1025 bytes long; it must be 1024 or less, for frames to "
+      "carry it");
+  settings.global_frame.pop_back();
+  SensorNode node(settings);
+  encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1)), poseOf(0));
+}
+
+} // namespace

@@ -1,0 +1,149 @@
+/** \file
+ * \brief Streams of a SensorNode: grids that stay, I-frames, what frames carry.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "support/sensor_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::nodes::test;
+using pcl_ext::WorldPose;
+using pcl_ext::io::FrameDecoder;
+using pcl_ext::io::StreamFormat;
+using pcl_ext::io::VoxelFrame;
+using pcl_ext::test::naiveVoxels;
+
+TEST(SensorNodeStreams, GridOfTheCropBoxStaysWhenThePointsMove)
+{
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published})
+    for (const bool has_box : {true, false}) {
+      SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+      settings.compression.format = format;
+      if (has_box)
+        settings.crop_box = wide_box;
+      SensorNode node(settings);
+      const Cloud cloud = cloudSeenFrom(WorldPose::Identity(), 1);
+      std::vector<pcl_ext::io::VoxelGrid> grids;
+      FrameDecoder decoder;
+      for (unsigned int frame = 0; frame < 4; ++frame) {
+        // A few points far from the others, further out each time.
+        Cloud moved = cloud;
+        for (std::size_t i = 0; i < 9; ++i)
+          moved[i].x = 0.3f + 0.24f * static_cast<float>(frame);
+        grids.push_back(
+            decodedWith(decoder, encoded(node, messageOf(moved), WorldPose::Identity()))
+                .grid);
+      }
+      bool all_alike = true;
+      for (const pcl_ext::io::VoxelGrid& grid : grids)
+        all_alike &= grid == grids.front();
+      EXPECT_EQ(all_alike, has_box);
+      EXPECT_EQ(node.statistics().i_frames == 1, has_box);
+    }
+}
+
+TEST(SensorNodeStreams, AStreamMayBeginWithAnEmptyCloudWithoutAnyBox)
+{
+  SensorNode node(settingsOf(IntensityLaw::Linear));
+  FrameDecoder decoder;
+  EXPECT_EQ(decodedWith(decoder, encoded(node, messageOf(Cloud()), poseOf(0))).size(),
+            0u);
+  const Cloud seen = cloudSeenFrom(poseOf(1), 2);
+  EXPECT_EQ(
+      decodedWith(decoder, encoded(node, messageOf(seen), poseOf(1))).size(),
+      naiveVoxels(naivelyPreprocessed(seen, poseOf(1), naiveCount), resolution).size());
+}
+
+TEST(SensorNodeStreams, IFramesComeAtTheirRateAndWhenRequested)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = wide_box;
+  settings.compression.i_frame_rate = 4;
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+    settings.compression.format = format;
+    SensorNode node(settings);
+    const pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
+    FrameDecoder decoder;
+    std::string frame_types;
+    for (unsigned int frame = 0; frame < 11; ++frame) {
+      if (frame == 6)
+        node.requestIFrame();
+      decodedWith(decoder, encoded(node, message, poseOf(0)));
+      frame_types += decoder.statistics().is_i_frame ? 'I' : 'P';
+      EXPECT_EQ(node.statistics().frame.coding.is_i_frame,
+                decoder.statistics().is_i_frame);
+    }
+    EXPECT_EQ(frame_types, "IPPPIPIPPPI");
+    EXPECT_EQ(node.statistics().i_frames, 4u);
+  }
+}
+
+TEST(SensorNodeStreams, AReceiverThatJoinsLateIsServedByARequest)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
+  SensorNode node(settings);
+  const pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
+  encoded(node, message, poseOf(0));
+  FrameDecoder late;
+  VoxelFrame frame;
+  Bytes bytes = encoded(node, message, poseOf(0));
+  EXPECT_FALSE(late.decode(bytes.data(), bytes.size(), frame).ok());
+  node.requestIFrame();
+  // A cloud that is left out does not use the request up.
+  expectLeftOut(node, pcl::PCLPointCloud2(), poseOf(0), SensorNodeCode::InvalidCloud);
+  decodedWith(late, encoded(node, message, poseOf(0)));
+  decodedWith(late, encoded(node, message, poseOf(0)));
+  EXPECT_FALSE(late.statistics().is_i_frame);
+}
+
+TEST(SensorNodeStreams, FramesCarryTheStampAndTheGlobalFrameIfAskedTo)
+{
+  for (const bool carries : {true, false}) {
+    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+    settings.compression.carry_header = carries;
+    settings.global_frame = "cell floor";
+    SensorNode node(settings);
+    FrameDecoder decoder;
+    for (const std::uint64_t stamp :
+         std::vector<std::uint64_t>{1600000000000000, 1600000000033333, 5}) {
+      const Cloud cloud = cloudSeenFrom(poseOf(0), 1);
+      decodedWith(decoder, encoded(node, messageOf(cloud, stamp), poseOf(0)));
+      ASSERT_EQ(decoder.stamp().has_value(), carries);
+      if (carries) {
+        EXPECT_EQ(decoder.stamp()->stamp, stamp);
+        EXPECT_EQ(decoder.stamp()->frame_id, "cell floor"); // not "sensor"
+      }
+    }
+  }
+}
+
+TEST(SensorNodeStreams, AMovedNodeGoesOnWithItsStream)
+{
+  SensorNode first(settingsOf(IntensityLaw::Count));
+  FrameDecoder decoder;
+  const Cloud cloud = cloudSeenFrom(poseOf(0), 1);
+  decodedWith(decoder, encoded(first, messageOf(cloud), poseOf(0)));
+  SensorNode second(std::move(first));
+  decodedWith(decoder, encoded(second, messageOf(cloud), poseOf(0)));
+  SensorNode third(settingsOf(IntensityLaw::Quadratic));
+  third = std::move(second);
+  Bytes bytes;
+  expectCode(third.encode(messageOf(cloud), std::nullopt, bytes),
+             SensorNodeCode::UsedLastTransform);
+  decodedWith(decoder, bytes);
+  EXPECT_FALSE(decoder.statistics().is_i_frame);
+  EXPECT_EQ(third.statistics().frames, 3u);
+}
+
+} // namespace

@@ -1,0 +1,157 @@
+#include <pcl_ext/filters/faint_voxels.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace {
+
+using pcl_ext::removeFaintVoxels;
+using pcl_ext::io::IntensityScale;
+using pcl_ext::io::isConsistent;
+using pcl_ext::io::VoxelFrame;
+using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::io::test::randomFrame;
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+VoxelFrame
+withScale(VoxelFrame frame, const IntensityScale& scale)
+{
+  frame.intensity_scale = scale;
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol = static_cast<std::uint16_t>(symbol & scale.maxSymbol());
+  return frame;
+}
+
+/** \brief One voxel after the other, by the value that it is decoded to. */
+VoxelFrame
+filteredNaively(const VoxelFrame& frame, float min_intensity)
+{
+  VoxelFrame filtered = frame;
+  filtered.keys.clear();
+  filtered.intensities.clear();
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    if (frame.intensity_scale.value(frame.intensities[i]) >= min_intensity) {
+      filtered.keys.push_back(frame.keys[i]);
+      filtered.intensities.push_back(frame.intensities[i]);
+    }
+  return filtered;
+}
+
+void
+expectFiltered(const VoxelFrame& frame, float min_intensity)
+{
+  SCOPED_TRACE("threshold " + std::to_string(min_intensity));
+  const VoxelFrame expected = filteredNaively(frame, min_intensity);
+  VoxelFrame filtered = frame;
+  EXPECT_EQ(removeFaintVoxels(filtered, min_intensity), frame.size() - expected.size());
+  expectSameFrame(filtered, expected);
+  EXPECT_TRUE(isConsistent(filtered));
+
+  VoxelFrame kept = pcl_ext::io::test::emptyFrame(2);
+  kept.keys = {1, 2, 3};
+  kept.intensities = {9, 9, 9};
+  kept.depth_model.emplace();
+  const VoxelFrame untouched = frame;
+  EXPECT_EQ(removeFaintVoxels(frame, min_intensity, kept),
+            frame.size() - expected.size());
+  expectSameFrame(kept, expected);
+  EXPECT_EQ(kept.depth_model.has_value(), frame.depth_model.has_value());
+  expectSameFrame(frame, untouched);
+}
+
+/** \brief Scales of all kinds: steps that are no binary fraction, that are lost beside the
+ * offset and that leave the floats; offsets on both sides of 0; companded ones. */
+std::vector<IntensityScale>
+scales()
+{
+  std::vector<IntensityScale> scales;
+  for (const unsigned int bits : {1u, 3u, 8u, 16u})
+    for (const float offset : {0.0f, 1.0f, -32.0f})
+      for (const float step : {1.0f, 0.1f, 1e-30f, 1e34f}) {
+        IntensityScale scale;
+        scale.bits = bits;
+        scale.offset = offset;
+        scale.step = step;
+        scales.push_back(scale);
+      }
+  for (const unsigned int bits : {2u, 4u, 8u}) {
+    IntensityScale scale;
+    scale.offset = 1.0f;
+    scale.bits = bits;
+    scale.companded_range = 1000;
+    scales.push_back(scale);
+  }
+  return scales;
+}
+
+TEST(FaintVoxels, AreThoseWhoseDecodedIntensityIsBelowTheThreshold)
+{
+  std::mt19937_64 random(1);
+  const VoxelFrame symbols = randomFrame(random, 6, 700, 16);
+  for (const IntensityScale& scale : scales()) {
+    SCOPED_TRACE(std::to_string(scale.bits) + " bits from " +
+                 std::to_string(scale.offset) + " in steps of " +
+                 std::to_string(scale.step));
+    const VoxelFrame frame = withScale(symbols, scale);
+    // At, just below and just above what symbols stand for.
+    for (const std::uint32_t symbol :
+         {0u, 1u, scale.maxSymbol() / 2, scale.maxSymbol() - 1, scale.maxSymbol()}) {
+      const float value = scale.value(static_cast<std::uint16_t>(symbol));
+      expectFiltered(frame, value);
+      expectFiltered(frame, std::nextafter(value, infinity));
+      expectFiltered(frame, std::nextafter(value, -infinity));
+    }
+  }
+}
+
+TEST(FaintVoxels, AVoxelAtTheThresholdStays)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(3);
+  frame.keys = {4, 5, 7, 100};
+  frame.intensities = {2, 3, 4, 3};
+  EXPECT_EQ(removeFaintVoxels(frame, 3.0f), 1u);
+  EXPECT_EQ(frame.keys, (std::vector<std::uint64_t>{5, 7, 100}));
+  EXPECT_EQ(frame.intensities, (std::vector<std::uint16_t>{3, 4, 3}));
+}
+
+TEST(FaintVoxels, AreNoneBelowAThresholdThatNothingIsBelow)
+{
+  std::mt19937_64 random(2);
+  const VoxelFrame frame = randomFrame(random, 5, 200);
+  for (const float threshold : {0.0f, -1.0f, -infinity}) {
+    VoxelFrame filtered = frame;
+    EXPECT_EQ(removeFaintVoxels(filtered, threshold), 0u);
+    expectSameFrame(filtered, frame);
+    expectFiltered(frame, threshold);
+  }
+}
+
+TEST(FaintVoxels, AreAllBelowAThresholdAboveTheScale)
+{
+  std::mt19937_64 random(3);
+  for (const unsigned int bits : {8u, 16u})
+    for (const float threshold : {65536.0f, infinity}) {
+      VoxelFrame frame = randomFrame(random, 5, 200, bits);
+      EXPECT_EQ(removeFaintVoxels(frame, threshold), 200u);
+      EXPECT_EQ(frame.size(), 0u);
+      EXPECT_TRUE(isConsistent(frame));
+      expectFiltered(randomFrame(random, 5, 200, bits), threshold);
+    }
+}
+
+TEST(FaintVoxels, OfAFrameWithoutVoxelsAreNone)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(4);
+  EXPECT_EQ(removeFaintVoxels(frame, 10.0f), 0u);
+  expectSameFrame(frame, pcl_ext::io::test::emptyFrame(4));
+  expectFiltered(frame, 10.0f);
+}
+
+} // namespace

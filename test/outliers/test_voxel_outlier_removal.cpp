@@ -1,0 +1,354 @@
+#include "support/outlier_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <map>
+#include <random>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+
+/** \brief The header's formulas, voxel by voxel. */
+class BruteForce {
+public:
+  using Density = std::function<int(const LatticeIndex&, std::uint16_t)>;
+
+  BruteForce(bool are_faces, Density density)
+  : are_faces_(are_faces), density_(std::move(density))
+  {}
+
+  void
+  setDensity(Density density)
+  {
+    density_ = std::move(density);
+  }
+
+  Scores
+  score(const Voxels& voxels)
+  {
+    field_.clear();
+    for (auto& [index, mean] : means_) {
+      mean -= mean / 4;
+      mean = mean < 16 ? 0 : mean;
+      field_[index] = mean / 32;
+    }
+    for (const auto& [index, symbol] : voxels) {
+      const int density = density_(index, symbol);
+      means_[index] += 16 * density;
+      field_[index] = 4 * density;
+    }
+    Scores scores;
+    for (const auto& [index, symbol] : voxels)
+      scores[index] = static_cast<float>(scoreAt(index));
+    return scores;
+  }
+
+private:
+  double
+  scoreAt(const LatticeIndex& index) const
+  {
+    std::array<double, 3> shells{};
+    double all = 0.0;
+    double occupied = 0.0;
+    for (std::int64_t x = -2; x <= 2; ++x)
+      for (std::int64_t y = -2; y <= 2; ++y)
+        for (std::int64_t z = -2; z <= 2; ++z) {
+          const auto found = field_.find({index[0] + x, index[1] + y, index[2] + z});
+          if (found == field_.end())
+            continue;
+          const std::int64_t steps = std::abs(x) + std::abs(y) + std::abs(z);
+          const bool is_rim = std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2;
+          shells[steps < 2 ? 0
+                 : is_rim  ? 2
+                           : 1] += (steps == 0 ? 2.0 : 1.0) * found->second;
+          all += found->second;
+          occupied += found->second > 0 ? 1.0 : 0.0;
+        }
+    const double unit = are_faces_ ? 4.0 * 255.0 : all / occupied;
+    const auto logarithm = [&](double sum) { return std::log(sum / unit + 0.02); };
+    return 3.0 * logarithm(shells[0]) +
+           (logarithm(shells[1]) + logarithm(shells[2])) / 2.0 +
+           (are_faces_ ? 2.4 : -2.5); // at 4 cm
+  }
+
+  bool are_faces_;
+  Density density_;
+  std::map<LatticeIndex, int> means_; // in 2^-6
+  std::map<LatticeIndex, int> field_; // in 2^-2
+};
+
+TEST(VoxelOutlierRemoval, ScoresAreThoseOfTheFormula)
+{
+  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
+    std::mt19937_64 random(3);
+    VoxelOutlierRemoval removal(settingsOf(unit));
+    BruteForce brute_force(
+        unit == DensityUnit::Faces,
+        [](const LatticeIndex&, std::uint16_t symbol) { return symbol; });
+    for (std::int32_t frame = 0; frame < 16; ++frame) {
+      Voxels voxels = wall(random, 15 + frame);
+      // From many points to one or two, whose means are soon forgotten.
+      for (auto& [index, symbol] : voxels)
+        symbol = static_cast<std::uint16_t>((symbol >> (frame % 3) * 3) + 1);
+      for (auto& [index, symbol] : voxels)
+        symbol = std::min(symbol, std::uint16_t{255});
+      expectSame(scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))),
+                 brute_force.score(voxels),
+                 1e-4f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, ScoresMoveWithTheVoxelEdge)
+{
+  std::mt19937_64 random(4);
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  for (const bool are_faces : {true, false}) {
+    const auto scores = [&](double edge) {
+      frame.grid.resolution = edge;
+      VoxelOutlierRemoval removal(
+          settingsOf(are_faces ? DensityUnit::Faces : DensityUnit::Points));
+      std::vector<float> log_odds;
+      removal.score(frame, log_odds);
+      return log_odds;
+    };
+    const std::vector<float> at_4_cm = scores(0.04);
+    // Points stay where they are above 4 cm.
+    for (const auto& [edge, faces, points] : {std::tuple(0.02, -2.0794415, 2.0794415),
+                                              std::tuple(0.03, -0.8630462, 0.8630462),
+                                              std::tuple(0.08, 2.0794415, 0.0),
+                                              std::tuple(0.2, 4.8283137, 0.0)}) {
+      const std::vector<float> moved = scores(edge);
+      for (std::size_t i = 0; i < moved.size(); ++i)
+        ASSERT_NEAR(moved[i] - at_4_cm[i], are_faces ? faces : points, 1e-4) << edge;
+    }
+  }
+}
+
+/** \brief Where a sensor is, and its law. */
+struct Sensor {
+  std::array<double, 3> origin;
+  std::array<double, 3> axis;
+  io::DepthLaw law;
+};
+
+/** \brief Density as the documentation tells it, from a voxel's place in the world. */
+BruteForce::Density
+densityBefore(const Sensor& sensor)
+{
+  return [sensor](const LatticeIndex& index, std::uint16_t symbol) {
+    double depth = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      depth += sensor.axis[axis] *
+               ((static_cast<double>(index[axis]) + 0.5) * 0.04 - sensor.origin[axis]);
+    const double share = depth / sensor.law.cut_off_depth;
+    double faces = symbol / sensor.law.full_intensity;
+    if (sensor.law.exponent == 1)
+      faces *= share;
+    const double points_that_fit = 1.0 / (share * share);
+    faces *= std::max(1.0, points_that_fit / (5625.0 * 0.04 * 0.04));
+    return static_cast<int>(std::clamp(std::round(255.0 * faces), 1.0, 255.0));
+  };
+}
+
+TEST(VoxelOutlierRemoval, DensitiesFollowTheDepthModel)
+{
+  for (const unsigned int exponent : {1u, 2u}) {
+    const Sensor first{{-2.5, 1.0, 1.0}, {0.8, 0.6, 0.0}, {exponent, 14.6, 255.0}};
+    // Elsewhere, and with other intensities.
+    const Sensor second{{4.0, 1.0, 3.5}, {-0.6, 0.0, -0.8}, {exponent, 14.6, 120.0}};
+    VoxelOutlierRemoval removal;
+    BruteForce brute_force(true, densityBefore(first));
+    std::mt19937_64 random(14);
+    for (int i = 0; i < 9; ++i) {
+      Voxels voxels = wall(random, 15);
+      for (auto& [index, symbol] : voxels)
+        symbol = static_cast<std::uint16_t>(6 + symbol % (exponent == 1 ? 110 : 50));
+      const io::VoxelGrid grid = gridAt(-i, 2 * i - 30, i - 9, 8);
+      io::VoxelFrame frame = frameOf(voxels, grid);
+      const Sensor& sensor = i < 5 ? first : second;
+      brute_force.setDensity(densityBefore(sensor));
+      // Of the others it is left out.
+      if (i % 5 == 0 || i == 2)
+        frame.depth_model = io::depthModelOf(
+            sensor.law, sensor.origin, sensor.axis, grid, frame.intensity_scale);
+      ASSERT_EQ(frame.depth_model.has_value(), i == 0 || i == 2 || i == 5);
+      // Depths are rounded down to 2^-10 of the cut-off depth; the nearest are an eighth.
+      expectSame(scoresOf(removal, frame), brute_force.score(voxels), 0.2f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, LimbsNearTheSensorAreNoNoise)
+{
+  // 1.2 m away 147 points cover a face of 4 cm; a limb has 9 at a grazing angle.
+  Voxels voxels;
+  for (std::int64_t y = 20; y < 22; ++y)
+    for (std::int64_t z = 20; z < 40; ++z)
+      voxels[{30, y, z}] = 16;
+  const LatticeIndex flying = {30, 50, 50}; // one point
+  voxels[flying] = 2;
+  io::VoxelFrame frame = frameOf(voxels, gridAt(0, 0, 0));
+  const Scores without_model = [&] {
+    VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+    return scoresOf(removal, frame);
+  }();
+  frame.depth_model =
+      io::depthModelOf({2, 14.57, 255.0}, {}, {1.0, 0.0, 0.0}, frame.grid, {});
+  ASSERT_TRUE(frame.depth_model);
+  VoxelOutlierRemoval removal;
+  for (const auto& [index, score] : scoresOf(removal, frame)) {
+    EXPECT_EQ(score < 0.0f, index == flying) << score;
+    EXPECT_LT(without_model.at(index), 0.0f);
+  }
+}
+
+TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
+{
+  const double expected =
+      3.0 * std::log(2.0 * 100.0 / 255.0 + 0.02) + std::log(0.02) + 2.4;
+  // Up to the corners of the largest grid, and of the lattice.
+  for (const unsigned int depth : {1u, 2u, 12u, 21u})
+    for (const std::int32_t first : {std::numeric_limits<std::int32_t>::min(),
+                                     -(1 << 20),
+                                     -1,
+                                     3,
+                                     std::numeric_limits<std::int32_t>::max()})
+      for (const std::uint64_t key :
+           {std::uint64_t{0}, (std::uint64_t{1} << 3 * depth) - 1}) {
+        io::VoxelFrame frame;
+        frame.grid = gridAt(first, first, first, depth);
+        frame.keys = {key};
+        frame.intensities = {100};
+        VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+        std::vector<float> log_odds;
+        removal.score(frame, log_odds);
+        ASSERT_EQ(log_odds.size(), 1u);
+        EXPECT_NEAR(log_odds[0], expected, 0.01);
+        EXPECT_EQ(removal.filter(frame), 1u);
+        EXPECT_TRUE(frame.keys.empty());
+      }
+}
+
+TEST(VoxelOutlierRemoval, FilterRemovesWhatScoresLower)
+{
+  std::mt19937_64 random(9);
+  std::vector<io::VoxelFrame> frames;
+  for (int i = 0; i < 4; ++i)
+    frames.push_back(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  const float highest = std::numeric_limits<float>::max();
+  for (const float least : {-highest, -3.0f, 0.0f, 4.0f, highest}) {
+    VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Points);
+    settings.min_log_odds = least;
+    VoxelOutlierRemoval filtering(settings);
+    VoxelOutlierRemoval scoring(settings);
+    for (const io::VoxelFrame& frame : frames) {
+      std::vector<float> log_odds;
+      scoring.score(frame, log_odds);
+      io::VoxelFrame filtered = frame;
+      const std::size_t removed = filtering.filter(filtered);
+      EXPECT_EQ(removed + filtered.size(), frame.size());
+      EXPECT_EQ(filtered.keys.size(), filtered.intensities.size());
+      std::size_t next = 0;
+      for (std::size_t i = 0; i < frame.size(); ++i)
+        if (!(log_odds[i] < least)) {
+          ASSERT_LT(next, filtered.size());
+          EXPECT_EQ(filtered.keys[next], frame.keys[i]);
+          EXPECT_EQ(filtered.intensities[next++], frame.intensities[i]);
+        }
+      EXPECT_EQ(next, filtered.size());
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, CountsMayBeOfAnyDepth)
+{
+  // Three times the points in each voxel, as nearer to the sensor.
+  std::mt19937_64 random(11);
+  Voxels voxels = wall(random, 15);
+  for (auto& [index, symbol] : voxels)
+    symbol = static_cast<std::uint16_t>(20 + symbol / 4);
+  VoxelOutlierRemoval far;
+  const Scores expected = scoresOf(far, frameOf(voxels, gridAt(0, 0, 0)));
+  for (auto& [index, symbol] : voxels)
+    symbol = static_cast<std::uint16_t>(3 * symbol);
+  VoxelOutlierRemoval near;
+  expectSame(scoresOf(near, frameOf(voxels, gridAt(0, 0, 0))), expected, 0.02f);
+}
+
+TEST(VoxelOutlierRemoval, WhatHasJustComeIsNoNoise)
+{
+  // A plate of full faces that moves by its thickness in each frame: nothing of it was
+  // where it is before. Its rim has a third of its neighbours, and is no noise either.
+  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+  for (std::int32_t frame = 0; frame < 6; ++frame) {
+    Voxels voxels;
+    for (std::int64_t y = 20; y < 30; ++y)
+      for (std::int64_t z = 20; z < 30; ++z)
+        voxels[{10 + 5 * frame, y, z}] = 200;
+    // A flying pixel, of a ray that covers a tenth of a face.
+    const LatticeIndex flying = {10 + 5 * frame, 40, 40};
+    voxels[flying] = 25;
+    for (const auto& [index, score] :
+         scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))))
+      EXPECT_EQ(score < 0.0f, index == flying) << score;
+  }
+}
+
+TEST(VoxelOutlierRemoval, WhoWalksIsJudgedAsWhoStands)
+{
+  const auto plateAt = [](std::int32_t x) {
+    Voxels voxels;
+    for (std::int64_t y = 20; y < 30; ++y)
+      for (std::int64_t z = 20; z < 30; ++z)
+        voxels[{x, y, z}] = static_cast<std::uint16_t>(40 + 7 * (y % 5) + z);
+    return voxels;
+  };
+  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
+    VoxelOutlierRemoval walking(settingsOf(unit));
+    VoxelOutlierRemoval standing(settingsOf(unit));
+    for (std::int32_t frame = 0; frame < 6; ++frame) {
+      // Out of reach of what it leaves behind.
+      const std::int32_t x = 10 + 3 * frame;
+      const Scores there = scoresOf(walking, frameOf(plateAt(x), gridAt(0, 0, 0)));
+      const Scores here = scoresOf(standing, frameOf(plateAt(10), gridAt(0, 0, 0)));
+      for (const auto& [index, score] : here)
+        ASSERT_EQ(there.at({x, index[1], index[2]}), score);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, FramesBeforeFillInWhatIsMissing)
+{
+  // A fringe of which half the voxels are seen in a frame, in turn.
+  VoxelOutlierRemoval remembering(settingsOf(DensityUnit::Faces));
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  settings.use_history = false;
+  VoxelOutlierRemoval alone(settings);
+  for (int frame = 0; frame < 6; ++frame) {
+    Voxels voxels;
+    for (std::int64_t z = 20; z < 40; ++z)
+      if ((z + frame) % 2 == 0)
+        voxels[{30, 30, z}] = 60;
+    const io::VoxelFrame seen = frameOf(voxels, gridAt(0, 0, 0));
+    const Scores scores = scoresOf(remembering, seen);
+    for (const auto& [index, score] : scoresOf(alone, seen))
+      if (frame == 0)
+        EXPECT_EQ(scores.at(index), score);
+      else
+        EXPECT_GT(scores.at(index), score + 0.1f);
+  }
+}
+
+} // namespace

@@ -1,0 +1,84 @@
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include "simulator/labelled_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace {
+
+using namespace pcl_ext;
+using noise::VoxelTruth;
+
+/** \brief Shares of the robot cell's voxels that stay, by VoxelTruth. */
+std::array<double, 4>
+keptOf(noise::Law law, double resolution, float min_log_odds)
+{
+  constexpr std::uint32_t frames = 12;
+  noise::LabelledStream stream(1, 1, resolution);
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = min_log_odds;
+  VoxelOutlierRemoval removal(settings);
+  std::array<double, 4> all{};
+  std::array<double, 4> kept{};
+  noise::LabelledFrame frame;
+  std::vector<float> log_odds;
+  for (std::uint32_t i = 0; i < frames; ++i) {
+    // While the person walks and all arms move.
+    stream.read(40 + i, frame);
+    removal.score(frame.of(law), log_odds);
+    for (std::size_t voxel = 0; voxel < log_odds.size(); ++voxel) {
+      const auto truth = static_cast<std::size_t>(frame.truth[voxel]);
+      all[truth] += 1.0;
+      kept[truth] += log_odds[voxel] < min_log_odds ? 0.0 : 1.0;
+    }
+  }
+  for (std::size_t truth = 0; truth < 4; ++truth) {
+    EXPECT_GT(all[truth], 500.0);
+    kept[truth] /= all[truth];
+  }
+  return kept;
+}
+
+double
+keptNoise(const std::array<double, 4>& kept)
+{
+  return kept[static_cast<std::size_t>(VoxelTruth::Noise)];
+}
+
+void
+expectSurfaces(const std::array<double, 4>& kept, double least)
+{
+  EXPECT_GT(kept[static_cast<std::size_t>(VoxelTruth::Still)], least);
+  EXPECT_GT(kept[static_cast<std::size_t>(VoxelTruth::Machine)], least);
+  EXPECT_GT(kept[static_cast<std::size_t>(VoxelTruth::Person)], least);
+}
+
+TEST(VoxelOutlierRemovalInTheCell, TellsNoiseFromWhatMoves)
+{
+  for (const noise::Law law : {noise::Law::Quadratic, noise::Law::Linear}) {
+    const auto at_zero = keptOf(law, 0.04, 0.0f);
+    EXPECT_LT(keptNoise(at_zero), 0.2);
+    expectSurfaces(at_zero, 0.98);
+    const auto at_two = keptOf(law, 0.04, 2.2f);
+    EXPECT_LT(keptNoise(at_two), 0.09);
+    expectSurfaces(at_two, 0.92);
+  }
+}
+
+TEST(VoxelOutlierRemovalInTheCell, CountsTellItLessSharply)
+{
+  const auto kept = keptOf(noise::Law::Count, 0.04, 0.0f);
+  EXPECT_LT(keptNoise(kept), 0.2);
+  expectSurfaces(kept, 0.95);
+}
+
+TEST(VoxelOutlierRemovalInTheCell, LogOddsFollowTheResolution)
+{
+  const auto kept = keptOf(noise::Law::Quadratic, 0.02, 0.0f);
+  EXPECT_LT(keptNoise(kept), 0.25);
+  expectSurfaces(kept, 0.97);
+}
+
+} // namespace

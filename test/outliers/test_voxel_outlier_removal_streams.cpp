@@ -1,0 +1,396 @@
+#include "measuring/counted_memory.h"
+#include "support/outlier_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext;
+
+TEST(VoxelOutlierRemoval, GridMayMoveOnItsLattice)
+{
+  std::mt19937_64 random(4);
+  VoxelOutlierRemoval moving(settingsOf(DensityUnit::Faces));
+  VoxelOutlierRemoval resting(settingsOf(DensityUnit::Faces));
+  for (std::int32_t frame = 0; frame < 10; ++frame) {
+    const Voxels voxels = wall(random, 15);
+    const io::VoxelGrid grid =
+        gridAt(-frame * 5, 3 - frame, -frame * frame, 7 + static_cast<unsigned>(frame));
+    expectSame(scoresOf(moving, frameOf(voxels, grid)),
+               scoresOf(resting, frameOf(voxels, gridAt(0, 0, 0))),
+               0.0f);
+  }
+}
+
+io::VoxelFrame
+withDepthModel(io::VoxelFrame frame)
+{
+  frame.depth_model = io::depthModelOf(
+      {2, 15.0, 255.0}, {}, {0.6, 0.0, 0.8}, frame.grid, frame.intensity_scale);
+  EXPECT_TRUE(frame.depth_model);
+  return frame;
+}
+
+TEST(VoxelOutlierRemoval, DepthModelStaysWhereTheGridMoves)
+{
+  std::mt19937_64 random(12);
+  const io::VoxelFrame first =
+      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  const Voxels voxels = wall(random, 15);
+  // The same voxels of the world, in frames without a model.
+  VoxelOutlierRemoval resting;
+  scoresOf(resting, first);
+  const Scores expected = scoresOf(resting, frameOf(voxels, gridAt(0, 0, 0)));
+  for (const io::VoxelGrid& grid :
+       {gridAt(-100, 10, -700, 10), gridAt(10, 10, 10, 6), gridAt(3, 0, 1, 20)}) {
+    VoxelOutlierRemoval moving;
+    scoresOf(moving, first);
+    expectSame(scoresOf(moving, frameOf(voxels, grid)), expected, 0.0f);
+  }
+  // And in one whose intensities have half the step.
+  io::VoxelFrame finer = frameOf(voxels, gridAt(0, 0, 0));
+  finer.intensity_scale = {0.0f, 0.5f, 16};
+  for (std::uint16_t& symbol : finer.intensities)
+    symbol = static_cast<std::uint16_t>(2 * symbol);
+  VoxelOutlierRemoval rescaled;
+  scoresOf(rescaled, first);
+  expectSame(scoresOf(rescaled, finer), expected, 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, DepthModelGoesWithItsLattice)
+{
+  std::mt19937_64 random(13);
+  const io::VoxelFrame before =
+      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  // Below a full face near the sensor.
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol = static_cast<std::uint16_t>(symbol / 16);
+  io::VoxelFrame finer = frame;
+  finer.grid.resolution = 0.02;
+  io::VoxelFrame elsewhere = frame;
+  elsewhere.grid.anchor[2] = -0.01;
+  io::VoxelFrame far_away = frame;
+  far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
+  for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Faces})
+    for (const io::VoxelFrame& other : {finer,
+                                        elsewhere,
+                                        far_away,
+                                        withDepthModel(finer),
+                                        withDepthModel(far_away)}) {
+      VoxelOutlierRemoval used(settingsOf(unit));
+      VoxelOutlierRemoval fresh(settingsOf(unit));
+      scoresOf(used, before);
+      expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
+    }
+  // And where all is forgotten.
+  VoxelOutlierRemoval reset;
+  VoxelOutlierRemoval fresh;
+  scoresOf(reset, before);
+  reset.reset();
+  expectSame(scoresOf(reset, frame), scoresOf(fresh, frame), 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
+{
+  std::mt19937_64 random(16);
+  const io::VoxelFrame quadratic =
+      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
+  io::VoxelFrame linear = quadratic;
+  linear.depth_model->exponent = 1;
+  VoxelOutlierRemoval used;
+  VoxelOutlierRemoval fresh;
+  scoresOf(used, quadratic);
+  const Scores expected = scoresOf(fresh, linear);
+  expectSame(scoresOf(used, linear), expected, 0.0f);
+  VoxelOutlierRemoval other;
+  EXPECT_NE(scoresOf(other, quadratic), expected);
+}
+
+TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
+{
+  std::mt19937_64 random(5);
+  const io::VoxelFrame before = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  VoxelOutlierRemoval same;
+  VoxelOutlierRemoval alone;
+  scoresOf(same, before);
+  EXPECT_NE(scoresOf(same, frame), scoresOf(alone, frame));
+  io::VoxelFrame finer = frame;
+  finer.grid.resolution = 0.02;
+  io::VoxelFrame elsewhere = frame;
+  elsewhere.grid.anchor[1] = 0.01;
+  io::VoxelFrame with_model = frame;
+  with_model.depth_model =
+      io::depthModelOf({2, 15.0, 255.0}, {}, {1, 0, 0}, frame.grid, {});
+  ASSERT_TRUE(with_model.depth_model);
+  for (const io::VoxelFrame& other : {finer, elsewhere, with_model}) {
+    VoxelOutlierRemoval used;
+    VoxelOutlierRemoval fresh;
+    scoresOf(used, before);
+    expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
+  }
+}
+
+// Positions count from 2^21 voxels below the first grid of a lattice, and grids lie within
+// 4..2^23 - 4 of them.
+constexpr std::int32_t lowest_first = 4 - (1 << 21);
+constexpr std::int32_t highest_end = (1 << 23) - 4 - (1 << 21);
+constexpr std::int32_t far_grid_size = 1 << 7;
+
+TEST(VoxelOutlierRemoval, FramesBeforeCountUpToTheLastPosition)
+{
+  std::mt19937_64 random(17);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    VoxelOutlierRemoval moving(settingsOf(DensityUnit::Faces));
+    // One that stays for each place, and sees nothing while the frames are elsewhere.
+    const std::vector<std::int32_t> places{
+        0, lowest_first, highest_end - far_grid_size};
+    std::vector<VoxelOutlierRemoval> resting;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      resting.emplace_back(settingsOf(DensityUnit::Faces));
+    for (const std::size_t now : {0u, 1u, 2u, 1u, 2u, 0u, 1u}) {
+      const Voxels voxels = wall(random, 15);
+      std::array<std::int32_t, 3> first{};
+      first[axis] = places[now];
+      Voxels there;
+      for (const auto& [index, symbol] : voxels) {
+        LatticeIndex moved = index;
+        moved[axis] += places[now];
+        there[moved] = symbol;
+      }
+      const Scores scores =
+          scoresOf(moving, frameOf(there, gridAt(first[0], first[1], first[2])));
+      Scores expected;
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const Scores seen = scoresOf(
+            resting[i], frameOf(i == now ? voxels : Voxels(), gridAt(0, 0, 0)));
+        for (const auto& [index, score] : seen) {
+          LatticeIndex moved = index;
+          moved[axis] += places[now];
+          expected[moved] = score;
+        }
+      }
+      expectSame(scores, expected, 0.0f);
+    }
+  }
+}
+
+TEST(VoxelOutlierRemoval, FramesBeforeAreForgottenBeyondTheLastPosition)
+{
+  const auto remembered = [](std::size_t axis, std::int32_t first) {
+    VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+    io::VoxelFrame frame;
+    frame.keys = {0};
+    frame.intensities = {200};
+    frame.grid = gridAt(0, 0, 0);
+    scoresOf(removal, frame);
+    frame.grid.first_index[axis] = first;
+    scoresOf(removal, frame);
+    return removal.rememberedBlocks();
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(remembered(axis, lowest_first), 2u);
+    EXPECT_EQ(remembered(axis, lowest_first - 1), 1u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size), 2u);
+    EXPECT_EQ(remembered(axis, highest_end - far_grid_size + 1), 1u);
+  }
+}
+
+TEST(VoxelOutlierRemoval, GridsFarApartDoNotMeet)
+{
+  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
+  VoxelOutlierRemoval fresh(settingsOf(DensityUnit::Faces));
+  io::VoxelFrame frame;
+  frame.keys = {5};
+  frame.intensities = {200};
+  frame.grid = gridAt(std::numeric_limits<std::int32_t>::min(), 0, 0, 21);
+  scoresOf(removal, frame);
+  frame.keys = {4};
+  frame.grid = gridAt(std::numeric_limits<std::int32_t>::max(), 0, 0, 21);
+  expectSame(scoresOf(removal, frame), scoresOf(fresh, frame), 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
+{
+  std::mt19937_64 random(6);
+  const io::VoxelFrame first = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  const io::VoxelFrame second = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  VoxelOutlierRemoval fresh(settingsOf(DensityUnit::Faces));
+  const Scores expected = scoresOf(fresh, second);
+
+  VoxelOutlierRemoval reset(settingsOf(DensityUnit::Faces));
+  scoresOf(reset, first);
+  reset.reset();
+  EXPECT_EQ(reset.rememberedBlocks(), 0u);
+  expectSame(scoresOf(reset, second), expected, 0.0f);
+
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  settings.use_history = false;
+  VoxelOutlierRemoval alone(settings);
+  scoresOf(alone, first);
+  EXPECT_EQ(alone.rememberedBlocks(), 0u);
+  expectSame(scoresOf(alone, second), expected, 0.0f);
+
+  VoxelOutlierRemoval remembering(settingsOf(DensityUnit::Faces));
+  scoresOf(remembering, first);
+  EXPECT_NE(scoresOf(remembering, second), expected);
+}
+
+/** \brief Voxels here and there, hardly two of them in a block. */
+io::VoxelFrame
+scattered(std::mt19937_64& random, std::size_t voxels)
+{
+  io::VoxelFrame frame;
+  frame.grid = gridAt(0, 0, 0, 12);
+  for (std::size_t i = 0; i < voxels; ++i)
+    frame.keys.push_back(random() % (std::uint64_t{1} << 36));
+  std::sort(frame.keys.begin(), frame.keys.end());
+  frame.intensities.assign(voxels, 255);
+  return frame;
+}
+
+TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
+{
+  std::mt19937_64 random(7);
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  settings.max_blocks = 300;
+  VoxelOutlierRemoval removal(settings);
+  VoxelOutlierRemoval filtering(settings);
+  std::vector<float> log_odds;
+  for (int frame = 0; frame < 50; ++frame) {
+    io::VoxelFrame voxels = scattered(random, 100);
+    removal.score(voxels, log_odds);
+    EXPECT_LE(removal.rememberedBlocks(), 300u);
+    EXPECT_GE(removal.rememberedBlocks(), 100u);
+    filtering.filter(voxels);
+    EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
+  }
+  // A frame that is larger alone is judged, and not remembered.
+  io::VoxelFrame large = scattered(random, 1000);
+  removal.score(large, log_odds);
+  EXPECT_EQ(log_odds.size(), 1000u);
+  EXPECT_EQ(removal.rememberedBlocks(), 0u);
+  EXPECT_EQ(filtering.filter(large) + large.size(), 1000u);
+  EXPECT_EQ(filtering.rememberedBlocks(), 0u);
+}
+
+TEST(VoxelOutlierRemoval, RemembersAsManyAsItMay)
+{
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  settings.max_blocks = 300;
+  // A block for each number of each frame.
+  using Numbers = std::pair<std::int64_t, std::int64_t>;
+  const auto remembered = [&](const std::vector<Numbers>& frames) {
+    VoxelOutlierRemoval removal(settings);
+    for (const auto& [first, last] : frames) {
+      Voxels voxels;
+      for (std::int64_t number = first; number <= last; ++number)
+        voxels[{8 * number, 100, 100}] = 200;
+      scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0, 12)));
+    }
+    return removal.rememberedBlocks();
+  };
+  EXPECT_EQ(remembered({{1, 300}}), 300u);
+  EXPECT_EQ(remembered({{1, 301}}), 0u);
+  EXPECT_EQ(remembered({{1, 100}, {101, 300}}), 300u);
+  EXPECT_EQ(remembered({{1, 100}, {101, 301}}), 201u);
+}
+
+TEST(VoxelOutlierRemoval, RemembersTheLastFrameWhereThereIsNoRoomForMore)
+{
+  std::mt19937_64 random(18);
+  const auto plate = [&](std::int64_t first_z) {
+    Voxels voxels;
+    for (std::int64_t y = 20; y < 45; ++y)
+      for (std::int64_t z = first_z; z < 45; ++z)
+        voxels[{15, y, z}] = static_cast<std::uint16_t>(30 + random() % 226);
+    return voxels;
+  };
+  // Half of it comes first, together with what there is no room for, so that the blocks
+  // are in another order than their places.
+  Voxels first = plate(33);
+  for (std::int64_t y = 0; y < 10; ++y)
+    first[{100, 8 * y, 100}] = 200;
+  const io::VoxelFrame second = frameOf(plate(20), gridAt(0, 0, 0));
+  Voxels rest = plate(20); // what is missing is filled in by the frames before
+  for (auto voxel = rest.begin(); voxel != rest.end();)
+    voxel = random() % 2 == 0 ? rest.erase(voxel) : std::next(voxel);
+  const io::VoxelFrame third = frameOf(rest, gridAt(0, 0, 0));
+  VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  VoxelOutlierRemoval roomy(settings);
+  VoxelOutlierRemoval alone(settings);
+  scoresOf(alone, second);
+  settings.max_blocks = alone.rememberedBlocks();
+  VoxelOutlierRemoval narrow(settings);
+  for (VoxelOutlierRemoval* const removal : {&roomy, &narrow}) {
+    scoresOf(*removal, frameOf(first, gridAt(0, 0, 0)));
+    scoresOf(*removal, second);
+  }
+  EXPECT_EQ(narrow.rememberedBlocks(), settings.max_blocks);
+  EXPECT_EQ(roomy.rememberedBlocks(), settings.max_blocks + 10);
+  expectSame(scoresOf(narrow, third), scoresOf(roomy, third), 0.0f);
+}
+
+TEST(VoxelOutlierRemoval, GivesBackTheMemoryOfFramesThatItDoesNotRemember)
+{
+  using io::test::memory_count;
+  std::mt19937_64 random(19);
+  const io::VoxelFrame large = scattered(random, 50000);
+  std::vector<float> log_odds(large.size());
+  constexpr std::size_t little = 100000; // less than any number for each voxel takes
+  for (const bool resets : {false, true}) {
+    VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+    settings.max_blocks = resets ? large.size() : 300;
+    VoxelOutlierRemoval removal(settings);
+    const std::size_t before = memory_count.live;
+    removal.score(large, log_odds);
+    if (resets) {
+      EXPECT_GT(memory_count.live, before + 270 * large.size());
+      removal.reset();
+    }
+    EXPECT_LT(memory_count.live, before + little);
+  }
+}
+
+TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
+{
+  std::mt19937_64 random(8);
+  VoxelOutlierRemoval removal;
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  EXPECT_GT(removal.filter(frame), 0u);
+  EXPECT_GT(removal.rememberedBlocks(), 0u);
+  for (int i = 0; i < 20; ++i) {
+    frame.keys.clear();
+    frame.intensities.clear();
+    EXPECT_EQ(removal.filter(frame), 0u);
+  }
+  EXPECT_EQ(removal.rememberedBlocks(), 0u);
+}
+
+TEST(VoxelOutlierRemoval, TwoOfThemAgreeToTheBit)
+{
+  // Hash tables differ from one to the next.
+  std::mt19937_64 random(10);
+  VoxelOutlierRemoval one;
+  VoxelOutlierRemoval other;
+  for (int i = 0; i < 6; ++i) {
+    const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+    expectSame(scoresOf(one, frame), scoresOf(other, frame), 0.0f);
+  }
+  VoxelOutlierRemoval moved = std::move(one);
+  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  expectSame(scoresOf(moved, frame), scoresOf(other, frame), 0.0f);
+}
+
+} // namespace

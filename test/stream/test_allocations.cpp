@@ -1,0 +1,150 @@
+/** \file
+ * \brief What a stream of frames of about the same size takes from the heap once it
+ * runs: nothing.
+ */
+#include <pcl_ext/compression/voxel_centres.h>
+
+#include "measuring/counted_memory.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+#include "support/voxelized_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr unsigned int i_frame_rate = 30;
+constexpr std::size_t first_second = 20; // frames
+constexpr std::size_t warm_up = first_second + i_frame_rate;
+constexpr std::size_t frame_count = warm_up + 3 * i_frame_rate;
+
+struct Case {
+  Effort effort;
+  bool has_depth_model;
+  bool has_stamp;
+};
+
+std::vector<Case>
+cases()
+{
+  std::vector<Case> cases;
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+    for (const bool has_depth_model : {false, true})
+      for (const bool has_stamp : {false, true})
+        cases.push_back({effort, has_depth_model, has_stamp});
+  return cases;
+}
+
+std::vector<VoxelFrame>
+room(bool has_depth_model)
+{
+  RoomStream::Settings settings;
+  settings.width = 100;
+  if (has_depth_model)
+    settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  RoomStream stream(settings);
+  // The first second has the largest frames: a frame that is larger than all before it
+  // may take memory.
+  settings.noise *= 40;
+  RoomStream first(settings); // of the same scene
+  std::vector<VoxelFrame> frames;
+  for (std::size_t i = 0; i < frame_count; ++i)
+    frames.push_back(i < first_second ? first.next() : stream.next());
+  return frames;
+}
+
+std::optional<FrameStamp>
+stampOf(const Case& stream, std::size_t frame)
+{
+  if (!stream.has_stamp)
+    return std::nullopt;
+  return FrameStamp{1700000000000000 + 50000 * frame, "a_frame_of_some_length"};
+}
+
+TEST(Allocations, AnEncoderThatRunsTakesNone)
+{
+  for (const Case& stream : cases()) {
+    const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    std::vector<std::uint8_t> bytes;
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const std::optional<FrameStamp> stamp = stampOf(stream, i);
+      memory_count.reset();
+      ASSERT_TRUE(encoder.encode(frames[i], stamp, bytes).ok());
+      EXPECT_EQ(encoder.statistics().is_i_frame, i % i_frame_rate == 0);
+      allocations += i < warm_up ? 0 : memory_count.allocations;
+    }
+    EXPECT_EQ(allocations, 0u)
+        << "effort " << static_cast<int>(stream.effort) << ", depth model "
+        << stream.has_depth_model << ", stamp " << stream.has_stamp;
+  }
+}
+
+TEST(Allocations, ADecoderThatRunsTakesNone)
+{
+  for (const Case& stream : cases()) {
+    const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
+    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Bytes bytes = encoded(encoder, frames[i], stampOf(stream, i));
+      memory_count.reset();
+      ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
+      allocations += i < warm_up ? 0 : memory_count.allocations;
+      ASSERT_EQ(decoder.stamp().has_value(), stream.has_stamp);
+    }
+    EXPECT_EQ(allocations, 0u)
+        << "effort " << static_cast<int>(stream.effort) << ", depth model "
+        << stream.has_depth_model << ", stamp " << stream.has_stamp;
+  }
+}
+
+/** \brief A cloud of so many points, in voxels of 4 cm, with up to 300 points in one. */
+Cloud
+cloudOf(std::uint64_t seed)
+{
+  Cloud cloud = randomCloud(seed, -0.4, 0.4);
+  cloud.insert(cloud.end(), 300, Point{0.01f, 0.01f, 0.01f, 1.0f});
+  for (Point& point : cloud)
+    point.intensity = std::round(1000.0f * point.intensity);
+  return cloud;
+}
+
+TEST(Allocations, CompandingTakesNoneWhileTheScaleStays)
+{
+  for (const auto unit : {pcl_ext::IntensityUnit::Points,
+                          pcl_ext::IntensityUnit::Share,
+                          pcl_ext::IntensityUnit::Native}) {
+    IntensityCompressionSettings settings = settingsOf(0.04);
+    settings.intensity_curve = IntensityCurve::Companded;
+    settings.bounding_box = BoundingBox{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
+    Voxelizer voxelizer(settings, unit);
+    SymbolIntensities symbol_intensities;
+    VoxelFrame frame;
+    VoxelCentres centres;
+    const Cloud cloud = cloudOf(3);
+    const PointView view{&cloud[0].x, 4, &cloud[0].intensity, 4, cloud.size()};
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < 10; ++i) {
+      memory_count.reset();
+      voxelizer.voxelize(view, i % 3 == 0, frame);
+      voxelCentres(frame, symbol_intensities, 0, centres);
+      allocations += i < 3 ? 0 : memory_count.allocations;
+    }
+    EXPECT_NE(frame.intensity_scale.companded_range, 0u);
+    EXPECT_EQ(allocations, 0u) << static_cast<int>(unit);
+  }
+}
+
+} // namespace

@@ -1,0 +1,246 @@
+/** \file
+ * \brief Memory that runs out at any point of encoding and decoding: a status says so, and
+ * nothing wrong follows.
+ */
+#include "support/failing_memory.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using pcl_ext::test::OneFailingAllocation;
+
+constexpr unsigned int i_frame_rate = 4;
+constexpr std::size_t frame_count = 9;
+
+struct Case {
+  StreamFormat format;
+  Effort effort;
+  bool has_depth_model;
+};
+
+std::string
+nameOf(const Case& kind)
+{
+  if (kind.format == StreamFormat::Published)
+    return "Published";
+  const std::string effort = kind.effort == Effort::Fast       ? "Fast"
+                             : kind.effort == Effort::Balanced ? "Balanced"
+                                                               : "Small";
+  return effort + (kind.has_depth_model ? "WithDepths" : "");
+}
+
+/** \brief Frames, one without voxels among them. */
+std::vector<VoxelFrame>
+framesOf(const Case& kind)
+{
+  RoomStream::Settings settings;
+  settings.depth = 5;
+  settings.width = 8;
+  if (kind.has_depth_model)
+    settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  RoomStream room(settings);
+  std::vector<VoxelFrame> frames;
+  for (std::size_t i = 0; i < frame_count; ++i)
+    frames.push_back(room.next());
+  frames[2].keys.clear();
+  frames[2].intensities.clear();
+  return frames;
+}
+
+/** \brief What frames carry of a cloud's header; names change, and are too long for a
+ * string's own memory. */
+std::optional<FrameStamp>
+stampOf(const Case& kind, std::size_t frame)
+{
+  if (kind.format == StreamFormat::Published)
+    return std::nullopt;
+  return FrameStamp{1000 + frame,
+                    "the frame that a sensor is in, " + std::to_string(frame / 3)};
+}
+
+FrameEncoder
+encoderOf(const Case& kind)
+{
+  return {kind.format, i_frame_rate, kind.effort};
+}
+
+class FailingMemory : public testing::TestWithParam<Case> {};
+
+INSTANTIATE_TEST_SUITE_P(
+    Coders,
+    FailingMemory,
+    testing::Values(Case{StreamFormat::Version1, Effort::Fast, false},
+                    Case{StreamFormat::Version1, Effort::Fast, true},
+                    Case{StreamFormat::Version1, Effort::Balanced, false},
+                    Case{StreamFormat::Version1, Effort::Balanced, true},
+                    Case{StreamFormat::Version1, Effort::Small, false},
+                    Case{StreamFormat::Version1, Effort::Small, true},
+                    Case{StreamFormat::Published, Effort::Fast, false}),
+    [](const auto& kind) { return nameOf(kind.param); });
+
+/** \brief A receiver whose memory fails while it decodes one frame. */
+class Receiver {
+public:
+  Receiver(const Case& kind,
+           const std::vector<VoxelFrame>& frames,
+           const std::vector<Bytes>& bytes)
+  : kind_(kind), frames_(frames), bytes_(bytes)
+  {}
+
+  /** \brief Decodes a frame whose n-th allocation fails, and all frames behind it.
+   * \return false if the frame has no n-th allocation
+   */
+  bool
+  runWithFailure(std::size_t frame, std::size_t n, bool do_later_ones_fail)
+  {
+    FrameDecoder decoder;
+    VoxelFrame back;
+    for (std::size_t i = 0; i < frame; ++i)
+      EXPECT_EQ(decoded(decoder, bytes_[i], back), CompressionCode::Ok);
+    bool has_failed = false;
+    CompressionStatus status;
+    {
+      const OneFailingAllocation failing(n, do_later_ones_fail);
+      status = decoder.decode(bytes_[frame].data(), bytes_[frame].size(), back);
+      has_failed = failing.hasFailed();
+    }
+    if (status.ok())
+      expectFrame(back, decoder, frame);
+    else {
+      EXPECT_EQ(status.code(), CompressionCode::OutOfMemory) << status.message();
+      EXPECT_TRUE(back.keys.empty() && back.intensities.empty());
+    }
+    // Once more, as a sender might that was told.
+    bool is_known = status.ok();
+    if (!is_known)
+      is_known = next(decoder, frame);
+    for (std::size_t i = frame + 1; i < bytes_.size(); ++i) {
+      const bool must_be_known = is_known || i % i_frame_rate == 0;
+      is_known = next(decoder, i);
+      EXPECT_TRUE(is_known || !must_be_known) << i;
+    }
+    return has_failed;
+  }
+
+private:
+  bool
+  next(FrameDecoder& decoder, std::size_t frame) const
+  {
+    VoxelFrame back;
+    const CompressionCode code = decoded(decoder, bytes_[frame], back);
+    if (code == CompressionCode::Ok)
+      expectFrame(back, decoder, frame);
+    return code == CompressionCode::Ok;
+  }
+
+  void
+  expectFrame(const VoxelFrame& back,
+              const FrameDecoder& decoder,
+              std::size_t frame) const
+  {
+    expectSameVoxels(back, frames_[frame]);
+    const std::optional<FrameStamp> stamp = stampOf(kind_, frame);
+    ASSERT_EQ(decoder.stamp().has_value(), stamp.has_value());
+    if (!stamp)
+      return;
+    EXPECT_EQ(decoder.stamp()->stamp, stamp->stamp);
+    EXPECT_EQ(decoder.stamp()->frame_id, stamp->frame_id);
+  }
+
+  const Case kind_;
+  const std::vector<VoxelFrame>& frames_;
+  const std::vector<Bytes>& bytes_;
+};
+
+TEST_P(FailingMemory, NoDecoderShowsAnythingWrongBehindIt)
+{
+  const std::vector<VoxelFrame> frames = framesOf(GetParam());
+  FrameEncoder encoder = encoderOf(GetParam());
+  std::vector<Bytes> bytes;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    bytes.push_back(encoded(encoder, frames[i], stampOf(GetParam(), i)));
+  Receiver receiver(GetParam(), frames, bytes);
+  std::size_t failures = 0;
+  for (const bool do_later_ones_fail : {false, true})
+    for (std::size_t frame = 0; frame < frames.size(); ++frame)
+      for (std::size_t n = 1; receiver.runWithFailure(frame, n, do_later_ones_fail);
+           ++n) {
+        ++failures;
+        if (HasFailure())
+          FAIL() << "allocation " << n << " of frame " << frame;
+      }
+  EXPECT_GT(failures, 100u);
+}
+
+/** \brief Encodes the frames while the memory fails at one of them.
+ * \return false if that frame has no n-th allocation
+ */
+bool
+sendWithFailure(const Case& kind,
+                const std::vector<VoxelFrame>& frames,
+                std::size_t frame,
+                std::size_t n,
+                bool do_later_ones_fail)
+{
+  FrameEncoder encoder = encoderOf(kind);
+  FrameDecoder decoder;
+  bool has_failed = false;
+  bool was_lost = false;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::optional<FrameStamp> stamp = stampOf(kind, i);
+    Bytes bytes;
+    CompressionStatus status;
+    if (i == frame) {
+      const OneFailingAllocation failing(n, do_later_ones_fail);
+      status = encoder.encode(frames[i], stamp, bytes);
+      has_failed = failing.hasFailed();
+    }
+    else
+      status = encoder.encode(frames[i], stamp, bytes);
+    if (!status.ok()) {
+      EXPECT_EQ(i, frame);
+      EXPECT_EQ(status.code(), CompressionCode::OutOfMemory) << status.message();
+      EXPECT_TRUE(bytes.empty());
+      EXPECT_TRUE(encoder.isIFrameDue());
+      was_lost = true;
+      continue;
+    }
+    EXPECT_EQ(encoder.statistics().bytes, bytes.size());
+    if (was_lost) {
+      EXPECT_TRUE(encoder.statistics().is_i_frame);
+      was_lost = false;
+    }
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    expectSameVoxels(back, frames[i]);
+  }
+  return has_failed;
+}
+
+TEST_P(FailingMemory, AnEncoderGoesOnWithAnIFrame)
+{
+  const std::vector<VoxelFrame> frames = framesOf(GetParam());
+  std::size_t failures = 0;
+  for (const bool do_later_ones_fail : {false, true})
+    for (std::size_t frame = 0; frame < frames.size(); ++frame)
+      for (std::size_t n = 1;
+           sendWithFailure(GetParam(), frames, frame, n, do_later_ones_fail);
+           ++n) {
+        ++failures;
+        if (HasFailure())
+          FAIL() << "allocation " << n << " of frame " << frame;
+      }
+  EXPECT_GT(failures, 100u);
+}
+
+} // namespace

@@ -1,0 +1,466 @@
+#include "bytes/byte_writer.h"
+#include "codec/published/entropy_coder.h"
+#include "measuring/counted_memory.h"
+#include "support/forged_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/** \brief Expects a refusal, without an allocation beyond a bound. */
+void
+expectRefused(const Bytes& bytes,
+              std::size_t max_allocation,
+              const DecoderLimits& limits)
+{
+  FrameDecoder decoder(limits);
+  VoxelFrame back;
+  memory_count.reset();
+  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
+  EXPECT_LE(memory_count.largest, max_allocation);
+  EXPECT_TRUE(status.code() == CompressionCode::Corrupt ||
+              status.code() == CompressionCode::LimitExceeded ||
+              status.code() == CompressionCode::Truncated)
+      << status.message();
+  EXPECT_TRUE(back.keys.empty());
+  EXPECT_TRUE(back.intensities.empty());
+}
+
+constexpr std::size_t small_allocation = std::size_t{1} << 17;
+
+TEST(ForgedStreams, HeadersThatLie)
+{
+  std::mt19937_64 random(1);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
+  const float nan_float = std::numeric_limits<float>::quiet_NaN();
+  const float infinite_float = std::numeric_limits<float>::infinity();
+  using Lie = std::function<void(Version1Header&)>;
+  std::vector<Lie> lies;
+  for (const std::uint64_t number : {huge,
+                                     huge / 2 + 1,
+                                     std::uint64_t{1} << 40,
+                                     std::uint64_t{1} << 24,
+                                     std::uint64_t{1000},
+                                     std::uint64_t{0}}) {
+    lies.push_back([=](Version1Header& h) { h.voxel_count = number; });
+    lies.push_back([=](Version1Header& h) { h.payload_size = number; });
+    lies.push_back([=](Version1Header& h) {
+      h.voxel_count = number;
+      h.payload_size = number;
+    });
+  }
+  for (const int step : {-1, 1}) {
+    const auto off_by_one = static_cast<std::uint64_t>(static_cast<std::int64_t>(step));
+    lies.push_back([=](Version1Header& h) { h.voxel_count += off_by_one; });
+    lies.push_back([=](Version1Header& h) { h.payload_size += off_by_one; });
+    lies.push_back(
+        [=](Version1Header& h) { h.grid.depth += static_cast<unsigned>(step); });
+  }
+  for (const unsigned int number : {0u, 1u, 3u, 5u, 21u, 22u, 64u, 255u})
+    lies.push_back([=](Version1Header& h) { h.grid.depth = number; });
+  for (const double number : {0.0, -1.0, nan_value, infinity, -infinity, -0.0})
+    lies.push_back([=](Version1Header& h) { h.grid.resolution = number; });
+  for (const std::int32_t number :
+       {INT32_MIN, INT32_MAX, -(1 << 20) - 1, (1 << 20) - 15, 1 << 20})
+    lies.push_back([=](Version1Header& h) { h.grid.first_index[1] = number; });
+  for (const unsigned int number : {0u, 7u, 17u, 255u})
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.bits = number; });
+  for (const float number : {0.0f, -1.0f, nan_float, infinite_float})
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.step = number; });
+  for (const float number : {nan_float, infinite_float, -infinite_float})
+    lies.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
+  // Companded scales with no more numbers than levels, and with too many levels.
+  for (const auto& [bits, range] :
+       std::vector<std::pair<unsigned int, std::uint32_t>>{{1, 1},
+                                                           {4, 1},
+                                                           {4, 15},
+                                                           {8, 255},
+                                                           {15, 32767},
+                                                           {16, 65535},
+                                                           {17, 65535},
+                                                           {0, 65535},
+                                                           {127, 65535}})
+    lies.push_back([bits = bits, range = range](Version1Header& h) {
+      h.intensity_scale.bits = bits;
+      h.intensity_scale.companded_range = range;
+    });
+  lies.push_back([](Version1Header& h) { // written as 0
+    h.intensity_scale.companded_range = 65536;
+  });
+  lies.push_back([](Version1Header& h) { h.has_depth_model = true; });
+  for (const int number : {3, 4, 15})
+    lies.push_back([=](Version1Header& h) { h.effort = static_cast<Effort>(number); });
+  lies.push_back([](Version1Header& h) {
+    h.has_frame_id = true;
+    h.frame_id = std::string(1025, 'x');
+  });
+  for (std::size_t i = 0; i < lies.size(); ++i) {
+    SCOPED_TRACE(i);
+    Parts parts = good;
+    lies[i](parts.header);
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+  VoxelFrame back;
+  FrameDecoder decoder;
+  EXPECT_EQ(decoded(decoder, putTogether(good), back), CompressionCode::Ok);
+}
+
+TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
+  for (unsigned int bits = 1; bits <= 15; ++bits) {
+    parts.header.intensity_scale.bits = bits;
+    VoxelFrame back;
+    FrameDecoder decoder;
+    parts.header.intensity_scale.companded_range = 1u << bits;
+    EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+    EXPECT_TRUE(isConsistent(back));
+    parts.header.intensity_scale.companded_range = (1u << bits) - 1;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+}
+
+TEST(ForgedStreams, EmptyFramesOfNoGridAndOfNoScale)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Parts good = takeApart(encoded(encoder, emptyFrame(4)));
+  for (const unsigned int depth : {0u, 22u, 64u, 255u}) {
+    Parts parts = good;
+    parts.header.grid.depth = depth;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+  for (const unsigned int bits : {0u, 17u, 127u}) {
+    Parts parts = good;
+    parts.header.intensity_scale.bits = bits;
+    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
+  }
+}
+
+TEST(ForgedStreams, EmptyFramesWithAPayload)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
+  EXPECT_TRUE(parts.payload.empty());
+  for (const Bytes& payload : {Bytes{0}, Bytes{1}, Bytes(30, 0)}) {
+    parts.payload = payload;
+    expectRefused(putTogetherSized(parts), small_allocation, DecoderLimits());
+  }
+}
+
+TEST(ForgedStreams, PayloadsThatGrow)
+{
+  std::mt19937_64 random(2);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
+  DecoderLimits limits;
+  limits.max_voxels = 20000;
+  // All decisions are 1, or 0: every voxel of the grid, or as few as there can be.
+  for (const unsigned int depth : {1u, 2u, 3u, 4u, 8u, 21u})
+    for (const std::uint64_t voxels : {std::uint64_t{2},
+                                       std::uint64_t{8},
+                                       std::uint64_t{64},
+                                       std::uint64_t{512},
+                                       std::uint64_t{4096},
+                                       std::uint64_t{20000}})
+      for (const Bytes& payload : {Bytes{},
+                                   Bytes{0},
+                                   Bytes(1, 0xff),
+                                   Bytes(100, 0xff),
+                                   Bytes(5000, 0xff),
+                                   Bytes(5000, 0)}) {
+        Parts parts = good;
+        parts.header.grid.depth = depth;
+        parts.header.grid.first_index.fill(-(1 << (depth - 1)));
+        parts.header.voxel_count = voxels;
+        parts.payload = payload;
+        // Nothing but ones, which no bytes are, is how a full grid of the highest symbols
+        // is coded.
+        if (depth <= 4 && voxels == std::uint64_t{1} << (3 * depth) &&
+            std::count(payload.begin(), payload.end(), 0) ==
+                static_cast<std::ptrdiff_t>(payload.size()))
+          continue;
+        expectRefused(putTogetherSized(parts), 100 * limits.max_voxels, limits);
+      }
+}
+
+TEST(ForgedStreams, BytesBehindAPayload)
+{
+  std::mt19937_64 random(3);
+  for (const unsigned int depth : {1u, 2u, 6u, 21u})
+    for (const bool is_i_frame : {true, false}) {
+      FrameEncoder encoder(StreamFormat::Version1, 10);
+      const VoxelFrame frame = randomFrame(random, depth, 5);
+      const Bytes first = encoded(encoder, frame);
+      Parts parts = takeApart(is_i_frame ? first : encoded(encoder, frame));
+      const std::uint32_t reference = is_i_frame ? 0 : takeApart(first).checksum;
+      FrameDecoder decoder;
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
+      // A row of bits is shorter than what is read of it by its last zeros, four bytes
+      // at most.
+      parts.payload.resize(parts.payload.size() + 4, 0);
+      for (std::size_t more = 1; more < 40; ++more) {
+        parts.payload.push_back(static_cast<std::uint8_t>(more % 3));
+        EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
+                  CompressionCode::Corrupt);
+      }
+    }
+}
+
+TEST(ForgedStreams, PFramesThatDoNotFit)
+{
+  std::mt19937_64 random(4);
+  const VoxelFrame frame = randomFrame(random, 4, 30);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Bytes i_frame = encoded(encoder, frame);
+  const Bytes p_frame = encoded(encoder, frame);
+  const std::uint32_t reference = takeApart(i_frame).checksum;
+  const Parts good = takeApart(p_frame);
+  ASSERT_FALSE(good.header.is_i_frame);
+  const auto code = [&](const Parts& parts) {
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
+    const CompressionCode result =
+        decoded(decoder, putTogetherSized(parts, reference), back);
+    // Whatever it was, the stream goes on behind the last good frame.
+    EXPECT_EQ(decoded(decoder, p_frame, back),
+              result == CompressionCode::Ok ? CompressionCode::OldFrame
+                                            : CompressionCode::Ok);
+    return result;
+  };
+  EXPECT_EQ(code(good), CompressionCode::Ok);
+  Parts parts = good;
+  parts.header.effort = Effort::Fast; // the I-frame's is Balanced
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  parts = good;
+  parts.header.has_depth_model = true; // the I-frame has none
+  DepthModel model;
+  model.full_symbol = 1000;
+  Bytes payload;
+  writeDepthModel(model, payload);
+  append(parts.payload, payload);
+  parts.payload = payload;
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  parts = good;
+  parts.header.stamp = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  parts = good;
+  parts.header.frame_number = 3;
+  EXPECT_EQ(code(parts), CompressionCode::MissingReference);
+  for (const std::uint32_t number : {0u, 1u, 0xffffffffu}) {
+    parts = good;
+    parts.header.frame_number = number;
+    EXPECT_EQ(code(parts), CompressionCode::OldFrame) << number;
+  }
+  for (const int change : {-1, 1}) {
+    parts = good;
+    parts.header.voxel_count += static_cast<std::uint64_t>(std::int64_t{change});
+    EXPECT_EQ(code(parts), CompressionCode::Corrupt);
+  }
+}
+
+TEST(ForgedStreams, UnknownFlags)
+{
+  std::mt19937_64 random(5);
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  const Bytes good = encoded(encoder, randomFrame(random, 4, 30));
+  for (unsigned int bits = 3; bits < 16; ++bits) {
+    Bytes bytes = good;
+    bytes[flags_offset] =
+        static_cast<std::uint8_t>((bytes[flags_offset] & 15u) | bits << 4);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, withChecksum(bytes), back), CompressionCode::Corrupt);
+  }
+  FrameDecoder decoder;
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, withChecksum(good), back), CompressionCode::Ok);
+}
+
+TEST(ForgedStreams, DepthModelsThatAreNone)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 10);
+  RoomStream::Settings settings;
+  settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  const VoxelFrame frame = RoomStream(settings).next();
+  const Parts good = takeApart(encoded(encoder, frame));
+  ASSERT_TRUE(good.header.has_depth_model);
+  const auto code = [&](const DepthModel& model) {
+    Parts parts = good;
+    Bytes bytes;
+    writeDepthModel(model, bytes);
+    EXPECT_EQ(bytes.size(), depth_model_size);
+    std::copy(bytes.begin(), bytes.end(), parts.payload.begin());
+    FrameDecoder decoder;
+    VoxelFrame back;
+    return decoded(decoder, putTogether(parts), back);
+  };
+  EXPECT_EQ(code(*frame.depth_model), CompressionCode::Ok);
+  for (const unsigned int exponent : {0u, 3u, 255u}) {
+    DepthModel model = *frame.depth_model;
+    model.exponent = static_cast<std::uint8_t>(exponent);
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << exponent;
+  }
+  for (const std::uint32_t symbol : {1u << 24, 0xffffffffu}) {
+    DepthModel model = *frame.depth_model;
+    model.full_symbol = symbol;
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << symbol;
+  }
+  for (const std::int64_t origin : {(std::int64_t{1} << 56) + 1,
+                                    -(std::int64_t{1} << 56) - 1,
+                                    std::numeric_limits<std::int64_t>::min(),
+                                    std::numeric_limits<std::int64_t>::max()}) {
+    DepthModel model = *frame.depth_model;
+    model.origin = origin;
+    EXPECT_EQ(code(model), CompressionCode::Corrupt) << origin;
+  }
+  // A payload that ends within the model.
+  for (std::size_t size = 0; size < depth_model_size; ++size) {
+    Parts parts = good;
+    parts.payload.resize(size);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, putTogetherSized(parts), back),
+              CompressionCode::Corrupt);
+  }
+}
+
+TEST(ForgedStreams, MutatedFramesWithGoodChecksumsAreFramesOrRefused)
+{
+  std::mt19937_64 random(3);
+  std::size_t accepted = 0;
+  for (int round = 0; round < 20000; ++round) {
+    static Parts good;
+    if (round % 200 == 0) {
+      FrameEncoder encoder(StreamFormat::Version1, 10);
+      const unsigned int bits = round % 400 == 0 ? 8 : 12;
+      good =
+          takeApart(encoded(encoder, randomFrame(random, 4, below(random, 300), bits)));
+    }
+    Parts parts = good;
+    for (std::uint64_t i = 1 + below(random, 4); i > 0 && !parts.payload.empty(); --i) {
+      const std::size_t at = below(random, parts.payload.size());
+      parts.payload[below(random, 2) == 0 ? at : at % 12 % parts.payload.size()] =
+          static_cast<std::uint8_t>(random());
+    }
+    if (below(random, 4) == 0)
+      parts.header.voxel_count = below(random, 400);
+    const Bytes bytes = putTogetherSized(parts);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    memory_count.reset();
+    const CompressionCode code = decoded(decoder, bytes, back);
+    EXPECT_LT(memory_count.largest, std::size_t{1} << 20);
+    if (code == CompressionCode::Ok) {
+      ++accepted;
+      ASSERT_TRUE(isConsistent(back));
+      ASSERT_EQ(back.size(), parts.header.voxel_count);
+    }
+    else
+      ASSERT_TRUE(code == CompressionCode::Corrupt ||
+                  code == CompressionCode::LimitExceeded);
+  }
+  EXPECT_GT(accepted, 0u);
+  EXPECT_LT(accepted, 20000u);
+}
+
+template <typename NumberT>
+Bytes
+overwritten(Bytes bytes, std::size_t at, NumberT number)
+{
+  std::memcpy(bytes.data() + at, &number, sizeof(number));
+  return bytes;
+}
+
+TEST(ForgedStreams, PublishedFieldsThatLie)
+{
+  std::mt19937_64 random(4);
+  FrameEncoder encoder(StreamFormat::Published, 10);
+  const Bytes good = encoded(encoder, randomFrame(random, 4, 30));
+  const std::size_t nodes_at = encoder.statistics().header_bytes;
+  const std::size_t intensities_at = nodes_at + encoder.statistics().occupancy_bytes;
+  DecoderLimits limits;
+  limits.max_voxels = 20000;
+  for (const std::size_t at : {std::size_t{11}, nodes_at, intensities_at}) {
+    std::uint64_t truth;
+    std::memcpy(&truth, good.data() + at, 8);
+    for (const std::uint64_t number : {huge,
+                                       huge / 2 + 1,
+                                       std::uint64_t{1} << 32,
+                                       std::uint64_t{20001},
+                                       std::uint64_t{20000},
+                                       std::uint64_t{0},
+                                       truth - 1,
+                                       truth + 1})
+      expectRefused(overwritten(good, at, number),
+                    21 * limits.max_voxels + small_allocation,
+                    limits);
+  }
+  for (std::size_t at = 19; at < 75; at += 8)
+    for (const double number : {nan_value,
+                                infinity,
+                                -infinity,
+                                1e300,
+                                -1e300,
+                                12345.0,
+                                at == 19 ? 0.0 : 0.01})
+      expectRefused(overwritten(good, at, number), small_allocation, limits);
+  for (const double number : {-0.04, -0.0, 0.08, 0.02, 1e-300, 0.04001})
+    expectRefused(overwritten(good, 19, number), small_allocation, limits);
+  for (const int number : {2, 3, 128, 255})
+    expectRefused(overwritten(good, 10, static_cast<std::uint8_t>(number)),
+                  small_allocation,
+                  limits);
+}
+
+TEST(ForgedStreams, PublishedTreesThatAreNone)
+{
+  FrameEncoder encoder(StreamFormat::Published, 10);
+  const Bytes empty = encoded(encoder, emptyFrame(2));
+  const auto code = [&](const Bytes& nodes, std::uint64_t voxels) {
+    Bytes bytes = overwritten(empty, 11, voxels);
+    bytes.resize(encoder.statistics().header_bytes);
+    ByteWriter writer(bytes);
+    for (const Bytes& row : {nodes, Bytes(static_cast<std::size_t>(voxels), 7)}) {
+      writer.u64(row.size());
+      published::encodeStaticRange(row, bytes);
+    }
+    FrameDecoder decoder;
+    VoxelFrame back;
+    return decoded(decoder, bytes, back);
+  };
+  EXPECT_EQ(code({0}, 0), CompressionCode::Ok); // the empty frame
+  EXPECT_EQ(code({0x03, 0x01, 0x80}, 2), CompressionCode::Ok);
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 1), CompressionCode::Ok); // a branch of none
+  EXPECT_EQ(code({0x03, 0x00, 0x00}, 0), CompressionCode::Ok);
+  EXPECT_EQ(code({}, 0), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0, 0}, 0), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0}, 1), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01, 0x00}, 2), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01}, 1), CompressionCode::Corrupt);       // a missing one
+  EXPECT_EQ(code({0x01, 0x01, 0x01}, 1), CompressionCode::Corrupt); // one too many
+  EXPECT_EQ(code({0x03, 0x01, 0x80}, 3), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01, 0x80}, 1), CompressionCode::Corrupt);
+  EXPECT_EQ(code({0x03, 0x01, 0x81}, 1), CompressionCode::Corrupt);
+}
+
+} // namespace

@@ -1,0 +1,230 @@
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
+
+/** \brief A decoder's grid counts from its lower corner in the published layout. */
+void
+expectSamePlaces(const VoxelFrame& frame, const VoxelFrame& expected)
+{
+  expectSameVoxels(frame, expected);
+  EXPECT_EQ(frame.grid.depth, expected.grid.depth);
+  EXPECT_EQ(frame.grid.resolution, expected.grid.resolution);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(frame.grid.centre(axis, 3), expected.grid.centre(axis, 3), 1e-9);
+}
+
+void
+expectSizesAddUp(const CodedFrameStatistics& statistics,
+                 const VoxelFrame& frame,
+                 std::size_t size)
+{
+  EXPECT_EQ(statistics.voxels, frame.size());
+  EXPECT_EQ(statistics.bytes, size);
+  EXPECT_EQ(statistics.header_bytes + statistics.occupancy_bytes +
+                statistics.intensity_bytes,
+            size);
+}
+
+/** \brief Walks of few and many voxels with empty frames and grid changes in between.
+ */
+std::vector<VoxelFrame>
+walks(std::uint64_t seed, unsigned int bits)
+{
+  std::mt19937_64 random(seed);
+  std::vector<VoxelFrame> frames;
+  for (const unsigned int depth : {1u, 3u, 8u, max_grid_depth}) {
+    const std::size_t most = std::size_t{1} << std::min(3 * depth - 1, 11u);
+    VoxelFrame frame = randomFrame(random, depth, most, bits);
+    for (unsigned int step = 0; step < 5; ++step) {
+      frames.push_back(frame);
+      walk(random, static_cast<unsigned int>(most / 5 + 1), frame);
+    }
+    frames.push_back(emptyFrame(depth, bits));
+    frames.push_back(emptyFrame(depth, bits));
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+TEST(FrameCoding, WalksComeBack)
+{
+  for (const StreamFormat format : formats)
+    for (unsigned int bits = 1; bits <= 16; ++bits) {
+      if (format == StreamFormat::Published && bits != 8)
+        continue;
+      FrameEncoder encoder(format, 4);
+      FrameDecoder decoder;
+      FrameDecoder stream_decoder;
+      std::stringbuf stream(std::ios::in | std::ios::out | std::ios::binary);
+      VoxelFrame back;
+      for (const VoxelFrame& frame : walks(bits, bits)) {
+        const Bytes bytes = encoded(encoder, frame);
+        expectSizesAddUp(encoder.statistics(), frame, bytes.size());
+        ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+        expectSamePlaces(back, frame);
+        expectSizesAddUp(decoder.statistics(), frame, bytes.size());
+        EXPECT_EQ(decoder.statistics().is_i_frame, encoder.statistics().is_i_frame);
+        EXPECT_EQ(decoder.statistics().frame_number, encoder.statistics().frame_number);
+        EXPECT_EQ(decoder.statistics().header_bytes, encoder.statistics().header_bytes);
+        EXPECT_EQ(decoder.statistics().skipped_bytes, 0u);
+        if (format == StreamFormat::Version1) {
+          EXPECT_TRUE(back.grid == frame.grid);
+        }
+        stream.sputn(reinterpret_cast<const char*>(bytes.data()),
+                     static_cast<std::streamsize>(bytes.size()));
+      }
+      for (const VoxelFrame& frame : walks(bits, bits)) { // several frames in a stream
+        ASSERT_TRUE(stream_decoder.decode(stream, back).ok());
+        expectSamePlaces(back, frame);
+      }
+      EXPECT_EQ(stream_decoder.decode(stream, back).code(),
+                CompressionCode::EndOfStream);
+    }
+}
+
+TEST(FrameCoding, AChangedScaleMakesAnIFrame)
+{
+  std::mt19937_64 random(1);
+  FrameEncoder encoder(StreamFormat::Version1, 100);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  VoxelFrame frame = randomFrame(random, 6, 200, 3);
+  const auto isIFrame = [&] {
+    EXPECT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+    expectSameFrame(back, frame);
+    EXPECT_EQ(decoder.statistics().is_i_frame, encoder.statistics().is_i_frame);
+    return encoder.statistics().is_i_frame;
+  };
+  EXPECT_TRUE(isIFrame());
+  EXPECT_FALSE(isIFrame());
+  frame.intensity_scale.bits = 16;
+  EXPECT_TRUE(isIFrame());
+  EXPECT_FALSE(isIFrame());
+  frame.intensity_scale.step = 1.0f / 3.0f;
+  EXPECT_TRUE(isIFrame());
+  EXPECT_FALSE(isIFrame());
+  frame.intensity_scale.offset = -0.25f;
+  EXPECT_TRUE(isIFrame());
+  EXPECT_FALSE(isIFrame());
+}
+
+TEST(FrameCoding, IFramesComeEveryNthFrame)
+{
+  std::mt19937_64 random(2);
+  const VoxelFrame frame = randomFrame(random, 4, 20);
+  for (const StreamFormat format : formats)
+    for (const unsigned int rate : {0u, 1u, 2u, 3u, 7u, 4000000000u}) {
+      FrameEncoder encoder(format, rate);
+      const unsigned int period = std::max(rate, 1u);
+      for (unsigned int number = 0; number < 22; ++number) {
+        EXPECT_EQ(encoder.isIFrameDue(), number % period == 0);
+        encoded(encoder, frame);
+        EXPECT_EQ(encoder.statistics().is_i_frame, number % period == 0);
+        EXPECT_EQ(encoder.statistics().frame_number, number + 1);
+      }
+    }
+}
+
+TEST(FrameCoding, RequestsAndNewGridsMakeIFrames)
+{
+  std::mt19937_64 random(3);
+  for (const StreamFormat format : formats) {
+    FrameEncoder encoder(format, 5);
+    VoxelFrame frame = randomFrame(random, 4, 20);
+    const auto isIFrame = [&] {
+      encoded(encoder, frame);
+      return encoder.statistics().is_i_frame;
+    };
+    EXPECT_TRUE(isIFrame());
+    EXPECT_FALSE(isIFrame());
+    encoder.requestIFrame();
+    EXPECT_TRUE(encoder.isIFrameDue());
+    EXPECT_TRUE(isIFrame());
+    for (int i = 0; i < 4; ++i) // the period begins anew
+      EXPECT_FALSE(isIFrame());
+    EXPECT_TRUE(isIFrame());
+    frame.grid.first_index[1] += 1;
+    EXPECT_TRUE(isIFrame());
+    EXPECT_FALSE(isIFrame());
+    frame.grid.resolution *= 1.5;
+    EXPECT_TRUE(isIFrame());
+    frame.grid.depth = 5;
+    EXPECT_TRUE(isIFrame());
+    EXPECT_FALSE(isIFrame());
+  }
+}
+
+// ---------------------------------------------------------------- invalid input
+
+TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
+{
+  std::mt19937_64 random(12);
+  const float nan_value = std::numeric_limits<float>::quiet_NaN();
+  for (const StreamFormat format : formats) {
+    const VoxelFrame good = randomFrame(random, 4, 30);
+    std::vector<VoxelFrame> bad(17, good);
+    std::swap(bad[0].keys[3], bad[0].keys[4]);
+    bad[1].keys[4] = bad[1].keys[3];
+    bad[2].keys.back() = 1u << 12;
+    bad[3].intensity_scale.bits = 4;
+    bad[3].intensities[5] = 16;
+    bad[4].intensities.pop_back();
+    bad[5].keys.clear();
+    bad[6].grid.depth = 0;
+    bad[7].grid.depth = 22;
+    bad[8].grid.resolution = 0.0;
+    bad[9].grid.resolution = double{nan_value};
+    bad[10].intensity_scale.step = 0.0f;
+    bad[11].intensity_scale.offset = nan_value;
+    bad[12].intensity_scale.bits = 17;
+    bad[13].grid.anchor[2] = double{nan_value};
+    bad[14].intensity_scale.companded_range = 255;
+    bad[15].intensity_scale.companded_range = 65536;
+    bad[16].intensity_scale = {0.0f, 1.0f, 16, 65535};
+    if (format == StreamFormat::Version1) {
+      bad.resize(20, good);
+      bad[17].grid.first_index[0] = (1 << 20) - 15;
+      bad[18].grid.first_index[2] = -(1 << 20) - 1;
+      bad[19].grid.anchor[0] = 1.0;
+    }
+    else {
+      bad.resize(20, good);
+      bad[17].intensity_scale.bits = 16;
+      bad[18].intensity_scale.step = 2.0f;
+      bad[19].intensity_scale.companded_range = 256;
+    }
+    FrameEncoder encoder(format, 10);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    for (std::size_t i = 0; i < bad.size(); ++i) {
+      Bytes bytes{1, 2, 3};
+      EXPECT_EQ(encoder.encode(bad[i], std::nullopt, bytes).code(),
+                CompressionCode::InvalidInput)
+          << i;
+      EXPECT_TRUE(bytes.empty());
+      ASSERT_EQ(decoded(decoder, encoded(encoder, good), back), CompressionCode::Ok);
+      expectSameVoxels(back, good);
+      EXPECT_EQ(decoder.statistics().frame_number, i + 1);
+      EXPECT_EQ(decoder.statistics().is_i_frame, i % 10 == 0);
+    }
+    Bytes bytes;
+    const FrameStamp stamp{
+        1, std::string(format == StreamFormat::Version1 ? 1025 : 1, 'x')};
+    EXPECT_EQ(encoder.encode(good, stamp, bytes).code(), CompressionCode::InvalidInput);
+  }
+}
+
+} // namespace

@@ -1,0 +1,257 @@
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief A stream that was sent: frames and their bytes. */
+struct Sent {
+  std::vector<VoxelFrame> frames;
+  std::vector<Bytes> bytes;
+};
+
+Sent
+sent(StreamFormat format,
+     std::size_t count,
+     unsigned int i_frame_rate,
+     std::uint64_t seed = 1)
+{
+  std::mt19937_64 random(seed);
+  FrameEncoder encoder(format, i_frame_rate);
+  Sent stream;
+  VoxelFrame frame = randomFrame(random, 4, 40);
+  for (std::size_t i = 0; i < count; ++i) {
+    stream.frames.push_back(frame);
+    stream.bytes.push_back(encoded(encoder, frame));
+    walk(random, 3, frame);
+  }
+  return stream;
+}
+
+/** \brief Decodes a frame, which must be this one if it is Ok. */
+CompressionCode
+received(FrameDecoder& decoder, const Sent& stream, std::size_t index)
+{
+  VoxelFrame back;
+  const CompressionCode code = decoded(decoder, stream.bytes[index], back);
+  if (code == CompressionCode::Ok)
+    expectSameVoxels(back, stream.frames[index]);
+  return code;
+}
+
+class FrameOrders : public testing::TestWithParam<StreamFormat> {};
+
+INSTANTIATE_TEST_SUITE_P(BothFormats,
+                         FrameOrders,
+                         testing::Values(StreamFormat::Version1,
+                                         StreamFormat::Published),
+                         [](const auto& format) {
+                           return format.param == StreamFormat::Version1 ? "Version1"
+                                                                         : "Published";
+                         });
+
+TEST_P(FrameOrders, LateCopiesAreDroppedAndCostNothing)
+{
+  const Sent stream = sent(GetParam(), 90, 10);
+  for (std::size_t delay = 1; delay < 60; ++delay) {
+    FrameDecoder decoder;
+    for (std::size_t i = 0; i < stream.bytes.size(); ++i) {
+      ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok)
+          << i << ", delay " << delay;
+      if (i >= delay) {
+        ASSERT_EQ(received(decoder, stream, i - delay), CompressionCode::OldFrame)
+            << i << ", delay " << delay;
+      }
+    }
+  }
+}
+
+TEST_P(FrameOrders, SomeCopiesInARowCostNothing)
+{
+  const Sent stream = sent(GetParam(), 60, 10);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 40; ++i)
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+  // An I-frame among them.
+  for (std::size_t i = 25; i < 33; ++i)
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::OldFrame);
+  for (std::size_t i = 40; i < 60; ++i)
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+}
+
+TEST_P(FrameOrders, APFrameTwiceIsAnOldFrame)
+{
+  const Sent stream = sent(GetParam(), 3, 10);
+  FrameDecoder decoder;
+  for (const std::size_t i : {0u, 1u})
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+  EXPECT_EQ(received(decoder, stream, 1), CompressionCode::OldFrame);
+  EXPECT_EQ(received(decoder, stream, 0), CompressionCode::OldFrame);
+  EXPECT_EQ(received(decoder, stream, 2), CompressionCode::Ok);
+}
+
+TEST_P(FrameOrders, AnIFrameRightBehindItselfIsDecodedAgain)
+{
+  const Sent stream = sent(GetParam(), 2, 10);
+  FrameDecoder decoder;
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(received(decoder, stream, 0), CompressionCode::Ok);
+  EXPECT_EQ(received(decoder, stream, 1), CompressionCode::Ok);
+}
+
+TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
+{
+  const Sent first = sent(GetParam(), 50, 10);
+  const Sent second = sent(GetParam(), 50, 10, 2);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, second, i), CompressionCode::Ok) << i;
+}
+
+TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedBehindManyCopies)
+{
+  const Sent stream = sent(GetParam(), 50, 10);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, stream, i),
+              i < 30 ? CompressionCode::OldFrame : CompressionCode::Ok)
+        << i;
+}
+
+TEST_P(FrameOrders, AFileIsReadAgainAndAgain)
+{
+  const Sent stream = sent(GetParam(), 25, 30);
+  std::string bytes;
+  for (const Bytes& frame : stream.bytes)
+    bytes.append(frame.begin(), frame.end());
+  std::stringbuf file(bytes);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  for (int pass = 0; pass < 3; ++pass) {
+    for (const VoxelFrame& frame : stream.frames) {
+      ASSERT_EQ(decoder.decode(file, back).code(), CompressionCode::Ok) << pass;
+      expectSameVoxels(back, frame);
+    }
+    ASSERT_EQ(decoder.decode(file, back).code(), CompressionCode::EndOfStream);
+    file.pubseekpos(0, std::ios_base::in);
+  }
+}
+
+TEST_P(FrameOrders, ASenderThatBeginsAgainWithoutVoxelsIsFollowedAtOnce)
+{
+  // Its first frame is the same to the byte.
+  FrameDecoder decoder;
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    std::mt19937_64 random(seed);
+    FrameEncoder encoder(GetParam(), 30);
+    VoxelFrame frame = emptyFrame(4);
+    for (std::size_t i = 0; i < 20; ++i) {
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok)
+          << i;
+      expectSameVoxels(back, frame);
+      frame = randomFrame(random, 4, 20);
+    }
+  }
+}
+
+TEST(FrameOrder, ASenderOfIFramesWhoseFirstOnesAreLostIsFollowedFromTheThird)
+{
+  const Sent first = sent(StreamFormat::Version1, 50, 1);
+  const Sent second = sent(StreamFormat::Version1, 30, 1, 2);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+  for (std::size_t i = 1; i < 30; ++i)
+    ASSERT_EQ(received(decoder, second, i),
+              i < 3 ? CompressionCode::OldFrame : CompressionCode::Ok)
+        << i;
+}
+
+TEST(FrameOrder, ASenderWhoseFirstIFrameIsLostIsFollowedFromTheSecond)
+{
+  const Sent first = sent(StreamFormat::Version1, 50, 10);
+  const Sent second = sent(StreamFormat::Version1, 30, 10, 2);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 50; ++i)
+    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+  for (std::size_t i = 1; i < 30; ++i)
+    ASSERT_EQ(received(decoder, second, i),
+              i < 10 ? CompressionCode::OldFrame : CompressionCode::Ok)
+        << i;
+}
+
+TEST(FrameOrder, AnIFrameThatWasOvertakenIsDropped)
+{
+  // Frame 11 comes behind frame 23: decoding it would cost the frames up to 31.
+  const Sent stream = sent(StreamFormat::Version1, 40, 10);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 40; ++i) {
+    if (i >= 10 && i < 20)
+      continue;
+    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok) << i;
+    if (i == 22) {
+      ASSERT_EQ(received(decoder, stream, 10), CompressionCode::OldFrame);
+    }
+  }
+}
+
+TEST(FrameOrder, TheStreamWithTheHigherNumbersIsKept)
+{
+  const Sent high = sent(StreamFormat::Version1, 60, 5);
+  const Sent low = sent(StreamFormat::Version1, 60, 5, 2);
+  FrameDecoder decoder;
+  for (std::size_t i = 0; i < 30; ++i)
+    ASSERT_EQ(received(decoder, high, i), CompressionCode::Ok);
+  for (std::size_t i = 30; i < 60; ++i) {
+    ASSERT_EQ(received(decoder, high, i), CompressionCode::Ok) << i;
+    ASSERT_EQ(received(decoder, low, i - 28), CompressionCode::OldFrame) << i;
+  }
+}
+
+TEST(FrameOrder, LossAndReorderingShowNothingWrong)
+{
+  // What is Ok is the frame itself, as received() checks, whatever the order; and the next
+  // frame of the stream is always Ok.
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+    const Sent stream = sent(format, 60, 7);
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      std::mt19937_64 random(seed);
+      std::vector<std::size_t> order;
+      for (std::size_t i = 0; i < stream.bytes.size(); ++i)
+        for (std::uint64_t copies = below(random, 4); copies > 0; copies /= 2)
+          order.push_back(i);
+      for (std::size_t i = 1; i < order.size(); ++i)
+        if (below(random, 4) == 0)
+          std::swap(order[i],
+                    order[i - 1 - below(random, std::min<std::size_t>(i, 6))]);
+      FrameDecoder decoder;
+      std::size_t last = stream.bytes.size();
+      for (const std::size_t i : order) {
+        const CompressionCode code = received(decoder, stream, i);
+        ASSERT_TRUE(i != last + 1 || code == CompressionCode::Ok)
+            << i << ", seed " << seed;
+        if (code == CompressionCode::Ok)
+          last = i;
+      }
+    }
+  }
+}
+
+} // namespace

@@ -1,0 +1,167 @@
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+constexpr Effort efforts[] = {Effort::Fast, Effort::Balanced, Effort::Small};
+
+struct Scene {
+  unsigned int depth;
+  std::size_t voxels;
+};
+const std::vector<Scene> scenes{
+    {8, 1}, {8, 50}, {8, 5000}, {4, 3500}, {2, 64}, {6, 100000}, {21, 300}, {1, 0}};
+
+TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
+{
+  for (const Effort effort : efforts) {
+    std::mt19937_64 random(11);
+    for (const Scene& scene : scenes) {
+      FrameEncoder version1(StreamFormat::Version1, 3, effort);
+      FrameEncoder published(StreamFormat::Published, 3);
+      VoxelFrame frame = randomFrame(random, scene.depth, scene.voxels);
+      for (int i = 0; i < 6; ++i) {
+        // A third of a small grid at random is noise in every bit, of which the published
+        // layout's static table knows more than what has to be learnt.
+        const std::size_t published_size = encoded(published, frame).size();
+        EXPECT_LE(encoded(version1, frame).size(),
+                  scene.voxels < 100000 ? published_size : published_size * 51 / 50)
+            << scene.voxels << " voxels, depth " << scene.depth;
+        walk(random, static_cast<unsigned int>(scene.voxels / 10), frame);
+      }
+    }
+  }
+}
+
+TEST(FrameSizes, ADepthModelThatOnlyCostsIsLeftOut)
+{
+  RoomStream::Settings settings;
+  settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  for (const Effort effort : efforts) {
+    RoomStream room(settings);
+    FrameEncoder with(StreamFormat::Version1, 4, effort);
+    FrameEncoder without(StreamFormat::Version1, 4, effort);
+    for (int i = 0; i < 10; ++i) {
+      VoxelFrame frame = room.next();
+      frame.intensities.assign(frame.size(), 255); // all are saturated
+      const Bytes bytes = encoded(with, frame);
+      frame.depth_model.reset();
+      EXPECT_EQ(bytes, encoded(without, frame));
+    }
+  }
+}
+
+/** \brief Bytes of some frames of a room behind its first second.
+ * \param[in] is_p_only leave I-frames out
+ */
+std::size_t
+bytesOfRoom(const RoomStream::Settings& settings, FrameEncoder encoder, bool is_p_only)
+{
+  RoomStream room(settings);
+  std::size_t bytes = 0;
+  for (int i = 0; i < 40; ++i) {
+    const std::size_t size = encoded(encoder, room.next()).size();
+    if (i >= 20 && (!is_p_only || !encoder.statistics().is_i_frame))
+      bytes += size;
+  }
+  return bytes;
+}
+
+TEST(FrameSizes, AStaticSceneIsMuchSmallerThanInThePublishedLayout)
+{
+  for (const std::uint32_t width : {25u, 60u, 150u}) {
+    RoomStream::Settings settings;
+    settings.width = width;
+    settings.noise = width / 5;
+    for (const bool is_p_only : {false, true}) {
+      const std::size_t published =
+          bytesOfRoom(settings, FrameEncoder(StreamFormat::Published, 10), is_p_only);
+      std::vector<std::size_t> bytes;
+      for (const Effort effort : efforts)
+        bytes.push_back(bytesOfRoom(
+            settings, FrameEncoder(StreamFormat::Version1, 10, effort), is_p_only));
+      EXPECT_LE(bytes[0], published) << width;
+      EXPECT_LE(4 * bytes[1], 3 * published) << width;
+      EXPECT_LE(4 * bytes[2], 3 * published) << width;
+      // More effort is no larger.
+      EXPECT_LE(bytes[1], bytes[0]) << width;
+      EXPECT_LE(bytes[2], bytes[1]) << width;
+    }
+  }
+}
+
+TEST(FrameSizes, HistoryAndIFramesAreWorthTheirBytes)
+{
+  RoomStream::Settings settings;
+  for (const Effort effort : efforts) {
+    const auto size = [&](unsigned int rate) {
+      return bytesOfRoom(
+          settings, FrameEncoder(StreamFormat::Version1, rate, effort), false);
+    };
+    EXPECT_LT(5 * size(1000), 4 * size(1));
+  }
+}
+
+TEST(FrameSizes, FiftyVoxelsOfAKnownSceneTakeNinetyBytesAtMost)
+{
+  // Most of them stay, as on a robot's arm that holds still; all of the frame counts.
+  for (const Effort effort : efforts) {
+    std::mt19937_64 random(5);
+    VoxelFrame scene = randomFrame(random, 8, 50);
+    for (std::uint16_t& symbol : scene.intensities)
+      symbol = static_cast<std::uint16_t>(1 + below(random, 4));
+    FrameEncoder encoder(StreamFormat::Version1, 30, effort);
+    for (int i = 0; i < 30; ++i) {
+      VoxelFrame frame = scene;
+      for (int change = 0; change < 3; ++change) {
+        const std::size_t lost = below(random, frame.size());
+        frame.keys.erase(frame.keys.begin() + static_cast<std::ptrdiff_t>(lost));
+        frame.intensities.erase(frame.intensities.begin() +
+                                static_cast<std::ptrdiff_t>(lost));
+      }
+      for (int change = 0; change < 10; ++change)
+        frame.intensities[below(random, frame.size())] =
+            static_cast<std::uint16_t>(1 + below(random, 4));
+      const std::size_t size = encoded(encoder, frame).size();
+      if (i >= 20) {
+        EXPECT_LE(size, 90u) << "frame " << i;
+      }
+    }
+  }
+}
+
+TEST(FrameSizes, ADepthModelMakesIntensitiesOfItsLawSmall)
+{
+  for (const Effort effort : {Effort::Balanced, Effort::Small})
+    for (const std::uint8_t exponent : {std::uint8_t{1}, std::uint8_t{2}})
+      for (const unsigned int bits : {8u, 12u}) {
+        RoomStream::Settings settings;
+        settings.bits = bits;
+        settings.depth_model = roomDepthModel(settings.depth, bits, exponent);
+        RoomStream room(settings);
+        FrameEncoder with(StreamFormat::Version1, 20, effort);
+        FrameEncoder without(StreamFormat::Version1, 20, effort);
+        std::size_t bytes_with = 0;
+        std::size_t bytes_without = 0;
+        for (int i = 0; i < 40; ++i) {
+          VoxelFrame frame = room.next();
+          encoded(with, frame);
+          bytes_with += with.statistics().intensity_bytes;
+          frame.depth_model.reset();
+          encoded(without, frame);
+          bytes_without += without.statistics().intensity_bytes;
+        }
+        EXPECT_LT(4 * bytes_with, 3 * bytes_without)
+            << bits << " bits, exponent " << static_cast<int>(exponent);
+      }
+}
+
+} // namespace

@@ -1,0 +1,86 @@
+/** \file
+ * \brief Hostile streams, kept as files in test/data/invalid, and what each is refused
+ * with. See write_test_streams.cpp for what is wrong with them.
+ */
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+const std::string folder = PCL_EXT_TEST_DATA "/invalid";
+
+struct InvalidFile {
+  std::string name;
+  CompressionCode code;
+  std::string message; ///< a part of it
+};
+
+const std::vector<InvalidFile> files{
+    {"ends_in_header", CompressionCode::Truncated, "ends in a frame header"},
+    {"ends_in_payload", CompressionCode::Truncated, "ends in a frame's payload"},
+    {"wrong_checksum", CompressionCode::Corrupt, "frame 1 contradicts its checksum"},
+    {"unknown_version", CompressionCode::UnsupportedVersion, "stream version 2"},
+    {"unknown_coder", CompressionCode::Corrupt, "unknown flags"},
+    {"p_frame_alone", CompressionCode::MissingReference, "none is known"},
+    {"too_many_voxels", CompressionCode::LimitExceeded, "1099511627776 voxels"},
+    {"voxels_without_end", CompressionCode::LimitExceeded, "more than the limit"},
+    {"too_many_bytes", CompressionCode::LimitExceeded, "a payload of more bytes"},
+    {"bytes_that_do_not_come", CompressionCode::Truncated, "ends in a frame's payload"},
+    {"voxels_out_of_nothing", CompressionCode::Corrupt, "is not 1048576 voxels"},
+    {"payload_without_voxels", CompressionCode::Corrupt, "is not 0 voxels"},
+    {"depth_model_of_cubes", CompressionCode::Corrupt, "the depth model is none"},
+    {"depth_model_far_away", CompressionCode::Corrupt, "the depth model is none"},
+    {"depth_model_cut_off", CompressionCode::Corrupt, "smaller than the depth model"},
+    {"grid_too_deep", CompressionCode::Corrupt, "depth is not 1 to 21"},
+    {"grid_off_the_lattice", CompressionCode::Corrupt, "leaves the lattice"},
+    {"symbols_of_17_bits", CompressionCode::Corrupt, "the intensity scale is none"},
+    {"long_frame_id", CompressionCode::Corrupt, "the frame_id is too long"}};
+
+TEST(InvalidFiles, AreRefusedForWhatIsWrongWithThem)
+{
+  FrameDecoder decoder; // one for all: no file may spoil it
+  std::mt19937_64 random(1);
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  for (const InvalidFile& invalid : files) {
+    SCOPED_TRACE(invalid.name);
+    std::ifstream file(folder + "/" + invalid.name + ".pcxi", std::ios::binary);
+    ASSERT_TRUE(file.good());
+    const Bytes bytes{std::istreambuf_iterator<char>(file), {}};
+    VoxelFrame frame;
+    const bool needs_fresh = invalid.code == CompressionCode::MissingReference;
+    FrameDecoder fresh;
+    FrameDecoder& victim = needs_fresh ? fresh : decoder;
+    const CompressionStatus status = victim.decode(bytes.data(), bytes.size(), frame);
+    EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(invalid.code));
+    EXPECT_NE(status.message().find(invalid.message), std::string::npos)
+        << status.message();
+    EXPECT_TRUE(frame.keys.empty() && frame.intensities.empty());
+    EXPECT_EQ(decoded(decoder, encoded(encoder, randomFrame(random, 4, 9)), frame),
+              CompressionCode::Ok);
+  }
+}
+
+TEST(InvalidFiles, AreAllOfTheFolder)
+{
+  std::set<std::string> known;
+  for (const InvalidFile& invalid : files)
+    known.insert(invalid.name + ".pcxi");
+  std::set<std::string> there;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    there.insert(entry.path().filename().string());
+  EXPECT_EQ(there, known);
+}
+
+} // namespace

@@ -1,0 +1,126 @@
+/** \file
+ * \brief When an encoder of version 1 begins anew with an I-frame although none is due.
+ */
+#include "codec/payload_coder.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief A frame that shares some of its voxels with another one. */
+VoxelFrame
+sharing(std::mt19937_64& random,
+        const VoxelFrame& other,
+        std::size_t shared,
+        std::size_t count)
+{
+  std::set<std::uint64_t> keys(
+      other.keys.begin(), other.keys.begin() + static_cast<std::ptrdiff_t>(shared));
+  const std::set<std::uint64_t> others(other.keys.begin(), other.keys.end());
+  while (keys.size() < count) {
+    const std::uint64_t key = below(random, std::uint64_t{1} << (3 * other.grid.depth));
+    if (others.count(key) == 0)
+      keys.insert(key);
+  }
+  VoxelFrame frame = other;
+  setVoxels(random, keys, frame);
+  return frame;
+}
+
+/** \brief Whether the second of two frames is an I-frame. */
+bool
+restarts(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 1000, effort);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  for (const VoxelFrame* frame : {&first, &second}) {
+    EXPECT_EQ(decoded(decoder, encoded(encoder, *frame), back), CompressionCode::Ok);
+    expectSameFrame(back, *frame);
+    EXPECT_EQ(decoder.statistics().is_i_frame, encoder.statistics().is_i_frame);
+  }
+  return encoder.statistics().is_i_frame;
+}
+
+TEST(RestartRules, AHistoryThatKnowsLittleOfAFrameIsLeft)
+{
+  std::mt19937_64 random(1);
+  const VoxelFrame first = randomFrame(random, 7, 1000);
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+    const auto restartsWith = [&](std::size_t shared, std::size_t count) {
+      return restarts(first, sharing(random, first, shared, count), effort);
+    };
+    EXPECT_TRUE(restartsWith(0, 1000));
+    EXPECT_TRUE(restartsWith(249, 1000));
+    EXPECT_FALSE(restartsWith(250, 1000));
+    EXPECT_FALSE(restartsWith(1000, 1000));
+    EXPECT_TRUE(restartsWith(15, 64));
+    EXPECT_FALSE(restartsWith(16, 64));
+    // Of few voxels the I-frame's header alone would cost more.
+    EXPECT_FALSE(restartsWith(0, 63));
+    EXPECT_FALSE(restartsWith(0, 1));
+  }
+  EXPECT_FALSE(restarts(first, emptyFrame(7), Effort::Balanced));
+  EXPECT_TRUE(restarts(emptyFrame(7), first, Effort::Balanced));
+}
+
+TEST(RestartRules, AHistoryThatPilesUpIsLeft)
+{
+  // A sensor that sees much, then almost nothing: its history is as large as before, and
+  // costs time for nothing.
+  std::mt19937_64 random(2);
+  const auto restartsAfter = [&](std::size_t records, std::size_t voxels) {
+    const VoxelFrame first = randomFrame(random, 8, records);
+    return restarts(first, sharing(random, first, voxels, voxels), Effort::Balanced);
+  };
+  const std::size_t few = 100;
+  EXPECT_FALSE(restartsAfter(maxRecords(few), few));
+  EXPECT_TRUE(restartsAfter(maxRecords(few) + 1, few));
+  EXPECT_FALSE(restartsAfter(maxRecords(0), 0));
+  EXPECT_TRUE(restartsAfter(maxRecords(0) + 1, 0));
+}
+
+TEST(RestartRules, NoDecoderWithTheEncodersLimitsRefuses)
+{
+  // Voxels that wander as fast as they can without an I-frame.
+  std::mt19937_64 random(3);
+  DecoderLimits limits;
+  limits.max_voxels = 15000;
+  FrameEncoder encoder(StreamFormat::Version1, 1000, Effort::Small);
+  FrameDecoder decoder(limits);
+  VoxelFrame back;
+  VoxelFrame frame = randomFrame(random, 12, limits.max_voxels);
+  std::size_t i_frames = 0;
+  for (int i = 0; i < 25; ++i) {
+    ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+    i_frames += encoder.statistics().is_i_frame ? 1 : 0;
+    frame = sharing(random, frame, limits.max_voxels / 4, limits.max_voxels);
+  }
+  EXPECT_GT(i_frames, 1u); // the history would have been too large
+  EXPECT_LT(i_frames, 13u);
+}
+
+TEST(RestartRules, ADepthModelComesAndGoesWithIFrames)
+{
+  std::mt19937_64 random(4);
+  const VoxelFrame plain = randomFrame(random, 6, 200);
+  VoxelFrame modelled = plain;
+  modelled.depth_model = roomDepthModel(6, 8);
+  VoxelFrame other = plain;
+  other.depth_model = roomDepthModel(6, 8, 1);
+  EXPECT_TRUE(restarts(plain, modelled, Effort::Balanced));
+  EXPECT_TRUE(restarts(modelled, plain, Effort::Balanced));
+  EXPECT_FALSE(restarts(modelled, modelled, Effort::Balanced));
+  EXPECT_FALSE(restarts(modelled, other, Effort::Balanced)); // a sensor that moves
+}
+
+} // namespace

@@ -1,0 +1,234 @@
+/** \file
+ * \brief Coded streams, a listener that remembers and one that can be held up, for the
+ * tests of CentralNode.
+ */
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/nodes/central_node.h>
+
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+namespace test {
+
+using io::CompressionCode;
+using io::VoxelFrame;
+using io::test::Bytes;
+
+/** \brief Frames of one sender, and what FrameDecoder makes of each. */
+struct CodedStream {
+  struct Settings {
+    std::uint64_t seed = 1;
+    std::size_t frames = 8;
+    io::Effort effort = io::Effort::Balanced;
+    io::StreamFormat format = io::StreamFormat::Version1;
+    unsigned int i_frame_rate = 30;
+    double resolution = 0.04;
+    std::array<double, 3> anchor{}; ///< Published only
+    unsigned int bits = 8;
+    std::optional<io::DepthModel> depth_model; ///< of the room's voxels
+    std::optional<std::uint64_t> first_stamp;  ///< carried, microseconds; 1000 a frame
+  };
+
+  explicit CodedStream(const Settings& settings)
+  {
+    io::test::RoomStream::Settings room_settings;
+    room_settings.seed = settings.seed;
+    room_settings.depth = 6;
+    room_settings.width = 14;
+    room_settings.bits = settings.bits;
+    room_settings.depth_model = settings.depth_model;
+    io::test::RoomStream room(room_settings);
+    io::FrameEncoder encoder(settings.format, settings.i_frame_rate, settings.effort);
+    io::FrameDecoder decoder;
+    for (std::size_t i = 0; i < settings.frames; ++i) {
+      VoxelFrame frame = room.next();
+      frame.grid.resolution = settings.resolution;
+      frame.grid.anchor = settings.anchor;
+      std::optional<io::FrameStamp> stamp;
+      if (settings.first_stamp)
+        stamp = io::FrameStamp{*settings.first_stamp + 1000 * i, "world"};
+      frames.push_back(io::test::encoded(encoder, frame, stamp));
+      // The tests say which frames can be decoded without which.
+      EXPECT_EQ(encoder.statistics().is_i_frame, i % settings.i_frame_rate == 0);
+      VoxelFrame voxels;
+      EXPECT_EQ(io::test::decoded(decoder, frames.back(), voxels), CompressionCode::Ok);
+      EXPECT_GT(voxels.size(), 100u);
+      decoded.push_back(voxels);
+    }
+  }
+
+  std::vector<Bytes> frames;
+  std::vector<VoxelFrame> decoded;
+};
+
+/** \brief A stream of P-frames behind one I-frame, or of another I-frame rate. */
+inline CodedStream
+streamOf(std::size_t frames, unsigned int i_frame_rate = 30, std::uint64_t seed = 1)
+{
+  CodedStream::Settings settings;
+  settings.frames = frames;
+  settings.i_frame_rate = i_frame_rate;
+  settings.seed = seed;
+  return CodedStream(settings);
+}
+
+/** \brief A frame as the listener was told of it. */
+struct HeardFrame {
+  Time stamp;
+  CompressionCode code;
+  VoxelFrame voxels;
+  io::CodedFrameStatistics statistics;
+  bool wants_i_frame;
+};
+
+/** \brief Remembers all that it is told; any number of threads may tell it. */
+class Listener {
+public:
+  FrameListener
+  listener()
+  {
+    return [this](const ReceivedFrame& frame) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      heard_[frame.stream].push_back({frame.stamp,
+                                      frame.status.code(),
+                                      frame.voxels,
+                                      frame.statistics,
+                                      frame.wants_i_frame});
+    };
+  }
+
+  /** \brief What it was told of a stream until now. */
+  std::vector<HeardFrame>
+  heard(const std::string& stream) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = heard_.find(stream);
+    return found == heard_.end() ? std::vector<HeardFrame>() : found->second;
+  }
+
+  /** \brief One letter for each frame: '.' decoded; 'i' failed and wants an I-frame;
+   * 'x' failed; 'D' dropped and wants an I-frame; 'd' dropped. */
+  std::string
+  course(const std::string& stream) const
+  {
+    std::string course;
+    for (const HeardFrame& frame : heard(stream)) {
+      if (frame.code == CompressionCode::Ok) {
+        EXPECT_FALSE(frame.wants_i_frame);
+        course += '.';
+      }
+      else if (frame.code == CompressionCode::OldFrame)
+        course += frame.wants_i_frame ? 'D' : 'd';
+      else
+        course += frame.wants_i_frame ? 'i' : 'x';
+    }
+    return course;
+  }
+
+private:
+  mutable std::mutex mutex_;
+  std::map<std::string, std::vector<HeardFrame>> heard_;
+};
+
+/** \brief Holds up the threads that come by until it is opened. */
+class Gate {
+public:
+  void
+  pass()
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++arrived_;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return is_open_; });
+  }
+
+  /** \brief Returns when as many threads have come by since it was made. */
+  void
+  waitForArrivals(std::size_t arrivals)
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [&] { return arrived_ >= arrivals; });
+  }
+
+  void
+  open()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_open_ = true;
+    changed_.notify_all();
+  }
+
+private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::size_t arrived_ = 0;
+  bool is_open_ = false;
+};
+
+/** \brief Few threads; merges on the grid of the coded streams. */
+inline CentralNodeSettings
+centralSettings()
+{
+  CentralNodeSettings settings;
+  settings.resolution = 0.04;
+  settings.threads = 2;
+  return settings;
+}
+
+inline void
+expectCode(const CentralNodeStatus& status, CentralNodeCode code)
+{
+  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
+      << status.message();
+  EXPECT_EQ(status.message().empty(), code == CentralNodeCode::Ok);
+}
+
+/** \brief Hands a frame over that must be taken. */
+inline void
+send(CentralNode& node,
+     const std::string& stream,
+     const Bytes& bytes,
+     std::optional<Time> stamp = std::nullopt)
+{
+  expectCode(node.receive(stream, bytes, stamp), CentralNodeCode::Ok);
+}
+
+/** \brief Hands a frame over and waits until it is decoded, or has failed. */
+inline void
+sendAndWait(CentralNode& node,
+            const std::string& stream,
+            const Bytes& bytes,
+            std::optional<Time> stamp = std::nullopt)
+{
+  send(node, stream, bytes, stamp);
+  node.waitUntilDecoded();
+}
+
+/** \brief The health of the only stream. */
+inline StreamHealth
+onlyHealth(const CentralNode& node)
+{
+  const std::vector<StreamHealth> health = node.health();
+  EXPECT_EQ(health.size(), 1u);
+  return health.empty() ? StreamHealth() : health.front();
+}
+
+} // namespace test
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,234 @@
+/** \file
+ * \brief The streams whose bytes are kept in test/data/golden, so that what was once
+ * written stays readable and is written the same. Made of integers only, with nothing
+ * that differs between standard libraries.
+ */
+#pragma once
+
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+struct GoldenFrame {
+  VoxelFrame frame;
+  std::optional<FrameStamp> stamp;
+};
+
+struct GoldenStream {
+  std::string name;
+  Effort effort;
+  unsigned int i_frame_rate;
+  std::vector<GoldenFrame> frames;
+};
+
+/** \brief FNV-1a with 64 bits over all that a voxel frame says of its voxels. */
+class VoxelChecksum {
+public:
+  explicit VoxelChecksum(const VoxelFrame& frame)
+  {
+    for (const std::int32_t index : frame.grid.first_index)
+      add(static_cast<std::uint32_t>(index));
+    add(frame.grid.depth);
+    add(frame.intensity_scale.bits);
+    add(frame.intensity_scale.companded_range);
+    add(frame.keys.size());
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      add(frame.keys[i]);
+      add(frame.intensities[i]);
+    }
+  }
+
+  std::uint64_t
+  value() const
+  {
+    return value_;
+  }
+
+private:
+  void
+  add(std::uint64_t number)
+  {
+    for (int byte = 0; byte < 8; ++byte, number >>= 8) {
+      value_ ^= number & 0xff;
+      value_ *= 0x100000001b3;
+    }
+  }
+
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+inline GoldenStream
+goldenRoom(const std::string& name,
+           Effort effort,
+           const RoomStream::Settings& settings,
+           bool has_stamps)
+{
+  GoldenStream stream{name, effort, 5, {}};
+  RoomStream room(settings);
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    GoldenFrame frame{room.next(), std::nullopt};
+    if (i == 3 || i == 4 || i == 10) { // nothing is seen, on a P- and an I-frame, too
+      frame.frame.keys.clear();
+      frame.frame.intensities.clear();
+    }
+    if (has_stamps && i != 7)
+      frame.stamp = FrameStamp{1700000000000000 + 49987 * i - (i == 9 ? 1000000 : 0),
+                               i < 6 ? "sensor" : "a longer name of a frame"};
+    stream.frames.push_back(frame);
+  }
+  return stream;
+}
+
+/** \brief Any voxels of grids of all depths with symbols of all sizes. */
+inline GoldenStream
+goldenWalks(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 7, {}};
+  std::mt19937_64 random(3);
+  for (const unsigned int depth : {1u, 2u, 3u, 9u, 21u})
+    for (const unsigned int bits : {1u, 8u, 16u}) {
+      VoxelFrame frame = randomFrame(random, depth, depth == 1 ? 4 : 50, bits);
+      for (int i = 0; i < 4; ++i) {
+        stream.frames.push_back({frame, std::nullopt});
+        walk(random, 3, frame);
+      }
+    }
+  return stream;
+}
+
+/** \brief Symbols of which nothing can be expected, of 3, 8 and 13 bits. */
+inline GoldenStream
+goldenNoise(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 4, {}};
+  std::mt19937_64 random(17);
+  for (const unsigned int bits : {3u, 8u, 13u}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 24;
+    settings.bits = bits;
+    RoomStream room(settings);
+    for (int i = 0; i < 3; ++i) {
+      GoldenFrame frame{room.next(), std::nullopt};
+      for (std::uint16_t& symbol : frame.frame.intensities)
+        symbol = static_cast<std::uint16_t>(random() >> (64 - bits));
+      stream.frames.push_back(frame);
+    }
+  }
+  return stream;
+}
+
+/** \brief Frames large enough for all that coders do with many voxels, and more of them
+ * than anything that is remembered counts. */
+inline GoldenStream
+goldenLargeRoom(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 40, {}};
+  RoomStream::Settings settings;
+  settings.depth = 7;
+  settings.width = 45;
+  settings.noise = 40;
+  RoomStream room(settings);
+  for (int i = 0; i < 36; ++i)
+    stream.frames.push_back({room.next(), std::nullopt});
+  return stream;
+}
+
+/** \brief Dense blocks, so that new ones come beside known ones, and small symbols of which
+ * some are the highest there is. */
+inline GoldenStream
+goldenDense(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 9, {}};
+  std::mt19937_64 random(29);
+  for (const unsigned int depth : {3u, 4u, 5u}) {
+    VoxelFrame frame = randomFrame(random, depth, depth == 3 ? 40 : 200);
+    for (int i = 0; i < 9; ++i) {
+      for (std::uint16_t& symbol : frame.intensities)
+        symbol = static_cast<std::uint16_t>(
+            below(random, 50) == 0 ? 255 - below(random, 2) : below(random, 4));
+      stream.frames.push_back({frame, std::nullopt});
+      walk(random, 15, frame);
+    }
+  }
+  return stream;
+}
+
+/** \brief A depth model that changes: rests as large as there are, and voxels without. */
+inline GoldenStream
+goldenLargeRests(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 30, {}};
+  std::mt19937_64 random(31);
+  VoxelFrame frame = randomFrame(random, 3, 60, 16);
+  DepthModel model;
+  model.exponent = 1;
+  model.origin = std::int64_t{1} << 32;
+  model.step = {0, 0, 0};
+  for (int i = 0; i < 24; ++i) {
+    // Depth offsets are learnt, behind which the model tells other numbers of points.
+    model.full_symbol = i < 20 ? 1u << 23 : i < 22 ? (1u << 24) - 1 : 100;
+    frame.depth_model = model;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol = static_cast<std::uint16_t>(i < 20 ? 49000 : i < 22 ? 48000 : i);
+    stream.frames.push_back({frame, std::nullopt});
+  }
+  return stream;
+}
+
+/** \brief All golden streams; each name is a file's. */
+inline std::vector<GoldenStream>
+goldenStreams()
+{
+  std::vector<GoldenStream> streams;
+  const std::pair<Effort, const char*> efforts[] = {{Effort::Fast, "fast_"},
+                                                    {Effort::Balanced, "balanced_"},
+                                                    {Effort::Small, "small_"}};
+  for (const auto& [effort, prefix] : efforts) {
+    RoomStream::Settings settings;
+    settings.depth = 7;
+    settings.width = 20;
+    settings.noise = 5;
+    streams.push_back(
+        goldenRoom(std::string(prefix) + "counts", effort, settings, true));
+    GoldenStream companded =
+        goldenRoom(std::string(prefix) + "companded", effort, settings, false);
+    for (GoldenFrame& frame : companded.frames)
+      frame.frame.intensity_scale.companded_range = 1000;
+    streams.push_back(companded);
+    settings.bits = 16;
+    settings.depth_model = roomDepthModel(settings.depth, settings.bits, 1);
+    streams.push_back(
+        goldenRoom(std::string(prefix) + "linear_16_bits", effort, settings, false));
+    settings.bits = 8;
+    settings.depth_model = roomDepthModel(settings.depth, settings.bits, 2);
+    streams.push_back(
+        goldenRoom(std::string(prefix) + "quadratic_8_bits", effort, settings, true));
+    GoldenStream moving =
+        goldenRoom(std::string(prefix) + "moving_sensor", effort, settings, false);
+    for (std::size_t i = 0; i < moving.frames.size(); ++i)
+      moving.frames[i].frame.depth_model->origin +=
+          1000000 * static_cast<std::int64_t>(i);
+    streams.push_back(moving);
+    streams.push_back(goldenWalks(std::string(prefix) + "walks", effort));
+    streams.push_back(goldenNoise(std::string(prefix) + "noise", effort));
+    streams.push_back(goldenLargeRoom(std::string(prefix) + "large_room", effort));
+    streams.push_back(goldenDense(std::string(prefix) + "dense", effort));
+    streams.push_back(goldenLargeRests(std::string(prefix) + "large_rests", effort));
+  }
+  return streams;
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext

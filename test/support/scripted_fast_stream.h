@@ -1,0 +1,182 @@
+/** \file
+ * \brief Streams of the effort fast whose frames are written choice by choice, and what
+ * a decoder answers to them.
+ */
+#pragma once
+
+#include "support/forged_frames.h"
+#include "support/scripted_fast_payloads.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+using namespace fast;
+
+using Choices = std::function<void(FastScript&)>;
+
+/** \brief A stream whose I-frame is written choice by choice, and what follows it. */
+class ScriptedStream {
+public:
+  ScriptedStream(unsigned int depth,
+                 unsigned int bits,
+                 std::size_t voxel_count,
+                 const Choices& i_frame)
+  {
+    parts_.header.effort = Effort::Fast;
+    parts_.header.grid = emptyFrame(depth).grid;
+    parts_.header.intensity_scale.bits = bits;
+    FastScript script;
+    i_frame(script);
+    RansChoices choices;
+    choices.states = voxel_count < 1024 ? 1 : 4;
+    i_frame_ = frame(true, voxel_count, script.rans(choices).bytes);
+    reference_ = takeApart(i_frame_).checksum;
+    models_ = script.models;
+  }
+
+  /** \brief What is learnt of the I-frame. */
+  const Models&
+  models() const
+  {
+    return models_;
+  }
+
+  const Bytes&
+  iFrame() const
+  {
+    return i_frame_;
+  }
+
+  /** \brief A frame with a payload and a checksum that is right. */
+  Bytes
+  frame(bool is_i_frame, std::size_t voxel_count, const Bytes& payload) const
+  {
+    Parts parts = parts_;
+    parts.header.is_i_frame = is_i_frame;
+    parts.header.frame_number = reference_ == 0 ? 1 : 2;
+    parts.header.voxel_count = voxel_count;
+    parts.payload = payload;
+    return putTogetherSized(parts, is_i_frame ? 0 : reference_);
+  }
+
+  Bytes
+  pFrame(std::size_t voxel_count, const Choices& choices) const
+  {
+    FastScript script(models_);
+    choices(script);
+    return frame(false, voxel_count, script.rans().bytes);
+  }
+
+  /** \brief An I-frame of another grid and scale. */
+  Bytes
+  otherIFrame(unsigned int depth,
+              unsigned int bits,
+              std::size_t voxel_count,
+              const Bytes& payload) const
+  {
+    Parts parts = takeApart(frame(true, voxel_count, payload));
+    parts.header.grid = emptyFrame(depth).grid;
+    parts.header.intensity_scale.bits = bits;
+    return putTogether(parts);
+  }
+
+  /** \brief The frame that shows that the stream is unharmed. */
+  void
+  setGenuine(const Bytes& bytes)
+  {
+    genuine_ = bytes;
+    FrameDecoder decoder;
+    ASSERT_EQ(decoded(decoder, i_frame_, expected_), CompressionCode::Ok);
+    ASSERT_EQ(decoded(decoder, bytes, expected_), CompressionCode::Ok);
+  }
+
+  /** \brief Gives a frame to a decoder that has the I-frame. Refused, it must leave the
+   * stream as it was. */
+  CompressionCode
+  answerTo(const Bytes& bytes) const
+  {
+    FrameDecoder decoder;
+    VoxelFrame back;
+    EXPECT_EQ(decoded(decoder, i_frame_, back), CompressionCode::Ok);
+    const CompressionCode answer = decoded(decoder, bytes, back);
+    if (answer == CompressionCode::Ok) {
+      EXPECT_TRUE(isConsistent(back));
+      return answer;
+    }
+    EXPECT_EQ(decoded(decoder, genuine_, back), CompressionCode::Ok);
+    expectSameVoxels(back, expected_);
+    return answer;
+  }
+
+private:
+  Parts parts_;
+  Bytes i_frame_;
+  std::uint32_t reference_ = 0;
+  Models models_;
+  Bytes genuine_;
+  VoxelFrame expected_;
+};
+
+/** \brief A frame and what a decoder is to answer. Each lie stands behind frames that
+ * are written alike and true. */
+struct ScriptedFrame {
+  std::string name;
+  std::size_t voxels;
+  Choices choices;
+  CompressionCode answer = CompressionCode::Corrupt;
+};
+
+inline void
+expectAnswers(const ScriptedStream& stream, const std::vector<ScriptedFrame>& cases)
+{
+  for (const ScriptedFrame& some : cases) {
+    SCOPED_TRACE(some.name);
+    EXPECT_EQ(stream.answerTo(stream.pFrame(some.voxels, some.choices)), some.answer);
+  }
+}
+
+/** \brief Two blocks of a grid of eight: block 2 has cell 0 and cell 9, block 5 the whole
+ * octant 3. */
+inline ScriptedStream
+streamOfTwoBlocks()
+{
+  ScriptedStream stream(3, 4, 10, [](FastScript& script) {
+    script.code(script.models.has_new_blocks, 1);
+    script.byte(script.models.node[0], 0, 1 << 2 | 1 << 5);
+    script.newBlock(true, 1 | 1 << 9);
+    script.newBlock(true, 0xff000000);
+    script.plainSymbols(10, 3);
+  });
+  stream.setGenuine(stream.pFrame(10, [](FastScript& script) {
+    script.knownVoxels(3, 10, 0x3ff);
+    script.octants(false, 0);
+    script.octants(false, 0);
+    script.noNewBlocks();
+    script.plainSymbols(10, 5);
+  }));
+  return stream;
+}
+
+/** \brief The I-frame of all voxels of a grid, but for the symbols. */
+inline void
+writeFullGrid(FastScript& script, unsigned int depth)
+{
+  script.code(script.models.has_new_blocks, 1);
+  std::size_t blocks = 1;
+  for (unsigned int level = depth - 2; level-- > 0; blocks *= 8)
+    for (std::size_t i = 0; i < blocks; ++i)
+      script.byte(script.models.node[std::min(level, 3u)], 0, 255);
+  for (std::size_t i = 0; i < blocks; ++i)
+    script.newBlock(true, ~std::uint64_t{0});
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,220 @@
+/** \file
+ * \brief Clouds that a sensor sees, and what a SensorNode should make of them: each step
+ * over all points, in double.
+ */
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/sensor_node.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include "support/cloud_streams.h"
+#include "support/world_voxels.h"
+
+#include <pcl/conversions.h>
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+namespace test {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Bytes = std::vector<std::uint8_t>;
+using PointIntensity = std::function<double(const pcl::PointXYZI&)>;
+
+constexpr double resolution = 0.04;
+
+// 2^6 voxels wide about the origin, so that PCL's lattice for it is the world's.
+inline const io::BoundingBox wide_box{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}};
+
+// Through the middle of the clouds, along faces of voxels.
+inline const io::BoundingBox narrow_box{{-0.12, -1.0, -0.08}, {1.0, 0.16, 0.2}};
+
+/** \brief Where a sensor is that moves from frame to frame; about 3 m off the origin. */
+inline WorldPose
+poseOf(unsigned int frame)
+{
+  WorldPose pose = WorldPose::Identity();
+  pose.translate(Eigen::Vector3d(0.4 + 0.37 * frame, -3.1, 0.25 * frame));
+  pose.rotate(Eigen::AngleAxisd(-1.5 + 0.2 * frame, Eigen::Vector3d::UnitX()));
+  pose.rotate(Eigen::AngleAxisd(0.3 * frame, Eigen::Vector3d::UnitZ()));
+  return pose;
+}
+
+/** \brief Points about the world origin, in the sensor's frame; most voxels hold several.
+ * None is near a face of its voxel, so that rounding does not decide where it is.
+ * \param[in] half_width of the cube that they lie in, voxels
+ */
+inline Cloud
+cloudSeenFrom(const WorldPose& pose,
+              unsigned int seed,
+              std::size_t size = 1500,
+              int half_width = 6)
+{
+  std::mt19937 generator(seed);
+  std::uniform_int_distribution<int> voxel(-half_width, half_width - 1);
+  std::uniform_real_distribution<double> offset(0.1, 0.9);
+  std::uniform_int_distribution<int> intensity(0, 200);
+  const WorldPose world_to_sensor = pose.inverse(Eigen::Isometry);
+  Cloud cloud;
+  for (std::size_t i = 0; i < size; ++i) {
+    Eigen::Vector3d place;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      place[axis] = (voxel(generator) + offset(generator)) * resolution;
+    const Eigen::Vector3f seen = (world_to_sensor * place).cast<float>();
+    pcl::PointXYZI point;
+    point.getVector3fMap() = seen;
+    point.intensity = static_cast<float>(intensity(generator));
+    cloud.push_back(point);
+  }
+  return cloud;
+}
+
+inline pcl::PCLPointCloud2
+messageOf(const Cloud& cloud, std::uint64_t stamp = 0)
+{
+  pcl::PCLPointCloud2 message;
+  pcl::toPCLPointCloud2(cloud, message);
+  message.header.stamp = stamp;
+  message.header.frame_id = "sensor";
+  return message;
+}
+
+/** \brief What a sensor's cloud is in the world: moved, cropped, each point with its
+ * intensity. */
+inline Cloud
+naivelyPreprocessed(const Cloud& cloud,
+                    const WorldPose& pose,
+                    const PointIntensity& intensity_of,
+                    const std::optional<io::BoundingBox>& box = std::nullopt)
+{
+  Cloud preprocessed;
+  for (const pcl::PointXYZI& point : cloud) {
+    const Eigen::Vector3d place = pose * point.getVector3fMap().cast<double>();
+    bool is_inside = place.allFinite();
+    for (std::size_t axis = 0; box && axis < 3; ++axis) {
+      const double coordinate = place[static_cast<Eigen::Index>(axis)];
+      is_inside &= box->min[axis] <= coordinate && coordinate <= box->max[axis];
+    }
+    if (!is_inside)
+      continue;
+    pcl::PointXYZI moved;
+    moved.getVector3fMap() = place.cast<float>();
+    moved.intensity = static_cast<float>(intensity_of(point));
+    preprocessed.push_back(moved);
+  }
+  return preprocessed;
+}
+
+/** \brief Sections 2.5.2 and 2.5.3 of the paper for a Kinect V2: the share of a voxel face
+ * that a pixel covers at a depth, and its root. */
+inline double
+naiveQuadratic(const pcl::PointXYZI& point)
+{
+  const double pi = std::acos(-1.0);
+  const double footprint =
+      4.0 * std::tan(35.3 * pi / 180.0) * std::tan(30.0 * pi / 180.0) / (512.0 * 424.0);
+  const double depth = std::max(static_cast<double>(point.z), 0.0);
+  return std::min(footprint * depth * depth / (resolution * resolution), 1.0);
+}
+
+inline double
+naiveLinear(const pcl::PointXYZI& point)
+{
+  return std::sqrt(naiveQuadratic(point));
+}
+
+inline double
+naiveCount(const pcl::PointXYZI&)
+{
+  return 1.0;
+}
+
+inline double
+naiveNative(const pcl::PointXYZI& point)
+{
+  return static_cast<double>(point.intensity);
+}
+
+/** \brief A Kinect V2 whose figures come from a file. */
+inline RuntimeSensor
+runtimeKinect()
+{
+  return {70.6, 60.0, 512, 424};
+}
+
+inline SensorNodeSettings
+settingsOf(IntensityLaw law)
+{
+  SensorNodeSettings settings;
+  settings.law = law;
+  settings.compression.resolution = resolution;
+  if (law == IntensityLaw::Quadratic || law == IntensityLaw::Linear)
+    settings.sensor = runtimeKinect();
+  return settings;
+}
+
+inline void
+expectCode(const SensorNodeStatus& status, SensorNodeCode code)
+{
+  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
+      << status.message();
+  EXPECT_EQ(status.message().empty(), code == SensorNodeCode::Ok);
+}
+
+/** \brief Encodes a cloud that comes with its transform into bytes that held something
+ * else. */
+inline Bytes
+encoded(SensorNode& node, const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
+{
+  Bytes bytes(7, 0xee);
+  expectCode(node.encode(cloud, pose, bytes), SensorNodeCode::Ok);
+  EXPECT_FALSE(bytes.empty());
+  return bytes;
+}
+
+/** \brief Decodes a frame that must be one. */
+inline io::VoxelFrame
+decodedWith(io::FrameDecoder& decoder, const Bytes& bytes)
+{
+  io::VoxelFrame frame;
+  const io::CompressionStatus status =
+      decoder.decode(bytes.data(), bytes.size(), frame);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return frame;
+}
+
+/** \brief Expects a cloud to be left out, whatever the bytes held before. */
+inline void
+expectLeftOut(SensorNode& node,
+              const pcl::PCLPointCloud2& cloud,
+              const std::optional<WorldPose>& pose,
+              SensorNodeCode code)
+{
+  Bytes bytes(7, 0xee);
+  const SensorNodeStatus status = node.encode(cloud, pose, bytes);
+  expectCode(status, code);
+  EXPECT_FALSE(status.hasFrame());
+  EXPECT_TRUE(bytes.empty());
+}
+
+} // namespace test
+} // namespace nodes
+} // namespace pcl_ext

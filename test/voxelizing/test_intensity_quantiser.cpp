@@ -1,0 +1,247 @@
+#include "support/voxelized_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using pcl_ext::IntensityUnit;
+
+TEST(IntensityQuantiser, CountsSaturateAt255)
+{
+  for (const std::size_t count : {254u, 255u, 256u, 1000u}) {
+    Stream stream(settingsOf(0.04));
+    stream.add(Cloud(count, Point{0.01f, 0.01f, 0.01f}));
+    ASSERT_EQ(stream.frame.size(), 1u);
+    EXPECT_EQ(stream.frame.intensities[0], std::min<std::size_t>(count, 255));
+    EXPECT_EQ(stream.statistics.intensities_out_of_range, count > 255 ? 1u : 0u);
+    EXPECT_TRUE(stream.frame.intensity_scale == IntensityScale());
+  }
+}
+
+TEST(IntensityQuantiser, SharesAreRoundedAndCappedAtOne)
+{
+  const Cloud cloud = randomCloud(7, -0.4, 0.4);
+  for (const auto format : {StreamFormat::Version1, StreamFormat::Published}) {
+    Stream stream(settingsOf(0.1, format), IntensityUnit::Share);
+    stream.add(cloud);
+    std::map<LatticeIndex, float> expected;
+    std::size_t saturated = 0;
+    for (const auto& voxel : naiveVoxels(cloud, 0.1)) {
+      const double sum = 255.0 * sumOf(voxel.second);
+      const double shown =
+          format == StreamFormat::Published ? std::floor(sum) : std::floor(sum + 0.5);
+      expected[voxel.first] = static_cast<float>(std::min(shown, 255.0));
+      saturated += shown > 255.0 ? 1 : 0;
+    }
+    EXPECT_EQ(stream.values(), expected);
+    EXPECT_GT(saturated, 0u);
+    EXPECT_EQ(stream.statistics.intensities_out_of_range, saturated);
+  }
+}
+
+TEST(IntensityQuantiser, NativeIntensitiesAreMeansUnlessSumsAreWanted)
+{
+  const Cloud cloud{{0.1f, 0.1f, 0.1f, 10.0f}, {0.2f, 0.2f, 0.2f, 30.0f}};
+  const auto value = [&cloud](Aggregation aggregation, StreamFormat format) {
+    IntensityCompressionSettings settings = settingsOf(1.0, format);
+    settings.aggregation = aggregation;
+    Stream stream(settings, IntensityUnit::Native);
+    stream.add(cloud);
+    return stream.values().begin()->second;
+  };
+  EXPECT_EQ(value(Aggregation::Automatic, StreamFormat::Version1), 20.0f);
+  EXPECT_EQ(value(Aggregation::Mean, StreamFormat::Version1), 20.0f);
+  EXPECT_EQ(value(Aggregation::Sum, StreamFormat::Version1), 40.0f);
+  EXPECT_EQ(value(Aggregation::Automatic, StreamFormat::Published), 40.0f);
+  EXPECT_EQ(value(Aggregation::Mean, StreamFormat::Published), 20.0f);
+}
+
+/** \brief Every value comes back within half a step, which is at most `max_step`. */
+void
+expectWithinHalfAStep(const Stream& stream, const std::vector<float>& intensities)
+{
+  const auto values = stream.values();
+  ASSERT_EQ(values.size(), intensities.size());
+  const double step = double{stream.frame.intensity_scale.step};
+  for (std::size_t i = 0; i < intensities.size(); ++i) {
+    const double value = double{values.at({static_cast<std::int64_t>(i), 0, 0})};
+    EXPECT_LE(std::abs(value - double{intensities[i]}), 0.501 * step) << intensities[i];
+  }
+  EXPECT_EQ(stream.statistics.intensities_out_of_range, 0u);
+}
+
+TEST(IntensityQuantiser, NativeWholeNumbersOf8BitsAreExact)
+{
+  std::vector<float> numbers;
+  for (int i = 0; i < 256; ++i)
+    numbers.push_back(static_cast<float>(i));
+  Stream stream(settingsOf(1.0), IntensityUnit::Native);
+  for (const std::size_t count : {3u, 256u}) { // the same scale from the first frame on
+    numbers.resize(count);
+    for (std::size_t i = 0; i < count; ++i)
+      numbers[i] = static_cast<float>(i);
+    stream.add(row(numbers));
+    EXPECT_TRUE(stream.frame.intensity_scale == IntensityScale());
+    for (std::size_t i = 0; i < count; ++i)
+      EXPECT_EQ(stream.values().at({static_cast<std::int64_t>(i), 0, 0}), numbers[i]);
+  }
+}
+
+TEST(IntensityQuantiser, NativeScalesFollowTheValues)
+{
+  struct Case {
+    std::vector<float> intensities;
+    double largest_step;
+    unsigned int bits;
+  };
+  const std::vector<Case> cases{
+      {{0.0f, 300.0f, 511.0f}, 1.0, 9},
+      {{0.0f, 65535.0f, 1234.0f}, 1.0, 16},
+      {{0.0f, 100000.0f}, 3.0, 16},
+      {{0.0f, 0.5f, 1.0f, 0.333f}, 1.0 / 65535.0, 16},
+      {{0.1f, 0.0001f}, 0.2 / 65535.0, 16},
+      {{-5.0f, 100.0f}, 1.0, 9},
+      {{-0.5f, 0.25f}, 1.0 / 65535.0, 16},
+      {{-100.5f, 3.0f, -7.0f}, 512.0 / 65535.0, 16},
+      {{1234.5f, 0.25f}, 2048.0 / 65535.0, 16},
+      {{3e4f, 1e20f}, 4e20 / 65535.0, 16}, // beyond 64 bits, and whole
+      {{1.5f, -2e38f}, 1e36, 16},
+      {{1.5f, largest}, 1e36, 16},
+      {{1e-30f, 3e-31f}, 2e-30 / 65535.0, 16}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.intensities[1]);
+    Stream stream(settingsOf(1.0), IntensityUnit::Native);
+    stream.add(row(c.intensities));
+    EXPECT_LE(double{stream.frame.intensity_scale.step}, c.largest_step * 1.000001);
+    EXPECT_EQ(stream.frame.intensity_scale.bits, c.bits);
+    expectWithinHalfAStep(stream, c.intensities);
+  }
+}
+
+TEST(IntensityQuantiser, NativeMeansAreWithinHalfAStep)
+{
+  struct Signal {
+    double low;
+    double high;
+    bool is_whole;
+    double largest_step;
+  };
+  for (const Signal& signal :
+       std::vector<Signal>{{0.0, 255.0, true, 1.0},
+                           {0.0, 65535.0, true, 1.0},
+                           {0.0, 4095.0, true, 1.0},
+                           {0.0, 1.0, false, 1.0 / 65535.0},
+                           {-30.0, 70.0, false, 256.0 / 65535.0}}) {
+    SCOPED_TRACE(signal.high);
+    std::mt19937_64 random(12);
+    Cloud cloud = randomCloud(13, -0.5, 0.5);
+    for (Point& point : cloud) {
+      point.intensity = uniform(random, signal.low, signal.high);
+      if (signal.is_whole)
+        point.intensity = std::round(point.intensity);
+    }
+    Stream stream(settingsOf(0.1), IntensityUnit::Native);
+    stream.add(cloud);
+    const double step = double{stream.frame.intensity_scale.step};
+    EXPECT_LE(step, signal.largest_step * 1.000001);
+    const auto values = stream.values();
+    const auto voxels = naiveVoxels(cloud, 0.1);
+    ASSERT_EQ(values.size(), voxels.size());
+    for (const auto& voxel : voxels) {
+      const double mean =
+          sumOf(voxel.second) / static_cast<double>(voxel.second.size());
+      EXPECT_LE(std::abs(double{values.at(voxel.first)} - mean), 0.501 * step);
+    }
+  }
+}
+
+TEST(IntensityQuantiser, NativeScalesStandAnyIntensity)
+{
+  for (const float intensity : {-largest, largest, 1e-42f, -1e-42f, 1e-45f}) {
+    SCOPED_TRACE(intensity);
+    Stream stream(settingsOf(1.0), IntensityUnit::Native);
+    stream.add(row({0.5f * intensity, intensity}));
+    Stream sums(settingsOf(1.0), IntensityUnit::Native);
+    sums.add(Cloud(300, Point{0.5f, 0.5f, 0.5f, intensity}));
+  }
+}
+
+TEST(IntensityQuantiser, NativeScalesGrowAndNeverShrink)
+{
+  Stream stream(settingsOf(1.0), IntensityUnit::Native);
+  const std::vector<std::vector<float>> frames{{1, 2},
+                                               {200, 7},
+                                               {255, 1},
+                                               {256, 4},
+                                               {3, 4},
+                                               {1000, 4},
+                                               {0.5, 1000},
+                                               {1, 2},
+                                               {-3, 5},
+                                               {7, 8}};
+  double range = 0.0;
+  for (const std::vector<float>& intensities : frames) {
+    stream.add(row(intensities));
+    expectWithinHalfAStep(stream, intensities);
+    const IntensityScale& scale = stream.frame.intensity_scale;
+    const double new_range = double{scale.step} * scale.maxSymbol();
+    EXPECT_GE(new_range, range);
+    range = new_range;
+  }
+  const IntensityScale scale = stream.frame.intensity_scale;
+  stream.add(row({1, 2}));
+  EXPECT_TRUE(stream.frame.intensity_scale == scale) << "a new scale costs bytes";
+}
+
+TEST(IntensityQuantiser, ExplicitBitsAndRanges)
+{
+  const std::vector<float> intensities{0.0f, 12.5f, 50.0f, 99.0f, 100.0f};
+  for (const auto unit :
+       {IntensityUnit::Native, IntensityUnit::Share, IntensityUnit::Points})
+    for (unsigned int bits = 1; bits <= 16; ++bits) {
+      IntensityCompressionSettings settings = settingsOf(1.0);
+      settings.intensity_bits = bits;
+      settings.intensity_range = 100.0f;
+      Stream stream(settings, unit);
+      stream.add(row(intensities));
+      const double shown = unit == IntensityUnit::Share ? 255.0 : 1.0;
+      EXPECT_EQ(stream.frame.intensity_scale.bits, bits);
+      EXPECT_NEAR(double{stream.frame.intensity_scale.step} * (std::exp2(bits) - 1.0),
+                  100.0 * shown,
+                  1e-3);
+      EXPECT_EQ(stream.frame.intensities.back(),
+                stream.frame.intensity_scale.maxSymbol());
+      std::vector<float> expected;
+      for (const float intensity : intensities)
+        expected.push_back(intensity * static_cast<float>(shown));
+      expectWithinHalfAStep(stream, expected);
+
+      stream.add(row({250.0f, 1.0f, 1e30f}));
+      EXPECT_EQ(stream.statistics.intensities_out_of_range, 2u);
+      EXPECT_EQ(stream.frame.intensities[0], stream.frame.intensity_scale.maxSymbol());
+    }
+}
+
+TEST(IntensityQuantiser, ExplicitBitsAlone)
+{
+  IntensityCompressionSettings settings = settingsOf(1.0);
+  settings.intensity_bits = 4;
+  Stream counts(settings, IntensityUnit::Points);
+  counts.add(Cloud(20, Point{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(counts.values().begin()->second, 15.0f);
+  EXPECT_EQ(counts.statistics.intensities_out_of_range, 1u);
+  Stream shares(settings, IntensityUnit::Share);
+  shares.add(row({0.2f, 1.0f, 1.5f}));
+  EXPECT_EQ(shares.frame.intensities, (std::vector<std::uint16_t>{3, 15, 15}));
+  EXPECT_EQ(shares.values().at({1, 0, 0}), 255.0f);
+}
+
+} // namespace

@@ -1,0 +1,149 @@
+#include "voxelizing/point_blocks.h"
+#include "voxelizing/sorted_voxels.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+
+using Positions = std::vector<VoxelPosition>;
+
+/** \brief Adds points as the voxelizer does, and compares what comes out with a map. */
+template <typename VoxelsT>
+void
+expectVoxels(VoxelsT& voxels, const Positions& positions)
+{
+  voxels.clear();
+  std::vector<std::size_t> added(positions.size());
+  for (std::size_t begin = 0; begin < positions.size(); begin += PlacedPoints::most) {
+    PlacedPoints placed;
+    for (std::size_t i = begin;
+         i < std::min(positions.size(), begin + PlacedPoints::most);
+         ++i) {
+      const BlockPlace place = blockPlace(positions[i]);
+      EXPECT_EQ(mortonKey(place), mortonKey(positions[i]));
+      placed.blocks[placed.count] = place.block;
+      placed.voxels[placed.count] = place.voxel;
+      placed.points[placed.count] = i;
+      ++placed.count;
+    }
+    voxels.add(placed, &added[begin]);
+  }
+  std::vector<std::uint64_t> keys(3, 7); // of an earlier cloud
+  std::vector<std::uint32_t> counts;
+  voxels.writeVoxels(keys, counts);
+
+  std::map<std::uint64_t, std::uint32_t> expected;
+  std::map<std::uint64_t, std::uint32_t> blocks;
+  for (const VoxelPosition& position : positions) {
+    ++expected[mortonKey(position)];
+    ++blocks[mortonKey(position) >> 6];
+  }
+  ASSERT_EQ(keys.size(), expected.size());
+  ASSERT_EQ(counts.size(), expected.size());
+  EXPECT_EQ(voxels.occupiedBlocks(), blocks.size());
+  std::size_t i = 0;
+  for (const auto& [key, count] : expected) {
+    ASSERT_EQ(keys[i], key);
+    ASSERT_EQ(counts[i], count);
+    ++i;
+  }
+  for (std::size_t point = 0; point < positions.size(); ++point)
+    ASSERT_EQ(keys[voxels.voxelOf(added[point])], mortonKey(positions[point]));
+}
+
+Positions
+randomPositions(std::uint64_t seed,
+                std::size_t count,
+                std::uint32_t low,
+                std::uint32_t size)
+{
+  std::mt19937_64 random(seed);
+  const auto coordinate = [&] {
+    return low + static_cast<std::uint32_t>(random() % size);
+  };
+  Positions positions(count);
+  for (VoxelPosition& position : positions)
+    position = {coordinate(), coordinate(), coordinate()};
+  return positions;
+}
+
+constexpr std::uint32_t grid_end = std::uint32_t{1} << max_grid_depth;
+
+template <typename VoxelsT>
+class VoxelSets : public ::testing::Test {};
+
+using AllSets = ::testing::Types<PointBlocks, SortedVoxels>;
+TYPED_TEST_SUITE(VoxelSets, AllSets);
+
+TYPED_TEST(VoxelSets, AreThoseOfAMap)
+{
+  TypeParam voxels;
+  expectVoxels(voxels, {});
+  for (std::uint64_t seed = 1; seed < 8; ++seed)
+    for (const std::uint32_t size : {1u, 2u, 5u, 30u, 1000u, grid_end})
+      expectVoxels(voxels, randomPositions(seed, 3000, 0, size));
+  expectVoxels(voxels, {});
+  expectVoxels(voxels, randomPositions(8, 1000, grid_end - 50, 50));
+}
+
+TYPED_TEST(VoxelSets, CountBeyondAByte)
+{
+  TypeParam voxels;
+  for (const std::size_t count : {254u, 255u, 256u, 257u, 70000u}) {
+    Positions positions(count, VoxelPosition{5, 6, 7});
+    positions.push_back({5, 6, 8});
+    expectVoxels(voxels, positions);
+  }
+}
+
+TYPED_TEST(VoxelSets, FollowACloudThatWanders)
+{
+  TypeParam voxels;
+  for (std::uint32_t step = 0; step < 200; ++step)
+    expectVoxels(voxels, randomPositions(step, 600, 97 * step, 40));
+}
+
+TYPED_TEST(VoxelSets, GrowAndShrinkWithTheCloud)
+{
+  TypeParam voxels;
+  for (const std::size_t count : {10u, 100000u, 10u, 20u, 0u, 50000u})
+    expectVoxels(voxels, randomPositions(count, count, 1000, 300));
+}
+
+/** \brief Blocks that want the same place in any table of the class, so that it forgets
+ * them again and again. */
+TEST(PointBlocks, UniteBlocksThatCollide)
+{
+  constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;
+  Positions colliding;
+  std::mt19937_64 random(9);
+  while (colliding.size() < 60) {
+    const VoxelPosition position{static_cast<std::uint32_t>(random() % grid_end),
+                                 static_cast<std::uint32_t>(random() % grid_end),
+                                 static_cast<std::uint32_t>(random() % grid_end)};
+    std::uint64_t mixed = blockPlace(position).block * factor;
+    mixed = (mixed ^ mixed >> 32) * factor;
+    if (mixed >> 52 == 0x7a5)
+      colliding.push_back(position);
+  }
+  PointBlocks voxels;
+  for (int cloud = 0; cloud < 4; ++cloud) {
+    Positions positions;
+    for (int i = 0; i < 20000; ++i) {
+      VoxelPosition position = colliding[random() % colliding.size()];
+      position.z = (position.z & ~3u) | static_cast<std::uint32_t>(random() % 4);
+      positions.push_back(position);
+    }
+    expectVoxels(voxels, positions);
+  }
+}
+
+} // namespace

@@ -1,0 +1,180 @@
+/** \file
+ * What the voxelizer keeps from cloud to cloud must not show, except in its speed.
+ */
+#include "measuring/counted_memory.h"
+#include "support/voxelized_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using pcl_ext::IntensityUnit;
+
+std::map<LatticeIndex, float>
+naiveCounts(const Cloud& cloud, double resolution)
+{
+  std::map<LatticeIndex, float> counts;
+  for (const auto& voxel : naiveVoxels(cloud, resolution))
+    counts[voxel.first] =
+        static_cast<float>(std::min<std::size_t>(voxel.second.size(), 255));
+  return counts;
+}
+
+Cloud
+withoutIntensities(Cloud cloud)
+{
+  for (Point& point : cloud)
+    point.intensity = 1.0f;
+  return cloud;
+}
+
+/** \brief A surface like a sensor's, with noise. */
+Cloud
+surface(std::uint64_t seed, float x, std::size_t count = 4000)
+{
+  std::mt19937_64 random(seed);
+  Cloud cloud;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float y = uniform(random, 0.0, 1.0);
+    cloud.push_back({x + 0.3f * y + uniform(random, -0.02, 0.02),
+                     y,
+                     uniform(random, 0.0, 1.0),
+                     uniform(random, 0.0, 0.3)});
+  }
+  return cloud;
+}
+
+TEST(VoxelizerStreams, AWanderingCloudIsVoxelizedLikeASingleOne)
+{
+  for (const double resolution : {0.005, 0.04, 0.5}) {
+    Stream stream(settingsOf(resolution));
+    for (int i = 0; i < 60; ++i) {
+      const Cloud cloud = withoutIntensities(
+          surface(static_cast<std::uint64_t>(i), static_cast<float>(i * i) * 0.5f));
+      stream.add(cloud, i % 7 == 0);
+      ASSERT_TRUE(stream.values() == naiveCounts(cloud, resolution)) << "cloud " << i;
+    }
+  }
+}
+
+TEST(VoxelizerStreams, DenseAndSparseCloudsTakeTurns)
+{
+  Stream stream(settingsOf(0.04));
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    const Cloud cloud =
+        withoutIntensities(i % 3 == 0 ? randomCloud(i, -20.0, 20.0, 2000)
+                                      : surface(i, 1.0f, i % 5 == 0 ? 5 : 6000));
+    stream.add(cloud);
+    ASSERT_TRUE(stream.values() == naiveCounts(cloud, 0.04)) << "cloud " << i;
+  }
+}
+
+TEST(VoxelizerStreams, ADenseStreamMayTurnSparseWithinACloud)
+{
+  for (const IntensityUnit unit : {IntensityUnit::Points, IntensityUnit::Native}) {
+    Stream stream(settingsOf(0.04), unit);
+    for (std::uint64_t i = 0; i < 12; ++i) {
+      Cloud cloud = withoutIntensities(surface(i, 1.0f, 3000));
+      if (i % 3 == 2)
+        for (const Point& point : withoutIntensities(randomCloud(i, -9.0, 9.0, 9000)))
+          cloud.push_back(point);
+      stream.add(cloud);
+      const std::map<LatticeIndex, float> counts = naiveCounts(cloud, 0.04);
+      ASSERT_TRUE(unit != IntensityUnit::Points || stream.values() == counts);
+      ASSERT_EQ(stream.frame.size(), counts.size());
+      for (const auto& voxel : stream.values())
+        ASSERT_TRUE(unit == IntensityUnit::Points || voxel.second == 1.0f);
+      EXPECT_EQ(stream.statistics.points_used, cloud.size());
+    }
+  }
+}
+
+TEST(VoxelizerStreams, SumsDoNotDependOnWhatWasBefore)
+{
+  for (const IntensityUnit unit : {IntensityUnit::Share, IntensityUnit::Native}) {
+    Stream old_stream(settingsOf(0.04), unit);
+    for (std::uint64_t i = 0; i < 20; ++i)
+      old_stream.add(surface(i, 1.0f));
+    Stream new_stream(settingsOf(0.04), unit);
+    const Cloud cloud = surface(99, 1.01f);
+    old_stream.add(cloud, true);
+    new_stream.add(cloud, true);
+    EXPECT_TRUE(old_stream.values() == new_stream.values());
+  }
+}
+
+TEST(VoxelizerStreams, PointsWithoutIntensityAreWorthOne)
+{
+  for (const IntensityUnit unit :
+       {IntensityUnit::Points, IntensityUnit::Share, IntensityUnit::Native})
+    for (const Aggregation aggregation : {Aggregation::Sum, Aggregation::Mean}) {
+      IntensityCompressionSettings settings = settingsOf(0.04);
+      settings.aggregation = aggregation;
+      Stream with(settings, unit);
+      Voxelizer voxelizer(settings, unit);
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        const Cloud cloud = withoutIntensities(surface(i, 1.0f));
+        with.add(cloud);
+        PointView view;
+        view.coordinates = &cloud[0].x;
+        view.coordinate_stride = sizeof(Point) / sizeof(float);
+        view.count = cloud.size();
+        VoxelFrame frame;
+        const VoxelizationStatistics statistics =
+            voxelizer.voxelize(view, false, frame);
+        EXPECT_EQ(frame.keys, with.frame.keys);
+        EXPECT_EQ(frame.intensities, with.frame.intensities);
+        EXPECT_TRUE(frame.intensity_scale == with.frame.intensity_scale);
+        EXPECT_EQ(statistics.intensities_out_of_range,
+                  with.statistics.intensities_out_of_range);
+      }
+    }
+}
+
+TEST(VoxelizerStreams, NothingIsAllocatedOnceTheStreamRuns)
+{
+  for (const double resolution : {0.01, 0.04, 0.5})
+    for (const IntensityUnit unit : {IntensityUnit::Points, IntensityUnit::Native}) {
+      Voxelizer voxelizer(settingsOf(resolution), unit);
+      VoxelFrame frame;
+      std::vector<Cloud> clouds;
+      for (std::uint64_t i = 0; i < 60; ++i)
+        clouds.push_back(surface(i, 1.0f, 3000 + i * 37 % 200));
+      for (std::size_t i = 0; i < clouds.size(); ++i) {
+        PointView view;
+        view.coordinates = &clouds[i][0].x;
+        view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
+        view.intensities =
+            unit == IntensityUnit::Native ? &clouds[i][0].intensity : nullptr;
+        view.count = clouds[i].size();
+        memory_count.reset();
+        voxelizer.voxelize(view, i % 30 == 0, frame);
+        const std::size_t allocations = i < 30 ? 0 : memory_count.allocations;
+        EXPECT_EQ(allocations, 0u) << "cloud " << i;
+      }
+    }
+}
+
+TEST(VoxelizerStreams, MemoryFollowsThePointsWhateverTheGrid)
+{
+  // Each point is alone in its block, in a world of two thousand kilometres.
+  std::mt19937_64 random(3);
+  Cloud cloud(20000);
+  for (Point& point : cloud)
+    point = {uniform(random, -1e6, 1e6), uniform(random, -1e6, 1e6), 0.5f, 1.0f};
+  Stream stream(settingsOf(1.0));
+  memory_count.reset();
+  const std::size_t before = memory_count.live;
+  for (int i = 0; i < 3; ++i)
+    stream.add(cloud);
+  EXPECT_EQ(stream.statistics.points_used, cloud.size());
+  EXPECT_LT(memory_count.peak - before, 300 * cloud.size());
+}
+
+} // namespace

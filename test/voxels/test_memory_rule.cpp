@@ -1,0 +1,118 @@
+/** \file
+ * \brief When memory that frames reuse is given back.
+ */
+#include "voxels/memory_rule.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace {
+
+using pcl_ext::io::MemoryRule;
+
+constexpr std::size_t large = 1000000;
+
+/** \brief One letter for each frame: 'g' give back, '.' keep. */
+std::string
+answersOf(MemoryRule& rule, const std::vector<std::size_t>& frames)
+{
+  std::string answers;
+  for (const std::size_t needed : frames)
+    answers += rule.shouldGiveBack(needed) ? 'g' : '.';
+  return answers;
+}
+
+std::string
+kept(std::size_t frames)
+{
+  return std::string(frames, '.');
+}
+
+TEST(MemoryRule, GivesBackWhenEightFramesDidWithLessThanAQuarter)
+{
+  MemoryRule rule(0);
+  EXPECT_EQ(answersOf(rule, {large}), ".");
+  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(8, large / 4 - 1)), ".......g");
+  // What is left is right for them.
+  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(40, large / 4 - 1)), kept(40));
+}
+
+TEST(MemoryRule, KeepsWhatIsFourTimesWhatTheyNeeded)
+{
+  MemoryRule rule(0);
+  std::vector<std::size_t> frames(100, large / 4);
+  frames.front() = large;
+  EXPECT_EQ(answersOf(rule, frames), kept(100));
+}
+
+TEST(MemoryRule, OneFrameOfEightThatNeedsItKeepsIt)
+{
+  MemoryRule rule(0);
+  std::vector<std::size_t> frames;
+  for (std::size_t i = 0; i < 80; ++i)
+    frames.push_back(i % 8 == 0 ? large : 1);
+  EXPECT_EQ(answersOf(rule, frames), kept(80));
+  // With this one eight in a row did without.
+  EXPECT_EQ(answersOf(rule, {1}), "g");
+}
+
+TEST(MemoryRule, NothingBelowTheFloorIsGivenBack)
+{
+  MemoryRule rule(large);
+  std::vector<std::size_t> frames(30, 0);
+  frames.front() = large;
+  EXPECT_EQ(answersOf(rule, frames), kept(30));
+  frames.front() = large + 1;
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(21));
+}
+
+TEST(MemoryRule, HasAFloorOf64KiBUnlessToldOtherwise)
+{
+  MemoryRule rule;
+  std::vector<std::size_t> frames(20, 0);
+  frames.front() = 65536;
+  EXPECT_EQ(answersOf(rule, frames), kept(20));
+  frames.front() = 65537;
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(11));
+}
+
+TEST(MemoryRule, FollowsAStreamThatFallsStepByStep)
+{
+  MemoryRule rule(0);
+  std::vector<std::size_t> frames(1, 10000);
+  frames.insert(frames.end(), 8, 2000);
+  frames.insert(frames.end(), 8, 400);
+  frames.insert(frames.end(), 8, 0);
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(7) + "g" + kept(7) + "g");
+}
+
+TEST(MemoryRule, GivesBackAgainWhatALaterFrameTook)
+{
+  MemoryRule rule(0);
+  for (int i = 0; i < 3; ++i) {
+    std::vector<std::size_t> frames(9, 10);
+    frames.front() = large;
+    EXPECT_EQ(answersOf(rule, frames), kept(8) + "g");
+  }
+}
+
+TEST(MemoryRule, FramesWithoutNeedsAskForNothing)
+{
+  MemoryRule rule(0);
+  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(20, 0)), kept(20));
+}
+
+TEST(MemoryRule, TheLargestNumbersDoNotOverflow)
+{
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max();
+  MemoryRule rule(0);
+  std::vector<std::size_t> frames(20, most / 2 + 2);
+  frames.front() = most;
+  EXPECT_EQ(answersOf(rule, frames), kept(20));
+}
+
+} // namespace

@@ -1,0 +1,108 @@
+#include <pcl_ext/compression/voxel_centres.h>
+
+#include "support/voxelized_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief A frame of random voxels, the outermost of the grid among them. */
+VoxelFrame
+randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
+{
+  std::mt19937_64 random(seed);
+  const std::uint64_t key_end = std::uint64_t{1} << (3 * depth);
+  std::set<std::uint64_t> keys{0, key_end - 1};
+  for (std::size_t i = 0; i < voxels; ++i)
+    keys.insert(random() % key_end);
+  VoxelFrame frame;
+  frame.grid.resolution = static_cast<double>(uniform(random, 0.001, 1.0));
+  frame.grid.depth = depth;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    frame.grid.first_index[axis] =
+        static_cast<std::int32_t>(random() % 2000000) - 1000000;
+    frame.grid.anchor[axis] = static_cast<double>(uniform(random, -3.0, 3.0));
+  }
+  frame.intensity_scale = {uniform(random, -10.0, 10.0), uniform(random, 0.1, 2.0), 16};
+  frame.keys.assign(keys.begin(), keys.end());
+  for (std::size_t i = 0; i < frame.keys.size(); ++i)
+    frame.intensities.push_back(static_cast<std::uint16_t>(random()));
+  return frame;
+}
+
+void
+expectCentres(const VoxelFrame& frame, SymbolIntensities& symbol_intensities)
+{
+  VoxelCentres centres;
+  std::size_t next = 0;
+  while (next < frame.size()) {
+    const std::size_t count = voxelCentres(frame, symbol_intensities, next, centres);
+    ASSERT_EQ(count, std::min(VoxelCentres::most, frame.size() - next));
+    for (std::size_t i = 0; i < count; ++i, ++next) {
+      const VoxelPosition position = voxelPosition(frame.keys[next]);
+      // To the last bit.
+      ASSERT_EQ(centres.x[i], static_cast<float>(frame.grid.centre(0, position.x)));
+      ASSERT_EQ(centres.y[i], static_cast<float>(frame.grid.centre(1, position.y)));
+      ASSERT_EQ(centres.z[i], static_cast<float>(frame.grid.centre(2, position.z)));
+      ASSERT_EQ(centres.intensity[i],
+                frame.intensity_scale.value(frame.intensities[next]));
+    }
+  }
+  EXPECT_EQ(voxelCentres(frame, symbol_intensities, frame.size(), centres), 0u);
+}
+
+void
+expectCentres(const VoxelFrame& frame)
+{
+  SymbolIntensities symbol_intensities;
+  expectCentres(frame, symbol_intensities);
+}
+
+TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
+{
+  for (unsigned int depth = 1; depth <= max_grid_depth; ++depth)
+    for (const std::size_t voxels : {0u, 1u, 61u, 62u, 63u, 64u, 500u})
+      expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
+}
+
+TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
+{
+  for (const unsigned int bits : {1u, 4u, 8u, 15u}) {
+    VoxelFrame frame = randomFrame(2 + bits, 5, 100);
+    frame.intensity_scale.bits = bits;
+    frame.intensity_scale.companded_range = 40000;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+    ASSERT_TRUE(isConsistent(frame));
+    expectCentres(frame);
+  }
+}
+
+TEST(VoxelCentres, IntensitiesAreThoseOfTheFrameWhateverCameBefore)
+{
+  SymbolIntensities symbol_intensities;
+  for (const std::uint32_t range : {0u, 254u, 300u, 0u, 300u, 254u, 254u}) {
+    VoxelFrame frame = randomFrame(range, 5, 100);
+    frame.intensity_scale = {0.5f, 2.0f, 4, range};
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+    ASSERT_TRUE(isConsistent(frame));
+    expectCentres(frame, symbol_intensities);
+  }
+}
+
+TEST(VoxelCentres, IntensitiesStayWithinTheFloats)
+{
+  VoxelFrame frame = randomFrame(1, 5, 100);
+  frame.intensity_scale = {-largest, largest / 100.0f, 16};
+  expectCentres(frame);
+}
+
+} // namespace
