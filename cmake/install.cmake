@@ -22,7 +22,25 @@ pcl_ext_install(pcl_ext_codec pcl_ext-codec-targets)
 if(PCL_EXT_WITH_PCL)
   pcl_ext_install(pcl_ext pcl_ext-targets)
 endif()
-install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+
+# Without PCL only the codec's headers are installed: none of them includes PCL's.
+set(PCL_EXT_HEADERS_WITH_PCL
+    nodes
+    octree
+    impl
+    decoded_cloud_outliers.h
+    moved_points.h
+    octree_pointcloud_intensity_compression.h
+    point_intensity.h
+    sensor_preprocessor.h)
+if(PCL_EXT_WITH_PCL)
+  set(left_out_headers)
+else()
+  list(TRANSFORM PCL_EXT_HEADERS_WITH_PCL REPLACE "(.+)" "PATTERN;\\1;EXCLUDE"
+       OUTPUT_VARIABLE left_out_headers)
+endif()
+install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+        ${left_out_headers})
 
 configure_package_config_file(cmake/pcl_ext-config.cmake.in pcl_ext-config.cmake
                               INSTALL_DESTINATION ${PCL_EXT_CONFIG_DIR})

@@ -1,0 +1,41 @@
+// A project without PCL: points as an array -> voxels -> bytes, and back.
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include <cstdint>
+#include <iostream>
+#include <vector>
+
+int
+main()
+{
+  using namespace pcl_ext::io;
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.1;
+  std::vector<float> coordinates(3 * 1000);
+  for (std::size_t i = 0; i < 1000; ++i)
+    coordinates[3 * i] = 0.01f * static_cast<float>(i);
+  PointView points;
+  points.coordinates = coordinates.data();
+  points.coordinate_stride = 3;
+  points.count = 1000;
+
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  VoxelFrame frame;
+  voxelizer.voxelize(points, true, frame);
+  FrameEncoder encoder(settings.format, settings.i_frame_rate, settings.effort);
+  std::vector<std::uint8_t> bytes;
+  const CompressionStatus encoded = encoder.encode(frame, std::nullopt, bytes);
+  FrameDecoder decoder;
+  VoxelFrame decoded;
+  const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), decoded);
+  std::cout << decoded.size() << " voxels " << encoded.message() << status.message()
+            << '\n';
+  const bool is_same =
+      decoded.keys == frame.keys && decoded.intensities == frame.intensities;
+  pcl_ext::VoxelOutlierRemoval removal;
+  removal.filter(decoded);
+  return is_same && frame.size() == 100 ? 0 : 1;
+}
