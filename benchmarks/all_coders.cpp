@@ -1,7 +1,7 @@
 #include "stream_coder.h"
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 #ifndef PCL_EXT_BENCHMARKS_DRACO
 void
@@ -27,5 +27,5 @@ makeAllCoders(const Workload& workload)
   return coders;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -5,7 +5,7 @@
 
 #include "comparison_tables.h"
 #include "measuring/markdown_table.h"
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -173,5 +173,5 @@ printBits(const ComparisonOptions& options, std::ostream& output)
     printScales(stream, workload, output);
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,6 +1,6 @@
 #include "coder_comparison.h"
 
-#include "allocation_count.h"
+#include "measuring/counted_memory.h"
 #include "take_turns.h"
 
 #include <functional>
@@ -9,9 +9,12 @@
 #include <utility>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
+
+/** \brief Set before anything is timed: the sizes of allocations are not needed. */
+[[maybe_unused]] const bool counts_bytes = io::test::memory_count.counts_bytes = false;
 
 /** \brief What a coder did with one frame; goes from its process to the parent's. */
 struct FrameFigures {
@@ -31,9 +34,9 @@ template <typename ActionT>
 void
 measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
 {
-  const std::size_t before = allocationCount();
+  const std::size_t before = io::test::memory_count.allocations;
   milliseconds = timeOf(action);
-  allocations = allocationCount() - before;
+  allocations = io::test::memory_count.allocations - before;
 }
 
 /** \brief One coder and its stream, in the coder's process. */
@@ -169,5 +172,5 @@ compareCoders(const InputStream& stream,
   return comparison;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "decoded_checks.h"
-#include "samples.h"
+#include "measuring/samples.h"
+#include "measuring/workload.h"
 #include "stream_coder.h"
-#include "workload.h"
 
 #include <cstddef>
 #include <functional>
@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief What a coder did with a stream; samples are frames. */
 struct CoderFigures {
@@ -69,5 +69,5 @@ compareCoders(const InputStream& stream,
               const MakeCoders& make_coders,
               const ComparisonSettings& settings);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -14,22 +14,22 @@
 
 namespace {
 
-using pcl_ext::benchmarks::ComparisonOptions;
+using pcl_ext::measuring::ComparisonOptions;
 
 void
 printTables(const ComparisonOptions& options)
 {
   using Print = void (*)(const ComparisonOptions&, std::ostream&);
   const std::pair<const char*, Print> tables[] = {
-      {"peers", pcl_ext::benchmarks::printPeers},
-      {"efforts", pcl_ext::benchmarks::printEfforts},
-      {"stages", pcl_ext::benchmarks::printStages},
-      {"raw", pcl_ext::benchmarks::printRawToBytes},
-      {"recorded", pcl_ext::benchmarks::printRecorded},
-      {"bits", pcl_ext::benchmarks::printBits},
-      {"points", pcl_ext::benchmarks::printGrowthWithPoints},
-      {"edges", pcl_ext::benchmarks::printGrowthWithEdge}};
-  pcl_ext::benchmarks::printMachine(std::cout);
+      {"peers", pcl_ext::measuring::printPeers},
+      {"efforts", pcl_ext::measuring::printEfforts},
+      {"stages", pcl_ext::measuring::printStages},
+      {"raw", pcl_ext::measuring::printRawToBytes},
+      {"recorded", pcl_ext::measuring::printRecorded},
+      {"bits", pcl_ext::measuring::printBits},
+      {"points", pcl_ext::measuring::printGrowthWithPoints},
+      {"edges", pcl_ext::measuring::printGrowthWithEdge}};
+  pcl_ext::measuring::printMachine(std::cout);
   for (const auto& [name, print] : tables)
     if (options.wants(name)) {
       std::cerr << "compare_with_peers: " << name << '\n';
@@ -45,7 +45,7 @@ main(int argc, char** argv)
 {
   try {
     const std::optional<ComparisonOptions> options =
-        pcl_ext::benchmarks::parseComparisonOptions(argc, argv);
+        pcl_ext::measuring::parseComparisonOptions(argc, argv);
     if (options)
       printTables(*options);
     return 0;

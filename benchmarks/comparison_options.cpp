@@ -1,14 +1,14 @@
 #include "comparison_options.h"
 
-#include <boost/program_options.hpp>
+#include "measuring/command_line.h"
 
-#include <command_line.h>
+#include <boost/program_options.hpp>
 
 #include <algorithm>
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -95,11 +95,11 @@ parseComparisonOptions(int argc, const char* const* argv)
   ComparisonOptions result;
   const options::options_description description = describeOptions(result);
   options::variables_map values;
-  if (!tools::parseCommandLine(argc, argv, description, "recording", values))
+  if (!parseCommandLine(argc, argv, description, "recording", values))
     return std::nullopt;
   check(result);
   return result;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

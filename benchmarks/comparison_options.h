@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief What the command line of compare_with_peers says. */
 struct ComparisonOptions {
@@ -33,5 +33,5 @@ struct ComparisonOptions {
 std::optional<ComparisonOptions>
 parseComparisonOptions(int argc, const char* const* argv);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -290,5 +290,5 @@ printRecorded(const ComparisonOptions& options, std::ostream& output)
   }
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

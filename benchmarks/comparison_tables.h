@@ -8,7 +8,7 @@
 #include <iosfwd>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief All coders on the robot cell at 4 cm. */
 void
@@ -42,5 +42,5 @@ printGrowthWithPoints(const ComparisonOptions& options, std::ostream& output);
 void
 printGrowthWithEdge(const ComparisonOptions& options, std::ostream& output);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -187,5 +187,5 @@ nearestDistances(const PositionCloud::ConstPtr& from, const PositionCloud::Const
   return distances;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -4,13 +4,13 @@
  */
 #pragma once
 
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <array>
 #include <cstddef>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Voxel (i, j, k) covers [anchor + i d_v, anchor + (i + 1) d_v) x ... */
 struct Lattice {
@@ -70,5 +70,5 @@ NearestDistances
 nearestDistances(const PositionCloud::ConstPtr& from,
                  const PositionCloud::ConstPtr& to);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

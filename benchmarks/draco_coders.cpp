@@ -21,7 +21,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -147,5 +147,5 @@ addDracoCoders(const Workload& workload, StreamCoders& coders)
   coders.push_back(std::make_unique<DracoCoder>(workload, draco + ", fastest", 10));
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

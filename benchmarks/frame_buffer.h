@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Holds the bytes of one frame between an encoder and a decoder that want
  * streams. Keeps its memory, which std::stringstream does not, so that what is counted
@@ -54,5 +54,5 @@ private:
   std::vector<char> bytes_;
 };
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

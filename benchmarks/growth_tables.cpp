@@ -4,13 +4,14 @@
 #include "coder_comparison.h"
 #include "comparison_tables.h"
 #include "measuring/markdown_table.h"
+#include "sampled_room.h"
 
 #include <ostream>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -102,5 +103,5 @@ printGrowthWithEdge(const ComparisonOptions& options, std::ostream& output)
                output);
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

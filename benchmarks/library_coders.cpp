@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -101,5 +101,5 @@ addLibraryCoders(const Workload& workload, StreamCoders& coders)
     coders.push_back(std::make_unique<LibraryCoder>(workload, variant));
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -14,13 +14,13 @@ int
 main(int argc, char** argv)
 {
   try {
-    const std::optional<pcl_ext::benchmarks::ScaleOptions> options =
-        pcl_ext::benchmarks::parseScaleOptions(argc, argv);
+    const std::optional<pcl_ext::measuring::ScaleOptions> options =
+        pcl_ext::measuring::parseScaleOptions(argc, argv);
     if (!options)
       return 0;
-    pcl_ext::benchmarks::printMachine(std::cout);
-    pcl_ext::benchmarks::printManyStreams(*options, std::cout);
-    pcl_ext::benchmarks::printSixSensors(*options, std::cout);
+    pcl_ext::measuring::printMachine(std::cout);
+    pcl_ext::measuring::printManyStreams(*options, std::cout);
+    pcl_ext::measuring::printSixSensors(*options, std::cout);
     return 0;
   }
   catch (const std::exception& error) {

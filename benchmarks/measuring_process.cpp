@@ -14,7 +14,7 @@
 #include <system_error>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -126,5 +126,5 @@ MeasuringProcess::measure(std::size_t frame)
   return bytes;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

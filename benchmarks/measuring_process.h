@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Measures one thing, frame by frame, in a process of its own.
  *
@@ -43,5 +43,5 @@ private:
   int socket_ = -1;
 };
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -11,7 +11,7 @@
 #include <string>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -138,5 +138,5 @@ addPclMillimetreCoder(const Workload& workload, StreamCoders& coders)
   coders.push_back(std::make_unique<PclMillimetreCoder>(settings));
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -5,7 +5,7 @@
 #include <pcl/io/impl/octree_pointcloud_compression.hpp>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 class PclCompression::Implementation
 : public pcl::io::OctreePointCloudCompression<pcl::PointXYZ> {
@@ -56,5 +56,5 @@ PclCompression::resolution() const
   return implementation_->getResolution();
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <array>
 #include <iosfwd>
 #include <memory>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief How PCL's class is set. */
 struct PclCompressionSettings {
@@ -44,5 +44,5 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

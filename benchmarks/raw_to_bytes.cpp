@@ -15,7 +15,7 @@
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -204,5 +204,5 @@ timeRawToBytes(const InputStream& stream,
   return times;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

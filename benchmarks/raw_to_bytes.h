@@ -3,14 +3,14 @@
  */
 #pragma once
 
-#include "samples.h"
-#include "workload.h"
+#include "measuring/samples.h"
+#include "measuring/workload.h"
 
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Milliseconds from the sensor's cloud to bytes; samples are frames. */
 struct RawToBytesTimes {
@@ -34,5 +34,5 @@ timeRawToBytes(const InputStream& stream,
                const Workload& workload,
                std::size_t repetitions);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

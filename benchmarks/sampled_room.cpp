@@ -1,14 +1,17 @@
 #include "sampled_room.h"
 
+#include <pcl/conversions.h>
+
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_01.hpp>
 
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -22,6 +25,37 @@ constexpr std::uint32_t frames_of_movement = 40;
 /** \brief Where the room's corner stands, metres: no wall is the face of voxels, which
  * its noise would double. */
 const Eigen::Vector3d room_corner(0.0131, 0.0137, 0.0127);
+
+class RoomSequence : public CloudSequence {
+public:
+  RoomSequence(std::size_t points, std::size_t frames)
+  : CloudSequence("room_" + std::to_string(points)), frames_(frames), room_(points)
+  {}
+
+  std::size_t
+  size() const override
+  {
+    return frames_;
+  }
+
+  Eigen::Isometry3d
+  sensorPose() const override
+  {
+    return SampledRoom::sensorPose();
+  }
+
+  void
+  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
+  {
+    PositionCloud points;
+    room_.capture(static_cast<std::uint32_t>(index), points);
+    pcl::toPCLPointCloud2(points, cloud);
+  }
+
+private:
+  std::size_t frames_;
+  SampledRoom room_;
+};
 
 } // namespace
 
@@ -112,5 +146,11 @@ SampledRoom::capture(std::uint32_t frame, pcl::PointCloud<pcl::PointXYZ>& cloud)
   cloud.is_dense = true;
 }
 
-} // namespace benchmarks
+InputStream
+openRoomStream(std::size_t points, std::size_t frames)
+{
+  return {std::make_unique<RoomSequence>(points, frames), std::nullopt};
+}
+
+} // namespace measuring
 } // namespace pcl_ext

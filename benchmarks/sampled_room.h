@@ -1,5 +1,7 @@
 #pragma once
 
+#include "measuring/workload.h"
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
@@ -10,7 +12,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief A 10 x 10 x 4 m room with furniture, seen by a sensor with any number of
  * points, for sizes that no sensor of the robot cell has.
@@ -52,5 +54,9 @@ private:
   std::vector<double> areas_;
 };
 
-} // namespace benchmarks
+/** \brief A stream of the sampled room, uncropped. */
+InputStream
+openRoomStream(std::size_t points, std::size_t frames);
+
+} // namespace measuring
 } // namespace pcl_ext

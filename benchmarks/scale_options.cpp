@@ -1,14 +1,14 @@
 #include "scale_options.h"
 
-#include <boost/program_options.hpp>
+#include "measuring/command_line.h"
 
-#include <command_line.h>
+#include <boost/program_options.hpp>
 
 #include <cmath>
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -71,7 +71,7 @@ parseScaleOptions(int argc, const char* const* argv)
       "log-odds below which the sensors take a voxel for noise and do not send it, 0 "
       "being their default; without this option they send all voxels");
   options::variables_map values;
-  if (!tools::parseCommandLine(argc, argv, description, "recording", values))
+  if (!parseCommandLine(argc, argv, description, "recording", values))
     return std::nullopt;
   if (values.count("outlier-removal") != 0)
     result.workload.outlier_removal = outlier_removal;
@@ -83,5 +83,5 @@ parseScaleOptions(int argc, const char* const* argv)
   return result;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

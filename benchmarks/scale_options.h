@@ -1,6 +1,6 @@
 #pragma once
 
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <cstddef>
 #include <optional>
@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief What the command line of measure_scale says. */
 struct ScaleOptions {
@@ -30,5 +30,5 @@ struct ScaleOptions {
 std::optional<ScaleOptions>
 parseScaleOptions(int argc, const char* const* argv);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,10 +1,9 @@
 #include "scale_tables.h"
 
 #include "measuring/markdown_table.h"
-#include "sensors_at_once.h"
-#include "stream_load.h"
-
+#include "measuring/sensors_at_once.h"
 #include "simulator/robot_cell.h"
+#include "stream_load.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +11,7 @@
 #include <thread>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -186,5 +185,5 @@ printSixSensors(const ScaleOptions& options, std::ostream& output)
   table.print(output);
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

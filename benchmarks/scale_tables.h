@@ -8,7 +8,7 @@
 #include <iosfwd>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief The most streams that are decoded in time, on one core and on all, and the
  * most that a gigabit carries. */
@@ -19,5 +19,5 @@ printManyStreams(const ScaleOptions& options, std::ostream& output);
 void
 printSixSensors(const ScaleOptions& options, std::ostream& output);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -151,5 +151,5 @@ timeStages(const InputStream& stream, const Workload& workload, std::size_t repe
   return times;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

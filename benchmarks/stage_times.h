@@ -3,14 +3,14 @@
  */
 #pragma once
 
-#include "samples.h"
-#include "workload.h"
+#include "measuring/samples.h"
+#include "measuring/workload.h"
 
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Milliseconds of each stage of one variant; samples are frames. */
 struct StageTimes {
@@ -31,5 +31,5 @@ timeStages(const InputStream& stream,
            const Workload& workload,
            std::size_t repetitions);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

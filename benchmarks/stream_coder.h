@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <cstddef>
 #include <memory>
@@ -12,7 +12,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief What of the points a coder's bytes hold. */
 enum class Content { VoxelsWithIntensity, Voxels, PointsWithIntensity, Points };
@@ -116,5 +116,5 @@ addZstdCoder(StreamCoders& coders);
 StreamCoders
 makeAllCoders(const Workload& workload);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

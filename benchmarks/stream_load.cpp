@@ -14,7 +14,7 @@
 #include <thread>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -251,5 +251,5 @@ mostStreams(const std::vector<SensorStream>& sources,
   return good;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

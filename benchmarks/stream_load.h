@@ -3,13 +3,13 @@
  */
 #pragma once
 
-#include "sensor_streams.h"
+#include "measuring/sensor_streams.h"
 
 #include <cstddef>
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief How many streams, how fast, for how long. */
 struct StreamLoad {
@@ -56,5 +56,5 @@ mostStreams(const std::vector<SensorStream>& sources,
             const StreamLoad& load,
             LoadResult& best);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -17,7 +17,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief A MeasuringProcess whose answers are a struct of plain numbers. */
 template <typename FiguresT>
@@ -107,5 +107,5 @@ takeTurns(const std::string& stream,
   }
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

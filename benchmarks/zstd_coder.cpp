@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -119,5 +119,5 @@ addZstdCoder(StreamCoders& coders)
   coders.push_back(std::make_unique<ZstdCoder>());
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

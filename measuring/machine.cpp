@@ -18,7 +18,7 @@
 #include <thread>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -133,5 +133,5 @@ printMachine(std::ostream& output)
          << ".\n\n";
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

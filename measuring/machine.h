@@ -3,7 +3,7 @@
 #include <iosfwd>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Prints the line that tells the machine, its system, the compiler, the versions,
  * the date and the load, without which no figure below it means anything. */
@@ -27,5 +27,5 @@ threadCpuSeconds();
 double
 residentMegabytes();
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -6,7 +6,7 @@
 #include <sstream>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 std::string
 formatted(double value, int digits)
@@ -46,5 +46,5 @@ MarkdownTable::print(std::ostream& output) const
   output << '\n';
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

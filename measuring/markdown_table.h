@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief A number with so many digits behind the point, thousands apart: 1,234.5 */
 std::string
@@ -32,5 +32,5 @@ private:
   std::vector<Row> rows_; ///< the first is the header
 };
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief Mean and standard deviation of samples that come one by one (Welford). */
 class MeanAndDeviation {
@@ -54,5 +54,5 @@ private:
   double largest_ = 0.0;
 };
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -2,11 +2,10 @@
  * The main job of this project as one program: a stream of clouds through the whole
  * pipeline, and a table of what it cost.
  */
-#include "cloud_sequence.h"
+#include "measuring/cloud_sequence.h"
+#include "simulator/crop_box.h"
 #include "stream_options.h"
 #include "stream_run.h"
-
-#include "simulator/crop_box.h"
 
 #include <algorithm>
 #include <exception>
@@ -19,7 +18,7 @@
 namespace {
 
 using pcl_ext::io::BoundingBox;
-using pcl_ext::tools::CloudSequence;
+using pcl_ext::measuring::CloudSequence;
 using pcl_ext::tools::StreamOptions;
 using pcl_ext::tools::StreamReport;
 
@@ -71,10 +70,10 @@ run(const StreamOptions& options)
   std::vector<std::unique_ptr<CloudSequence>> sequences;
   std::optional<BoundingBox> crop_box = options.crop_box;
   if (!options.inputs.empty())
-    sequences = pcl_ext::tools::openSequences(options.inputs, options.frames);
+    sequences = pcl_ext::measuring::openSequences(options.inputs, options.frames);
   else {
-    sequences.push_back(
-        pcl_ext::tools::openCell(options.cell_sensor, options.frames, options.seed));
+    sequences.push_back(pcl_ext::measuring::openCell(
+        options.cell_sensor, options.frames, options.seed));
     if (!crop_box)
       crop_box = pcl_ext::cell::cropBox();
   }

@@ -1,6 +1,6 @@
 #include "stream_options.h"
 
-#include "command_line.h"
+#include "measuring/command_line.h"
 
 #include <boost/program_options.hpp>
 
@@ -82,7 +82,8 @@ parseCount(const options::variables_map& values,
            std::int64_t lowest,
            std::int64_t highest)
 {
-  return checkedCount(option, values[option].as<std::int64_t>(), lowest, highest);
+  return measuring::checkedCount(
+      option, values[option].as<std::int64_t>(), lowest, highest);
 }
 
 options::options_description
@@ -155,7 +156,7 @@ parseOptions(int argc, const char* const* argv)
   StreamOptions result;
   const options::options_description description = describeOptions(result);
   options::variables_map values;
-  if (!parseCommandLine(argc, argv, description, "input", values))
+  if (!measuring::parseCommandLine(argc, argv, description, "input", values))
     return std::nullopt;
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   if (values.count("frames") != 0)

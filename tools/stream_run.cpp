@@ -315,7 +315,7 @@ private:
  * \throws std::runtime_error if there is none
  */
 void
-readFirst(CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
+readFirst(measuring::CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
 {
   for (std::size_t index = 0; index + 1 < sequence.size(); ++index) {
     try {
@@ -332,7 +332,7 @@ readFirst(CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
 } // namespace
 
 StreamReport
-runStream(CloudSequence& sequence,
+runStream(measuring::CloudSequence& sequence,
           const StreamOptions& options,
           const std::optional<io::BoundingBox>& crop_box)
 {

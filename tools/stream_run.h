@@ -1,6 +1,6 @@
 #pragma once
 
-#include "cloud_sequence.h"
+#include "measuring/cloud_sequence.h"
 #include "stream_options.h"
 
 #include <cstddef>
@@ -38,7 +38,7 @@ struct StreamReport {
  * \throws std::exception with a sentence for the user if nothing can be processed
  */
 StreamReport
-runStream(CloudSequence& sequence,
+runStream(measuring::CloudSequence& sequence,
           const StreamOptions& options,
           const std::optional<io::BoundingBox>& crop_box);
 

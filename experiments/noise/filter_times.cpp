@@ -2,11 +2,11 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "simulator/labelled_stream.h"
-#include "point_filters.h"
-
 #include "measuring/machine.h"
 #include "measuring/markdown_table.h"
+#include "point_filters.h"
+#include "simulator/labelled_stream.h"
+
 #include <result_file.h>
 
 #include <algorithm>
@@ -32,9 +32,9 @@ voxelFilter(Law law, VoxelOutlierRemoval& removal)
   return {"VoxelOutlierRemoval on " + nameOf(law),
           [law, &removal](const LabelledFrame& frame, const Centres::Ptr&) {
             io::VoxelFrame filtered = frame.of(law);
-            const double start = benchmarks::processCpuSeconds();
+            const double start = measuring::processCpuSeconds();
             removal.filter(filtered);
-            return benchmarks::processCpuSeconds() - start;
+            return measuring::processCpuSeconds() - start;
           }};
 }
 
@@ -50,7 +50,7 @@ statisticalFilter(int neighbours)
 TimedFilter
 radiusFilter(double voxels, double resolution)
 {
-  return {"RadiusOutlierRemoval " + benchmarks::formatted(voxels, 1) + " voxels",
+  return {"RadiusOutlierRemoval " + measuring::formatted(voxels, 1) + " voxels",
           [radius = voxels * resolution](const LabelledFrame&,
                                          const Centres::Ptr& centres) {
             return radiusSeconds(centres, radius);
@@ -106,11 +106,11 @@ medianOf(std::vector<double> values)
 void
 print(const TimedFilters& timed, std::ostream& output)
 {
-  benchmarks::MarkdownTable table({"filter", "median", "longest"});
+  measuring::MarkdownTable table({"filter", "median", "longest"});
   for (const FilterTimes& times : timed.filters)
     table.addRow({times.filter,
-                  benchmarks::formatted(medianOf(times.milliseconds), 2),
-                  benchmarks::formatted(longestOf(times.milliseconds), 2)});
+                  measuring::formatted(medianOf(times.milliseconds), 2),
+                  measuring::formatted(longestOf(times.milliseconds), 2)});
   table.print(output);
 }
 

@@ -3,14 +3,14 @@
  * the paper's laws, by the library's filter and by PCL's.
  */
 #include "filter_times.h"
-#include "simulator/labelled_lidar.h"
+#include "measuring/markdown_table.h"
 #include "methods.h"
 #include "noise_figures.h"
 #include "noise_options.h"
 #include "shell_weights.h"
+#include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
 
-#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <cstdint>
@@ -91,7 +91,7 @@ private:
     const TimedFilters timed =
         measureFilterTimes(options_.seed, sensor, options_.frames, options_.resolution);
     std::cout << "## Time, sensor " << sensor << ", "
-              << benchmarks::formatted(timed.voxels, 0)
+              << measuring::formatted(timed.voxels, 0)
               << " voxels, processor milliseconds a frame\n\n";
     print(timed, std::cout);
     if (results_)

@@ -2,9 +2,8 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "point_filters.h"
-
 #include "measuring/markdown_table.h"
+#include "point_filters.h"
 
 #include <algorithm>
 #include <memory>
@@ -141,7 +140,7 @@ peerMethods(double resolution)
   // Between the distances to which voxels' centres can be apart.
   for (const double voxels : {1.2, 1.5, 1.8, 2.1, 2.5, 3.1, 4.1})
     methods.push_back(
-        {"RadiusOutlierRemoval " + benchmarks::formatted(voxels, 1) + " voxels",
+        {"RadiusOutlierRemoval " + measuring::formatted(voxels, 1) + " voxels",
          [voxels, resolution](const LabelledFrame& frame, std::vector<float>& scores) {
            radiusScores(centresOf(frame.of(Law::Count)), voxels * resolution, scores);
          },

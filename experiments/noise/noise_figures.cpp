@@ -1,6 +1,7 @@
 #include "noise_figures.h"
 
 #include "measuring/markdown_table.h"
+
 #include <result_file.h>
 
 #include <cmath>
@@ -12,8 +13,8 @@ namespace noise {
 
 namespace {
 
-using benchmarks::formatted;
-using benchmarks::MarkdownTable;
+using measuring::formatted;
+using measuring::MarkdownTable;
 
 constexpr double wanted_surfaces = 0.95;
 

@@ -1,10 +1,9 @@
 #include "noise_options.h"
 
+#include "measuring/command_line.h"
 #include "simulator/robot_cell.h"
 
 #include <boost/program_options.hpp>
-
-#include <command_line.h>
 
 #include <limits>
 #include <map>
@@ -68,7 +67,7 @@ parseNoiseOptions(int argc, const char* const* argv)
   option(
       "results", options::value(&result.results_file), "file, for the results as CSV");
   options::variables_map values;
-  if (!tools::parseCommandLine(argc, argv, description, "", values))
+  if (!measuring::parseCommandLine(argc, argv, description, "", values))
     return std::nullopt;
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   result.part = partNamed(part);
@@ -76,9 +75,9 @@ parseNoiseOptions(int argc, const char* const* argv)
                                        ? cell::RobotCell::lidar
                                        : cell::RobotCell::sensor_count;
   for (const std::int64_t sensor : sensors)
-    result.sensors.push_back(tools::checkedCount("sensor", sensor, 1, last_sensor));
-  result.frames = tools::checkedCount("frames", frames, 1, most);
-  result.seed = tools::checkedCount("seed", seed, 0, most);
+    result.sensors.push_back(measuring::checkedCount("sensor", sensor, 1, last_sensor));
+  result.frames = measuring::checkedCount("frames", frames, 1, most);
+  result.seed = measuring::checkedCount("seed", seed, 0, most);
   if (!(result.resolution >= 0.005 && result.resolution <= 1.0))
     throw std::invalid_argument("--resolution must be 0.005 to 1, metres");
   return result;

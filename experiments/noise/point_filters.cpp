@@ -3,11 +3,11 @@
 #include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/compression/voxel_centres.h>
 
+#include "measuring/machine.h"
+
 #include <pcl/filters/radius_outlier_removal.h>
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/search/kdtree.h>
-
-#include "measuring/machine.h"
 
 #include <cmath>
 #include <cstddef>
@@ -23,10 +23,10 @@ double
 secondsOf(FilterT& removal, const Centres::ConstPtr& centres)
 {
   Centres kept;
-  const double start = benchmarks::processCpuSeconds();
+  const double start = measuring::processCpuSeconds();
   removal.setInputCloud(centres);
   removal.filter(kept);
-  return benchmarks::processCpuSeconds() - start;
+  return measuring::processCpuSeconds() - start;
 }
 
 } // namespace

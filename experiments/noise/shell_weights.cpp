@@ -2,12 +2,11 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "simulator/labelled_stream.h"
+#include "measuring/markdown_table.h"
 #include "methods.h"
+#include "simulator/labelled_stream.h"
 
 #include <Eigen/Dense>
-
-#include "measuring/markdown_table.h"
 
 #include <algorithm>
 #include <array>
@@ -146,10 +145,10 @@ printShellWeights(std::uint32_t seed,
   }
   const Eigen::Vector4d weights = fit(samples);
   output << "## Weights fitted to sensor " << sensor << ", seed " << seed << "\n\n";
-  benchmarks::MarkdownTable table({"c", "core", "ring", "rim"});
-  benchmarks::MarkdownTable::Row row;
+  measuring::MarkdownTable table({"c", "core", "ring", "rim"});
+  measuring::MarkdownTable::Row row;
   for (Eigen::Index i = 0; i < 4; ++i)
-    row.push_back(benchmarks::formatted(weights[i], 2));
+    row.push_back(measuring::formatted(weights[i], 2));
   table.addRow(row);
   table.print(output);
 }

@@ -3,13 +3,13 @@
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "measuring/markdown_table.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
-#include "measuring/markdown_table.h"
 #include <result_file.h>
 
 #include <limits>
@@ -149,15 +149,15 @@ measureStreamBytes(std::uint32_t seed,
 void
 print(const std::vector<SentBytes>& sent, std::ostream& output)
 {
-  benchmarks::MarkdownTable table(
+  measuring::MarkdownTable table(
       {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"});
   for (const SentBytes& one : sent)
     table.addRow({one.law,
                   one.effort,
                   one.filter,
-                  benchmarks::formatted(one.voxels, 0),
-                  benchmarks::formatted(one.bytes, 0),
-                  benchmarks::formatted(one.less_percent, 1)});
+                  measuring::formatted(one.voxels, 0),
+                  measuring::formatted(one.bytes, 0),
+                  measuring::formatted(one.less_percent, 1)});
   table.print(output);
 }
 

@@ -3,9 +3,8 @@
  */
 #pragma once
 
-#include "result_file.h"
-
 #include "measuring/mean_and_deviation.h"
+#include "result_file.h"
 
 #include <cstddef>
 
@@ -48,11 +47,11 @@ public:
 
 private:
   double frame_rate_;
-  benchmarks::MeanAndDeviation bytes_;
-  benchmarks::MeanAndDeviation ratio_;
-  benchmarks::MeanAndDeviation megabits_per_second_;
-  benchmarks::MeanAndDeviation encode_ms_;
-  benchmarks::MeanAndDeviation decode_ms_;
+  measuring::MeanAndDeviation bytes_;
+  measuring::MeanAndDeviation ratio_;
+  measuring::MeanAndDeviation megabits_per_second_;
+  measuring::MeanAndDeviation encode_ms_;
+  measuring::MeanAndDeviation decode_ms_;
 };
 
 } // namespace report

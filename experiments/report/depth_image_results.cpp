@@ -2,10 +2,9 @@
 
 #include "coding_costs.h"
 #include "depth_image_coders.h"
+#include "measuring/samples.h"
 
 #include <pcl/conversions.h>
-
-#include <samples.h>
 
 #include <cmath>
 
@@ -14,8 +13,8 @@ namespace report {
 
 namespace {
 
-using benchmarks::MeanAndDeviation;
-using benchmarks::timeOf;
+using measuring::MeanAndDeviation;
+using measuring::timeOf;
 
 constexpr double wrong_mm = 100.0;
 
@@ -106,7 +105,7 @@ makeRuns(const std::string& suffix, double frame_rate)
  */
 double
 cropImage(const pcl::PCLPointCloud2& cloud,
-          const benchmarks::InputStream& stream,
+          const measuring::InputStream& stream,
           DepthImage& image)
 {
   pcl::PointCloud<pcl::PointXYZ> points;
@@ -129,7 +128,7 @@ cropImage(const pcl::PCLPointCloud2& cloud,
 } // namespace
 
 void
-measureDepthImages(const benchmarks::InputStream& stream,
+measureDepthImages(const measuring::InputStream& stream,
                    double frame_rate,
                    ResultFile& results)
 {

@@ -3,9 +3,8 @@
  */
 #pragma once
 
+#include "measuring/workload.h"
 #include "result_file.h"
-
-#include <workload.h>
 
 namespace pcl_ext {
 namespace report {
@@ -20,7 +19,7 @@ namespace report {
  * \throws std::runtime_error if a coder fails
  */
 void
-measureDepthImages(const benchmarks::InputStream& stream,
+measureDepthImages(const measuring::InputStream& stream,
                    double frame_rate,
                    ResultFile& results);
 

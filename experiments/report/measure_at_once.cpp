@@ -3,13 +3,12 @@
  * experiments/report.sh makes: the paper's section 3.3. A process for each coder, so that
  * none finds memory that another one left.
  */
+#include "measuring/command_line.h"
+#include "measuring/machine.h"
+#include "measuring/sensors_at_once.h"
 #include "result_file.h"
 
 #include <boost/program_options.hpp>
-
-#include <command_line.h>
-#include "measuring/machine.h"
-#include <sensors_at_once.h>
 
 #include <cstdint>
 #include <exception>
@@ -21,8 +20,8 @@
 namespace {
 
 namespace options = boost::program_options;
-using pcl_ext::benchmarks::NodeFigures;
-using pcl_ext::benchmarks::RunAtOnce;
+using pcl_ext::measuring::NodeFigures;
+using pcl_ext::measuring::RunAtOnce;
 using pcl_ext::report::ResultFile;
 using pcl_ext::report::Subject;
 
@@ -51,10 +50,10 @@ parse(int argc, const char* const* argv, AtOnceOptions& result)
          "clouds of each sensor, 3.5 MB each, which are repeated");
   option("seconds", options::value(&result.seconds)->default_value(50.0), "to run");
   options::variables_map values;
-  if (!pcl_ext::tools::parseCommandLine(argc, argv, description, "file", values))
+  if (!pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values))
     return false;
   // All clouds are held in memory: a thousand of each sensor are 21 GB.
-  result.frames = pcl_ext::tools::checkedCount("frames", frames, 1, 1000);
+  result.frames = pcl_ext::measuring::checkedCount("frames", frames, 1, 1000);
   if (!(result.seconds >= 0.1 && result.seconds <= 86400.0))
     throw std::invalid_argument("--seconds must be 0.1 to 86400");
   return true;
@@ -63,21 +62,21 @@ parse(int argc, const char* const* argv, AtOnceOptions& result)
 void
 measure(const AtOnceOptions& options)
 {
-  const pcl_ext::benchmarks::Workload workload;
-  const auto variant = pcl_ext::benchmarks::variantNamed(options.coder);
+  const pcl_ext::measuring::Workload workload;
+  const auto variant = pcl_ext::measuring::variantNamed(options.coder);
   ResultFile results(options.file);
   const Subject run_itself{"at_once_run", "", variant.name, workload.resolution};
   results.add(run_itself, "clouds", static_cast<double>(options.frames));
   results.add(run_itself, "seconds", options.seconds);
-  std::vector<pcl_ext::benchmarks::SensorAtWork> sensors =
-      pcl_ext::benchmarks::sixKinects(workload, variant, options.frames);
-  sensors.push_back(pcl_ext::benchmarks::cellLidar(workload, variant, options.frames));
-  const double load = pcl_ext::benchmarks::loadAverage();
+  std::vector<pcl_ext::measuring::SensorAtWork> sensors =
+      pcl_ext::measuring::sixKinects(workload, variant, options.frames);
+  sensors.push_back(pcl_ext::measuring::cellLidar(workload, variant, options.frames));
+  const double load = pcl_ext::measuring::loadAverage();
   // Nothing is removed before merging: no threshold fits counts and the lidar's own
   // intensities alike.
   constexpr float keep_all = 0.0f;
   const RunAtOnce run =
-      pcl_ext::benchmarks::runAtOnce(sensors, options.seconds, keep_all);
+      pcl_ext::measuring::runAtOnce(sensors, options.seconds, keep_all);
   std::vector<NodeFigures> nodes = run.sensors;
   nodes.push_back(run.central);
   for (const NodeFigures& node : nodes) {

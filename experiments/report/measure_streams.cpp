@@ -3,15 +3,14 @@
  * experiments/report.sh makes: the paper's sections 3.1 and 3.2.
  */
 #include "depth_image_results.h"
+#include "measuring/command_line.h"
+#include "measuring/machine.h"
+#include "measuring/sensor_streams.h"
 #include "result_file.h"
+#include "simulator/robot_cell.h"
 #include "stream_results.h"
 
 #include <boost/program_options.hpp>
-
-#include "simulator/robot_cell.h"
-#include <command_line.h>
-#include "measuring/machine.h"
-#include <sensor_streams.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -25,10 +24,10 @@
 namespace {
 
 namespace options = boost::program_options;
-using pcl_ext::benchmarks::InputStream;
-using pcl_ext::benchmarks::Variant;
-using pcl_ext::benchmarks::Workload;
 using pcl_ext::cell::RobotCell;
+using pcl_ext::measuring::InputStream;
+using pcl_ext::measuring::Variant;
+using pcl_ext::measuring::Workload;
 using pcl_ext::nodes::IntensityLaw;
 using pcl_ext::report::ResultFile;
 using pcl_ext::report::StreamCoder;
@@ -58,9 +57,9 @@ codersOf(const Subject& subject, const InputStream& stream)
   Workload workload;
   workload.resolution = subject.resolution;
   std::vector<StreamCoder> coders;
-  for (const Variant& variant : pcl_ext::benchmarks::libraryVariants()) {
+  for (const Variant& variant : pcl_ext::measuring::libraryVariants()) {
     StreamCoder coder{
-        subject, pcl_ext::benchmarks::sensorNodeSettings(stream, workload, variant)};
+        subject, pcl_ext::measuring::sensorNodeSettings(stream, workload, variant)};
     coder.subject.coder = variant.name;
     coders.push_back(coder);
   }
@@ -94,12 +93,12 @@ measureSensors(const StreamOptions& options, ResultFile& results)
 {
   for (unsigned int number = 1; number <= RobotCell::sensor_count; ++number)
     measureSensor(number,
-                  pcl_ext::benchmarks::openCellStream(number, options.frames),
+                  pcl_ext::measuring::openCellStream(number, options.frames),
                   IntensityLaw::Count,
                   RobotCell::frame_rate,
                   results);
   measureSensor(RobotCell::lidar,
-                pcl_ext::benchmarks::openLidarStream(options.frames),
+                pcl_ext::measuring::openLidarStream(options.frames),
                 IntensityLaw::Native,
                 RobotCell::lidar_rate,
                 results);
@@ -111,7 +110,7 @@ measureLaws(const StreamOptions& options, ResultFile& results)
 {
   using pcl_ext::KinectV2;
   tell("laws of intensity");
-  const InputStream stream = pcl_ext::benchmarks::openCellStream(1, options.frames);
+  const InputStream stream = pcl_ext::measuring::openCellStream(1, options.frames);
   std::vector<StreamCoder> coders;
   for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear})
     for (StreamCoder coder : codersOf(
@@ -130,7 +129,7 @@ void
 measureResolutions(const StreamOptions& options, ResultFile& results)
 {
   tell("resolutions");
-  const InputStream stream = pcl_ext::benchmarks::openCellStream(
+  const InputStream stream = pcl_ext::measuring::openCellStream(
       1, std::min(options.frames, most_frames_of_sweep));
   std::vector<StreamCoder> coders;
   for (int centimetres = 1; centimetres <= 20; ++centimetres)
@@ -157,9 +156,9 @@ parse(int argc, const char* const* argv, StreamOptions& result)
          options::value(&frames)->default_value(1000),
          "of each sensor of the robot cell");
   options::variables_map values;
-  if (!pcl_ext::tools::parseCommandLine(argc, argv, description, "file", values))
+  if (!pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values))
     return false;
-  result.frames = pcl_ext::tools::checkedCount("frames", frames, 1, 1000000);
+  result.frames = pcl_ext::measuring::checkedCount("frames", frames, 1, 1000000);
   return true;
 }
 
@@ -168,7 +167,7 @@ measure(const StreamOptions& options)
 {
   if (!options.machine_file.empty()) {
     std::ofstream machine(options.machine_file);
-    pcl_ext::benchmarks::printMachine(machine);
+    pcl_ext::measuring::printMachine(machine);
     if (!machine)
       throw std::runtime_error("cannot write '" + options.machine_file + "'");
   }
@@ -180,7 +179,7 @@ measure(const StreamOptions& options)
   measureResolutions(options, results);
   tell("depth images");
   pcl_ext::report::measureDepthImages(
-      pcl_ext::benchmarks::openCellStream(1, options.frames),
+      pcl_ext::measuring::openCellStream(1, options.frames),
       RobotCell::frame_rate,
       results);
   results.close();

@@ -28,7 +28,7 @@ ResultFile::addLine(const Subject& subject,
 void
 ResultFile::add(const Subject& subject,
                 const std::string& quantity,
-                const benchmarks::MeanAndDeviation& samples)
+                const measuring::MeanAndDeviation& samples)
 {
   addLine(subject, quantity, samples.mean(), samples.deviation(), samples.count());
 }

@@ -32,7 +32,7 @@ public:
   void
   add(const Subject& subject,
       const std::string& quantity,
-      const benchmarks::MeanAndDeviation& samples);
+      const measuring::MeanAndDeviation& samples);
 
   /** \brief A quantity that is measured once.
    * \param[in] samples frames that it is of, all together

@@ -5,12 +5,11 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "labelled_voxels.h"
+#include "measuring/command_line.h"
+#include "simulator/crop_box.h"
+#include "simulator/labelled_lidar.h"
 
 #include <boost/program_options.hpp>
-
-#include "simulator/crop_box.h"
-#include <command_line.h>
-#include "simulator/labelled_lidar.h"
 
 #include <array>
 #include <cmath>
@@ -229,7 +228,8 @@ parse(int argc, const char* const* argv, std::string& folder)
   option("help,h", "print this and stop");
   option("folder", options::value(&folder)->required(), "that the CSV files go to");
   options::variables_map values;
-  return pcl_ext::tools::parseCommandLine(argc, argv, description, "folder", values);
+  return pcl_ext::measuring::parseCommandLine(
+      argc, argv, description, "folder", values);
 }
 
 } // namespace

@@ -3,8 +3,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "coding_costs.h"
-
-#include <samples.h>
+#include "measuring/samples.h"
 
 #include <stdexcept>
 
@@ -13,8 +12,8 @@ namespace report {
 
 namespace {
 
-using benchmarks::MeanAndDeviation;
-using benchmarks::timeOf;
+using measuring::MeanAndDeviation;
+using measuring::timeOf;
 
 /** \brief One coder at work on its stream. */
 class CoderRun {
@@ -76,7 +75,7 @@ private:
 } // namespace
 
 void
-measureCoders(const benchmarks::InputStream& stream,
+measureCoders(const measuring::InputStream& stream,
               double frame_rate,
               const std::vector<StreamCoder>& coders,
               ResultFile& results)
@@ -96,7 +95,7 @@ measureCoders(const benchmarks::InputStream& stream,
 }
 
 void
-measureCropping(const benchmarks::InputStream& stream,
+measureCropping(const measuring::InputStream& stream,
                 const Subject& subject,
                 ResultFile& results)
 {
@@ -107,7 +106,7 @@ measureCropping(const benchmarks::InputStream& stream,
         Eigen::Map<const Eigen::Vector3d>(stream.crop_box->min.data()).cast<float>(),
         Eigen::Map<const Eigen::Vector3d>(stream.crop_box->max.data()).cast<float>());
   pcl::PCLPointCloud2 cloud;
-  benchmarks::IntensityCloud cropped;
+  measuring::IntensityCloud cropped;
   MeanAndDeviation points, cropped_points, kept_percent, preprocess_ms;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);

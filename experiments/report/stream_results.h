@@ -6,9 +6,8 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "measuring/workload.h"
 #include "result_file.h"
-
-#include <workload.h>
 
 #include <vector>
 
@@ -33,7 +32,7 @@ struct StreamCoder {
  * were coded
  */
 void
-measureCoders(const benchmarks::InputStream& stream,
+measureCoders(const measuring::InputStream& stream,
               double frame_rate,
               const std::vector<StreamCoder>& coders,
               ResultFile& results);
@@ -43,7 +42,7 @@ measureCoders(const benchmarks::InputStream& stream,
  * Quantities: points (with a return), cropped_points, kept_percent and preprocess_ms.
  */
 void
-measureCropping(const benchmarks::InputStream& stream,
+measureCropping(const measuring::InputStream& stream,
                 const Subject& subject,
                 ResultFile& results);
 

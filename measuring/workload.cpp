@@ -1,55 +1,22 @@
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
-#include "sampled_room.h"
+#include "simulator/crop_box.h"
 
 #include <pcl/common/io.h>
 #include <pcl/conversions.h>
-
-#include "simulator/crop_box.h"
 
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
 /** \brief Top of the 8-bit scale that the published layout has, and all get here. */
 constexpr float scale_top = 255.0f;
-
-class RoomSequence : public tools::CloudSequence {
-public:
-  RoomSequence(std::size_t points, std::size_t frames)
-  : CloudSequence("room_" + std::to_string(points)), frames_(frames), room_(points)
-  {}
-
-  std::size_t
-  size() const override
-  {
-    return frames_;
-  }
-
-  Eigen::Isometry3d
-  sensorPose() const override
-  {
-    return SampledRoom::sensorPose();
-  }
-
-  void
-  read(std::size_t index, pcl::PCLPointCloud2& cloud) override
-  {
-    PositionCloud points;
-    room_.capture(static_cast<std::uint32_t>(index), points);
-    pcl::toPCLPointCloud2(points, cloud);
-  }
-
-private:
-  std::size_t frames_;
-  SampledRoom room_;
-};
 
 template <typename LawT>
 Preprocessing
@@ -158,26 +125,20 @@ makePreprocessing(const Workload& workload,
 InputStream
 openCellStream(unsigned int sensor, std::size_t frames)
 {
-  return {tools::openCell(sensor, frames, /* seed */ 1), cell::cropBox()};
+  return {openCell(sensor, frames, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream
 openLidarStream(std::size_t revolutions)
 {
-  return {tools::openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
-}
-
-InputStream
-openRoomStream(std::size_t points, std::size_t frames)
-{
-  return {std::make_unique<RoomSequence>(points, frames), std::nullopt};
+  return {openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
 }
 
 std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders)
 {
   std::vector<InputStream> streams;
-  for (auto& clouds : tools::openSequences(folders, /* max_frames */ 0))
+  for (auto& clouds : openSequences(folders, /* max_frames */ 0))
     streams.push_back({std::move(clouds), std::nullopt});
   return streams;
 }
@@ -206,5 +167,5 @@ readFrames(const InputStream& stream, const Workload& workload, Keep keep)
   return frames;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -8,12 +8,12 @@
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "measuring/cloud_sequence.h"
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <Eigen/Geometry>
-
-#include <cloud_sequence.h>
 
 #include <cstddef>
 #include <functional>
@@ -23,7 +23,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 using PositionCloud = pcl::PointCloud<pcl::PointXYZ>;
 using IntensityCloud = pcl::PointCloud<pcl::PointXYZI>;
@@ -101,7 +101,7 @@ struct InputFrame {
 
 /** \brief The clouds of one sensor, and what is kept of them. */
 struct InputStream {
-  std::unique_ptr<tools::CloudSequence> clouds;
+  std::unique_ptr<CloudSequence> clouds;
   std::optional<io::BoundingBox> crop_box;
 };
 
@@ -112,10 +112,6 @@ openCellStream(unsigned int sensor, std::size_t frames);
 /** \brief The robot cell's lidar with the cell's crop box. */
 InputStream
 openLidarStream(std::size_t revolutions);
-
-/** \brief The sampled room, uncropped. */
-InputStream
-openRoomStream(std::size_t points, std::size_t frames);
 
 /** \brief The recordings in folders, in their sensors' frames, uncropped. */
 std::vector<InputStream>
@@ -133,5 +129,5 @@ enum class Keep { All, Preprocessed };
 std::vector<InputFrame>
 readFrames(const InputStream& stream, const Workload& workload, Keep keep);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,11 +1,11 @@
-#include "sensors_at_once.h"
+#include "measuring/sensors_at_once.h"
 
 #include <pcl_ext/nodes/central_node.h>
 
 #include "measuring/machine.h"
-#include "sensor_streams.h"
-
+#include "measuring/sensor_streams.h"
 #include "simulator/robot_cell.h"
+
 #include <malloc.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include <thread>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 namespace {
 
@@ -110,7 +110,7 @@ centralTotals(const SharedTotals& shared)
 Sensor
 makeSensor(const SensorAtWork& description)
 {
-  tools::CloudSequence& clouds = *description.stream.clouds;
+  CloudSequence& clouds = *description.stream.clouds;
   Sensor sensor{clouds.name(),
                 WorldPose(clouds.sensorPose()),
                 description.frame_rate,
@@ -274,5 +274,5 @@ runAtOnce(const std::vector<SensorAtWork>& descriptions,
   return run;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief One figure of all frames of a stream. */
 class Samples {
@@ -76,5 +76,5 @@ timeOf(ActionT&& action)
   return processorTime() - start;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

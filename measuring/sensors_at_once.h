@@ -6,14 +6,14 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "measuring/mean_and_deviation.h"
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <cstddef>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief What one node needed, as the paper's Table 5 asks. Rates are of each second. */
 struct NodeFigures {
@@ -66,5 +66,5 @@ runAtOnce(const std::vector<SensorAtWork>& sensors,
           double seconds,
           float min_intensity);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "simulator/robot_cell.h"
+
 #include <pcl/PCLPointCloud2.h>
 
 #include <Eigen/Geometry>
-
-#include "simulator/robot_cell.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace tools {
+namespace measuring {
 
 /** \brief Clouds of one sensor in the order of their time. */
 class CloudSequence {
@@ -77,5 +77,5 @@ openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed);
 std::unique_ptr<CloudSequence>
 openCellLidar(std::size_t revolutions, std::uint32_t seed);
 
-} // namespace tools
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,4 +1,4 @@
-#include "command_line.h"
+#include "measuring/command_line.h"
 
 #include <boost/program_options/parsers.hpp>
 #include <boost/program_options/positional_options.hpp>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace tools {
+namespace measuring {
 
 namespace options = boost::program_options;
 
@@ -47,5 +47,5 @@ checkedCount(const std::string& option,
   return static_cast<unsigned int>(count);
 }
 
-} // namespace tools
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,9 +1,9 @@
-#include "sensor_streams.h"
+#include "measuring/sensor_streams.h"
 
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 nodes::SensorNodeSettings
 sensorNodeSettings(const InputStream& stream,
@@ -45,5 +45,5 @@ encodeStream(const InputStream& stream,
   return encoded;
 }
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -5,7 +5,7 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "workload.h"
+#include "measuring/workload.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace pcl_ext {
-namespace benchmarks {
+namespace measuring {
 
 /** \brief A stream that can be sent again and again. */
 struct SensorStream {
@@ -38,5 +38,5 @@ encodeStream(const InputStream& stream,
              const Workload& workload,
              const Variant& variant);
 
-} // namespace benchmarks
+} // namespace measuring
 } // namespace pcl_ext

@@ -1,4 +1,4 @@
-#include "cloud_sequence.h"
+#include "measuring/cloud_sequence.h"
 
 #include <pcl/conversions.h>
 #include <pcl/io/pcd_io.h>
@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace tools {
+namespace measuring {
 
 namespace {
 
@@ -209,5 +209,5 @@ openCellLidar(std::size_t revolutions, std::uint32_t seed)
   return std::make_unique<LidarSequence>(revolutions, seed);
 }
 
-} // namespace tools
+} // namespace measuring
 } // namespace pcl_ext

@@ -7,7 +7,7 @@
 #include <string>
 
 namespace pcl_ext {
-namespace tools {
+namespace measuring {
 
 /** \brief Reads a program's command line.
  * \param[in] argc,argv of main
@@ -35,5 +35,5 @@ checkedCount(const std::string& option,
              std::int64_t lowest,
              std::int64_t highest);
 
-} // namespace tools
+} // namespace measuring
 } // namespace pcl_ext
