@@ -1,5 +1,5 @@
 #include "codec/payload_coder.h"
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -13,6 +13,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 /** \brief A stream of which the receiver has seen some frames, and the frame that an
  * enemy replaces. */
@@ -72,8 +73,7 @@ struct Attack {
     exact.shrink_to_fit();
     back = like;
     PayloadSizes sizes;
-    memory_count.reset();
-    const std::size_t before = memory_count.live;
+    const MemoryUse memory_use;
     CodingWorkspace work;
     PayloadCoder& coder = decoder.of(effort);
     const bool is_good = coder.decode(work,
@@ -85,7 +85,7 @@ struct Attack {
                                       sizes);
     if (is_good)
       coder.learn();
-    EXPECT_LE(memory_count.peak - before, std::size_t{1} << 22);
+    EXPECT_LE(memory_use.peak(), std::size_t{1} << 22);
     if (is_good) {
       EXPECT_TRUE(isConsistent(back));
       EXPECT_EQ(back.size(), count);

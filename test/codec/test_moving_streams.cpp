@@ -1,7 +1,7 @@
 /** \file
  * \brief What streams remember stays as large as what they see, however long they run.
  */
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
 
@@ -13,6 +13,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 /** \brief A scene that stays, and voxels that never come back, each in a block of its
  * own. */
@@ -41,17 +42,18 @@ TEST(MovingStreams, TakeNoMoreMemoryAsTheyGoOn)
     VoxelFrame back;
     Bytes bytes;
     std::size_t live = 0;
+    const MemoryUse memory_use;
     for (std::uint64_t i = 0; i < end; ++i) {
       const VoxelFrame frame = movingFrame(i);
       if (i == warm)
-        live = memory_count.live;
+        live = memory_use.live();
       ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
       ASSERT_EQ(encoder.statistics().is_i_frame, i == 0);
       ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
       ASSERT_EQ(back.keys, frame.keys);
     }
     // The frames' own vectors differ by a little.
-    EXPECT_LE(memory_count.live, live + 4096);
+    EXPECT_LE(memory_use.live(), live + 4096);
   }
 }
 

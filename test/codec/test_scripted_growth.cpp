@@ -2,8 +2,8 @@
  * \brief Forged payloads that would have a decoder make more and more are refused before
  * they take memory.
  */
-#include "measuring/counted_memory.h"
 #include "support/scripted_fast_stream.h"
+#include "support/test_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 /** \brief A whole octree of some levels, as if every voxel of a large cube were new. */
 void
@@ -27,10 +28,9 @@ std::size_t
 memoryToRefuse(FrameDecoder& decoder, const Bytes& bytes)
 {
   VoxelFrame back;
-  memory_count.reset();
-  const std::size_t before = memory_count.live;
+  const MemoryUse memory_use;
   EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Corrupt);
-  return memory_count.peak - before;
+  return memory_use.peak();
 }
 
 TEST(ScriptedGrowth, NodesThatAreMoreThanVoxels)

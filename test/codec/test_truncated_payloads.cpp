@@ -1,8 +1,8 @@
 /** \file
  * \brief Payloads that end too soon are not read behind their end.
  */
-#include "support/fenced_memory.h"
 #include "support/scripted_fast_stream.h"
+#include "support/test_memory.h"
 #include "support/voxel_streams.h"
 #include "voxels/voxel_block.h"
 
@@ -18,6 +18,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::FencedMemory;
 
 /** \brief Decodes the last of a stream's frames with less and less of its payload. */
 void
@@ -36,9 +37,8 @@ expectTruncationsRefused(const std::vector<Bytes>& stream)
     VoxelFrame back;
     for (std::size_t i = 0; i + 1 < stream.size(); ++i)
       ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
-    fenced_memory.is_wanted = true;
+    const FencedMemory fences;
     const CompressionCode answer = decoded(decoder, bytes, back);
-    fenced_memory.is_wanted = false;
     // The context coder reads zeros behind the end, which may be what there was.
     if (parts.header.effort == Effort::Fast) {
       EXPECT_EQ(answer, CompressionCode::Corrupt);
@@ -149,14 +149,13 @@ expectScriptRefused(const ScriptedStream& stream,
     const Bytes payload(whole.begin(), whole.begin() + size);
     const Bytes bytes = is_i_frame ? stream.otherIFrame(depth, 16, count, payload)
                                    : stream.frame(false, count, payload);
-    fenced_memory.is_wanted = true;
+    const FencedMemory fences;
     FrameDecoder decoder;
     VoxelFrame back;
     if (!is_i_frame) {
       ASSERT_EQ(decoded(decoder, stream.iFrame(), back), CompressionCode::Ok);
     }
     EXPECT_EQ(decoded(decoder, bytes, back), CompressionCode::Corrupt);
-    fenced_memory.is_wanted = false;
   }
 }
 
@@ -320,7 +319,7 @@ expectRefusedBehindShortFrames(std::mt19937_64& random,
   const std::uint32_t reference = takeApart(stream[stream.size() - 2]).checksum;
   const Bytes whole = parts.payload;
   ASSERT_GT(whole.size(), 250u);
-  fenced_memory.is_wanted = true;
+  const FencedMemory fences;
   FrameDecoder decoder;
   VoxelFrame back;
   for (std::size_t i = 0; i + 1 < stream.size(); ++i)
@@ -331,7 +330,6 @@ expectRefusedBehindShortFrames(std::mt19937_64& random,
     EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
               CompressionCode::Corrupt);
   }
-  fenced_memory.is_wanted = false;
 }
 
 TEST(TruncatedPayloads, BehindShortFrames)

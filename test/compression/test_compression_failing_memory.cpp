@@ -4,7 +4,7 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
-#include "support/failing_memory.h"
+#include "support/test_memory.h"
 
 #include <pcl/point_types.h>
 
@@ -22,7 +22,7 @@
 namespace {
 
 using namespace pcl_ext::io;
-using pcl_ext::test::OneFailingAllocation;
+using pcl_ext::test::FailingAllocation;
 using Point = pcl::PointXYZI;
 using Cloud = pcl::PointCloud<Point>;
 using Compression = OctreePointCloudIntensityCompression<Point>;
@@ -119,7 +119,7 @@ runWithFailure(std::size_t failing_cloud,
     std::stringstream stream;
     CompressionStatus status;
     if (i == failing_cloud && fails_at_encoder) {
-      const OneFailingAllocation failing(n, do_later_ones_fail);
+      const FailingAllocation failing(n, do_later_ones_fail);
       status = encoder.encodePointCloud(all[i], stream);
       has_failed = failing.hasFailed();
     }
@@ -139,7 +139,7 @@ runWithFailure(std::size_t failing_cloud,
     must_be_i_frame = false;
     Cloud::Ptr decoded(new Cloud);
     if (i == failing_cloud && !fails_at_encoder) {
-      const OneFailingAllocation failing(n, do_later_ones_fail);
+      const FailingAllocation failing(n, do_later_ones_fail);
       status = decoder.decodePointCloud(stream, decoded);
       has_failed = failing.hasFailed();
     }

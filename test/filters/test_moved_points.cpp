@@ -2,7 +2,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "filters/point_mover.h"
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace {
 
 using namespace pcl_ext;
-using pcl_ext::io::test::memory_count;
+using pcl_ext::test::MemoryUse;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float largest = std::numeric_limits<float>::max();
@@ -186,12 +186,12 @@ expectNoAllocations()
   ASSERT_TRUE(preprocessor.process(cloud, output).ok());
   // PCL's clouds have an allocator of their own, which is not counted.
   const pcl::PointXYZI* const memory = output.points.data();
-  memory_count.reset();
+  const MemoryUse memory_use;
   for (int i = 0; i < 5; ++i) {
     ASSERT_TRUE(preprocessor.process(cloud, output).ok());
     EXPECT_EQ(output.points.data(), memory);
   }
-  EXPECT_EQ(memory_count.allocations, 0u);
+  EXPECT_EQ(memory_use.allocations(), 0u);
   EXPECT_GT(output.size(), 100u);
 }
 

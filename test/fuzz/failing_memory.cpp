@@ -10,11 +10,10 @@
  * The first byte chooses the stream; for each frame follow a byte of choices and the number
  * of allocations that succeed.
  */
-#include "support/failing_memory.h"
-
 #include <pcl_ext/compression/voxelizer.h>
 
 #include "small_streams.h"
+#include "support/test_memory.h"
 
 #include <algorithm>
 #include <array>
@@ -66,7 +65,7 @@ public:
   bool
   run(const FunctionT& function) const
   {
-    std::optional<pcl_ext::test::OneFailingAllocation> failing;
+    std::optional<pcl_ext::test::FailingAllocation> failing;
     if (has(fails))
       failing.emplace(allocations_ + 1, has(fails_lastingly));
     bool has_thrown = false;

@@ -7,7 +7,7 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"
-#include "support/failing_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/world_voxels.h"
 
@@ -31,7 +31,7 @@ using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::test::Exemption;
-using pcl_ext::test::OneFailingAllocation;
+using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::worldVoxels;
 
 constexpr float min_intensity = 2.0f;
@@ -220,7 +220,7 @@ failInDecoding(const CodedStream& stream, std::size_t before, std::size_t number
   send(held.node, "b", stream.frames[before]);
   bool has_failed = false;
   {
-    const OneFailingAllocation failing(number);
+    const FailingAllocation failing(number);
     held.goOn();
     has_failed = failing.hasFailed();
   }
@@ -301,7 +301,7 @@ TEST(CentralNodeMemory, AFrameThatIsReceivedWithoutAnyIsRefusedAndSaidSo)
     std::size_t number = 1;
     for (bool has_failed = true; has_failed; ++number) {
       Bytes bytes = stream.frames[refused];
-      const OneFailingAllocation failing(number);
+      const FailingAllocation failing(number);
       const CentralNodeStatus status = held.node.receive("a", std::move(bytes));
       const Exemption exemption;
       has_failed = failing.hasFailed();
@@ -329,7 +329,7 @@ TEST(CentralNodeMemory, ARefusalIsSaidWithoutMemoryForItsMessage)
 {
   CentralNode node(centralSettings());
   const std::string long_name(100, 'n');
-  const OneFailingAllocation failing(1);
+  const FailingAllocation failing(1);
   const CentralNodeStatus status = node.receive(long_name, Bytes());
   EXPECT_TRUE(failing.hasFailed());
   expectCode(status, CentralNodeCode::OutOfMemory);
@@ -343,7 +343,7 @@ std::size_t
 failInEach(const CallT& call)
 {
   for (std::size_t number = 1;; ++number) {
-    const OneFailingAllocation failing(number);
+    const FailingAllocation failing(number);
     bool has_thrown = false;
     try {
       call();

@@ -5,8 +5,8 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"
-#include "support/failing_memory.h"
 #include "support/forged_frames.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ using pcl_ext::io::test::Parts;
 using pcl_ext::io::test::putTogether;
 using pcl_ext::io::test::RoomStream;
 using pcl_ext::io::test::takeApart;
-using pcl_ext::test::live_bytes;
+using pcl_ext::test::MemoryUse;
 
 /** \brief Below it nothing is given back, bytes. */
 constexpr std::size_t floor_of_rule = std::size_t{1} << 16;
@@ -59,7 +59,7 @@ using Streams = std::vector<std::vector<Bytes>>;
 std::size_t
 keptByDecoders(const Streams& streams)
 {
-  const std::size_t before = live_bytes;
+  const MemoryUse memory_use;
   std::vector<FrameDecoder> decoders(streams.size());
   CodingMemory memory;
   for (std::size_t i = 0; i < streams.size(); ++i)
@@ -67,7 +67,7 @@ keptByDecoders(const Streams& streams)
       VoxelFrame voxels;
       decoders[i].decode(bytes.data(), bytes.size(), voxels, memory);
     }
-  return live_bytes - before;
+  return memory_use.live();
 }
 
 /** \brief What a node of one thread keeps besides its decoder.
@@ -80,7 +80,7 @@ keptByNode(const std::vector<Bytes>& frames, bool merges)
   CentralNodeSettings settings = centralSettings();
   settings.threads = 1;
   settings.max_merge_age = Time::max();
-  const std::size_t before = live_bytes;
+  const MemoryUse memory_use;
   CentralNode node(settings);
   node.addStream("a");
   for (const Bytes& bytes : frames) {
@@ -89,7 +89,7 @@ keptByNode(const std::vector<Bytes>& frames, bool merges)
     if (merges)
       node.merge(merged);
   }
-  const std::size_t kept = live_bytes - before;
+  const std::size_t kept = memory_use.live();
   return kept - std::min(kept, of_decoder);
 }
 
@@ -131,7 +131,7 @@ TEST(CentralNodeMemoryUse, OfAStreamThatEndedAThreadKeepsNone)
   const std::vector<Bytes> large = largeThenSmall(1, 0);
   const std::vector<Bytes> small = largeThenSmall(0, 10);
   const std::size_t of_decoders = keptByDecoders({large, small});
-  const std::size_t before = live_bytes;
+  const MemoryUse memory_use;
   CentralNodeSettings settings = centralSettings();
   settings.threads = 1;
   CentralNode node(settings);
@@ -140,7 +140,7 @@ TEST(CentralNodeMemoryUse, OfAStreamThatEndedAThreadKeepsNone)
   sendAndWait(node, "ended", large[0]);
   for (const Bytes& bytes : small)
     sendAndWait(node, "going on", bytes);
-  const std::size_t kept = live_bytes - before;
+  const std::size_t kept = memory_use.live();
   VoxelFrame shown;
   node.latestVoxels("ended", shown);
   EXPECT_GT(shown.size() * 10, 4 * floor_of_rule);

@@ -5,8 +5,8 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "support/failing_memory.h"
 #include "support/sensor_clouds.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ using pcl_ext::io::FrameDecoder;
 using pcl_ext::io::StreamFormat;
 using pcl_ext::io::VoxelFrame;
 using pcl_ext::io::test::expectSameFrame;
+using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::naiveVoxels;
-using pcl_ext::test::OneFailingAllocation;
 using pcl_ext::test::WorldVoxels;
 using pcl_ext::test::worldVoxels;
 
@@ -88,7 +88,7 @@ failAt(std::size_t failing_cloud,
   bool has_failed = false;
   SensorNodeStatus status;
   {
-    const OneFailingAllocation failing(number);
+    const FailingAllocation failing(number);
     status = node.encode(clouds[failing_cloud], poseOf(0), bytes);
     has_failed = failing.hasFailed();
   }

@@ -1,5 +1,5 @@
-#include "measuring/counted_memory.h"
 #include "support/outlier_frames.h"
+#include "support/test_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -16,6 +16,7 @@
 namespace {
 
 using namespace pcl_ext;
+using pcl_ext::test::MemoryUse;
 
 TEST(VoxelOutlierRemoval, GridMayMoveOnItsLattice)
 {
@@ -344,7 +345,6 @@ TEST(VoxelOutlierRemoval, RemembersTheLastFrameWhereThereIsNoRoomForMore)
 
 TEST(VoxelOutlierRemoval, GivesBackTheMemoryOfFramesThatItDoesNotRemember)
 {
-  using io::test::memory_count;
   std::mt19937_64 random(19);
   const io::VoxelFrame large = scattered(random, 50000);
   std::vector<float> log_odds(large.size());
@@ -353,13 +353,13 @@ TEST(VoxelOutlierRemoval, GivesBackTheMemoryOfFramesThatItDoesNotRemember)
     VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
     settings.max_blocks = resets ? large.size() : 300;
     VoxelOutlierRemoval removal(settings);
-    const std::size_t before = memory_count.live;
+    const MemoryUse memory_use;
     removal.score(large, log_odds);
     if (resets) {
-      EXPECT_GT(memory_count.live, before + 270 * large.size());
+      EXPECT_GT(memory_use.live(), 270 * large.size());
       removal.reset();
     }
-    EXPECT_LT(memory_count.live, before + little);
+    EXPECT_LT(memory_use.live(), little);
   }
 }
 

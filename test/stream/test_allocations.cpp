@@ -4,7 +4,7 @@
  */
 #include <pcl_ext/compression/voxel_centres.h>
 
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 #include "support/voxelized_stream.h"
@@ -20,6 +20,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 constexpr unsigned int i_frame_rate = 30;
 constexpr std::size_t first_second = 20; // frames
@@ -78,10 +79,10 @@ TEST(Allocations, AnEncoderThatRunsTakesNone)
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const std::optional<FrameStamp> stamp = stampOf(stream, i);
-      memory_count.reset();
+      const MemoryUse memory_use;
       ASSERT_TRUE(encoder.encode(frames[i], stamp, bytes).ok());
       EXPECT_EQ(encoder.statistics().is_i_frame, i % i_frame_rate == 0);
-      allocations += i < warm_up ? 0 : memory_count.allocations;
+      allocations += i < warm_up ? 0 : memory_use.allocations();
     }
     EXPECT_EQ(allocations, 0u)
         << "effort " << static_cast<int>(stream.effort) << ", depth model "
@@ -99,9 +100,9 @@ TEST(Allocations, ADecoderThatRunsTakesNone)
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const Bytes bytes = encoded(encoder, frames[i], stampOf(stream, i));
-      memory_count.reset();
+      const MemoryUse memory_use;
       ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
-      allocations += i < warm_up ? 0 : memory_count.allocations;
+      allocations += i < warm_up ? 0 : memory_use.allocations();
       ASSERT_EQ(decoder.stamp().has_value(), stream.has_stamp);
     }
     EXPECT_EQ(allocations, 0u)
@@ -137,10 +138,10 @@ TEST(Allocations, CompandingTakesNoneWhileTheScaleStays)
     const PointView view{&cloud[0].x, 4, &cloud[0].intensity, 4, cloud.size()};
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < 10; ++i) {
-      memory_count.reset();
+      const MemoryUse memory_use;
       voxelizer.voxelize(view, i % 3 == 0, frame);
       voxelCentres(frame, symbol_intensities, 0, centres);
-      allocations += i < 3 ? 0 : memory_count.allocations;
+      allocations += i < 3 ? 0 : memory_use.allocations();
     }
     EXPECT_NE(frame.intensity_scale.companded_range, 0u);
     EXPECT_EQ(allocations, 0u) << static_cast<int>(unit);

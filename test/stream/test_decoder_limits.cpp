@@ -1,6 +1,6 @@
 #include "codec/payload_coder.h"
-#include "measuring/counted_memory.h"
 #include "support/forged_frames.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
 
@@ -16,6 +16,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
 
@@ -108,11 +109,10 @@ TEST(DecoderLimits, MemoryStaysWithinThePromise)
       }
       FrameDecoder decoder(limits);
       VoxelFrame back;
-      memory_count.reset();
-      const std::size_t before = memory_count.live;
+      const MemoryUse memory_use;
       for (const Bytes& bytes : stream)
         ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-      const std::size_t taken = memory_count.peak - before;
+      const std::size_t taken = memory_use.peak();
       EXPECT_LE(taken, bytes_per_voxel * limits.max_voxels + stream[0].size())
           << "depth " << depth << ": " << taken / limits.max_voxels << " bytes a voxel";
     }
@@ -150,11 +150,10 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
         .encode(work, voxels, good_frames == 0, frame.payload);
     const Bytes bytes = putTogetherSized(frame, checksum);
     checksum = takeApart(bytes).checksum;
-    memory_count.reset();
-    const std::size_t before = memory_count.live;
+    const MemoryUse memory_use;
     code = decoded(decoder, bytes, back);
-    peak = std::max(peak, kept + memory_count.peak - before);
-    kept += memory_count.live - before;
+    peak = std::max(peak, kept + memory_use.peak());
+    kept += memory_use.live();
     good_frames += code == CompressionCode::Ok ? 1 : 0;
   }
   EXPECT_EQ(code, CompressionCode::LimitExceeded);

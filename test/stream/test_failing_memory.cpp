@@ -2,7 +2,7 @@
  * \brief Memory that runs out at any point of encoding and decoding: a status says so, and
  * nothing wrong follows.
  */
-#include "support/failing_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -17,7 +17,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
-using pcl_ext::test::OneFailingAllocation;
+using pcl_ext::test::FailingAllocation;
 
 constexpr unsigned int i_frame_rate = 4;
 constexpr std::size_t frame_count = 9;
@@ -110,7 +110,7 @@ public:
     bool has_failed = false;
     CompressionStatus status;
     {
-      const OneFailingAllocation failing(n, do_later_ones_fail);
+      const FailingAllocation failing(n, do_later_ones_fail);
       status = decoder.decode(bytes_[frame].data(), bytes_[frame].size(), back);
       has_failed = failing.hasFailed();
     }
@@ -201,7 +201,7 @@ sendWithFailure(const Case& kind,
     Bytes bytes;
     CompressionStatus status;
     if (i == frame) {
-      const OneFailingAllocation failing(n, do_later_ones_fail);
+      const FailingAllocation failing(n, do_later_ones_fail);
       status = encoder.encode(frames[i], stamp, bytes);
       has_failed = failing.hasFailed();
     }

@@ -1,7 +1,7 @@
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
-#include "measuring/counted_memory.h"
 #include "support/forged_frames.h"
+#include "support/test_memory.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
@@ -18,6 +18,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 constexpr std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -31,9 +32,9 @@ expectRefused(const Bytes& bytes,
 {
   FrameDecoder decoder(limits);
   VoxelFrame back;
-  memory_count.reset();
+  const MemoryUse memory_use;
   const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
-  EXPECT_LE(memory_count.largest, max_allocation);
+  EXPECT_LE(memory_use.largest(), max_allocation);
   EXPECT_TRUE(status.code() == CompressionCode::Corrupt ||
               status.code() == CompressionCode::LimitExceeded ||
               status.code() == CompressionCode::Truncated)
@@ -367,9 +368,9 @@ TEST(ForgedStreams, MutatedFramesWithGoodChecksumsAreFramesOrRefused)
     const Bytes bytes = putTogetherSized(parts);
     FrameDecoder decoder;
     VoxelFrame back;
-    memory_count.reset();
+    const MemoryUse memory_use;
     const CompressionCode code = decoded(decoder, bytes, back);
-    EXPECT_LT(memory_count.largest, std::size_t{1} << 20);
+    EXPECT_LT(memory_use.largest(), std::size_t{1} << 20);
     if (code == CompressionCode::Ok) {
       ++accepted;
       ASSERT_TRUE(isConsistent(back));

@@ -5,8 +5,8 @@
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
 #include "codec/published/frame.h"
-#include "measuring/counted_memory.h"
 #include "support/forged_frames.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -23,6 +23,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 /** \brief A buffer that counts the bytes that are read of it. */
 class CountingBuffer : public std::stringbuf {
@@ -150,11 +151,10 @@ smallStream(const Case& kind, std::size_t count)
 std::size_t
 heldBehind(FrameDecoder& decoder, VoxelFrame& frame, const std::vector<Bytes>& stream)
 {
-  memory_count.reset();
-  const std::size_t before = memory_count.live;
+  const MemoryUse memory_use;
   for (const Bytes& bytes : stream)
     EXPECT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
-  return memory_count.live - before;
+  return memory_use.live();
 }
 
 TEST(HostileStreams, WhatAHugeFrameTookIsGivenBackNineFramesLater)
@@ -175,18 +175,17 @@ TEST(HostileStreams, WhatAHugeFrameTookIsGivenBackNineFramesLater)
       VoxelFrame usual_frame;
       const std::size_t usually_held = heldBehind(usual, usual_frame, stream);
 
-      memory_count.reset();
-      const std::size_t before = memory_count.live;
+      const MemoryUse memory_use;
       auto decoder = std::make_unique<FrameDecoder>();
       {
         VoxelFrame frame;
         decoder->decode(bytes.data(), bytes.size(), frame);
-        EXPECT_GE(memory_count.peak - before, 2 * huge); // or it tells nothing
+        EXPECT_GE(memory_use.peak(), 2 * huge); // or it tells nothing
         heldBehind(*decoder, frame, stream);
-        EXPECT_LE(memory_count.live - before, 2 * usually_held + (1u << 16));
+        EXPECT_LE(memory_use.live(), 2 * usually_held + (1u << 16));
       }
       decoder.reset();
-      EXPECT_EQ(memory_count.live, before);
+      EXPECT_EQ(memory_use.live(), 0u);
     }
 }
 
@@ -200,17 +199,16 @@ TEST(HostileStreams, SharedMemoryIsGivenBackNineFramesLaterByWhoeverComes)
   CodingMemory memory;
   FrameDecoder other;
   VoxelFrame frame;
-  memory_count.reset();
-  const std::size_t before = memory_count.live;
+  const MemoryUse memory_use;
   {
     FrameDecoder victim;
     VoxelFrame huge_frame;
     ASSERT_TRUE(victim.decode(bytes.data(), bytes.size(), huge_frame, memory).ok());
-    EXPECT_GE(memory_count.live - before, 100 * huge);
+    EXPECT_GE(memory_use.live(), 100 * huge);
   }
   for (const Bytes& small : stream)
     ASSERT_TRUE(other.decode(small.data(), small.size(), frame, memory).ok());
-  EXPECT_LE(memory_count.live - before, std::size_t{1} << 20);
+  EXPECT_LE(memory_use.live(), std::size_t{1} << 20);
 }
 
 TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
@@ -220,8 +218,7 @@ TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
   std::mt19937_64 random(2);
   const VoxelFrame small_frame = randomFrame(random, 5, 100);
   for (const Case& kind : cases) {
-    memory_count.reset();
-    const std::size_t before = memory_count.live;
+    const MemoryUse memory_use;
     FrameEncoder encoder(kind.format, 100, kind.effort);
     Bytes bytes;
     ASSERT_TRUE(encoder.encode(huge_frame, std::nullopt, bytes).ok());
@@ -229,7 +226,7 @@ TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
       ASSERT_TRUE(encoder.encode(small_frame, std::nullopt, bytes).ok());
     }
     bytes = Bytes();
-    EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
+    EXPECT_LE(memory_use.live(), std::size_t{1} << 22);
   }
 }
 
@@ -243,13 +240,12 @@ TEST(HostileStreams, AFormatThatTheStreamHasLeftHoldsNothing)
       FrameEncoder encoder(first.format, 1, first.effort);
       const Bytes bytes = encoded(encoder, distantVoxels(huge));
       const std::vector<Bytes> stream = smallStream(second, 10);
-      memory_count.reset();
-      const std::size_t before = memory_count.live;
+      const MemoryUse memory_use;
       FrameDecoder decoder;
       VoxelFrame frame;
       ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
       heldBehind(decoder, frame, stream);
-      EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
+      EXPECT_LE(memory_use.live(), std::size_t{1} << 22);
     }
 }
 
@@ -266,8 +262,7 @@ TEST(HostileStreams, FramesThatOnlyClaimToBeHugeKeepNoMemory)
     claim.header.voxel_count = std::size_t{1} << 20;
     claim.payload = {0, 0, 0, 0};
     const Bytes forged = putTogetherSized(claim);
-    memory_count.reset();
-    const std::size_t before = memory_count.live;
+    const MemoryUse memory_use;
     FrameDecoder decoder;
     VoxelFrame frame;
     ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
@@ -278,7 +273,7 @@ TEST(HostileStreams, FramesThatOnlyClaimToBeHugeKeepNoMemory)
       }
       EXPECT_TRUE(decoder.decode(stream[i].data(), stream[i].size(), frame).ok());
     }
-    EXPECT_LE(memory_count.live - before, std::size_t{1} << 22);
+    EXPECT_LE(memory_use.live(), std::size_t{1} << 22);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -18,6 +18,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::MemoryUse;
 
 constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
 
@@ -248,7 +249,7 @@ TEST_F(InvalidStreams, RandomInputsAreRefused)
   VoxelFrame back;
   for (std::size_t number = 0; number < 10000; ++number) {
     const Bytes bytes = randomInput(random, number);
-    memory_count.reset();
+    const MemoryUse memory_use;
     ASSERT_NE(decodedExact(decoder, bytes, back), CompressionCode::Ok);
     Pipe pipe(bytes);
     ASSERT_FALSE(decoder.decode(pipe, back).ok());
@@ -256,7 +257,7 @@ TEST_F(InvalidStreams, RandomInputsAreRefused)
     ASSERT_FALSE(decoder.decode(broken, back).ok());
     std::stringbuf seekable(std::string(bytes.begin(), bytes.end()));
     ASSERT_FALSE(decoder.decode(seekable, back).ok());
-    ASSERT_LT(memory_count.largest, std::size_t{1} << 17);
+    ASSERT_LT(memory_use.largest(), std::size_t{1} << 17);
     ASSERT_EQ(decodedExact(decoder, good.i_frame, back), CompressionCode::Ok);
   }
 }

@@ -1,4 +1,4 @@
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxelized_stream.h"
 #include "voxels/grid_fit.h"
 
@@ -19,6 +19,7 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
+using pcl_ext::test::MemoryUse;
 
 std::vector<Cloud>
 clouds()
@@ -167,15 +168,15 @@ TEST(Voxelizer, OutliersNeitherCrashNorCostMemory)
     cloud.push_back({0.0f, far, far});
   }
   for (const bool may_shrink : {false, true}) {
-    memory_count.reset();
+    const MemoryUse memory_use;
     stream.add(cloud, may_shrink);
-    EXPECT_LT(memory_count.largest, 64 * cloud.size());
+    EXPECT_LT(memory_use.largest(), 64 * cloud.size());
     EXPECT_EQ(stream.statistics.points_outside_grid, 8u);
     EXPECT_EQ(stream.frame.size(), voxels);
     EXPECT_TRUE(stream.frame.grid == grid);
   }
   // The outermost voxels of the lattice, and the next ones.
-  memory_count.reset();
+  const MemoryUse memory_use;
   Stream metres(settingsOf(1.0));
   metres.add({{1048575.5f, 0.5f, 0.5f},
               {-1048576.0f, 0.5f, 0.5f},
@@ -187,7 +188,7 @@ TEST(Voxelizer, OutliersNeitherCrashNorCostMemory)
   EXPECT_EQ(metres.values().count({1048575, 0, 0}), 1u);
   EXPECT_EQ(metres.values().count({-1048576, 0, 0}), 1u);
   // The grid of 21 levels is an address space, not an array.
-  EXPECT_LT(memory_count.largest, 100000u);
+  EXPECT_LT(memory_use.largest(), 100000u);
 }
 
 TEST(Voxelizer, ABoxBeyondTheLatticeHoldsNothing)

@@ -1,7 +1,7 @@
 /** \file
  * What the voxelizer keeps from cloud to cloud must not show, except in its speed.
  */
-#include "measuring/counted_memory.h"
+#include "support/test_memory.h"
 #include "support/voxelized_stream.h"
 
 #include <gtest/gtest.h>
@@ -15,6 +15,7 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
+using pcl_ext::test::MemoryUse;
 
 std::map<LatticeIndex, float>
 naiveCounts(const Cloud& cloud, double resolution)
@@ -153,9 +154,9 @@ TEST(VoxelizerStreams, NothingIsAllocatedOnceTheStreamRuns)
         view.intensities =
             unit == IntensityUnit::Native ? &clouds[i][0].intensity : nullptr;
         view.count = clouds[i].size();
-        memory_count.reset();
+        const MemoryUse memory_use;
         voxelizer.voxelize(view, i % 30 == 0, frame);
-        const std::size_t allocations = i < 30 ? 0 : memory_count.allocations;
+        const std::size_t allocations = i < 30 ? 0 : memory_use.allocations();
         EXPECT_EQ(allocations, 0u) << "cloud " << i;
       }
     }
@@ -169,12 +170,11 @@ TEST(VoxelizerStreams, MemoryFollowsThePointsWhateverTheGrid)
   for (Point& point : cloud)
     point = {uniform(random, -1e6, 1e6), uniform(random, -1e6, 1e6), 0.5f, 1.0f};
   Stream stream(settingsOf(1.0));
-  memory_count.reset();
-  const std::size_t before = memory_count.live;
+  const MemoryUse memory_use;
   for (int i = 0; i < 3; ++i)
     stream.add(cloud);
   EXPECT_EQ(stream.statistics.points_used, cloud.size());
-  EXPECT_LT(memory_count.peak - before, 300 * cloud.size());
+  EXPECT_LT(memory_use.peak(), 300 * cloud.size());
 }
 
 } // namespace

@@ -5,7 +5,7 @@
 #include "bytes/byte_source.h"
 #include "bytes/memory_buffer.h"
 #include "codec/published/frame.h"
-#include "support/failing_memory.h"
+#include "support/test_memory.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::published;
 using namespace pcl_ext::io::test;
-using pcl_ext::test::OneFailingAllocation;
+using pcl_ext::test::FailingAllocation;
 
 /** \brief Frames of a stream of the published layout: an I-frame and P-frames. */
 struct Stream {
@@ -150,7 +150,7 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToEncode)
       bytes = Bytes(); // without memory of its own
       CodedFrameStatistics statistics;
       try {
-        const OneFailingAllocation failing(failures + 1);
+        const FailingAllocation failing(failures + 1);
         published::encodeFrame(sent.frames[i], i == 0, history, bytes, statistics);
         is_done = true;
       }
@@ -182,9 +182,9 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToDecode)
       CodedFrameStatistics statistics;
       CompressionStatus status;
       try {
-        const OneFailingAllocation failing(failures + 1);
-        status =
-            published::decodeFrame(source, DecoderLimits(), history, order, back, statistics);
+        const FailingAllocation failing(failures + 1);
+        status = published::decodeFrame(
+            source, DecoderLimits(), history, order, back, statistics);
         is_done = true;
       }
       catch (const std::bad_alloc&) {
@@ -230,16 +230,16 @@ TEST(PublishedHistory, IsLeftAloneByASourceThatThrows)
     for (std::size_t size = 0; size < frame.size(); ++size) {
       BrokenBuffer broken(frame, size);
       ByteSource source(broken, frame.size());
-      EXPECT_THROW(
-          published::decodeFrame(source, DecoderLimits(), history, order, back, statistics),
-          std::runtime_error);
+      EXPECT_THROW(published::decodeFrame(
+                       source, DecoderLimits(), history, order, back, statistics),
+                   std::runtime_error);
       expectSameHistory(history, before);
     }
     BrokenBuffer whole(frame, frame.size());
     ByteSource source(whole, frame.size());
-    ASSERT_TRUE(
-        published::decodeFrame(source, DecoderLimits(), history, order, back, statistics)
-            .ok());
+    ASSERT_TRUE(published::decodeFrame(
+                    source, DecoderLimits(), history, order, back, statistics)
+                    .ok());
   }
 }
 

@@ -1,0 +1,18 @@
+# Writes a file for ctest with one test for each test suite of a program, whatever its tests
+# are instantiated with: cmake -DPROGRAM=... -DOUTPUT=... -P list_suites.cmake
+execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE lines
+                COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCHALL "(^|\n)[^ \n]+\\." suites "${lines}")
+# Prefix/Suite. and Suite/0. are both of Suite.
+list(TRANSFORM suites REPLACE "\n|\\.$" "")
+list(TRANSFORM suites REPLACE "/[0-9]+$" "")
+list(TRANSFORM suites REPLACE "^.*/" "")
+list(REMOVE_DUPLICATES suites)
+set(tests "")
+foreach(suite ${suites})
+  string(APPEND tests
+         "add_test(${suite} \"${PROGRAM}\" "
+         "--gtest_filter=${suite}.*:${suite}/*:*/${suite}.*:*/${suite}/*)\n"
+         "set_tests_properties(${suite} PROPERTIES TIMEOUT 600)\n")
+endforeach()
+file(WRITE ${OUTPUT} "${tests}")
