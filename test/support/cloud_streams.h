@@ -174,16 +174,16 @@ settingsWith(double resolution)
 
 /** \brief One frame through an encoder and a decoder that know nothing of each other.
  */
-template <typename CompressionT, typename PointT>
-typename pcl::PointCloud<PointT>::Ptr
-roundTrip(CompressionT& encoder,
-          const typename pcl::PointCloud<PointT>::ConstPtr& cloud)
+template <typename CompressionT>
+typename CompressionT::PointCloudPtr
+roundTrip(CompressionT& encoder, const typename CompressionT::PointCloudConstPtr& cloud)
 {
+  using PointCloud = typename CompressionT::PointCloud;
   std::stringstream stream;
   const io::CompressionStatus encoded = encoder.encodePointCloud(cloud, stream);
   EXPECT_TRUE(encoded.ok()) << encoded.message();
-  io::OctreePointCloudIntensityCompression<PointT> decoder;
-  typename pcl::PointCloud<PointT>::Ptr decoded(new pcl::PointCloud<PointT>);
+  io::OctreePointCloudIntensityCompression<typename PointCloud::PointType> decoder;
+  typename CompressionT::PointCloudPtr decoded(new PointCloud);
   const io::CompressionStatus status = decoder.decodePointCloud(stream, decoded);
   EXPECT_TRUE(status.ok()) << status.message();
   return decoded;
@@ -195,7 +195,7 @@ typename pcl::PointCloud<PointT>::Ptr
 roundTrip(double resolution, const typename pcl::PointCloud<PointT>::ConstPtr& cloud)
 {
   io::OctreePointCloudIntensityCompression<PointT> encoder(settingsWith(resolution));
-  return roundTrip<decltype(encoder), PointT>(encoder, cloud);
+  return roundTrip(encoder, cloud);
 }
 
 /** \brief Expects a code, and a message with everything but success. */

@@ -4,36 +4,32 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
+#include "support/cloud_streams.h"
 #include "support/test_memory.h"
 
+#include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
-#include <cstdint>
-#include <map>
-#include <random>
 #include <sstream>
-#include <string>
-#include <tuple>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
-using pcl_ext::test::FailingAllocation;
-using Point = pcl::PointXYZI;
-using Cloud = pcl::PointCloud<Point>;
-using Compression = OctreePointCloudIntensityCompression<Point>;
+using namespace pcl_ext::test;
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-constexpr std::size_t cloud_count = 4;
+constexpr double resolution = 0.1;
+constexpr unsigned int cloud_count = 4;
 
 IntensityCompressionSettings
 settings()
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.1;
+  IntensityCompressionSettings settings = settingsWith(resolution);
   settings.i_frame_rate = 3;
   settings.effort = Effort::Fast;
   settings.carry_header = true;
@@ -45,58 +41,28 @@ settings()
 std::vector<Cloud::Ptr>
 clouds()
 {
-  std::mt19937 random(3);
   std::vector<Cloud::Ptr> clouds;
-  for (std::size_t i = 0; i < cloud_count; ++i) {
-    Cloud::Ptr cloud(new Cloud);
-    const auto side = static_cast<unsigned int>(10 + 10 * i);
-    for (std::size_t k = 0; k < 60 + 40 * i; ++k) {
-      Point point;
-      point.x = static_cast<float>(random() % side) * 0.1f + 0.05f;
-      point.y = static_cast<float>(random() % side) * 0.1f + 0.05f;
-      point.z = 0.05f;
-      point.intensity = static_cast<float>(random() % 200);
-      cloud->push_back(point);
-    }
-    cloud->header.stamp = 1000 * i;
-    cloud->header.frame_id = "a frame whose name has a length";
-    clouds.push_back(cloud);
+  for (unsigned int i = 0; i < cloud_count; ++i) {
+    const double half_width = 0.5 + 0.5 * i;
+    clouds.push_back(
+        randomCloud<pcl::PointXYZI>(i, 60 + 40 * i, {1.0, 1.0, 1.0}, half_width));
+    clouds.back()->header.stamp = 1000 * i;
+    clouds.back()->header.frame_id = "a frame whose name has a length";
   }
   return clouds;
-}
-
-using Voxel = std::tuple<int, int, int>;
-
-/** \brief The mean intensity of each voxel's points. */
-std::map<Voxel, double>
-voxelsOf(const Cloud& cloud)
-{
-  std::map<Voxel, std::pair<double, int>> sums;
-  for (const Point& point : cloud) {
-    auto& sum = sums[{static_cast<int>(point.x * 10.0f),
-                      static_cast<int>(point.y * 10.0f),
-                      static_cast<int>(point.z * 10.0f)}];
-    sum.first += static_cast<double>(point.intensity);
-    ++sum.second;
-  }
-  std::map<Voxel, double> voxels;
-  for (const auto& [voxel, sum] : sums)
-    voxels[voxel] = sum.first / sum.second;
-  return voxels;
 }
 
 void
 expectVoxels(const Cloud& decoded, const Cloud& cloud)
 {
-  const std::map<Voxel, double> expected = voxelsOf(cloud);
-  const std::map<Voxel, double> voxels = voxelsOf(decoded);
-  ASSERT_EQ(decoded.size(), expected.size());
-  ASSERT_EQ(voxels.size(), expected.size());
-  for (const auto& [voxel, intensity] : expected) {
-    const auto found = voxels.find(voxel);
-    ASSERT_NE(found, voxels.end());
-    EXPECT_NEAR(found->second, intensity, 0.5001);
-  }
+  const NaiveVoxels voxels = naiveVoxels(cloud, resolution);
+  expectVoxelCentres(decoded, voxels, resolution);
+  expectIntensities(
+      decoded,
+      voxels,
+      resolution,
+      [](const NaiveVoxel& voxel) { return voxel.mean(); },
+      0.5001);
 }
 
 /** \brief Encodes all clouds and decodes what was encoded, while the memory fails at one

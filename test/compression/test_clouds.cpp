@@ -1,0 +1,236 @@
+/** \file
+ * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of point
+ * and what it gives back: centres, intensities, headers.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/cloud_streams.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/register_point_struct.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+#include <sstream>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+/** \brief A point as many lidar drivers have it. */
+struct PointWithByteIntensity {
+  PCL_ADD_POINT4D;
+  std::uint8_t intensity;
+  PCL_MAKE_ALIGNED_OPERATOR_NEW
+} EIGEN_ALIGN16;
+
+POINT_CLOUD_REGISTER_POINT_STRUCT(PointWithByteIntensity,
+                                  (float, x, x)(float, y, y)(float, z, z)(std::uint8_t,
+                                                                          intensity,
+                                                                          intensity))
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::test;
+
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+template <typename PointT, typename ModelT>
+constexpr bool has_default_model =
+    std::is_same<DefaultIntensityModel<PointT>, ModelT>::value;
+static_assert(has_default_model<pcl::PointXYZI, pcl_ext::NativeIntensity>, "");
+static_assert(has_default_model<pcl::PointXYZINormal, pcl_ext::NativeIntensity>, "");
+static_assert(has_default_model<pcl::PointXYZ, pcl_ext::CountIntensity>, "");
+static_assert(has_default_model<pcl::PointXYZRGB, pcl_ext::CountIntensity>, "");
+
+template <typename PointT>
+class PointTypes : public ::testing::Test {};
+
+using TestedPointTypes = ::testing::Types<pcl::PointXYZ,
+                                          pcl::PointXYZI,
+                                          pcl::PointXYZL,
+                                          pcl::PointXYZRGB,
+                                          pcl::PointXYZRGBA,
+                                          pcl::PointXYZRGBNormal,
+                                          pcl::PointXYZINormal,
+                                          pcl::PointNormal>;
+TYPED_TEST_SUITE(PointTypes, TestedPointTypes);
+
+TYPED_TEST(PointTypes, BecomeVoxelCentresWithTheMeanIntensity)
+{
+  constexpr double resolution = 0.05;
+  for (const double distance : {1.0, -5000.0}) {
+    const auto cloud =
+        randomCloud<TypeParam>(14, 2000, {distance, -2.0 * distance, distance});
+    const auto decoded = roundTrip<TypeParam>(resolution, cloud);
+    const NaiveVoxels voxels = naiveVoxels(*cloud, resolution);
+    expectVoxelCentres(*decoded, voxels, resolution);
+    // Whole numbers up to 255 are coded in steps of 1.
+    if constexpr (pcl_ext::has_intensity_field<TypeParam>)
+      expectIntensities(
+          *decoded,
+          voxels,
+          resolution,
+          [](const NaiveVoxel& voxel) { return voxel.mean(); },
+          0.5 + 1e-6);
+  }
+}
+
+/** \brief Gives the fields that are not carried values other than their defaults. */
+template <typename PointT>
+void
+paint(pcl::PointCloud<PointT>& cloud)
+{
+  for (PointT& point : cloud) {
+    if constexpr (pcl::traits::has_color<PointT>::value) {
+      point.r = 200;
+      point.g = 100;
+      point.b = 50;
+      point.a = 7;
+    }
+    if constexpr (pcl::traits::has_normal<PointT>::value)
+      point.normal_x = point.curvature = 0.75f;
+    if constexpr (pcl::traits::has_label<PointT>::value)
+      point.label = 77;
+  }
+}
+
+TYPED_TEST(PointTypes, FieldsThatAreNotCarriedHaveTheirDefault)
+{
+  const auto cloud = randomCloud<TypeParam>(15, 100);
+  paint(*cloud);
+  OctreePointCloudIntensityCompression<TypeParam> compression(settingsWith(0.05));
+  std::stringstream stream(encodeFrame(compression, cloud));
+  typename pcl::PointCloud<TypeParam>::Ptr decoded(
+      new pcl::PointCloud<TypeParam>(5000, 1));
+  paint(*decoded);
+  ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+  ASSERT_FALSE(decoded->empty());
+  const TypeParam blank;
+  for (const TypeParam& point : *decoded) {
+    if constexpr (pcl::traits::has_color<TypeParam>::value) {
+      EXPECT_EQ(point.rgba, blank.rgba);
+    }
+    if constexpr (pcl::traits::has_normal<TypeParam>::value) {
+      EXPECT_EQ(point.normal_x, blank.normal_x);
+      EXPECT_EQ(point.curvature, blank.curvature);
+    }
+    if constexpr (pcl::traits::has_label<TypeParam>::value) {
+      EXPECT_EQ(point.label, blank.label);
+    }
+    EXPECT_EQ(point.data[3], blank.data[3]);
+  }
+}
+
+TEST(WholeNumberFields, AreRoundedAndClampedToTheirRange)
+{
+  const Cloud::Ptr cloud(new Cloud);
+  const std::vector<float> intensities{-5.0f, 0.4f, 99.6f, 100.7f, 254.6f, 300.0f};
+  for (std::size_t i = 0; i < intensities.size(); ++i)
+    cloud->emplace_back(static_cast<float>(i) + 0.5f, 0.5f, 0.5f, intensities[i]);
+  Compression encoder(settingsWith(1.0));
+  std::stringstream stream(encodeFrame(encoder, cloud));
+  OctreePointCloudIntensityCompression<PointWithByteIntensity> decoder;
+  pcl::PointCloud<PointWithByteIntensity>::Ptr decoded;
+  ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+  ASSERT_EQ(decoded->size(), intensities.size());
+  const std::vector<int> expected{0, 0, 100, 101, 255, 255};
+  for (const PointWithByteIntensity& point : *decoded)
+    EXPECT_EQ(point.intensity, expected[static_cast<std::size_t>(point.x)]) << point.x;
+}
+
+TEST(WholeNumberFields, AreCarriedExactly)
+{
+  pcl::PointCloud<PointWithByteIntensity>::Ptr cloud(
+      new pcl::PointCloud<PointWithByteIntensity>);
+  for (int i = 0; i < 256; ++i) {
+    PointWithByteIntensity point;
+    point.x = static_cast<float>(i) + 0.5f;
+    point.y = 0.5f;
+    point.z = 0.5f;
+    point.intensity = static_cast<std::uint8_t>(i);
+    cloud->push_back(point);
+  }
+  const auto decoded = roundTrip<PointWithByteIntensity>(1.0, cloud);
+  ASSERT_EQ(decoded->size(), 256u);
+  for (const PointWithByteIntensity& point : *decoded)
+    EXPECT_EQ(point.intensity, static_cast<int>(point.x));
+}
+
+IntensityCompressionSettings
+settingsThatCarryHeaders()
+{
+  IntensityCompressionSettings settings = settingsWith(0.04);
+  settings.carry_header = true;
+  return settings;
+}
+
+TEST(HeaderPassthrough, OnCarriesStampAndFrame)
+{
+  Compression encoder(settingsThatCarryHeaders());
+  Compression decoder; // the stream decides, not the receiver's settings
+  std::stringstream stream;
+  const std::vector<std::string> frames = {"cell", "cell", "map", "", "map"};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto cloud = randomCloud<pcl::PointXYZI>(20, 200);
+    cloud->header.frame_id = frames[i];
+    cloud->header.stamp = 18446744073709551000u + i;
+    ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    Cloud::Ptr decoded;
+    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+    EXPECT_EQ(decoded->header.frame_id, frames[i]);
+    EXPECT_EQ(decoded->header.stamp, 18446744073709551000u + i);
+  }
+}
+
+TEST(HeaderPassthrough, OffCostsNothingAndLeavesTheOutputsHeaderAlone)
+{
+  Compression first(settingsWith(0.04));
+  Compression second(settingsWith(0.04));
+  for (unsigned int frame = 0; frame < 3; ++frame) {
+    const auto cloud = randomCloud<pcl::PointXYZI>(21 + frame, 200);
+    const std::string plain = encodeFrame(first, cloud);
+    cloud->header.frame_id = "cell";
+    cloud->header.stamp = 123456789;
+    std::stringstream stream(encodeFrame(second, cloud));
+    EXPECT_EQ(stream.str(), plain);
+
+    Cloud::Ptr decoded(new Cloud);
+    decoded->header.frame_id = "mine";
+    decoded->header.stamp = 5;
+    ASSERT_TRUE(second.decodePointCloud(stream, decoded).ok());
+    EXPECT_EQ(decoded->header.frame_id, "mine");
+    EXPECT_EQ(decoded->header.stamp, 5u);
+  }
+}
+
+TEST(HeaderPassthrough, ALongFrameIdIsRefusedAndTheStreamGoesOn)
+{
+  Compression compression(settingsThatCarryHeaders());
+  const auto cloud = randomCloud<pcl::PointXYZI>(23, 50);
+  cloud->header.frame_id = std::string(1024, 'a');
+  std::stringstream stream;
+  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
+  const std::string bytes = stream.str();
+  cloud->header.frame_id.push_back('b');
+  const CompressionStatus status = compression.encodePointCloud(cloud, stream);
+  expectCode(status, CompressionCode::InvalidInput);
+  EXPECT_NE(status.message().find("frame_id"), std::string::npos) << status.message();
+  EXPECT_EQ(stream.str(), bytes);
+  cloud->header.frame_id = "short";
+  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
+  EXPECT_FALSE(compression.getStatistics().coding.is_i_frame);
+  Cloud::Ptr decoded;
+  for (const std::string& frame_id : {std::string(1024, 'a'), std::string("short")}) {
+    ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+    EXPECT_EQ(decoded->header.frame_id, frame_id);
+  }
+}
+
+} // namespace

@@ -1,0 +1,290 @@
+/** \file
+ * \brief OctreePointCloudIntensityCompression without a cloud, with an empty one, and with
+ * streams that fail: a status says so, nothing throws, and the stream goes on.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/cloud_streams.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <functional>
+#include <ios>
+#include <istream>
+#include <limits>
+#include <ostream>
+#include <sstream>
+#include <stdexcept>
+#include <streambuf>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::test;
+
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+constexpr double resolution = 0.04;
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+/** \brief A sink that takes some bytes and then fails as a function says. */
+class FailingSink : public std::streambuf {
+public:
+  explicit FailingSink(
+      std::size_t capacity, std::function<void()> on_failure = [] {})
+  : capacity_(capacity), on_failure_(std::move(on_failure))
+  {}
+
+protected:
+  int_type
+  overflow(int_type byte) override
+  {
+    if (taken_ == capacity_) {
+      on_failure_();
+      return traits_type::eof();
+    }
+    ++taken_;
+    return traits_type::not_eof(byte);
+  }
+
+private:
+  std::size_t capacity_;
+  std::size_t taken_ = 0;
+  std::function<void()> on_failure_;
+};
+
+/** \brief A sink that takes everything and loses it when flushed. */
+class SinkThatCannotFlush : public std::stringbuf {
+protected:
+  int
+  sync() override
+  {
+    return -1;
+  }
+};
+
+TEST(CompressionInput, ANullCloudIsReportedAndCostsNothing)
+{
+  Compression encoder(settingsWith(resolution));
+  Compression decoder;
+  std::stringstream stream;
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 100);
+  ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+  const std::string before = stream.str();
+  expectCode(encoder.encodePointCloud(Cloud::ConstPtr(), stream),
+             CompressionCode::InvalidInput);
+  EXPECT_EQ(stream.str(), before);
+  ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+  EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
+  Cloud::Ptr decoded;
+  EXPECT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+  EXPECT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+}
+
+TEST(CompressionInput, ANullOutputPointerGetsACloud)
+{
+  Compression compression(settingsWith(resolution));
+  std::stringstream stream(
+      encodeFrame(compression, randomCloud<pcl::PointXYZI>(2, 100)));
+  Cloud::Ptr decoded;
+  EXPECT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+  ASSERT_NE(decoded, nullptr);
+  EXPECT_FALSE(decoded->empty());
+  EXPECT_EQ(compression.getOutputCloud(), decoded);
+
+  std::stringstream nothing;
+  Cloud::Ptr empty;
+  expectCode(compression.decodePointCloud(nothing, empty),
+             CompressionCode::EndOfStream);
+  ASSERT_NE(empty, nullptr);
+  EXPECT_TRUE(empty->empty());
+}
+
+TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
+{
+  Compression encoder(settingsWith(resolution));
+  Compression decoder;
+  EXPECT_EQ(encoder.getStatistics().bytesPerVoxel(), 0.0);
+  EXPECT_EQ(encoder.getStatistics().compressionRatio(), 0.0);
+  const Cloud::Ptr empty(new Cloud);
+  const Cloud::Ptr nothing_finite(
+      new Cloud(5, 1, pcl::PointXYZI(not_a_number, 0.0f, infinity, 1.0f)));
+  const auto cloud = randomCloud<pcl::PointXYZI>(3, 300);
+  for (const Cloud::Ptr& frame :
+       {empty, empty, cloud, nothing_finite, cloud, empty, cloud, cloud}) {
+    const std::string bytes = encodeFrame(encoder, frame);
+    EXPECT_GT(bytes.size(), 0u);
+    EXPECT_EQ(encoder.getStatistics().coding.bytes, bytes.size());
+    EXPECT_EQ(encoder.getStatistics().bytesPerVoxel() > 0.0, frame == cloud);
+    Cloud::Ptr decoded;
+    ASSERT_TRUE(decodeBytes(decoder, bytes, decoded).ok());
+    expectVoxelCentres(*decoded, naiveVoxels(*frame, resolution), resolution);
+  }
+}
+
+TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
+{
+  // FLT_MAX and -FLT_MAX are what some drivers write for "no reading".
+  for (const float fraction : {0.0f, 0.25f})
+    for (const float extreme :
+         {FLT_MAX, -FLT_MAX, 1e9f, FLT_MIN, infinity, -infinity, not_a_number}) {
+      SCOPED_TRACE("intensity " + std::to_string(extreme) + " among fractions of " +
+                   std::to_string(fraction));
+      Compression compression(settingsWith(resolution));
+      const auto cloud = randomCloud<pcl::PointXYZI>(4, 100);
+      for (pcl::PointXYZI& point : *cloud)
+        point.intensity += fraction;
+      const Cloud::Ptr with_extreme(new Cloud(*cloud));
+      with_extreme->at(50).intensity = extreme;
+      Cloud::Ptr decoded;
+      for (const Cloud::Ptr& frame : {cloud, with_extreme, cloud, cloud}) {
+        ASSERT_TRUE(
+            decodeBytes(compression, encodeFrame(compression, frame), decoded).ok());
+        expectVoxelCentres(*decoded, naiveVoxels(*frame, resolution), resolution);
+        for (const pcl::PointXYZI& point : *decoded)
+          EXPECT_TRUE(std::isfinite(point.intensity));
+      }
+      compression.requestIFrame();
+      ASSERT_TRUE(
+          decodeBytes(compression, encodeFrame(compression, cloud), decoded).ok());
+      expectIntensities(
+          *decoded,
+          naiveVoxels(*cloud, resolution),
+          resolution,
+          [](const NaiveVoxel& voxel) { return voxel.mean(); },
+          0.5 + 1e-6);
+    }
+}
+
+/** \brief Encodes three frames, the second into a stream that does not take it. */
+void
+expectOutputFailure(std::ostream& broken)
+{
+  Compression encoder(settingsWith(resolution));
+  Compression decoder;
+  const auto cloud = randomCloud<pcl::PointXYZI>(6, 300);
+  Cloud::Ptr decoded;
+  ASSERT_TRUE(decodeBytes(decoder, encodeFrame(encoder, cloud), decoded).ok());
+
+  CompressionStatus status;
+  ASSERT_NO_THROW(status = encoder.encodePointCloud(cloud, broken));
+  expectCode(status, CompressionCode::OutputFailed);
+
+  const std::string next = encodeFrame(encoder, cloud);
+  EXPECT_TRUE(encoder.getStatistics().coding.is_i_frame);
+  ASSERT_TRUE(decodeBytes(decoder, next, decoded).ok());
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+  encodeFrame(encoder, cloud);
+  EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
+}
+
+TEST(CompressionOutput, AStreamThatTakesTooFewBytesIsReported)
+{
+  for (const std::size_t capacity : {0u, 10u}) {
+    FailingSink sink(capacity);
+    std::ostream stream(&sink);
+    expectOutputFailure(stream);
+  }
+}
+
+TEST(CompressionOutput, AStreamSetToThrowIsReported)
+{
+  FailingSink sink(10);
+  std::ostream stream(&sink);
+  stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
+  expectOutputFailure(stream);
+}
+
+TEST(CompressionOutput, ABufferThatThrowsIsReported)
+{
+  for (const bool is_set_to_throw : {false, true}) {
+    FailingSink sink(10, [] { throw std::runtime_error("disk full"); });
+    std::ostream stream(&sink);
+    if (is_set_to_throw)
+      stream.exceptions(std::ios_base::badbit);
+    expectOutputFailure(stream);
+  }
+}
+
+TEST(CompressionOutput, AStreamThatCannotFlushIsReported)
+{
+  SinkThatCannotFlush sink;
+  std::ostream stream(&sink);
+  expectOutputFailure(stream);
+}
+
+TEST(CompressionOutput, AStreamWithoutABufferIsReported)
+{
+  std::ostream stream(nullptr);
+  expectOutputFailure(stream);
+}
+
+TEST(CompressionOutput, AStreamThatFailedBeforeIsReported)
+{
+  std::ostringstream stream;
+  stream.setstate(std::ios_base::failbit);
+  expectOutputFailure(stream);
+  EXPECT_TRUE(stream.str().empty());
+}
+
+TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)
+{
+  Compression compression(settingsWith(resolution));
+  std::stringstream stream;
+  for (unsigned int frame = 0; frame < 3; ++frame)
+    ASSERT_TRUE(
+        compression.encodePointCloud(randomCloud<pcl::PointXYZI>(frame, 50), stream)
+            .ok());
+  int decoded_frames = 0;
+  Cloud::Ptr decoded;
+  for (int round = 0; stream && round < 10; ++round)
+    decoded_frames += compression.decodePointCloud(stream, decoded).ok() ? 1 : 0;
+  EXPECT_EQ(decoded_frames, 3);
+  EXPECT_TRUE(stream.eof());
+  EXPECT_TRUE(stream.fail());
+  EXPECT_FALSE(stream.bad());
+}
+
+TEST(CompressionSource, AStreamSetToThrowDoesNot)
+{
+  Compression compression(settingsWith(resolution));
+  const std::string frame =
+      encodeFrame(compression, randomCloud<pcl::PointXYZI>(7, 100));
+  struct Case {
+    std::string bytes;
+    CompressionCode code;
+  };
+  for (const Case& test_case :
+       {Case{"", CompressionCode::EndOfStream},
+        Case{"neither here nor there", CompressionCode::NoFrame},
+        Case{frame.substr(0, frame.size() - 1), CompressionCode::Truncated},
+        Case{frame, CompressionCode::Ok}}) {
+    std::istringstream stream(test_case.bytes);
+    stream.exceptions(std::ios_base::badbit | std::ios_base::failbit |
+                      std::ios_base::eofbit);
+    Cloud::Ptr decoded(new Cloud(3, 1));
+    CompressionStatus status;
+    ASSERT_NO_THROW(status = compression.decodePointCloud(stream, decoded));
+    expectCode(status, test_case.code);
+    EXPECT_EQ(decoded->empty(), !status.ok());
+  }
+}
+
+TEST(CompressionSource, AStreamWithoutABufferIsReported)
+{
+  Compression decoder;
+  std::istream stream(nullptr);
+  Cloud::Ptr decoded(new Cloud(3, 1));
+  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::InputFailed);
+  EXPECT_TRUE(decoded->empty());
+}
+
+} // namespace

@@ -1,0 +1,325 @@
+/** \file
+ * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec, invalid
+ * ones are reported by every call, and the resolution may change while a stream runs.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/cloud_streams.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::test;
+using pcl_ext::IntensityModel;
+using pcl_ext::KinectV2;
+using pcl_ext::LinearLaw;
+using pcl_ext::QuadraticLaw;
+using pcl_ext::RuntimeSensor;
+
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+constexpr double resolution = 0.04;
+
+// ---------------------------------------------------------------- what reaches the codec
+
+TEST(CodecSettings, IFrameRateAndRequests)
+{
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.i_frame_rate = 4;
+  Compression encoder(settings);
+  std::string frame_types;
+  for (unsigned int frame = 0; frame < 10; ++frame) {
+    if (frame == 2)
+      encoder.requestIFrame();
+    encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 200));
+    frame_types += encoder.getStatistics().coding.is_i_frame ? 'I' : 'P';
+  }
+  EXPECT_EQ(frame_types, "IPIPPPIPPP");
+}
+
+TEST(CodecSettings, EffortAndFormat)
+{
+  const auto cloud = randomCloud<pcl::PointXYZI>(2, 500);
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  std::set<std::string> frames;
+  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+    settings.effort = effort;
+    Compression encoder(settings);
+    frames.insert(encodeFrame(encoder, cloud));
+  }
+  EXPECT_EQ(frames.size(), 3u);
+  settings.format = StreamFormat::Published;
+  Compression encoder(settings);
+  EXPECT_EQ(encodeFrame(encoder, cloud).substr(0, 6), "<HEAD>");
+}
+
+TEST(CodecSettings, Aggregation)
+{
+  Cloud::Ptr cloud(new Cloud);
+  for (const float intensity : {10.0f, 20.0f, 60.0f})
+    cloud->push_back(pcl::PointXYZI(0.01f, 0.01f, 0.01f, intensity));
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  Compression mean(settings);
+  EXPECT_EQ(roundTrip(mean, cloud)->at(0).intensity, 30.0f);
+  settings.aggregation = Aggregation::Sum;
+  Compression sum(settings);
+  EXPECT_EQ(roundTrip(sum, cloud)->at(0).intensity, 90.0f);
+}
+
+TEST(CodecSettings, BitsRangeAndCurveOfIntensities)
+{
+  Cloud::Ptr cloud(new Cloud);
+  for (int i = 0; i <= 120; ++i)
+    cloud->push_back(
+        pcl::PointXYZI(static_cast<float>(i), 0.01f, 0.01f, static_cast<float>(i)));
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.intensity_bits = 8;
+  settings.intensity_range = 100.0f;
+  Compression linear(settings);
+  expectIntensities(
+      *roundTrip(linear, cloud),
+      naiveVoxels(*cloud, resolution),
+      resolution,
+      [](const NaiveVoxel& voxel) { return std::min(100.0, voxel.mean()); },
+      0.5 * 100.0 / 255.0 + 1e-4);
+  EXPECT_EQ(linear.getStatistics().voxelization.intensities_out_of_range, 20u);
+  EXPECT_EQ(linear.getVoxelFrame().intensity_scale.companded_range, 0u);
+
+  settings.intensity_bits = 5;
+  settings.intensity_curve = IntensityCurve::Companded;
+  Compression companded(settings);
+  encodeFrame(companded, cloud);
+  const IntensityScale& scale = companded.getVoxelFrame().intensity_scale;
+  EXPECT_EQ(scale.bits, 5u);
+  EXPECT_NE(scale.companded_range, 0u);
+}
+
+TEST(CodecSettings, BoundingBox)
+{
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.bounding_box = BoundingBox{{-0.25, -0.3, -0.2}, {0.3, 0.25, 0.4}};
+  const auto cloud = randomCloud<pcl::PointXYZI>(5, 2000);
+  Cloud inside;
+  for (const pcl::PointXYZI& point : *cloud)
+    if (point.x >= -0.25 && point.x <= 0.3 && point.y >= -0.3 && point.y <= 0.25 &&
+        point.z >= -0.2 && point.z <= 0.4)
+      inside.push_back(point);
+  Compression encoder(settings);
+  expectVoxelCentres(
+      *roundTrip(encoder, cloud), naiveVoxels(inside, resolution), resolution);
+  EXPECT_EQ(encoder.getStatistics().voxelization.points_outside_box,
+            2000u - inside.size());
+}
+
+TEST(CodecSettings, DepthLaw)
+{
+  // Intensities that follow the quadratic law, as SensorPreprocessor makes them.
+  const auto cloud = randomCloud<pcl::PointXYZI>(3, 2000, {0.0, 0.0, 3.0}, 1.0);
+  for (pcl::PointXYZI& point : *cloud)
+    point.intensity = 10.0f * point.z * point.z;
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.aggregation = Aggregation::Sum;
+  settings.intensity_bits = 8;
+  settings.intensity_range = 255.0f;
+  Compression without(settings);
+  settings.depth_law = DepthLaw{2, std::sqrt(25.5), 255.0};
+  Compression with(settings);
+  const std::string plain = encodeFrame(without, cloud);
+  const std::string modelled = encodeFrame(with, cloud);
+  EXPECT_LT(modelled.size(), plain.size());
+  Cloud::Ptr decoded;
+  ASSERT_TRUE(decodeBytes(with, modelled, decoded).ok());
+  ASSERT_TRUE(with.getVoxelFrame().depth_model.has_value());
+  EXPECT_EQ(with.getVoxelFrame().depth_model->exponent, 2);
+}
+
+TEST(CodecSettings, DecoderLimits)
+{
+  Compression encoder(settingsWith(resolution));
+  const auto small = randomCloud<pcl::PointXYZI>(10, 100);
+  const std::string large_frame =
+      encodeFrame(encoder, randomCloud<pcl::PointXYZI>(11, 5000));
+  encoder.requestIFrame();
+  const std::string small_frame = encodeFrame(encoder, small);
+  IntensityCompressionSettings few_voxels = settingsWith(resolution);
+  few_voxels.decoder_limits.max_voxels = 100;
+  IntensityCompressionSettings few_bytes = settingsWith(resolution);
+  few_bytes.decoder_limits.max_frame_bytes = small_frame.size();
+  for (const auto& settings : {few_voxels, few_bytes}) {
+    Compression decoder(settings);
+    Cloud::Ptr decoded;
+    expectCode(decodeBytes(decoder, large_frame, decoded),
+               CompressionCode::LimitExceeded);
+    EXPECT_TRUE(decodeBytes(decoder, small_frame, decoded).ok());
+    EXPECT_EQ(decoded->size(), naiveVoxels(*small, resolution).size());
+  }
+}
+
+// ---------------------------------------------------------------- invalid settings
+
+/** \brief Settings that cannot be used, and a word of their message. */
+struct InvalidSettings {
+  std::string field;
+  std::function<void(IntensityCompressionSettings&)> spoil;
+};
+
+template <typename CompressionT>
+void
+expectEveryCallToRefuse(const InvalidSettings& invalid)
+{
+  SCOPED_TRACE(invalid.field);
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.retain_octree = true;
+  invalid.spoil(settings);
+  CompressionT compression(settings);
+  const auto expect_refusal = [&](const CompressionStatus& status) {
+    expectCode(status, CompressionCode::InvalidSettings);
+    EXPECT_NE(status.message().find(invalid.field), std::string::npos)
+        << status.message();
+  };
+  for (int round = 0; round < 2; ++round) {
+    std::stringstream stream;
+    expect_refusal(
+        compression.encodePointCloud(randomCloud<pcl::PointXYZI>(12, 50), stream));
+    EXPECT_TRUE(stream.str().empty());
+    expect_refusal(compression.encodePointCloud(nullptr, stream));
+    Cloud::Ptr decoded(new Cloud(4, 1));
+    expect_refusal(compression.decodePointCloud(stream, decoded));
+    EXPECT_TRUE(decoded->empty());
+    EXPECT_EQ(compression.getOutputCloud(), decoded);
+    compression.requestIFrame();
+  }
+  EXPECT_EQ(compression.getLeafCount(), 0u);
+  EXPECT_FALSE(compression.isVoxelOccupiedAtPoint(pcl::PointXYZI()));
+  EXPECT_EQ(compression.getVoxelIntensityAtPoint(pcl::PointXYZI()), 0.0f);
+  EXPECT_GT(compression.getResolution(), 0.0);
+  EXPECT_EQ(compression.getStatistics().coding.bytes, 0u);
+}
+
+TEST(InvalidCompressionSettings, EveryCallReportsThem)
+{
+  const std::vector<InvalidSettings> all = {
+      {"resolution", [](auto& settings) { settings.resolution = 0.0; }},
+      {"resolution", [](auto& settings) { settings.resolution = -0.04; }},
+      {"resolution",
+       [](auto& settings) {
+         settings.resolution = std::numeric_limits<double>::quiet_NaN();
+       }},
+      {"resolution",
+       [](auto& settings) {
+         settings.resolution = std::numeric_limits<double>::infinity();
+       }},
+      {"intensity_range", [](auto& settings) { settings.intensity_range = -1.0f; }},
+      {"intensity_bits", [](auto& settings) { settings.intensity_bits = 17; }},
+      {"bounding_box",
+       [](auto& settings) {
+         settings.bounding_box = BoundingBox{{1.0, 0.0, 0.0}, {0.0, 1.0, 1.0}};
+       }},
+      {"sensor_pose",
+       [](auto& settings) {
+         settings.sensor_pose = Eigen::Isometry3f::Identity();
+         settings.sensor_pose->translation().x() =
+             std::numeric_limits<float>::quiet_NaN();
+       }},
+      {"limit", [](auto& settings) { settings.decoder_limits.max_voxels = 0; }},
+      {"carry_header", [](auto& settings) {
+         settings.format = StreamFormat::Published;
+         settings.carry_header = true;
+       }}};
+  for (const InvalidSettings& invalid : all) {
+    expectEveryCallToRefuse<Compression>(invalid);
+    expectEveryCallToRefuse<Compression::SinglePointCloudCompressionLowMemory>(invalid);
+  }
+}
+
+// ---------------------------------------------------------------- setResolution
+
+Cloud::Ptr
+pointsAtOneMetre()
+{
+  const Cloud::Ptr cloud(new Cloud);
+  cloud->emplace_back(0.01f, 0.01f, 1.0f, 0.0f);
+  return cloud;
+}
+
+template <typename CompressionT>
+float
+decodedIntensity(CompressionT& compression)
+{
+  const Cloud::Ptr decoded = roundTrip(compression, pointsAtOneMetre());
+  EXPECT_EQ(decoded->size(), 1u);
+  return decoded->front().intensity;
+}
+
+TEST(SetResolution, TheModelFollows)
+{
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.intensity_bits = 16;
+  OctreePointCloudIntensityCompression<pcl::PointXYZI,
+                                       IntensityModel<KinectV2, QuadraticLaw>>
+      compression(settings);
+  const float at_4cm = decodedIntensity(compression);
+  compression.setResolution(0.02);
+  EXPECT_EQ(compression.getIntensityModel().resolution(), 0.02);
+  EXPECT_TRUE(compression.getSettings().resolution == 0.02);
+  // A quarter of the face, so four times the share.
+  EXPECT_NEAR(decodedIntensity(compression), 4.0f * at_4cm, 0.02f);
+}
+
+TEST(SetResolution, TheSensorOfTheModelStays)
+{
+  using Model = IntensityModel<RuntimeSensor, LinearLaw>;
+  OctreePointCloudIntensityCompression<pcl::PointXYZI, Model> compression(
+      settingsWith(resolution), Model(resolution, RuntimeSensor(90.0, 90.0, 100, 100)));
+  compression.setResolution(0.1);
+  EXPECT_EQ(compression.getIntensityModel().sensor().columns, 100u);
+  EXPECT_NEAR(compression.getIntensityModel().cutOffDepth(), 5.0, 1e-9);
+}
+
+TEST(SetResolution, TheNextFrameIsAnIFrameAndTheStreamGoesOn)
+{
+  Compression encoder;
+  Compression decoder;
+  std::string frame_types;
+  for (const double new_resolution : {0.0, 0.0, 0.2, 0.0, 0.05}) {
+    if (new_resolution > 0.0)
+      encoder.setResolution(new_resolution);
+    Cloud::Ptr decoded;
+    ASSERT_TRUE(
+        decodeBytes(decoder, encodeFrame(encoder, pointsAtOneMetre()), decoded).ok());
+    frame_types += encoder.getStatistics().coding.is_i_frame ? 'I' : 'P';
+    ASSERT_EQ(decoded->size(), 1u);
+  }
+  EXPECT_EQ(frame_types, "IPIPI");
+}
+
+TEST(SetResolution, AnInvalidOneIsReportedByTheNextCallAndMayBeReplaced)
+{
+  IntensityCompressionSettings settings;
+  settings.retain_octree = true;
+  Compression compression(settings);
+  encodeFrame(compression, pointsAtOneMetre());
+  compression.setResolution(-1.0);
+  std::stringstream stream;
+  expectCode(compression.encodePointCloud(pointsAtOneMetre(), stream),
+             CompressionCode::InvalidSettings);
+  compression.setResolution(0.5);
+  encodeFrame(compression, pointsAtOneMetre());
+}
+
+} // namespace
