@@ -109,13 +109,18 @@ TEST(DepthModel, NumbersHaveRanges)
   model.origin = farthest;
   EXPECT_TRUE(isConsistent(model));
   DepthModel bad = model;
-  bad.origin = farthest + 1;
-  EXPECT_FALSE(isConsistent(bad));
-  bad.origin = -farthest - 1;
-  EXPECT_FALSE(isConsistent(bad));
+  for (const std::int64_t origin : {farthest + 1,
+                                    -farthest - 1,
+                                    std::numeric_limits<std::int64_t>::min(),
+                                    std::numeric_limits<std::int64_t>::max()}) {
+    bad.origin = origin;
+    EXPECT_FALSE(isConsistent(bad));
+  }
   bad = model;
-  bad.full_symbol = 1u << 24;
-  EXPECT_FALSE(isConsistent(bad));
+  for (const std::uint32_t symbol : {1u << 24, 0xffffffffu}) {
+    bad.full_symbol = symbol;
+    EXPECT_FALSE(isConsistent(bad));
+  }
   for (const int exponent : {0, 3, 255}) {
     bad = model;
     bad.exponent = static_cast<std::uint8_t>(exponent);

@@ -15,15 +15,18 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-/** \brief A stream of which the receiver has seen some frames, and the frame that an
- * enemy replaces. */
-struct Attack {
+/** \brief A stream whose first three frames the receiver has decoded; the payload of the
+ * fourth is replaced. */
+struct ForgedStream {
   Effort effort;
   bool is_i_frame;
   std::vector<VoxelFrame> frames;
   std::vector<Bytes> payloads;
 
-  Attack(Effort some_effort, bool on_i_frame, bool has_depth_model, unsigned int bits)
+  ForgedStream(Effort some_effort,
+               bool on_i_frame,
+               bool has_depth_model,
+               unsigned int bits)
   : effort(some_effort), is_i_frame(on_i_frame)
   {
     RoomStream::Settings settings;
@@ -61,6 +64,28 @@ struct Attack {
     }
   }
 
+  /** \brief Whether a frame has a single payload; the context coder's end has several,
+   * and a depth model may split a symbol in several ways. */
+  bool
+  hasOnePayloadAFrame() const
+  {
+    return effort == Effort::Fast && !frames[0].depth_model;
+  }
+
+  /** \brief A payload in the place of the fourth frame's. */
+  Bytes
+  encodedFourth(const VoxelFrame& frame) const
+  {
+    CodingWorkspace work;
+    PayloadCoders encoder;
+    Bytes payload;
+    for (std::size_t i = 0; i < 4; ++i) {
+      payload.clear();
+      encoder.of(effort).encode(work, i < 3 ? frames[i] : frame, isIFrame(i), payload);
+    }
+    return payload;
+  }
+
   bool
   decode(PayloadCoders& decoder,
          const Bytes& payload,
@@ -95,30 +120,31 @@ struct Attack {
   }
 };
 
-/** \brief What came of hostile payloads. */
-struct Outcome {
-  std::size_t accepted = 0;
-  std::size_t refused = 0;
-};
-
-/** \brief Gives hostile payloads to a receiver; one that was taken for a frame ends that
- * receiver's stream, one that was not leaves it as it was. */
-class Victim {
+/** \brief Decodes forged payloads in the place of the fourth frame. */
+class Receiver {
 public:
-  explicit Victim(const Attack& attack) : attack_(attack) { attack_.begin(decoder_); }
+  explicit Receiver(const ForgedStream& stream) : stream_(stream)
+  {
+    stream_.begin(decoder_);
+  }
 
+  /** \brief A payload that is accepted ends the receiver's stream, one that is refused
+   * leaves it as it was. */
   void
   take(const Bytes& payload, std::size_t count)
   {
     VoxelFrame back;
-    if (attack_.decode(
-            decoder_, payload, attack_.frames[3], count, attack_.isIFrame(3), back)) {
-      ++outcome.accepted;
-      decoder_ = PayloadCoders();
-      attack_.begin(decoder_);
+    if (!stream_.decode(
+            decoder_, payload, stream_.frames[3], count, stream_.isIFrame(3), back)) {
+      ++refused;
+      return;
     }
-    else
-      ++outcome.refused;
+    ++accepted;
+    if (stream_.hasOnePayloadAFrame()) {
+      EXPECT_EQ(stream_.encodedFourth(back), payload);
+    }
+    decoder_ = PayloadCoders();
+    stream_.begin(decoder_);
   }
 
   /** \brief Expects that the stream goes on. */
@@ -127,53 +153,55 @@ public:
   {
     for (std::size_t i = 3; i < 5; ++i) {
       VoxelFrame back;
-      const VoxelFrame& frame = attack_.frames[i];
-      ASSERT_TRUE(attack_.decode(decoder_,
-                                 attack_.payloads[i],
+      const VoxelFrame& frame = stream_.frames[i];
+      ASSERT_TRUE(stream_.decode(decoder_,
+                                 stream_.payloads[i],
                                  frame,
                                  frame.size(),
-                                 attack_.isIFrame(i),
+                                 stream_.isIFrame(i),
                                  back));
       expectSameFrame(back, frame);
     }
   }
 
-  Outcome outcome;
+  std::size_t accepted = 0;
+  std::size_t refused = 0;
 
 private:
-  const Attack& attack_;
+  const ForgedStream& stream_;
   PayloadCoders decoder_;
 };
 
 /** \brief Every kind of stream for each effort. */
-std::vector<Attack>
-attacks()
+std::vector<ForgedStream>
+forgedStreams()
 {
-  std::vector<Attack> attacks;
+  std::vector<ForgedStream> streams;
   for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
     for (const bool is_i_frame : {false, true})
       for (const bool has_depth_model : {false, true})
-        attacks.emplace_back(effort, is_i_frame, has_depth_model, 8);
-  attacks.emplace_back(Effort::Balanced, false, true, 16);
-  attacks.emplace_back(Effort::Balanced, false, false, 16);
-  attacks.emplace_back(Effort::Small, false, false, 1);
-  return attacks;
+        streams.emplace_back(effort, is_i_frame, has_depth_model, 8);
+  streams.emplace_back(Effort::Balanced, false, true, 16);
+  streams.emplace_back(Effort::Balanced, false, false, 16);
+  streams.emplace_back(Effort::Small, false, false, 1);
+  return streams;
 }
 
 TEST(HostilePayloads, TruncationsAreRefusedOrFrames)
 {
-  for (const Attack& attack : attacks()) {
-    Victim victim(attack);
-    const std::size_t count = attack.frames[3].size();
-    for (std::size_t size = 0; size < attack.payloads[3].size(); ++size) {
-      Bytes payload = attack.payloads[3];
+  for (const ForgedStream& stream : forgedStreams()) {
+    Receiver receiver(stream);
+    const std::size_t count = stream.frames[3].size();
+    for (std::size_t size = 0; size < stream.payloads[3].size(); ++size) {
+      Bytes payload = stream.payloads[3];
       payload.resize(size);
-      victim.take(payload, count);
+      receiver.take(payload, count);
     }
-    // Bits go on behind the end, so that intensities may come out of nothing; voxels of
-    // just that number hardly do.
-    EXPECT_LT(4 * victim.outcome.accepted, 3 * attack.payloads[3].size());
-    ASSERT_NO_FATAL_FAILURE(victim.expectUnharmed());
+    // Behind the end the context coder reads zeros, which may be the intensities; the
+    // number of voxels is hardly ever right.
+    EXPECT_LT(4 * receiver.accepted, 3 * stream.payloads[3].size());
+    EXPECT_TRUE(stream.effort != Effort::Fast || receiver.accepted == 0);
+    ASSERT_NO_FATAL_FAILURE(receiver.expectUnharmed());
   }
 }
 
@@ -181,18 +209,20 @@ TEST(HostilePayloads, FlipsAreRefusedOrFrames)
 {
   std::mt19937_64 random(1);
   std::size_t refused = 0;
-  for (const Attack& attack : attacks()) {
-    Victim victim(attack);
+  for (const ForgedStream& stream : forgedStreams()) {
+    Receiver receiver(stream);
     for (int round = 0; round < 1500; ++round) {
-      Bytes payload = attack.payloads[3];
+      Bytes payload = stream.payloads[3];
       for (std::uint64_t i = 1 + below(random, 3); i > 0; --i) {
         const std::size_t bit = below(random, 8 * payload.size());
         payload[bit / 8] = static_cast<std::uint8_t>(payload[bit / 8] ^ 1u << bit % 8);
       }
-      victim.take(payload, attack.frames[3].size());
+      receiver.take(payload, stream.frames[3].size());
     }
-    refused += victim.outcome.refused;
-    ASSERT_NO_FATAL_FAILURE(victim.expectUnharmed());
+    refused += receiver.refused;
+    // The last state of rANS shows most of what is wrong, but is no checksum.
+    EXPECT_TRUE(stream.effort != Effort::Fast || receiver.refused > 1350);
+    ASSERT_NO_FATAL_FAILURE(receiver.expectUnharmed());
   }
   EXPECT_GT(refused, 1000u);
 }
@@ -200,8 +230,8 @@ TEST(HostilePayloads, FlipsAreRefusedOrFrames)
 TEST(HostilePayloads, RandomBytesAreRefusedOrFrames)
 {
   std::mt19937_64 random(2);
-  for (const Attack& attack : attacks()) {
-    Victim victim(attack);
+  for (const ForgedStream& stream : forgedStreams()) {
+    Receiver receiver(stream);
     for (int round = 0; round < 1500; ++round) {
       Bytes payload(below(random, round % 10 == 0 ? 4000 : 150));
       const std::uint64_t kind = below(random, 4);
@@ -211,28 +241,11 @@ TEST(HostilePayloads, RandomBytesAreRefusedOrFrames)
                                          : kind == 2 ? random() & random() & random()
                                                      : random());
       const std::size_t counts[] = {
-          1, 2, attack.frames[3].size(), below(random, 5000) + 1, 1 << 16};
-      victim.take(payload, counts[below(random, 5)]);
+          1, 2, stream.frames[3].size(), below(random, 5000) + 1, 1 << 16};
+      receiver.take(payload, counts[below(random, 5)]);
     }
-    EXPECT_GT(victim.outcome.refused, 1000u);
-    ASSERT_NO_FATAL_FAILURE(victim.expectUnharmed());
-  }
-}
-
-TEST(HostilePayloads, WrongCountsAreRefused)
-{
-  for (const Attack& attack : attacks()) {
-    Victim victim(attack);
-    const std::size_t count = attack.frames[3].size();
-    for (const std::size_t wrong : {std::size_t{0},
-                                    std::size_t{1},
-                                    count - 1,
-                                    count + 1,
-                                    2 * count,
-                                    std::size_t{1} << 20})
-      victim.take(attack.payloads[3], wrong);
-    EXPECT_EQ(victim.outcome.accepted, 0u);
-    ASSERT_NO_FATAL_FAILURE(victim.expectUnharmed());
+    EXPECT_GT(receiver.refused, 1000u);
+    ASSERT_NO_FATAL_FAILURE(receiver.expectUnharmed());
   }
 }
 

@@ -27,7 +27,8 @@ nameOf(Effort effort)
  * so that a sanitizer sees reads behind it. */
 class Ends {
 public:
-  explicit Ends(Effort effort) : effort_(effort) {}
+  /** \param[in] work which streams, and both ends of one, may share */
+  Ends(Effort effort, CodingWorkspace& work) : effort_(effort), work_(work) {}
 
   Bytes
   encode(const VoxelFrame& frame, bool is_i_frame)
@@ -88,12 +89,19 @@ public:
     expectSameFrame(back, frame);
     EXPECT_EQ(decoded_sizes_.occupancy, sizes_.occupancy);
     EXPECT_EQ(decoder_.of(effort_).recordCount(), encoder_.of(effort_).recordCount());
-    EXPECT_EQ(decoder_.of(effort_).knownVoxels(work_, frame), frame.size());
+    EXPECT_EQ(knownVoxels(frame), frame.size());
+  }
+
+  /** \brief Voxels of a frame that the decoder knows. */
+  std::size_t
+  knownVoxels(const VoxelFrame& frame)
+  {
+    return decoder_.of(effort_).knownVoxels(work_, frame);
   }
 
 private:
   Effort effort_;
-  CodingWorkspace work_; // which streams, and both ends of one, may share
+  CodingWorkspace& work_;
   PayloadCoders encoder_;
   PayloadCoders decoder_;
   PayloadSizes sizes_;
@@ -135,9 +143,11 @@ oddFrames(unsigned int depth, unsigned int bits)
   VoxelFrame last = emptyFrame(depth, bits); // the last voxel of the grid
   setVoxels(random, {(std::uint64_t{1} << (3 * depth)) - 1}, last);
   frames.push_back(last);
-  for (unsigned int levels = 1; levels <= std::min(depth, 3u); ++levels)
+  for (unsigned int levels = 1; levels <= std::min(depth, bits == 8 ? 4u : 3u);
+       ++levels)
     for (int i = 0; i < 2; ++i)
       frames.push_back(cube(random, depth, levels, bits));
+  const std::size_t distinct = frames.size();
   frames.push_back(some(cells / 2 < 300 ? cells / 2 : 300));
   frames.push_back(emptyFrame(depth, bits));
   frames.push_back(emptyFrame(depth, bits));
@@ -159,18 +169,19 @@ oddFrames(unsigned int depth, unsigned int bits)
     walk(random, 6, wanderer);
   }
   for (std::size_t i = 0; i < 20; ++i) // everything changes at once, back and forth
-    frames.push_back(frames[(i * 7) % 5 + 2]);
+    frames.push_back(frames[i * 2 % (distinct - 2) + 2]);
   return frames;
 }
 
 TEST_P(PayloadCoding, OddFramesComeBack)
 {
-  for (const unsigned int depth : {1u, 2u, 3u, 4u, 9u, 20u, 21u})
-    for (const unsigned int bits : {1u, 2u, 8u, 12u, 13u, 16u})
+  CodingWorkspace work;
+  for (const unsigned int depth : {1u, 2u, 3u, 4u, 5u, 13u, 20u, 21u})
+    for (const unsigned int bits : {1u, 2u, 4u, 5u, 8u, 12u, 13u, 16u})
       for (const std::size_t rate : {1u, 5u, 1000u}) {
         SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits) +
                      " bits, I-frames every " + std::to_string(rate));
-        Ends ends(GetParam());
+        Ends ends(GetParam(), work);
         const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
         for (std::size_t i = 0; i < frames.size(); ++i)
           ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(frames[i], i % rate == 0)) << i;
@@ -179,10 +190,11 @@ TEST_P(PayloadCoding, OddFramesComeBack)
 
 TEST_P(PayloadCoding, OddFramesComeBackWithADepthModel)
 {
+  CodingWorkspace work;
   for (const unsigned int depth : {1u, 2u, 3u, 9u, 21u})
     for (const unsigned int bits : {1u, 8u, 13u, 16u}) {
       SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits));
-      Ends ends(GetParam());
+      Ends ends(GetParam(), work);
       const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
       for (std::size_t i = 0; i < frames.size(); ++i) {
         VoxelFrame frame = frames[i];
@@ -195,6 +207,7 @@ TEST_P(PayloadCoding, OddFramesComeBackWithADepthModel)
 
 TEST_P(PayloadCoding, RoomsComeBack)
 {
+  CodingWorkspace work;
   for (const bool has_depth_model : {false, true})
     for (const unsigned int bits : {4u, 8u, 16u}) {
       RoomStream::Settings settings;
@@ -202,7 +215,7 @@ TEST_P(PayloadCoding, RoomsComeBack)
       if (has_depth_model)
         settings.depth_model = roomDepthModel(settings.depth, bits);
       RoomStream room(settings);
-      Ends ends(GetParam());
+      Ends ends(GetParam(), work);
       for (int i = 0; i < 25; ++i)
         ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(room.next(), i % 12 == 0)) << i;
     }
@@ -230,6 +243,7 @@ TEST_P(PayloadCoding, PayloadsAreAppended)
 
 TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
 {
+  CodingWorkspace work;
   for (const bool has_depth_model : {false, true}) {
     RoomStream::Settings settings;
     settings.depth = 6;
@@ -237,7 +251,7 @@ TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
     if (has_depth_model)
       settings.depth_model = roomDepthModel(6, 8);
     RoomStream room(settings);
-    Ends ends(GetParam());
+    Ends ends(GetParam(), work);
     for (int i = 0; i < 12; ++i) {
       const VoxelFrame frame = room.next();
       const Bytes payload = ends.encode(frame, i % 6 == 0);
@@ -248,10 +262,14 @@ TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
       longer.insert(longer.end(), 40, 0x77);
       for (const bool is_i_frame : {false, true}) {
         EXPECT_FALSE(ends.decode(longer, frame, is_i_frame, back));
-        EXPECT_FALSE(ends.decode(payload, frame, frame.size() + 1, is_i_frame, back));
-        EXPECT_FALSE(ends.decode(payload, frame, frame.size() - 1, is_i_frame, back));
-        EXPECT_FALSE(ends.decode(payload, frame, 0, is_i_frame, back));
         EXPECT_FALSE(ends.decode({}, frame, is_i_frame, back));
+        for (const std::size_t count : {std::size_t{0},
+                                        std::size_t{1},
+                                        frame.size() - 1,
+                                        frame.size() + 1,
+                                        2 * frame.size(),
+                                        std::size_t{1} << 20})
+          EXPECT_FALSE(ends.decode(payload, frame, count, is_i_frame, back)) << count;
       }
       ASSERT_TRUE(ends.decode(payload, frame, i % 6 == 0, back)) << i;
       expectSameFrame(back, frame);
@@ -341,6 +359,23 @@ TEST_P(PayloadCoding, KnownVoxelsAreCounted)
   EXPECT_EQ(coder.knownVoxels(work, frame), 2u);
   frame.keys.clear();
   EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
+}
+
+TEST_P(PayloadCoding, VoxelsThatStayAwayAreForgotten)
+{
+  CodingWorkspace work;
+  std::mt19937_64 random(9);
+  Ends ends(GetParam(), work);
+  const VoxelFrame frame = randomFrame(random, 4, 300);
+  ends.expectRoundTrip(frame, true);
+  EXPECT_EQ(ends.knownVoxels(frame), 300u);
+  VoxelFrame single = emptyFrame(4);
+  single.keys = {frame.keys[7]};
+  single.intensities = {1};
+  for (int i = 0; i < (GetParam() == Effort::Fast ? 6 : 60); ++i)
+    ends.expectRoundTrip(single, false);
+  EXPECT_EQ(ends.knownVoxels(frame), 1u);
+  EXPECT_EQ(ends.knownVoxels(single), 1u);
 }
 
 TEST(PayloadCoder, EffortsShareNoState)
