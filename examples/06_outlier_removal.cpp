@@ -38,7 +38,7 @@ main()
 {
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.04; // m
-  settings.law = nodes::IntensityLaw::Quadratic;
+  settings.law = IntensityLaw::Quadratic;
   settings.sensor = RuntimeSensor(70.6, 60.0, 512, 424);
   nodes::SensorNode sensor(settings);
 

@@ -229,7 +229,7 @@ cellLidar(const Workload& workload, const Variant& variant, std::size_t frames)
 {
   InputStream stream = openLidarStream(frames);
   nodes::SensorNodeSettings settings = sensorNodeSettings(stream, workload, variant);
-  settings.law = nodes::IntensityLaw::Native;
+  settings.law = IntensityLaw::Native;
   return {std::move(stream), settings, cell::RobotCell::lidar_rate};
 }
 

@@ -8,22 +8,6 @@
 namespace pcl_ext {
 namespace noise {
 
-std::string
-nameOf(Law law)
-{
-  switch (law) {
-  case Law::Quadratic:
-    return "quadratic";
-  case Law::Linear:
-    return "linear";
-  case Law::Native:
-    return "native";
-  case Law::Count:
-    break;
-  }
-  return "count";
-}
-
 void
 markTruth(const io::VoxelFrame& some, VoxelTruth truth, LabelledFrame& frame)
 {

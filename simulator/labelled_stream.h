@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/nodes/sensor_node.h>
+#include <pcl_ext/intensity/intensity_law.h>
 
 #include "simulator/cell_voxelizer.h"
 #include "simulator/robot_cell.h"
@@ -28,7 +28,7 @@ enum class VoxelTruth : std::uint8_t {
 
 /** \brief The paper's laws of intensity, in the order of its sections 2.5.1 to 2.5.3, and
  * the sensor's own intensity. */
-using Law = nodes::IntensityLaw;
+using Law = IntensityLaw;
 constexpr std::size_t law_count = 4;
 
 /** \brief The laws of a depth camera, which has no intensity of its own. */
@@ -36,9 +36,6 @@ constexpr std::array<Law, 3> camera_laws = {Law::Count, Law::Quadratic, Law::Lin
 
 /** \brief The laws of a lidar, whose beams do not spread as pixels do. */
 constexpr std::array<Law, 2> lidar_laws = {Law::Native, Law::Count};
-
-std::string
-nameOf(Law law);
 
 /** \brief One frame of a sensor, in all laws that the sensor has. */
 struct LabelledFrame {

@@ -32,7 +32,7 @@ struct Sender {
 };
 
 nodes::SensorNodeSettings
-nodeSettings(double resolution, nodes::IntensityLaw law, io::Effort effort)
+nodeSettings(double resolution, IntensityLaw law, io::Effort effort)
 {
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = resolution;
@@ -57,9 +57,9 @@ removeNoise(cell::CellFrame& frame)
       frame.cloud[i].x = std::numeric_limits<float>::quiet_NaN();
 }
 
-const std::vector<std::pair<std::string, nodes::IntensityLaw>> node_laws = {
-    {"count", nodes::IntensityLaw::Count},
-    {"quadratic", nodes::IntensityLaw::Quadratic}};
+const std::vector<std::pair<std::string, IntensityLaw>> node_laws = {
+    {"count", IntensityLaw::Count},
+    {"quadratic", IntensityLaw::Quadratic}};
 const std::vector<std::pair<std::string, io::Effort>> efforts = {
     {"fast", io::Effort::Fast}, {"balanced", io::Effort::Balanced}};
 

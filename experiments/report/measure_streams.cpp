@@ -24,11 +24,11 @@
 namespace {
 
 namespace options = boost::program_options;
+using pcl_ext::IntensityLaw;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::measuring::InputStream;
 using pcl_ext::measuring::Variant;
 using pcl_ext::measuring::Workload;
-using pcl_ext::nodes::IntensityLaw;
 using pcl_ext::report::ResultFile;
 using pcl_ext::report::StreamCoder;
 using pcl_ext::report::Subject;

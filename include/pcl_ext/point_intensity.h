@@ -1,5 +1,8 @@
 #pragma once
 
+#include <pcl_ext/compression/voxelizer.h>
+
+#include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <cmath>
@@ -55,6 +58,37 @@ setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intens
 {
   if constexpr (has_intensity_field<PointT>)
     point.intensity = detail::fieldValue<decltype(point.intensity)>(intensity);
+}
+
+/** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
+ * \param[in] cloud has to stay as it is while the view is used
+ */
+template <typename PointT>
+io::PointView
+pointViewOf(const pcl::PointCloud<PointT>& cloud)
+{
+  static_assert(sizeof(PointT) % sizeof(float) == 0,
+                "points are read as floats from one x to the next");
+  io::PointView view;
+  view.count = cloud.size();
+  if (!cloud.empty()) {
+    view.coordinates = &cloud.front().x;
+    view.coordinate_stride = sizeof(PointT) / sizeof(float);
+  }
+  return view;
+}
+
+/** \brief The same with the points' own intensities, which have to be floats. */
+template <typename PointT>
+io::PointView
+pointViewWithIntensities(const pcl::PointCloud<PointT>& cloud)
+{
+  io::PointView view = pointViewOf(cloud);
+  if (!cloud.empty()) {
+    view.intensities = &cloud.front().intensity;
+    view.intensity_stride = view.coordinate_stride;
+  }
+  return view;
 }
 
 } // namespace pcl_ext

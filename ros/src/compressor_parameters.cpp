@@ -12,7 +12,7 @@ namespace pcl_ext_ros {
 namespace {
 
 using pcl_ext::RuntimeSensor;
-using pcl_ext::nodes::IntensityLaw;
+using pcl_ext::IntensityLaw;
 namespace io = pcl_ext::io;
 
 constexpr int most = std::numeric_limits<std::int32_t>::max();

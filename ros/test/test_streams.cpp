@@ -9,7 +9,7 @@ namespace test {
 namespace {
 
 namespace io = pcl_ext::io;
-using pcl_ext::nodes::IntensityLaw;
+using pcl_ext::IntensityLaw;
 using pcl_ext::nodes::SensorNodeSettings;
 
 class Streams : public StreamScenario {

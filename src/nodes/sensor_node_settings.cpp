@@ -40,12 +40,6 @@ checkCropBox(const io::BoundingBox& box)
 
 } // namespace
 
-bool
-needsSensor(IntensityLaw law)
-{
-  return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
-}
-
 io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings)
 {

@@ -5,10 +5,6 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Whether a law needs the sensor's field of view and size. */
-bool
-needsSensor(IntensityLaw law);
-
 /** \brief The settings of the codec, with what follows from the node's. */
 io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings);

@@ -18,6 +18,7 @@
 
 namespace {
 
+using pcl_ext::IntensityLaw;
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::WorldPose;

@@ -19,6 +19,7 @@
 
 namespace {
 
+using pcl_ext::IntensityLaw;
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::io::BoundingBox;

@@ -16,10 +16,11 @@
 
 namespace {
 
+using pcl_ext::IntensityLaw;
 using namespace pcl_ext;
 
 nodes::SensorNodeSettings
-settingsOf(nodes::IntensityLaw law)
+settingsOf(IntensityLaw law)
 {
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.08;
@@ -31,7 +32,7 @@ settingsOf(nodes::IntensityLaw law)
 
 TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 {
-  for (const auto law : {nodes::IntensityLaw::Count, nodes::IntensityLaw::Quadratic}) {
+  for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic}) {
     nodes::SensorNodeSettings settings = settingsOf(law);
     EXPECT_FALSE(settings.outlier_removal);
     nodes::SensorNode plain(settings);
@@ -71,7 +72,7 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 
 TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
 {
-  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Quadratic);
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
   settings.compression.format = io::StreamFormat::Published;
   const auto removedBy = [&](DensityUnit unit) {
     settings.outlier_removal.emplace().unit = unit;
@@ -91,7 +92,7 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
 
 TEST(SensorNodeOutlierRemoval, ResolutionsThatTheFilterIsNotMadeForAreRefused)
 {
-  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Count);
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.outlier_removal.emplace();
   for (const double resolution : {0.02, 0.2}) {
     settings.compression.resolution = resolution;
@@ -107,7 +108,7 @@ TEST(SensorNodeOutlierRemoval, ResolutionsThatTheFilterIsNotMadeForAreRefused)
 
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
 {
-  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Native);
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
   EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   settings.outlier_removal.emplace();
   const nodes::SensorNode native(settings);
@@ -115,9 +116,9 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
   EXPECT_EQ(native.settingsStatus().message(),
             "outlier_removal is set and law is Native; native intensities do not tell "
             "how densely points lie");
-  for (const auto law : {nodes::IntensityLaw::Count,
-                         nodes::IntensityLaw::Quadratic,
-                         nodes::IntensityLaw::Linear}) {
+  for (const auto law : {IntensityLaw::Count,
+                         IntensityLaw::Quadratic,
+                         IntensityLaw::Linear}) {
     settings.law = law;
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
@@ -148,7 +149,7 @@ TEST(SensorNodeOutlierRemoval, ReceiverKnowsTheDepthsOfFramesWithoutModel)
 {
   // Without a crop box each I-frame has the grid of its points, and one of few points no
   // depth model, as it would cost more than it saves.
-  nodes::SensorNodeSettings settings = settingsOf(nodes::IntensityLaw::Quadratic);
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
   settings.compression.resolution = 0.04;
   settings.compression.i_frame_rate = 3;
   settings.crop_box.reset();

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
 #include <pcl_ext/point_intensity.h>
@@ -121,14 +121,25 @@ public:
       bool do_voxel_grid_down_sampling = false,
       unsigned int i_frame_rate = 30,
       bool do_color_encoding = true,
-      unsigned char color_bit_resolution = 6);
+      unsigned char color_bit_resolution = 6)
+  : OctreePointCloudIntensityCompression(detail::settingsOfProfile(
+        profile, show_statistics, octree_resolution, i_frame_rate))
+  {
+    static_cast<void>(point_resolution);
+    static_cast<void>(do_voxel_grid_down_sampling);
+    static_cast<void>(do_color_encoding);
+    static_cast<void>(color_bit_resolution);
+  }
 
   /** \brief All settings by name, and a model made from the resolution.
    * \param[in] settings checked here; if a value is out of range, every call to
    * encodePointCloud and decodePointCloud says so
    */
   explicit OctreePointCloudIntensityCompression(
-      const IntensityCompressionSettings& settings);
+      const IntensityCompressionSettings& settings)
+  : OctreePointCloudIntensityCompression(
+        settings, IntensityModelT(detail::octreeResolution(settings)))
+  {}
 
   /** \brief All settings by name, and a model with parameters of its own.
    * \param[in] settings as above
@@ -237,32 +248,21 @@ private:
   CompressionStatus
   encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
 
-  CompressionStatus
-  decodeFrame(std::istream& compressed_cloud, PointCloud& cloud);
-
   void
-  computeIntensities(const PointCloud& cloud);
-
-  Eigen::Isometry3f
-  sensorPose(const PointCloud& cloud) const;
-
-  std::optional<DepthModel>
-  depthModel(const PointCloud& cloud) const;
-
-  void
-  fillCloud(PointCloud& cloud);
+  finishFrame(const char* title)
+  {
+    if (settings_.retain_octree)
+      retainOctree();
+    if (settings_.show_statistics)
+      detail::printStatistics(title, statistics_);
+  }
 
   void
   retainOctree();
 
-  void
-  printStatistics(const char* title) const;
-
   IntensityCompressionSettings settings_;
-  CompressionStatus settings_status_;
   IntensityModelT intensity_model_;
-  Voxelizer voxelizer_;
-  FrameEncoder encoder_;
+  CloudEncoder encoder_;
   FrameDecoder decoder_;
   FrameStatistics statistics_;
   PointCloudPtr output_;

@@ -5,6 +5,7 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/intensity/sensor.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
@@ -21,15 +22,6 @@
 
 namespace pcl_ext {
 namespace nodes {
-
-/** \brief The laws of intensity that a program can choose from while it runs; see
- * CountLaw, QuadraticLaw, LinearLaw and NativeLaw. */
-enum class IntensityLaw {
-  Count,     ///< the number of points in a voxel
-  Quadratic, ///< share of a voxel face that they cover; needs the sensor
-  Linear,    ///< as quadratic, kinder to points that are near; needs the sensor
-  Native     ///< the sensor's own intensity; needs a field of the clouds
-};
 
 /** \brief All settings of a SensorNode, with their units, defaults and ranges. */
 struct SensorNodeSettings {

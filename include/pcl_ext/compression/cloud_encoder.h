@@ -1,0 +1,118 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/compression_status.h>
+#include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief The depth law of an intensity model, for IntensityCompressionSettings; none if
+ * its intensities do not depend on the depth, or not by a power of it. Decoded shares are
+ * 255 for a full voxel face. */
+template <typename IntensityModelT>
+std::optional<DepthLaw>
+depthLawOf([[maybe_unused]] const IntensityModelT& model)
+{
+  constexpr unsigned int exponent =
+      pcl_ext::detail::DepthExponent<IntensityModelT>::value;
+  if constexpr (exponent != 0)
+    return DepthLaw{exponent, model.cutOffDepth(), 255.0};
+  else
+    return std::nullopt;
+}
+
+/** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
+ *
+ * Puts together Voxelizer, DepthModel and FrameEncoder, and fits the grid again where an
+ * I-frame is due. Needs no PCL. An instance serves one stream and one thread.
+ */
+class PCL_EXT_EXPORT CloudEncoder {
+public:
+  /** \brief An encoder at the start of a stream.
+   * \param[in] settings checked here; see settingsStatus(). `sensor_pose` is not used,
+   * the pose comes with each cloud
+   * \param[in] unit unit of the point intensities
+   */
+  CloudEncoder(const IntensityCompressionSettings& settings, IntensityUnit unit);
+
+  /** \brief Ok, or InvalidSettings with the field and its value; voxelize() and encode()
+   * then return the same. */
+  const CompressionStatus&
+  settingsStatus() const
+  {
+    return settings_status_;
+  }
+
+  /** \brief The settings in force. */
+  const IntensityCompressionSettings&
+  settings() const
+  {
+    return settings_;
+  }
+
+  /** \brief Changes the resolution; the next frame is an I-frame.
+   * \param[in] resolution voxel edge, metres; checked as that of the settings
+   * \param[in] depth_law the law at this resolution, if there is one
+   */
+  void
+  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
+
+  /** \brief Makes the next frame an I-frame, for a receiver that joined or lost one. */
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  /** \brief The first half of encoding: points -> voxels, which may be filtered before
+   * they are encoded.
+   * \param[in] points the cloud, in the frame of the grid
+   * \param[in] sensor_pose sensor -> grid, metres; used where there is a depth law
+   * \param[out] frame the voxels; its memory is reused
+   * \return Ok; InvalidSettings; OutOfMemory, after which the next frame is an I-frame
+   */
+  CompressionStatus
+  voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+  /** \brief The second half of encoding: voxels -> bytes.
+   * \param[in] frame the voxels
+   * \param[in] stamp see FrameEncoder::encode
+   * \param[out] bytes the frame; empty unless the status is Ok
+   * \return InvalidSettings, or what FrameEncoder::encode returns
+   */
+  CompressionStatus
+  encode(const VoxelFrame& frame,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Figures of the last frame that was encoded. */
+  const FrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+private:
+  IntensityCompressionSettings settings_;
+  CompressionStatus settings_status_;
+  IntensityUnit unit_;
+  Voxelizer voxelizer_;
+  FrameEncoder encoder_;
+  VoxelizationStatistics voxelization_; // of the frame that is not encoded yet
+  FrameStatistics statistics_;
+};
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/intensity/sensor.h>
+
+#include <array>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace pcl_ext {
+
+/** \brief The laws that a program can choose from while it runs; see CountLaw,
+ * QuadraticLaw, LinearLaw and NativeLaw. */
+enum class IntensityLaw {
+  Count,     ///< the number of points in a voxel
+  Quadratic, ///< share of a voxel face that they cover; needs the sensor
+  Linear,    ///< as quadratic, with more weight for near points; needs the sensor
+  Native     ///< the sensor's own intensity; needs a field of the clouds
+};
+
+/** \brief A law and its name on command lines and in parameter files. */
+struct NamedIntensityLaw {
+  IntensityLaw law;
+  const char* name;
+};
+
+/** \brief All laws. */
+inline constexpr std::array<NamedIntensityLaw, 4> intensity_laws = {
+    {{IntensityLaw::Count, "count"},
+     {IntensityLaw::Quadratic, "quadratic"},
+     {IntensityLaw::Linear, "linear"},
+     {IntensityLaw::Native, "native"}}};
+
+/** \brief Name of a law. */
+inline const char*
+nameOf(IntensityLaw law)
+{
+  for (const NamedIntensityLaw& known : intensity_laws)
+    if (known.law == law)
+      return known.name;
+  return "unknown";
+}
+
+/** \brief True if a law needs the sensor's field of view and size. */
+constexpr bool
+needsSensor(IntensityLaw law)
+{
+  return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
+}
+
+/** \brief Calls a visitor with the intensity model of a law; the only place where the
+ * value of a law becomes a type.
+ * \param[in] law the law
+ * \param[in] resolution voxel edge, metres, above 0
+ * \param[in] sensor field of view and size; needed where needsSensor(law)
+ * \param[in] visitor takes any IntensityModel; returns the same type for all
+ * \return what the visitor returns
+ * \throws std::invalid_argument if the law is none of the above or lacks its sensor
+ */
+template <typename VisitorT>
+decltype(auto)
+visitIntensityModel(IntensityLaw law,
+                    double resolution,
+                    const std::optional<RuntimeSensor>& sensor,
+                    VisitorT&& visitor)
+{
+  if (needsSensor(law) && !sensor)
+    throw std::invalid_argument(std::string("the intensity law '") + nameOf(law) +
+                                "' needs a sensor");
+  switch (law) {
+  case IntensityLaw::Count:
+    return visitor(CountIntensity(resolution));
+  case IntensityLaw::Quadratic:
+    return visitor(IntensityModel<RuntimeSensor, QuadraticLaw>(resolution, *sensor));
+  case IntensityLaw::Linear:
+    return visitor(IntensityModel<RuntimeSensor, LinearLaw>(resolution, *sensor));
+  case IntensityLaw::Native:
+    return visitor(NativeIntensity(resolution));
+  }
+  throw std::invalid_argument("unknown intensity law");
+}
+
+} // namespace pcl_ext

@@ -1,0 +1,92 @@
+#include <pcl_ext/compression/cloud_encoder.h>
+
+#include <array>
+#include <new>
+#include <utility>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief The settings, or the defaults if they are invalid: what is made from those is
+ * never used. */
+IntensityCompressionSettings
+usableSettings(const IntensityCompressionSettings& settings)
+{
+  return checkSettings(settings).ok() ? settings : IntensityCompressionSettings();
+}
+
+std::array<double, 3>
+elementsOf(const Eigen::Vector3d& vector)
+{
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+} // namespace
+
+CloudEncoder::CloudEncoder(const IntensityCompressionSettings& settings,
+                           IntensityUnit unit)
+: settings_(settings)
+, settings_status_(checkSettings(settings))
+, unit_(unit)
+, voxelizer_(usableSettings(settings), unit)
+, encoder_(settings.format, settings.i_frame_rate, settings.effort)
+{}
+
+void
+CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
+{
+  IntensityCompressionSettings settings = settings_;
+  settings.resolution = resolution;
+  settings.depth_law = depth_law;
+  CompressionStatus status = checkSettings(settings);
+  // What may throw comes before anything is changed.
+  Voxelizer voxelizer(usableSettings(settings), unit_);
+  settings_ = settings;
+  settings_status_ = std::move(status);
+  encoder_.requestIFrame();
+  if (settings_status_.ok())
+    voxelizer_ = std::move(voxelizer);
+}
+
+CompressionStatus
+CloudEncoder::voxelize(const PointView& points,
+                       const WorldPose& sensor_pose,
+                       VoxelFrame& frame)
+{
+  if (!settings_status_.ok())
+    return settings_status_;
+  try {
+    voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
+  }
+  catch (const std::bad_alloc&) {
+    encoder_.requestIFrame();
+    return outOfMemoryStatus<CompressionStatus>();
+  }
+  frame.depth_model.reset();
+  if (settings_.depth_law && settings_.format == StreamFormat::Version1)
+    frame.depth_model = depthModelOf(*settings_.depth_law,
+                                     elementsOf(sensor_pose.translation()),
+                                     elementsOf(sensor_pose.linear().col(2)),
+                                     frame.grid,
+                                     frame.intensity_scale);
+  return {};
+}
+
+CompressionStatus
+CloudEncoder::encode(const VoxelFrame& frame,
+                     const std::optional<FrameStamp>& stamp,
+                     std::vector<std::uint8_t>& bytes)
+{
+  bytes.clear();
+  if (!settings_status_.ok())
+    return settings_status_;
+  CompressionStatus status = encoder_.encode(frame, stamp, bytes);
+  if (status.ok())
+    statistics_ = {voxelization_, encoder_.statistics()};
+  return status;
+}
+
+} // namespace io
+} // namespace pcl_ext
