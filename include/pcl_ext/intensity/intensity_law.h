@@ -33,7 +33,7 @@ inline constexpr std::array<NamedIntensityLaw, 4> intensity_laws = {
      {IntensityLaw::Native, "native"}}};
 
 /** \brief Name of a law. */
-inline const char*
+inline std::string
 nameOf(IntensityLaw law)
 {
   for (const NamedIntensityLaw& known : intensity_laws)
@@ -66,7 +66,7 @@ visitIntensityModel(IntensityLaw law,
                     VisitorT&& visitor)
 {
   if (needsSensor(law) && !sensor)
-    throw std::invalid_argument(std::string("the intensity law '") + nameOf(law) +
+    throw std::invalid_argument("the intensity law '" + nameOf(law) +
                                 "' needs a sensor");
   switch (law) {
   case IntensityLaw::Count:
