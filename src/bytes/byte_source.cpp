@@ -1,5 +1,7 @@
 #include "bytes/byte_source.h"
 
+#include "bytes/exceptions.h"
+
 #include <algorithm>
 #include <array>
 #include <ios>
@@ -27,7 +29,7 @@ ByteSource::varint()
 bool
 ByteSource::mayHold(std::size_t size)
 {
-  try {
+  const auto is_long_enough = [&] {
     const auto position = buffer_.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
     if (position < 0)
       return true;
@@ -35,10 +37,9 @@ ByteSource::mayHold(std::size_t size)
     buffer_.pubseekpos(position, std::ios_base::in);
     return end < position ||
            static_cast<std::uint64_t>(end - position) >= std::uint64_t{size};
-  }
-  catch (...) {
-    return true; // some say so that they cannot seek
-  }
+  };
+  // A buffer that cannot seek may throw.
+  return callOrElse(is_long_enough, [] { return true; });
 }
 
 void
@@ -75,14 +76,12 @@ ByteSource::skip(std::size_t size)
 bool
 ByteSource::seekForward(std::size_t size)
 {
-  try {
+  const auto seek = [&] {
     return buffer_.pubseekoff(static_cast<std::streambuf::off_type>(size),
                               std::ios_base::cur,
                               std::ios_base::in) >= 0;
-  }
-  catch (...) {
-    return false;
-  }
+  };
+  return callOrElse(seek, [] { return false; });
 }
 
 void

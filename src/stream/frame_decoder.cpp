@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "bytes/byte_source.h"
+#include "bytes/exceptions.h"
 #include "bytes/memory_buffer.h"
 #include "bytes/reread_allowance.h"
 #include "codec/coding_workspace.h"
@@ -115,24 +116,14 @@ private:
                CodingWorkspace& work,
                std::size_t& frame_offset)
   {
-    try {
-      try {
-        return decodeNext(buffer, frame, work, frame_offset);
-      }
-      catch (const std::bad_alloc&) {
-        throw;
-      }
-      catch (const std::exception& exception) {
-        return {CompressionCode::InputFailed,
-                std::string("reading failed: ") + exception.what()};
-      }
-      catch (...) {
-        return {CompressionCode::InputFailed, "reading failed"};
-      }
-    }
-    catch (...) {
-      return outOfMemoryStatus<CompressionStatus>();
-    }
+    const auto input_failed = [](const std::string& reason) {
+      return CompressionStatus(CompressionCode::InputFailed,
+                               "reading failed" +
+                                   (reason.empty() ? reason : ": " + reason));
+    };
+    return callOrElse([&] { return decodeNext(buffer, frame, work, frame_offset); },
+                      outOfMemoryStatus<CompressionStatus>,
+                      input_failed);
   }
 
   /** \brief Leaves the buffer where the next call shall search.
@@ -168,12 +159,10 @@ private:
     if (position < 0)
       return true;
     std::array<char, published::magic_size> next{};
-    std::streamsize size = 0;
-    try {
-      size = buffer.sgetn(next.data(), next.size());
-    }
-    catch (...) { // the next call will meet it
-    }
+    // Where the buffer throws, the next call reports it.
+    const std::streamsize size =
+        callOrElse([&] { return buffer.sgetn(next.data(), next.size()); },
+                   [] { return std::streamsize{0}; });
     seekTo(buffer, position, 0);
     const auto begins = [&](const char* magic, std::size_t magic_size) {
       const auto known = std::min(static_cast<std::size_t>(size), magic_size);
@@ -208,24 +197,21 @@ private:
   static std::streambuf::off_type
   positionOf(std::streambuf& buffer)
   {
-    try {
+    const auto position = [&]() -> std::streambuf::off_type {
       return buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
-    }
-    catch (...) {
-      return -1;
-    }
+    };
+    return callOrElse(position, [] { return -1; });
   }
 
   static void
   seekTo(std::streambuf& buffer, std::streambuf::off_type begin, std::size_t offset)
   {
-    try {
+    const auto seek = [&] {
       buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
                         std::ios_base::in);
-    }
-    catch (...) {
-      // The bytes are lost, as those of a buffer that cannot seek; the status stands.
-    }
+    };
+    // Else the bytes are lost, as those of a buffer that cannot seek; the status stands.
+    callOrElse(seek, [] {});
   }
 
   CompressionStatus
@@ -320,13 +306,13 @@ private:
   void
   giveBackMemory(VoxelFrame& frame)
   {
-    try {
+    const auto give_back = [&] {
       version1_.giveBackMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
-    }
-    catch (...) { // what stays is still of use
-    }
+    };
+    // Without memory for smaller copies: what stays is still of use.
+    callOrElse(give_back, [] {});
   }
 
   DecoderLimits limits_;

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/frame_encoder.h>
 
+#include "bytes/exceptions.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "stream/version1_header.h"
@@ -37,20 +38,24 @@ public:
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes)
   {
-    try {
+    const auto encode = [&] {
       bytes.clear();
-      if (CompressionStatus status = check(frame, stamp); !status.ok())
-        return status;
-      encodeFrame(frame, stamp, bytes);
-    }
-    catch (...) { // no memory; what a coder had learnt by then no decoder will learn
+      CompressionStatus status = check(frame, stamp);
+      if (status.ok())
+        encodeFrame(frame, stamp, bytes);
+      return status;
+    };
+    // What a coder had learnt when memory ran out no decoder will learn.
+    const auto give_up = [&] {
       bytes.clear();
       coders_.clear();
       requestIFrame();
       return outOfMemoryStatus<CompressionStatus>();
-    }
-    followStream(frame);
-    return {};
+    };
+    CompressionStatus status = callOrElse(encode, give_up);
+    if (status.ok())
+      followStream(frame);
+    return status;
   }
 
   const CodedFrameStatistics&
@@ -103,7 +108,8 @@ private:
       // and so does the frame behind it; the authors' encoder restarts there, too.
       statistics.is_i_frame |=
           frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
-      published::encodeFrame(frame, statistics.is_i_frame, published_, bytes, statistics);
+      published::encodeFrame(
+          frame, statistics.is_i_frame, published_, bytes, statistics);
     }
     else {
       statistics.is_i_frame = statistics.is_i_frame || standsAlone(frame, stamp);
@@ -126,12 +132,9 @@ private:
       return;
     bytes_of_payload_ = std::vector<std::uint8_t>();
     frame_without_model_ = VoxelFrame();
-    try {
-      if (format_ == StreamFormat::Version1)
-        coder().giveBackMemory();
-    }
-    catch (...) { // what stays is still of use
-    }
+    if (format_ == StreamFormat::Version1)
+      // Without memory for a smaller copy: what stays is still of use.
+      callOrElse([this] { coder().giveBackMemory(); }, [] {});
   }
 
   /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */

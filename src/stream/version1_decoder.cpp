@@ -1,5 +1,7 @@
 #include "stream/version1_decoder.h"
 
+#include "bytes/exceptions.h"
+
 #include <utility>
 
 namespace pcl_ext {
@@ -18,16 +20,16 @@ Version1Decoder::decode(ByteSource& source,
   memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
   PayloadSizes sizes;
   prepareStamp();
-  try {
-    if (CompressionStatus status = decodePayload(work, frame, sizes); !status.ok())
-      return status;
-  }
-  catch (...) { // no memory; a coder that was interrupted is fit for nothing
+  // Without memory: the history of a coder that was interrupted is of no use.
+  const auto give_up = [this] {
     forget();
     // Frames that are older than what is lost can cost nothing.
     order_ = FrameOrder(true);
-    throw;
-  }
+  };
+  if (CompressionStatus status =
+          callOrCleanUp([&] { return decodePayload(work, frame, sizes); }, give_up);
+      !status.ok())
+    return status;
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;

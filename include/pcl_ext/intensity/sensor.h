@@ -1,10 +1,28 @@
 #pragma once
 
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
 namespace pcl_ext {
+
+namespace detail {
+
+/** \brief Throws std::invalid_argument; where a program is built without exceptions, ends
+ * it. */
+[[noreturn]] inline void
+throwInvalidArgument(const std::string& message)
+{
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+  throw std::invalid_argument(message);
+#else
+  static_cast<void>(message);
+  std::abort();
+#endif
+}
+
+} // namespace detail
 
 /** \brief Microsoft Kinect for Xbox One (time of flight), as in section 2.5 of Dybedal,
  * Aalerud and Hovland, Sensors 2019, 19(3), 636.
@@ -59,11 +77,12 @@ struct RuntimeSensor {
   {
     for (const double fov : {fov_x_deg, fov_y_deg})
       if (!(fov > 0.0 && fov < 180.0))
-        throw std::invalid_argument("field of view must lie between 0 and 180 degrees, "
-                                    "got " +
-                                    std::to_string(fov));
+        detail::throwInvalidArgument(
+            "field of view must lie between 0 and 180 degrees, "
+            "got " +
+            std::to_string(fov));
     if (columns == 0 || rows == 0)
-      throw std::invalid_argument("a sensor needs at least one column and one row");
+      detail::throwInvalidArgument("a sensor needs at least one column and one row");
   }
 
   double fov_x_deg;

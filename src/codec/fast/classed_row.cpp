@@ -10,15 +10,6 @@ namespace fast {
 
 namespace {
 
-constexpr unsigned int escape = 15;
-constexpr std::size_t numbers_for_four_states = 1024;
-
-Interleaving
-interleaving(std::size_t count)
-{
-  return count < numbers_for_four_states ? Interleaving::One : Interleaving::Four;
-}
-
 /** \brief Codes a number of up to 15 bits below the highest one, which is not coded. */
 template <class Coder>
 unsigned int
@@ -85,7 +76,7 @@ ClassedRow::encode(bool is_first,
   work_.numbers.assign(numbers.begin(), numbers.end());
   NibbleEncoder coder(work_.steps);
   code(coder, models_, classes, work_.numbers.data());
-  coder.finish(interleaving(numbers.size()), work_.words, bytes);
+  coder.finish(interleavingOf(numbers.size()), work_.words, bytes);
 }
 
 bool
@@ -97,7 +88,7 @@ ClassedRow::decode(const std::uint8_t* begin,
 {
   next_models_ = is_first ? Models() : models_;
   numbers.resize(classes.size());
-  NibbleDecoder coder(begin, end, interleaving(classes.size()), work_.bytes);
+  NibbleDecoder coder(begin, end, interleavingOf(classes.size()), work_.bytes);
   return !coder.isOverrun() && code(coder, next_models_, classes, numbers.data()) &&
          coder.isAtEnd();
 }

@@ -13,15 +13,6 @@ namespace {
 
 const History no_history;
 
-// A state costs four bytes; below this they weigh more than the time.
-constexpr std::size_t voxels_for_four_states = 1024;
-
-Interleaving
-interleaving(std::size_t voxel_count)
-{
-  return voxel_count < voxels_for_four_states ? Interleaving::One : Interleaving::Four;
-}
-
 /** \brief All models as they are at an I-frame. */
 const Models&
 firstModels()
@@ -89,7 +80,7 @@ FrameCoder::encode(Workspace& work,
       coder, *models_, before(), work.next_history, moments(), work.frame);
   expandBlocks<false>(work.frame, nullptr);
   work.symbols.encode(coder, *models_, work.frame, moments(), bits, symbols);
-  coder.finish(interleaving(keys.size()), work.words, payload);
+  coder.finish(interleavingOf(keys.size()), work.words, payload);
   history_.makeRoomFor(work.next_history);
   learnHistory();
 }
@@ -108,7 +99,7 @@ FrameCoder::decode(Workspace& work,
   beginFrame(work, is_i_frame, depth, voxel_count);
   Frame& frame = work.frame;
   *work.models = is_i_frame ? firstModels() : *models_;
-  NibbleDecoder coder(begin, end, interleaving(voxel_count), work.bytes);
+  NibbleDecoder coder(begin, end, interleavingOf(voxel_count), work.bytes);
   if (coder.isOverrun() ||
       !work.occupancy.code(
           coder, *work.models, before(), work.next_history, moments(), frame))

@@ -17,6 +17,14 @@ namespace fast {
 /** \brief How many rANS states take turns: one costs fewer bytes, four less time. */
 enum class Interleaving { One, Four };
 
+/** \brief The number of states for so many voxels or numbers. A state costs four bytes,
+ * which below 1024 weigh more than the time. */
+constexpr Interleaving
+interleavingOf(std::size_t count)
+{
+  return count < 1024 ? Interleaving::One : Interleaving::Four;
+}
+
 /** \brief The memory that will be wanted behind a row: none that is not there. */
 struct NothingWanted {
   std::array<const void*, 0>

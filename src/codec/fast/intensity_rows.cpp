@@ -13,8 +13,6 @@ namespace {
 constexpr unsigned int quad_moments =
     2 * symbol_moment::fraction * symbol_moment::deviation_count;
 constexpr unsigned int quad_escape = 3;
-// Symbols 0..14 of the other models are steps, 15 is any other one.
-constexpr unsigned int escape = 15;
 
 /** \brief The moments after the steps 0..2, for those that are coded in quads. */
 constexpr std::array<std::uint16_t, quad_moments * 4>

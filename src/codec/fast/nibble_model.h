@@ -18,6 +18,10 @@ namespace fast {
 constexpr unsigned int probability_bits = 12;
 constexpr std::uint32_t probability_one = 1u << probability_bits;
 
+/** \brief Where any number is coded with one nibble, 0..14 are themselves; this stands for
+ * all others, which follow in another way. */
+constexpr unsigned int escape = 15;
+
 /** \brief The share of the probabilities that a symbol owns: `start` up to, not
  * including, `start + width`. */
 struct ProbabilityRange {
