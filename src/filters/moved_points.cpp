@@ -20,7 +20,7 @@ public:
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 4; ++column)
         matrix_[row][column] = LanesT::all(move.rows[row][column]);
-      // What is within these is finite, too.
+      // Points within these are also finite.
       min_[row] = LanesT::all(std::max(move.min[row], -largest));
       max_[row] = LanesT::all(std::min(move.max[row], largest));
     }
@@ -50,7 +50,7 @@ public:
                                   LanesT::multiply(matrix_[row][1], point[1])),
                       LanesT::multiply(matrix_[row][2], point[2])),
           matrix_[row][3]);
-      // NaN from the first that is not finite on.
+      // NaN if any term is not finite.
       zeros = LanesT::add(zeros, LanesT::subtract(place[row], place[row]));
       is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(min_[row], place[row]));
       is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(place[row], max_[row]));
@@ -75,7 +75,7 @@ public:
   }
 
 private:
-  // Arrays of the language: a template argument would lose the alignment of a vector.
+  // C arrays: as a template argument a vector type would lose its alignment.
   using Floats = typename LanesT::Floats;
   using Ints = typename LanesT::Ints;
 
@@ -87,7 +87,7 @@ private:
     LanesT::transpose(place[0], place[1], place[2], place[3]);
     std::array<float, 4> depths;
     LanesT::store(depth, depths.data());
-    // Written in any case and counted if kept: a branch for each would be a coin toss.
+    // Always written, and counted if kept: a branch would be mispredicted too often.
     std::size_t count = moved_.count;
     for (std::uint32_t lane = 0; lane < lanes; ++lane) {
       LanesT::store(place[lane], output_ + count * moved_point_floats);

@@ -11,7 +11,7 @@ namespace {
 PreprocessingStatus
 invalidLayout(const std::string& what)
 {
-  return {PreprocessingCode::InvalidLayout, "the cloud's layout is wrong: " + what};
+  return {PreprocessingCode::InvalidLayout, "invalid layout: " + what};
 }
 
 const pcl::PCLPointField*
@@ -24,7 +24,7 @@ findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
   return field != cloud.fields.end() ? &*field : nullptr;
 }
 
-/** \brief Bytes of a number of a datatype; 0 if there is no such datatype. */
+/** \brief Size of a datatype in bytes; 0 if it is unknown. */
 std::uint64_t
 sizeOf(std::uint8_t datatype)
 {
@@ -71,8 +71,8 @@ checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
   return {};
 }
 
-/** \brief Checks that all points lie within the bytes; in 64 bits, so that nothing
- * wraps.
+/** \brief Checks that all points are within the data; in 64 bits, so that nothing
+ * overflows.
  */
 PreprocessingStatus
 checkSteps(const pcl::PCLPointCloud2& cloud)
@@ -84,12 +84,12 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
   if (cloud.point_step == 0)
     return invalidLayout("a point has no bytes");
   if (cloud.is_bigendian != static_cast<std::uint8_t>(BOOST_ENDIAN_BIG_BYTE))
-    return invalidLayout("its byte order is not this machine's");
+    return invalidLayout("the byte order is not that of this machine");
   if (width * cloud.point_step > cloud.row_step)
     return invalidLayout(std::to_string(width) + " points of " +
                          std::to_string(cloud.point_step) +
                          " bytes do not fit rows of " + std::to_string(cloud.row_step));
-  // The last row may end with its last point. Division, as the product may wrap.
+  // The last row may end with its last point. Division, as the product may overflow.
   const std::uint64_t last_row = width * cloud.point_step;
   if (cloud.data.size() < last_row ||
       (cloud.data.size() - last_row) / cloud.row_step < height - 1)
@@ -134,7 +134,7 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
             "fields 'x', 'y' and 'z' differ in datatype"};
   layout.is_double = datatypes[0] == pcl::PCLPointField::FLOAT64;
 
-  // A model that does not read the intensity does not mind one that cannot be read.
+  // Models that do not use the intensity accept a field that cannot be read.
   if (!needs_intensity)
     return {};
   const pcl::PCLPointField* field = findField(cloud, intensity_field);

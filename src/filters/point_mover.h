@@ -15,8 +15,8 @@ movePointsWith(const PointBytes& points,
                float* output,
                MovedPoints& moved);
 
-// Made where the compiler is kept from contracting products and sums, so that all
-// machines get the same.
+// Instantiated in a file that is compiled without contraction of products and sums, so
+// that all machines compute the same.
 extern template void
 movePointsWith<ScalarLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 #if defined(__SSE2__) || (defined(__aarch64__) && !defined(__AARCH64EB__))

@@ -8,9 +8,9 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief What has just been caught as a status; to be called where that is. Throws
- * nothing: where there is no memory for a message, memory is what ran out.
- * \param[in] code of what is not for want of memory
+/** \brief The exception that is being handled, as a status; to be called in a catch block.
+ * Never throws: if there is no memory for the message, the status is OutOfMemory.
+ * \param[in] code of every exception but std::bad_alloc
  */
 template <typename StatusT>
 StatusT

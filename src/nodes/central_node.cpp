@@ -77,7 +77,7 @@ public:
   , merged_voxels_(settings.resolution)
   {}
 
-  // The threads use what is destroyed next.
+  // Joined first: the threads use the members that are destroyed next.
   ~Implementation() { pool_.join(); }
 
   const CentralNodeStatus&
@@ -145,7 +145,7 @@ public:
     try {
       return take(name, std::move(bytes), stamp);
     }
-    catch (const std::bad_alloc&) { // by the message of a status
+    catch (const std::bad_alloc&) { // from the message of a status
       return outOfMemoryStatus<CentralNodeStatus>();
     }
   }
@@ -197,7 +197,7 @@ public:
   }
 
 private:
-  /** \brief receive(), where statuses may be without memory for their messages. */
+  /** \brief receive(); throws std::bad_alloc if there is no memory for a message. */
   CentralNodeStatus
   take(const std::string& name,
        std::vector<std::uint8_t> bytes,
@@ -226,14 +226,14 @@ private:
                 "' wait to be decoded; another one was refused"};
   }
 
-  /** \brief Has a stream take its turn behind those that have asked before. */
+  /** \brief Queues a turn of a stream behind those of other streams. */
   void
   askForTurn(ReceivedStream& stream)
   {
     boost::asio::post(pool_, [this, &stream] { serve(stream); });
   }
 
-  /** \brief A stream's turn: one frame, so that no stream waits for another's many. */
+  /** \brief A stream's turn: one frame, so that streams share the threads evenly. */
   void
   serve(ReceivedStream& stream)
   {
@@ -247,12 +247,12 @@ private:
         return;
       }
       catch (const std::bad_alloc&) {
-        // Without memory to ask for it the next turn is now, as nobody else would ask.
+        // No memory to queue the next turn: take it now, or it would never come.
       }
     }
   }
 
-  /** \brief Counts a frame that does not wait any more. */
+  /** \brief Counts a frame as decoded or failed. */
   void
   countDone()
   {
@@ -270,7 +270,7 @@ private:
     return {};
   }
 
-  // Streams are never removed, so that one outlives the lock.
+  // Streams are never removed, so that the reference outlives the lock.
   const ReceivedStream*
   find(const std::string& name) const
   {
@@ -288,16 +288,17 @@ private:
   const CentralNodeSettings settings_;
   const CentralNodeStatus settings_status_;
   const FrameListener listener_;
-  boost::asio::thread_pool pool_; // ended before what its threads use
+  boost::asio::thread_pool
+      pool_; // joined before the members that its threads use are destroyed
 
-  mutable std::shared_mutex streams_mutex_; // of the map, not of its streams
+  mutable std::shared_mutex streams_mutex_; // guards the map, not its streams
   std::map<std::string, ReceivedStream> streams_;
 
   std::mutex waiting_mutex_;
   std::condition_variable nothing_waits_;
-  std::size_t waiting_ = 0; // frames of all streams that are not decoded yet
+  std::size_t waiting_ = 0; // frames of all streams not yet decoded
 
-  std::mutex merge_mutex_; // of what merges
+  std::mutex merge_mutex_; // guards merging
   MergedVoxels merged_voxels_;
 };
 

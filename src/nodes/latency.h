@@ -9,8 +9,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The stamp of a header of PCL as a moment; the last there is for one beyond it,
- * as stamps come from anywhere. */
+/** \brief The stamp of a PCL header as a time; clamped to the largest one, as any stamp may
+ * arrive. */
 inline Time
 timeOfStamp(std::uint64_t microseconds)
 {
@@ -20,15 +20,15 @@ timeOfStamp(std::uint64_t microseconds)
       std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
-/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, which is
- * what clouds have that were never stamped. */
+/** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, the default
+ * of a cloud without stamp. */
 inline double
 latencySeconds(Time stamp, Time ready)
 {
   if (stamp == Time(0))
     return 0.0;
   using Seconds = std::chrono::duration<double>;
-  // The difference of moments on both sides of 0 may be more than Time holds.
+  // The difference of two times of different sign may overflow Time.
   if ((stamp < Time(0)) != (ready < Time(0)))
     return Seconds(ready).count() - Seconds(stamp).count();
   return Seconds(ready - stamp).count();

@@ -43,7 +43,7 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     voxelize(merged);
   }
   catch (...) {
-    giveBackMemory(); // the voxelizer may remember half a cloud, too
+    giveBackMemory(); // the voxelizer may hold half a cloud
     merged = io::VoxelFrame();
     throw;
   }
@@ -72,7 +72,7 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
   points.intensities = intensities_.data();
   points.intensity_stride = 1;
   points.count = intensities_.size();
-  // Merged frames are no stream: each has the grid and the scale that fit it.
+  // Merged frames are independent: each has a grid and a scale of its own.
   constexpr bool may_refit = true;
   voxelizer_->voxelize(points, may_refit, merged);
   merged.depth_model.reset();

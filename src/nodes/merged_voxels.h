@@ -25,7 +25,7 @@ public:
   void
   clear();
 
-  /** \brief Adds the last voxels of a stream, if they were decoded between two moments. */
+  /** \brief Adds the latest voxels of a stream, if they were decoded between two times. */
   void
   add(const ReceivedStream& stream, Time oldest, Time newest);
 
@@ -44,7 +44,7 @@ private:
   voxelize(io::VoxelFrame& merged);
 
   double resolution_;
-  std::optional<io::Voxelizer> voxelizer_; // made where it is used
+  std::optional<io::Voxelizer> voxelizer_; // made at first use
 
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.

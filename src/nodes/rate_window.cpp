@@ -14,7 +14,7 @@ systemTime()
 void
 RateWindow::add(const Frame& frame)
 {
-  // A clock that was set back would keep frames of its future.
+  // After a clock was set back, frames newer than its time would stay.
   while (!frames_.empty() && frames_.back().ready > frame.ready)
     frames_.pop_back();
   while (!frames_.empty() &&
@@ -51,8 +51,8 @@ RateWindow::rates(Time now) const
     return rates;
   rates.mean_cycle_seconds /= static_cast<double>(frames);
   rates.mean_latency_seconds /= static_cast<double>(frames);
-  // N frames have N - 1 spaces; counted over the whole window, a stream that has just
-  // begun would look slow.
+  // N frames have N - 1 intervals; divided by the whole window, the rate of a new stream
+  // would be too low.
   if (last > first) {
     const double seconds = std::chrono::duration<double>(last - first).count();
     rates.frames_per_second = static_cast<double>(frames - 1) / seconds;

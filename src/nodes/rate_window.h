@@ -8,7 +8,7 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The frames of the last StreamRates::window, and what they amount to. */
+/** \brief The frames of the last StreamRates::window, and their rates. */
 class RateWindow {
 public:
   /** \brief A frame that has just been coded. */
@@ -19,19 +19,19 @@ public:
     double latency_seconds = 0.0;
   };
 
-  /** \brief Adds a frame; forgets what is too old as of then. */
+  /** \brief Adds a frame and removes those that are older than the window. */
   void
   add(const Frame& frame);
 
-  /** \brief The figures as of a moment, which may be before the last frame's. */
+  /** \brief The rates at a time, which may be before the last frame. */
   StreamRates
   rates(Time now) const;
 
 private:
-  // A clock that stands still must not make it grow for ever.
+  // Bounds the memory where the clock stands still.
   static constexpr std::size_t most_frames = 4096;
 
-  std::deque<Frame> frames_; // in the order of their times
+  std::deque<Frame> frames_; // by time
 };
 
 } // namespace nodes

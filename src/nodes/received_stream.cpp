@@ -12,9 +12,8 @@ namespace nodes {
 
 namespace {
 
-/** \brief What decoding a frame needs besides its stream's memory. All streams of a thread
- * take turns with it, so that it stays in the thread's caches; each has memory of its own
- * for what it keeps. */
+/** \brief Scratch memory of one thread for decoding. All streams that the thread decodes
+ * share it, so that it stays in the caches. */
 struct DecodingMemory {
   io::CodingMemory coding;
   io::VoxelFrame decoded;
@@ -28,14 +27,14 @@ memoryOfThread()
   return memory;
 }
 
-/** \brief Bytes that so many voxels take. */
+/** \brief Bytes of memory of a number of voxels. */
 std::size_t
 bytesOf(std::size_t voxels)
 {
   return voxels * (sizeof(std::uint64_t) + sizeof(std::uint16_t));
 }
 
-/** \brief True if bytes held no frame at all, so that none of the sender's is missing. */
+/** \brief True if the bytes held no frame, so that none of the sender's is lost. */
 bool
 wasNoFrame(io::CompressionCode code)
 {
@@ -95,7 +94,7 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
   }
   const bool is_shown = status.ok();
   bool wants_i_frame = false;
-  // Only this thread changes what the listener is told, so that it may be read unlocked.
+  // Only this thread changes what the listener gets, so it may be read without the lock.
   const io::CompressionStatus* told = &status;
   if (status.code() == io::CompressionCode::OldFrame)
     wants_i_frame = countDropped();
@@ -137,7 +136,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
     kept_ = io::VoxelFrame();
     throw;
   }
-  // What a frame that fails has taken is more than any other needed.
+  // A failed frame may have taken more memory than any other needs.
   const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
   if (memory.rule.shouldGiveBack(needed) || is_too_large)
     decoded = io::VoxelFrame();
@@ -162,7 +161,7 @@ ReceivedStream::show(io::VoxelFrame& decoded,
 
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    // The last that may throw.
+    // The last statement that may throw.
     window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
     follow(coding.frame_number);
     ++health_.frames_decoded;
@@ -173,7 +172,7 @@ ReceivedStream::show(io::VoxelFrame& decoded,
     std::swap(kept_, latest_);
     latest_stamp_ = stamp;
   }
-  // Of the frames that take turns either may be too large.
+  // Either of the two swapped frames may be too large.
   if (memory_rule_.shouldGiveBack(bytesOf(latest_.size())))
     frames_to_give_back_ = 2;
   if (frames_to_give_back_ == 0)
@@ -208,7 +207,7 @@ ReceivedStream::makeOutlierRemoval()
   outlier_removal_.reset();
   if (outlier_settings_)
     outlier_removal_.emplace(*outlier_settings_);
-  // They stay new where there was no memory for the filter.
+  // They stay pending if there was no memory for the filter.
   are_outlier_settings_new_ = false;
 }
 
@@ -221,7 +220,7 @@ ReceivedStream::wantsIFrame(io::CompressionCode code)
   case io::CompressionCode::Truncated:
   case io::CompressionCode::InputFailed:
   case io::CompressionCode::OutOfMemory:
-    // An answer takes a frame or two to arrive; a request may be lost, too.
+    // The I-frame may take a frame or two to arrive; the request may also be lost.
     return failures_in_a_row_++ % 3 == 0;
   default:
     return false; // an I-frame would not help
@@ -231,7 +230,7 @@ ReceivedStream::wantsIFrame(io::CompressionCode code)
 void
 ReceivedStream::follow(std::uint32_t frame_number)
 {
-  // A number that is not above the last one is that of a sender that began again.
+  // A number not above the last one is that of a sender that restarted.
   if (last_number_ && frame_number > *last_number_) {
     const std::size_t missing = frame_number - *last_number_ - 1;
     if (missing > unnumbered_)
@@ -249,8 +248,8 @@ ReceivedStream::countDropped()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_dropped;
-  // A sender that began again has old numbers; if its first frame was lost, all of what it
-  // sends is dropped until it is asked for an I-frame.
+  // A restarted sender has old numbers; if its first frame was lost, all others are
+  // dropped until it is asked for an I-frame.
   const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
   health_.i_frame_requests += wants_i_frame ? 1 : 0;
   return wants_i_frame;
@@ -287,7 +286,7 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
     voxels = latest_;
   }
   catch (...) {
-    voxels = io::VoxelFrame(); // not the keys without their intensities
+    voxels = io::VoxelFrame(); // not keys without intensities
     throw;
   }
   return LatestFrame{latest_stamp_, health_.frames_decoded};

@@ -27,9 +27,9 @@ namespace nodes {
 /** \brief One stream of a CentralNode: the frames that wait, its decoder, its last voxels
  * and its health.
  *
- * A stream that frames wait of has one turn at a time, in which somebody calls decodeNext()
- * and then endTurn(). These are for one thread at a time; everything else is for any number
- * of threads.
+ * A stream with waiting frames has one turn at a time, in which a thread calls decodeNext()
+ * and then endTurn(). These two are for one thread at a time; all other members are
+ * thread-safe.
  */
 class ReceivedStream {
 public:
@@ -43,13 +43,13 @@ public:
     min_intensity_ = min_intensity;
   }
 
-  /** \brief Has a new filter take the place of that in use, from the next frame on.
+  /** \brief Replaces the outlier filter from the next frame on.
    * \param[in] settings as checkSettings() accepts; none: no filter
    */
   void
   setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings);
 
-  /** \brief What became of a frame that arrived. */
+  /** \brief Outcome of a frame that arrived. */
   enum class Admission {
     Waits,
     TooManyWait, ///< refused
@@ -58,10 +58,10 @@ public:
 
   /** \brief Takes a frame that arrived, or refuses it, and counts it.
    * \param[in] bytes the frame
-   * \param[in] stamp when it was taken; none: what it carries
+   * \param[in] stamp time of the cloud; none: that which the frame carries
    * \param[in] max_waiting frames that may wait
-   * \param[in] ask_for_turn called if the stream needs a turn and has none; a frame that it
-   * has no memory for is refused
+   * \param[in] ask_for_turn called if the stream needs a turn and has none; the frame is
+   * refused if that throws std::bad_alloc
    */
   template <typename AskT>
   Admission
@@ -70,7 +70,7 @@ public:
         std::size_t max_waiting,
         const AskT& ask_for_turn)
   {
-    // Locked until the turn is asked for: a frame behind this one relies on it.
+    // Locked until the turn is requested: the next frame relies on it.
     const std::lock_guard<std::mutex> lock(mutex_);
     ++health_.frames_received;
     health_.bytes += bytes.size();
@@ -86,8 +86,8 @@ public:
     return admission;
   }
 
-  /** \brief Decodes and denoises the frame that has waited longest; there must be one.
-   * Whatever is thrown meanwhile becomes the status of the frame, which then shows nothing.
+  /** \brief Decodes and denoises the first waiting frame; there must be one. An exception
+   * becomes the status of the frame, which then has no voxels.
    * \param[in] clock tells the time
    * \param[in] listener told of the frame; may be empty
    */
@@ -95,14 +95,14 @@ public:
   decodeNext(const Clock& clock, const FrameListener& listener);
 
   /** \brief Ends the stream's turn.
-   * \return true if a frame waits: the turn is not over, or another one is to begin
+   * \return true if another frame waits: the caller has to continue or to ask for a turn
    */
   bool
   endTurn();
 
-  /** \brief Copies the last voxels, if they were decoded between two moments. A clock that
-   * was set back leaves voxels of its future.
-   * \return nothing if they were not; `voxels` is untouched then
+  /** \brief Copies the latest voxels, if they were decoded between two times. After a clock
+   * was set back, voxels may be newer than its time.
+   * \return nothing if they were not; `voxels` is unchanged then
    */
   std::optional<LatestFrame>
   latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const;
@@ -113,13 +113,13 @@ public:
 private:
   struct WaitingFrame {
     std::vector<std::uint8_t> bytes;
-    std::optional<Time> stamp; ///< none: what it carries
-    /** \brief Frames that were refused since the one before it. They are missing behind
-     * that one, which is decoded later than they were refused. */
+    std::optional<Time> stamp; ///< none: that which the frame carries
+    /** \brief Frames that were refused between the frame before it and this one; they are
+     * counted as lost when this one is decoded. */
     std::size_t refused_before;
   };
 
-  /** \brief Has a frame wait, unless memory runs out; mutex_ is locked. */
+  /** \brief Appends a frame to the queue, or throws; mutex_ is locked. */
   template <typename AskT>
   Admission
   queue(WaitingFrame frame, const AskT& ask_for_turn)
@@ -146,8 +146,8 @@ private:
   WaitingFrame
   takeNext();
 
-  /** \brief Decodes a frame and shows it, or throws.
-   * \param[out] is_decoded as soon as it is
+  /** \brief Decodes a frame and makes it the latest one, or throws.
+   * \param[out] is_decoded set once the decoder has accepted the frame
    */
   io::CompressionStatus
   decode(const WaitingFrame& frame,
@@ -163,8 +163,8 @@ private:
        std::chrono::steady_clock::time_point start,
        const Clock& clock);
 
-  /** \brief Removes the outliers of a frame that was decoded, if that is wanted. A filter
-   * that throws is replaced by a new one, as it may remember half a frame.
+  /** \brief Removes the outliers of a decoded frame, if a filter is set. A filter that
+   * throws is replaced by a new one, as its history may be incomplete.
    * \return number of voxels removed
    */
   std::size_t
@@ -176,49 +176,49 @@ private:
   bool
   wantsIFrame(io::CompressionCode code);
 
-  /** \brief Takes note of a frame that was decoded, and of those lost before it. */
+  /** \brief Counts a decoded frame, and those lost before it. */
   void
   follow(std::uint32_t frame_number);
 
-  /** \brief Counts a frame that came late or twice, of which none is missing.
+  /** \brief Counts a late or repeated frame.
    * \return whether an I-frame is wanted
    */
   bool
   countDropped();
 
-  /** \brief Counts a frame that shows nothing.
+  /** \brief Counts a frame that failed.
    * \param[in] status why
-   * \param[in] is_decoded it was decoded, and failed behind that: the stream goes on
+   * \param[in] is_decoded it failed after it was decoded: the stream continues
    * \return whether an I-frame is wanted
    */
   bool
   countFailed(io::CompressionStatus status, bool is_decoded);
 
-  // Of decodeNext() alone.
+  // Used by decodeNext() only.
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
-  io::VoxelFrame kept_;                  // its memory and that of latest_ take turns
+  io::VoxelFrame kept_;                  // swapped with latest_, to reuse memory
   io::MemoryRule memory_rule_;           // for both
-  unsigned int frames_to_give_back_ = 0; // of them
+  unsigned int frames_to_give_back_ = 0; // of kept_ and latest_
   // Since the last frame that was decoded.
-  std::size_t failures_in_a_row_ = 0; // of frames that need an I-frame behind them
+  std::size_t failures_in_a_row_ = 0; // frames that need an I-frame to recover
   std::size_t dropped_in_a_row_ = 0;
 
   std::atomic<float> min_intensity_;
 
-  mutable std::mutex mutex_; // of everything below
-  // Of the filter that is to come; the filter itself is made where it is used.
+  mutable std::mutex mutex_; // guards everything below
+  // Settings of the next filter, which decodeNext() makes.
   std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
   bool are_outlier_settings_new_ = false;
   io::VoxelFrame latest_;
   Time latest_stamp_{0};
   StreamHealth health_;
   RateWindow window_;
-  std::deque<WaitingFrame> waiting_; // the next one is the first
+  std::deque<WaitingFrame> waiting_; // the first one is decoded next
   bool has_turn_ = false;
   std::size_t refused_behind_ = 0;           // since the last frame that was taken
   std::optional<std::uint32_t> last_number_; // of the last decoded frame
-  std::size_t unnumbered_ = 0; // sender's frames since then that failed or were refused
+  std::size_t unnumbered_ = 0; // frames since then that failed or were refused
 };
 
 } // namespace nodes

@@ -252,7 +252,7 @@ private:
                  bytes,
                  cycle_seconds,
                  latencySeconds(timeOfStamp(cloud.header.stamp), now)});
-    // Nothing is thrown any more.
+    // No exceptions from here on.
     ++statistics_.frames;
     statistics_.i_frames += frame.coding.is_i_frame ? 1 : 0;
     statistics_.cloud_bytes += cloud.data.size();
@@ -262,7 +262,7 @@ private:
 
   SensorNodeSettings settings_;
   SensorNodeStatus settings_status_;
-  std::optional<Pipeline> pipeline_; // where the settings can be used
+  std::optional<Pipeline> pipeline_; // only if the settings are valid
   std::optional<WorldPose> last_transform_;
   SensorNodeStatistics statistics_;
   RateWindow window_;

@@ -12,7 +12,7 @@ namespace nodes {
 
 namespace {
 
-/** \brief Checks the figures of a sensor, which may have changed since it was made. */
+/** \brief Checks the values of a sensor, which may have changed since its construction. */
 SensorNodeStatus
 checkSensor(const RuntimeSensor& sensor)
 {
@@ -44,7 +44,7 @@ io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings)
 {
   io::IntensityCompressionSettings codec = settings.compression;
-  // A grid that follows the points changes with them, and each change costs an I-frame.
+  // A grid that follows the points changes with them; each change costs an I-frame.
   if (!codec.bounding_box)
     codec.bounding_box = settings.crop_box;
   return codec;
@@ -105,7 +105,7 @@ checkSettings(const SensorNodeSettings& settings)
                    " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
       !status.ok()) {
-    // Where all is well without the crop box, nobody set the box that the codec names.
+    // If the settings are valid without the crop box, the bounding box at fault is that one.
     const bool is_crop_boxs = io::checkSettings(settings.compression).ok();
     return invalid((is_crop_boxs ? "crop_box as " : "") + status.message());
   }

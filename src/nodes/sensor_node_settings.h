@@ -5,17 +5,17 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The settings of the codec, with what follows from the node's. */
+/** \brief The settings of the codec that follow from those of the node. */
 io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings);
 
-/** \brief The settings of the outlier removal, which is set, with what the law tells of its
- * unit: frames of the published layout have no depth model that would. */
+/** \brief The settings of the outlier removal, which must be set, with the unit of the law:
+ * frames of the published layout have no depth model to derive it from. */
 VoxelOutlierRemovalSettings
 removalSettings(const SensorNodeSettings& settings);
 
-/** \brief Tells whether all settings are within their ranges and none contradicts another;
- * if not, which one. */
+/** \brief Checks all settings against their ranges and each other.
+ * \return Ok, or InvalidSettings with the setting and its value */
 SensorNodeStatus
 checkSettings(const SensorNodeSettings& settings);
 

@@ -19,19 +19,19 @@
 
 namespace pcl_ext {
 
-/** \brief What came of preprocessing a cloud. */
+/** \brief Outcome codes of preprocessing. */
 enum class PreprocessingCode {
   Ok,              ///< the cloud was processed
-  InvalidSettings, ///< a pose, crop box or scale that cannot be used
-  MissingField,    ///< x, y, z, or the intensity that the model asks for, is not there
-  InvalidField,    ///< a field has a datatype, offset or count that cannot be read
+  InvalidSettings, ///< invalid pose, crop box or scale
+  MissingField,    ///< x, y, z, or the intensity that the model needs, is missing
+  InvalidField,    ///< a field has an invalid datatype, offset or count
   InvalidLayout    ///< width, height and steps do not fit the bytes
 };
 
 /** \brief Outcome of preprocessing a cloud. */
 using PreprocessingStatus = Status<PreprocessingCode>;
 
-/** \brief What became of the points of a cloud. */
+/** \brief Counts of the points of a cloud. */
 struct PreprocessingStatistics {
   std::size_t points = 0; ///< points of the input
   std::size_t points_not_finite =
@@ -39,7 +39,7 @@ struct PreprocessingStatistics {
   std::size_t points_cropped = 0; ///< of these left out: outside the crop box
 };
 
-/** \brief Where the fields of a PCLPointCloud2 lie, checked against its bytes. */
+/** \brief Offsets of the fields of a PCLPointCloud2, checked against its size. */
 struct PointLayout {
   std::uint32_t x = 0; ///< offsets within a point, bytes
   std::uint32_t y = 0;
@@ -54,7 +54,7 @@ struct PointLayout {
  * \param[in] cloud any fields in any order, organised or not
  * \param[in] intensity_field name of the intensity field
  * \param[in] needs_intensity a cloud without that field is an error
- * \param[out] layout where the fields lie; every point's fields are within cloud.data
+ * \param[out] layout the offsets; every point's fields are within cloud.data
  */
 PCL_EXT_EXPORT PreprocessingStatus
 findPointLayout(const pcl::PCLPointCloud2& cloud,
@@ -82,8 +82,8 @@ public:
   : intensity_model_(intensity_model)
   {}
 
-  /** \brief Where the sensor stands: its frame -> global frame, metres. A rotation and
-   * a translation; anything else is refused by process(). */
+  /** \brief Pose of the sensor, sensor frame -> global frame, metres; must be rigid, which
+   * process() checks. */
   void
   setSensorPose(const Eigen::Isometry3d& sensor_to_world)
   {
@@ -138,7 +138,7 @@ public:
   PreprocessingStatus
   process(const pcl::PointCloud<PointT>& cloud, Output& output);
 
-  /** \brief What became of the points of the last cloud. */
+  /** \brief Counts of the points of the last cloud. */
   const PreprocessingStatistics&
   getStatistics() const
   {

@@ -30,68 +30,67 @@ struct CentralNodeSettings {
   /** \brief Threads that decode, up to 1024; 0: one for each core. */
   unsigned int threads = 0;
 
-  /** \brief Frames of one stream that may wait to be decoded, at least 1; more are
-   * refused, so that a stream that is too fast costs neither memory nor the others. */
+  /** \brief Frames of one stream that may wait to be decoded, at least 1; further ones are
+   * refused, which bounds the memory of a stream that is too fast. */
   std::size_t max_waiting_frames = 40;
 
   /** \brief Streams whose last frame is older do not take part in merging. Above 0. */
   Time max_merge_age = std::chrono::seconds(1);
 
-  /** \brief What decoding one stream may cost. */
+  /** \brief Limits of decoding, for each stream. */
   io::DecoderLimits decoder_limits;
 
-  /** \brief Tells the time for rates, latencies and ages. */
+  /** \brief Clock for rates, latencies and ages. */
   Clock clock = systemTime;
 };
 
-/** \brief What came of an order to a CentralNode. */
+/** \brief Outcome codes of a CentralNode. */
 enum class CentralNodeCode {
   Ok,
   InvalidSettings, ///< a setting is outside its range
   UnknownStream,   ///< there is no stream of this name
-  StreamExists,    ///< there is one already
+  StreamExists,    ///< there is a stream of this name already
   TooManyWaiting,  ///< the frame was refused
   OutOfMemory      ///< memory ran out; the frame was refused
 };
 
-/** \brief Outcome of an order to a CentralNode. */
+/** \brief Outcome of a call to a CentralNode. */
 using CentralNodeStatus = Status<CentralNodeCode>;
 
 /** \brief A frame that was received, decoded or not. Valid during the listener's call. */
 struct ReceivedFrame {
   const std::string& stream;
-  Time stamp;                          ///< as it was received with
+  Time stamp;                          ///< that given with the frame
   const io::CompressionStatus& status; ///< Ok, or why there are no voxels
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
-  /** \brief The stream cannot go on without an I-frame; ask its sender for one. Said with
-   * the first frame that fails, and with every third after it until one is decoded; also
-   * with every third that comes late without one between that is decoded, as all frames of
-   * a sender that began again may look late. */
+  /** \brief The stream needs an I-frame; ask its sender for one. Set for the first frame
+   * that fails and for every third after it until one is decoded; also for every third of
+   * consecutive late frames, as all frames of a restarted sender may look late. */
   bool wants_i_frame;
 };
 
-/** \brief Which frame of a stream its latest voxels are of. */
+/** \brief The frame that the latest voxels of a stream are from. */
 struct LatestFrame {
-  Time stamp{0};          ///< as it was received with; 0: with none
-  std::size_t number = 0; ///< frames of the stream that were decoded, it included
+  Time stamp{0};          ///< that given with the frame; 0: none
+  std::size_t number = 0; ///< decoded frames of the stream up to and including it
 };
 
-/** \brief Told of every frame, in the order of its stream; called by several threads at
- * once, though by one at a time for one stream. Must not throw. */
+/** \brief Called for every frame, in the order of its stream. Calls for different streams
+ * come from several threads at once, those for one stream one at a time. Must not throw. */
 using FrameListener = std::function<void(const ReceivedFrame&)>;
 
 /** \brief What the central computer does: decodes many streams on all cores, denoises
- * them and merges them on a common grid (section 2.7 of the paper). Knows no ROS.
+ * them and merges them on a common grid (section 2.7 of the paper). Independent of ROS.
  *
  * Each stream has a decoder of its own; its frames are decoded in the order in which they
- * are received. Streams that frames wait of take turns, a frame each, so that none waits
- * for the many frames of another. All members may be called by several threads at once.
+ * are received. Streams with waiting frames take turns of one frame each. All members are
+ * thread-safe.
  *
- * Memory that runs out while a frame is decoded, or whatever else is thrown then, is that
- * frame's status, and the stream goes on. Memory that runs out in a call is thrown as
- * std::bad_alloc, by receive() said as a status, and leaves the node as it was.
+ * An exception while a frame is decoded, std::bad_alloc included, becomes that frame's
+ * status, and the stream continues. A call that runs out of memory throws std::bad_alloc,
+ * except for receive(), which returns a status; the node is then unchanged.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:
@@ -102,14 +101,14 @@ public:
   explicit CentralNode(const CentralNodeSettings& settings,
                        FrameListener listener = FrameListener());
 
-  /** \brief Ends when every frame that waits is decoded. */
+  /** \brief Waits until every waiting frame is decoded. */
   ~CentralNode();
   CentralNode(const CentralNode&) = delete;
   CentralNode&
   operator=(const CentralNode&) = delete;
 
   /** \brief Ok, or InvalidSettings with the setting and its value; every other call then
-   * says the same, or does nothing. */
+   * returns the same, or does nothing. */
   const CentralNodeStatus&
   settingsStatus() const;
 
@@ -121,20 +120,20 @@ public:
   CentralNodeStatus
   addStream(const std::string& name, float min_intensity = 0.0f);
 
-  /** \brief Changes what a stream takes for noise, from the next frame on that is decoded.
+  /** \brief Changes the threshold of a stream, from the next frame on that is decoded.
    * \param[in] name of the stream
    * \param[in] min_intensity as above
    */
   CentralNodeStatus
   setMinIntensity(const std::string& name, float min_intensity);
 
-  /** \brief Has a stream's outliers removed, from the next frame on that is decoded; its
-   * own voxels are judged, before min_intensity and before merging. Off at first.
+  /** \brief Sets the outlier removal of a stream, from the next frame on that is decoded.
+   * It is applied before min_intensity and before merging. Off by default.
    *
-   * The filter sees the frames that are decoded, in their order, and remembers them as
-   * VoxelOutlierRemoval says, beyond I-frames and frames that fail. Every call makes a new
-   * filter, which remembers nothing. See there for what it is made for: streams of native
-   * intensities or of lidars it harms, and those of other voxel edges stay as they are.
+   * The filter keeps a history of the decoded frames, see VoxelOutlierRemoval, across
+   * I-frames and frames that fail. Every call makes a new filter with an empty history. Not
+   * for streams of native intensities or of lidars, whose surfaces it would remove; streams
+   * of voxel edges outside its range stay unchanged.
    * \param[in] name of the stream
    * \param[in] settings as checkSettings() accepts; none: no outliers are removed
    * \return InvalidSettings or UnknownStream if nothing was changed
@@ -145,7 +144,7 @@ public:
 
   /** \brief Takes a stream's next frame, to decode it as soon as there is a thread.
    * \param[in] name of the stream
-   * \param[in] bytes one frame of any format; other bytes are safe, and a failed frame
+   * \param[in] bytes one frame of any format; any other bytes count as a failed frame
    * \param[in] stamp time of the cloud, for the latency; none: that which the frame
    * carries, if any
    * \return Ok if the frame waits to be decoded
@@ -155,32 +154,31 @@ public:
           std::vector<std::uint8_t> bytes,
           std::optional<Time> stamp = std::nullopt);
 
-  /** \brief Returns when no frame waits to be decoded, and the listener was told of all.
-   * Not to be called by the listener. */
+  /** \brief Returns when no frame waits and the listener was called for all of them. Not to
+   * be called by the listener. */
   void
   waitUntilDecoded();
 
-  /** \brief The voxels that a stream showed last, however old they are.
+  /** \brief The latest voxels of a stream, of any age.
    * \param[in] name of the stream
    * \param[out] voxels denoised; empty if there are none
-   * \return which frame they are of; nothing if the stream is unknown or has shown none
+   * \return the frame that they are from; nothing if the stream is unknown or has none
    */
   std::optional<LatestFrame>
   latestVoxels(const std::string& name, io::VoxelFrame& voxels) const;
 
-  /** \brief The voxels of all streams as of now, merged.
+  /** \brief The latest voxels of all streams, merged.
    *
-   * A voxel of a stream goes to the voxel of the common grid that holds its centre, which
-   * is the one above for a centre on a face; its intensity there is the sum over the
-   * streams, as it is over points (section 2.5.4 of the paper), so that streams of one law
-   * should be merged with each other.
+   * A voxel of a stream is added to the voxel of the common grid that contains its centre,
+   * the upper one for a centre on the boundary. Intensities are summed over the streams, as
+   * they are over points (section 2.5.4 of the paper); merge streams of one law only.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the world origin; intensities
    * exact while all are whole numbers below 65536, else to 1/65535 of the largest
    */
   void
   merge(io::VoxelFrame& merged);
 
-  /** \brief How the streams are doing, in the order of their names. */
+  /** \brief Health of the streams, by name. */
   std::vector<StreamHealth>
   health() const;
 

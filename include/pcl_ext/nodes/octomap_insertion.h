@@ -13,26 +13,25 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Puts a frame's voxels into an OctoMap, each as far as it can be trusted.
+/** \brief Inserts a frame's voxels into an OctoMap, weighted by their intensity.
  *
- * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, one of
- * less as that part of a hit: it adds trust * getProbHitLog() to the log-odds of the node
- * that holds its centre. One of 0 or less changes nothing. With an origin, nodes on the
- * rays to the voxels that hold no voxel count as missed, so that what went away leaves the
- * map.
+ * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, a
+ * smaller intensity as that share of a hit: share * getProbHitLog() is added to the
+ * log-odds of the node that contains the voxel's centre. Intensities of 0 or less change
+ * nothing. With an origin, nodes on the rays to the voxels that contain no voxel count as
+ * missed, so that objects that have left are removed from the map.
  *
- * What lies outside of the map, 32768 nodes an axis to either side of its origin, is left
- * out; so are the rays of an origin that does.
+ * Voxels outside of the map, which has 32768 nodes an axis to either side of its origin, are
+ * left out; so are the rays if the origin is outside.
  *
  * Needs OctoMap, which the library itself does not: link with octomap.
  * \param[in] frame the voxels, world coordinates
- * \param[in] full_intensity intensity of a voxel that is trusted fully, in the unit of the
- * frame; above 0
+ * \param[in] full_intensity intensity that counts as one hit, in the unit of the frame;
+ * above 0
  * \param[in] sensor_origin where the sensor is in the world, metres; none: no rays
- * \param[in,out] map of any resolution; best that of the frame, whose grid is then the
- * map's
- * \param[in] lazy_eval as in OctoMap: leave inner nodes as they are, which takes less time
- * where several frames go in before map.updateInnerOccupancy()
+ * \param[in,out] map of any resolution; with that of the frame, the two grids coincide
+ * \param[in] lazy_eval as in OctoMap: leave inner nodes unchanged, which is faster if
+ * several frames are inserted before map.updateInnerOccupancy()
  */
 inline void
 insertVoxels(const io::VoxelFrame& frame,

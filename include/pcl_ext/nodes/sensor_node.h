@@ -25,50 +25,49 @@ namespace nodes {
 
 /** \brief All settings of a SensorNode, with their units, defaults and ranges. */
 struct SensorNodeSettings {
-  /** \brief Resolution, effort, format, I-frame rate, bits: see there.
+  /** \brief Resolution, effort, format, I-frame rate, bits and so on.
    *
-   * The pose and the law of depth come from the node: `sensor_pose` and `depth_law` stay
-   * unset. Without a `bounding_box` the grid is that of the crop box, if there is one.
+   * `sensor_pose` and `depth_law` must not be set: they follow from the transform and the
+   * law. Without a `bounding_box` the grid is that of the crop box, if there is one.
    */
   io::IntensityCompressionSettings compression;
 
-  /** \brief Where a point's intensity comes from. */
+  /** \brief Law of the point intensities. */
   IntensityLaw law = IntensityLaw::Count;
 
-  /** \brief Field of view and size of the depth image. Quadratic and linear only, which
-   * need it. */
+  /** \brief Field of view and size of the depth image; needed by the quadratic and the
+   * linear law only. */
   std::optional<RuntimeSensor> sensor;
 
   /** \brief Field that the native law reads. */
   std::string intensity_field = "intensity";
 
   /** \brief Points outside of it are left out: world coordinates, metres, both ends
-   * included, min < max on each axis; without a `bounding_box` no wider than that may be.
+   * included, min < max on each axis; without a `bounding_box` the limits of that hold.
    * None: all points stay. */
   std::optional<io::BoundingBox> crop_box;
 
-  /** \brief Noise is removed from the voxels before they are encoded, as noise is what
-   * costs the most bits. None: all voxels are sent, and a receiver may remove the noise.
-   * Not with the native law. In the published layout the unit must be set to Faces for
-   * the quadratic law. */
+  /** \brief Removes outliers from the voxels before they are encoded; noise is the most
+   * expensive part of a frame. None: all voxels are sent, and a receiver may remove outliers.
+   * Not with the native law. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
-  /** \brief Name of the world frame, which frames carry if compression.carry_header is
-   * set; 1024 bytes at most then. */
+  /** \brief Name of the world frame, part of the frames if compression.carry_header is set;
+   * at most 1024 bytes then. */
   std::string global_frame = "world";
 
-  /** \brief Tells the time for the rates and latencies. */
+  /** \brief Clock for rates and latencies. */
   Clock clock = systemTime;
 };
 
-/** \brief What came of a cloud. */
+/** \brief Outcome codes of SensorNode::encode. */
 enum class SensorNodeCode {
   Ok,                ///< encoded, with the transform that came with it
   UsedLastTransform, ///< encoded, with the last known transform, as none came with it
   InvalidSettings,   ///< a setting is outside its range, or two contradict each other
-  NoTransform,       ///< not encoded: no transform came with it, nor ever before
-  InvalidTransform,  ///< not encoded: the transform is no rotation and translation
-  InvalidCloud,      ///< not encoded: fields or sizes of the cloud cannot be read
+  NoTransform,       ///< not encoded: no transform with this cloud or an earlier one
+  InvalidTransform,  ///< not encoded: the transform is not a rigid transform
+  InvalidCloud,      ///< not encoded: invalid fields or sizes of the cloud
   EncodingFailed,    ///< not encoded: the encoder refused the frame, or the clock threw
   OutOfMemory        ///< not encoded: memory ran out; the next frame is an I-frame
 };
@@ -85,14 +84,14 @@ struct SensorNodeStatus : Status<SensorNodeCode> {
   }
 };
 
-/** \brief Figures of a SensorNode. Counts are since it was made; every cloud is a frame,
- * or was left out for want of a transform, or was refused. */
+/** \brief Statistics of a SensorNode since its construction. Every cloud is counted as a
+ * frame, as left out without a transform, or as refused. */
 struct SensorNodeStatistics {
   std::size_t frames = 0;
   std::size_t i_frames = 0;                   ///< of the frames
   std::size_t frames_with_last_transform = 0; ///< of the frames
   std::size_t clouds_without_transform = 0;   ///< left out
-  std::size_t clouds_refused = 0; ///< broken, or their transform was, or memory ran out
+  std::size_t clouds_refused = 0; ///< invalid cloud or transform, or out of memory
   std::uint64_t cloud_bytes = 0;  ///< of the clouds that became frames
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
@@ -111,10 +110,10 @@ struct SensorNodeStatistics {
 };
 
 /** \brief What the computer beside one sensor does: preprocesses each cloud, voxelizes and
- * compresses it (sections 2.2 to 2.6 of the paper). Knows no ROS.
+ * compresses it (sections 2.2 to 2.6 of the paper). Independent of ROS.
  *
- * One instance serves one sensor, and one thread at a time. One that was moved from may
- * only be destroyed or assigned to.
+ * An instance serves one sensor and one thread at a time. A moved-from instance may only be
+ * destroyed or assigned to.
  */
 class PCL_EXT_EXPORT SensorNode {
 public:
@@ -127,22 +126,21 @@ public:
   SensorNode&
   operator=(SensorNode&&) noexcept;
 
-  /** \brief Ok, or InvalidSettings with the setting and its value; encode() then says the
-   * same of every cloud. */
+  /** \brief Ok, or InvalidSettings with the setting and its value; encode() then returns
+   * the same for every cloud. */
   const SensorNodeStatus&
   settingsStatus() const;
 
   /** \brief Turns the sensor's next cloud into the stream's next frame.
    *
-   * The transform holds for this cloud, and for the following ones that come without.
-   * Before the first one nothing is encoded: a cloud is never sent in a frame that it is
-   * not in. Throws nothing: memory that runs out is a status, and the next frame then
-   * begins anew, as an I-frame.
+   * The transform is used for this cloud, and for the following ones that come without one.
+   * Before the first transform nothing is encoded. Does not throw: after OutOfMemory the
+   * next frame is an I-frame.
    * \param[in] cloud in the sensor's frame (x right, y down, z along the optical axis),
    * metres; fields as SensorPreprocessor::process finds them; stamp in microseconds
    * \param[in] sensor_to_world rotation and translation at the time of the cloud, metres;
-   * none: it could not be looked up
-   * \param[out] bytes the frame; empty unless the status has one
+   * none: unknown
+   * \param[out] bytes the frame; empty unless hasFrame() of the status
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,
@@ -153,7 +151,7 @@ public:
   void
   requestIFrame();
 
-  /** \brief Figures until now. */
+  /** \brief Statistics until now. */
   SensorNodeStatistics
   statistics() const;
 

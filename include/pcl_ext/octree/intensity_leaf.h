@@ -35,7 +35,7 @@ public:
     return leaf != nullptr && leaf->count_ == count_ && leaf->sum_ == sum_;
   }
 
-  /** \brief Counts a point whose intensity is not known here (PCL's way to add one).
+  /** \brief Counts a point without an intensity (PCL's interface to add a point).
    *
    * The sum stays as it is. OctreePointCloudIntensity adds points with
    * addPointIntensity instead.
@@ -95,8 +95,8 @@ public:
 
 private:
   pcl::uindex_t count_ = 0;
-  // Double, so that the sum does not depend on the order in which a full leaf was
-  // filled by more than the last bit of the float that is handed out.
+  // Double: the order of the points then changes at most the last bit of the float that is
+  // returned.
   double sum_ = 0.0;
 };
 

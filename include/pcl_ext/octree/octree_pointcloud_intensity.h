@@ -16,7 +16,7 @@ namespace pcl_ext {
 namespace octree {
 
 /** \brief Octree whose leaves hold the summed intensity and the number of the points in
- * their voxel; the sibling of pcl::octree::OctreePointCloudDensity.
+ * their voxel; the counterpart of pcl::octree::OctreePointCloudDensity.
  *
  * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud. Points whose type
  * has no field `intensity` count with intensity 1.
@@ -50,8 +50,8 @@ public:
   const LeafT*
   getLeafAtPoint(const PointT& point) const
   {
-    // PCL turns a point outside the box into a key without looking; that key is of
-    // another voxel, or of none.
+    // PCL does not check that a point is inside the box; the key of one outside may be
+    // that of another voxel.
     return this->isPointWithinBoundingBox(point) ? this->findLeafAtPoint(point)
                                                  : nullptr;
   }
@@ -74,8 +74,8 @@ public:
   }
 
   /** \name Ends of PCL's iterators
-   * PCL 1.13's Octree2BufBase returns ends that belong to no octree and so are never
-   * reached by a loop up to them; these are reached over both bases. */
+   * PCL 1.13's Octree2BufBase returns end iterators without an octree, which never compare
+   * equal; these do for both bases. */
   /** @{ */
   using OctreeT::breadth_end;
   using OctreeT::depth_end;
@@ -104,8 +104,8 @@ public:
 
   /** \brief Makes the octree of serialized occupancy bytes, with empty leaves.
    *
-   * In PCL's double-buffered octree a leaf that was there two frames ago would still hold
-   * what it held then.
+   * In PCL's double-buffered octree a leaf that existed two frames ago would keep its
+   * content.
    * \param[in] binary_tree what serializeTree wrote
    * \param[in] do_xor_decoding as PCL's: the bytes are differences to the other buffer
    */

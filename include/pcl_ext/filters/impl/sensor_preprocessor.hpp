@@ -105,7 +105,7 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
     return status;
 
   startOutput(cloud.header, std::size_t{cloud.width} * cloud.height, output);
-  // Rows without points may be as many as a message says.
+  // An empty cloud may declare any number of rows.
   const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
   for (std::size_t row = 0; row < rows; ++row) {
     const std::uint8_t* const bytes = cloud.data.data() + row * cloud.row_step;
@@ -142,7 +142,7 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
 {
   if constexpr (std::is_same<PointT, pcl::PointXYZI>::value)
     if (&cloud == &output) {
-      // The memory of the two takes turns.
+      // Swapped to reuse the memory of both.
       input_.swap(output);
       return process(input_, output);
     }
