@@ -2,7 +2,6 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "codec/context/history.h"
 #include "voxels/voxel_block.h"
 
 #include <cstddef>
@@ -12,32 +11,45 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief What earlier frames tell of a voxel's depth. */
+struct DepthPrediction {
+  bool is_known = false;      ///< else the members below are not used
+  std::uint8_t roughness = 0; ///< running mean of the residual, in sixteenths
+  std::int16_t offset = 0;    ///< depth offset, in 2^-14 of a point's symbol
+};
+
+/** \brief What a frame tells of its voxels' depths, one element for each voxel. */
+struct DepthObservations {
+  std::vector<std::int16_t> offsets;   ///< depth offsets, in 2^-14 of a point's symbol
+  std::vector<std::uint8_t> residuals; ///< at most 15
+};
+
 /** \brief Splits intensity symbols that depend on depth into a number of points, which
- * is coded like a count, and a small rest (doc/bitstream.md, "Depth model").
+ * is coded like a count, and a small residual (doc/bitstream.md, "Depth model").
  *
  * A voxel of n points at depth z has the intensity n I_p(z), but for the points' places
- * in the voxel: the depth offset, which the history remembers, as a surface stays where
- * it is. Integers only.
+ * in the voxel: the depth offset, which stays about the same from frame to frame.
+ * Integers only.
  */
 class DepthSplit {
 public:
-  /** \brief A voxel whose symbol is its number: a point there is worth less than one
-   * symbol, so that the number of points cannot be told from it. */
-  static constexpr std::uint8_t no_rest = 0xff;
+  /** \brief Class of a voxel whose number is its symbol: a point there is worth less than
+   * one symbol, so that the symbol does not tell the number of points. */
+  static constexpr std::uint8_t no_residual = 0xff;
 
-  /** \brief Classes of rests are below this. */
+  /** \brief Classes of residuals are below this. */
   static constexpr std::uint8_t class_count = 192;
 
   /** \brief Begins with a frame.
    * \param[in] model what a point is worth
    * \param[in] frame the frame's blocks
-   * \param[in] history of the frames before
+   * \param[in] predictions one for each voxel, or none at all
    * \param[in] max_symbol the highest symbol
    */
   void
   begin(const DepthModel& model,
         const BlockList& frame,
-        const context::History& history,
+        const std::vector<DepthPrediction>& predictions,
         std::uint32_t max_symbol);
 
   /** \brief The numbers of points, of the symbols; the encoder's. */
@@ -45,11 +57,12 @@ public:
   numbersOf(const std::vector<std::uint16_t>& symbols,
             std::vector<std::uint16_t>& numbers) const;
 
-  /** \brief Predicts the symbols from the numbers: classes() is known then. */
+  /** \brief Predicts the symbols from the numbers; the functions below may be called
+   * then. */
   void
   predict(const std::vector<std::uint16_t>& numbers);
 
-  /** \brief The class of each voxel's rest, or no_rest. */
+  /** \brief The class of each voxel's residual, or no_residual. */
   const std::vector<std::uint8_t>&
   classes() const
   {
@@ -71,9 +84,9 @@ public:
     return point_classes_[voxel];
   }
 
-  /** \brief The rest of a voxel: 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ... */
+  /** \brief The residual of a voxel: 0, -1, 1, -2, 2, ... as 0, 1, 2, 3, 4, ... */
   std::uint32_t
-  rest(std::size_t voxel, std::uint16_t symbol) const
+  residual(std::size_t voxel, std::uint16_t symbol) const
   {
     const std::int32_t distance = static_cast<std::int32_t>(symbol) -
                                   static_cast<std::int32_t>(predicted_[voxel]);
@@ -81,26 +94,25 @@ public:
                         : static_cast<std::uint32_t>(2 * distance);
   }
 
-  /** \brief The symbol that a rest leads to.
+  /** \brief The symbol of a residual.
    * \param[in] voxel index of the voxel
-   * \param[in] rest as rest() counts
+   * \param[in] residual as residual() counts
    * \param[out] symbol the symbol
    * \return false if there is no such symbol
    */
   bool
-  symbol(std::size_t voxel, std::uint32_t rest, std::uint16_t& symbol) const;
+  symbol(std::size_t voxel, std::uint32_t residual, std::uint16_t& symbol) const;
 
-  /** \brief What the history is to remember of each voxel, once the symbols are known.
-   */
+  /** \brief What the frame tells of its voxels' depths, once the symbols are known. */
   void
   observe(const std::vector<std::uint16_t>& numbers,
           const std::vector<std::uint16_t>& symbols,
-          context::DepthObservations& depths) const;
+          DepthObservations& depths) const;
 
 private:
   std::uint32_t max_symbol_ = 0;
-  // Of each voxel what a point adds to the symbol, in 2^-16: at the centre, and with the
-  // depth offset; and the class of its roughness.
+  // By voxel: what a point adds to the symbol, in 2^-16, at the centre, and with the depth
+  // offset; and the class of the roughness.
   std::vector<std::uint64_t> centre_symbols_;
   std::vector<std::uint64_t> point_symbols_;
   std::vector<std::uint8_t> roughness_;

@@ -6,6 +6,24 @@
 namespace pcl_ext {
 namespace io {
 
+CodingWorkspace::CodingWorkspace() = default;
+CodingWorkspace::~CodingWorkspace() = default;
+
+fast::Workspace&
+CodingWorkspace::fast()
+{
+  if (!fast_)
+    fast_ = std::make_unique<fast::Workspace>();
+  return *fast_;
+}
+
+void
+CodingWorkspace::endFrame(std::size_t needed, std::size_t taken)
+{
+  if (memory_rule_.shouldGiveBack(needed, taken))
+    fast_.reset();
+}
+
 PayloadCoder&
 PayloadCoders::of(Effort effort)
 {

@@ -3,7 +3,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "codec/coding_workspace.h"
+#include "voxels/memory_rule.h"
 
 #include <array>
 #include <cstddef>
@@ -14,13 +14,18 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The most voxels that a frame may have, whatever the limits: places of voxels in
- * the history have 32 bits. */
+namespace fast {
+struct Workspace;
+} // namespace fast
+
+/** \brief The most voxels that a frame may have, whatever the limits: a voxel's place in
+ * the history has 32 bits. */
 constexpr std::size_t largest_frame = std::size_t{1} << 24;
 
-/** \brief Records that a stream's history may hold when a P-frame comes, where no frame
- * has more than some number of voxels: encoders start again at an I-frame, decoders
- * refuse. */
+/** \brief The most records that a stream's history may have when a P-frame comes: an
+ * encoder makes an I-frame instead, a decoder refuses the frame.
+ * \param[in] voxels of the frame for an encoder, the limit for a decoder
+ */
 constexpr std::size_t
 maxRecords(std::size_t voxels)
 {
@@ -30,46 +35,79 @@ maxRecords(std::size_t voxels)
   return of_small_frames < of_large_frames ? of_small_frames : of_large_frames;
 }
 
-/** \brief Bytes of a payload by what they tell. A coder that mixes both in one row of
- * symbols calls all of them occupancy but for what it can tell apart. */
+/** \brief Bytes of a payload by what they code. What a coder cannot tell apart counts as
+ * occupancy. */
 struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
 };
 
-/** \brief Turns the voxels of one stream's frames into payloads and back; keeps the
- * stream's history. One instance serves one direction. */
+/** \brief Memory for a frame while it is coded; streams may take turns with one. See
+ * CodingMemory. */
+class CodingWorkspace {
+public:
+  CodingWorkspace();
+  ~CodingWorkspace();
+
+  /** \brief That of effort fast, made at the first call; the other efforts have none. */
+  fast::Workspace&
+  fast();
+
+  /** \brief Ends a frame. Gives memory back that frames of long ago needed, and the last
+   * ones did not.
+   * \param[in] needed by the frame, in voxels and bytes
+   * \param[in] taken for it, likewise
+   */
+  void
+  endFrame(std::size_t needed, std::size_t taken);
+
+private:
+  std::unique_ptr<fast::Workspace> fast_;
+  MemoryRule memory_rule_;
+};
+
+/** \brief Codes the voxels of one stream's frames as payloads, or decodes them; keeps the
+ * stream's history. An instance is for one direction only. After an exception it can
+ * only be destroyed. */
 class PayloadCoder {
 public:
   virtual ~PayloadCoder() = default;
 
-  /** \brief Appends the payload of the next frame of the stream, and learns it. An
-   * exception leaves the coder fit for nothing but its end.
-   * \param[in,out] work memory for it
+  /** \brief Finds which voxels of the next frame the history has a record of. encode() of
+   * a P-frame needs this of the same voxels, with nothing coded in between.
+   * \param[in,out] memory for the frame; that of encode()
    * \param[in] frame consistent; it may be without voxels
-   * \param[in] is_i_frame forget what was before
+   * \return number of its voxels that have a record
+   */
+  virtual std::size_t
+  match(CodingWorkspace& memory, const VoxelFrame& frame) = 0;
+
+  /** \brief Appends the payload of the next frame of the stream, and learns the frame.
+   * \param[in,out] memory for the frame
+   * \param[in] frame consistent; it may be without voxels
+   * \param[in] is_i_frame forget what was before; a P-frame is matched before
    * \param[in,out] payload where to append
    */
   virtual PayloadSizes
-  encode(CodingWorkspace& work,
+  encode(CodingWorkspace& memory,
          const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) = 0;
 
-  /** \brief Reads back what encode appended; either learn() or discard() follows if that
-   * succeeds. A failure leaves what was learnt as it was; an exception leaves the coder fit
-   * for nothing but its end.
-   * \param[in,out] work memory for it, not to be used for other frames before
+  /** \brief Decodes what encode() appended. If that succeeds either learn() or discard()
+   * has to follow; if it fails the history is as it was.
+   * \param[in,out] memory for the frame, not to be used for others before learn() or
+   * discard()
    * \param[in] begin first byte
    * \param[in] end end of the payload, all of which must be used
    * \param[in] voxel_count number of voxels of the frame
    * \param[in] is_i_frame as for encode
-   * \param[in,out] frame its voxels are filled; the rest is given
+   * \param[in,out] frame its voxels are filled in; its other members are given
    * \param[out] sizes as encode returns
    * \return false if the bytes are no payload of that many voxels
    */
   virtual bool
-  decode(CodingWorkspace& work,
+  decode(CodingWorkspace& memory,
          const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
@@ -81,23 +119,16 @@ public:
   virtual void
   learn() noexcept = 0;
 
-  /** \brief Leaves what was learnt as it was before the frame that was decoded last. */
+  /** \brief Leaves models and history as they were before the frame that was decoded
+   * last. */
   virtual void
   discard() noexcept = 0;
 
-  /** \brief Gives back the memory that what was learnt does not need. */
+  /** \brief Gives back the memory that models and history do not need. */
   virtual void
   giveBackMemory() = 0;
 
-  /** \brief How much of a frame the history knows.
-   * \param[in,out] work memory for it
-   * \param[in] frame the voxels
-   * \return number of its voxels that have a record
-   */
-  virtual std::size_t
-  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) = 0;
-
-  /** \brief Number of voxels that have a record. */
+  /** \brief Number of voxels that the history has a record of. */
   virtual std::size_t
   recordCount() const = 0;
 };
@@ -105,6 +136,7 @@ public:
 /** \brief The coders of one stream by effort, each made when it is first asked for. */
 class PayloadCoders {
 public:
+  /** \brief The coder of an effort. */
   PayloadCoder&
   of(Effort effort);
 
@@ -116,7 +148,7 @@ public:
   void
   keepOnly(Effort effort) noexcept;
 
-  /** \brief Ends all coders: nothing is known any more. */
+  /** \brief Ends all coders, and with them their histories. */
   void
   clear() noexcept;
 

@@ -192,7 +192,7 @@ private:
   indexOf(const Place& place) const
   {
     const std::uint64_t before = (std::uint64_t{1} << place.cell) - 1;
-    return first_voxels_[place.block] + io::cellCount(masks_[place.block] & before);
+    return first_voxels_[place.block] + bitCount(masks_[place.block] & before);
   }
 
   /** \brief Begins a frame; forgets everything if the memory failed in the last one. */
@@ -237,7 +237,7 @@ private:
     for (const std::uint32_t block : frame_blocks_) {
       first_voxels_[block] = first;
       judge(block, evidence_.data() + first);
-      first += io::cellCount(masks_[block]);
+      first += bitCount(masks_[block]);
     }
   }
 
@@ -279,7 +279,7 @@ private:
     else
       sumNeighbourhoods<true>(window_, masks_[block], sums_);
     for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
-      const NeighbourhoodSums& sums = sums_[io::lowestCell(cells)];
+      const NeighbourhoodSums& sums = sums_[lowestBit(cells)];
       // f is in quarters; 255 is a face.
       const float unit = densities_.areFaces() ? 4.0f * 255.0f
                                                : static_cast<float>(sums.all) /

@@ -1,8 +1,11 @@
 /** \file
- * \brief Operations on bits and on the cache that C++17 has no name for and compilers do.
+ * \brief Operations on bits, on memory order and on the cache that C++17 has no name for
+ * and compilers do. What the compiler offers is used here and nowhere else; each function
+ * has a portable version in plain C++ that the tests compare it with.
  */
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #if !defined(__GNUC__) && defined(_MSC_VER)
@@ -10,6 +13,12 @@
 #endif
 
 namespace pcl_ext {
+
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+constexpr bool is_big_endian = true;
+#else
+constexpr bool is_big_endian = false;
+#endif
 
 /** \brief Number of bits set, without the instruction that x86-64 may lack. */
 constexpr unsigned int
@@ -21,8 +30,14 @@ bitCount(std::uint64_t bits)
   return static_cast<unsigned int>(bits * 0x0101010101010101 >> 56);
 }
 
-/** \brief The functions below in plain C++: for compilers without an operation of their
- * own, and what those must agree with. */
+/** \brief 1 if any bit is set, else 0. Arithmetic, as g++ makes a branch of a comparison. */
+constexpr std::size_t
+isNotZero(std::uint64_t bits)
+{
+  return static_cast<std::size_t>((bits | (0 - bits)) >> 63);
+}
+
+/** \brief The functions below in plain C++. */
 namespace portable {
 
 constexpr unsigned int
@@ -43,6 +58,18 @@ highestBit(std::uint32_t bits)
   for (unsigned int distance = 1; distance < 32; distance *= 2)
     bits |= bits >> distance;
   return bitCount(bits >> 1);
+}
+
+template <std::uint32_t limit>
+inline void
+replaceIfBelow(std::uint32_t& number,
+               std::uint32_t other_number,
+               const std::uint8_t*& pointer,
+               const std::uint8_t* other_pointer)
+{
+  const bool is_below = number < limit;
+  pointer = is_below ? other_pointer : pointer;
+  number = is_below ? other_number : number;
 }
 
 } // namespace portable
@@ -91,10 +118,33 @@ highestBit(std::uint32_t bits)
 #endif
 }
 
-/** \brief Asks for memory that will be read soon; any address will do. */
+/** \brief Replaces a number and a pointer by others if the number is below a limit,
+ * without a branch (doc/implementation_notes.md, "Conditional moves"). */
+template <std::uint32_t limit>
+inline void
+replaceIfBelow(std::uint32_t& number,
+               std::uint32_t other_number,
+               const std::uint8_t*& pointer,
+               const std::uint8_t* other_pointer)
+{
+#if defined(__GNUC__) && defined(__x86_64__)
+  asm("cmp %[limit], %[number]\n\t"
+      "cmovb %[other_pointer], %[pointer]\n\t"
+      "cmovb %[other_number], %[number]"
+      : [number] "+&r"(number), [pointer] "+&r"(pointer)
+      : [other_number] "r"(other_number),
+        [other_pointer] "r"(other_pointer),
+        [limit] "i"(limit)
+      : "cc");
+#else
+  portable::replaceIfBelow<limit>(number, other_number, pointer, other_pointer);
+#endif
+}
+
+/** \brief Fetches memory that will be read soon into the cache; any address will do. */
 #if defined(__GNUC__)
-// Inlined before g++ looks at what functions do: it takes one that only prefetches for one
-// that does nothing, and drops its calls.
+// g++ takes a function that only prefetches for one without effect, and drops its calls,
+// unless it is inlined before.
 [[gnu::always_inline]]
 #endif
 inline void

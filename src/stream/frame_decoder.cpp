@@ -4,7 +4,7 @@
 #include "bytes/exceptions.h"
 #include "bytes/memory_buffer.h"
 #include "bytes/reread_allowance.h"
-#include "codec/coding_workspace.h"
+#include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "stream/frame_order.h"
 #include "stream/version1_decoder.h"

@@ -45,7 +45,7 @@ public:
         encodeFrame(frame, stamp, bytes);
       return status;
     };
-    // What a coder had learnt when memory ran out no decoder will learn.
+    // Without memory: the coders may have learnt what no decoder will.
     const auto give_up = [&] {
       bytes.clear();
       coders_.clear();
@@ -121,7 +121,7 @@ private:
     statistics_ = statistics;
   }
 
-  /** \brief Gives memory back that frames of long ago needed, and these do not. */
+  /** \brief Gives memory back that frames of long ago needed, and the last ones did not. */
   void
   followStream(const VoxelFrame& frame)
   {
@@ -133,26 +133,30 @@ private:
     bytes_of_payload_ = std::vector<std::uint8_t>();
     frame_without_model_ = VoxelFrame();
     if (format_ == StreamFormat::Version1)
-      // Without memory for a smaller copy: what stays is still of use.
+      // Without memory for a smaller copy it stays as it is.
       callOrElse([this] { coder().giveBackMemory(); }, [] {});
   }
 
-  /** \brief True if a frame cannot follow the one before, or would gain nothing by it. */
+  /** \brief True if a frame cannot be a P-frame, or would be no smaller as one. If not, it
+   * is matched with the history. */
   bool
   standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
   {
     if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
         frame.depth_model.has_value() != has_depth_model_)
       return true;
-    // A stamp far from the last one, as the first in a stream, takes as many bytes as in
-    // an I-frame, for which a P-frame's header has no room.
+    // The change of a stamp far from the last one, as of the first in a stream, is too
+    // large for a P-frame's header.
     constexpr std::int64_t far = std::int64_t{1} << 27;
     if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
       return true;
-    // A history that knows little of the frame costs more than it saves, and one that
-    // piles up behind a moving sensor costs time and memory on both sides.
-    return coder().recordCount() > maxRecords(frame.size()) ||
-           (frame.size() >= 64 && 4 * coder().knownVoxels(work_, frame) < frame.size());
+    // Behind a moving sensor records pile up, which costs time and memory on both sides.
+    if (coder().recordCount() > maxRecords(frame.size()))
+      return true;
+    // A history with few of the frame's voxels costs more bytes than it saves. encode()
+    // of a P-frame goes on with what is matched here.
+    const std::size_t known = coder().match(work_, frame);
+    return frame.size() >= 64 && 4 * known < frame.size();
   }
 
   PayloadCoder&

@@ -11,23 +11,23 @@ namespace io {
 
 /** \brief Finds blocks by their Morton keys: a hash table with open addressing.
  *
- * Where a key comes to lie depends on a random number of this instance, so that no
- * stream can be made whose keys collide. Nothing that is coded depends on it.
+ * The hash depends on a random number of this instance, so that no stream can be made
+ * whose keys collide. What is coded does not depend on it.
  */
 class BlockDirectory {
 public:
   static constexpr std::uint32_t not_found = 0xffffffff;
 
-  /** \brief Removes all blocks, and makes room for some without growing. */
+  /** \brief Removes all blocks, and reserves slots for some. */
   void
   clear(std::size_t expected_blocks)
   {
-    // The frame before tells how many there will be where nobody knows.
+    // Where the number is not known yet, about as many as in the frame before.
     const std::size_t blocks = std::max(expected_blocks, keys_.size());
     unsigned int bits = 4;
     while ((std::size_t{1} << bits) < 2 * blocks)
       ++bits;
-    // Smaller again once in a while only: a stream's frames are about as large.
+    // Hysteresis: the frames of a stream are about as large as each other.
     if (slots_.size() < (std::size_t{1} << bits) ||
         slots_.size() > (std::size_t{64} << bits)) {
       slots_.assign(std::size_t{1} << bits, not_found);

@@ -3,25 +3,6 @@
 namespace pcl_ext {
 namespace io {
 
-namespace {
-
-/** \brief Cells whose coordinate on an axis has its low bit (0) or high bit (1) set. */
-constexpr std::array<std::array<std::uint64_t, 2>, 3>
-makeCellsWithBit()
-{
-  std::array<std::array<std::uint64_t, 2>, 3> cells{};
-  for (unsigned int axis = 0; axis < 3; ++axis)
-    for (unsigned int level = 0; level < 2; ++level)
-      for (unsigned int cell = 0; cell < block_cells; ++cell)
-        if ((cell >> (3 * level + 2 - axis) & 1) != 0)
-          cells[axis][level] |= std::uint64_t{1} << cell;
-  return cells;
-}
-
-constexpr auto cells_with_bit = makeCellsWithBit();
-
-} // namespace
-
 void
 BlockList::clear()
 {
@@ -59,22 +40,7 @@ BlockList::voxelKeys(std::vector<std::uint64_t>& voxel_keys) const
   std::uint64_t* voxel_key = voxel_keys.data();
   for (std::size_t block = 0; block < size(); ++block)
     for (std::uint64_t mask = masks[block]; mask != 0; mask &= mask - 1)
-      *voxel_key++ = keys[block] << block_key_bits | lowestCell(mask);
-}
-
-std::uint64_t
-occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face)
-{
-  const std::size_t axis = face % 3;
-  const std::uint64_t low = cells_with_bit[axis][0];
-  const std::uint64_t high = cells_with_bit[axis][1];
-  const auto near = static_cast<unsigned int>(1u << (2 - axis)); // step of the low bit
-  const unsigned int far = 8 * near;                             // and of the high bit
-  if (face < 3)
-    return (mask << near & low) | (mask << (far - near) & high & ~low) |
-           (neighbour >> (far + near) & ~high & ~low);
-  return (mask >> near & ~low) | (mask >> (far - near) & ~high & low) |
-         (neighbour << (far + near) & high & low);
+      *voxel_key++ = keys[block] << block_key_bits | lowestBit(mask);
 }
 
 NeighbourCounts

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "simd/bit_operations.h"
+#include "voxels/child_masks.h"
 
 #include <array>
 #include <cstddef>
@@ -17,7 +18,7 @@ constexpr unsigned int block_key_bits = 6;
 constexpr unsigned int block_levels = 2;
 constexpr unsigned int block_cells = 64;
 
-/** \brief Levels of the octree above the blocks, of a grid of some depth; a grid of one
+/** \brief Levels of the octree above the blocks in a grid of some depth. A grid of one
  * level is the lowest octant of a single block. */
 constexpr unsigned int
 levelsAboveBlocks(unsigned int grid_depth)
@@ -32,47 +33,23 @@ cellsInGrid(unsigned int grid_depth)
   return grid_depth >= block_levels ? ~std::uint64_t{0} : std::uint64_t{0xff};
 }
 
-/** \brief Index of the lowest bit of a mask that is not 0. */
-inline unsigned int
-lowestCell(std::uint64_t mask)
-{
-  return lowestBit(mask);
-}
-
-/** \brief 0 for an empty mask, else 1; arithmetic, for g++ makes a branch of a comparison. */
-constexpr std::size_t
-isNotZero(std::uint64_t mask)
-{
-  return static_cast<std::size_t>((mask | (0 - mask)) >> 63);
-}
-
-/** \brief Number of cells in a mask. */
-constexpr unsigned int
-cellCount(std::uint64_t mask)
-{
-  return bitCount(mask);
-}
-
-/** \brief Number of bits set in each byte. */
-constexpr std::array<std::uint8_t, 256>
-makeBitCounts()
-{
-  std::array<std::uint8_t, 256> counts{};
-  for (unsigned int byte = 0; byte < 256; ++byte)
-    counts[byte] = static_cast<std::uint8_t>(cellCount(byte));
-  return counts;
-}
-
-inline constexpr std::array<std::uint8_t, 256> bit_counts = makeBitCounts();
-
-/** \brief Number of cells of a mask in one octant of its block, 0..7. */
+/** \brief Number of cells of a mask in one octant, 0..7, of its block. */
 constexpr unsigned int
 octantCount(std::uint64_t mask, unsigned int octant)
 {
-  return bit_counts[mask >> (8 * octant) & 0xff];
+  return child_masks.count[mask >> (8 * octant) & 0xff];
 }
 
-/** \brief The blocks of one frame, ascending, of its voxels in Morton order. */
+/** \brief The octants of a block that have occupied cells. */
+constexpr unsigned int
+occupiedOctants(std::uint64_t cells)
+{
+  constexpr std::uint64_t low = 0x7f7f7f7f7f7f7f7f;
+  const std::uint64_t high = (((cells & low) + low) | cells) & ~low;
+  return static_cast<unsigned int>((high >> 7) * 0x0102040810204080 >> 56);
+}
+
+/** \brief The blocks of one frame, ascending; their voxels are in Morton order. */
 struct BlockList {
   std::vector<std::uint64_t> keys;         ///< Morton keys of the blocks
   std::vector<std::uint64_t> masks;        ///< occupied cells, never 0
@@ -88,7 +65,7 @@ struct BlockList {
   std::size_t
   voxelCount() const
   {
-    return size() == 0 ? 0 : first_voxels.back() + cellCount(masks.back());
+    return size() == 0 ? 0 : first_voxels.back() + bitCount(masks.back());
   }
 
   void
@@ -144,13 +121,51 @@ neighbourBlock(std::uint64_t key,
   return position != (is_below ? 0 : axis);
 }
 
+/** \brief For each axis the cells whose coordinate has its low bit (0) or high bit (1)
+ * set. */
+constexpr std::array<std::array<std::uint64_t, 2>, 3>
+makeCellsWithBit()
+{
+  std::array<std::array<std::uint64_t, 2>, 3> cells{};
+  for (unsigned int axis = 0; axis < 3; ++axis)
+    for (unsigned int level = 0; level < 2; ++level)
+      for (unsigned int cell = 0; cell < block_cells; ++cell)
+        if ((cell >> (3 * level + 2 - axis) & 1) != 0)
+          cells[axis][level] |= std::uint64_t{1} << cell;
+  return cells;
+}
+
+inline constexpr auto cells_with_bit = makeCellsWithBit();
+
 /** \brief For each cell of a block whether its neighbour across a face is occupied.
  * \param[in] mask the block's occupied cells
  * \param[in] neighbour those of the block across that face, 0 if there is none
  * \param[in] face 0..5
  */
-std::uint64_t
-occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face);
+constexpr std::uint64_t
+occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face)
+{
+  const std::size_t axis = face % 3;
+  const std::uint64_t low = cells_with_bit[axis][0];
+  const std::uint64_t high = cells_with_bit[axis][1];
+  // What the coordinate's low bit and its high bit are worth in a cell's number.
+  const unsigned int low_bit = 4u >> axis;
+  const unsigned int high_bit = 8 * low_bit;
+  if (face < 3)
+    return (mask << low_bit & low) | (mask << (high_bit - low_bit) & high & ~low) |
+           (neighbour >> (high_bit + low_bit) & ~high & ~low);
+  return (mask >> low_bit & ~low) | (mask >> (high_bit - low_bit) & ~high & low) |
+         (neighbour << (high_bit + low_bit) & high & low);
+}
+
+/** \brief The cells of a block that share a face with an occupied one of the block. */
+constexpr std::uint64_t
+cellsBeside(std::uint64_t cells)
+{
+  return occupiedAcross(cells, 0, 0) | occupiedAcross(cells, 0, 1) |
+         occupiedAcross(cells, 0, 2) | occupiedAcross(cells, 0, 3) |
+         occupiedAcross(cells, 0, 4) | occupiedAcross(cells, 0, 5);
+}
 
 /** \brief How many of a cell's six face neighbours are occupied, for all cells of a
  * block: bit c of the three masks is the number of cell c, lowest bit first. */
@@ -176,7 +191,7 @@ struct NeighbourCounts {
     return bit(0) & bit(1) & bit(2);
   }
 
-  /** \brief Sum over the cells of an octant. */
+  /** \brief Sum of the numbers of an octant's cells. */
   unsigned int
   sum(unsigned int octant) const
   {

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/depth_model.h>
 
+#include "codec/context/history.h"
 #include "codec/depth_split.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -179,52 +180,60 @@ randomModel(std::mt19937_64& random)
   return model;
 }
 
+std::vector<DepthPrediction>
+predictionsOf(const context::History& history, const BlockList& blocks)
+{
+  std::vector<DepthPrediction> predictions;
+  history.predictDepths(blocks, predictions);
+  return predictions;
+}
+
 /** \brief Splits a frame as an encoder does, joins it as a decoder does.
- * \param[in,out] rests how many symbols had a rest
+ * \param[in,out] residuals how many symbols had a residual
  */
 void
 expectLossless(const DepthModel& model,
                const VoxelFrame& frame,
                context::History& history,
                bool is_i_frame,
-               std::size_t& rests)
+               std::size_t& residuals)
 {
   BlockList blocks;
   blocks.assign(frame.keys);
   const std::uint32_t max_symbol = frame.intensity_scale.maxSymbol();
   DepthSplit split;
-  split.begin(model, blocks, history, max_symbol);
+  split.begin(model, blocks, predictionsOf(history, blocks), max_symbol);
   std::vector<std::uint16_t> numbers;
   split.numbersOf(frame.intensities, numbers);
   ASSERT_EQ(numbers.size(), frame.size());
   split.predict(numbers);
 
   DepthSplit join;
-  join.begin(model, blocks, history, max_symbol);
+  join.begin(model, blocks, predictionsOf(history, blocks), max_symbol);
   join.predict(numbers);
   ASSERT_EQ(join.classes(), split.classes());
   for (std::size_t i = 0; i < frame.size(); ++i) {
     ASSERT_LE(numbers[i], frame.intensities[i]); // a point is a symbol or more
-    if (split.classes()[i] == DepthSplit::no_rest) {
+    if (split.classes()[i] == DepthSplit::no_residual) {
       ASSERT_EQ(numbers[i], frame.intensities[i]);
       continue;
     }
-    ++rests;
+    ++residuals;
     ASSERT_LT(split.classes()[i], DepthSplit::class_count);
     ASSERT_LT(split.place(i), 128u);
     ASSERT_LT(split.pointClass(i), 4u);
     ASSERT_EQ(join.place(i), split.place(i));
     std::uint16_t symbol = 0;
-    ASSERT_TRUE(join.symbol(i, split.rest(i, frame.intensities[i]), symbol));
+    ASSERT_TRUE(join.symbol(i, split.residual(i, frame.intensities[i]), symbol));
     ASSERT_EQ(symbol, frame.intensities[i]);
   }
-  context::DepthObservations depths;
+  DepthObservations depths;
   split.observe(numbers, frame.intensities, depths);
   ASSERT_EQ(depths.offsets.size(), frame.size());
-  ASSERT_EQ(depths.rests.size(), frame.size());
+  ASSERT_EQ(depths.residuals.size(), frame.size());
   for (std::size_t i = 0; i < frame.size(); ++i) {
     ASSERT_LE(std::abs(depths.offsets[i]), 8192);
-    ASSERT_LE(depths.rests[i], 15);
+    ASSERT_LE(depths.residuals[i], 15);
   }
   history.update(blocks, numbers, &depths, is_i_frame);
 }
@@ -233,7 +242,7 @@ TEST(DepthSplit, AnySymbolsComeBackWithAnyModel)
 {
   std::mt19937_64 random(1);
   std::size_t symbols = 0;
-  std::size_t rests = 0;
+  std::size_t residuals = 0;
   for (int round = 0; round < 400; ++round) {
     const unsigned int bits = 1 + static_cast<unsigned int>(round) % 16;
     const unsigned int depths[] = {1, 2, 5, 21};
@@ -244,7 +253,7 @@ TEST(DepthSplit, AnySymbolsComeBackWithAnyModel)
     DepthModel model = randomModel(random);
     ASSERT_TRUE(isConsistent(model));
     for (int i = 0; i < 6; ++i) {
-      ASSERT_NO_FATAL_FAILURE(expectLossless(model, frame, history, i == 0, rests));
+      ASSERT_NO_FATAL_FAILURE(expectLossless(model, frame, history, i == 0, residuals));
       symbols += frame.size();
       walk(random, 3, frame);
       if (i == 3) // models may change on the way
@@ -256,8 +265,8 @@ TEST(DepthSplit, AnySymbolsComeBackWithAnyModel)
                        : static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
     }
   }
-  EXPECT_GT(rests, symbols / 10);
-  EXPECT_LT(rests, symbols);
+  EXPECT_GT(residuals, symbols / 10);
+  EXPECT_LT(residuals, symbols);
 }
 
 TEST(DepthSplit, SymbolsOutsideTheScaleAreRefused)
@@ -265,28 +274,26 @@ TEST(DepthSplit, SymbolsOutsideTheScaleAreRefused)
   DepthModel model = roomDepthModel(4, 8);
   model.origin = std::int64_t{1} << 31; // a point is worth 21 symbols
   model.step = {};
-  context::History history;
-  history.clear(8, 3000);
   BlockList blocks;
   blocks.assign({0, 1});
   DepthSplit split;
-  split.begin(model, blocks, history, 255);
+  split.begin(model, blocks, {}, 255);
   split.predict({1, 11});
   std::uint16_t symbol = 0;
-  const std::uint32_t rest_of_0 = split.rest(0, 0);
-  const std::uint32_t rest_of_255 = split.rest(0, 255);
-  EXPECT_TRUE(split.symbol(0, rest_of_0, symbol));
+  const std::uint32_t residual_of_0 = split.residual(0, 0);
+  const std::uint32_t residual_of_255 = split.residual(0, 255);
+  EXPECT_TRUE(split.symbol(0, residual_of_0, symbol));
   EXPECT_EQ(symbol, 0);
-  EXPECT_FALSE(split.symbol(0, rest_of_0 + 2, symbol)); // -1
-  EXPECT_TRUE(split.symbol(0, rest_of_255, symbol));
+  EXPECT_FALSE(split.symbol(0, residual_of_0 + 2, symbol)); // -1
+  EXPECT_TRUE(split.symbol(0, residual_of_255, symbol));
   EXPECT_EQ(symbol, 255);
-  EXPECT_FALSE(split.symbol(0, rest_of_255 + 2, symbol)); // 256
-  for (const std::uint32_t rest :
+  EXPECT_FALSE(split.symbol(0, residual_of_255 + 2, symbol)); // 256
+  for (const std::uint32_t residual :
        {511u, 512u, 65535u, 1u << 20, 0xfffffffeu, 0xffffffffu})
-    EXPECT_FALSE(split.symbol(0, rest, symbol)) << rest;
+    EXPECT_FALSE(split.symbol(0, residual, symbol)) << residual;
   std::size_t symbols = 0;
-  for (std::uint32_t rest = 0; rest < 600; ++rest)
-    symbols += split.symbol(1, rest, symbol) ? 1 : 0;
+  for (std::uint32_t residual = 0; residual < 600; ++residual)
+    symbols += split.symbol(1, residual, symbol) ? 1 : 0;
   EXPECT_EQ(symbols, 256u);
 }
 
@@ -298,8 +305,6 @@ TEST(DepthSplit, RestsAreSmallWhereTheModelIsRight)
   VoxelFrame frame = randomFrame(random, 6, 3000, bits);
   BlockList blocks;
   blocks.assign(frame.keys);
-  context::History history;
-  history.clear(bits, 3000);
   std::vector<std::uint64_t> points;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     points.push_back(1 + below(random, 5));
@@ -309,18 +314,18 @@ TEST(DepthSplit, RestsAreSmallWhereTheModelIsRight)
         std::min<std::uint64_t>((exact + (1 << 15)) >> 16, 4095));
   }
   DepthSplit split;
-  split.begin(model, blocks, history, 4095);
+  split.begin(model, blocks, {}, 4095);
   std::vector<std::uint16_t> numbers;
   split.numbersOf(frame.intensities, numbers);
   split.predict(numbers);
-  std::size_t with_rest = 0;
+  std::size_t with_residual = 0;
   for (std::size_t i = 0; i < frame.size(); ++i)
-    if (split.classes()[i] != DepthSplit::no_rest && frame.intensities[i] < 4095) {
-      ++with_rest;
+    if (split.classes()[i] != DepthSplit::no_residual && frame.intensities[i] < 4095) {
+      ++with_residual;
       ASSERT_EQ(numbers[i], points[i]);
-      ASSERT_EQ(split.rest(i, frame.intensities[i]), 0u);
+      ASSERT_EQ(split.residual(i, frame.intensities[i]), 0u);
     }
-  EXPECT_GT(with_rest, 2000u);
+  EXPECT_GT(with_residual, 2000u);
 }
 
 TEST(DepthSplit, TheHistoryTellsWhereInAVoxelThePointsAre)
@@ -342,17 +347,20 @@ TEST(DepthSplit, TheHistoryTellsWhereInAVoxelThePointsAre)
       frame.intensities[i] = static_cast<std::uint16_t>(
           2 * model.pointSymbol(voxelPosition(frame.keys[i])) * 11 / 10 >> 16);
     DepthSplit split;
-    split.begin(model, blocks, history, frame.intensity_scale.maxSymbol());
+    split.begin(model,
+                blocks,
+                predictionsOf(history, blocks),
+                frame.intensity_scale.maxSymbol());
     std::vector<std::uint16_t> numbers;
     split.numbersOf(frame.intensities, numbers);
     split.predict(numbers);
-    std::uint64_t rests = 0;
+    std::uint64_t residuals = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
       ASSERT_EQ(numbers[i], 2);
-      rests += split.rest(i, frame.intensities[i]);
+      residuals += split.residual(i, frame.intensities[i]);
     }
-    (round == 0 ? first : last) = rests;
-    context::DepthObservations depths;
+    (round == 0 ? first : last) = residuals;
+    DepthObservations depths;
     split.observe(numbers, frame.intensities, depths);
     history.update(blocks, numbers, &depths, round == 0);
   }

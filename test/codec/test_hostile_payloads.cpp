@@ -1,4 +1,4 @@
-#include "codec/payload_coder.h"
+#include "support/payload_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -42,7 +42,8 @@ struct ForgedStream {
     for (std::size_t i = 0; i < 5; ++i) {
       frames.push_back(room.next());
       payloads.emplace_back();
-      encoder.of(effort).encode(work, frames.back(), isIFrame(i), payloads.back());
+      encodePayload(
+          encoder.of(effort), work, frames.back(), isIFrame(i), payloads.back());
     }
   }
 
@@ -81,7 +82,8 @@ struct ForgedStream {
     Bytes payload;
     for (std::size_t i = 0; i < 4; ++i) {
       payload.clear();
-      encoder.of(effort).encode(work, i < 3 ? frames[i] : frame, isIFrame(i), payload);
+      encodePayload(
+          encoder.of(effort), work, i < 3 ? frames[i] : frame, isIFrame(i), payload);
     }
     return payload;
   }

@@ -1,4 +1,4 @@
-#include "codec/payload_coder.h"
+#include "support/payload_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -34,7 +34,7 @@ public:
   encode(const VoxelFrame& frame, bool is_i_frame)
   {
     Bytes payload;
-    sizes_ = encoder_.of(effort_).encode(work_, frame, is_i_frame, payload);
+    sizes_ = encodePayload(encoder_.of(effort_), work_, frame, is_i_frame, payload);
     EXPECT_EQ(sizes_.occupancy + sizes_.intensity, payload.size());
     return payload;
   }
@@ -96,7 +96,7 @@ public:
   std::size_t
   knownVoxels(const VoxelFrame& frame)
   {
-    return decoder_.of(effort_).knownVoxels(work_, frame);
+    return decoder_.of(effort_).match(work_, frame);
   }
 
 private:
@@ -232,8 +232,8 @@ TEST_P(PayloadCoding, PayloadsAreAppended)
     Bytes alone;
     const Bytes before(below(random, 40), 0xff);
     Bytes appended = before;
-    one.of(GetParam()).encode(work, frame, i == 0, alone);
-    other.of(GetParam()).encode(work, frame, i == 0, appended);
+    encodePayload(one.of(GetParam()), work, frame, i == 0, alone);
+    encodePayload(other.of(GetParam()), work, frame, i == 0, appended);
     Bytes expected = before;
     append(alone, expected);
     ASSERT_EQ(appended, expected);
@@ -299,7 +299,7 @@ TEST_P(PayloadCoding, ADiscardedFrameHasNotBeen)
         frame.intensities.clear();
       }
       Bytes payload;
-      encoder.encode(work, frame, i % 7 == 0, payload);
+      encodePayload(encoder, work, frame, i % 7 == 0, payload);
       for (const bool is_kept : {false, true}) {
         VoxelFrame back = frame;
         PayloadSizes sizes;
@@ -328,15 +328,15 @@ TEST_P(PayloadCoding, WhatWasLearntIsForgottenAtAnIFrame)
   PayloadCoders old;
   for (int i = 0; i < 10; ++i) {
     Bytes payload;
-    old.of(GetParam()).encode(work, room.next(), i == 0, payload);
+    encodePayload(old.of(GetParam()), work, room.next(), i == 0, payload);
   }
   PayloadCoders fresh;
   for (int i = 0; i < 3; ++i) {
     const VoxelFrame frame = room.next();
     Bytes of_old;
     Bytes of_fresh;
-    old.of(GetParam()).encode(work, frame, i == 0, of_old);
-    fresh.of(GetParam()).encode(work, frame, i == 0, of_fresh);
+    encodePayload(old.of(GetParam()), work, frame, i == 0, of_old);
+    encodePayload(fresh.of(GetParam()), work, frame, i == 0, of_fresh);
     EXPECT_EQ(of_old, of_fresh);
   }
 }
@@ -349,16 +349,16 @@ TEST_P(PayloadCoding, KnownVoxelsAreCounted)
   VoxelFrame frame = emptyFrame(4);
   frame.keys = {0, 1, 64, 200, 4095};
   frame.intensities.assign(5, 1);
-  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
+  EXPECT_EQ(coder.match(work, frame), 0u);
   EXPECT_EQ(coder.recordCount(), 0u);
   Bytes payload;
-  coder.encode(work, frame, true, payload);
-  EXPECT_EQ(coder.knownVoxels(work, frame), 5u);
+  encodePayload(coder, work, frame, true, payload);
+  EXPECT_EQ(coder.match(work, frame), 5u);
   EXPECT_EQ(coder.recordCount(), 5u);
   frame.keys = {1, 2, 65, 200, 4094};
-  EXPECT_EQ(coder.knownVoxels(work, frame), 2u);
+  EXPECT_EQ(coder.match(work, frame), 2u);
   frame.keys.clear();
-  EXPECT_EQ(coder.knownVoxels(work, frame), 0u);
+  EXPECT_EQ(coder.match(work, frame), 0u);
 }
 
 TEST_P(PayloadCoding, VoxelsThatStayAwayAreForgotten)
@@ -391,7 +391,7 @@ TEST(PayloadCoder, EffortsShareNoState)
     for (int i = 0; i < 4; ++i) {
       const VoxelFrame frame = room.next();
       Bytes payload;
-      encoder.of(effort).encode(work, frame, i == 0, payload);
+      encodePayload(encoder.of(effort), work, frame, i == 0, payload);
       VoxelFrame back = frame;
       PayloadSizes sizes;
       ASSERT_TRUE(fresh.of(effort).decode(work,

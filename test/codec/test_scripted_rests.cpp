@@ -47,7 +47,7 @@ frameOfPoints(std::mt19937_64& random)
 struct SplitPayload {
   Bytes model; ///< none in P-frames
   Bytes numbers;
-  Bytes rests;
+  Bytes residuals;
 
   SplitPayload() = default;
 
@@ -62,7 +62,7 @@ struct SplitPayload {
         begin + static_cast<std::ptrdiff_t>(size + source.consumed());
     model.assign(begin, begin + static_cast<std::ptrdiff_t>(size));
     numbers.assign(numbers_begin, numbers_begin + numbers_size);
-    rests.assign(numbers_begin + numbers_size, parts.payload.end());
+    residuals.assign(numbers_begin + numbers_size, parts.payload.end());
   }
 
   /** \param[in] numbers_size what is said of it */
@@ -72,7 +72,7 @@ struct SplitPayload {
     Bytes payload = model;
     ByteWriter(payload).varint(numbers_size);
     append(numbers, payload);
-    append(rests, payload);
+    append(residuals, payload);
     return payload;
   }
 
@@ -83,7 +83,7 @@ struct SplitPayload {
   }
 };
 
-/** \brief The rests of a frame and their classes, as the effort fast has them. */
+/** \brief The residuals of a frame and their classes, as the effort fast has them. */
 struct Rests {
   Numbers numbers;
   std::vector<std::uint8_t> classes;
@@ -93,10 +93,7 @@ struct Rests {
     BlockList blocks;
     blocks.assign(frame.keys);
     DepthSplit split;
-    split.begin(*frame.depth_model,
-                blocks,
-                context::History(),
-                frame.intensity_scale.maxSymbol());
+    split.begin(*frame.depth_model, blocks, {}, frame.intensity_scale.maxSymbol());
     Numbers points;
     split.numbersOf(frame.intensities, points);
     split.predict(points);
@@ -105,7 +102,7 @@ struct Rests {
       classes.push_back(
           static_cast<std::uint8_t>(size * 4 + (split.place(i) >> 2 & 3)));
       numbers.push_back(
-          static_cast<std::uint16_t>(split.rest(i, frame.intensities[i])));
+          static_cast<std::uint16_t>(split.residual(i, frame.intensities[i])));
     }
   }
 };
@@ -161,24 +158,24 @@ TEST(ScriptedRests, SymbolsThatAreNoneLeaveTheStreamAsItWas)
     const std::size_t like = is_i_frame ? 0 : 1;
     const Rests genuine(stream.frames[like]);
     const SplitPayload payload(stream.parts[like]);
-    const auto answer = [&](const Numbers& rests) {
+    const auto answer = [&](const Numbers& residuals) {
       ClassedRow row;
       Bytes before;
       const Rests first(stream.frames[0]);
       if (!is_i_frame)
         row.encode(true, first.numbers, first.classes, before);
       SplitPayload forged = payload;
-      forged.rests.clear();
-      row.encode(is_i_frame, rests, genuine.classes, forged.rests);
+      forged.residuals.clear();
+      row.encode(is_i_frame, residuals, genuine.classes, forged.residuals);
       return stream.answerTo(stream.forged(stream.parts[like], forged.together()));
     };
     EXPECT_EQ(answer(genuine.numbers), CompressionCode::Ok);
     // Others than the stream's, so that what they teach would be noticed.
-    Numbers rests(genuine.numbers.size(), 14);
-    EXPECT_EQ(answer(rests), CompressionCode::Ok);
+    Numbers residuals(genuine.numbers.size(), 14);
+    EXPECT_EQ(answer(residuals), CompressionCode::Ok);
     for (const unsigned int wrong : {509u, 510u, 511u, 65535u})
-      for (const std::size_t at : {std::size_t{0}, rests.size() - 1}) {
-        Numbers some = rests;
+      for (const std::size_t at : {std::size_t{0}, residuals.size() - 1}) {
+        Numbers some = residuals;
         some[at] = static_cast<std::uint16_t>(wrong);
         EXPECT_EQ(answer(some), CompressionCode::Corrupt) << wrong;
       }
@@ -196,17 +193,18 @@ TEST(ScriptedRests, OtherBytesLeaveTheStreamAsItWas)
     EXPECT_EQ(answer(payload.together()), CompressionCode::Ok);
     for (const int more : {-2, -1, 1, 2, 4}) {
       SplitPayload forged = payload;
-      forged.rests.resize(payload.rests.size() + static_cast<std::size_t>(more));
+      forged.residuals.resize(payload.residuals.size() +
+                              static_cast<std::size_t>(more));
       EXPECT_EQ(answer(forged.together()), CompressionCode::Corrupt);
     }
     const std::size_t size = payload.numbers.size();
-    const std::size_t rests = payload.rests.size();
+    const std::size_t residuals = payload.residuals.size();
     for (const std::uint64_t wrong : {std::uint64_t{0},
                                       std::uint64_t{size - 1},
                                       std::uint64_t{size + 1},
-                                      std::uint64_t{size + rests},
-                                      std::uint64_t{size + rests + 1},
-                                      std::uint64_t{size + rests + 2},
+                                      std::uint64_t{size + residuals},
+                                      std::uint64_t{size + residuals + 1},
+                                      std::uint64_t{size + residuals + 2},
                                       std::uint64_t{size} << 32,
                                       ~std::uint64_t{0} - 5,
                                       ~std::uint64_t{0}})
@@ -241,16 +239,16 @@ TEST(ScriptedRests, NumbersOfARowHaveSixteenBits)
   numbers.beginSteps(1);
   numbers.newStep(0);
   payload.numbers = numbers.rans().bytes;
-  const auto answer = [&](std::uint32_t rest) {
+  const auto answer = [&](std::uint32_t residual) {
     FastScript script;
     NibbleModel number;
     NibbleModel length;
-    const std::uint32_t above = rest - 14; // 2^15 or more
+    const std::uint32_t above = residual - 14; // 2^15 or more
     script.code(number, 15);
     script.code(length, 15);
     script.bits(7, above >> 8 & 127);
     script.bits(8, above & 255);
-    payload.rests = script.rans().bytes;
+    payload.residuals = script.rans().bytes;
     parts.payload = payload.together();
     FrameDecoder decoder;
     VoxelFrame back;
@@ -258,8 +256,8 @@ TEST(ScriptedRests, NumbersOfARowHaveSixteenBits)
   };
   EXPECT_EQ(answer(65533), CompressionCode::Ok); // symbol 7233
   EXPECT_EQ(answer(65535), CompressionCode::Ok);
-  for (const std::uint32_t rest : {65536u, 65537u, 65549u})
-    EXPECT_EQ(answer(rest), CompressionCode::Corrupt) << rest;
+  for (const std::uint32_t residual : {65536u, 65537u, 65549u})
+    EXPECT_EQ(answer(residual), CompressionCode::Corrupt) << residual;
 }
 
 } // namespace

@@ -53,6 +53,33 @@ TEST(BitOperations, CompilersOwnAgreeWithPortableOnes)
   }
 }
 
+TEST(BitOperations, ReplacesBelowALimitOnly)
+{
+  constexpr std::uint32_t limit = 1u << 15;
+  const std::uint8_t bytes[2] = {};
+  for (const std::uint32_t number :
+       {0u, 1u, limit - 1, limit, limit + 1, 0x7fffffffu, 0x80000000u, 0xffffffffu}) {
+    std::uint32_t native = number;
+    std::uint32_t plain = number;
+    const std::uint8_t* native_pointer = bytes;
+    const std::uint8_t* plain_pointer = bytes;
+    replaceIfBelow<limit>(native, 7, native_pointer, bytes + 1);
+    portable::replaceIfBelow<limit>(plain, 7, plain_pointer, bytes + 1);
+    EXPECT_EQ(native, number < limit ? 7 : number);
+    EXPECT_EQ(native_pointer, number < limit ? bytes + 1 : bytes);
+    EXPECT_EQ(plain, native);
+    EXPECT_EQ(plain_pointer, native_pointer);
+  }
+}
+
+TEST(BitOperations, IsNotZero)
+{
+  EXPECT_EQ(isNotZero(0), 0u);
+  for (unsigned int bit = 0; bit < 64; ++bit)
+    EXPECT_EQ(isNotZero(std::uint64_t{1} << bit), 1u);
+  EXPECT_EQ(isNotZero(~std::uint64_t{0}), 1u);
+}
+
 TEST(BitOperations, AnyAddressCanBePrefetched)
 {
   const int here = 1;

@@ -5,11 +5,11 @@
 #pragma once
 
 #include "codec/context/entropy_coder.h"
+#include "codec/context/frame.h"
 #include "codec/context/intensities.h"
 #include "codec/context/known_voxels.h"
 #include "codec/context/models.h"
 #include "codec/context/new_voxels.h"
-#include "codec/context/workspace.h"
 #include "support/voxel_frames.h"
 
 #include <cstddef>
@@ -62,8 +62,8 @@ public:
   bool
   occupancy(const BlockList& blocks)
   {
-    workspace_.begin(state.history, &blocks);
-    KnownVoxelPass(coding, state.known_voxels, workspace_, context_).run();
+    frame_.match(state.history, blocks);
+    KnownVoxelPass(coding, state.known_voxels, frame_, context_).run();
     return newVoxels();
   }
 
@@ -71,10 +71,10 @@ public:
   bool
   occupancyWithNewBlock(const BlockList& blocks, std::uint64_t key, std::uint64_t mask)
   {
-    workspace_.begin(state.history, &blocks);
-    workspace_.target_keys = {key};
-    workspace_.target_masks = {mask};
-    KnownVoxelPass(coding, state.known_voxels, workspace_, context_).run();
+    frame_.match(state.history, blocks);
+    frame_.target_keys = {key};
+    frame_.target_masks = {mask};
+    KnownVoxelPass(coding, state.known_voxels, frame_, context_).run();
     return newVoxels();
   }
 
@@ -91,7 +91,7 @@ public:
   void
   numbers(const BlockList& blocks, std::vector<std::uint16_t> numbers)
   {
-    IntensityPass(coding, state.intensity, workspace_.directory, context_)
+    IntensityPass(coding, state.intensity, frame_.directory, context_)
         .run(blocks, false, numbers);
   }
 
@@ -182,11 +182,11 @@ private:
   bool
   newVoxels()
   {
-    return NewVoxelPass(coding, state.new_voxels, workspace_, context_, 1000).run();
+    return NewVoxelPass(coding, state.new_voxels, frame_, context_, 1000).run();
   }
 
   FrameContext context_;
-  Workspace workspace_;
+  Frame frame_;
   Bytes bytes_;
 
 public:

@@ -5,13 +5,11 @@
 #pragma once
 
 #include "codec/fast/byte_table.h"
-#include "codec/fast/code_byte.h"
 #include "codec/fast/entropy_coder.h"
 #include "codec/fast/models.h"
-#include "codec/fast/occupancy.h"
-#include "codec/fast/symbol_moment.h"
+#include "codec/fast/symbol_statistics.h"
 #include "support/voxel_frames.h"
-#include "voxels/child_masks.h"
+#include "voxels/voxel_block.h"
 
 #include <algorithm>
 #include <array>
@@ -88,7 +86,7 @@ public:
   void
   bits(unsigned int count, unsigned int number)
   {
-    coder_.expect(1);
+    coder_.reserve(1);
     coder_.codeBits(count, number);
   }
 
@@ -96,7 +94,7 @@ public:
   void
   code(Model& model, unsigned int symbol)
   {
-    coder_.expect(1);
+    coder_.reserve(1);
     coder_.code(model, symbol);
   }
 
@@ -104,7 +102,7 @@ public:
   void
   byte(ByteModels<contexts>& byte_models, unsigned int context, unsigned int number)
   {
-    coder_.expect(2);
+    coder_.reserve(2);
     codeByte(coder_, byte_models, context, number);
   }
 
@@ -113,9 +111,9 @@ public:
   knownVoxels(unsigned int past, unsigned int count, std::uint64_t occupied)
   {
     for (; count >= 8; count -= 8, occupied >>= 8)
-      code(occupancyTable(models.known_share[past]),
+      code(occupancyTable(models.known_probability[past]),
            static_cast<unsigned int>(occupied & 0xff));
-    BitModel rest(models.known_share[past]);
+    BitModel rest(models.known_probability[past]);
     for (; count > 0; --count, occupied >>= 1)
       code(rest, static_cast<unsigned int>(occupied & 1));
   }
@@ -187,7 +185,7 @@ public:
   {
     bits(1, 0);
     bits(1, origin);
-    running_ = symbol_moment::first(2);
+    running_ = symbol_statistics::first(2);
   }
 
   /** \brief The step of an I-frame's voxel, as a nibble; a 15 is followed by
@@ -198,14 +196,14 @@ public:
   void
   newStep(unsigned int symbol, unsigned int step)
   {
-    code(models.new_symbol[1][symbol_moment::contextOf(running_)], symbol);
-    running_ = symbol_moment::next(running_, step);
+    code(models.new_symbol[1][symbol_statistics::contextOf(running_)], symbol);
+    running_ = symbol_statistics::next(running_, step);
   }
 
   void
   newStep(unsigned int step)
   {
-    newStep(step - symbol_moment::lowestStep(running_), step);
+    newStep(step - symbol_statistics::lowestBin(running_), step);
   }
 
   /** \brief The same as an encoder does, but for the bits within the step. */
@@ -213,7 +211,7 @@ public:
   newStepOrWhole(unsigned int step)
   {
     const unsigned int nibble =
-        std::min(step - symbol_moment::lowestStep(running_), 15u);
+        std::min(step - symbol_statistics::lowestBin(running_), 15u);
     newStep(nibble, step);
     if (nibble == 15)
       wholeStep(step);
@@ -223,8 +221,8 @@ public:
   void
   knownStep(unsigned int step_before, unsigned int symbol)
   {
-    code(models
-             .known_symbol[symbol_moment::contextOf(symbol_moment::first(step_before))],
+    code(models.known_symbol[symbol_statistics::contextOf(
+             symbol_statistics::first(step_before))],
          symbol);
   }
 

@@ -78,9 +78,9 @@ TEST(VoxelBlock, CellsAreCounted)
         lowest = cell;
         ++octants[cell / 8];
       }
-    ASSERT_EQ(cellCount(mask), count);
+    ASSERT_EQ(pcl_ext::bitCount(mask), count);
     if (mask != 0) {
-      ASSERT_EQ(lowestCell(mask), lowest);
+      ASSERT_EQ(pcl_ext::lowestBit(mask), lowest);
     }
     for (unsigned int octant = 0; octant < 8; ++octant)
       ASSERT_EQ(octantCount(mask, octant), octants[octant]);
@@ -233,7 +233,7 @@ TEST(BlockList, HoldsTheVoxelsInOrder)
         ASSERT_TRUE(i == 0 || blocks.keys[i] > blocks.keys[i - 1]);
         ASSERT_EQ(blocks.first_voxels[i], voxels);
         ASSERT_EQ(frame.keys[voxels] >> block_key_bits, blocks.keys[i]);
-        voxels += cellCount(blocks.masks[i]);
+        voxels += pcl_ext::bitCount(blocks.masks[i]);
       }
       std::vector<std::uint64_t> keys{7, 8, 9};
       blocks.voxelKeys(keys);

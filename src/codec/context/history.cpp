@@ -1,9 +1,11 @@
 #include "codec/context/history.h"
 
+#include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -11,7 +13,7 @@ namespace context {
 
 namespace {
 
-// A voxel of an I-frame most likely stays; most of those that turn up later are noise.
+// Most voxels of an I-frame stay; most of those that P-frames bring are noise.
 constexpr std::uint16_t first_probability_i_frame = 52000;
 constexpr std::uint16_t first_probability_p_frame = 26000;
 constexpr std::uint8_t most_active = 7;
@@ -20,8 +22,8 @@ constexpr std::uint8_t first_activity_p_frame = 2;
 /** \brief Ages are counted up to this. */
 constexpr std::uint8_t oldest = 31;
 
-/** \brief Share of the way to the newest frame that a probability of some age moves, as a
- * shift: 1/2 for 2 frames, 1/4 up to the fifth, 1/8 up to the tenth, then 1/16. */
+/** \brief Rates at which a probability moves to the newest frame, by age, as a shift: 1/2
+ * for 2 frames, 1/4 up to the fifth, 1/8 up to the tenth, then 1/16. */
 constexpr std::array<std::uint8_t, oldest + 1>
 makeRateShifts()
 {
@@ -44,8 +46,29 @@ History::clear(unsigned int symbol_bits, std::uint16_t forgotten_below)
   forgotten_below_ = forgotten_below;
 }
 
-/** \brief How one frame changes the records. Written without branches, as whether a
- * voxel is occupied is what nobody could predict. */
+void
+History::predictDepths(const BlockList& frame,
+                       std::vector<DepthPrediction>& predictions) const
+{
+  predictions.clear();
+  AscendingLookup<HistoryBlock> lookup(blocks_);
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const std::size_t old = lookup.find(frame.keys[i]);
+    const std::uint64_t known = old != not_in_list ? blocks_[old].known : 0;
+    for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
+      const std::uint64_t cell = cells & (~cells + 1);
+      DepthPrediction& prediction = predictions.emplace_back();
+      if ((known & cell) == 0)
+        continue;
+      const VoxelRecord& record =
+          records_[blocks_[old].first_record + bitCount(known & (cell - 1))];
+      prediction = {true, record.roughness, record.depth_offset};
+    }
+  }
+}
+
+/** \brief How one frame changes the records. Without branches on whether a voxel is
+ * occupied, which would be mispredicted. */
 struct History::Learning {
   const std::uint16_t* numbers;
   const DepthObservations* depths;
@@ -61,10 +84,10 @@ struct History::Learning {
    * \return the known cells that are not forgotten
    */
   std::uint64_t
-  goOn(VoxelRecord* record,
-       std::uint64_t known,
-       std::uint64_t occupied,
-       std::size_t voxel) const
+  learn(VoxelRecord* record,
+        std::uint64_t known,
+        std::uint64_t occupied,
+        std::size_t voxel) const
   {
     const std::uint16_t least = forgotten_below;
     std::uint64_t kept = 0;
@@ -72,7 +95,7 @@ struct History::Learning {
     std::size_t seen_count = 0;
     std::uint8_t index = 0;
     for (std::uint64_t cells = known; cells != 0; cells &= cells - 1, ++index) {
-      const unsigned int cell = lowestCell(cells);
+      const unsigned int cell = lowestBit(cells);
       const auto is_occupied = static_cast<std::uint32_t>(occupied >> cell & 1);
       learnOccupancy(record[index], is_occupied);
       kept |= std::uint64_t{record[index].probability >= least} << cell;
@@ -86,7 +109,7 @@ struct History::Learning {
     }
     std::size_t next_seen = 0;
     for (std::uint64_t cells = occupied; cells != 0; cells &= cells - 1, ++voxel)
-      if ((known >> lowestCell(cells) & 1) != 0)
+      if ((known >> lowestBit(cells) & 1) != 0)
         learnIntensity(record[seen[next_seen++]], voxel);
     return kept;
   }
@@ -108,9 +131,9 @@ struct History::Learning {
         VoxelRecord* next) const
   {
     if (block.known == known)
-      return std::copy(record, record + cellCount(known), next);
+      return std::copy(record, record + bitCount(known), next);
     for (std::uint64_t cells = known | block.last; cells != 0; cells &= cells - 1) {
-      const unsigned int cell = lowestCell(cells);
+      const unsigned int cell = lowestBit(cells);
       *next = (known >> cell & 1) != 0 ? *record++ : begin(voxel);
       next += block.known >> cell & 1;
       voxel += block.last >> cell & 1;
@@ -137,12 +160,12 @@ struct History::Learning {
     record.recent = 1;
     if (depths != nullptr) {
       record.depth_offset = depths->offsets[voxel];
-      record.roughness = static_cast<std::uint8_t>(depths->rests[voxel] << 4);
+      record.roughness = static_cast<std::uint8_t>(depths->residuals[voxel] << 4);
     }
     return record;
   }
 
-  /** \brief Another frame, as far as it tells whether the voxel is occupied.
+  /** \brief Learns whether the voxel is occupied in one more frame.
    * \param[in] is_occupied 1 or 0
    */
   static void
@@ -160,8 +183,8 @@ struct History::Learning {
   void
   learnIntensity(VoxelRecord& record, std::size_t voxel) const
   {
-    // Differences are divided by a shift, towards minus infinity, which every compiler
-    // that this library meets does alike; C++20 promises it.
+    // Shifts of negative numbers round towards minus infinity; C++20 promises what all
+    // compilers do.
     const int difference = fixedPoint(numbers[voxel]) - static_cast<int>(record.mean);
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);
     record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
@@ -176,7 +199,7 @@ struct History::Learning {
     record.depth_offset = static_cast<std::int16_t>(
         record.depth_offset + ((depths->offsets[voxel] - record.depth_offset) >> 2));
     record.roughness = static_cast<std::uint8_t>(
-        record.roughness + (((depths->rests[voxel] << 4) - record.roughness) >> 2));
+        record.roughness + (((depths->residuals[voxel] << 4) - record.roughness) >> 2));
   }
 };
 
@@ -207,39 +230,35 @@ History::update(const BlockList& frame,
                           is_i_frame ? first_probability_i_frame
                                      : first_probability_p_frame};
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
-  constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
   VoxelRecord* record = records_.data();
   VoxelRecord* next = next_records_.data();
-  std::size_t old = 0;
-  std::size_t now = 0;
-  while (old < blocks_.size() || now < frame.size()) {
-    const std::uint64_t old_key = old < blocks_.size() ? blocks_[old].key : no_key;
-    const std::uint64_t now_key = now < frame.size() ? frame.keys[now] : no_key;
-    HistoryBlock block{std::min(old_key, now_key), 0, 0, 0, first_activity};
+  walkSideBySide(blocks_, frame.keys, [&](std::size_t old, std::size_t now) {
+    HistoryBlock block{0, 0, 0, 0, first_activity};
     block.first_record = static_cast<std::uint32_t>(next - next_records_.data());
     std::uint64_t known = 0;
-    if (old_key == block.key) {
+    if (old != not_in_list) {
+      block.key = blocks_[old].key;
       known = blocks_[old].known;
       block.activity = blocks_[old].activity;
-      ++old;
     }
     std::size_t voxel = 0;
-    if (now_key == block.key) {
+    if (now != not_in_list) {
+      block.key = frame.keys[now];
       block.last = frame.masks[now];
       voxel = frame.first_voxels[now];
-      ++now;
     }
-    const std::uint64_t kept = learning.goOn(record, known, block.last, voxel);
+    const std::uint64_t kept = learning.learn(record, known, block.last, voxel);
     block.known = kept | (block.last & ~known);
     next = learning.write(record, known, block, voxel, next);
-    record += cellCount(known);
+    record += bitCount(known);
     const unsigned int new_voxels =
-        is_i_frame ? 0 : std::min(cellCount(block.last & ~known), 7u);
+        is_i_frame ? 0 : std::min(bitCount(block.last & ~known), 7u);
     block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
         (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
     if (block.known != 0)
       next_blocks_.push_back(block);
-  }
+    return true;
+  });
   record_count_ = static_cast<std::size_t>(next - next_records_.data());
   blocks_.swap(next_blocks_);
   records_.swap(next_records_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "codec/depth_split.h"
 #include "voxels/voxel_block.h"
 
 #include <cstddef>
@@ -10,31 +11,24 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief What the history knows of one block. */
+/** \brief A block of the history. */
 struct HistoryBlock {
   std::uint64_t key;          ///< Morton key of the block
   std::uint64_t known;        ///< cells that have a record, never 0
   std::uint64_t last;         ///< of these, those that the last frame had
   std::uint32_t first_record; ///< of the lowest known cell; the others follow in order
-  std::uint8_t activity;      ///< how many new voxels the last frames brought, 0..7
+  std::uint8_t activity;      ///< of new voxels in the last frames, 0..7
 };
 
-/** \brief What the history knows of one voxel. */
+/** \brief The record of one voxel. */
 struct VoxelRecord {
   std::uint16_t probability; ///< running share of frames that had it, 2^16 is 1
   std::uint16_t mean;        ///< running mean of the number, fixed point
-  std::uint16_t deviation;   ///< running mean distance from the mean, fixed point
-  std::int16_t depth_offset; ///< see DepthSplit
-  std::uint8_t recent;       ///< occupied or not, the last frame lowest
+  std::uint16_t deviation;   ///< mean distance from the mean, fixed point
+  std::int16_t depth_offset; ///< running mean, see DepthPrediction
+  std::uint8_t recent;       ///< a bit for each frame, the last one lowest
   std::uint8_t age;          ///< frames since the first, up to 31
-  std::uint8_t roughness;    ///< running mean of the rest, in sixteenths
-};
-
-/** \brief What a frame tells of its voxels where there is a depth model; see DepthSplit.
- */
-struct DepthObservations {
-  std::vector<std::int16_t> offsets;
-  std::vector<std::uint8_t> rests; ///< held within 0..15
+  std::uint8_t roughness;    ///< running mean of the residual, in sixteenths
 };
 
 /** \brief What encoder and decoder remember of the frames since the last I-frame: for
@@ -57,6 +51,14 @@ public:
   {
     return records_.data();
   }
+
+  /** \brief What the records tell of the depths of a frame's voxels.
+   * \param[in] frame its blocks
+   * \param[out] predictions one for each voxel
+   */
+  void
+  predictDepths(const BlockList& frame,
+                std::vector<DepthPrediction>& predictions) const;
 
   /** \brief Number of records. */
   std::size_t
@@ -84,7 +86,7 @@ public:
   /** \brief Takes the memory that update() will need for a frame, so that it cannot fail
    * then.
    * \param[in] frame its blocks
-   * \param[in] is_i_frame what is known now will be forgotten before
+   * \param[in] is_i_frame all records will be forgotten before
    */
   void
   makeRoom(const BlockList& frame, bool is_i_frame);
@@ -94,8 +96,8 @@ public:
    * \param[in] numbers what was coded of its voxels' intensities: symbols, or numbers of
    * points
    * \param[in] depths one element for each voxel; null without a depth model
-   * \param[in] is_i_frame the frame stands alone; its voxels are worth more than those
-   * that turn up between two others
+   * \param[in] is_i_frame its voxels start with a higher probability than those that a
+   * P-frame brings
    */
   void
   update(const BlockList& frame,
@@ -111,13 +113,13 @@ private:
   struct Learning;
 
   std::vector<HistoryBlock> blocks_;
-  // Memory, of which the first elements are in use: making it smaller would mean writing
-  // it again when it grows.
+  // Memory, of which the first `record_count_` elements are in use: a vector that shrinks
+  // and grows again writes what it grows by.
   std::vector<VoxelRecord> records_;
   std::size_t record_count_ = 0;
   unsigned int fraction_bits_ = 4;
   std::uint16_t forgotten_below_ = 0;
-  // What the next state is written to; members so that their memory is reused.
+  // The next state; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   std::vector<VoxelRecord> next_records_;
 };

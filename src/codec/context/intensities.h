@@ -1,10 +1,13 @@
 #pragma once
 
-#include "codec/context/frame_context.h"
+#include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/intensity_neighbours.h"
 #include "codec/context/models.h"
 #include "codec/depth_split.h"
+#include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
+#include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -20,7 +23,7 @@ namespace context {
 struct IntensityModels {
   static constexpr std::uint32_t longest_count = 24;
   static constexpr std::uint32_t longest_distance = 28;
-  static constexpr std::uint32_t longest_rest = 32;
+  static constexpr std::uint32_t longest_residual = 32;
   static constexpr std::uint32_t longest_escape = 17; ///< bits
 
   explicit IntensityModels(bool is_mixing)
@@ -34,23 +37,23 @@ struct IntensityModels {
   , differs(is_mixing, 5, {14 * 4})
   , above(is_mixing, 5, {14 * 4})
   , farther(is_mixing, 5, {14 * 4 * 2 * longest_distance})
-  , rest(is_mixing,
-         5,
-         {DepthSplit::class_count * longest_rest,
-          768 * longest_rest,
-          512 * longest_rest},
-         8)
+  , residual(is_mixing,
+             5,
+             {DepthSplit::class_count * longest_residual,
+              768 * longest_residual,
+              512 * longest_residual},
+             8)
   , escape(is_mixing, 5, {3 * longest_escape})
   , plain(is_mixing, 6, {256})
   {}
 
-  DecisionModel<4> more;    ///< a small symbol goes on
-  DecisionModel<1> differs; ///< a large symbol is not as expected
-  DecisionModel<1> above;   ///< it is above what was expected
-  DecisionModel<1> farther; ///< its distance from there goes on
-  DecisionModel<3> rest;    ///< a rest of a depth model goes on
-  DecisionModel<1> escape;  ///< bits of what is beyond
-  DecisionModel<1> plain;   ///< bits of a number of which nothing is expected
+  DecisionModel<4> more;     ///< a small symbol goes on
+  DecisionModel<1> differs;  ///< a large symbol is not as expected
+  DecisionModel<1> above;    ///< it is above what was expected
+  DecisionModel<1> farther;  ///< its distance from there goes on
+  DecisionModel<3> residual; ///< a residual of a depth model goes on
+  DecisionModel<1> escape;   ///< bits of what is beyond
+  DecisionModel<1> plain;    ///< bits of a number of which nothing is expected
 };
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
@@ -100,40 +103,44 @@ public:
    * \return false if what was decoded are no symbols
    */
   bool
-  runRests(const DepthSplit& split, std::vector<std::uint16_t>& symbols)
+  codeResiduals(const DepthSplit& split, std::vector<std::uint16_t>& symbols)
   {
-    std::uint32_t running_rest = 16; // average of the rests before, in sixteenths
+    std::uint32_t running_residual =
+        16; // average of the residuals before, in sixteenths
     for (std::size_t i = 0; i < symbols.size(); ++i) {
-      const std::uint8_t rest_class = split.classes()[i];
-      if (rest_class == DepthSplit::no_rest)
+      const std::uint8_t residual_class = split.classes()[i];
+      if (residual_class == DepthSplit::no_residual)
         continue;
-      const std::uint32_t target = CodingT::is_decoder ? 0 : split.rest(i, symbols[i]);
+      const std::uint32_t target =
+          CodingT::is_decoder ? 0 : split.residual(i, symbols[i]);
       DecisionModel<3>::Contexts contexts;
-      contexts.ways[0] = rest_class * IntensityModels::longest_rest;
+      contexts.ways[0] = residual_class * IntensityModels::longest_residual;
       if constexpr (CodingT::is_mixing) {
         const std::uint32_t place = split.place(i);
-        contexts.ways[1] = (place * 6 + rest_class % 6) * IntensityModels::longest_rest;
-        contexts.ways[2] = (((place >> 2) * 4 + std::min(running_rest / 8, 3u)) * 4 +
-                            split.pointClass(i)) *
-                           IntensityModels::longest_rest;
+        contexts.ways[1] =
+            (place * 6 + residual_class % 6) * IntensityModels::longest_residual;
+        contexts.ways[2] =
+            (((place >> 2) * 4 + std::min(running_residual / 8, 3u)) * 4 +
+             split.pointClass(i)) *
+            IntensityModels::longest_residual;
       }
-      std::uint32_t rest = 0;
-      for (; rest < IntensityModels::longest_rest; ++rest) {
-        contexts.weight_set = std::min(rest, 7u);
-        if (!coding_.code(models_.rest, contexts, target > rest))
+      std::uint32_t residual = 0;
+      for (; residual < IntensityModels::longest_residual; ++residual) {
+        contexts.weight_set = std::min(residual, 7u);
+        if (!coding_.code(models_.residual, contexts, target > residual))
           break;
         for (std::uint32_t& context : contexts.ways)
           ++context;
       }
-      if (rest == IntensityModels::longest_rest) {
-        const std::uint32_t beyond = codeEscape(2, target - rest);
+      if (residual == IntensityModels::longest_residual) {
+        const std::uint32_t beyond = codeEscape(2, target - residual);
         if (beyond == invalid)
           return false;
-        rest += beyond;
+        residual += beyond;
       }
-      if (!split.symbol(i, rest, symbols[i]))
+      if (!split.symbol(i, residual, symbols[i]))
         return false;
-      running_rest += (16 * std::min(rest, 64u) >> 3) - (running_rest >> 3);
+      running_residual += (16 * std::min(residual, 64u) >> 3) - (running_residual >> 3);
     }
     return true;
   }
@@ -154,24 +161,22 @@ private:
     [[maybe_unused]] SymbolNeighbours neighbours(frame, levels_, directory_);
     if constexpr (CodingT::is_mixing)
       neighbours.begin();
-    std::size_t old = 0;
+    AscendingLookup<HistoryBlock> lookup(known);
     std::size_t voxel = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      while (old < known.size() && known[old].key < frame.keys[i])
-        ++old;
-      const bool is_known = old < known.size() && known[old].key == frame.keys[i];
-      const std::uint64_t known_cells = is_known ? known[old].known : 0;
+      const std::size_t old = lookup.find(frame.keys[i]);
+      const std::uint64_t known_cells = old != not_in_list ? known[old].known : 0;
       if constexpr (CodingT::is_mixing)
         neighbours.moveTo(i);
       for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
         const std::uint64_t cell = cells & (~cells + 1);
         const std::size_t record =
             (known_cells & cell) != 0
-                ? known[old].first_record + cellCount(known_cells & (cell - 1))
+                ? known[old].first_record + bitCount(known_cells & (cell - 1))
                 : no_record;
         std::uint32_t neighbour_class = 0;
         if constexpr (CodingT::is_mixing)
-          neighbour_class = neighbours.classOf(lowestCell(cells), symbols);
+          neighbour_class = neighbours.classOf(lowestBit(cells), symbols);
         const std::uint32_t symbol =
             codeSymbol(record, neighbour_class, symbols[voxel]);
         if (symbol > max_symbol_)

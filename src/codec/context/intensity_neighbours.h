@@ -73,7 +73,7 @@ public:
       const std::uint64_t mask = frame_.masks[block];
       if ((mask & bit) == 0)
         continue;
-      sum += numbers[frame_.first_voxels[block] + cellCount(mask & (bit - 1))];
+      sum += numbers[frame_.first_voxels[block] + bitCount(mask & (bit - 1))];
       ++count;
     }
     if (count == 0)

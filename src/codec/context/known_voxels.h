@@ -1,9 +1,8 @@
 #pragma once
 
-#include "codec/context/frame_context.h"
+#include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
-#include "codec/context/workspace.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -32,16 +31,16 @@ template <typename CodingT>
 class KnownVoxelPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in] workspace begun with the frame
+   * \param[in,out] frame begun with the frame
    * \param[in] context what both sides know before the frame
    */
   KnownVoxelPass(CodingT& coding,
                  KnownVoxelModels& models,
-                 Workspace& workspace,
+                 Frame& frame,
                  const FrameContext& context)
   : coding_(coding)
   , models_(models)
-  , work_(workspace)
+  , frame_(frame)
   , history_(context.history)
   , levels_(levelsAboveBlocks(context.grid_depth))
   , mean_shift_(context.history.fractionBits() -
@@ -58,8 +57,8 @@ public:
     // A copy, whose numbers can stay in registers.
     CodingT coding = coding_;
     for (std::size_t i = 0; i < history_.blocks().size(); ++i) {
-      work_.occupied[i] = codeBlock(coding, i, work_.occupied[i]);
-      voxels += cellCount(work_.occupied[i]);
+      frame_.occupied[i] = codeBlock(coding, i, frame_.occupied[i]);
+      voxels += bitCount(frame_.occupied[i]);
     }
     coding_ = coding;
     return voxels;
@@ -95,7 +94,7 @@ private:
       Contexts contexts;
       contexts.ways[0] = recordContext(record);
       if constexpr (CodingT::is_mixing)
-        addContexts(record, lowestCell(cells), occupied, around, contexts);
+        addContexts(record, lowestBit(cells), occupied, around, contexts);
       const bool is_occupied =
           coding.code(models_.voxel, contexts, (target & cell) != 0);
       if (is_occupied)
@@ -143,14 +142,14 @@ private:
       std::uint64_t key = 0;
       if (!neighbourBlock(block.key, face, levels_, key))
         continue;
-      const std::uint32_t other = work_.directory.find(key);
+      const std::uint32_t other = frame_.directory.find(key);
       if (other == BlockDirectory::not_found)
         continue;
       const HistoryBlock& neighbour = history_.blocks()[other];
       before[face] = neighbour.last;
       if (other < index) {
-        around.came_around[face] = work_.occupied[other] & ~neighbour.last;
-        around.went_around[face] = neighbour.last & ~work_.occupied[other];
+        around.came_around[face] = frame_.occupied[other] & ~neighbour.last;
+        around.went_around[face] = neighbour.last & ~frame_.occupied[other];
       }
     }
     around.before = countNeighbours(block.last, before);
@@ -212,7 +211,7 @@ private:
 
   CodingT& coding_;
   KnownVoxelModels& models_;
-  Workspace& work_;
+  Frame& frame_;
   const History& history_;
   unsigned int levels_;
   unsigned int mean_shift_; // from a mean's fixed point to quarters

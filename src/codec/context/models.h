@@ -1,6 +1,5 @@
 #pragma once
 
-#include "codec/context/adaptive_bit.h"
 #include "codec/context/bit_mixer.h"
 
 #include <array>
@@ -12,24 +11,57 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief One kind of decision that is coded as a bit, and what was learnt about it in
- * each of its contexts.
- * \tparam WayCount ways to see the surroundings of a decision. A coder that looks at one
- * context only uses the first; one that mixes uses all.
+/** \brief The probability that a bit is 1, adapted to the bits before it: fast at first,
+ * then slower (doc/bitstream_context.md, "Adaptive bits"). */
+struct AdaptiveBit {
+  std::uint16_t probability = 0x8000; ///< of a 1, 2^16 is 1
+  std::uint16_t count = 0;            ///< bits learnt, up to where the rate is constant
+
+  /** \brief Learns a bit.
+   * \param[in] bit the bit
+   * \param[in] shifts the rate after each number of bits, as 2^-shift; see learningShifts
+   */
+  void
+  learn(bool bit, const std::array<std::uint8_t, 17>& shifts)
+  {
+    // The limits keep the coder's intervals from being empty.
+    constexpr std::int32_t least = 48;
+    const std::int32_t target = bit ? 0x10000 - least : least;
+    probability = static_cast<std::uint16_t>(
+        probability +
+        ((target - static_cast<std::int32_t>(probability)) >> shifts[count]));
+    count = static_cast<std::uint16_t>(count + (count < shifts.size() - 1 ? 1 : 0));
+  }
+};
+
+/** \brief Rates at which a bit is learnt: 1/2, 1/4, 1/8 for four bits, 1/16 for ten,
+ * then for good.
+ * \param[in] slowest_shift the rate of the long run, 2^-slowest_shift; 4..7
+ */
+constexpr std::array<std::uint8_t, 17>
+learningShifts(std::uint8_t slowest_shift)
+{
+  return {1, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, slowest_shift};
+}
+
+/** \brief One kind of decision that is coded as a bit, with an adaptive bit for each of
+ * its contexts.
+ * \tparam WayCount number of contexts that a decision has at a time, each of a row of
+ * adaptive bits of its own. Without mixing only the first is used.
  */
 template <std::size_t WayCount>
 class DecisionModel {
 public:
-  /** \brief Surroundings of a decision. */
+  /** \brief The contexts of one decision. */
   struct Contexts {
-    std::array<std::uint32_t, WayCount> ways;
-    std::uint32_t weight_set = 0; ///< which weights mix the ways
+    std::array<std::uint32_t, WayCount> ways; ///< index in each row
+    std::uint32_t weight_set = 0;             ///< which weights mix the rows
   };
 
-  /** \brief A model that has learnt nothing.
+  /** \brief A model as at an I-frame.
    * \param[in] is_mixing all ways are used
-   * \param[in] slowest_shift see learningShifts; slower by half where ways are mixed, as
-   * the weights follow what changes
+   * \param[in] slowest_shift see learningShifts; one more with mixing, as the weights
+   * adapt, too
    * \param[in] sizes number of contexts in each way
    * \param[in] weight_sets number of sets of weights
    */
@@ -72,7 +104,7 @@ private:
 
 /** \brief Codes one decision with the probability of one context, and learns it.
  * \param[in] side BinaryRangeEncoder or BinaryRangeDecoder
- * \param[in] bit what was decided; the decoder finds it out
+ * \param[in] bit what was decided; not used by a decoder
  * \return what was decided
  */
 template <typename SideT>
@@ -105,7 +137,7 @@ public:
   }
 
   /** \brief Codes one decision and learns it.
-   * \param[in] bit what was decided; the decoder finds it out
+   * \param[in] bit what was decided; not used by a decoder
    * \return what was decided
    */
   template <std::size_t WayCount>
@@ -117,7 +149,7 @@ public:
     return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
   }
 
-  /** \brief Codes a bit of which nothing is known. */
+  /** \brief Codes a bit with probability 1/2. */
   bool
   codeRaw(bool bit)
   {

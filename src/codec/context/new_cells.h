@@ -90,7 +90,7 @@ public:
     for (std::size_t octant_class = 6; octant_class-- > 0;)
       for (unsigned int octants = octants_of_class[octant_class]; octants != 0;
            octants &= octants - 1) {
-        const unsigned int octant = lowestCell(octants);
+        const unsigned int octant = lowestBit(octants);
         --left;
         const bool is_implied = is_one_left && left == 0;
         if (!is_implied && !codeIsOctantNew(coding, block, octant, found, left))
@@ -134,7 +134,7 @@ private:
     while (octant_class-- > 0)
       rest |= octants_of_class[octant_class];
     for (; rest != 0; rest &= rest - 1)
-      if ((block.target >> (8 * lowestCell(rest)) & 0xff) != 0)
+      if ((block.target >> (8 * lowestBit(rest)) & 0xff) != 0)
         return true;
     return false;
   }
@@ -181,7 +181,7 @@ private:
     for (std::uint32_t left = octantCount(cells, octant); cells != 0;
          cells &= cells - 1) {
       --left;
-      const unsigned int cell = lowestCell(cells);
+      const unsigned int cell = lowestBit(cells);
       const bool is_implied = left == 0 && found == 0;
       if (!is_implied &&
           !codeIsCellNew(coding, block, cell, block.full.of(cell), found, left))
@@ -210,7 +210,7 @@ private:
         const std::uint32_t left = octantCount(cells_left, octant);
         const bool is_implied = is_one_left && left == 0;
         if (!is_implied &&
-            !codeIsCellNew(coding, block, lowestCell(cells), neighbours, found, left))
+            !codeIsCellNew(coding, block, lowestBit(cells), neighbours, found, left))
           continue;
         ++found;
         block.occupied |= cell_bit;

@@ -1,10 +1,9 @@
 #pragma once
 
-#include "codec/context/frame_context.h"
+#include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
 #include "codec/context/new_cells.h"
-#include "codec/context/workspace.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -39,18 +38,18 @@ template <typename CodingT>
 class NewVoxelPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in] workspace its known voxels have been coded
+   * \param[in,out] frame its known voxels have been coded
    * \param[in] context what both sides know before the frame
    * \param[in] max_voxels of the pass; where decoding gives up
    */
   NewVoxelPass(CodingT& coding,
                NewVoxelModels& models,
-               Workspace& workspace,
+               Frame& frame,
                const FrameContext& context,
                std::size_t max_voxels)
   : coding_(coding)
   , models_(models)
-  , work_(workspace)
+  , frame_(frame)
   , history_(context.history)
   , is_i_frame_(context.is_i_frame ? 1 : 0)
   , levels_(levelsAboveBlocks(context.grid_depth))
@@ -66,9 +65,9 @@ public:
   {
     if (!codeKnownBlocks())
       return false;
-    if (!coding_.codeRaw(!work_.target_keys.empty()))
+    if (!coding_.codeRaw(!frame_.target_keys.empty()))
       return true;
-    const Range all{0, 0, history_.blocks().size(), 0, work_.target_keys.size()};
+    const Range all{0, 0, history_.blocks().size(), 0, frame_.target_keys.size()};
     if (levels_ > 0)
       return codeBranch(all, levels_);
     // A grid of one block, which is not to be both known and new.
@@ -88,7 +87,7 @@ private:
       block.unknown = cells_in_grid_ & ~known[i].known;
       if (block.unknown == 0)
         continue;
-      const unsigned int count = cellCount(known[i].known);
+      const unsigned int count = bitCount(known[i].known);
       const std::uint32_t known_class = count < 4    ? 0
                                         : count < 10 ? 1
                                         : count < 20 ? 2
@@ -96,18 +95,18 @@ private:
       const std::uint32_t context =
           (known[i].activity * 4u + known_class) * 2 + (had_new_voxels ? 1 : 0);
       const bool has_new_voxels =
-          coding_.code(models_.known_block, {{context}}, work_.new_cells[i] != 0);
+          coding_.code(models_.known_block, {{context}}, frame_.new_cells[i] != 0);
       had_new_voxels = has_new_voxels;
       if (!has_new_voxels)
         continue;
       block.is_known = true;
-      block.occupied = work_.occupied[i];
+      block.occupied = frame_.occupied[i];
       block.empty = countNeighbours(known[i].known & ~block.occupied, {});
       block.activity = known[i].activity;
-      block.target = work_.new_cells[i];
+      block.target = frame_.new_cells[i];
       if (!codeCellsOf(block, known[i].key))
         return false;
-      work_.occupied[i] = block.occupied;
+      frame_.occupied[i] = block.occupied;
     }
     return true;
   }
@@ -144,7 +143,7 @@ private:
         ++part.known_end;
       part.target_begin = part.target_end;
       while (part.target_end < branch.target_end &&
-             work_.target_keys[part.target_end] >> shift == part.key)
+             frame_.target_keys[part.target_end] >> shift == part.key)
         ++part.target_end;
       const bool is_known_block = levels == 1 && part.known_end > part.known_begin;
       const bool has_new_blocks = part.target_end > part.target_begin;
@@ -171,7 +170,7 @@ private:
   {
     std::uint32_t present = 0;
     for (std::size_t i = branch.known_begin; i < branch.known_end; ++i)
-      if (work_.occupied[i] != 0)
+      if (frame_.occupied[i] != 0)
         present |= 1u << (history_.blocks()[i].key & 7);
     return present;
   }
@@ -191,7 +190,7 @@ private:
                                       : blocks < 16 ? 4
                                                     : 5;
     const std::uint32_t context =
-        ((block_class * 9 + candidateClass(bit_counts[parts], 7 - child)) * 4 +
+        ((block_class * 9 + candidateClass(child_masks.count[parts], 7 - child)) * 4 +
          upTo(levels - 2, 3)) *
             2 +
         is_i_frame_;
@@ -208,7 +207,7 @@ private:
                                      (present >> (child ^ 2) & 1) +
                                      (present >> (child ^ 4) & 1);
     const std::uint32_t context =
-        (neighbours * 9 + candidateClass(bit_counts[parts], 7 - child)) * 2 +
+        (neighbours * 9 + candidateClass(child_masks.count[parts], 7 - child)) * 2 +
         is_i_frame_;
     return coding_.code(models_.new_block, {{context}}, has_new_blocks);
   }
@@ -218,12 +217,12 @@ private:
   {
     NewVoxelBlock block;
     block.unknown = cells_in_grid_;
-    block.target = CodingT::is_decoder ? 0 : work_.target_masks[range.target_begin];
+    block.target = CodingT::is_decoder ? 0 : frame_.target_masks[range.target_begin];
     if (!codeCellsOf(block, range.key))
       return false;
-    work_.directory.insert(range.key);
-    work_.occupied.push_back(block.occupied);
-    work_.new_keys.push_back(range.key);
+    frame_.directory.insert(range.key);
+    frame_.occupied.push_back(block.occupied);
+    frame_.new_keys.push_back(range.key);
     return true;
   }
 
@@ -235,9 +234,9 @@ private:
       std::uint64_t neighbour = 0;
       if (!neighbourBlock(key, face, levels_, neighbour))
         continue;
-      const std::uint32_t index = work_.directory.find(neighbour);
+      const std::uint32_t index = frame_.directory.find(neighbour);
       if (index != BlockDirectory::not_found)
-        block.neighbours[face] = work_.occupied[index];
+        block.neighbours[face] = frame_.occupied[index];
     }
     block.full = countNeighbours(block.occupied, block.neighbours);
     const std::uint64_t before = block.occupied;
@@ -245,13 +244,13 @@ private:
     CodingT coding = coding_;
     NewCellPass<CodingT>(models_.cells, is_i_frame_ != 0).run(coding, block);
     coding_ = coding;
-    voxels_ += cellCount(block.occupied & ~before);
+    voxels_ += bitCount(block.occupied & ~before);
     return voxels_ <= max_voxels_;
   }
 
   CodingT& coding_;
   NewVoxelModels& models_;
-  Workspace& work_;
+  Frame& frame_;
   const History& history_;
   std::uint32_t is_i_frame_;
   unsigned int levels_;

@@ -1,21 +1,29 @@
 #include "codec/context/payload.h"
 
+#include "codec/context/entropy_coder.h"
+
+#include <algorithm>
+#include <utility>
+
 namespace pcl_ext {
 namespace io {
 namespace context {
 
 namespace {
 
-// Where the knowledge of a record costs more time than an effort has for the bytes that
-// it saves, as probabilities in 2^-16.
+// Probabilities, in 2^-16, below which a record is forgotten: where it saves too few
+// bytes for the time that it takes.
 constexpr std::uint16_t forgotten_below_balanced = 3000;
 constexpr std::uint16_t forgotten_below_small = 1000;
 
 } // namespace
 
 Payload::Payload(bool is_mixing)
-: coder_(is_mixing)
+: is_mixing_(is_mixing)
 , forgotten_below_(is_mixing ? forgotten_below_small : forgotten_below_balanced)
+, fresh_models_(is_mixing)
+, models_(fresh_models_)
+, trial_models_(fresh_models_)
 {}
 
 FrameContext
@@ -29,38 +37,103 @@ Payload::contextOf(const VoxelFrame& frame, bool is_i_frame)
           frame.depth_model ? &*frame.depth_model : nullptr};
 }
 
+/** \brief Begins with the depth model; the frame's blocks are known. */
+void
+Payload::splitByDepth(const FrameContext& context)
+{
+  context.history.predictDepths(blocks_, intensities_.predictions);
+  intensities_.split.begin(
+      *context.depth_model, blocks_, intensities_.predictions, context.maxSymbol());
+}
+
+std::size_t
+Payload::match(CodingWorkspace& /*memory*/, const VoxelFrame& frame)
+{
+  blocks_.assign(frame.keys);
+  return frame_.match(history_, blocks_);
+}
+
 PayloadSizes
-Payload::encode(CodingWorkspace& /*work*/,
+Payload::encode(CodingWorkspace& /*memory*/,
                 const VoxelFrame& frame,
                 bool is_i_frame,
                 std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
-  PayloadSizes sizes;
-  blocks_.assign(frame.keys);
-  copyNumbers(frame.intensities, intensities_.symbols);
   const FrameContext context = contextOf(frame, is_i_frame);
+  if (is_i_frame) {
+    models_ = fresh_models_;
+    blocks_.assign(frame.keys);
+    frame_.match(context.history, blocks_);
+  }
+  copyNumbers(frame.intensities, intensities_.symbols);
   if (context.depth_model != nullptr) {
-    intensities_.split.begin(
-        *context.depth_model, blocks_, context.history, context.maxSymbol());
+    splitByDepth(context);
     intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
   }
   else
     copyNumbers(intensities_.symbols, intensities_.numbers);
+  PayloadSizes sizes;
   if (!frame.keys.empty())
-    sizes.occupancy = coder_.encode(context, blocks_, intensities_, payload);
+    sizes.occupancy = is_mixing_ ? encodeWith<MixedContextCoding>(context, payload)
+                                 : encodeWith<SingleContextCoding>(context, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
   prepareLearning(frame, is_i_frame);
-  if (is_i_frame && frame.keys.empty()) {
-    coder_.prepareToForget();
-    coder_.learn();
-  }
   learnHistory();
   return sizes;
 }
 
+template <template <typename> class CodingT>
+std::size_t
+Payload::encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payload)
+{
+  const std::size_t begin = payload.size();
+  CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
+  codeOccupancy(coding, models_, context, intensities_.numbers.size());
+  const std::size_t occupancy_bytes = coding.side().settledBytes();
+  encodeNumbers(coding, context, payload);
+  codeResiduals(coding, models_.intensity, context);
+  coding.side().finish();
+  return std::min(occupancy_bytes, payload.size() - begin);
+}
+
+/** \brief Codes the numbers, plain where that is smaller. */
+template <typename CodingT>
+void
+Payload::encodeNumbers(CodingT& coding,
+                       const FrameContext& context,
+                       std::vector<std::uint8_t>& payload)
+{
+  std::vector<std::uint16_t>& numbers = intensities_.numbers;
+  // The payload so far, too, as a carry may change it.
+  IntensityModels& models_before = trial_models_.intensity;
+  models_before = models_.intensity;
+  payload_before_.assign(payload.begin(), payload.end());
+  const CodingT coding_before = coding;
+  const auto run = [&](bool is_plain) {
+    IntensityPass(coding, models_.intensity, frame_.directory, context)
+        .run(blocks_, is_plain, numbers);
+    return payload.size();
+  };
+  const auto undo = [&] {
+    models_.intensity = models_before;
+    payload.assign(payload_before_.begin(), payload_before_.end());
+    coding = coding_before;
+  };
+  const std::size_t expected_size = run(false);
+  // Plain numbers are not worth a trial below a quarter of their bits.
+  const std::size_t bits = 8 * (expected_size - payload_before_.size());
+  if (4 * bits < numbers.size() * context.symbol_bits)
+    return;
+  undo();
+  if (run(true) < expected_size)
+    return;
+  undo();
+  run(false);
+}
+
 bool
-Payload::decode(CodingWorkspace& /*work*/,
+Payload::decode(CodingWorkspace& /*memory*/,
                 const std::uint8_t* begin,
                 const std::uint8_t* end,
                 std::size_t voxel_count,
@@ -76,16 +149,16 @@ Payload::decode(CodingWorkspace& /*work*/,
     intensities_.numbers.clear();
     intensities_.symbols.clear();
     if (is_i_frame)
-      coder_.prepareToForget();
+      trial_models_ = fresh_models_;
   }
-  else if (!coder_.decode(contextOf(frame, is_i_frame),
-                          begin,
-                          end,
-                          voxel_count,
-                          blocks_,
-                          intensities_,
-                          sizes.occupancy))
-    return false;
+  else {
+    const FrameContext context = contextOf(frame, is_i_frame);
+    if (!(is_mixing_ ? decodeWith<MixedContextCoding>(
+                           context, begin, end, voxel_count, sizes.occupancy)
+                     : decodeWith<SingleContextCoding>(
+                           context, begin, end, voxel_count, sizes.occupancy)))
+      return false;
+  }
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
   copyNumbers(intensities_.symbols, frame.intensities);
@@ -94,6 +167,67 @@ Payload::decode(CodingWorkspace& /*work*/,
   return true;
 }
 
+template <template <typename> class CodingT>
+bool
+Payload::decodeWith(const FrameContext& context,
+                    const std::uint8_t* begin,
+                    const std::uint8_t* end,
+                    std::size_t voxel_count,
+                    std::size_t& occupancy_bytes)
+{
+  trial_models_ = context.is_i_frame ? fresh_models_ : models_;
+  CodingT<BinaryRangeDecoder> coding{BinaryRangeDecoder(begin, end)};
+  frame_.begin(context.history);
+  if (!codeOccupancy(coding, trial_models_, context, voxel_count))
+    return false;
+  frame_.collect(context.history, blocks_);
+  if (blocks_.voxelCount() != voxel_count)
+    return false;
+  occupancy_bytes =
+      std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
+  intensities_.numbers.resize(voxel_count); // of any value, as all are decoded
+  IntensityPass numbers(coding, trial_models_.intensity, frame_.directory, context);
+  if (!numbers.run(blocks_, false, intensities_.numbers))
+    return false;
+  copyNumbers(intensities_.numbers, intensities_.symbols);
+  if (context.depth_model != nullptr)
+    splitByDepth(context);
+  return codeResiduals(coding, trial_models_.intensity, context) &&
+         coding.side().isAtEnd();
+}
+
+/** \brief Codes which voxels are occupied. \return false if they are more than given */
+template <typename CodingT>
+bool
+Payload::codeOccupancy(CodingT& coding,
+                       Models& models,
+                       const FrameContext& context,
+                       std::size_t max_voxels)
+{
+  KnownVoxelPass known_voxels(coding, models.known_voxels, frame_, context);
+  const std::size_t voxels = known_voxels.run();
+  if (voxels > max_voxels)
+    return false;
+  NewVoxelPass new_voxels(
+      coding, models.new_voxels, frame_, context, max_voxels - voxels);
+  return new_voxels.run();
+}
+
+/** \brief Codes the residuals of a depth model, if there is one, behind the numbers. */
+template <typename CodingT>
+bool
+Payload::codeResiduals(CodingT& coding,
+                       IntensityModels& models,
+                       const FrameContext& context)
+{
+  if (context.depth_model == nullptr)
+    return true;
+  intensities_.split.predict(intensities_.numbers);
+  return IntensityPass(coding, models, frame_.directory, context)
+      .codeResiduals(intensities_.split, intensities_.symbols);
+}
+
+/** \brief Keeps all that learnHistory() needs of a frame. */
 void
 Payload::prepareLearning(const VoxelFrame& frame, bool is_i_frame)
 {
@@ -109,7 +243,7 @@ void
 Payload::learn() noexcept
 {
   if (has_models_)
-    coder_.learn();
+    std::swap(models_, trial_models_);
   learnHistory();
 }
 
@@ -125,27 +259,12 @@ Payload::learnHistory() noexcept
 void
 Payload::giveBackMemory()
 {
-  coder_.giveBackMemory();
   history_.giveBackMemory();
   blocks_ = BlockList();
+  frame_ = Frame();
   intensities_ = CodedIntensities();
   depths_ = DepthObservations();
-}
-
-std::size_t
-Payload::knownVoxels(CodingWorkspace& /*work*/, const VoxelFrame& frame)
-{
-  blocks_.assign(frame.keys);
-  const std::vector<HistoryBlock>& known = history_.blocks();
-  std::size_t voxels = 0;
-  std::size_t old = 0;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    while (old < known.size() && known[old].key < blocks_.keys[i])
-      ++old;
-    if (old < known.size() && known[old].key == blocks_.keys[i])
-      voxels += cellCount(blocks_.masks[i] & known[old].known);
-  }
-  return voxels;
+  payload_before_ = std::vector<std::uint8_t>();
 }
 
 } // namespace context

@@ -1,8 +1,10 @@
 #pragma once
 
-#include "codec/context/coder.h"
-#include "codec/context/frame_context.h"
+#include "codec/context/frame.h"
 #include "codec/context/history.h"
+#include "codec/context/intensities.h"
+#include "codec/context/known_voxels.h"
+#include "codec/context/new_voxels.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
 
@@ -14,23 +16,28 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Payloads of the efforts balanced and small: FrameCoder, and the history that
- * it looks at. */
+/** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): each
+ * decision that makes up a frame is a bit, coded with an adaptive probability of its
+ * context. */
 class Payload : public PayloadCoder {
 public:
   /** \brief At the start of a stream.
-   * \param[in] is_mixing see FrameCoder
+   * \param[in] is_mixing for small: mix the probabilities of several contexts of each
+   * decision; else, for balanced, use one
    */
   explicit Payload(bool is_mixing);
 
+  std::size_t
+  match(CodingWorkspace& memory, const VoxelFrame& frame) override;
+
   PayloadSizes
-  encode(CodingWorkspace& work,
+  encode(CodingWorkspace& memory,
          const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) override;
 
   bool
-  decode(CodingWorkspace& work,
+  decode(CodingWorkspace& memory,
          const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
@@ -49,33 +56,77 @@ public:
   giveBackMemory() override;
 
   std::size_t
-  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) override;
-
-  std::size_t
   recordCount() const override
   {
     return history_.recordCount();
   }
 
 private:
+  struct Models {
+    explicit Models(bool is_mixing)
+    : known_voxels(is_mixing), new_voxels(is_mixing), intensity(is_mixing)
+    {}
+
+    KnownVoxelModels known_voxels;
+    NewVoxelModels new_voxels;
+    IntensityModels intensity;
+  };
+
   FrameContext
   contextOf(const VoxelFrame& frame, bool is_i_frame);
 
-  /** \brief Keeps all that learnHistory() needs of a frame. */
+  void
+  splitByDepth(const FrameContext& context);
+
+  template <template <typename> class CodingT>
+  std::size_t
+  encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payload);
+
+  template <template <typename> class CodingT>
+  bool
+  decodeWith(const FrameContext& context,
+             const std::uint8_t* begin,
+             const std::uint8_t* end,
+             std::size_t voxel_count,
+             std::size_t& occupancy_bytes);
+
+  template <typename CodingT>
+  bool
+  codeOccupancy(CodingT& coding,
+                Models& models,
+                const FrameContext& context,
+                std::size_t max_voxels);
+
+  template <typename CodingT>
+  void
+  encodeNumbers(CodingT& coding,
+                const FrameContext& context,
+                std::vector<std::uint8_t>& payload);
+
+  template <typename CodingT>
+  bool
+  codeResiduals(CodingT& coding, IntensityModels& models, const FrameContext& context);
+
   void
   prepareLearning(const VoxelFrame& frame, bool is_i_frame);
 
   void
   learnHistory() noexcept;
 
-  FrameCoder coder_;
+  bool is_mixing_;
   std::uint16_t forgotten_below_;
+  Models fresh_models_; // as at an I-frame
+  Models models_;
+  // What decoding learns, until the frame is learnt; an encoder's before a trial.
+  Models trial_models_;
   History history_;
   History empty_history_; // of I-frames, as a failure must not clear the other
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
+  Frame frame_;
   CodedIntensities intensities_;
   DepthObservations depths_;
+  std::vector<std::uint8_t> payload_before_; // a trial
   // What it is to change.
   unsigned int symbol_bits_ = 8;
   bool is_i_frame_ = true;

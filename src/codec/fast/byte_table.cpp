@@ -21,9 +21,9 @@ ByteTable::set(const Weights& weights)
             ? probability_one
             : i + 1 + static_cast<std::uint32_t>(below * shared >> 32);
     ranges_[i] = start | (end - start) << 16;
-    // What is filled too much is filled again.
-    for (std::uint32_t slot = start; slot < end; slot += stretch)
-      std::memset(&symbols_[slot], static_cast<int>(i), stretch);
+    // Slots that are filled too far are filled again with the next symbol.
+    for (std::uint32_t slot = start; slot < end; slot += fill_size)
+      std::memset(&symbols_[slot], static_cast<int>(i), fill_size);
     start = end;
   }
 }
@@ -34,23 +34,25 @@ struct OccupancyTables {
   std::array<ByteTable, 43> tables;
 
   static unsigned int
-  index(unsigned int share)
+  index(unsigned int probability)
   {
     // 1..7, 10, 14, .., 118, 120..127
-    return share < 8 ? share - 1 : share < 120 ? share / 4 + 5 : share - 85;
+    return probability < 8     ? probability - 1
+           : probability < 120 ? probability / 4 + 5
+                               : probability - 85;
   }
 
   OccupancyTables()
   {
     for (unsigned int fine = 1; fine < 128; ++fine) {
-      const std::uint64_t share = tableShare(fine << 9);
-      if (share != fine)
+      const std::uint64_t probability = tableProbability(fine << 9);
+      if (probability != fine)
         continue;
       ByteTable::Weights weights;
       for (unsigned int byte = 0; byte < weights.size(); ++byte) {
         std::uint64_t weight = 1;
         for (unsigned int bit = 0; bit < 8; ++bit)
-          weight *= (byte >> bit & 1) != 0 ? share : 128 - share;
+          weight *= (byte >> bit & 1) != 0 ? probability : 128 - probability;
         weights[byte] = static_cast<std::uint32_t>(weight >> 24);
       }
       tables[index(fine)].set(weights);
@@ -61,10 +63,10 @@ struct OccupancyTables {
 } // namespace
 
 const ByteTable&
-occupancyTable(unsigned int share)
+occupancyTable(unsigned int probability)
 {
   static const std::unique_ptr<const OccupancyTables> tables(new OccupancyTables);
-  return tables->tables[OccupancyTables::index(tableShare(share))];
+  return tables->tables[OccupancyTables::index(tableProbability(probability))];
 }
 
 QuadModel::QuadModel() { setTable(); }

@@ -28,7 +28,7 @@ public:
     return {ranges_[symbol] & 0xffff, ranges_[symbol] >> 16};
   }
 
-  /** \brief The symbol whose range a number below 2^12 lies in. */
+  /** \brief The symbol of a slot. */
   unsigned int
   find(std::uint32_t slot) const
   {
@@ -36,27 +36,27 @@ public:
   }
 
 private:
-  static constexpr std::size_t stretch = 16; ///< filled at once
+  static constexpr std::size_t fill_size = 16; ///< slots that are filled at once
 
   std::array<std::uint32_t, symbol_count> ranges_;
-  std::array<std::uint8_t, probability_one + stretch> symbols_;
+  std::array<std::uint8_t, probability_one + fill_size> symbols_;
 };
 
-/** \brief Probability that a voxel is occupied, in multiples of 2^-7, as the tables have
- * it: fewer steps in the middle. */
+/** \brief A probability, 2^16 is 1, quantised to one that there is a table of, in
+ * multiples of 2^-7; coarser in the middle. */
 constexpr unsigned int
-tableShare(unsigned int share)
+tableProbability(unsigned int probability)
 {
-  const unsigned int fine = share >> 9;
+  const unsigned int fine = probability >> 9;
   return fine < 1 ? 1 : fine >= 8 && fine < 120 ? fine / 4 * 4 + 2 : fine;
 }
 
-/** \brief Table of eight voxels, each of which is occupied with a probability of its
- * own.
- * \param[in] share the probability, 2^16 is 1
+/** \brief Table of the occupancy of eight voxels that are occupied with the same
+ * probability, independent of each other.
+ * \param[in] probability 2^16 is 1
  */
 const ByteTable&
-occupancyTable(unsigned int share);
+occupancyTable(unsigned int probability);
 
 /** \brief How often each number 0..3 is in a byte of four, in 16 bits each. */
 constexpr std::array<std::uint64_t, ByteTable::symbol_count>
@@ -72,7 +72,7 @@ makeQuadCounts()
 inline constexpr auto quad_counts = makeQuadCounts();
 
 /** \brief Adaptive probabilities of four numbers 0..3 in a byte, the first one lowest.
- * All four follow the same probabilities; between two adaptations they stand. */
+ * All four have the same probabilities, which change only when the model adapts. */
 class QuadModel {
 public:
   static constexpr unsigned int number_count = 4;
@@ -85,7 +85,7 @@ public:
     return table_;
   }
 
-  /** \brief Bytes that are still to come with this table. */
+  /** \brief Bytes until the table changes. */
   std::uint32_t
   untilAdapts() const
   {
@@ -111,7 +111,7 @@ private:
   void
   setTable();
 
-  /** \brief Where the share of each number starts, 2^16 is 1. */
+  /** \brief Cumulative probabilities of the numbers, 2^16 is 1. */
   std::array<std::uint32_t, number_count + 1> starts_{{0, 45000, 58000, 63000, 65536}};
   std::uint64_t counts_ = 0;
   std::uint32_t period_log2_ = first_period_log2;

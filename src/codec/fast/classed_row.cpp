@@ -1,6 +1,7 @@
 #include "codec/fast/classed_row.h"
 
 #include "codec/fast/entropy_coder.h"
+#include "simd/bit_operations.h"
 
 #include <algorithm>
 
@@ -10,7 +11,7 @@ namespace fast {
 
 namespace {
 
-/** \brief Codes a number of up to 15 bits below the highest one, which is not coded. */
+/** \brief Codes the bits of a number below its highest one, up to 15 of them. */
 template <class Coder>
 unsigned int
 codeLowBits(Coder& coder, unsigned int bits, unsigned int number)
@@ -34,19 +35,17 @@ ClassedRow::code(Coder& coder_now,
                  const std::vector<std::uint8_t>& classes,
                  std::uint16_t* numbers)
 {
-  coder_now.expect(4 * classes.size());
+  coder_now.reserve(4 * classes.size());
   Coder coder = coder_now;
   for (std::size_t i = 0; i < classes.size(); ++i) {
     unsigned int number = numbers[i];
     const unsigned int symbol =
         coder.code(models.number[classes[i]], std::min(number, escape));
     if (symbol == escape) {
-      // One more than what is above 15: its highest bit tells the others' number.
+      // An Elias gamma code whose length has a model.
       Coder copy = coder;
       unsigned int above = number - escape + 1;
-      unsigned int bits = 0;
-      while (!Coder::is_decoder && above >> (bits + 1) != 0)
-        ++bits;
+      unsigned int bits = Coder::is_decoder ? 0 : highestBit(above);
       bits = copy.code(models.length, bits);
       above = codeLowBits(copy, bits, above);
       number = above + escape - 1;
@@ -74,7 +73,7 @@ ClassedRow::encode(bool is_first,
   if (is_first)
     models_ = Models();
   work_.numbers.assign(numbers.begin(), numbers.end());
-  NibbleEncoder coder(work_.steps);
+  NibbleEncoder coder(work_.ranges);
   code(coder, models_, classes, work_.numbers.data());
   coder.finish(interleavingOf(numbers.size()), work_.words, bytes);
 }

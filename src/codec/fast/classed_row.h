@@ -11,18 +11,16 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes rows of small numbers each of which has a class that both ends know,
- * such as what a sensor model leaves of the intensities (doc/bitstream_fast.md,
- * "Classed rows"). What the numbers of a class are like is learnt from those before.
- *
- * Numbers up to 14 cost what an order-0 coder per class needs, others some bits more.
+/** \brief Codes rows of small numbers, each with a class that both sides have, such as
+ * the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each class has
+ * an adaptive model of its numbers up to 14; larger ones are escaped.
  */
 class ClassedRow {
 public:
   static constexpr std::size_t class_count = 16;
 
   /** \brief Appends a row and learns it.
-   * \param[in] is_first forgets what was learnt, as at an I-frame
+   * \param[in] is_first starts with new models, as at an I-frame
    * \param[in] numbers the row, any length; the length is not written
    * \param[in] classes as many classes, 0..15
    * \param[in,out] bytes where to append
@@ -55,7 +53,7 @@ public:
     models_ = next_models_;
   }
 
-  /** \brief Gives back the memory that what was learnt does not need. */
+  /** \brief Gives back the memory of the last row. */
   void
   giveBackMemory()
   {
@@ -72,7 +70,7 @@ public:
 private:
   struct Models {
     std::array<NibbleModel, class_count> number;
-    NibbleModel length; // of what is above 15
+    NibbleModel length; // bits of an escaped number
   };
 
   template <class Coder>
@@ -84,10 +82,10 @@ private:
 
   Models models_;
   Models next_models_;
-  /** \brief What is needed for the current row; a member so that its memory is reused. */
+  /** \brief Scratch of the current row; a member so that its memory is reused. */
   struct Workspace {
     std::vector<std::uint16_t> numbers;
-    std::vector<std::uint32_t> steps;
+    std::vector<std::uint32_t> ranges;
     std::vector<std::uint16_t> words;
     std::vector<std::uint8_t> bytes;
   };

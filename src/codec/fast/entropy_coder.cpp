@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t state_bytes = 4;
 
-/** \brief For each width w the number 2^43 / w, rounded up: with it the division by w of
- * a number x below 2^19 w is exact, for that adds less than x / 2^43 < 1 / w. */
+/** \brief For each width w the number 2^43 / w, rounded up. Multiplying with it divides a
+ * number x below 2^19 w exactly by w, as the error is below x / 2^43 < 1 / w. */
 constexpr unsigned int reciprocal_bits = 43;
 
 constexpr std::array<std::uint64_t, probability_one>
@@ -32,13 +32,13 @@ stateCount(Interleaving interleaving)
   return interleaving == Interleaving::One ? 1 : 4;
 }
 
-/** \brief Puts a symbol into a state; words fill up from the back. */
+/** \brief Puts a symbol into a state; words are written from the last to the first. */
 inline std::uint32_t
-pushed(std::uint32_t state, std::uint32_t step, std::uint16_t*& words)
+pushed(std::uint32_t state, std::uint32_t range, std::uint16_t*& words)
 {
-  const std::uint32_t start = step & 0xffff;
-  const std::uint32_t width = step >> 16;
-  // Arithmetic, as in the decoder. The word behind the last is written and overwritten.
+  const std::uint32_t start = range & 0xffff;
+  const std::uint32_t width = range >> 16;
+  // Without a branch: the word in front of the last one is written and overwritten.
   const std::uint32_t is_full = 1u - ((state - (width << 19)) >> 31);
   words[-1] = static_cast<std::uint16_t>(state);
   words -= is_full;
@@ -54,12 +54,10 @@ std::uint64_t
 NibbleEncoder::cost(Mark begin) const
 {
   std::uint64_t sum = 0;
-  for (const std::uint32_t* step = steps_->data() + begin; step != next_; ++step) {
-    // The binary logarithm of the width, with a straight line between powers of two.
-    const std::uint32_t width = *step >> 16;
-    unsigned int power = 0;
-    while (width >> (power + 1) != 0)
-      ++power;
+  for (const std::uint32_t* range = ranges_->data() + begin; range != next_; ++range) {
+    // The binary logarithm of the width, linear between powers of two.
+    const std::uint32_t width = *range >> 16;
+    const unsigned int power = highestBit(width);
     sum += 16 * (probability_bits - power) - ((width << 4 >> power) - 16);
   }
   return sum;
@@ -68,7 +66,7 @@ NibbleEncoder::cost(Mark begin) const
 void
 NibbleEncoder::erase(Mark begin, Mark end)
 {
-  std::uint32_t* const first = steps_->data();
+  std::uint32_t* const first = ranges_->data();
   next_ = std::copy(first + end, next_, first + begin);
 }
 
@@ -77,7 +75,7 @@ NibbleEncoder::finish(Interleaving interleaving,
                       std::vector<std::uint16_t>& words,
                       std::vector<std::uint8_t>& bytes) const
 {
-  const std::uint32_t* const first = steps_->data();
+  const std::uint32_t* const first = ranges_->data();
   const auto count = static_cast<std::size_t>(next_ - first);
   if (words.size() < count + 1)
     words.resize(2 * count + 1);
@@ -115,7 +113,7 @@ NibbleDecoder::NibbleDecoder(const std::uint8_t* begin,
 : is_single_(interleaving == Interleaving::One)
 {
   const auto size = static_cast<std::size_t>(end - begin);
-  // Two looks may lie `slack` symbols apart, each of which reads a word.
+  // Zeros for the symbols between two calls of isOverrun, each of which reads a word.
   copy.assign(begin, end);
   copy.resize(size + 2 * slack + 4);
   next_ = copy.data();

@@ -14,19 +14,20 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief How many rANS states take turns: one costs fewer bytes, four less time. */
+/** \brief How many rANS states take turns: one costs fewer bytes, four less time
+ * (doc/implementation_notes.md, "Four rANS states"). */
 enum class Interleaving { One, Four };
 
-/** \brief The number of states for so many voxels or numbers. A state costs four bytes,
- * which below 1024 weigh more than the time. */
+/** \brief The interleaving of a row of so many elements: below this number the bytes of
+ * three more states weigh more than the time. */
 constexpr Interleaving
-interleavingOf(std::size_t count)
+interleavingOf(std::size_t element_count)
 {
-  return count < 1024 ? Interleaving::One : Interleaving::Four;
+  return element_count < 1024 ? Interleaving::One : Interleaving::Four;
 }
 
-/** \brief The memory that will be wanted behind a row: none that is not there. */
-struct NothingWanted {
+/** \brief No memory is prefetched while a row is coded. */
+struct NoPrefetch {
   std::array<const void*, 0>
   operator()(std::size_t) const
   {
@@ -35,36 +36,37 @@ struct NothingWanted {
 };
 
 /** \brief Nothing is done with the symbols of a row while it is coded. */
-struct NoUse {
+struct NoVisit {
   void
   operator()(unsigned int) const
   {}
 };
 
 /** \brief Collects symbols in the order in which they are decoded. rANS codes the last
- * symbol first, so that bytes are made only when all are there.
+ * symbol first, so that finish() makes the bytes when all are there.
  *
- * `code` has the face that NibbleDecoder's has: one function for both directions walks
- * through a frame.
+ * It has the same interface as NibbleDecoder, so that the stages of a frame are written
+ * once for both directions.
  */
 class NibbleEncoder {
 public:
   static constexpr bool is_decoder = false;
 
-  explicit NibbleEncoder(std::vector<std::uint32_t>& steps)
-  : steps_(&steps), next_(steps.data()), end_(steps.data() + steps.size())
+  /** \param[in,out] ranges memory for the symbols, which must outlive the encoder */
+  explicit NibbleEncoder(std::vector<std::uint32_t>& ranges)
+  : ranges_(&ranges), next_(ranges.data()), end_(ranges.data() + ranges.size())
   {}
 
   /** \brief Makes room for this many more symbols. */
   void
-  expect(std::size_t symbols)
+  reserve(std::size_t symbols)
   {
     if (static_cast<std::size_t>(end_ - next_) >= symbols)
       return;
-    const auto used = static_cast<std::size_t>(next_ - steps_->data());
-    steps_->resize(2 * used + symbols);
-    next_ = steps_->data() + used;
-    end_ = steps_->data() + steps_->size();
+    const auto used = static_cast<std::size_t>(next_ - ranges_->data());
+    ranges_->resize(2 * used + symbols);
+    next_ = ranges_->data() + used;
+    end_ = ranges_->data() + ranges_->size();
   }
 
   unsigned int
@@ -109,18 +111,18 @@ public:
 
   /** \brief Codes nibbles, each with the model that its context chooses.
    * \param[in] contexts one for each nibble
-   * \param[in] wanted see NibbleDecoder
+   * \param[in] prefetched see NibbleDecoder
    */
-  template <class Wanted = NothingWanted>
+  template <class Prefetched = NoPrefetch>
   bool
   codeRow(NibbleModel* models,
           const std::uint8_t* contexts,
           std::uint8_t* nibbles,
           std::size_t count,
-          const Wanted& wanted = Wanted())
+          const Prefetched& prefetched = Prefetched())
   {
     for (std::size_t i = 0; i < count; ++i) {
-      for (const void* address : wanted(i))
+      for (const void* address : prefetched(i))
         prefetch(address);
       code(models[contexts[i]], nibbles[i]);
     }
@@ -128,18 +130,18 @@ public:
   }
 
   /** \brief Codes bytes with one table.
-   * \param[in,out] use see NibbleDecoder
+   * \param[in,out] visit see NibbleDecoder
    */
-  template <class Use = NoUse>
+  template <class Visit = NoVisit>
   bool
   codeRow(const ByteTable& table,
           std::uint8_t* bytes,
           std::size_t count,
-          Use&& use = Use())
+          Visit&& visit = Visit())
   {
     for (std::size_t i = 0; i < count; ++i) {
       code(table, bytes[i]);
-      use(bytes[i]);
+      visit(bytes[i]);
     }
     return true;
   }
@@ -159,10 +161,10 @@ public:
   Mark
   mark() const
   {
-    return static_cast<Mark>(next_ - steps_->data());
+    return static_cast<Mark>(next_ - ranges_->data());
   }
 
-  /** \brief About how much the symbols behind a mark cost, in sixteenths of a bit. */
+  /** \brief About how many sixteenths of a bit the symbols behind a mark cost. */
   std::uint64_t
   cost(Mark begin) const;
 
@@ -170,7 +172,7 @@ public:
   void
   erase(Mark begin, Mark end);
 
-  /** \brief For the likeness with NibbleDecoder. */
+  /** \brief As NibbleDecoder::isOverrun. */
   static constexpr bool
   isOverrun()
   {
@@ -190,20 +192,21 @@ private:
     *next_++ = range.start | range.width << 16;
   }
 
-  std::vector<std::uint32_t>* steps_;
+  std::vector<std::uint32_t>* ranges_;
   std::uint32_t* next_;
   std::uint32_t* end_;
 };
 
-/** \brief Reads what NibbleEncoder wrote. Copies are cheap: a loop works on its own.
+/** \brief Reads what NibbleEncoder wrote. Copies are cheap: a loop works on a copy, which
+ * stays in registers.
  *
- * Behind the end it reads zeros, for `slack` symbols; a loop asks `isOverrun` at least
- * that often.
+ * Behind the end it reads zeros, but for `slack` symbols only: a loop has to ask
+ * `isOverrun` at least that often.
  */
 class NibbleDecoder {
 public:
   static constexpr bool is_decoder = true;
-  /** \brief Symbols that may be decoded between two looks at isOverrun. */
+  /** \brief Symbols that may be decoded between two calls of isOverrun. */
   static constexpr std::size_t slack = 64;
 
   /** \brief Takes a copy of the bytes to read from.
@@ -215,10 +218,10 @@ public:
                 std::vector<std::uint8_t>& copy);
 
   void
-  expect(std::size_t)
+  reserve(std::size_t)
   {}
 
-  /** \brief Whether more bytes were read than there are, or a state cannot be. */
+  /** \brief Whether more bytes were read than there are, or a first state is invalid. */
   bool
   isOverrun() const
   {
@@ -272,47 +275,47 @@ public:
     return number;
   }
 
-  /** \brief Decodes nibbles, each with the model that its context chooses. All that the
-   * contexts depend on is known before, so that four nibbles are under way at a time.
+  /** \brief Decodes nibbles, each with the model that its context chooses. As no context
+   * depends on a nibble of the row, four nibbles are decoded at a time.
    * \param[in] contexts one for each nibble
    * \param[out] nibbles with room for `count`
-   * \param[in] wanted for the index of each nibble the addresses of what will be wanted
-   * behind the row: its way from memory costs nothing while states wait for each other
-   * \return false if the bytes come to their end before
+   * \param[in] prefetched gives for the index of each nibble the addresses to prefetch
+   * (doc/implementation_notes.md, "Prefetching")
+   * \return false if the bytes end before
    */
-  template <class Wanted = NothingWanted>
+  template <class Prefetched = NoPrefetch>
   bool
   codeRow(NibbleModel* models,
           const std::uint8_t* contexts,
           std::uint8_t* nibbles,
           std::size_t count,
-          const Wanted& wanted = Wanted())
+          const Prefetched& prefetched = Prefetched())
   {
     return decodeRow(nibbles, count, [=](NibbleDecoder& coder, std::size_t i) {
-      for (const void* address : wanted(i))
+      for (const void* address : prefetched(i))
         prefetch(address);
       return coder.code(models[contexts[i]], 0);
     });
   }
 
   /** \brief Decodes bytes with one table; see above.
-   * \param[in,out] use is called with each byte, which costs little while states wait
+   * \param[in,out] visit is called with each byte, at little cost between two states
    */
-  template <class Use = NoUse>
+  template <class Visit = NoVisit>
   bool
   codeRow(const ByteTable& table,
           std::uint8_t* bytes,
           std::size_t count,
-          Use&& use = Use())
+          Visit&& visit = Visit())
   {
-    auto use_now = use; // in registers
-    const bool is_whole =
-        decodeRow(bytes, count, [&table, &use_now](NibbleDecoder& coder, std::size_t) {
+    auto local_visit = visit; // in registers
+    const bool is_whole = decodeRow(
+        bytes, count, [&table, &local_visit](NibbleDecoder& coder, std::size_t) {
           const unsigned int byte = coder.code(table, 0);
-          use_now(byte);
+          local_visit(byte);
           return byte;
         });
-    use = use_now;
+    visit = local_visit;
     return is_whole;
   }
 
@@ -348,22 +351,7 @@ private:
     std::uint32_t state =
         range.width * (first_ >> probability_bits) + slot() - range.start;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
-    const std::uint32_t refilled = state << 16 | word;
-    const std::uint8_t* const behind = next_ + 2;
-#if defined(__GNUC__) && defined(__x86_64__)
-    // g++ makes a branch of it that is taken in no order, or with masks twice as many
-    // instructions, for which the states wait.
-    asm("cmp %[lowest], %[state]\n\t"
-        "cmovb %[behind], %[next]\n\t"
-        "cmovb %[refilled], %[state]"
-        : [state] "+&r"(state), [next] "+&r"(next_)
-        : [behind] "r"(behind), [refilled] "r"(refilled), [lowest] "i"(lowest_state)
-        : "cc");
-#else
-    const bool is_low = state < lowest_state;
-    next_ = is_low ? behind : next_;
-    state = is_low ? refilled : state;
-#endif
+    replaceIfBelow<lowest_state>(state, state << 16 | word, next_, next_ + 2);
     if (is_single_) {
       first_ = state;
       return;
@@ -381,7 +369,7 @@ private:
   bool
   decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne decode_one);
 
-  // The states in the order in which they come next.
+  // The states, the next one first.
   std::uint32_t first_ = lowest_state;
   std::uint32_t second_ = lowest_state;
   std::uint32_t third_ = lowest_state;
@@ -397,7 +385,7 @@ NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne dec
 {
   NibbleDecoder coder = *this; // in registers
   std::size_t i = 0;
-  // As many at a time as there are states, which so need not change places.
+  // As many at a time as there are states, so that the compiler need not rotate them.
   if (!coder.is_single_)
     for (; i + 4 <= count && !coder.isOverrun(); i += 4) {
       symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));

@@ -10,21 +10,30 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief One frame on its way through the fast coder: what its passes hand on. */
+/** \brief One frame while it is coded: what its stages hand on. */
 struct Frame {
   bool is_i_frame = false;
   unsigned int depth = 0; ///< of the grid
   std::size_t voxel_count = 0;
 
-  // Occupied cells by block number of the history; of known voxels at first, in a
-  // decoder, then of all.
+  /** \brief Occupied cells by block number of the history. In an encoder matchHistory()
+   * fills it; in a decoder it grows with each voxel that is decoded. */
   std::vector<std::uint64_t> occupied;
 
-  // Blocks that the history does not know, ascending.
+  /** \brief Voxels decoded so far. */
+  std::size_t found_voxels = 0;
+
+  // Blocks that the history does not have, ascending.
   std::vector<std::uint64_t> new_keys;
   std::vector<std::uint64_t> new_masks;
 
-  // The frame's blocks, ascending; as many as `block_count` says.
+  // From new voxels in known blocks. Of vectors with a count that many are in use.
+  std::vector<std::uint8_t> octant_symbols; ///< by known block; 0 without new voxels
+  std::size_t renewed_count = 0;
+  std::vector<std::uint32_t>
+      renewed_blocks; ///< known blocks with new voxels: their index
+
+  // From the history's update: the frame's blocks, ascending.
   std::size_t block_count = 0;
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
@@ -33,7 +42,7 @@ struct Frame {
 
   /** \brief Makes room for blocks. */
   void
-  expectBlocks(std::size_t count)
+  ensureBlocks(std::size_t count)
   {
     ensureSize(keys, count);
     ensureSize(masks, count);

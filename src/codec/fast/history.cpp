@@ -1,5 +1,8 @@
 #include "codec/fast/history.h"
 
+#include "codec/fast/frame.h"
+#include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
@@ -10,7 +13,6 @@ namespace fast {
 
 namespace {
 
-/** \brief Room for so many elements, and for more to come. */
 template <class Vector>
 void
 reserve(Vector& vector, std::size_t size)
@@ -19,14 +21,70 @@ reserve(Vector& vector, std::size_t size)
     vector.reserve(size + size / 4);
 }
 
+/** \brief The blocks of a frame and those of the history behind it, as they grow. */
+class BlockLists {
+public:
+  /** \param[in] max_blocks number of blocks that there may be */
+  BlockLists(std::size_t max_blocks, History& after, Frame& frame)
+  {
+    frame.ensureBlocks(max_blocks);
+    after.keys.resize(max_blocks);
+    after.numbers.resize(max_blocks);
+    after.activity.resize(max_blocks);
+    frame_keys_ = frame.keys.data();
+    frame_masks_ = frame.masks.data();
+    frame_numbers_ = frame.numbers.data();
+    kept_keys_ = after.keys.data();
+    kept_numbers_ = after.numbers.data();
+    kept_activity_ = after.activity.data();
+  }
+
+  /** \brief Appends a block, without branches: what is not counted is overwritten.
+   * \param[in] is_kept 1 or 0
+   */
+  void
+  append(std::uint64_t key,
+         std::uint32_t number,
+         std::uint64_t occupied,
+         unsigned int activity,
+         std::size_t is_kept)
+  {
+    frame_keys_[in_frame_] = key;
+    frame_masks_[in_frame_] = occupied;
+    frame_numbers_[in_frame_] = number;
+    in_frame_ += isNotZero(occupied);
+    kept_keys_[kept_] = key;
+    kept_numbers_[kept_] = number;
+    kept_activity_[kept_] = static_cast<std::uint8_t>(activity);
+    kept_ += is_kept;
+  }
+
+  void
+  finish(History& after, Frame& frame) const
+  {
+    frame.block_count = in_frame_;
+    after.keys.resize(kept_);
+    after.numbers.resize(kept_);
+    after.activity.resize(kept_);
+  }
+
+private:
+  std::uint64_t* frame_keys_;
+  std::uint64_t* frame_masks_;
+  std::uint32_t* frame_numbers_;
+  std::uint64_t* kept_keys_;
+  std::uint32_t* kept_numbers_;
+  std::uint8_t* kept_activity_;
+  std::size_t in_frame_ = 0;
+  std::size_t kept_ = 0;
+};
+
 } // namespace
 
 std::uint32_t
 voxel_past::firstProbability(unsigned int past)
 {
-  unsigned int frames = 0;
-  while (past >> (frames + 1) != 0)
-    ++frames;
+  const unsigned int frames = highestBit(past);
   std::int32_t probability = 26000;
   for (unsigned int i = 0; i < frames; ++i) {
     const std::int32_t goal = (past >> (frames - 1 - i) & 1) != 0 ? 0xffff : 0;
@@ -37,7 +95,7 @@ voxel_past::firstProbability(unsigned int past)
 }
 
 void
-History::makeRoomFor(const History& other)
+History::reserveFor(const History& other)
 {
   reserve(known, other.known.size());
   reserve(spare_numbers, other.spare_numbers.size());
@@ -48,7 +106,7 @@ History::makeRoomFor(const History& other)
 }
 
 void
-History::learn(History& other, bool with_moments) noexcept
+History::assign(History& other, bool with_statistics) noexcept
 {
   known = other.known;
   spare_numbers = other.spare_numbers;
@@ -61,8 +119,8 @@ History::learn(History& other, bool with_moments) noexcept
     first[past] = static_cast<std::uint32_t>(place - places.data());
     place = std::copy_n(other.places.data() + other.first[past], size[past], place);
   }
-  if (with_moments)
-    moments.swap(other.moments);
+  if (with_statistics)
+    statistics.swap(other.statistics);
 }
 
 void
@@ -81,14 +139,155 @@ void
 History::giveBackMemory()
 {
   places.resize(voxelCount());
-  moments.resize(known.size() * block_cells);
+  statistics.resize(known.size() * block_cells);
   known.shrink_to_fit();
-  moments.shrink_to_fit();
+  statistics.shrink_to_fit();
   spare_numbers.shrink_to_fit();
   keys.shrink_to_fit();
   numbers.shrink_to_fit();
   activity.shrink_to_fit();
   places.shrink_to_fit();
+}
+
+bool
+HistoryUpdate::run(const History& before,
+                   History& after,
+                   StatisticsTable& statistics,
+                   Frame& frame)
+{
+  removeForgotten(after);
+  numberNewBlocks(before, frame);
+  reserveNew(before, after, statistics, frame);
+  addNewVoxels(before, after, statistics, frame);
+  return mergeBlocks(before, after, frame);
+}
+
+void
+HistoryUpdate::removeForgotten(History& after)
+{
+  for (unsigned int past = 1; past < voxel_past::count; ++past) {
+    if (!voxel_past::isForgotten(past))
+      continue;
+    const VoxelPlace* const places = after.places.data() + after.first[past];
+    for (std::uint32_t i = 0; i < after.size[past]; ++i)
+      after.known[places[i] / block_cells] &=
+          ~(std::uint64_t{1} << (places[i] % block_cells));
+    after.size[past] = 0;
+  }
+}
+
+/** \brief New blocks take the numbers that became free last, then further ones. */
+void
+HistoryUpdate::numberNewBlocks(const History& before, const Frame& frame)
+{
+  const std::size_t spare = before.spare_numbers.size();
+  auto next = static_cast<std::uint32_t>(before.known.size());
+  new_numbers_.resize(frame.new_keys.size());
+  for (std::size_t i = 0; i < new_numbers_.size(); ++i)
+    new_numbers_[i] = i < spare ? before.spare_numbers[spare - 1 - i] : next++;
+}
+
+/** \brief Makes room for new blocks and new voxels. */
+void
+HistoryUpdate::reserveNew(const History& before,
+                          History& after,
+                          StatisticsTable& statistics,
+                          const Frame& frame)
+{
+  const std::size_t spare =
+      std::min(before.spare_numbers.size(), frame.new_keys.size());
+  after.spare_numbers.assign(before.spare_numbers.begin(),
+                             before.spare_numbers.end() -
+                                 static_cast<std::ptrdiff_t>(spare));
+  after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
+  ensureSize(statistics, after.known.size() * block_cells);
+  // New voxels come behind all others: no known voxel gets into their bucket.
+  std::uint32_t end = 0;
+  for (unsigned int past = 1; past < voxel_past::count; ++past)
+    end = std::max(end, after.first[past] + after.size[past]);
+  ensureSize(after.places, end + frame.voxel_count + 2);
+  after.first[voxel_past::first(frame.is_i_frame)] = end;
+}
+
+void
+HistoryUpdate::addNewVoxels(const History& before,
+                            History& after,
+                            StatisticsTable& statistics,
+                            const Frame& frame)
+{
+  const unsigned int past = voxel_past::first(frame.is_i_frame);
+  VoxelPlace* place = after.places.data() + after.first[past];
+  std::uint64_t* const known = after.known.data();
+  std::uint16_t* const all_statistics = statistics.data();
+  const auto add = [&](std::uint32_t number, std::uint64_t cells) {
+    known[number] |= cells;
+    const std::uint32_t first = number * block_cells;
+    const unsigned int count = bitCount(cells);
+    // Two at a time, the highest one twice if the count is odd: a loop over an even
+    // number is predicted better (doc/implementation_notes.md, "Branches").
+    for (unsigned int done = 0; done < count; done += 2)
+      for (unsigned int k = 0; k < 2; ++k) {
+        const VoxelPlace added = first + lowestBit(cells);
+        place[done + k] = added;
+        all_statistics[added] = History::no_statistics;
+        const std::uint64_t others = cells & (cells - 1);
+        cells = others != 0 ? others : cells;
+      }
+    place += count;
+  };
+  for (std::size_t i = 0; i < frame.renewed_count; ++i) {
+    const std::uint32_t number = before.numbers[frame.renewed_blocks[i]];
+    add(number, frame.occupied[number] & ~before.known[number]);
+  }
+  for (std::size_t i = 0; i < new_numbers_.size(); ++i)
+    add(new_numbers_[i], frame.new_masks[i]);
+  after.size[past] =
+      static_cast<std::uint32_t>(place - after.places.data()) - after.first[past];
+}
+
+/** \brief Makes the ascending blocks of the frame, and those of the history behind it.
+ * \return false if a new block is not new
+ */
+bool
+HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
+{
+  const std::size_t count = before.keys.size();
+  BlockLists lists(count + frame.new_keys.size(), after, frame);
+  ensureSize(freed_numbers_, count + 1);
+  std::uint32_t* const freed = freed_numbers_.data();
+  std::size_t freed_count = 0;
+  // Pointers of their own: a stored byte might alias a vector's for the compiler.
+  const std::uint64_t* const known = after.known.data();
+  const std::uint64_t* const all_occupied = frame.occupied.data();
+  const std::uint64_t* const old_keys = before.keys.data();
+  const std::uint32_t* const old_numbers = before.numbers.data();
+  const std::uint8_t* const old_activity = before.activity.data();
+  const std::uint8_t* const symbols = frame.octant_symbols.data();
+  const std::uint64_t* const new_keys = frame.new_keys.data();
+  const std::uint64_t* const new_masks = frame.new_masks.data();
+  const std::uint32_t* const new_numbers = new_numbers_.data();
+  const unsigned int new_activity = frame.is_i_frame ? 0 : 3;
+  const bool is_whole =
+      walkSideBySide(before.keys, frame.new_keys, [&](std::size_t i, std::size_t now) {
+        if (now != not_in_list) {
+          lists.append(
+              new_keys[now], new_numbers[now], new_masks[now], new_activity, 1);
+          return i == not_in_list;
+        }
+        const std::uint32_t number = old_numbers[i];
+        const unsigned int activity =
+            (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
+        const std::size_t is_kept = isNotZero(known[number]);
+        freed[freed_count] = number;
+        freed_count += 1 - is_kept;
+        lists.append(old_keys[i], number, all_occupied[number], activity, is_kept);
+        return true;
+      });
+  if (!is_whole)
+    return false;
+  lists.finish(after, frame);
+  after.spare_numbers.insert(after.spare_numbers.end(), freed, freed + freed_count);
+  return true;
 }
 
 } // namespace fast

@@ -10,17 +10,26 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief A voxel's past as the fast coder sees it: a 1 and behind it whether the voxel
- * was occupied in each of the last frames, the last one lowest; at most seven frames.
+struct Frame;
+
+/** \brief A voxel's past: a 1, and below it a bit for each of the last frames, at most
+ * seven, the last one lowest, that tells whether the voxel was occupied.
  *
- * A voxel that an I-frame brings starts as if it had been occupied once before, which
- * keeps it apart from those that turn up between two I-frames, mostly noise.
+ * A voxel that an I-frame brings starts as if it had been occupied once before. That
+ * keeps it apart from those that come with P-frames, most of which are noise.
  */
 namespace voxel_past {
 
 constexpr std::size_t count = 256;
-constexpr unsigned int born_in_p_frame = 1;
-constexpr unsigned int born_in_i_frame = 3;
+constexpr unsigned int first_in_p_frame = 1;
+constexpr unsigned int first_in_i_frame = 3;
+
+/** \brief The past of a voxel that a frame brings. */
+constexpr unsigned int
+first(bool is_i_frame)
+{
+  return is_i_frame ? first_in_i_frame : first_in_p_frame;
+}
 
 /** \brief The past one frame on. */
 constexpr unsigned int
@@ -38,9 +47,9 @@ isForgotten(unsigned int past)
   return past == 16 || (past >= 64 && (past & 63) == 0);
 }
 
-/** \brief Probability, 2^16 is 1, that a voxel with this past is occupied, as far as it
- * can be told without having seen any: a running mean that starts at 0.4 and moves 1/2
- * of the way for two frames, 1/4 for three, then 1/8. */
+/** \brief Probability, 2^16 is 1, that a voxel with this past is occupied, before any was
+ * coded: a running mean that starts at 0.4 and moves 1/2 of the way for two frames, 1/4
+ * for three, then 1/8. */
 std::uint32_t
 firstProbability(unsigned int past);
 
@@ -49,8 +58,8 @@ firstProbability(unsigned int past);
 /** \brief Where a voxel is: the number of its block times 64 plus its cell. */
 using VoxelPlace = std::uint32_t;
 
-/** \brief Memory that begins with a cache line: half a block's moments are a whole one
- * then. */
+/** \brief Memory that begins with a cache line, so that the statistics of half a block
+ * are one line. */
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -86,10 +95,11 @@ struct CacheLineAllocator {
   }
 };
 
-/** \brief Moments of voxels by their place, 64 a block. */
-using Moments = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
+/** \brief Intensity statistics of voxels by their place, 64 a block; see
+ * symbol_statistics. */
+using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
-/** \brief Makes a vector at least this long, with room to grow. */
+/** \brief Makes a vector at least this long, with a quarter more to grow. */
 template <class Vector>
 void
 ensureSize(Vector& vector, std::size_t size)
@@ -98,19 +108,20 @@ ensureSize(Vector& vector, std::size_t size)
     vector.resize(size + size / 4);
 }
 
-/** \brief What the fast coder's both ends remember since the last I-frame.
+/** \brief What encoder and decoder remember of the frames since the last I-frame
+ * (doc/bitstream_fast.md, "History").
  *
- * Known voxels lie in buckets, one for each past. A frame splits every bucket in two,
- * which costs a small part of what moving records in the order of their keys costs. Moments lie
- * in rows of 64 a block. A block keeps its number as long as it has known voxels.
+ * Known voxels lie in buckets, one for each past, which each frame splits in two
+ * (doc/implementation_notes.md, "Buckets"). Intensity statistics lie in rows of 64 a
+ * block. A block keeps its number as long as it has known voxels.
  */
 struct History {
-  /** \brief The moment of a voxel none of whose symbols was seen. */
-  static constexpr std::uint16_t no_moment = 0xffff;
+  /** \brief The statistics of a voxel none of whose symbols was coded with them. */
+  static constexpr std::uint16_t no_statistics = 0xffff;
 
   // By block number.
-  std::vector<std::uint64_t> known; ///< cells that lie in a bucket
-  Moments moments;                  ///< 64 a block: mean and deviation of symbols
+  std::vector<std::uint64_t> known;         ///< cells that lie in a bucket
+  StatisticsTable statistics;               ///< 64 a block
   std::vector<std::uint32_t> spare_numbers; ///< numbers that are free again
 
   // Blocks with known voxels, ascending.
@@ -119,7 +130,7 @@ struct History {
   std::vector<std::uint8_t> activity; ///< which of the last 4 frames brought new voxels
 
   // Buckets.
-  std::array<std::uint32_t, voxel_past::count> first{}; ///< in `places`
+  std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `places`
   std::array<std::uint32_t, voxel_past::count> size{};
   std::vector<VoxelPlace> places;
 
@@ -133,17 +144,16 @@ struct History {
     return count;
   }
 
-  /** \brief Takes the memory that learn() will need, so that it cannot fail then. */
+  /** \brief Takes the memory that assign() will need, so that it cannot fail. */
   void
-  makeRoomFor(const History& other);
+  reserveFor(const History& other);
 
-  /** \brief Becomes another history, without the room between its buckets: what is read in
-   * a row comes faster.
-   * \param[in,out] other its moments are exchanged with these if they are taken
-   * \param[in] with_moments whether the other one's moments are taken, too
+  /** \brief Becomes another history, with its buckets closed up.
+   * \param[in,out] other its statistics are exchanged with these if they are taken
+   * \param[in] with_statistics whether the other one's statistics are taken, too
    */
   void
-  learn(History& other, bool with_moments) noexcept;
+  assign(History& other, bool with_statistics) noexcept;
 
   /** \brief Forgets all voxels; their memory is kept. */
   void
@@ -152,6 +162,46 @@ struct History {
   /** \brief Gives back the memory that the known voxels do not need. */
   void
   giveBackMemory();
+};
+
+/** \brief Makes the history behind a frame, and the ascending blocks of the frame, once
+ * its occupancy is coded. */
+class HistoryUpdate {
+public:
+  /** \brief Runs for one frame.
+   * \param[in] before the history before the frame
+   * \param[in,out] after its buckets are filled with the known voxels
+   * \param[in,out] statistics new voxels get none
+   * \param[in,out] frame its voxels are coded; gets its blocks
+   * \return false if a new block is in the history
+   */
+  bool
+  run(const History& before, History& after, StatisticsTable& statistics, Frame& frame);
+
+private:
+  static void
+  removeForgotten(History& after);
+
+  static void
+  reserveNew(const History& before,
+             History& after,
+             StatisticsTable& statistics,
+             const Frame& frame);
+
+  void
+  addNewVoxels(const History& before,
+               History& after,
+               StatisticsTable& statistics,
+               const Frame& frame);
+
+  void
+  numberNewBlocks(const History& before, const Frame& frame);
+
+  bool
+  mergeBlocks(const History& before, History& after, Frame& frame);
+
+  std::vector<std::uint32_t> new_numbers_;   // of the new blocks
+  std::vector<std::uint32_t> freed_numbers_; // of blocks without voxels
 };
 
 } // namespace fast

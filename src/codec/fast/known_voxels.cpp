@@ -1,10 +1,12 @@
+#include "codec/fast/known_voxels.h"
+
 #include "codec/fast/entropy_coder.h"
-#include "codec/fast/occupancy.h"
 #include "simd/bit_operations.h"
 #include "voxels/voxel_block.h"
 
-#include <cstddef>
+#include <array>
 #include <cstring>
+#include <limits>
 
 namespace pcl_ext {
 namespace io {
@@ -12,34 +14,63 @@ namespace fast {
 
 namespace {
 
-/** \brief How far ahead of the voxels that are looked at others are asked for. */
+constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
+
+/** \brief Sorts voxels into blocks, behind which comes one above all. \return their
+ * number */
+std::size_t
+collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
+{
+  frame.ensureBlocks(voxel_keys.size() + 1);
+  std::uint64_t* const keys = frame.keys.data();
+  std::uint64_t* const masks = frame.masks.data();
+  std::uint64_t last = voxel_keys.front() >> block_key_bits;
+  std::uint64_t mask = 0;
+  std::size_t count = 0;
+  for (const std::uint64_t voxel : voxel_keys) {
+    // Without a branch: a block's key and mask are written again with each of its voxels.
+    const std::uint64_t key = voxel >> block_key_bits;
+    const std::uint64_t is_other = key != last ? 1 : 0;
+    count += is_other;
+    mask = (mask & (is_other - 1)) | std::uint64_t{1} << (voxel % block_cells);
+    keys[count] = key;
+    masks[count] = mask;
+    last = key;
+  }
+  ++count;
+  keys[count] = no_key;
+  return count;
+}
+
+/** \brief How far ahead of the voxels that are split others are prefetched. */
 constexpr std::ptrdiff_t prefetched_voxels = 512;
 
-/** \brief The end of a bucket, where more is put in. */
+/** \brief The end of a bucket, where voxels are appended. */
 VoxelPlace*
-end(History& history, unsigned int past)
+endOf(History& history, unsigned int past)
 {
   return history.places.data() + history.first[past] + history.size[past];
 }
 
-/** \brief What a bucket teaches: the share before counts as much as so many voxels. */
+/** \brief The probability of a past behind a frame: that before it counts as much as so
+ * many voxels. */
 std::uint16_t
-learntShare(std::uint16_t share, std::uint32_t occupied, std::uint32_t count)
+nextProbability(std::uint16_t probability, std::uint32_t occupied, std::uint32_t count)
 {
   constexpr std::uint64_t weight = 32;
   return static_cast<std::uint16_t>(
-      (weight * share + std::uint64_t{0xffff} * occupied) / (weight + count));
+      (weight * probability + std::uint64_t{0xffff} * occupied) / (weight + count));
 }
 
-/** \brief How many of the first two, four, six and eight bits of a byte are set, in
- * eight bits each. */
+/** \brief Number of ones in the lowest two, four, six and eight bits of a byte, in eight
+ * bits each. */
 constexpr std::array<std::uint32_t, 256>
 makePairCounts()
 {
   std::array<std::uint32_t, 256> counts{};
   for (unsigned int byte = 0; byte < counts.size(); ++byte)
     for (unsigned int pairs = 1; pairs <= 4; ++pairs)
-      counts[byte] |= cellCount(byte & ((1u << 2 * pairs) - 1)) << 8 * (pairs - 1);
+      counts[byte] |= bitCount(byte & ((1u << 2 * pairs) - 1)) << 8 * (pairs - 1);
   return counts;
 }
 
@@ -47,16 +78,16 @@ constexpr auto pair_counts = makePairCounts();
 
 /** \brief Splits a bucket in two, eight voxels at a time. */
 struct BucketSplit {
-  const VoxelPlace* from;  ///< the voxels that come next
-  const VoxelPlace* last;  ///< of all buckets
-  VoxelPlace* if_empty;    ///< where the next empty voxel goes; there is room for two
+  const VoxelPlace* from;  ///< the next voxels
+  const VoxelPlace* last;  ///< last voxel of all buckets
+  VoxelPlace* if_empty;    ///< where the next empty voxel goes; room for two is needed
   VoxelPlace* if_occupied; ///< where the next occupied one goes; likewise
 
   /** \param[in] byte whether they are occupied, the first one lowest */
   void
   operator()(unsigned int byte)
   {
-    // Buckets follow each other, so that what comes behind one is the next one.
+    // Buckets follow each other in memory.
     prefetch(last - from > prefetched_voxels ? from + prefetched_voxels : last);
     const std::uint32_t occupied = pair_counts[byte];
     const std::uint32_t empty = 0x08060402 - occupied;
@@ -70,7 +101,8 @@ struct BucketSplit {
   }
 
 private:
-  /** \brief Puts two voxels where they belong.
+  /** \brief Puts two voxels into their buckets: both are stored to each, shifted so that
+   * the first one is one of it if any is; what does not belong there is overwritten.
    * \param[in] first which of the eight
    * \param[in] bits bit 5: whether the first of them is occupied
    * \param[in] empty number of empty ones before them
@@ -82,19 +114,12 @@ private:
          std::uint32_t empty,
          std::uint32_t occupied) const
   {
-    // Both buckets get both, of which only the second one if the first one is not
-    // theirs: one store each, and no branch.
     const unsigned int if_first = bits & 32;
     const unsigned int if_not = ~bits & 32;
     std::uint64_t both;
     std::memcpy(&both, from + first, sizeof(both));
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-    const std::uint64_t to_empty = both << if_first;
-    const std::uint64_t to_occupied = both << if_not;
-#else
-    const std::uint64_t to_empty = both >> if_first;
-    const std::uint64_t to_occupied = both >> if_not;
-#endif
+    const std::uint64_t to_empty = is_big_endian ? both << if_first : both >> if_first;
+    const std::uint64_t to_occupied = is_big_endian ? both << if_not : both >> if_not;
     std::memcpy(if_empty + empty, &to_empty, sizeof(both));
     std::memcpy(if_occupied + occupied, &to_occupied, sizeof(both));
   }
@@ -102,12 +127,58 @@ private:
 
 } // namespace
 
+void
+matchHistory(const History& history,
+             const std::vector<std::uint64_t>& keys,
+             Frame& frame)
+{
+  const std::size_t count = collectBlocks(keys, frame);
+  const std::uint64_t* const frame_keys = frame.keys.data();
+  const std::uint64_t* const frame_masks = frame.masks.data();
+  frame.occupied.resize(history.known.size());
+  for (auto* vector : {&frame.new_keys, &frame.new_masks}) {
+    // With room to grow, which resize() alone does not leave in a cleared vector.
+    if (vector->capacity() < count)
+      vector->reserve(count + count / 4);
+    vector->resize(count);
+  }
+  std::uint64_t* const occupied = frame.occupied.data();
+  std::size_t now = 0;
+  std::size_t new_count = 0;
+  const auto appendNew = [&] {
+    frame.new_keys[new_count] = frame_keys[now];
+    frame.new_masks[new_count++] = frame_masks[now++];
+  };
+  // A walk of its own, without a branch on whether a known block is in the frame.
+  for (std::size_t i = 0; i < history.keys.size(); ++i) {
+    const std::uint64_t key = history.keys[i];
+    while (frame_keys[now] < key)
+      appendNew();
+    const std::uint64_t is_same = frame_keys[now] == key ? 1 : 0;
+    occupied[history.numbers[i]] = frame_masks[now] & (0 - is_same);
+    now += is_same;
+  }
+  while (now < count)
+    appendNew();
+  frame.new_keys.resize(new_count);
+  frame.new_masks.resize(new_count);
+}
+
+std::size_t
+knownVoxelCount(const History& history, const Frame& frame)
+{
+  std::size_t count = 0;
+  for (const std::uint32_t number : history.numbers)
+    count += bitCount(frame.occupied[number] & history.known[number]);
+  return count;
+}
+
 template <class Coder>
 bool
-Occupancy::codeKnownVoxels(
+KnownVoxels::code(
     Coder& coder, Models& models, const History& before, History& after, Frame& frame)
 {
-  // A bucket has room for all of those that it may be filled from.
+  // A bucket is filled from up to two others.
   std::array<std::uint32_t, voxel_past::count> room{};
   std::size_t known = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
@@ -121,9 +192,9 @@ Occupancy::codeKnownVoxels(
     first += room[past];
   }
   after.size.fill(0);
-  // Two more: two voxels are written to both buckets, of which each stays in one.
+  // Two more, as BucketSplit stores two at a time.
   ensureSize(after.places, first + 2);
-  coder.expect(known / 8 + 7 * voxel_past::count);
+  coder.reserve(known / 8 + 7 * voxel_past::count);
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     if (before.size[past] != 0 &&
         !splitBucket(coder, models, past, before, after, frame))
@@ -133,12 +204,12 @@ Occupancy::codeKnownVoxels(
 
 template <class Coder>
 bool
-Occupancy::splitBucket(Coder& coder,
-                       Models& models,
-                       unsigned int past,
-                       const History& before,
-                       History& after,
-                       Frame& frame)
+KnownVoxels::splitBucket(Coder& coder,
+                         Models& models,
+                         unsigned int past,
+                         const History& before,
+                         History& after,
+                         Frame& frame)
 {
   std::uint64_t* const occupied = frame.occupied.data();
   const auto isOccupied = [&](VoxelPlace place) {
@@ -159,20 +230,21 @@ Occupancy::splitBucket(Coder& coder,
     }
   const unsigned int past_if_empty = voxel_past::next(past, 0);
   const unsigned int past_if_occupied = voxel_past::next(past, 1);
-  VoxelPlace* const first_occupied = end(after, past_if_occupied);
+  VoxelPlace* const first_occupied = endOf(after, past_if_occupied);
   BucketSplit split = {from,
                        before.places.data() + before.places.size() - 1,
-                       end(after, past_if_empty),
+                       endOf(after, past_if_empty),
                        first_occupied};
-  if (!coder.codeRow(occupancyTable(models.known_share[past]), bytes, count / 8, split))
+  if (!coder.codeRow(
+          occupancyTable(models.known_probability[past]), bytes, count / 8, split))
     return false;
   from = split.from;
   VoxelPlace* if_empty = split.if_empty;
   VoxelPlace* if_occupied = split.if_occupied;
-  BitModel rest(models.known_share[past]);
+  BitModel last_model(models.known_probability[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =
-        coder.code(rest, Coder::is_decoder ? 0 : isOccupied(*from));
+        coder.code(last_model, Coder::is_decoder ? 0 : isOccupied(*from));
     *if_empty = *from;
     *if_occupied = *from;
     if_empty += 1 - bit;
@@ -182,18 +254,18 @@ Occupancy::splitBucket(Coder& coder,
     for (const VoxelPlace* place = first_occupied; place != if_occupied; ++place)
       occupied[*place / block_cells] |= std::uint64_t{1} << (*place % block_cells);
   const auto occupied_count = static_cast<std::uint32_t>(if_occupied - first_occupied);
-  found_voxels_ += occupied_count;
+  frame.found_voxels += occupied_count;
   after.size[past_if_empty] += before.size[past] - occupied_count;
   after.size[past_if_occupied] += occupied_count;
-  models.known_share[past] =
-      learntShare(models.known_share[past], occupied_count, before.size[past]);
+  models.known_probability[past] = nextProbability(
+      models.known_probability[past], occupied_count, before.size[past]);
   return !coder.isOverrun();
 }
 
 template bool
-Occupancy::codeKnownVoxels(NibbleEncoder&, Models&, const History&, History&, Frame&);
+KnownVoxels::code(NibbleEncoder&, Models&, const History&, History&, Frame&);
 template bool
-Occupancy::codeKnownVoxels(NibbleDecoder&, Models&, const History&, History&, Frame&);
+KnownVoxels::code(NibbleDecoder&, Models&, const History&, History&, Frame&);
 
 } // namespace fast
 } // namespace io

@@ -17,12 +17,24 @@ struct ByteModels {
   std::array<NibbleModel, 16> high; ///< by the low nibble
 };
 
-/** \brief All adaptive probabilities of the fast coder, as they are at an I-frame. */
+/** \brief Codes a byte as two nibbles. */
+template <class Coder, std::size_t contexts>
+unsigned int
+codeByte(Coder& coder,
+         ByteModels<contexts>& models,
+         unsigned int context,
+         unsigned int byte)
+{
+  const unsigned int low = coder.code(models.low[context], byte & 15);
+  return low | coder.code(models.high[low], byte >> 4) << 4;
+}
+
+/** \brief All adaptive probabilities of the effort fast; made as they are at an I-frame. */
 struct Models {
   Models();
 
-  /** \brief Share of known voxels that are occupied, by their past; 2^16 is 1. */
-  std::array<std::uint16_t, voxel_past::count> known_share{};
+  /** \brief Probability that a known voxel is occupied, by its past; 2^16 is 1. */
+  std::array<std::uint16_t, voxel_past::count> known_probability{};
 
   // New voxels in known blocks.
   std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
@@ -36,18 +48,22 @@ struct Models {
   std::array<ByteModels<1>, 2> new_block_octants;
   std::array<ByteModels<16>, 2> new_block_cells; ///< low: by neighbours
 
-  // Symbols.
+  // Intensities.
   std::array<QuadModel, 4> quad;             ///< by the class of all four
   std::array<NibbleModel, 4> quad_escape;    ///< by the class
-  std::array<NibbleModel, 125> known_symbol; ///< by mean and deviation
-  /** \brief Whether voxels without a moment had low steps lately. */
-  bool new_steps_are_low = false;
-  /** \brief The same of a running mean; the second ones in I-frames. */
+  std::array<NibbleModel, 125> known_symbol; ///< by the voxel's statistics
+  /** \brief Whether most voxels without statistics had low bins in the last frame. */
+  bool new_bins_are_low = false;
+  /** \brief By the statistics of the voxels before; the second ones in I-frames. */
   std::array<std::array<NibbleModel, 125>, 2> new_symbol;
   NibbleModel escape_high;
   std::array<NibbleModel, 8> escape_low; ///< by the high bits
-  ByteModels<1> plain;                   ///< high bits of symbols that are noise
+  ByteModels<1> plain;                   ///< high bits of plain symbols
 };
+
+/** \brief Models as they are at an I-frame. */
+const Models&
+firstModels();
 
 } // namespace fast
 } // namespace io

@@ -1,6 +1,7 @@
-#include "codec/fast/code_byte.h"
+#include "codec/fast/new_blocks.h"
+
 #include "codec/fast/entropy_coder.h"
-#include "codec/fast/occupancy.h"
+#include "simd/bit_operations.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 
@@ -12,7 +13,7 @@ namespace fast {
 
 /** \brief For an encoder: the masks of all nodes above the new blocks. */
 void
-Occupancy::collectNodes(const Frame& frame)
+NewBlocks::collectNodes(const Frame& frame)
 {
   const unsigned int levels = levelsAboveBlocks(frame.depth);
   if (node_masks_.size() < levels)
@@ -23,7 +24,7 @@ Occupancy::collectNodes(const Frame& frame)
     masks.clear();
     std::size_t count = 0;
     for (const std::uint64_t key : node_keys_) {
-      // Parents take the place of their children, of which there are no fewer.
+      // Parents overwrite their children, of which there are no fewer.
       if (count == 0 || node_keys_[count - 1] != key >> 3) {
         node_keys_[count++] = key >> 3;
         masks.push_back(0);
@@ -36,10 +37,10 @@ Occupancy::collectNodes(const Frame& frame)
 
 template <class Coder>
 bool
-Occupancy::codeNodes(Coder& coder_now, Models& models, unsigned int level, Frame& frame)
+NewBlocks::codeNodes(Coder& coder_now, Models& models, unsigned int level, Frame& frame)
 {
   ByteModels<1>& node = models.node[std::min(level, 3u)];
-  coder_now.expect(Coder::is_decoder ? 0 : 2 * node_masks_[level].size());
+  coder_now.reserve(Coder::is_decoder ? 0 : 2 * node_masks_[level].size());
   Coder coder = coder_now;
   if (!Coder::is_decoder) {
     for (const std::uint8_t mask : node_masks_[level])
@@ -47,26 +48,26 @@ Occupancy::codeNodes(Coder& coder_now, Models& models, unsigned int level, Frame
     coder_now = coder;
     return true;
   }
-  // A block has a voxel at least, and a node a block.
-  const std::size_t most = frame.voxel_count - found_voxels_;
-  other_node_keys_.clear();
+  // A block has at least one voxel, and a node at least one block.
+  const std::size_t max_nodes = frame.voxel_count - frame.found_voxels;
+  child_keys_.clear();
   for (const std::uint64_t key : node_keys_) {
     unsigned int mask = codeByte(coder, node, 0, 0);
-    if (mask == 0 || coder.isOverrun() || other_node_keys_.size() > most)
+    if (mask == 0 || coder.isOverrun() || child_keys_.size() > max_nodes)
       return false;
     for (; mask != 0; mask &= mask - 1)
-      other_node_keys_.push_back(key << 3 | lowestCell(mask));
+      child_keys_.push_back(key << 3 | lowestBit(mask));
   }
-  node_keys_.swap(other_node_keys_);
+  node_keys_.swap(child_keys_);
   coder_now = coder;
-  return node_keys_.size() <= most;
+  return node_keys_.size() <= max_nodes;
 }
 
 template <class Coder>
 bool
-Occupancy::codeNewBlocks(Coder& coder, Models& models, Frame& frame)
+NewBlocks::code(Coder& coder, Models& models, Frame& frame)
 {
-  coder.expect(1);
+  coder.reserve(1);
   const unsigned int has_blocks = Coder::is_decoder || frame.new_keys.empty() ? 0 : 1;
   if (coder.code(models.has_new_blocks, has_blocks) == 0) {
     frame.new_keys.clear();
@@ -89,10 +90,10 @@ Occupancy::codeNewBlocks(Coder& coder, Models& models, Frame& frame)
 
 template <class Coder>
 bool
-Occupancy::codeBlockCells(Coder& coder_now, Models& models, Frame& frame)
+NewBlocks::codeBlockCells(Coder& coder_now, Models& models, Frame& frame)
 {
   const std::size_t count = frame.new_keys.size();
-  coder_now.expect(18 * count);
+  coder_now.reserve(18 * count);
   Coder coder = coder_now;
   const std::uint64_t outside = ~cellsInGrid(frame.depth);
   ByteModels<1>& octants_models = models.new_block_octants[frame.is_i_frame ? 1 : 0];
@@ -105,18 +106,18 @@ Occupancy::codeBlockCells(Coder& coder_now, Models& models, Frame& frame)
       return false;
     std::uint64_t coded = 0;
     for (; octants != 0; octants &= octants - 1) {
-      const unsigned int shift = 8 * lowestCell(octants);
+      const unsigned int shift = 8 * lowestBit(octants);
       const auto near = static_cast<unsigned int>(cellsBeside(coded) >> shift & 15);
       const unsigned int cells = codeByte(
           coder, cells_models, near, static_cast<unsigned int>(mask >> shift & 0xff));
       if (cells == 0)
         return false;
       coded |= std::uint64_t{cells} << shift;
-      found_voxels_ += child_masks.count[cells];
+      frame.found_voxels += child_masks.count[cells];
     }
     frame.new_masks[i] = coded;
     if (Coder::is_decoder && (coder.isOverrun() || (coded & outside) != 0 ||
-                              found_voxels_ > frame.voxel_count))
+                              frame.found_voxels > frame.voxel_count))
       return false;
   }
   coder_now = coder;
@@ -124,9 +125,9 @@ Occupancy::codeBlockCells(Coder& coder_now, Models& models, Frame& frame)
 }
 
 template bool
-Occupancy::codeNewBlocks(NibbleEncoder&, Models&, Frame&);
+NewBlocks::code(NibbleEncoder&, Models&, Frame&);
 template bool
-Occupancy::codeNewBlocks(NibbleDecoder&, Models&, Frame&);
+NewBlocks::code(NibbleDecoder&, Models&, Frame&);
 
 } // namespace fast
 } // namespace io

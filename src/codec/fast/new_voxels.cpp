@@ -1,6 +1,7 @@
-#include "codec/fast/code_byte.h"
+#include "codec/fast/new_voxels.h"
+
 #include "codec/fast/entropy_coder.h"
-#include "codec/fast/occupancy.h"
+#include "simd/bit_operations.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 
@@ -12,13 +13,13 @@ namespace fast {
 
 namespace {
 
-// Symbols of an octant's or a cell's place; up to them it is the rank of a single one.
+// Symbols of several octants or cells; below them is the rank of a single one.
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
 
 constexpr unsigned int all_ones = ~0u;
 
-/** \brief Context of new cells in an octant, by near cells and open ones. */
+/** \brief Context of new cells in an octant, by the number of near and of open cells. */
 constexpr std::array<std::array<std::uint8_t, 9>, 9>
 makeCellContexts()
 {
@@ -34,41 +35,56 @@ makeCellContexts()
 
 constexpr auto cell_contexts = makeCellContexts();
 
-/** \brief Where the moments of a block's voxels lie: two cache lines, of which a line
- * that is not wanted is replaced with the first block's. Without branches. */
+/** \brief The two cache lines with the statistics of a block's voxels. A line without
+ * occupied cells is replaced with the first block's; without branches. */
 inline std::array<const void*, 2>
-linesOfMoments(const std::uint16_t* moments, std::uint32_t number, std::uint64_t cells)
+statisticsLines(const std::uint16_t* statistics,
+                std::uint32_t number,
+                std::uint64_t cells)
 {
   constexpr std::size_t half = block_cells / 2;
   const std::size_t block = std::size_t{number} * block_cells;
   const std::size_t has_low = static_cast<std::uint32_t>(cells) != 0 ? 1 : 0;
   const std::size_t has_high = cells >> half != 0 ? 1 : 0;
-  return {moments + (block & (0 - has_low)),
-          moments + ((block + half) & (0 - has_high))};
+  return {statistics + (block & (0 - has_low)),
+          statistics + ((block + half) & (0 - has_high))};
 }
 
 } // namespace
 
 template <class Coder>
 bool
-Occupancy::codeNewOctants(Coder& coder,
-                          Models& models,
-                          const History& before,
-                          const Moments& moments,
-                          Frame& frame)
+NewVoxels::code(Coder& coder,
+                Models& models,
+                const History& before,
+                const StatisticsTable& statistics,
+                Frame& frame)
+{
+  return codeOctants(coder, models, before, statistics, frame) &&
+         codeOctantMasks(coder, models, before, frame) &&
+         codeCells(coder, models, before, statistics, frame);
+}
+
+template <class Coder>
+bool
+NewVoxels::codeOctants(Coder& coder,
+                       Models& models,
+                       const History& before,
+                       const StatisticsTable& statistics,
+                       Frame& frame)
 {
   const std::size_t count = before.keys.size();
-  coder.expect(count);
+  coder.reserve(count);
   ensureSize(contexts_, count);
-  ensureSize(octant_symbols_, count);
-  // Pointers of its own: a byte stored might be a vector's, for all the compiler knows.
+  ensureSize(frame.octant_symbols, count);
+  // Pointers of their own: a stored byte might alias a vector's for the compiler.
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
   const std::uint64_t* const all_known = before.known.data();
   const std::uint64_t* const occupied = frame.occupied.data();
   std::uint8_t* const contexts = contexts_.data();
-  std::uint8_t* const symbols = octant_symbols_.data();
-  const std::uint16_t* const all_moments = moments.data();
+  std::uint8_t* const symbols = frame.octant_symbols.data();
+  const std::uint16_t* const all_statistics = statistics.data();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[i];
     std::uint64_t known_occupied = occupied[number];
@@ -80,7 +96,7 @@ Occupancy::codeNewOctants(Coder& coder,
       const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
       const unsigned int rank =
           child_masks
-              .rank[occupiedOctants(known_occupied)][lowestCell(octants | 256) % 8];
+              .rank[occupiedOctants(known_occupied)][lowestBit(octants | 256) % 8];
       const unsigned int symbol =
           ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
       symbols[i] = static_cast<std::uint8_t>(
@@ -89,45 +105,44 @@ Occupancy::codeNewOctants(Coder& coder,
     contexts[i] =
         static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
   }
-  // With hundreds of decoders a block's moments are in no cache when the symbols want
-  // them, and more than the caches can ask for at a time: bit by bit.
+  // Prefetches statistics for the intensities (doc/implementation_notes.md, "Prefetching").
   return coder.codeRow(
       models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
-        return linesOfMoments(all_moments, numbers[i], occupied[numbers[i]]);
+        return statisticsLines(all_statistics, numbers[i], occupied[numbers[i]]);
       });
 }
 
 /** \brief Lists the blocks with new voxels. */
 void
-Occupancy::collectRenewedBlocks(const History& before)
+NewVoxels::collectRenewedBlocks(const History& before, Frame& frame)
 {
   const std::size_t count = before.keys.size();
-  ensureSize(renewed_blocks_, count + 1);
-  const std::uint8_t* const symbols = octant_symbols_.data();
-  std::uint32_t* block = renewed_blocks_.data();
+  ensureSize(frame.renewed_blocks, count + 1);
+  const std::uint8_t* const symbols = frame.octant_symbols.data();
+  std::uint32_t* block = frame.renewed_blocks.data();
   for (std::size_t i = 0; i < count; ++i) {
     *block = static_cast<std::uint32_t>(i);
     block += symbols[i] != 0 ? 1 : 0;
   }
-  renewed_count_ = static_cast<std::size_t>(block - renewed_blocks_.data());
+  frame.renewed_count = static_cast<std::size_t>(block - frame.renewed_blocks.data());
 }
 
 template <class Coder>
 bool
-Occupancy::codeOctantMasks(Coder& coder_now,
+NewVoxels::codeOctantMasks(Coder& coder_now,
                            Models& models,
                            const History& before,
                            Frame& frame)
 {
-  collectRenewedBlocks(before);
-  const std::size_t count = renewed_count_;
-  coder_now.expect(2 * count);
+  collectRenewedBlocks(before, frame);
+  const std::size_t count = frame.renewed_count;
+  coder_now.reserve(2 * count);
   Coder coder = coder_now;
   ensureSize(octants_, 8 * count + 1);
   ensureSize(several_, count + 1);
   VoxelPlace* octant = octants_.data();
-  const std::uint32_t* const blocks = renewed_blocks_.data();
-  const std::uint8_t* const symbols = octant_symbols_.data();
+  const std::uint32_t* const blocks = frame.renewed_blocks.data();
+  const std::uint8_t* const symbols = frame.octant_symbols.data();
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint64_t* const occupied = frame.occupied.data();
   const std::uint64_t* const known = before.known.data();
@@ -138,7 +153,7 @@ Occupancy::codeOctantMasks(Coder& coder_now,
     const unsigned int symbol = symbols[blocks[i]];
     const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
     const unsigned int rank = (symbol - 1) % 8;
-    // Without a branch: one of both lists keeps it.
+    // Written to both lists without a branch; one of them counts it.
     const unsigned int is_single = (symbol - several_octants) >> 31;
     *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
     octant += is_single;
@@ -155,7 +170,7 @@ Occupancy::codeOctantMasks(Coder& coder_now,
     if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
       return false;
     for (; mask != 0; mask &= mask - 1)
-      *octant++ = number * block_cells + 8 * lowestCell(mask);
+      *octant++ = number * block_cells + 8 * lowestBit(mask);
   }
   octant_count_ = static_cast<std::size_t>(octant - octants_.data());
   coder_now = coder;
@@ -164,14 +179,14 @@ Occupancy::codeOctantMasks(Coder& coder_now,
 
 template <class Coder>
 bool
-Occupancy::codeNewCells(Coder& coder,
-                        Models& models,
-                        const History& before,
-                        const Moments& moments,
-                        Frame& frame)
+NewVoxels::codeCells(Coder& coder,
+                     Models& models,
+                     const History& before,
+                     const StatisticsTable& statistics,
+                     Frame& frame)
 {
   const std::size_t count = octant_count_;
-  coder.expect(3 * count);
+  coder.reserve(3 * count);
   ensureSize(several_, count + 1);
   ensureSize(contexts_, count);
   ensureSize(cell_symbols_, count);
@@ -208,15 +223,15 @@ Occupancy::codeNewCells(Coder& coder,
     surroundings[i] = {static_cast<std::uint8_t>(near),
                        static_cast<std::uint8_t>(open)};
   }
-  const auto wanted = [=, all_moments = moments.data()](std::size_t i) {
-    return std::array<const void*, 1>{all_moments + octants[i]};
+  const auto prefetched = [=, all_statistics = statistics.data()](std::size_t i) {
+    return std::array<const void*, 1>{all_statistics + octants[i]};
   };
-  if (!coder.codeRow(models.cell.data(), contexts, symbols, count, wanted))
+  if (!coder.codeRow(models.cell.data(), contexts, symbols, count, prefetched))
     return false;
   std::size_t several_count = 0;
-  if (!placeNewCells<Coder::is_decoder>(frame, several_count))
+  if (!placeSingleCells<Coder::is_decoder>(frame, several_count))
     return false;
-  found_voxels_ += count - several_count;
+  frame.found_voxels += count - several_count;
   return codeSeveralCells(coder, models, several_count, before, frame);
 }
 
@@ -224,7 +239,7 @@ Occupancy::codeNewCells(Coder& coder,
  * octants with several. \return false if a symbol is none */
 template <bool is_decoder>
 bool
-Occupancy::placeNewCells(Frame& frame, std::size_t& several_count)
+NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)
 {
   const std::size_t count = octant_count_;
   const VoxelPlace* const octants = octants_.data();
@@ -261,7 +276,7 @@ Occupancy::placeNewCells(Frame& frame, std::size_t& several_count)
 /** \brief Codes the cells of octants with several new voxels. */
 template <class Coder>
 bool
-Occupancy::codeSeveralCells(Coder& coder,
+NewVoxels::codeSeveralCells(Coder& coder,
                             Models& models,
                             std::size_t count,
                             const History& before,
@@ -282,29 +297,17 @@ Occupancy::codeSeveralCells(Coder& coder,
         coder.isOverrun())
       return false;
     frame.occupied[number] |= std::uint64_t{cells} << shift;
-    found_voxels_ += child_masks.count[cells];
+    frame.found_voxels += child_masks.count[cells];
   }
-  return !Coder::is_decoder || found_voxels_ <= frame.voxel_count;
+  return !Coder::is_decoder || frame.found_voxels <= frame.voxel_count;
 }
 
 template bool
-Occupancy::codeNewOctants(
-    NibbleEncoder&, Models&, const History&, const Moments&, Frame&);
+NewVoxels::code(
+    NibbleEncoder&, Models&, const History&, const StatisticsTable&, Frame&);
 template bool
-Occupancy::codeNewOctants(
-    NibbleDecoder&, Models&, const History&, const Moments&, Frame&);
-
-template bool
-Occupancy::codeOctantMasks(NibbleEncoder&, Models&, const History&, Frame&);
-template bool
-Occupancy::codeOctantMasks(NibbleDecoder&, Models&, const History&, Frame&);
-
-template bool
-Occupancy::codeNewCells(
-    NibbleEncoder&, Models&, const History&, const Moments&, Frame&);
-template bool
-Occupancy::codeNewCells(
-    NibbleDecoder&, Models&, const History&, const Moments&, Frame&);
+NewVoxels::code(
+    NibbleDecoder&, Models&, const History&, const StatisticsTable&, Frame&);
 
 } // namespace fast
 } // namespace io

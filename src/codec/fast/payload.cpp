@@ -3,6 +3,8 @@
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
 #include "bytes/memory_buffer.h"
+#include "codec/fast/entropy_coder.h"
+#include "simd/bit_operations.h"
 
 #include <algorithm>
 
@@ -10,64 +12,127 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
+namespace {
+
+const History no_history;
+
+/** \brief Lists the voxels of the frame's blocks: their places, and for a decoder their
+ * keys. */
+template <bool with_keys>
+void
+expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
+{
+  ensureSize(frame.places, frame.voxel_count + 8);
+  VoxelPlace* place = frame.places.data();
+  std::uint64_t* key = nullptr;
+  if constexpr (with_keys) {
+    keys->resize(frame.voxel_count + 8);
+    key = keys->data();
+  }
+  constexpr std::uint64_t no_cell = std::uint64_t{1} << 63;
+  const std::size_t count = frame.block_count;
+  const std::uint64_t* const block_keys = frame.keys.data();
+  const std::uint64_t* const masks = frame.masks.data();
+  const std::uint32_t* const numbers = frame.numbers.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const VoxelPlace first = numbers[i] * block_cells;
+    const std::uint64_t block_key = block_keys[i] << block_key_bits;
+    std::uint64_t mask = masks[i];
+    const unsigned int cells = bitCount(mask);
+    // Eight at a time, whose number is predicted better; what is too much is overwritten.
+    for (unsigned int done = 0; done < cells; done += 8)
+      for (unsigned int k = 0; k < 8; ++k, mask &= mask - 1) {
+        const unsigned int cell = lowestBit(mask | no_cell);
+        place[done + k] = first + cell;
+        if constexpr (with_keys)
+          key[done + k] = block_key + cell;
+      }
+    place += cells;
+    if constexpr (with_keys)
+      key += cells;
+  }
+  if constexpr (with_keys)
+    keys->resize(frame.voxel_count);
+}
+
+} // namespace
+
+std::size_t
+Payload::match(CodingWorkspace& memory, const VoxelFrame& frame)
+{
+  if (frame.keys.empty())
+    return 0;
+  Frame& matched = memory.fast().frame;
+  matchHistory(history_, frame.keys, matched);
+  return knownVoxelCount(history_, matched);
+}
+
 PayloadSizes
-Payload::encode(CodingWorkspace& work,
+Payload::encode(CodingWorkspace& memory,
                 const VoxelFrame& frame,
                 bool is_i_frame,
                 std::vector<std::uint8_t>& payload)
 {
-  const std::size_t begin = payload.size();
   if (frame.keys.empty()) {
     if (is_i_frame)
       forget();
+    return {};
   }
-  else if (frame.depth_model)
-    encodeWithDepth(work.fast(), frame, is_i_frame, payload);
-  else
-    coder_.encode(work.fast(),
-                  is_i_frame,
-                  frame.keys,
-                  frame.intensities,
-                  frame.intensity_scale.bits,
-                  frame.grid.depth,
-                  payload);
-  const std::size_t rests =
-      frame.depth_model && !frame.keys.empty() ? payload.size() - rests_begin_ : 0;
-  return {payload.size() - begin - rests, rests};
+  const std::size_t begin = payload.size();
+  beginFrame(memory, frame, frame.size(), is_i_frame);
+  if (is_i_frame) {
+    *models_ = firstModels();
+    matchHistory(no_history, frame.keys, work_->frame);
+  }
+  if (!frame.depth_model) {
+    encodeVoxels(frame, frame.intensities, payload);
+    return {payload.size() - begin, 0};
+  }
+  beginSplit(frame);
+  depth_.split.numbersOf(frame.intensities, depth_.numbers);
+  depth_.numbers_payload.clear();
+  encodeVoxels(frame, depth_.numbers, depth_.numbers_payload);
+  ByteWriter writer(payload);
+  writer.varint(depth_.numbers_payload.size());
+  writer.raw(depth_.numbers_payload.data(), depth_.numbers_payload.size());
+  const std::size_t residuals_begin = payload.size();
+  encodeResiduals(frame, is_i_frame, payload);
+  return {residuals_begin - begin, payload.size() - residuals_begin};
 }
 
 void
-Payload::encodeWithDepth(Workspace& work,
-                         const VoxelFrame& frame,
+Payload::encodeVoxels(const VoxelFrame& frame,
+                      const std::vector<std::uint16_t>& symbols,
+                      std::vector<std::uint8_t>& payload)
+{
+  Workspace& work = *work_;
+  NibbleEncoder coder(work.ranges);
+  codeOccupancy(coder, *models_);
+  expandBlocks<false>(work.frame, nullptr);
+  work.intensities.encode(
+      coder, *models_, work.frame, statistics(), frame.intensity_scale.bits, symbols);
+  coder.finish(interleavingOf(frame.size()), work.words, payload);
+  history_.reserveFor(work.next_history);
+  learnHistory();
+}
+
+void
+Payload::encodeResiduals(const VoxelFrame& frame,
                          bool is_i_frame,
                          std::vector<std::uint8_t>& payload)
 {
-  beginSplit(frame);
-  own_.split.numbersOf(frame.intensities, own_.numbers);
-  own_.numbers_payload.clear();
-  coder_.encode(work,
-                is_i_frame,
-                frame.keys,
-                own_.numbers,
-                frame.intensity_scale.bits,
-                frame.grid.depth,
-                own_.numbers_payload);
-  ByteWriter writer(payload);
-  writer.varint(own_.numbers_payload.size());
-  writer.raw(own_.numbers_payload.data(), own_.numbers_payload.size());
-  rests_begin_ = payload.size();
-  own_.split.predict(own_.numbers);
+  depth_.split.predict(depth_.numbers);
   collectClasses();
-  own_.row.clear();
-  for (std::size_t i = 0; i < own_.numbers.size(); ++i)
-    if (own_.split.classes()[i] != DepthSplit::no_rest)
-      own_.row.push_back(
-          static_cast<std::uint16_t>(own_.split.rest(i, frame.intensities[i])));
-  rests_.encode(is_i_frame, own_.row, own_.row_classes, payload);
+  depth_.row.clear();
+  for (std::size_t i = 0; i < depth_.numbers.size(); ++i)
+    if (depth_.split.classes()[i] != DepthSplit::no_residual)
+      depth_.row.push_back(
+          static_cast<std::uint16_t>(depth_.split.residual(i, frame.intensities[i])));
+  residuals_.encode(is_i_frame, depth_.row, depth_.row_classes, payload);
 }
 
 bool
-Payload::decode(CodingWorkspace& work,
+Payload::decode(CodingWorkspace& memory,
                 const std::uint8_t* begin,
                 const std::uint8_t* end,
                 std::size_t voxel_count,
@@ -82,7 +147,7 @@ Payload::decode(CodingWorkspace& work,
     change_ = is_i_frame ? Change::Emptied : Change::None;
     return begin == end;
   }
-  const std::uint8_t* rests = end;
+  const std::uint8_t* residuals = end;
   if (frame.depth_model) {
     const auto size = static_cast<std::size_t>(end - begin);
     MemoryBuffer buffer(begin, size);
@@ -92,45 +157,82 @@ Payload::decode(CodingWorkspace& work,
         numbers_size > size - source.consumed())
       return false;
     begin += source.consumed();
-    rests = begin + numbers_size;
+    residuals = begin + numbers_size;
   }
-  if (!coder_.decode(work.fast(),
-                     begin,
-                     rests,
-                     is_i_frame,
-                     voxel_count,
-                     frame.intensity_scale.bits,
-                     frame.grid.depth,
-                     frame.keys,
-                     frame.intensities))
+  beginFrame(memory, frame, voxel_count, is_i_frame);
+  if (!decodeVoxels(begin, residuals, frame))
     return false;
-  if (frame.depth_model && !decodeRests(rests, end, is_i_frame, frame)) {
-    coder_.discard();
+  if (frame.depth_model && !decodeResiduals(residuals, end, is_i_frame, frame)) {
+    work_->intensities.restore(work_->frame, statistics());
     return false;
   }
   change_ = frame.depth_model ? Change::Everything : Change::VoxelsOnly;
-  sizes.intensity = static_cast<std::size_t>(end - rests);
+  sizes.intensity = static_cast<std::size_t>(end - residuals);
   sizes.occupancy -= sizes.intensity;
   return true;
 }
 
 bool
-Payload::decodeRests(const std::uint8_t* begin,
-                     const std::uint8_t* end,
-                     bool is_i_frame,
-                     VoxelFrame& frame)
+Payload::decodeVoxels(const std::uint8_t* begin,
+                      const std::uint8_t* end,
+                      VoxelFrame& frame)
+{
+  Workspace& work = *work_;
+  *work.models = work.frame.is_i_frame ? firstModels() : *models_;
+  NibbleDecoder coder(begin, end, interleavingOf(work.frame.voxel_count), work.bytes);
+  if (coder.isOverrun() || !codeOccupancy(coder, *work.models))
+    return false;
+  expandBlocks<true>(work.frame, &frame.keys);
+  if (work.intensities.decode(coder,
+                              *work.models,
+                              work.frame,
+                              statistics(),
+                              frame.intensity_scale.bits,
+                              frame.intensities) &&
+      coder.isAtEnd()) {
+    history_.reserveFor(work.next_history);
+    return true;
+  }
+  work.intensities.restore(work.frame, statistics());
+  return false;
+}
+
+bool
+Payload::decodeResiduals(const std::uint8_t* begin,
+                         const std::uint8_t* end,
+                         bool is_i_frame,
+                         VoxelFrame& frame)
 {
   beginSplit(frame);
-  own_.split.predict(frame.intensities);
+  depth_.split.predict(frame.intensities);
   collectClasses();
-  if (!rests_.decode(begin, end, is_i_frame, own_.row_classes, own_.row))
+  if (!residuals_.decode(begin, end, is_i_frame, depth_.row_classes, depth_.row))
     return false;
   std::size_t next = 0;
   for (std::size_t i = 0; i < frame.size(); ++i)
-    if (own_.split.classes()[i] != DepthSplit::no_rest &&
-        !own_.split.symbol(i, own_.row[next++], frame.intensities[i]))
+    if (depth_.split.classes()[i] != DepthSplit::no_residual &&
+        !depth_.split.symbol(i, depth_.row[next++], frame.intensities[i]))
       return false;
   return true;
+}
+
+/** \brief Codes which voxels are occupied, stage by stage, and makes the next history. */
+template <class Coder>
+bool
+Payload::codeOccupancy(Coder& coder, Models& models)
+{
+  Frame& frame = work_->frame;
+  History& after = work_->next_history;
+  frame.found_voxels = 0;
+  if (Coder::is_decoder)
+    frame.occupied.assign(before().known.size(), 0);
+  // Here, long before it changes in places: memory that is read in a row is faster.
+  after.known.assign(before().known.begin(), before().known.end());
+  return work_->known_voxels.code(coder, models, before(), after, frame) &&
+         work_->new_voxels.code(coder, models, before(), statistics(), frame) &&
+         work_->new_blocks.code(coder, models, frame) &&
+         (!Coder::is_decoder || frame.found_voxels == frame.voxel_count) &&
+         work_->history_update.run(before(), after, statistics(), frame);
 }
 
 void
@@ -138,40 +240,75 @@ Payload::learn() noexcept
 {
   if (change_ == Change::Emptied)
     forget();
-  if (change_ == Change::VoxelsOnly || change_ == Change::Everything)
-    coder_.learn();
+  if (change_ == Change::VoxelsOnly || change_ == Change::Everything) {
+    models_.swap(work_->models);
+    learnHistory();
+  }
   if (change_ == Change::Everything)
-    rests_.learn();
+    residuals_.learn();
 }
 
 void
 Payload::discard() noexcept
 {
   if (change_ == Change::VoxelsOnly || change_ == Change::Everything)
-    coder_.discard();
+    work_->intensities.restore(work_->frame, statistics());
 }
 
 void
 Payload::giveBackMemory()
 {
-  coder_.giveBackMemory();
-  rests_.giveBackMemory();
-  own_ = DepthWork();
+  history_.giveBackMemory();
+  residuals_.giveBackMemory();
+  depth_ = DepthWork();
+}
+
+void
+Payload::beginFrame(CodingWorkspace& memory,
+                    const VoxelFrame& frame,
+                    std::size_t voxel_count,
+                    bool is_i_frame)
+{
+  work_ = &memory.fast();
+  work_->frame.is_i_frame = is_i_frame;
+  work_->frame.depth = frame.grid.depth;
+  work_->frame.voxel_count = voxel_count;
+}
+
+const History&
+Payload::before() const
+{
+  return work_->frame.is_i_frame ? no_history : history_;
+}
+
+StatisticsTable&
+Payload::statistics() noexcept
+{
+  return work_->frame.is_i_frame ? work_->next_history.statistics : history_.statistics;
+}
+
+void
+Payload::learnHistory() noexcept
+{
+  // In a P-frame the statistics changed where they are.
+  history_.assign(work_->next_history, work_->frame.is_i_frame);
 }
 
 void
 Payload::beginSplit(const VoxelFrame& frame)
 {
-  own_.blocks.assign(frame.keys);
-  own_.split.begin(
-      *frame.depth_model, own_.blocks, no_history_, frame.intensity_scale.maxSymbol());
+  depth_.blocks.assign(frame.keys);
+  // Without predictions: the history has no depth offsets.
+  depth_.split.begin(
+      *frame.depth_model, depth_.blocks, {}, frame.intensity_scale.maxSymbol());
 }
 
 void
 Payload::forget() noexcept
 {
-  coder_.reset();
-  rests_.reset();
+  *models_ = firstModels();
+  history_.clear();
+  residuals_.reset();
 }
 
 /** \brief The classes of the row: where in its symbol a prediction is, and the symbol's
@@ -179,13 +316,13 @@ Payload::forget() noexcept
 void
 Payload::collectClasses()
 {
-  own_.row_classes.clear();
-  for (std::size_t i = 0; i < own_.split.classes().size(); ++i) {
-    if (own_.split.classes()[i] == DepthSplit::no_rest)
+  depth_.row_classes.clear();
+  for (std::size_t i = 0; i < depth_.split.classes().size(); ++i) {
+    if (depth_.split.classes()[i] == DepthSplit::no_residual)
       continue;
-    const std::uint32_t size = std::clamp(own_.split.place(i) >> 4, 4u, 7u) - 4;
-    own_.row_classes.push_back(
-        static_cast<std::uint8_t>(size * 4 + (own_.split.place(i) >> 2 & 3)));
+    const std::uint32_t size = std::clamp(depth_.split.place(i) >> 4, 4u, 7u) - 4;
+    depth_.row_classes.push_back(
+        static_cast<std::uint8_t>(size * 4 + (depth_.split.place(i) >> 2 & 3)));
   }
 }
 

@@ -1,33 +1,61 @@
 #pragma once
 
-#include "codec/context/history.h"
 #include "codec/depth_split.h"
 #include "codec/fast/classed_row.h"
-#include "codec/fast/coder.h"
+#include "codec/fast/frame.h"
+#include "codec/fast/history.h"
+#include "codec/fast/intensities.h"
+#include "codec/fast/known_voxels.h"
+#include "codec/fast/models.h"
+#include "codec/fast/new_blocks.h"
+#include "codec/fast/new_voxels.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Payloads of the effort fast: FrameCoder, behind which a row of its own has the
- * depth model's rests. FrameCoder's history is arranged for it (fast_history.h), as to
- * learn the other coder's takes longer than all that it does. */
+/** \brief Memory for a frame while it is coded, and what it changes until that is learnt.
+ * Streams may take turns with one; nothing else in it outlives a frame. */
+struct Workspace {
+  Frame frame;
+  KnownVoxels known_voxels;
+  NewVoxels new_voxels;
+  NewBlocks new_blocks;
+  HistoryUpdate history_update;
+  Intensities intensities;
+  /** \brief A decoder's models behind the frame; exchanged with the coder's when the frame
+   * is learnt. */
+  std::unique_ptr<Models> models = std::make_unique<Models>();
+  /** \brief The history behind the frame; in a P-frame without statistics, which change in
+   * the coder's history. */
+  History next_history;
+  std::vector<std::uint32_t> ranges; ///< an encoder's symbols
+  std::vector<std::uint16_t> words;  ///< of its rANS states
+  std::vector<std::uint8_t> bytes;   ///< a decoder's
+};
+
+/** \brief Payloads of the effort fast (doc/bitstream_fast.md). With a depth model, a
+ * ClassedRow of the residuals follows the numbers of points. */
 class Payload : public PayloadCoder {
 public:
+  std::size_t
+  match(CodingWorkspace& memory, const VoxelFrame& frame) override;
+
   PayloadSizes
-  encode(CodingWorkspace& work,
+  encode(CodingWorkspace& memory,
          const VoxelFrame& frame,
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) override;
 
   bool
-  decode(CodingWorkspace& work,
+  decode(CodingWorkspace& memory,
          const std::uint8_t* begin,
          const std::uint8_t* end,
          std::size_t voxel_count,
@@ -45,29 +73,52 @@ public:
   giveBackMemory() override;
 
   std::size_t
-  knownVoxels(CodingWorkspace& work, const VoxelFrame& frame) override
-  {
-    return coder_.knownVoxels(work.fast(), frame.keys);
-  }
-
-  std::size_t
   recordCount() const override
   {
-    return coder_.recordCount();
+    return history_.voxelCount();
   }
 
 private:
   void
-  encodeWithDepth(Workspace& work,
-                  const VoxelFrame& frame,
+  encodeVoxels(const VoxelFrame& frame,
+               const std::vector<std::uint16_t>& symbols,
+               std::vector<std::uint8_t>& payload);
+
+  void
+  encodeResiduals(const VoxelFrame& frame,
                   bool is_i_frame,
                   std::vector<std::uint8_t>& payload);
 
   bool
-  decodeRests(const std::uint8_t* begin,
-              const std::uint8_t* end,
-              bool is_i_frame,
-              VoxelFrame& frame);
+  decodeVoxels(const std::uint8_t* begin, const std::uint8_t* end, VoxelFrame& frame);
+
+  bool
+  decodeResiduals(const std::uint8_t* begin,
+                  const std::uint8_t* end,
+                  bool is_i_frame,
+                  VoxelFrame& frame);
+
+  template <class Coder>
+  bool
+  codeOccupancy(Coder& coder, Models& models);
+
+  void
+  beginFrame(CodingWorkspace& memory,
+             const VoxelFrame& frame,
+             std::size_t voxel_count,
+             bool is_i_frame);
+
+  /** \brief The history before the current frame. */
+  const History&
+  before() const;
+
+  /** \brief Where the current frame's statistics are: those of the history are kept until
+   * an I-frame is known to be whole. */
+  StatisticsTable&
+  statistics() noexcept;
+
+  void
+  learnHistory() noexcept;
 
   void
   beginSplit(const VoxelFrame& frame);
@@ -79,7 +130,7 @@ private:
   void
   forget() noexcept;
 
-  /** \brief What is needed for the current frame; a member so that its memory is reused. */
+  /** \brief Scratch of the current frame; a member so that its memory is reused. */
   struct DepthWork {
     BlockList blocks;
     DepthSplit split;
@@ -92,12 +143,12 @@ private:
   /** \brief What a decoded frame is to change. */
   enum class Change { None, Everything, VoxelsOnly, Emptied };
 
-  FrameCoder coder_;
-  ClassedRow rests_;
-  std::size_t rests_begin_ = 0; // in the payload
+  std::unique_ptr<Models> models_ = std::make_unique<Models>();
+  History history_;
+  ClassedRow residuals_;
+  Workspace* work_ = nullptr; // of the current frame
   Change change_ = Change::None;
-  context::History no_history_; // without one a depth model predicts from the centres
-  DepthWork own_;
+  DepthWork depth_;
 };
 
 } // namespace fast

@@ -3,6 +3,7 @@
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
 #include "stream/version1_header.h"
+#include "voxels/child_masks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +45,7 @@ public:
         static_cast<std::uint8_t>(occupancy ^ reference_[level].occupancyOf(node)));
     if (level + 1 == tree_.depth())
       return;
-    for (unsigned int child = childrenOf(occupancy).count; child > 0; --child)
+    for (unsigned int child = child_masks.count[occupancy]; child > 0; --child)
       write(level + 1);
   }
 
@@ -87,11 +88,10 @@ public:
     if (occupancy == 0)
       return true;
     tree_.level(level).push(node, occupancy);
-    const ChildList& list = childrenOf(occupancy);
     if (level + 1 == tree_.depth())
-      return addVoxels(node, list);
-    for (unsigned int i = 0; i < list.count; ++i)
-      if (!read(level + 1, node << 3 | list.children[i]))
+      return addVoxels(node, occupancy);
+    for (unsigned int i = 0; i < child_masks.count[occupancy]; ++i)
+      if (!read(level + 1, node << 3 | child_masks.children[occupancy][i]))
         return false;
     return true;
   }
@@ -105,12 +105,13 @@ public:
 
 private:
   bool
-  addVoxels(std::uint64_t branch, const ChildList& list)
+  addVoxels(std::uint64_t branch, std::uint8_t occupancy)
   {
-    if (keys_.size() + list.count > voxel_count_)
+    const unsigned int count = child_masks.count[occupancy];
+    if (keys_.size() + count > voxel_count_)
       return false;
-    for (unsigned int i = 0; i < list.count; ++i)
-      keys_.push_back(branch << 3 | list.children[i]);
+    for (unsigned int i = 0; i < count; ++i)
+      keys_.push_back(branch << 3 | child_masks.children[occupancy][i]);
     return true;
   }
 
@@ -302,10 +303,10 @@ remember(std::uint32_t frame_number,
 
 void
 encodeFrame(const VoxelFrame& frame,
-                bool is_i_frame,
-                History& history,
-                std::vector<std::uint8_t>& bytes,
-                CodedFrameStatistics& statistics)
+            bool is_i_frame,
+            History& history,
+            std::vector<std::uint8_t>& bytes,
+            CodedFrameStatistics& statistics)
 {
   OccupancyTree tree;
   tree.build(frame.keys, frame.grid.depth);
@@ -348,11 +349,11 @@ encodeFrame(const VoxelFrame& frame,
 
 CompressionStatus
 decodeFrame(ByteSource& source,
-                const DecoderLimits& limits,
-                History& history,
-                FrameOrder& order,
-                VoxelFrame& frame,
-                CodedFrameStatistics& statistics)
+            const DecoderLimits& limits,
+            History& history,
+            FrameOrder& order,
+            VoxelFrame& frame,
+            CodedFrameStatistics& statistics)
 {
   std::uint64_t voxel_count = limits.max_voxels;
   if (const CompressionStatus status =
@@ -376,8 +377,7 @@ decodeFrame(ByteSource& source,
                       occupancy);
       !status.ok())
     return status;
-  statistics.occupancy_bytes =
-      magic_size + source.consumed() - statistics.header_bytes;
+  statistics.occupancy_bytes = magic_size + source.consumed() - statistics.header_bytes;
   std::vector<std::uint8_t> intensities;
   if (CompressionStatus status =
           readSymbols(source, limits.max_voxels, "intensities", intensities);

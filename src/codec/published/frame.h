@@ -39,10 +39,10 @@ struct History {
  */
 void
 encodeFrame(const VoxelFrame& frame,
-                bool is_i_frame,
-                History& history,
-                std::vector<std::uint8_t>& bytes,
-                CodedFrameStatistics& statistics);
+            bool is_i_frame,
+            History& history,
+            std::vector<std::uint8_t>& bytes,
+            CodedFrameStatistics& statistics);
 
 /** \brief Reads a frame, of which the magic bytes have been read.
  * \param[in,out] source behind the magic bytes
@@ -55,11 +55,11 @@ encodeFrame(const VoxelFrame& frame,
  */
 CompressionStatus
 decodeFrame(ByteSource& source,
-                const DecoderLimits& limits,
-                History& history,
-                FrameOrder& order,
-                VoxelFrame& frame,
-                CodedFrameStatistics& statistics);
+            const DecoderLimits& limits,
+            History& history,
+            FrameOrder& order,
+            VoxelFrame& frame,
+            CodedFrameStatistics& statistics);
 
 } // namespace published
 } // namespace io

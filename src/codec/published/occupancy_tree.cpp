@@ -9,7 +9,7 @@ namespace published {
 
 namespace {
 
-/** \brief Makes the parents of a sorted row of children. */
+/** \brief Makes the parents of ascending children. */
 void
 buildParents(const std::vector<std::uint64_t>& children, OccupancyLevel& parents)
 {
@@ -22,7 +22,7 @@ buildParents(const std::vector<std::uint64_t>& children, OccupancyLevel& parents
   occupancy[0] = 0;
   for (const std::uint64_t child : children) {
     const std::uint64_t node = child >> 3;
-    // Arithmetic instead of a branch: whether a parent is new is a coin toss.
+    // Arithmetic instead of a branch that would be mispredicted.
     const bool is_new = node != nodes[last];
     last += is_new ? 1 : 0;
     nodes[last] = node;
@@ -59,7 +59,7 @@ OccupancyTree::build(const std::vector<std::uint64_t>& keys, unsigned int depth)
 std::size_t
 maxBranchNodes(std::uint64_t voxels, unsigned int depth)
 {
-  // In 64 bits whatever the machine's.
+  // In 64 bits on every machine.
   constexpr std::uint64_t few = std::uint64_t{1} << 20;
   voxels = std::min(voxels, std::uint64_t{1} << 40);
   const std::uint64_t nodes =

@@ -3,6 +3,8 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/morton_key.h>
 
+#include "voxels/ascending_keys.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -37,37 +39,6 @@ struct OccupancyLevel {
     occupancy.push_back(bits);
   }
 };
-
-/** \brief The children that an occupancy byte names, in ascending order. */
-struct ChildList {
-  std::uint8_t count = 0;
-  std::array<std::uint8_t, 8> children{}; ///< the first `count` are valid, the others 0
-};
-
-namespace detail {
-
-constexpr std::array<ChildList, 256>
-makeChildLists()
-{
-  std::array<ChildList, 256> lists{};
-  for (unsigned int occupancy = 0; occupancy < 256; ++occupancy)
-    for (unsigned int child = 0; child < 8; ++child)
-      if ((occupancy >> child & 1) != 0)
-        lists[occupancy].children[lists[occupancy].count++] =
-            static_cast<std::uint8_t>(child);
-  return lists;
-}
-
-inline constexpr std::array<ChildList, 256> child_lists = makeChildLists();
-
-} // namespace detail
-
-/** \brief The children of an occupancy byte, looked up. */
-inline const ChildList&
-childrenOf(std::uint8_t occupancy)
-{
-  return detail::child_lists[occupancy];
-}
 
 /** \brief An octree as its levels of occupancy bytes, without pointers.
  *
@@ -111,35 +82,31 @@ private:
   std::array<OccupancyLevel, max_grid_depth> levels_;
 };
 
-/** \brief Branch nodes that a decoder accepts in a frame of so many voxels: one a level for
- * each voxel while voxels are few, an average of two each when they are many; and one a
- * level more, for the branch without voxels that an octree of PCL may have grown from. */
+/** \brief The most branch nodes that a decoder accepts in a frame of so many voxels: one a
+ * level for each voxel while voxels are few, two each on average when they are many; and
+ * one more a level for the branch without voxels that PCL may have grown an octree from. */
 std::size_t
 maxBranchNodes(std::uint64_t voxels, unsigned int depth);
 
-/** \brief Walks along a level in Morton order and tells the occupancy of the nodes that
- * are asked for, in ascending order; 0 for a node that is not there. */
+/** \brief Tells the occupancy of nodes of a level, which are asked for in ascending order;
+ * 0 for a node that is not there. */
 class OccupancyCursor {
 public:
   OccupancyCursor() = default;
-  explicit OccupancyCursor(const OccupancyLevel& level) : level_(&level) {}
+  explicit OccupancyCursor(const OccupancyLevel& level)
+  : occupancy_(level.occupancy.data()), lookup_(level.nodes)
+  {}
 
   std::uint8_t
   occupancyOf(std::uint64_t node)
   {
-    if (level_ == nullptr)
-      return 0;
-    const std::size_t size = level_->nodes.size();
-    while (position_ < size && level_->nodes[position_] < node)
-      ++position_;
-    return position_ < size && level_->nodes[position_] == node
-               ? level_->occupancy[position_]
-               : std::uint8_t{0};
+    const std::size_t index = lookup_.find(node);
+    return index != not_in_list ? occupancy_[index] : std::uint8_t{0};
   }
 
 private:
-  const OccupancyLevel* level_ = nullptr;
-  std::size_t position_ = 0;
+  const std::uint8_t* occupancy_ = nullptr;
+  AscendingLookup<std::uint64_t> lookup_;
 };
 
 } // namespace published

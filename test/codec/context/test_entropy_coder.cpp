@@ -1,5 +1,5 @@
-#include "codec/context/adaptive_bit.h"
 #include "codec/context/entropy_coder.h"
+#include "codec/context/models.h"
 
 #include <gtest/gtest.h>
 

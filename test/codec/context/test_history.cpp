@@ -106,7 +106,7 @@ private:
             value,
             std::max(1 << fraction_bits, value / 4),
             depths != nullptr ? depths->offsets[voxel] : 0,
-            depths != nullptr ? 16 * depths->rests[voxel] : 0};
+            depths != nullptr ? 16 * depths->residuals[voxel] : 0};
   }
 
   static void
@@ -132,7 +132,7 @@ private:
     if (depths == nullptr)
       return;
     record.depth_offset += floorShift(depths->offsets[voxel] - record.depth_offset, 2);
-    record.roughness += floorShift(16 * depths->rests[voxel] - record.roughness, 2);
+    record.roughness += floorShift(16 * depths->residuals[voxel] - record.roughness, 2);
   }
 };
 
@@ -155,7 +155,8 @@ expectSame(const History& history, const SimpleHistory& simple)
     ++activity;
     for (std::uint64_t cells = block.known; cells != 0; cells &= cells - 1) {
       const SimpleHistory::Record& other = expected->second;
-      ASSERT_EQ(block.key << block_key_bits | lowestCell(cells), expected->first);
+      ASSERT_EQ(block.key << block_key_bits | pcl_ext::lowestBit(cells),
+                expected->first);
       ASSERT_EQ(history.records()[record].probability, other.probability);
       ASSERT_EQ(history.records()[record].recent, other.recent);
       ASSERT_EQ(history.records()[record].age, other.age);
@@ -176,7 +177,7 @@ randomDepths(std::mt19937_64& random, std::size_t count)
   for (std::size_t i = 0; i < count; ++i) {
     depths.offsets.push_back(
         static_cast<std::int16_t>(static_cast<int>(below(random, 16385)) - 8192));
-    depths.rests.push_back(static_cast<std::uint8_t>(below(random, 16)));
+    depths.residuals.push_back(static_cast<std::uint8_t>(below(random, 16)));
   }
   return depths;
 }

@@ -249,18 +249,18 @@ TEST(ScriptedContextPayloads, RestsThatAreNone)
   like.depth_model = modelOfPoints(100);
   DepthSplit split;
   const BlockList blocks = blocksOf(like.keys);
-  split.begin(*like.depth_model, blocks, History(), 255);
+  split.begin(*like.depth_model, blocks, {}, 255);
   split.predict({1});
-  ASSERT_EQ(split.rest(0, 100), 0u);
+  ASSERT_EQ(split.residual(0, 100), 0u);
   const auto rest = [&](std::uint32_t end, const Choices& escape) {
     return stream.answerToIFrame(like, [&](ContextScript& script) {
       script.beginNumbers();
       script.firstNumber(1);
-      script.unary(script.state.intensity.rest,
-                   split.classes()[0] * IntensityModels::longest_rest,
+      script.unary(script.state.intensity.residual,
+                   split.classes()[0] * IntensityModels::longest_residual,
                    0,
                    end,
-                   IntensityModels::longest_rest);
+                   IntensityModels::longest_residual);
       escape(script);
     });
   };
@@ -285,7 +285,7 @@ TEST(ScriptedContextPayloads, RestsOfSeventeenBits)
   like.keys = {0};
   like.depth_model = modelOfPoints(40000);
   DepthSplit split;
-  split.begin(*like.depth_model, blocksOf(like.keys), History(), 65535);
+  split.begin(*like.depth_model, blocksOf(like.keys), {}, 65535);
   split.predict({1});
   for (const std::uint32_t rest : {79999u, 80001u})
     EXPECT_EQ(stream.answerToIFrame(
@@ -293,12 +293,12 @@ TEST(ScriptedContextPayloads, RestsOfSeventeenBits)
                   [&](ContextScript& script) {
                     script.beginNumbers();
                     script.firstNumber(1);
-                    script.unary(script.state.intensity.rest,
-                                 split.classes()[0] * IntensityModels::longest_rest,
+                    script.unary(script.state.intensity.residual,
+                                 split.classes()[0] * IntensityModels::longest_residual,
                                  0,
-                                 IntensityModels::longest_rest,
-                                 IntensityModels::longest_rest);
-                    script.escape(2, rest - IntensityModels::longest_rest);
+                                 IntensityModels::longest_residual,
+                                 IntensityModels::longest_residual);
+                    script.escape(2, rest - IntensityModels::longest_residual);
                   }),
               rest == 79999 ? ok : corrupt);
 }

@@ -1,0 +1,69 @@
+#include "codec/context/frame.h"
+
+#include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+void
+Frame::begin(const History& history)
+{
+  const std::vector<HistoryBlock>& known = history.blocks();
+  new_keys.clear();
+  target_keys.clear();
+  target_masks.clear();
+  // With room to grow, so that a stream soon needs no more memory.
+  for (std::vector<std::uint64_t>* cells : {&occupied, &new_cells}) {
+    if (cells->capacity() < known.size())
+      cells->reserve(known.size() / 4 * 5 + 4);
+    cells->assign(known.size(), 0);
+  }
+  directory.clear(known.size() + known.size() / 8);
+  for (const HistoryBlock& block : known)
+    directory.insert(block.key);
+}
+
+std::size_t
+Frame::match(const History& history, const BlockList& blocks)
+{
+  begin(history);
+  const std::vector<HistoryBlock>& known = history.blocks();
+  AscendingLookup<HistoryBlock> lookup(known);
+  std::size_t known_voxels = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const std::size_t old = lookup.find(blocks.keys[i]);
+    if (old != not_in_list) {
+      occupied[old] = blocks.masks[i] & known[old].known;
+      new_cells[old] = blocks.masks[i] & ~known[old].known;
+      known_voxels += bitCount(occupied[old]);
+    }
+    else {
+      target_keys.push_back(blocks.keys[i]);
+      target_masks.push_back(blocks.masks[i]);
+    }
+  }
+  return known_voxels;
+}
+
+void
+Frame::collect(const History& history, BlockList& blocks) const
+{
+  blocks.clear();
+  const std::vector<HistoryBlock>& known = history.blocks();
+  std::uint32_t voxels = 0;
+  walkSideBySide(known, new_keys, [&](std::size_t old, std::size_t added) {
+    const bool is_old = added == not_in_list;
+    const std::uint64_t mask = occupied[is_old ? old : known.size() + added];
+    if (mask != 0) {
+      blocks.append(is_old ? known[old].key : new_keys[added], mask, voxels);
+      voxels += bitCount(mask);
+    }
+    return true;
+  });
+}
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

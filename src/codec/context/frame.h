@@ -1,0 +1,89 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "codec/context/history.h"
+#include "codec/depth_split.h"
+#include "voxels/block_directory.h"
+#include "voxels/voxel_block.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace context {
+
+/** \brief What a frame is coded with besides its voxels, the same on both sides. */
+struct FrameContext {
+  const History& history;        ///< of the frames before; empty in an I-frame
+  bool is_i_frame;               ///< all models are as at the start
+  unsigned int grid_depth;       ///< 1..21
+  unsigned int symbol_bits;      ///< 1..16
+  const DepthModel* depth_model; ///< null if intensities do not depend on depth
+
+  std::uint32_t
+  maxSymbol() const
+  {
+    return (std::uint32_t{1} << symbol_bits) - 1;
+  }
+};
+
+/** \brief The blocks of one frame while its occupancy is coded; what the stages hand on.
+ * Kept from frame to frame so that its memory is reused. */
+struct Frame {
+  /** \brief Occupied cells: of the blocks of the history, then of the new blocks. */
+  std::vector<std::uint64_t> occupied;
+  std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
+  BlockDirectory directory;            ///< into `occupied`
+
+  // The encoder's: new voxels in each block of the history, and the new blocks,
+  // ascending. A decoder's are 0, and none.
+  std::vector<std::uint64_t> new_cells;
+  std::vector<std::uint64_t> target_keys;
+  std::vector<std::uint64_t> target_masks;
+
+  /** \brief Begins with a frame of which nothing is known.
+   * \param[in] history before the frame
+   */
+  void
+  begin(const History& history);
+
+  /** \brief Begins with an encoder's frame: sorts its voxels into known and new ones.
+   * \param[in] history before the frame
+   * \param[in] blocks of the frame
+   * \return number of known voxels
+   */
+  std::size_t
+  match(const History& history, const BlockList& blocks);
+
+  /** \brief The blocks that were coded, ascending. */
+  void
+  collect(const History& history, BlockList& blocks) const;
+};
+
+/** \brief Copies numbers. Memory grows by more than it must, which assignment does not, so
+ * that a stream's frames soon need no more. */
+inline void
+copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to)
+{
+  if (to.capacity() < from.size())
+    to.reserve(from.size() / 4 * 5 + 4);
+  to.assign(from.begin(), from.end());
+}
+
+/** \brief The intensities of a frame's voxels while they are coded. */
+struct CodedIntensities {
+  /** \brief What is coded first: the number of points where the depth model can tell it,
+   * else the symbol itself. */
+  std::vector<std::uint16_t> numbers;
+  std::vector<std::uint16_t> symbols;
+  // With a depth model only.
+  DepthSplit split;
+  std::vector<DepthPrediction> predictions;
+};
+
+} // namespace context
+} // namespace io
+} // namespace pcl_ext

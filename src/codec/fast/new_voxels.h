@@ -1,0 +1,91 @@
+#pragma once
+
+#include "codec/fast/frame.h"
+#include "codec/fast/history.h"
+#include "codec/fast/models.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace fast {
+
+/** \brief Codes the new voxels in known blocks (doc/bitstream_fast.md, "New voxels in
+ * known blocks"): which blocks and octants have any, then which cells.
+ *
+ * A Coder is NibbleEncoder or NibbleDecoder.
+ */
+class NewVoxels {
+public:
+  /** \brief Codes a frame whose known voxels are coded.
+   * \param[in] before the history before the frame
+   * \param[in] statistics those of the history, only to prefetch them
+   * \param[in,out] frame in a decoder gets the occupied cells; in both directions the
+   * symbols of its octants, and which blocks have new voxels
+   * \return false if the bytes are no such voxels; never in an encoder
+   */
+  template <class Coder>
+  bool
+  code(Coder& coder,
+       Models& models,
+       const History& before,
+       const StatisticsTable& statistics,
+       Frame& frame);
+
+private:
+  template <class Coder>
+  bool
+  codeOctants(Coder& coder,
+              Models& models,
+              const History& before,
+              const StatisticsTable& statistics,
+              Frame& frame);
+
+  static void
+  collectRenewedBlocks(const History& before, Frame& frame);
+
+  template <class Coder>
+  bool
+  codeOctantMasks(Coder& coder, Models& models, const History& before, Frame& frame);
+
+  template <class Coder>
+  bool
+  codeCells(Coder& coder,
+            Models& models,
+            const History& before,
+            const StatisticsTable& statistics,
+            Frame& frame);
+
+  template <bool is_decoder>
+  bool
+  placeSingleCells(Frame& frame, std::size_t& several_count);
+
+  template <class Coder>
+  bool
+  codeSeveralCells(Coder& coder,
+                   Models& models,
+                   std::size_t count,
+                   const History& before,
+                   Frame& frame);
+
+  /** \brief An octant's cells before its new voxels are coded. */
+  struct Surroundings {
+    std::uint8_t near; ///< open cells beside an occupied one
+    std::uint8_t open; ///< cells of the grid that are not known
+  };
+
+  // Of these vectors only so many elements are in use as a count says.
+  std::vector<std::uint8_t> contexts_; // of the row that is coded
+  // Blocks with several such octants, then octants with several new voxels.
+  std::vector<std::uint32_t> several_;
+  std::size_t octant_count_ = 0;
+  std::vector<VoxelPlace> octants_; // first cells of octants with new voxels
+  std::vector<Surroundings> surroundings_;
+  std::vector<std::uint8_t> cell_symbols_;
+};
+
+} // namespace fast
+} // namespace io
+} // namespace pcl_ext

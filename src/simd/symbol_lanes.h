@@ -1,0 +1,182 @@
+/** \file
+ * \brief Operations on rows of small integers that the codec of effort fast needs, with
+ * SSE2 where there is SSE2, and in plain C++. Both give the same.
+ */
+#pragma once
+
+#include "simd/bit_operations.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace pcl_ext {
+
+/** \brief Of eight numbers, which are below each of three limits, and which are 0xffff. */
+using EightComparisons = std::array<unsigned int, 4>;
+
+/** \brief The functions below in plain C++. */
+namespace portable {
+
+inline unsigned int
+firstAbove(const std::uint16_t* ends, std::uint32_t number)
+{
+  unsigned int index = 0;
+  while (ends[index] <= number)
+    ++index;
+  return index;
+}
+
+inline void
+moveEnds(std::uint16_t* ends,
+         std::uint8_t* counts,
+         std::uint32_t least,
+         std::uint32_t unit,
+         unsigned int shift)
+{
+  std::uint32_t sum = 0;
+  for (std::uint32_t i = 0; i < 16; ++i) {
+    sum += counts[i];
+    counts[i] = 0;
+    const std::uint32_t goal = (i + 1) * least + sum * unit;
+    const std::int32_t distance = static_cast<std::int32_t>(goal) - ends[i];
+    ends[i] = static_cast<std::uint16_t>(ends[i] + (distance >> shift));
+  }
+}
+
+inline void
+storeSums(std::uint32_t* sums,
+          const std::array<std::uint8_t, 8>& bytes,
+          std::uint32_t first)
+{
+  for (unsigned int k = 0; k < 8; ++k)
+    sums[k] = first + bytes[k];
+}
+
+inline EightComparisons
+compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& limits)
+{
+  EightComparisons masks{};
+  for (unsigned int k = 0; k < 8; ++k) {
+    for (std::size_t i = 0; i < limits.size(); ++i)
+      masks[i] |= (numbers[k] < limits[i] ? 1u : 0u) << k;
+    masks[3] |= (numbers[k] == 0xffff ? 1u : 0u) << k;
+  }
+  return masks;
+}
+
+} // namespace portable
+
+/** \brief Index of the first of sixteen ends that is above a number below 2^15.
+ * \param[in] ends sixteen of them, ascending, the last one 2^15; aligned to 16 bytes
+ */
+inline unsigned int
+firstAbove(const std::uint16_t* ends, std::uint32_t number)
+{
+#if defined(__SSE2__)
+  // In 16 bits end - number - 1 - 2^15 is negative where end > number: one instruction
+  // less than a signed comparison, of which 2^15 is no operand.
+  const __m128i place =
+      _mm_set1_epi16(static_cast<short>(number + 1 + (std::uint32_t{1} << 15)));
+  const auto* const values = reinterpret_cast<const __m128i*>(ends);
+  const __m128i low = _mm_sub_epi16(_mm_load_si128(values), place);
+  const __m128i high = _mm_sub_epi16(_mm_load_si128(values + 1), place);
+  const auto above =
+      static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
+  return lowestBit(above);
+#else
+  return portable::firstAbove(ends, number);
+#endif
+}
+
+/** \brief Moves ends towards what was counted, and sets the counts to 0: end i moves by
+ * 2^-shift of its distance from (i + 1) least + unit * (sum of the counts up to i).
+ * \param[in,out] ends sixteen of them; aligned to 16 bytes
+ * \param[in,out] counts sixteen of them, at most 255 in all; aligned to 16 bytes
+ */
+inline void
+moveEnds(std::uint16_t* ends,
+         std::uint8_t* counts,
+         std::uint32_t least,
+         std::uint32_t unit,
+         unsigned int shift)
+{
+#if defined(__SSE2__)
+  auto* const values = reinterpret_cast<__m128i*>(ends);
+  auto* const bytes = reinterpret_cast<__m128i*>(counts);
+  __m128i sums = _mm_load_si128(bytes);
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 1));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 2));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 4));
+  sums = _mm_add_epi8(sums, _mm_slli_si128(sums, 8));
+  const __m128i zero = _mm_setzero_si128();
+  const __m128i units = _mm_set1_epi16(static_cast<short>(unit));
+  const auto w = static_cast<short>(least);
+  const auto times = [w](int factor) { return static_cast<short>(factor * w); };
+  const __m128i floors = _mm_set_epi16(
+      times(8), times(7), times(6), times(5), times(4), times(3), times(2), w);
+  const __m128i shifts = _mm_cvtsi32_si128(static_cast<int>(shift));
+  const auto moved = [&](__m128i end, __m128i count, __m128i floor) {
+    const __m128i goal = _mm_add_epi16(_mm_mullo_epi16(count, units), floor);
+    return _mm_add_epi16(end, _mm_sra_epi16(_mm_sub_epi16(goal, end), shifts));
+  };
+  _mm_store_si128(values,
+                  moved(_mm_load_si128(values), _mm_unpacklo_epi8(sums, zero), floors));
+  _mm_store_si128(values + 1,
+                  moved(_mm_load_si128(values + 1),
+                        _mm_unpackhi_epi8(sums, zero),
+                        _mm_add_epi16(floors, _mm_set1_epi16(times(8)))));
+  _mm_store_si128(bytes, zero);
+#else
+  portable::moveEnds(ends, counts, least, unit, shift);
+#endif
+}
+
+/** \brief Stores the sums of a number and each of eight bytes. */
+inline void
+storeSums(std::uint32_t* sums,
+          const std::array<std::uint8_t, 8>& bytes,
+          std::uint32_t first)
+{
+#if defined(__SSE2__)
+  const __m128i zero = _mm_setzero_si128();
+  const __m128i firsts = _mm_set1_epi32(static_cast<int>(first));
+  const __m128i packed =
+      _mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes.data()));
+  const __m128i words = _mm_unpacklo_epi8(packed, zero);
+  auto* const eight = reinterpret_cast<__m128i*>(sums);
+  _mm_storeu_si128(eight, _mm_add_epi32(_mm_unpacklo_epi16(words, zero), firsts));
+  _mm_storeu_si128(eight + 1, _mm_add_epi32(_mm_unpackhi_epi16(words, zero), firsts));
+#else
+  portable::storeSums(sums, bytes, first);
+#endif
+}
+
+/** \brief Compares eight numbers with three limits above 0, and with 0xffff; bit k of
+ * each mask is that of number k. */
+inline EightComparisons
+compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& limits)
+{
+#if defined(__SSE2__)
+  const __m128i eight = _mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers));
+  const auto below = [&](std::uint16_t limit) {
+    const __m128i last = _mm_set1_epi16(static_cast<short>(limit - 1));
+    return _mm_cmpeq_epi16(_mm_subs_epu16(eight, last), _mm_setzero_si128());
+  };
+  const auto bits = [](__m128i low, __m128i high) {
+    return static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
+  };
+  const __m128i highest = _mm_cmpeq_epi16(eight, _mm_set1_epi16(-1));
+  const unsigned int low = bits(below(limits[0]), below(limits[1]));
+  const unsigned int high = bits(below(limits[2]), highest);
+  return {low & 0xff, low >> 8, high & 0xff, high >> 8};
+#else
+  return portable::compareEight(numbers, limits);
+#endif
+}
+
+} // namespace pcl_ext

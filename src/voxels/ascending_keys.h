@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Index of what a list does not have. */
+constexpr std::size_t not_in_list = static_cast<std::size_t>(-1);
+
+/** \brief The key of an element of an ascending list. */
+constexpr std::uint64_t
+keyOf(std::uint64_t key)
+{
+  return key;
+}
+
+template <class Element>
+constexpr std::uint64_t
+keyOf(const Element& element)
+{
+  return element.key;
+}
+
+/** \brief Finds elements of an ascending list by their keys, which are asked for in
+ * ascending order. */
+template <class Element>
+class AscendingLookup {
+public:
+  /** \brief Of an empty list. */
+  AscendingLookup() = default;
+
+  /** \param[in] elements ascending; they must outlive the lookup */
+  explicit AscendingLookup(const std::vector<Element>& elements)
+  : elements_(elements.data()), size_(elements.size())
+  {}
+
+  /** \brief Index of the element with a key, or not_in_list. */
+  std::size_t
+  find(std::uint64_t key)
+  {
+    while (next_ < size_ && keyOf(elements_[next_]) < key)
+      ++next_;
+    return next_ < size_ && keyOf(elements_[next_]) == key ? next_ : not_in_list;
+  }
+
+private:
+  const Element* elements_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t next_ = 0;
+};
+
+/** \brief Walks two lists of ascending keys side by side.
+ * \param[in] visit is called for each key that is in either of them, in ascending order,
+ * with its index in each, not_in_list where it is not; false ends the walk
+ * \return whether the walk came to its end
+ */
+template <class First, class Second, class Visit>
+bool
+walkSideBySide(const std::vector<First>& first,
+               const std::vector<Second>& second,
+               Visit&& visit)
+{
+  const First* const firsts = first.data();
+  const Second* const seconds = second.data();
+  const std::size_t first_size = first.size();
+  const std::size_t second_size = second.size();
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (j < second_size) {
+    const std::uint64_t key = keyOf(seconds[j]);
+    for (; i < first_size && keyOf(firsts[i]) < key; ++i)
+      if (!visit(i, not_in_list))
+        return false;
+    const bool is_in_both = i < first_size && keyOf(firsts[i]) == key;
+    if (!visit(is_in_both ? i : not_in_list, j))
+      return false;
+    i += is_in_both ? 1 : 0;
+    ++j;
+  }
+  for (; i < first_size; ++i)
+    if (!visit(i, not_in_list))
+      return false;
+  return true;
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,129 @@
+#include "simd/symbol_lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <random>
+
+namespace {
+
+using namespace pcl_ext;
+
+struct alignas(16) Sixteen {
+  std::array<std::uint16_t, 16> ends{};
+  std::array<std::uint8_t, 16> counts{};
+};
+
+/** \brief Ascending ends, some of them as close as a symbol's least width. */
+Sixteen
+randomEnds(std::mt19937& random)
+{
+  Sixteen sixteen;
+  const unsigned int spread = 1 + random() % 2048;
+  std::uint32_t end = 0;
+  for (std::uint16_t& value : sixteen.ends)
+    value = static_cast<std::uint16_t>(
+        end += 8 + static_cast<std::uint32_t>(random() % spread % 2000));
+  sixteen.ends[15] = 1u << 15;
+  return sixteen;
+}
+
+TEST(SymbolLanes, TheFirstEndAboveIsFound)
+{
+  std::mt19937 random(1);
+  for (int round = 0; round < 300; ++round) {
+    const Sixteen sixteen = randomEnds(random);
+    for (std::uint32_t number = 0; number < 1u << 15;
+         number += 1 + static_cast<std::uint32_t>(random() % 40)) {
+      const auto expected = static_cast<unsigned int>(
+          std::upper_bound(sixteen.ends.begin(), sixteen.ends.end(), number) -
+          sixteen.ends.begin());
+      ASSERT_EQ(firstAbove(sixteen.ends.data(), number), expected);
+      ASSERT_EQ(portable::firstAbove(sixteen.ends.data(), number), expected);
+    }
+    for (const std::uint16_t end : sixteen.ends)
+      for (const std::uint32_t number : {end - 1u, std::min(end + 0u, 0x7fffu)})
+        ASSERT_EQ(firstAbove(sixteen.ends.data(), number),
+                  portable::firstAbove(sixteen.ends.data(), number));
+  }
+}
+
+TEST(SymbolLanes, EndsMoveTowardsWhatWasCounted)
+{
+  std::mt19937 random(2);
+  for (const unsigned int period_log2 : {2u, 3u, 4u, 5u})
+    for (int round = 0; round < 2000; ++round) {
+      Sixteen native = randomEnds(random);
+      for (int i = 0; i < 1 << period_log2; ++i)
+        ++native.counts[round % 3 == 0 ? round % 16 : random() % 16];
+      Sixteen plain = native;
+      Sixteen expected = native;
+      const std::int32_t unit = 32640 >> period_log2;
+      const unsigned int shift = 1 + random() % 2;
+      std::int32_t sum = 0;
+      for (std::size_t i = 0; i < 16; ++i) {
+        sum += native.counts[i];
+        const std::int32_t way =
+            8 * static_cast<std::int32_t>(i + 1) + sum * unit - native.ends[i];
+        expected.ends[i] = static_cast<std::uint16_t>(native.ends[i] + (way >> shift));
+      }
+      expected.counts.fill(0);
+      moveEnds(
+          native.ends.data(), native.counts.data(), 8, 32640 >> period_log2, shift);
+      portable::moveEnds(
+          plain.ends.data(), plain.counts.data(), 8, 32640 >> period_log2, shift);
+      ASSERT_EQ(native.ends, expected.ends);
+      ASSERT_EQ(native.counts, expected.counts);
+      ASSERT_EQ(plain.ends, expected.ends);
+      ASSERT_EQ(plain.counts, expected.counts);
+      ASSERT_EQ(native.ends[15], 1u << 15);
+    }
+}
+
+TEST(SymbolLanes, BytesAreAdded)
+{
+  const std::array<std::uint8_t, 8> bytes = {0, 1, 7, 128, 255, 3, 200, 0};
+  for (const std::uint32_t first : {0u, 5u, 0xfffffff0u}) {
+    std::array<std::uint32_t, 9> native{};
+    std::array<std::uint32_t, 9> plain{};
+    storeSums(native.data() + 1, bytes, first);
+    portable::storeSums(plain.data() + 1, bytes, first);
+    EXPECT_EQ(native[0], 0u);
+    for (std::size_t i = 0; i < 8; ++i)
+      EXPECT_EQ(native[i + 1], first + bytes[i]);
+    EXPECT_EQ(native, plain);
+  }
+}
+
+TEST(SymbolLanes, EightNumbersAreCompared)
+{
+  std::mt19937 random(3);
+  const std::array<std::array<std::uint16_t, 3>, 3> all_limits = {
+      {{256, 640, 1024}, {1, 0x7fff, 0x8000}, {0x8001, 0xfffe, 0xffff}}};
+  for (const std::array<std::uint16_t, 3>& limits : all_limits)
+    for (int round = 0; round < 3000; ++round) {
+      std::array<std::uint16_t, 9> numbers;
+      for (std::uint16_t& number : numbers)
+        switch (random() % 4) {
+        case 0:
+          number = 0xffff;
+          break;
+        case 1: // at a limit, one below, one above
+          number = static_cast<std::uint16_t>(limits[random() % 3] + random() % 3 - 1);
+          break;
+        default:
+          number = static_cast<std::uint16_t>(random() % 0x10000);
+        }
+      const EightComparisons native = compareEight(numbers.data() + 1, limits);
+      ASSERT_EQ(native, portable::compareEight(numbers.data() + 1, limits));
+      for (std::size_t k = 0; k < 8; ++k) {
+        for (std::size_t i = 0; i < 3; ++i)
+          ASSERT_EQ((native[i] >> k & 1) != 0, numbers[k + 1] < limits[i]);
+        ASSERT_EQ((native[3] >> k & 1) != 0, numbers[k + 1] == 0xffff);
+      }
+    }
+}
+
+} // namespace
