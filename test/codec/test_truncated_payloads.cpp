@@ -308,7 +308,7 @@ expectRefusedBehindShortFrames(std::mt19937_64& random,
     const std::uint64_t first = is_last ? 32 * cube : cube + 64 * i;
     for (std::uint64_t key = first; key < first + (is_last ? cube : 64); key += 64)
       for (std::uint64_t cells = block(); cells != 0; cells &= cells - 1) {
-        frame.keys.push_back(key + lowestBit(cells));
+        frame.keys.push_back(key + pcl_ext::lowestBit(cells));
         frame.intensities.push_back(
             static_cast<std::uint16_t>(below(random, steps_end)));
       }

@@ -1,5 +1,5 @@
-#include "codec/payload_coder.h"
 #include "support/forged_frames.h"
+#include "support/payload_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
@@ -146,8 +146,8 @@ TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
     frame.header.is_i_frame = good_frames == 0;
     ++frame.header.frame_number;
     frame.payload.clear();
-    hostile.of(frame.header.effort)
-        .encode(work, voxels, good_frames == 0, frame.payload);
+    encodePayload(
+        hostile.of(frame.header.effort), work, voxels, good_frames == 0, frame.payload);
     const Bytes bytes = putTogetherSized(frame, checksum);
     checksum = takeApart(bytes).checksum;
     const MemoryUse memory_use;
