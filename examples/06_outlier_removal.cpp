@@ -1,7 +1,7 @@
 // Removes the flying pixels before a wall: in a program that decodes clouds as with PCL,
 // and in the central node, which does the same for each of its streams.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/filters/decoded_cloud_outliers.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/sensor_node.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/intensity/sensor.h>
+#include <pcl_ext/intensity/intensity_model.h>
 
 #include <cstdint>
 #include <optional>

@@ -1,7 +1,6 @@
 #include "point_filters.h"
 
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
+#include "measuring/machine.h"
 
 #include "measuring/machine.h"
 
@@ -35,20 +34,14 @@ Centres::Ptr
 centresOf(const io::VoxelFrame& frame)
 {
   Centres::Ptr cloud(new Centres);
-  io::SymbolIntensities symbol_intensities;
-  io::VoxelCentres centres;
-  for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-    const std::size_t count =
-        io::voxelCentres(frame, symbol_intensities, begin, centres);
-    for (std::size_t i = 0; i < count; ++i) {
-      pcl::PointXYZI point;
-      point.x = centres.x[i];
-      point.y = centres.y[i];
-      point.z = centres.z[i];
-      point.intensity = centres.intensity[i];
-      cloud->push_back(point);
-    }
-  }
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    pcl::PointXYZI point;
+    point.x = x;
+    point.y = y;
+    point.z = z;
+    point.intensity = intensity;
+    cloud->push_back(point);
+  });
   return cloud;
 }
 

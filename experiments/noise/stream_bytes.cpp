@@ -1,6 +1,6 @@
 #include "stream_bytes.h"
 
-#include <pcl_ext/intensity/sensor.h>
+#include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "measuring/markdown_table.h"

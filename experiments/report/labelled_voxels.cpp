@@ -1,7 +1,6 @@
 #include "labelled_voxels.h"
 
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include <cstddef>
 
@@ -14,18 +13,15 @@ namespace {
 std::vector<LabelledVoxel>
 voxelsAtCentres(const io::VoxelFrame& frame)
 {
-  io::SymbolIntensities intensities;
-  std::vector<LabelledVoxel> voxels(frame.size());
-  io::VoxelCentres centres;
-  for (std::size_t begin = 0; begin < frame.size();) {
-    const std::size_t count = io::voxelCentres(frame, intensities, begin, centres);
-    for (std::size_t i = 0; i < count; ++i) {
-      voxels[begin + i].x = centres.x[i];
-      voxels[begin + i].y = centres.y[i];
-      voxels[begin + i].z = centres.z[i];
-    }
-    begin += count;
-  }
+  std::vector<LabelledVoxel> voxels;
+  voxels.reserve(frame.size());
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float) {
+    LabelledVoxel voxel;
+    voxel.x = x;
+    voxel.y = y;
+    voxel.z = z;
+    voxels.push_back(voxel);
+  });
   return voxels;
 }
 

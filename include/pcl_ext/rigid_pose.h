@@ -4,17 +4,25 @@
 
 namespace pcl_ext {
 
-/** \brief A pose in the world: the frame of a sensor -> the global frame, metres; takes an
- * Eigen::Isometry3d. Not aligned, so that it looks the same to the library and to programs
- * built with other vector instructions. */
+/** \brief Pose of a sensor in the world: sensor frame -> global frame, metres. Accepts an
+ * Eigen::Isometry3d. Not aligned, so that its layout does not depend on the vector
+ * instructions that a program is built with. */
 using WorldPose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
-/** \brief True if a pose is what it says: a rotation and a translation, all finite. */
+namespace io {
+
+/** \brief Pose of a sensor in the frame of its clouds: sensor frame -> frame of the cloud,
+ * metres. Accepts an Eigen::Isometry3f. Not aligned, as WorldPose. */
+using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>;
+
+} // namespace io
+
+/** \brief True if a pose is a rotation and a translation, all finite. */
 inline bool
 isRigid(const Eigen::Isometry3f& pose)
 {
   const Eigen::Matrix3f rotation = pose.linear();
-  // NaN fails the comparisons, too.
+  // Comparisons with NaN are false.
   return (rotation * rotation.transpose() - Eigen::Matrix3f::Identity()).norm() <
              1e-3f &&
          rotation.determinant() > 0.0f && pose.translation().allFinite();

@@ -5,8 +5,8 @@
 
 namespace pcl_ext {
 
-/** \brief What came of an operation that can fail on bad input: a code to branch on and
- * a sentence to show.
+/** \brief Outcome of an operation that can fail on bad input: a code for programs and a
+ * message for people.
  * \tparam CodeT an enumeration whose value `CodeT::Ok` means success
  *
  * Clouds, frames, streams and settings that are bad are reported through this type and
@@ -20,14 +20,13 @@ public:
   /** \brief Success. */
   Status() = default;
 
-  /** \brief A failure, or a success with something to say.
+  /** \brief A failure, or a success with a message.
    * \param[in] code the kind of outcome
-   * \param[in] message one sentence for a person; says what is wrong and with what
-   * value
+   * \param[in] message what is wrong, with the value concerned
    */
   Status(CodeT code, std::string message) : code_(code), message_(std::move(message)) {}
 
-  /** \brief True if the operation did what it was asked to do. */
+  /** \brief True if the operation succeeded. */
   bool
   ok() const
   {
@@ -41,7 +40,7 @@ public:
     return code_;
   }
 
-  /** \brief A sentence for a person; empty on plain success. */
+  /** \brief What is wrong; empty on success. */
   const std::string&
   message() const
   {
@@ -53,8 +52,8 @@ private:
   std::string message_;
 };
 
-/** \brief The status of memory that ran out. Its message fits into a string's own buffer,
- * so that it needs none itself.
+/** \brief The status when memory runs out. Its message fits into the string's internal
+ * buffer, so that no memory is allocated for it.
  * \tparam StatusT a Status whose codes have an OutOfMemory
  */
 template <typename StatusT>
@@ -64,4 +63,28 @@ outOfMemoryStatus()
   return {StatusT::Code::OutOfMemory, "out of memory"};
 }
 
+namespace io {
+
+/** \brief Outcomes of encoding or decoding a frame. */
+enum class CompressionCode {
+  Ok,                 ///< the frame was encoded or decoded
+  InvalidSettings,    ///< a setting is outside its range, or two contradict each other
+  InvalidInput,       ///< no cloud, or an inconsistent frame
+  OutputFailed,       ///< the output stream accepted no more bytes
+  EndOfStream,        ///< there are no bytes to decode
+  NoFrame,            ///< there are bytes, but no frame begins in them
+  UnsupportedVersion, ///< a frame of an unknown stream version
+  Truncated,          ///< the stream ends within a frame
+  Corrupt,            ///< a frame contradicts its checksum or itself
+  LimitExceeded,      ///< decoding would exceed a limit of DecoderLimits
+  MissingReference,   ///< the frame depends on a frame that was not decoded
+  InputFailed,        ///< the input stream failed while decoding
+  OldFrame,           ///< a late or repeated frame; it was dropped, the stream goes on
+  OutOfMemory         ///< memory ran out; the stream goes on with the next I-frame
+};
+
+/** \brief Outcome of encoding or decoding a frame, returned where PCL returns void. */
+using CompressionStatus = Status<CompressionCode>;
+
+} // namespace io
 } // namespace pcl_ext

@@ -1,8 +1,5 @@
 #include "message_conversions.h"
 
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
-
 #include <sensor_msgs/PointField.h>
 
 #include <array>
@@ -94,23 +91,16 @@ hasKnownFormat(const CompressedPointCloud2& message)
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
 {
-  using pcl_ext::io::VoxelCentres;
   sensor_msgs::PointCloud2 message;
   describeVoxels(header, frame.size(), message);
   message.data.resize(std::size_t{message.row_step});
-  pcl_ext::io::SymbolIntensities symbol_intensities;
-  VoxelCentres centres;
   std::uint8_t* output = message.data.data();
-  for (std::size_t begin = 0; begin < frame.size(); begin += VoxelCentres::most) {
-    const std::size_t count =
-        pcl_ext::io::voxelCentres(frame, symbol_intensities, begin, centres);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::array<float, 4> point{
-          centres.x[i], centres.y[i], centres.z[i], centres.intensity[i]};
-      std::memcpy(output, point.data(), point_step);
-      output += point_step;
-    }
-  }
+  pcl_ext::io::forEachVoxelCentre(
+      frame, [&](float x, float y, float z, float intensity) {
+        const std::array<float, 4> point{x, y, z, intensity};
+        std::memcpy(output, point.data(), point_step);
+        output += point_step;
+      });
   return message;
 }
 

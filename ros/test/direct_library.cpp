@@ -1,7 +1,5 @@
 #include "direct_library.h"
 
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include <gtest/gtest.h>
@@ -57,16 +55,10 @@ voxelsIn(const sensor_msgs::PointCloud2& message)
 Voxels
 voxelsIn(const io::VoxelFrame& frame)
 {
-  io::SymbolIntensities symbol_intensities;
-  io::VoxelCentres centres;
   Voxels voxels;
-  for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-    const std::size_t count =
-        io::voxelCentres(frame, symbol_intensities, begin, centres);
-    for (std::size_t i = 0; i < count; ++i)
-      voxels.push_back(
-          {centres.x[i], centres.y[i], centres.z[i], centres.intensity[i]});
-  }
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    voxels.push_back({x, y, z, intensity});
+  });
   return voxels;
 }
 

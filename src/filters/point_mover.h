@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/filters/moved_points.h>
+#include <pcl_ext/filters/impl/moved_points.hpp>
 
 #include "simd/lanes.h"
 

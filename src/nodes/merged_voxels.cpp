@@ -1,7 +1,6 @@
 #include "nodes/merged_voxels.h"
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/voxel_centres.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include <cstddef>
@@ -82,17 +81,10 @@ void
 MergedVoxels::appendCentres(const io::VoxelFrame& frame)
 {
   const float margin = io::faceMargin(resolution_);
-  io::VoxelCentres centres;
-  for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-    const std::size_t count =
-        io::voxelCentres(frame, symbol_intensities_, begin, centres);
-    for (std::size_t i = 0; i < count; ++i) {
-      coordinates_.insert(
-          coordinates_.end(),
-          {centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin});
-      intensities_.push_back(centres.intensity[i]);
-    }
-  }
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    coordinates_.insert(coordinates_.end(), {x + margin, y + margin, z + margin});
+    intensities_.push_back(intensity);
+  });
 }
 
 } // namespace nodes

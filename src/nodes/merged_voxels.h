@@ -1,6 +1,5 @@
 #pragma once
 
-#include <pcl_ext/compression/symbol_intensities.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/stream_health.h>
@@ -48,7 +47,6 @@ private:
 
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
-  io::SymbolIntensities symbol_intensities_;
   io::VoxelFrame frame_; // of the last stream that was added
   std::vector<float> coordinates_;
   std::vector<float> intensities_;

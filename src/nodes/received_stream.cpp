@@ -1,6 +1,6 @@
 #include "nodes/received_stream.h"
 
-#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "nodes/caught_status.h"
 #include "nodes/latency.h"

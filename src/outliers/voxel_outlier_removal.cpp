@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "outliers/density_blocks.h"

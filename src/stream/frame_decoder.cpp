@@ -2,7 +2,6 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/exceptions.h"
-#include "bytes/memory_buffer.h"
 #include "bytes/reread_allowance.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"

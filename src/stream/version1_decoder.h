@@ -1,10 +1,10 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
 #include "codec/payload_coder.h"

@@ -1,7 +1,7 @@
 #include "stream/version1_header.h"
 
+#include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "bytes/memory_buffer.h"
 #include "voxels/grid_fit.h"
 
 #include <zlib.h>

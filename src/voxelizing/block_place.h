@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include <array>
 #include <cstddef>

@@ -92,7 +92,7 @@ PlaceFinder::find(const PointView& points,
                   VoxelizationStatistics& statistics) const
 {
   placed.count = 0;
-  const std::size_t end = std::min(points.count, begin + PlacedPoints::most);
+  const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
   const std::size_t stride = points.coordinate_stride;
   std::size_t i = begin;
   // The locator reads a float behind z, which the last point need not have.

@@ -45,7 +45,7 @@ public:
   /** \brief Finds the places of the next points of a cloud.
    * \param[in] points the cloud
    * \param[in] begin first point
-   * \param[out] placed the points from there that can be used; PlacedPoints::most are
+   * \param[out] placed the points from there that can be used; PlacedPoints::capacity are
    * looked at
    * \param[in,out] statistics those that cannot be used are counted
    * \return false if a point could be used, but is outside the grid

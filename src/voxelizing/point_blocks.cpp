@@ -2,7 +2,7 @@
 
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
-#include "voxels/radix_sort.h"
+#include "voxelizing/radix_sort.h"
 
 #include <algorithm>
 

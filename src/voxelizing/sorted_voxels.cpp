@@ -1,6 +1,6 @@
 #include "voxelizing/sorted_voxels.h"
 
-#include "voxels/radix_sort.h"
+#include "voxelizing/radix_sort.h"
 
 namespace pcl_ext {
 namespace io {

@@ -136,8 +136,8 @@ private:
     statistics.points = points.count;
     voxels.clear();
     startRuns(points);
-    std::array<std::size_t, PlacedPoints::most> added;
-    for (std::size_t i = 0; i < points.count; i += PlacedPoints::most) {
+    std::array<std::size_t, PlacedPoints::capacity> added;
+    for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
       if (!finder_.find(points, i, placed_, statistics))
         return Collected::PointOutsideGrid;
       voxels.add(placed_, added.data());

@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -6,17 +6,18 @@
 
 namespace pcl_ext {
 namespace io {
+namespace detail {
 
 namespace {
 
-// The loops below are over as many voxels as there is room for, whatever the frame has
-// left, so that the compiler makes vector instructions of them.
-constexpr std::size_t most = VoxelCentres::most;
+// The loops below always cover a whole block, even if the frame has fewer voxels left:
+// with a constant number of iterations the compiler vectorises them.
+constexpr std::size_t capacity = VoxelCentres::capacity;
 
 /** \brief Deepest grid whose keys fit 32 bits. */
 constexpr unsigned int deepest_narrow_grid = 10;
 
-/** \brief Every third bit of a key of up to ten levels, side by side. */
+/** \brief Gathers every third bit of a key of up to ten levels. */
 std::uint32_t
 gatherBits(std::uint32_t bits)
 {
@@ -27,7 +28,7 @@ gatherBits(std::uint32_t bits)
   return (bits | bits >> 16) & 0x3ff;
 }
 
-/** \brief Every third bit of a key of up to 21 levels, side by side. */
+/** \brief Gathers every third bit of a key of up to 21 levels. */
 std::uint32_t
 gatherBits(std::uint64_t bits)
 {
@@ -43,19 +44,19 @@ template <typename KeyT>
 void
 computeAxis(const VoxelGrid& grid,
             std::size_t axis,
-            const std::array<KeyT, most>& keys,
-            std::array<float, most>& coordinates)
+            const std::array<KeyT, capacity>& keys,
+            std::array<float, capacity>& coordinates)
 {
   const std::size_t lowest_bit = 2 - axis;
   const std::int32_t first_index = grid.first_index[axis];
   const double resolution = grid.resolution;
   const double anchor = grid.anchor[axis];
-  std::array<std::int32_t, most> index;
-  for (std::size_t i = 0; i < most; ++i)
+  std::array<std::int32_t, capacity> index;
+  for (std::size_t i = 0; i < capacity; ++i)
     // Within the lattice, and so within 32 bits.
     index[i] =
         first_index + static_cast<std::int32_t>(gatherBits(keys[i] >> lowest_bit));
-  for (std::size_t i = 0; i < most; ++i)
+  for (std::size_t i = 0; i < capacity; ++i)
     coordinates[i] =
         static_cast<float>((static_cast<double>(index[i]) + 0.5) * resolution + anchor);
 }
@@ -67,7 +68,7 @@ computeCentres(const VoxelGrid& grid,
                std::size_t count,
                VoxelCentres& centres)
 {
-  std::array<KeyT, most> keys{};
+  std::array<KeyT, capacity> keys{};
   for (std::size_t i = 0; i < count; ++i)
     keys[i] = static_cast<KeyT>(frame_keys[i]);
   computeAxis(grid, 0, keys, centres.x);
@@ -76,28 +77,18 @@ computeCentres(const VoxelGrid& grid,
 }
 
 void
-lookUpIntensities(const float* values,
-                  const std::uint16_t* frame_intensities,
-                  std::size_t count,
-                  std::array<float, most>& intensities)
-{
-  for (std::size_t i = 0; i < count; ++i)
-    intensities[i] = values[frame_intensities[i]];
-}
-
-void
 computeIntensities(const IntensityScale& scale,
                    const std::uint16_t* frame_intensities,
                    std::size_t count,
-                   std::array<float, most>& intensities)
+                   std::array<float, capacity>& intensities)
 {
-  std::array<std::int32_t, most> symbols{};
+  std::array<std::int32_t, capacity> symbols{};
   std::copy_n(frame_intensities, count, symbols.begin());
-  // IntensityScale::value, but without a branch.
+  // IntensityScale::value without branches.
   constexpr double largest = std::numeric_limits<float>::max();
   const auto offset = static_cast<double>(scale.offset);
   const auto step = static_cast<double>(scale.step);
-  for (std::size_t i = 0; i < most; ++i) {
+  for (std::size_t i = 0; i < capacity; ++i) {
     double intensity = offset + static_cast<double>(symbols[i]) * step;
     intensity = intensity < -largest ? -largest : intensity;
     intensity = intensity > largest ? largest : intensity;
@@ -107,26 +98,43 @@ computeIntensities(const IntensityScale& scale,
 
 } // namespace
 
-std::size_t
-voxelCentres(const VoxelFrame& frame,
-             SymbolIntensities& symbol_intensities,
-             std::size_t begin,
-             VoxelCentres& centres)
+VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
-  const std::size_t count = std::min(most, frame.size() - begin);
-  const std::uint64_t* const keys = frame.keys.data() + begin;
-  if (frame.grid.depth <= deepest_narrow_grid)
-    computeCentres<std::uint32_t>(frame.grid, keys, count, centres);
+  if (!hasTable())
+    return;
+  for (std::uint32_t symbol = 0; symbol <= frame.intensity_scale.maxSymbol(); ++symbol)
+    table_[symbol] = frame.intensity_scale.value(static_cast<std::uint16_t>(symbol));
+}
+
+bool
+VoxelCentreReader::hasTable() const
+{
+  return frame_.intensity_scale.companded_range != 0 &&
+         frame_.intensity_scale.bits <= most_table_bits;
+}
+
+std::size_t
+VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
+{
+  const std::size_t count = std::min(capacity, frame_.size() - begin);
+  const std::uint64_t* const keys = frame_.keys.data() + begin;
+  if (frame_.grid.depth <= deepest_narrow_grid)
+    computeCentres<std::uint32_t>(frame_.grid, keys, count, centres);
   else
-    computeCentres<std::uint64_t>(frame.grid, keys, count, centres);
-  const std::uint16_t* const symbols = frame.intensities.data() + begin;
-  if (const float* const values =
-          symbol_intensities.compandedValues(frame.intensity_scale))
-    lookUpIntensities(values, symbols, count, centres.intensity);
+    computeCentres<std::uint64_t>(frame_.grid, keys, count, centres);
+  const IntensityScale& scale = frame_.intensity_scale;
+  const std::uint16_t* const symbols = frame_.intensities.data() + begin;
+  if (scale.companded_range == 0)
+    computeIntensities(scale, symbols, count, centres.intensity);
+  else if (hasTable())
+    for (std::size_t i = 0; i < count; ++i)
+      centres.intensity[i] = table_[symbols[i]];
   else
-    computeIntensities(frame.intensity_scale, symbols, count, centres.intensity);
+    for (std::size_t i = 0; i < count; ++i)
+      centres.intensity[i] = scale.value(symbols[i]);
   return count;
 }
 
+} // namespace detail
 } // namespace io
 } // namespace pcl_ext

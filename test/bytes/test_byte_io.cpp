@@ -1,6 +1,5 @@
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "bytes/memory_buffer.h"
 #include "stream/version1_header.h"
 
 #include <gtest/gtest.h>

@@ -4,7 +4,6 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/intensity/sensor.h>
 
 #include "support/cloud_streams.h"
 

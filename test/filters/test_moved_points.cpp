@@ -95,7 +95,7 @@ void
 expectMoved(MovePointsT move_points, std::mt19937_64& random, bool has_box)
 {
   const detail::PointMove move = randomMove(random, has_box);
-  const std::size_t count = random() % (detail::MovedPoints::most + 1);
+  const std::size_t count = random() % (detail::MovedPoints::capacity + 1);
   const std::size_t stride = 12 + random() % 30; // bytes, not aligned
   std::vector<Eigen::Vector3f> points(count);
   // Not a byte more than the last z, so that a sanitizer sees what is read behind it.

@@ -1,6 +1,5 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/intensity/sensor.h>
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>

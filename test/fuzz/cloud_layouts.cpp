@@ -8,7 +8,6 @@
  */
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/intensity/sensor.h>
 
 #include "fuzz_input.h"
 

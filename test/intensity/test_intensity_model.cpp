@@ -1,5 +1,4 @@
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/intensity/sensor.h>
 
 #include <gtest/gtest.h>
 

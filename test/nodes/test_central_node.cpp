@@ -1,7 +1,7 @@
 /** \file
  * \brief What a CentralNode decodes and denoises, and how it answers to wrong orders.
  */
-#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"

@@ -2,7 +2,6 @@
  * \brief A CentralNode without memory: each single allocation fails in turn, and the stream
  * that it was for goes on.
  */
-#include <pcl_ext/filters/faint_voxels.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 

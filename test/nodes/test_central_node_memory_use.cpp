@@ -1,7 +1,7 @@
 /** \file
  * \brief What memory a CentralNode keeps behind large frames: none, some frames later.
  */
-#include <pcl_ext/compression/coding_memory.h>
+#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"

@@ -1,7 +1,7 @@
 /** \file
  * \brief Merging the streams of a CentralNode against sums in a map.
  */
-#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"

@@ -2,7 +2,6 @@
  * \brief A CentralNode that removes outliers against VoxelOutlierRemoval called directly,
  * frame by frame.
  */
-#include <pcl_ext/filters/faint_voxels.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 

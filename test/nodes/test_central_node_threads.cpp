@@ -2,7 +2,6 @@
  * \brief A CentralNode that many threads use at once; to be run under ThreadSanitizer,
  * too.
  */
-#include <pcl_ext/filters/faint_voxels.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 

@@ -3,7 +3,6 @@
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/filters/decoded_cloud_outliers.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include <pcl/point_cloud.h>

@@ -1,4 +1,4 @@
-#include <pcl_ext/filters/faint_voxels.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "support/voxel_frames.h"
 

@@ -1,6 +1,6 @@
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/status.h>
 
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/point_types.h>

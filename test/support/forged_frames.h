@@ -6,7 +6,6 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "bytes/memory_buffer.h"
 #include "stream/version1_header.h"
 #include "support/voxel_frames.h"
 

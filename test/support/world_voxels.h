@@ -3,8 +3,8 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/morton_key.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
  * \brief The symbol of each voxel holds its intensity, with any number of bits, on linear
  * and companded scales.
  */
-#include <pcl_ext/compression/companded_levels.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include "support/voxelized_stream.h"
 

@@ -22,10 +22,11 @@ expectVoxels(VoxelsT& voxels, const Positions& positions)
 {
   voxels.clear();
   std::vector<std::size_t> added(positions.size());
-  for (std::size_t begin = 0; begin < positions.size(); begin += PlacedPoints::most) {
+  for (std::size_t begin = 0; begin < positions.size();
+       begin += PlacedPoints::capacity) {
     PlacedPoints placed;
     for (std::size_t i = begin;
-         i < std::min(positions.size(), begin + PlacedPoints::most);
+         i < std::min(positions.size(), begin + PlacedPoints::capacity);
          ++i) {
       const BlockPlace place = blockPlace(positions[i]);
       EXPECT_EQ(mortonKey(place), mortonKey(positions[i]));

@@ -1,5 +1,4 @@
-#include <pcl_ext/compression/companded_levels.h>
-#include <pcl_ext/compression/symbol_intensities.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include "support/voxelized_stream.h"
 
@@ -114,25 +113,6 @@ TEST(CompandedLevels, EdgesAscendFrom0ToTheRange)
       for (std::size_t level = 5; bits >= 3 && level + 1 < edges.size(); ++level)
         ASSERT_LE(edges[level] - edges[level - 1], edges[level + 1] - edges[level] + 1);
     }
-}
-
-TEST(CompandedLevels, SymbolIntensitiesFollowTheScale)
-{
-  SymbolIntensities intensities;
-  for (const IntensityScale& scale :
-       std::vector<IntensityScale>{{1.0f, 1.0f, 4, 254},
-                                   {1.0f, 1.0f, 4, 254},
-                                   {0.0f, 1.0f, 8, 0},
-                                   {-7.5f, 0.25f, 15, 65535},
-                                   {1.0f, 1.0f, 3, 254},
-                                   {-largest, largest / 100.0f, 8, 40000},
-                                   {}}) {
-    const float* const values = intensities.compandedValues(scale);
-    ASSERT_EQ(values != nullptr, scale.companded_range != 0);
-    for (std::uint32_t symbol = 0; values != nullptr && symbol <= scale.maxSymbol();
-         ++symbol)
-      ASSERT_EQ(values[symbol], scale.value(static_cast<std::uint16_t>(symbol)));
-  }
 }
 
 // ---------------------------------------------------------------- quantising

@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include "support/voxelized_stream.h"
 
@@ -38,31 +38,20 @@ randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
 }
 
 void
-expectCentres(const VoxelFrame& frame, SymbolIntensities& symbol_intensities)
-{
-  VoxelCentres centres;
-  std::size_t next = 0;
-  while (next < frame.size()) {
-    const std::size_t count = voxelCentres(frame, symbol_intensities, next, centres);
-    ASSERT_EQ(count, std::min(VoxelCentres::most, frame.size() - next));
-    for (std::size_t i = 0; i < count; ++i, ++next) {
-      const VoxelPosition position = voxelPosition(frame.keys[next]);
-      // To the last bit.
-      ASSERT_EQ(centres.x[i], static_cast<float>(frame.grid.centre(0, position.x)));
-      ASSERT_EQ(centres.y[i], static_cast<float>(frame.grid.centre(1, position.y)));
-      ASSERT_EQ(centres.z[i], static_cast<float>(frame.grid.centre(2, position.z)));
-      ASSERT_EQ(centres.intensity[i],
-                frame.intensity_scale.value(frame.intensities[next]));
-    }
-  }
-  EXPECT_EQ(voxelCentres(frame, symbol_intensities, frame.size(), centres), 0u);
-}
-
-void
 expectCentres(const VoxelFrame& frame)
 {
-  SymbolIntensities symbol_intensities;
-  expectCentres(frame, symbol_intensities);
+  std::size_t next = 0;
+  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    ASSERT_LT(next, frame.size());
+    const VoxelPosition position = voxelPosition(frame.keys[next]);
+    // To the last bit.
+    ASSERT_EQ(x, static_cast<float>(frame.grid.centre(0, position.x)));
+    ASSERT_EQ(y, static_cast<float>(frame.grid.centre(1, position.y)));
+    ASSERT_EQ(z, static_cast<float>(frame.grid.centre(2, position.z)));
+    ASSERT_EQ(intensity, frame.intensity_scale.value(frame.intensities[next]));
+    ++next;
+  });
+  EXPECT_EQ(next, frame.size());
 }
 
 TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
@@ -74,27 +63,20 @@ TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
 
 TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
 {
-  for (const unsigned int bits : {1u, 4u, 8u, 15u}) {
-    VoxelFrame frame = randomFrame(2 + bits, 5, 100);
-    frame.intensity_scale.bits = bits;
-    frame.intensity_scale.companded_range = 40000;
+  for (const IntensityScale& scale :
+       std::vector<IntensityScale>{{-7.5f, 0.25f, 1, 40000},
+                                   {1.0f, 1.0f, 4, 254},
+                                   {0.5f, 2.0f, 4, 300},
+                                   {0.5f, 2.0f, 8, 300},
+                                   {-largest, largest / 100.0f, 8, 40000},
+                                   {0.0f, 1.0f, 9, 40000},
+                                   {-7.5f, 0.25f, 15, 65535}}) {
+    VoxelFrame frame = randomFrame(2 + scale.bits, 5, 1000);
+    frame.intensity_scale = scale;
     for (std::uint16_t& symbol : frame.intensities)
-      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+      symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
     ASSERT_TRUE(isConsistent(frame));
     expectCentres(frame);
-  }
-}
-
-TEST(VoxelCentres, IntensitiesAreThoseOfTheFrameWhateverCameBefore)
-{
-  SymbolIntensities symbol_intensities;
-  for (const std::uint32_t range : {0u, 254u, 300u, 0u, 300u, 254u, 254u}) {
-    VoxelFrame frame = randomFrame(range, 5, 100);
-    frame.intensity_scale = {0.5f, 2.0f, 4, range};
-    for (std::uint16_t& symbol : frame.intensities)
-      symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
-    ASSERT_TRUE(isConsistent(frame));
-    expectCentres(frame, symbol_intensities);
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
@@ -10,6 +9,7 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
 
 #include <cstdint>
 #include <optional>

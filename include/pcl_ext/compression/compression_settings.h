@@ -1,10 +1,9 @@
 #pragma once
 
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/export.h>
-
-#include <Eigen/Geometry>
+#include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
 
 #include <array>
 #include <cstddef>
@@ -60,11 +59,6 @@ struct DecoderLimits {
    * pointers, takes as much again and more. */
   std::size_t max_voxels = std::size_t{1} << 20;
 };
-
-/** \brief A pose, sensor -> cloud; takes an Eigen::Isometry3f. Not aligned, so that the
- * settings look the same to the library and to programs built with other vector
- * instructions. */
-using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 /** \brief All settings of a compression, with their units, defaults and ranges. */
 struct IntensityCompressionSettings {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
 #include <algorithm>
@@ -89,7 +89,6 @@ struct DepthModel {
 PCL_EXT_EXPORT bool
 isConsistent(const DepthModel& model);
 
-struct VoxelGrid;
 struct IntensityScale;
 
 /** \brief The depth model of a grid.

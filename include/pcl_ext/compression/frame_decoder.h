@@ -1,12 +1,10 @@
 #pragma once
 
-#include <pcl_ext/compression/coding_memory.h>
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/status.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -17,21 +15,41 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Turns the bytes of one stream back into voxel frames. Knows no points and no
- * PCL.
+class CodingWorkspace;
+
+/** \brief Scratch memory for decoding a frame. Nothing in it outlasts the call.
+ *
+ * Each decoder has its own unless decode() is given one. Decoders that one thread calls in
+ * turn can share one, which then stays in the processor's caches; with hundreds of streams
+ * that saves time. CentralNode has one for each of its threads. Not for two calls at the
+ * same time. What a large frame needed is released a few frames later.
+ */
+class PCL_EXT_EXPORT CodingMemory {
+public:
+  CodingMemory();
+  ~CodingMemory();
+  CodingMemory(CodingMemory&&) noexcept;
+  CodingMemory&
+  operator=(CodingMemory&&) noexcept;
+
+private:
+  friend class FrameDecoder;
+  std::unique_ptr<CodingWorkspace> workspace_;
+};
+
+/** \brief Decodes the frames of one stream, in either format.
  *
  * Any bytes are safe: decoding ends in bounded time and memory (DecoderLimits), never
- * throws, and a frame is either decoded whole or not at all. A frame that fails leaves
- * the history as it was, so that the stream goes on with the next frame that depends on
- * what was decoded, at the latest with the next I-frame. Where memory runs out
- * (OutOfMemory) nothing may be known until then. Frames that come late or twice are
- * dropped (OldFrame); an input that ended, and is read again from its first frame, is not
- * old. doc/robustness.md has all that is promised.
+ * throws, and a frame is either decoded completely or not at all. A frame that fails does
+ * not change the history, so that the stream continues with the next frame that depends on
+ * a decoded one, at the latest with the next I-frame. After OutOfMemory the history may be
+ * lost until then. Late and repeated frames are dropped (OldFrame); an input that ended and
+ * is read again from its first frame is not old. See doc/robustness.md.
  */
 class PCL_EXT_EXPORT FrameDecoder {
 public:
   /** \brief A decoder at the start of a stream.
-   * \param[in] limits what decoding may cost
+   * \param[in] limits bounds on time and memory
    */
   explicit FrameDecoder(const DecoderLimits& limits = DecoderLimits());
   ~FrameDecoder();
@@ -39,32 +57,34 @@ public:
   FrameDecoder&
   operator=(FrameDecoder&&) noexcept;
 
-  /** \brief Decodes the next frame found in a stream buffer, whichever the format.
+  /** \brief Decodes the next frame found in a stream buffer.
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
    * seek is left one byte behind the start of the failed frame, so that the next call
-   * looks for another one; the bytes of one that cannot are lost, and so are those that were
-   * read again too often, as where many beginnings of frames lie one behind the other. A
-   * frame that is old or lacks its reference is passed over whole if another frame, or
-   * nothing, follows it.
-   * \param[in,out] source where to read; no byte behind the frame is taken
+   * searches from there. The bytes of a buffer that cannot seek are lost, and so are bytes
+   * that would be read again too often, as in a run of forged frame starts. A frame that
+   * is old or lacks its reference is skipped completely if another frame, or nothing,
+   * follows it.
+   * \param[in,out] source where to read; no byte behind the frame is consumed
    * \param[out] frame the voxels; empty unless the status is Ok
    * \return Ok, or why there is no frame
    */
   CompressionStatus
   decode(std::streambuf& source, VoxelFrame& frame);
 
-  /** \brief The same for bytes in memory: the first frame in them. It and what was skipped
-   * before it are statistics().skipped_bytes + statistics().bytes; the next call may go on
-   * behind them.
-   * \param[in] bytes begin of the bytes
-   * \param[in] size their number
+  /** \brief Decodes the first frame found in memory. It ends at
+   * statistics().skipped_bytes + statistics().bytes, where the next call may continue.
+   * \param[in] bytes the first byte
+   * \param[in] size number of bytes
    * \param[out] frame the voxels; empty unless the status is Ok
    */
   CompressionStatus
   decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame);
 
-  /** \brief The same with memory that several decoders take turns with.
+  /** \brief The same with scratch memory that several decoders share.
+   * \param[in] bytes the first byte
+   * \param[in] size number of bytes
+   * \param[out] frame the voxels; empty unless the status is Ok
    * \param[in,out] memory not to be used by another call at the same time
    */
   CompressionStatus

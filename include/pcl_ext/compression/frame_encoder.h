@@ -1,28 +1,20 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/status.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief What a frame may carry of a cloud's header. */
-struct FrameStamp {
-  std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL
-  std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most
-};
-
-/** \brief Turns the voxel frames of one stream into bytes. Knows no points and no PCL.
- */
+/** \brief Encodes the voxel frames of one stream. */
 class PCL_EXT_EXPORT FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.
@@ -38,7 +30,7 @@ public:
   FrameEncoder&
   operator=(FrameEncoder&&) noexcept;
 
-  /** \brief True if the next frame will be an I-frame whatever it holds. */
+  /** \brief True if the next frame will be an I-frame, whatever its content. */
   bool
   isIFrameDue() const;
 
@@ -46,13 +38,13 @@ public:
   void
   requestIFrame();
 
-  /** \brief Encodes the next frame of the stream; a frame may be empty. It has 2^24 voxels
-   * at most; a decoder with the default limits takes 2^20.
+  /** \brief Encodes the next frame of the stream. A frame may be empty and has at most
+   * 2^24 voxels; a decoder with the default limits accepts 2^20.
    * \param[in] frame the voxels
    * \param[in] stamp what to carry of the cloud's header, if anything; Version1 only
-   * \param[out] bytes the whole frame; replaces what was there
-   * \return Ok; InvalidInput, after which the stream goes on unharmed; OutOfMemory, after
-   * which the next frame is an I-frame. There are no bytes then
+   * \param[out] bytes the encoded frame; empty unless the status is Ok
+   * \return Ok; InvalidInput, which does not affect the stream; OutOfMemory, after which
+   * the next frame is an I-frame
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

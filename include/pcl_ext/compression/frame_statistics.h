@@ -6,30 +6,29 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What the voxelizer saw of a cloud. Each point is in exactly one of: used, not
- * finite, outside the box, outside the grid. */
+/** \brief Counts of a voxelized cloud. Each point is exactly one of: used, not finite,
+ * outside the box, outside the grid. */
 struct VoxelizationStatistics {
-  std::size_t points = 0;              ///< points of the input
-  std::size_t points_used = 0;         ///< points that are in a voxel
-  std::size_t points_not_finite = 0;   ///< a coordinate is NaN or infinite
-  std::size_t points_outside_box = 0;  ///< outside the fixed bounding box
-  std::size_t points_outside_grid = 0; ///< further out than 2^20 voxels of the anchor
-  std::size_t intensities_not_finite = 0;   ///< points used, their intensity taken as 0
-  std::size_t intensities_out_of_range = 0; ///< voxels held at an end of the scale
+  std::size_t points = 0;                   ///< points of the input
+  std::size_t points_used = 0;              ///< points that are in a voxel
+  std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
+  std::size_t points_outside_box = 0;       ///< outside the fixed bounding box
+  std::size_t points_outside_grid = 0;      ///< more than 2^20 voxels from the anchor
+  std::size_t intensities_not_finite = 0;   ///< points used with intensity 0 instead
+  std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
   std::size_t voxels = 0;                   ///< occupied voxels
 };
 
-/** \brief One frame as bytes. */
+/** \brief Figures of an encoded frame. */
 struct CodedFrameStatistics {
-  std::uint32_t frame_number = 0;  ///< counts the frames of the stream
+  std::uint32_t frame_number = 0;  ///< number of the frame in the stream
   bool is_i_frame = false;         ///< decodes without any other frame
   std::size_t voxels = 0;          ///< occupied voxels
   std::size_t bytes = 0;           ///< the whole frame
   std::size_t header_bytes = 0;    ///< of these: frame header
   std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied
   std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
-  std::size_t skipped_bytes =
-      0; ///< decoding: bytes before the frame that were no frame
+  std::size_t skipped_bytes = 0;   ///< decoding: bytes skipped before the frame
 };
 
 /** \brief All figures of the last frame that was encoded or decoded. */
@@ -37,7 +36,7 @@ struct FrameStatistics {
   VoxelizationStatistics voxelization; ///< encoding only
   CodedFrameStatistics coding;
 
-  /** \brief Bytes for each occupied voxel; 0 for an empty frame. */
+  /** \brief Bytes per occupied voxel; 0 for an empty frame. */
   double
   bytesPerVoxel() const
   {
@@ -46,8 +45,8 @@ struct FrameStatistics {
                : static_cast<double>(coding.bytes) / static_cast<double>(coding.voxels);
   }
 
-  /** \brief Size of the input at 16 bytes a point (PointXYZ in memory) against the size
-   * of the frame; encoding only. */
+  /** \brief Size of the input at 16 bytes per point (PointXYZ in memory) divided by the
+   * size of the frame; encoding only. */
   double
   compressionRatio() const
   {

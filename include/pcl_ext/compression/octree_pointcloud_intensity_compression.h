@@ -2,14 +2,14 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
-#include <pcl_ext/compression/symbol_intensities.h>
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/octree/octree_pointcloud_intensity.h>
 #include <pcl_ext/point_intensity.h>
+#include <pcl_ext/status.h>
 
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/memory.h>
@@ -270,8 +270,7 @@ private:
   // Members so that their memory is reused.
   VoxelFrame frame_;
   std::vector<float> intensities_;
-  SymbolIntensities symbol_intensities_; // of what was decoded
-  std::optional<FrameStamp> stamp_;      // of what is encoded
+  std::optional<FrameStamp> stamp_; // of what is encoded
   std::vector<std::uint8_t> bytes_;
 };
 

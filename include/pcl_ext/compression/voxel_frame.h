@@ -1,8 +1,7 @@
 #pragma once
 
-#include <pcl_ext/compression/companded_levels.h>
 #include <pcl_ext/compression/depth_model.h>
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
 #include <algorithm>
@@ -11,75 +10,51 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Resolutions that a grid can have, metres: its coordinates are floats. */
-constexpr double smallest_resolution = 1e-6;
-constexpr double largest_resolution = 1e6;
-
-/** \brief The cubic part of space in which a frame's voxels lie.
+/** \brief Lowest number of a level of a companded scale.
  *
- * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
- * the anchor. The grid holds the 2^depth voxels an axis from `first_index` on. For this
- * library's own streams the anchor is the world origin, so that voxels coincide with
- * the map's; the published layout anchors its lattice where PCL's octree box falls.
+ * The numbers 0..range are divided into 2^bits levels of at least one number each. With 8
+ * levels or more the levels 0..3 are the single numbers 0..3, and level 4 begins at 4;
+ * further levels become wider in proportion to the square root of the number, as the
+ * noise of a count does:
+ *
+ *     edge(4 + j) = 4 + j + (range - 3 - n) * j^2 / n^2,  n = 2^bits - 4,  j = 0..n
+ *
+ * rounded down. Four levels begin at 0, 1, 2, 4 and two at 0, 1. For counts from 1 on
+ * (number = count - 1) the decisions "at least 2, 3, 4, 5 points" are thus exact with 3
+ * bits or more, and "at least 2, 3, 5" with 2. Integer arithmetic only, so that all
+ * machines compute the same edges.
+ *
+ * \param[in] bits 1..15
+ * \param[in] range the highest number, 2^bits..65535
+ * \param[in] level 0..2^bits; 2^bits gives the end of the last level
+ * \return a number, 0..range + 1, strictly ascending with the level
  */
-struct VoxelGrid {
-  double resolution = 0.0;                   ///< voxel edge d_v, metres
-  std::array<double, 3> anchor{};            ///< world position of lattice 0, metres
-  std::array<std::int32_t, 3> first_index{}; ///< lattice index of the lowest voxel
-  unsigned int depth = 1;                    ///< levels, 1..max_grid_depth
+PCL_EXT_EXPORT std::uint32_t
+compandedEdge(unsigned int bits, std::uint32_t range, std::uint32_t level);
 
-  /** \brief Voxels along each axis: 2^depth. */
-  std::int64_t
-  size() const
-  {
-    return std::int64_t{1} << depth;
-  }
-
-  /** \brief World coordinate, in metres, of the centre of a voxel along one axis.
-   * \param[in] axis 0, 1, 2 for x, y, z
-   * \param[in] position voxels from the grid's lower corner
-   */
-  double
-  centre(std::size_t axis, std::uint32_t position) const
-  {
-    return (static_cast<double>(first_index[axis]) + static_cast<double>(position) +
-            0.5) *
-               resolution +
-           anchor[axis];
-  }
-
-  /** \brief World coordinate, in metres, of the lower corner of the grid on one axis.
-   */
-  double
-  lowerCorner(std::size_t axis) const
-  {
-    return static_cast<double>(first_index[axis]) * resolution + anchor[axis];
-  }
-
-  bool
-  operator==(const VoxelGrid& other) const
-  {
-    return resolution == other.resolution && anchor == other.anchor &&
-           first_index == other.first_index && depth == other.depth;
-  }
-
-  bool
-  operator!=(const VoxelGrid& other) const
-  {
-    return !(*this == other);
-  }
-};
+/** \brief The number that a level is decoded as: the middle of its numbers, rounded down.
+ *
+ * It lies within the level, so that a decision "intensity >= threshold" is the same
+ * before and after coding if the threshold is the edge of a level.
+ *
+ * \param[in] bits 1..15
+ * \param[in] range the highest number, 2^bits..65535
+ * \param[in] level 0..2^bits - 1
+ */
+PCL_EXT_EXPORT std::uint32_t
+compandedMiddle(unsigned int bits, std::uint32_t range, std::uint32_t level);
 
 /** \brief How a voxel intensity becomes a symbol of 1 to 16 bits and back: intensity =
  * offset + number * step.
  *
- * On a linear scale the symbol is the number. On a companded one it is the level that the
- * number lies in, and stands for the middle number of the level; see compandedEdge.
+ * On a linear scale the symbol is the number. On a companded one it is the level that
+ * contains the number, and is decoded as the level's middle number; see compandedEdge.
  */
 struct IntensityScale {
   float offset = 0.0f;   ///< intensity of number 0
@@ -103,14 +78,13 @@ struct IntensityScale {
     return companded_range != 0 ? companded_range : maxSymbol();
   }
 
-  /** \brief Intensity that a symbol stands for; SymbolIntensities is faster for many
-   * symbols of a companded scale. */
+  /** \brief Intensity of a symbol, held within the range of float. */
   float
   value(std::uint16_t symbol) const
   {
     const std::uint32_t number =
         companded_range != 0 ? compandedMiddle(bits, companded_range, symbol) : symbol;
-    // Held within float, which the top of a scale may leave by rounding.
+    // The top of a scale may leave the range of float by rounding.
     constexpr double largest = std::numeric_limits<float>::max();
     const double intensity = static_cast<double>(offset) +
                              static_cast<double>(number) * static_cast<double>(step);
@@ -131,8 +105,8 @@ struct IntensityScale {
   }
 };
 
-/** \brief One frame of a stream as everything in this library sees it: the occupied
- * voxels of a grid and an intensity for each. */
+/** \brief One frame of a stream: the occupied voxels of a grid and an intensity for
+ * each. */
 struct VoxelFrame {
   VoxelGrid grid;
   IntensityScale intensity_scale;
@@ -148,11 +122,82 @@ struct VoxelFrame {
   }
 };
 
-/** \brief True if the frame keeps the promises of its members: as many intensities as
- * keys, keys strictly ascending and within the grid, symbols within the scale, finite
- * numbers. Encoders refuse a frame that does not. */
+/** \brief True if a frame is valid: as many intensities as keys, keys strictly ascending
+ * and within the grid, symbols within the scale, all parameters within their ranges.
+ * Encoders refuse a frame that is not. */
 PCL_EXT_EXPORT bool
 isConsistent(const VoxelFrame& frame);
+
+/** \brief What a frame may carry of a cloud's header. */
+struct FrameStamp {
+  std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL
+  std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most
+};
+
+namespace detail {
+
+/** \brief Some voxels of a frame as points. */
+struct VoxelCentres {
+  static constexpr std::size_t capacity = 64;
+
+  std::array<float, capacity> x; ///< of the voxels' centres, metres
+  std::array<float, capacity> y;
+  std::array<float, capacity> z;
+  std::array<float, capacity> intensity; ///< in the unit of the frame's scale
+};
+
+/** \brief Computes the voxels of a frame as points, many at a time. */
+class PCL_EXT_EXPORT VoxelCentreReader {
+public:
+  /** \param[in] frame as isConsistent() demands; must not change while it is read */
+  explicit VoxelCentreReader(const VoxelFrame& frame);
+
+  /** \brief Computes up to VoxelCentres::capacity voxels.
+   * \param[in] begin the first voxel, at most frame.size()
+   * \param[out] centres the voxels from there
+   * \return their number
+   */
+  std::size_t
+  read(std::size_t begin, VoxelCentres& centres) const;
+
+private:
+  static constexpr unsigned int most_table_bits = 8;
+
+  bool
+  hasTable() const;
+
+  const VoxelFrame& frame_;
+  std::array<float, 1 << most_table_bits> table_; // by symbol, on a companded scale
+};
+
+} // namespace detail
+
+/** \brief Calls a function for each voxel of a frame, in the order of the keys.
+ *
+ * Gives VoxelGrid::centre and IntensityScale::value, rounded to float, faster than
+ * these.
+ * \code
+ * io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+ *   cloud.push_back({x, y, z, intensity});
+ * });
+ * \endcode
+ * \param[in] frame as isConsistent() demands; must not change meanwhile
+ * \param[in] visit callable as visit(x, y, z, intensity): the voxel's centre in world
+ * coordinates, metres, and its intensity in the unit of the frame's scale
+ */
+template <typename VisitT>
+void
+forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit)
+{
+  const detail::VoxelCentreReader reader(frame);
+  detail::VoxelCentres centres;
+  for (std::size_t begin = 0; begin < frame.size();) {
+    const std::size_t count = reader.read(begin, centres);
+    for (std::size_t i = 0; i < count; ++i)
+      visit(centres.x[i], centres.y[i], centres.z[i], centres.intensity[i]);
+    begin += count;
+  }
+}
 
 } // namespace io
 } // namespace pcl_ext

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/filters/moved_points.h>
+#include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/point_intensity.h>
 #include <pcl_ext/status.h>

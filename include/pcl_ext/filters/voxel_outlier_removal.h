@@ -5,26 +5,49 @@
 #include <pcl_ext/status.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
 
-/** \brief What the intensities of a stream tell of how densely points lie. Native ones tell
- * nothing of it, and the filter is not for them. */
+/** \brief Removes voxels of low intensity as noise (section 2.7 of the paper), as a
+ * PassThrough on `intensity` does with decoded clouds.
+ * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
+ * \param[in] min_intensity voxels below it are removed, in the unit of the frame's
+ * intensities
+ * \return number of voxels removed
+ */
+PCL_EXT_EXPORT std::size_t
+removeFaintVoxels(io::VoxelFrame& frame, float min_intensity);
+
+/** \brief The same into another frame, for streams that share the memory that they decode
+ * into and keep only the remaining voxels.
+ * \param[in] frame as isConsistent() demands
+ * \param[in] min_intensity as above
+ * \param[out] kept the frame without its faint voxels; must not be `frame`
+ * \return number of voxels left out
+ */
+PCL_EXT_EXPORT std::size_t
+removeFaintVoxels(const io::VoxelFrame& frame,
+                  float min_intensity,
+                  io::VoxelFrame& kept);
+
+/** \brief Unit of the intensities of a stream, from which the filter derives how densely
+ * points lie. The filter is not for native intensities, which do not depend on it. */
 enum class DensityUnit {
-  /** \brief As the frames say: Faces from the first frame on that carries a depth model,
-   * Points before. Frames of the published layout never carry one, so that Faces must be
-   * chosen where they have the quadratic law. */
+  /** \brief Points until the first frame with a depth model, then Faces. Frames of the
+   * published layout have no depth model; choose Faces for their quadratic law. */
   Automatic,
 
-  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams that
-   * carry depth models. The sharpest. */
+  /** \brief Shares of a voxel face: the quadratic law, or the linear one in streams with
+   * depth models. The most selective. */
   Faces,
 
-  /** \brief Numbers of points, of which nobody knows how many a surface makes at that
-   * depth; they are compared with the voxels around. For counts, and for shares of the
-   * linear law without a depth model. */
+  /** \brief Numbers of points, compared with those of the voxels around, as the number
+   * that a surface has at that depth is unknown. For counts, and for the linear law
+   * without a depth model. */
   Points
 };
 
@@ -33,38 +56,38 @@ struct VoxelOutlierRemovalSettings {
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
    * about -12 to 12 at 4 cm.
    *
-   * In the robot cell, by the sensor, at 4 cm, with the quadratic law: 0 removes 82 to 90 %
-   * of the noise and about 1 % of the surfaces' voxels, 2.5 removes 95 to 96 % and 4 to 7 %,
-   * fringes most of them. With counts it is 79 to 86 % and 1 to 2 %, and 7 to 13 % of the
-   * surfaces at 2.5. Do not go so high where people are: of a person 87 to 97 % of the
-   * voxels stay at 2.5 (counts: 86 to 92 %), but in its worst frame only 14 to 81 %; at 0 it
-   * is 97 to 100 % and 66 to 96 %. See experiments/noise/README.md, for other edges, too.
-   * Calibrated on a Kinect V2: with finer or coarser pixels all log-odds rise or fall
-   * alike.
+   * In the robot cell, depending on the sensor, at 4 cm, with the quadratic law: 0 removes
+   * 82 to 90 % of the noise and about 1 % of the surfaces' voxels; 2.5 removes 95 to 96 %
+   * and 4 to 7 %, mostly at fringes. With counts: 79 to 86 % and 1 to 2 % at 0; 7 to 13 %
+   * of the surfaces at 2.5. Do not use such a high value where people are: of a person 87
+   * to 97 % of the voxels stay at 2.5 (counts: 86 to 92 %), in the worst frame only 14 to
+   * 81 %; at 0 it is 97 to 100 % and 66 to 96 %. For other edges see
+   * experiments/noise/README.md. Calibrated on a Kinect V2: with finer or coarser pixels
+   * all log-odds are shifted alike.
    */
   float min_log_odds = 0.0f;
 
-  /** \brief What the intensities tell. */
+  /** \brief Unit of the intensities. */
   DensityUnit unit = DensityUnit::Automatic;
 
-  /** \brief Intensity of a voxel face that is covered fully, above 0 and finite: 255 in
-   * decoded frames of the quadratic and linear laws. Faces only, and only until a depth
-   * model comes, which tells it. */
+  /** \brief Intensity of a completely covered voxel face, above 0 and finite: 255 in
+   * decoded frames of the quadratic and linear laws. Used with Faces only, until a frame
+   * has a depth model. */
   float full_intensity = 255.0f;
 
-  /** \brief Let the voxels of the last frames count, too. Off: those of each frame are
-   * judged by themselves; a depth model stays known in any case. */
+  /** \brief Also use the voxels of previous frames. Off: each frame is filtered
+   * independently; the last depth model is remembered in any case. */
   bool use_history = true;
 
-  /** \brief Most blocks of 4 x 4 x 4 voxels to remember between two frames, some 270 bytes
-   * each; where there would be more, only those of the last frame are remembered, and if
-   * that has more itself, none, and their memory is given back. Any number. While a frame
-   * is judged its own blocks take as much, whatever their number: up to 400 bytes for each
-   * voxel where these lie far apart. */
+  /** \brief Most blocks of 4 x 4 x 4 voxels to remember between two frames, about 270
+   * bytes each. If there are more, only those of the last frame are remembered; if that
+   * frame alone has more, none are, and their memory is released. Any number. While a frame
+   * is filtered, its own blocks need as much in any case: up to 400 bytes per voxel if the
+   * voxels lie far apart. */
   std::size_t max_blocks = std::size_t{1} << 17;
 };
 
-/** \brief What came of checking the settings of a VoxelOutlierRemoval. */
+/** \brief Outcomes of checking the settings of a VoxelOutlierRemoval. */
 enum class OutlierRemovalCode {
   Ok,             ///< all settings are within their ranges
   InvalidSettings ///< one is not
@@ -72,73 +95,73 @@ enum class OutlierRemovalCode {
 
 using OutlierRemovalStatus = Status<OutlierRemovalCode>;
 
-/** \brief Tells whether settings are within their ranges. */
+/** \brief Checks the settings against their ranges.
+ * \return Ok, or InvalidSettings with the field and its value
+ */
 PCL_EXT_EXPORT OutlierRemovalStatus
 checkSettings(const VoxelOutlierRemovalSettings& settings);
 
-/** \brief Removes the noise from the voxels of one stream by what lies around them, now and
- * in the last frames; what StatisticalOutlierRemoval and RadiusOutlierRemoval do to
- * points, for voxels that have an intensity of the count, quadratic or linear law. It is
- * made for depth cameras, whose points lie close, and for voxels no finer than these: with
- * edges below min_resolution or above max_resolution nothing is removed. It is not made for
- * lidars: where rings are far apart most of a surface's voxels have few neighbours, and go.
+/** \brief Removes noise from the voxels of one stream by their neighbourhood in this and
+ * previous frames: StatisticalOutlierRemoval and RadiusOutlierRemoval for voxels with an
+ * intensity of the count, quadratic or linear law.
  *
- * A surface is a sheet: of the voxels around one of its own some are its own, too, and
- * each is as dense as its face is covered. A flying pixel or a speckle has a ray or two.
- * So what lies around a voxel is summed up in three shells, in voxel faces:
+ * For depth cameras, whose points lie close, and voxels no finer than these: with edges
+ * below min_resolution or above max_resolution nothing is removed. Not for lidars: where
+ * the rings are far apart most voxels of a surface have few neighbours and are removed.
  *
- *     f = I in the voxels of this frame, H / 2 in those of the last frames alone
+ * The voxels of a surface have neighbours of the same surface, each about as dense as its
+ * face is covered; a flying pixel has few neighbours, with a point or two each. The density
+ * around a voxel is summed in three shells, in voxel faces:
+ *
+ *     f = I in the voxels of this frame, H / 2 in voxels of previous frames only
  *     H_t = H_(t-1) + (I_t - H_(t-1)) / 4, with I_t = 0 where a frame has no voxel
  *     core = 2 f(voxel) + f(its 6 face neighbours)
  *     ring = f(the other 20 of the 3 x 3 x 3 voxels)
  *     rim  = f(the other 98 of the 5 x 5 x 5 voxels)
  *     log-odds = 3 ln(core + e) + (ln(ring + e) + ln(rim + e)) / 2 + c
  *
- * with e = 0.02 and c = 2.4 + 3 ln(voxel edge / 4 cm): naive Bayes, a power law for each
- * shell. The weights are those of a logistic regression on one sensor of the robot cell,
- * rounded; nothing depends on their last digit. Frames before only fill in the voxels that
- * this one leaves empty: at a surface's fringe those are some in each frame, while noise
- * that hangs there flies each time at another depth. No voxel is the denser for having
- * been there before, so that somebody who walks is judged as one who stands.
+ * with e = 0.02 and c = 2.4 + 3 ln(voxel edge / 4 cm): naive Bayes with a power law for
+ * each shell. The weights are rounded coefficients of a logistic regression on one sensor
+ * of the robot cell. Previous frames only fill in voxels that this frame leaves empty, as
+ * some of a surface's fringe are in each frame; no voxel becomes denser by having been
+ * occupied before, so that moving and standing people are treated alike.
  *
- * I is a whole number of 255ths of a face, 1 to 255, or of points where the unit is
- * Points. There shells are measured in the mean of the f above 0 in the 5 x 5 x 5 voxels,
- * and c = -2.5 - 3 ln(voxel edge / 4 cm) up to 4 cm, -2.5 above. Means are held in 64ths of I, rounded up as they
- * fall, and forgotten below 1/4; H / 2 is rounded down to quarters, so that a mean below
- * 1/2 counts as nothing. All of these are integers, the same on all machines; log-odds are
- * float, and where a machine rounds them otherwise a voxel within some 1e-6 of the
- * threshold may go on one and stay on another.
+ * I is an integer, 255ths of a face, 1 to 255, or the number of points if the unit is
+ * Points. Then the shells are relative to the mean of the f above 0 in the 5 x 5 x 5
+ * voxels, and c = -2.5 - 3 ln(voxel edge / 4 cm) up to 4 cm, -2.5 above. H is in 64ths of
+ * I, rounded up as it decreases, and set to 0 below 1/4; H / 2 is rounded down to quarters.
+ * These are integers, the same on all machines. Log-odds are float: a voxel within about
+ * 1e-6 of the threshold may differ between machines.
  *
- * With a depth model a face counts as covered where there are sure_points_per_square_metre:
- * near the sensor, a limb that is seen at a grazing angle has few points of the hundred
- * that would cover its faces, but more than noise has. A frame without a model has that of
- * the last one: encoders leave it out where it does not pay.
+ * With a depth model a face counts as covered from sure_points_per_square_metre on, so that
+ * near limbs seen at a grazing angle are kept, which have few of the points that would
+ * cover their faces, but more than noise. A frame without a model has that of the last one.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
- * CentralNode::merge(). What it remembers it finds again while the grid moves on its
- * lattice, by up to two million voxels on each axis. It forgets everything, the depth
- * model too, where the grid goes farther or the resolution or the anchor changes; and the
- * means where the unit changes. A frame needs time and memory as its voxels do, wherever
- * they are; what a large one took is given back some frames later. Where memory runs out
- * std::bad_alloc is thrown, and the next frame is judged as the first one.
+ * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up to
+ * two million voxels along each axis. All of it, the depth model included, is dropped where
+ * the grid moves farther or the resolution or the anchor changes; H where the unit changes.
+ * Time and memory are proportional to the number of voxels, wherever they are; memory of a
+ * large frame is released a few frames later. If memory runs out std::bad_alloc is thrown
+ * and the next frame is filtered without a history.
  *
- * With settings that checkSettings() refuses, and of frames with other edges, nothing is
- * removed, and all log-odds are plus infinity. Instances share nothing; calls of one instance from several threads must not
- * overlap. One that was moved from may only be assigned to or destroyed.
+ * With settings that checkSettings() refuses, and for frames of other edges, nothing is
+ * removed and all log-odds are plus infinity. Instances are independent; calls of one
+ * instance must not overlap. A moved-from instance may only be assigned to or destroyed.
  */
 class PCL_EXT_EXPORT VoxelOutlierRemoval {
 public:
-  /** \brief A surface of so many points is as sure as any, if there can be as many at its
-   * depth; 9 on a face of 4 cm. */
+  /** \brief Point density from which a surface counts as covered, if there can be as many
+   * points at its depth; 9 on a face of 4 cm. */
   static constexpr double sure_points_per_square_metre = 5625.0;
 
-  /** \brief Voxel edges that it is made for, metres: at 2 cm one pixel of a Kinect V2
-   * covers a voxel's face 7 m away; with finer ones the voxels of far surfaces, and of far
-   * people, lie apart as noise does. Coarser ones were not tried. */
+  /** \brief Supported voxel edges, metres. At 2 cm one pixel of a Kinect V2 covers a
+   * voxel's face at a depth of 7 m; with finer voxels those of distant surfaces and people
+   * lie apart as noise does. Coarser ones were not tested. */
   static constexpr double min_resolution = 0.02;
   static constexpr double max_resolution = 0.2;
 
-  /** \brief Whether a voxel edge, metres, is one of those. */
+  /** \brief True if a voxel edge, metres, is supported. */
   static bool
   isMadeFor(double resolution);
 
@@ -149,26 +172,27 @@ public:
   VoxelOutlierRemoval&
   operator=(VoxelOutlierRemoval&&) noexcept;
 
-  /** \brief Takes the stream's next frame and removes its noise.
-   * \param[in,out] frame as isConsistent() asks; the voxels that stay keep their order
+  /** \brief Filters the stream's next frame.
+   * \param[in,out] frame as isConsistent() demands; the voxels that stay keep their order
    * \return number of voxels removed
    */
   std::size_t
   filter(io::VoxelFrame& frame);
 
-  /** \brief Takes the stream's next frame and tells of each voxel how likely it is one of
-   * a surface, in place of filter().
-   * \param[in] frame as isConsistent() asks
-   * \param[out] log_odds natural logarithm of surface against noise, for each voxel
+  /** \brief Computes the log-odds of the voxels of the stream's next frame; to be called in
+   * place of filter().
+   * \param[in] frame as isConsistent() demands
+   * \param[out] log_odds natural logarithm of the odds of surface against noise, for each
+   * voxel
    */
   void
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds);
 
-  /** \brief Forgets the frames before, as at the start of a stream. */
+  /** \brief Drops the history, as at the start of a stream. */
   void
   reset();
 
-  /** \brief Blocks of 4 x 4 x 4 voxels that are remembered. */
+  /** \brief Number of blocks of 4 x 4 x 4 voxels in the history. */
   std::size_t
   rememberedBlocks() const;
 
@@ -176,5 +200,44 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** \brief Removes noise from a decoded cloud: VoxelOutlierRemoval::filter() for users of
+ * io::OctreePointCloudIntensityCompression.
+ *
+ * The frame is filtered, not the cloud, as a cloud of voxel centres has neither a grid nor
+ * an intensity law. Call it once for each decoded frame, in order:
+ * \code
+ * if (decoder.decodePointCloud(stream, cloud).ok())
+ *   pcl_ext::removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
+ * \endcode
+ * \tparam CloudT a pcl::PointCloud
+ * \param[in,out] cloud as decodePointCloud() filled it, point i being voxel i of the frame;
+ * points may have been moved since, and further fields be set. The points that stay keep
+ * their order; if any is removed, the cloud becomes one row, else it is not changed
+ * \param[in] frame that the cloud was decoded from, as getVoxelFrame() returns it after
+ * decodePointCloud()
+ * \param[in,out] removal the filter of this stream
+ * \return number of points removed; std::nullopt if the numbers of points and voxels
+ * differ: then the cloud is not changed, and the filter has not seen the frame
+ */
+template <typename CloudT>
+std::optional<std::size_t>
+removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& removal)
+{
+  if (cloud.size() != frame.size())
+    return std::nullopt;
+  io::VoxelFrame kept = frame;
+  const std::size_t removed = removal.filter(kept);
+  if (removed == 0)
+    return removed;
+  std::size_t next = 0; // of the voxels that stay, which are in the frame's order
+  for (std::size_t i = 0; i < frame.size() && next < kept.size(); ++i)
+    if (frame.keys[i] == kept.keys[next])
+      cloud.points[next++] = cloud.points[i];
+  cloud.resize(next);
+  cloud.width = static_cast<std::uint32_t>(next);
+  cloud.height = 1;
+  return removed;
+}
 
 } // namespace pcl_ext

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <pcl_ext/intensity/intensity_model.h>
-#include <pcl_ext/intensity/sensor.h>
 
 #include <array>
 #include <optional>

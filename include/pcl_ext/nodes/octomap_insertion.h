@@ -1,13 +1,10 @@
 #pragma once
 
-#include <pcl_ext/compression/symbol_intensities.h>
-#include <pcl_ext/compression/voxel_centres.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include <octomap/OcTree.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <optional>
 
 namespace pcl_ext {
@@ -40,21 +37,14 @@ insertVoxels(const io::VoxelFrame& frame,
              octomap::OcTree& map,
              bool lazy_eval = false)
 {
-  io::SymbolIntensities symbol_intensities;
   // Until the end, as each update of inner nodes would walk the tree again.
   constexpr bool lazily = true;
   const float margin = io::faceMargin(map.getResolution());
 
   const auto forEachVoxel = [&](const auto& visit) {
-    io::VoxelCentres centres;
-    for (std::size_t begin = 0; begin < frame.size(); begin += io::VoxelCentres::most) {
-      const std::size_t count =
-          io::voxelCentres(frame, symbol_intensities, begin, centres);
-      for (std::size_t i = 0; i < count; ++i)
-        visit(octomap::point3d(
-                  centres.x[i] + margin, centres.y[i] + margin, centres.z[i] + margin),
-              centres.intensity[i]);
-    }
+    io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+      visit(octomap::point3d(x + margin, y + margin, z + margin), intensity);
+    });
   };
 
   octomap::OcTreeKey origin_key;

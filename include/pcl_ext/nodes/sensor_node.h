@@ -6,7 +6,7 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/intensity/intensity_law.h>
-#include <pcl_ext/intensity/sensor.h>
+#include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>

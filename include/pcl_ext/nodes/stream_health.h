@@ -1,7 +1,7 @@
 #pragma once
 
-#include <pcl_ext/compression/compression_status.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/status.h>
 
 #include <chrono>
 #include <cstddef>

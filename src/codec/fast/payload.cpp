@@ -2,7 +2,6 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "bytes/memory_buffer.h"
 #include "codec/fast/entropy_coder.h"
 #include "simd/bit_operations.h"
 

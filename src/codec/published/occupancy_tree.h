@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "voxels/ascending_keys.h"
 

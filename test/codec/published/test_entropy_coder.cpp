@@ -1,5 +1,4 @@
 #include "bytes/byte_source.h"
-#include "bytes/memory_buffer.h"
 #include "codec/published/entropy_coder.h"
 
 // PCL's implementation header relies on its declarations standing before it.

@@ -3,7 +3,6 @@
  * that was coded whole is one.
  */
 #include "bytes/byte_source.h"
-#include "bytes/memory_buffer.h"
 #include "codec/published/frame.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"

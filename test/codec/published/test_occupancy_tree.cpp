@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/morton_key.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "codec/published/occupancy_tree.h"
 #include "support/voxel_frames.h"

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/compression/voxel_centres.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 #include <exception>
 #include <new>
@@ -79,27 +79,21 @@ computeIntensities(const pcl::PointCloud<PointT>& cloud,
 /** \brief One point at the centre of each voxel of a frame, in its order. */
 template <typename PointT>
 void
-fillCloud(const VoxelFrame& frame,
-          SymbolIntensities& symbol_intensities,
-          pcl::PointCloud<PointT>& cloud)
+fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
   cloud.resize(frame.size());
   // Static: a local one would be built on the stack for each point, piece by piece, and
   // reading it back at once stalls the processor.
   static const PointT blank = PointT();
-  VoxelCentres centres;
-  for (std::size_t begin = 0; begin < frame.size(); begin += VoxelCentres::most) {
-    const std::size_t count = voxelCentres(frame, symbol_intensities, begin, centres);
-    PointT* const points = &cloud.points[begin];
-    for (std::size_t i = 0; i < count; ++i) {
-      PointT& point = points[i];
-      point = blank;
-      point.x = centres.x[i];
-      point.y = centres.y[i];
-      point.z = centres.z[i];
-      setNativeIntensity(point, centres.intensity[i]);
-    }
-  }
+  PointT* next = cloud.points.data();
+  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    PointT& point = *next++;
+    point = blank;
+    point.x = x;
+    point.y = y;
+    point.z = z;
+    setNativeIntensity(point, intensity);
+  });
   cloud.width = static_cast<std::uint32_t>(cloud.size());
   cloud.height = 1;
   cloud.is_dense = true;
@@ -234,7 +228,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
       status = detail::readFrame(compressed_cloud, decoder_, frame_);
     if (status.ok()) {
       statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
-      detail::fillCloud(frame_, symbol_intensities_, *cloud);
+      detail::fillCloud(frame_, *cloud);
       if (decoder_.stamp()) {
         cloud->header.stamp = decoder_.stamp()->stamp;
         cloud->header.frame_id = decoder_.stamp()->frame_id;

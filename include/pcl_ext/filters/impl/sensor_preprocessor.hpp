@@ -227,8 +227,8 @@ SensorPreprocessor<IntensityModelT>::addPoints(const unsigned char* points,
   static_assert(sizeof(pcl::PointXYZI) == detail::moved_point_floats * sizeof(float),
                 "points are written as floats from one x to the next");
   detail::MovedPoints moved;
-  for (std::size_t begin = 0; begin < count; begin += detail::MovedPoints::most) {
-    const std::size_t most = std::min(detail::MovedPoints::most, count - begin);
+  for (std::size_t begin = 0; begin < count; begin += detail::MovedPoints::capacity) {
+    const std::size_t most = std::min(detail::MovedPoints::capacity, count - begin);
     if (output.points.size() < kept_ + most)
       output.points.resize(kept_ + most);
     pcl::PointXYZI* const results = &output.points[kept_];
@@ -254,7 +254,7 @@ SensorPreprocessor<IntensityModelT>::gatherPoints(std::size_t count,
                                                   const NativeOfT& native_of,
                                                   Output& output)
 {
-  std::array<std::array<float, 3>, detail::MovedPoints::most> points;
+  std::array<std::array<float, 3>, detail::MovedPoints::capacity> points;
   for (std::size_t begin = 0; begin < count; begin += points.size()) {
     const std::size_t most = std::min(points.size(), count - begin);
     for (std::size_t i = 0; i < most; ++i)

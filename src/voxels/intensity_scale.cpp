@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/companded_levels.h>
+#include <pcl_ext/compression/voxel_frame.h>
 
 namespace pcl_ext {
 namespace io {

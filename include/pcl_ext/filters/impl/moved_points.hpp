@@ -21,7 +21,7 @@ struct PointMove {
 struct PointBytes {
   const unsigned char* first; ///< x of the first point; need not be aligned
   std::size_t stride;         ///< bytes from one x to the next, at least 12
-  std::size_t count;          ///< at most MovedPoints::most
+  std::size_t count;          ///< at most MovedPoints::capacity
 };
 
 /** \brief What became of some points. */
