@@ -2,8 +2,6 @@
 
 #include "measuring/machine.h"
 
-#include "measuring/machine.h"
-
 #include <pcl/filters/radius_outlier_removal.h>
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/search/kdtree.h>

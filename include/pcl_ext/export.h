@@ -1,7 +1,7 @@
 #pragma once
 
 /** \file
- * Marks what the shared library exports; everything else in it is hidden.
+ * PCL_EXT_EXPORT marks what the shared libraries export.
  */
 #if defined(__GNUC__)
 #define PCL_EXT_EXPORT __attribute__((visibility("default")))

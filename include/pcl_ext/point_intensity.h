@@ -15,7 +15,7 @@ namespace pcl_ext {
 template <typename PointT>
 constexpr bool has_intensity_field = pcl::traits::has_intensity<PointT>::value;
 
-/** \brief The point's own intensity, in its unit, or `absent` if its type has none. */
+/** \brief The intensity field of a point, or `absent` if its type has none. */
 template <typename PointT>
 float
 nativeIntensity(const PointT& point, float absent)
@@ -28,8 +28,8 @@ nativeIntensity(const PointT& point, float absent)
 
 namespace detail {
 
-/** \brief A voxel intensity as a point type's field holds it: rounded to the nearest and
- * held at the ends, where the field is of whole numbers. */
+/** \brief Converts a voxel intensity to the type of a point's field: rounded to the nearest
+ * and clamped to the range of an integer type. */
 template <typename FieldT>
 FieldT
 fieldValue(float intensity)
@@ -40,7 +40,7 @@ fieldValue(float intensity)
     const double rounded = std::round(static_cast<double>(intensity));
     if (rounded <= lowest)
       return std::numeric_limits<FieldT>::min();
-    // Not a cast: the highest 64-bit number is no double.
+    // Not a cast, as the highest 64-bit integer is not a double.
     return rounded >= highest ? std::numeric_limits<FieldT>::max()
                               : static_cast<FieldT>(rounded);
   }
@@ -50,8 +50,8 @@ fieldValue(float intensity)
 
 } // namespace detail
 
-/** \brief Sets the point's own intensity, in its unit; nothing if its type has none. A
- * field of whole numbers gets the nearest that it can hold. */
+/** \brief Sets the intensity field of a point, if its type has one. An integer field is set
+ * to its nearest value. */
 template <typename PointT>
 void
 setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intensity)

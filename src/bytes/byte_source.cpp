@@ -59,11 +59,11 @@ ByteSource::skip(std::size_t size)
     skipped_ += size;
     return;
   }
-  std::array<char, 4096> passed;
+  std::array<char, 4096> skipped;
   while (size > 0 && failure_ == Failure::None) {
-    const std::size_t step = std::min(size, passed.size());
+    const std::size_t step = std::min(size, skipped.size());
     const auto got = static_cast<std::size_t>(
-        buffer_.sgetn(passed.data(), static_cast<std::streamsize>(step)));
+        buffer_.sgetn(skipped.data(), static_cast<std::streamsize>(step)));
     remaining_ -= got;
     consumed_ += got;
     size -= got;
@@ -72,7 +72,7 @@ ByteSource::skip(std::size_t size)
   }
 }
 
-/** \brief False if the buffer cannot seek; nothing is passed over then. */
+/** \brief Returns false if the buffer cannot seek; nothing is skipped then. */
 bool
 ByteSource::seekForward(std::size_t size)
 {
@@ -95,7 +95,7 @@ ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
   while (size > 0 && failure_ == Failure::None) {
     const std::size_t step = std::min(size, largest_step);
     const std::size_t old_size = bytes.size();
-    // More than it takes, so that a stream's frames soon need no more memory.
+    // With a reserve, so that a stream soon needs no reallocation.
     if (bytes.capacity() < old_size + step)
       bytes.reserve((old_size + step) / 4 * 5 + 4);
     bytes.resize(old_size + step);

@@ -9,23 +9,32 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Reads numbers, little-endian, from a stream buffer; never behind its end and
- * never more bytes than allowed.
+/** \brief A stream buffer over bytes that it does not own. */
+class MemoryBuffer : public std::streambuf {
+public:
+  MemoryBuffer(const std::uint8_t* bytes, std::size_t size)
+  {
+    // streambuf takes char*, but does not write to a get area without a putback.
+    char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes));
+    setg(begin, begin, begin + size);
+  }
+};
+
+/** \brief Reads little-endian numbers from a stream buffer, never more bytes than allowed.
  *
- * Errors stick: after the first failed read every read gives zeros, so that a parser
- * can read on and look at failure() once.
+ * Errors are sticky: after the first failed read all reads return 0, so that a parser can
+ * check failure() once at the end.
  */
 class ByteSource {
 public:
   enum class Failure {
     None,
     EndOfInput,   ///< the stream ended
-    LimitExceeded ///< the allowed number of bytes is used up
+    LimitExceeded ///< the allowed number of bytes is exceeded
   };
 
-  /** \brief Reads from a buffer.
-   * \param[in] buffer where to read
-   * \param[in] max_bytes bytes that may be read at most
+  /** \param[in] buffer where to read
+   * \param[in] max_bytes most bytes that may be read
    */
   ByteSource(std::streambuf& buffer, std::size_t max_bytes)
   : buffer_(buffer), remaining_(max_bytes)
@@ -94,14 +103,13 @@ public:
     return number;
   }
 
-  /** \brief Counterpart of ByteWriter::varint; at most 10 bytes, of which the last
-   * holds the highest bit. A longer one, or one with a needless last byte, reads as the
-   * largest number, which no field allows. */
+  /** \brief Inverse of ByteWriter::varint. An encoding of more than 64 bits, or with a
+   * redundant last byte, returns the largest number, which no field allows. */
   std::uint64_t
   varint();
 
-  /** \brief Counterpart of ByteWriter::signedVarint; what is no varint reads as the
-   * smallest number, which no field allows. */
+  /** \brief Inverse of ByteWriter::signedVarint. An invalid varint returns the smallest
+   * number, which no field allows. */
   std::int64_t
   signedVarint()
   {
@@ -109,24 +117,24 @@ public:
     return static_cast<std::int64_t>((bits & 1) != 0 ? ~(bits >> 1) : bits >> 1);
   }
 
-  /** \brief Appends bytes to a vector; its memory grows with what really arrives, not
-   * with what was asked for. Many bytes are not read at all where the buffer can tell that
-   * it ends before them. */
+  /** \brief Appends bytes to a vector. Memory is allocated as bytes arrive, not for the
+   * requested size; a large request fails at once if the buffer can tell that it has fewer
+   * bytes. */
   void
   read(std::size_t size, std::vector<std::uint8_t>& bytes);
 
-  /** \brief Passes bytes over, without reading them where the buffer can seek. */
+  /** \brief Skips bytes, without reading them if the buffer can seek. */
   void
   skip(std::size_t size);
 
-  /** \brief Bytes that were passed over without being read. */
+  /** \brief Bytes skipped without being read. */
   std::size_t
   skipped() const
   {
     return skipped_;
   }
 
-  /** \brief From now on, appends every byte that is read to a vector; null stops it. */
+  /** \brief Appends every byte read from now on to a vector; null stops it. */
   void
   recordTo(std::vector<std::uint8_t>* bytes)
   {
@@ -140,7 +148,7 @@ public:
     return failure_;
   }
 
-  /** \brief Bytes read or passed over so far. */
+  /** \brief Bytes read or skipped so far. */
   std::size_t
   consumed() const
   {
@@ -148,7 +156,7 @@ public:
   }
 
 private:
-  /** \brief False if the buffer can seek and ends before so many bytes. */
+  /** \brief False if the buffer can seek and has fewer bytes left. */
   bool
   mayHold(std::size_t size);
 

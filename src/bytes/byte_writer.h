@@ -7,7 +7,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Appends numbers to bytes, little-endian whatever the machine. */
+/** \brief Appends little-endian numbers to a vector of bytes. */
 class ByteWriter {
 public:
   explicit ByteWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
@@ -45,7 +45,7 @@ public:
   void
   f32(float number)
   {
-    static_assert(sizeof(float) == 4, "IEEE 754 single precision is on the wire");
+    static_assert(sizeof(float) == 4, "streams have IEEE 754 single precision");
     std::uint32_t bits;
     std::memcpy(&bits, &number, sizeof(bits));
     u32(bits);
@@ -54,14 +54,14 @@ public:
   void
   f64(double number)
   {
-    static_assert(sizeof(double) == 8, "IEEE 754 double precision is on the wire");
+    static_assert(sizeof(double) == 8, "streams have IEEE 754 double precision");
     std::uint64_t bits;
     std::memcpy(&bits, &number, sizeof(bits));
     u64(bits);
   }
 
-  /** \brief Seven bits a byte, low bits first, high bit set on all bytes but the last.
-   */
+  /** \brief Seven bits per byte, lowest first; the high bit is set on all bytes but the
+   * last. */
   void
   varint(std::uint64_t number)
   {

@@ -6,19 +6,20 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Bounds how many bytes are read again behind failed frames, so that n bytes are
- * searched in a time that grows as n does, whatever they hold.
+/** \brief Limits how many bytes are read again after failed frames, so that the time to
+ * search n bytes is O(n), whatever their content.
  *
- * Behind a failed frame the search goes on at its second byte, as its size may be a lie
- * that hides others. Bytes that hold many such lies would be read many times.
+ * After a failed frame the search continues at its second byte, as its size may be forged
+ * and include valid frames. Without a limit, bytes with many forged sizes would be read
+ * many times.
  */
 class RereadAllowance {
 public:
-  /** \param[in] most bytes that may be read again at the start, and that can be saved */
+  /** \param[in] most the initial and the highest allowance, bytes */
   explicit RereadAllowance(std::size_t most) : most_(most), left_(most) {}
 
-  /** \brief Takes bytes that are to be read again.
-   * \return false if these are too many; nothing is taken then
+  /** \brief Takes bytes that are to be read again from the allowance.
+   * \return false if there is not enough; the allowance is unchanged then
    */
   bool
   take(std::size_t bytes)
@@ -29,7 +30,8 @@ public:
     return true;
   }
 
-  /** \brief Tells that bytes lie behind the search for good. */
+  /** \brief Reports bytes that were searched and will not be read again; increases the
+   * allowance. */
   void
   pass(std::size_t bytes)
   {

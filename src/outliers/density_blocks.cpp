@@ -12,19 +12,19 @@ namespace {
 constexpr std::int16_t mean_step = 16;       ///< a quarter of a density, in 2^-6
 constexpr std::int16_t forgotten_below = 16; ///< in 2^-6
 
-/** \brief Cells of a block whose x, y or z is below 2; the others are those from 2 on. */
+/** \brief Cells of a block whose x, y or z is below 2. */
 constexpr std::array<std::uint64_t, 3> low_cells = {
     0x00000000ffffffff, 0x00ff00ff00ff00ff, 0x3333333333333333};
 
-/** \brief Voxels that a window takes of the block before, the own one and the one behind
- * along an axis: the first there, how many, and where they go. */
+/** \brief Cells that a window has of the previous, the own and the next block along an axis:
+ * first cell, number of cells, position in the window. */
 struct Span {
   std::size_t from, count, to;
 };
 constexpr std::array<Span, 3> spans = {{{2, 2, 0}, {0, 4, 2}, {0, 2, 6}}};
 
-/** \brief Copies a part of a block's f.
- * \tparam count of Span, along z
+/** \brief Copies f of a part of a block.
+ * \tparam count z.count
  */
 template <std::size_t count>
 void
@@ -58,12 +58,12 @@ countRow(const Row& row, Row& count)
     count[lane] = static_cast<std::int16_t>(count[lane] + (row[lane] != 0 ? 1 : 0));
 }
 
-/** \brief Sums over the rows about one, for each z. */
+/** \brief Sums over the rows around one, for each z. */
 struct RowSums {
-  Row cross{};  ///< the four rows beside it
+  Row cross{};  ///< the four adjacent rows
   Row near{};   ///< 3 x 3 rows
   Row far{};    ///< the other 16 of 5 x 5 rows; below 2^15 each
-  Row counts{}; ///< of 5 x 5 rows, those that are not 0
+  Row counts{}; ///< number of the 5 x 5 that are not 0
 };
 
 /** \param[in] rows the first of the 5 x 5 */
@@ -150,7 +150,7 @@ DensityBlocks::add(std::uint32_t block, unsigned int cell, std::int16_t density)
 {
   std::int16_t& mean = means_[block][cell];
   mean = static_cast<std::int16_t>(mean + mean_step * density);
-  // Not the mean: what has just come is as dense as what always was there.
+  // Not the mean, so that a new voxel is as dense as an old one.
   fields_[block][cell] = static_cast<std::int16_t>(4 * density);
 }
 
@@ -195,7 +195,7 @@ DensityBlocks::collect(std::uint32_t block,
 {
   std::memset(&window, 0, sizeof(window));
   copyRows<4>(fields_[block], spans[1], spans[1], spans[1], window);
-  // Neighbours from the first to the last that lies within 2 voxels of a cell.
+  // Range of neighbours within 2 voxels of a cell.
   std::array<std::size_t, 3> first;
   std::array<std::size_t, 3> last;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -13,8 +13,8 @@ namespace pcl_ext {
  * fastest, then y, then x. */
 using BlockCells = std::array<std::int16_t, 64>;
 
-/** \brief The blocks around one: its own 4 x 4 x 4 voxels and two more on each side. Rows
- * run along z; row 8 x + y. */
+/** \brief f around a block: its 4 x 4 x 4 voxels and two more on each side. Rows are along
+ * z; row 8 x + y. */
 struct DensityWindow {
   static constexpr std::size_t width = 8;
   static constexpr std::size_t margin = 2;
@@ -23,26 +23,26 @@ struct DensityWindow {
   std::array<Row, width * width> rows;
 };
 
-/** \brief Sums of f about one voxel, in 2^-2 of a density. */
+/** \brief Sums of f around a voxel, in quarters of a density. */
 struct NeighbourhoodSums {
   std::int32_t core;     ///< twice the voxel and its face neighbours
-  std::int32_t ring;     ///< the rest of the 3 x 3 x 3 voxels
-  std::int32_t rim;      ///< the rest of the 5 x 5 x 5 voxels
+  std::int32_t ring;     ///< the other 3 x 3 x 3 voxels
+  std::int32_t rim;      ///< the other 5 x 5 x 5 voxels
   std::int32_t all;      ///< the 5 x 5 x 5 voxels
-  std::int32_t occupied; ///< those of the 5 x 5 x 5 that are not 0, if they are counted
+  std::int32_t occupied; ///< number of the 5 x 5 x 5 that are not 0, if counted
 };
 
-/** \brief What a VoxelOutlierRemoval remembers: the densities of a stream's voxels, 255 at
- * most, in blocks that are found by their place. Integers only, so that means and sums
- * are the same on all machines.
+/** \brief History of a VoxelOutlierRemoval: running means of the densities of a stream's
+ * voxels, in blocks that are found by their position. Integers only, so that means and
+ * sums are the same on all machines.
  */
 class DensityBlocks {
 public:
-  /** \brief Axis positions of voxels are below this. */
+  /** \brief Positions of voxels are below this on each axis. */
   static constexpr std::uint32_t position_end = std::uint32_t{1} << 23;
 
-  /** \brief The place of a block: x, y, z in blocks, 21 bits each. Voxels stay 4 voxels
-   * away from 0 and position_end, so that every block has neighbours. */
+  /** \brief Key of the block of a voxel: x, y, z in blocks, 21 bits each. Voxels must be at
+   * least 4 voxels from 0 and position_end, so that every block has neighbours. */
   static constexpr std::uint64_t
   blockKey(std::uint32_t x, std::uint32_t y, std::uint32_t z)
   {
@@ -55,27 +55,27 @@ public:
     return (x & 3) << 4 | (y & 3) << 2 | (z & 3);
   }
 
-  /** \brief Forgets everything. */
+  /** \brief Removes all blocks. */
   void
   clear();
 
-  /** \brief Lets the running means fall by a frame, as where no voxel is, and forgets
-   * blocks that have none; f is half the mean. */
+  /** \brief Begins a frame: updates the running means for a frame without voxels, removes
+   * blocks without means, and sets f to half the mean. */
   void
   age();
 
-  /** \brief Number of blocks; their indices are below. */
+  /** \brief Number of blocks. */
   std::size_t
   size() const
   {
     return keys_.size();
   }
 
-  /** \brief Index of a block, which is added if it is not there. */
+  /** \brief Index of a block, which is added if there is none of this key. */
   std::uint32_t
   blockAt(std::uint64_t key);
 
-  /** \brief A voxel of the frame that the last age() began; f is its density.
+  /** \brief Adds a voxel of the frame to its running mean, and sets f to its density.
    * \param[in] block index of its block
    * \param[in] cell of the block; each once a frame
    * \param[in] density 1..255
@@ -83,20 +83,20 @@ public:
   void
   add(std::uint32_t block, unsigned int cell, std::int16_t density);
 
-  /** \brief Sets everything but some blocks to nothing.
+  /** \brief Removes all blocks except some.
    * \param[in] kept indices of the blocks, ascending
    */
   void
   keepOnly(const std::vector<std::uint32_t>& kept);
 
-  /** \brief Gives back the memory that the blocks do not need. */
+  /** \brief Releases unused memory. */
   void
   giveBackMemory();
 
-  /** \brief Collects what lies around the cells of a block.
+  /** \brief Copies f around some cells of a block.
    * \param[in] block index of the block
-   * \param[in] cells those for which it is wanted, not 0
-   * \param[out] window f in those voxels that are at most 2 from one of the cells on every
+   * \param[in] cells mask of the cells, not 0
+   * \param[out] window f in the voxels that are at most 2 from one of the cells on each
    * axis; elsewhere f or 0
    */
   void
@@ -113,11 +113,11 @@ private:
   io::BlockDirectory directory_;
 };
 
-/** \brief Sums about the voxels of a block.
- * \tparam counts count occupied voxels, too
- * \param[in] window around the block
- * \param[in] cells those for which sums are wanted
- * \param[out] sums by cell; only those are written
+/** \brief Computes the sums around some cells of a block.
+ * \tparam counts whether to count the occupied voxels
+ * \param[in] window from DensityBlocks::collect()
+ * \param[in] cells mask of the cells
+ * \param[out] sums by cell; others are not written
  */
 template <bool counts>
 void

@@ -6,8 +6,8 @@ namespace pcl_ext {
 
 namespace {
 
-/** \brief The lowest symbol that stands for an intensity of at least this; one above the
- * highest if there is none. Intensities do not fall as symbols grow. */
+/** \brief The lowest symbol with an intensity of at least min_intensity; maxSymbol() + 1 if
+ * there is none. Intensities do not decrease with the symbol. */
 std::uint32_t
 lowestSymbol(const io::IntensityScale& scale, float min_intensity)
 {
@@ -23,9 +23,9 @@ lowestSymbol(const io::IntensityScale& scale, float min_intensity)
   return low;
 }
 
-/** \brief Moves the voxels that stay to the front of `to`, which may be `from`; of both
- * there is room for one voxel more than stays, or for all.
- * \return number of them */
+/** \brief Copies the voxels that stay to the front of `to`, which may be `from`. It needs
+ * space for one voxel more than stay, or for all.
+ * \return number of voxels that stay */
 std::size_t
 packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
 {
@@ -36,7 +36,7 @@ packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
   std::uint16_t* const kept_intensities = to.intensities.data();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Written in any case, as which voxels stay is hard to foretell.
+    // Written in any case, as a branch would be unpredictable.
     const std::uint16_t intensity = intensities[i];
     kept_keys[kept] = keys[i];
     kept_intensities[kept] = intensity;
@@ -73,7 +73,7 @@ removeFaintVoxels(const io::VoxelFrame& frame,
   kept.grid = frame.grid;
   kept.intensity_scale = frame.intensity_scale;
   kept.depth_model = frame.depth_model;
-  // Counted before, so that no more memory is touched than is kept.
+  // Counted first, so that only the memory that is kept is written.
   kept.keys.resize(count + 1);
   kept.intensities.resize(count + 1);
   packVoxels(frame, lowest, kept);

@@ -16,10 +16,10 @@ bool
 VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& first)
 {
   const bool were_faces = areFaces();
-  // An encoder leaves the model out of frames where it does not pay.
+  // Encoders omit a model that does not make the frame smaller.
   if (frame.depth_model && unit_ != DensityUnit::Points)
     takeDepthModel(frame, first);
-  double face = face_density; // so that a point is a density of 1
+  double face = face_density; // density 1 for each point
   if (areFaces())
     face = depth_model_ ? model_face_ : static_cast<double>(full_intensity_);
   if (numbers_.empty() || face != face_ || frame.intensity_scale != scale_) {
@@ -30,7 +30,7 @@ VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& fir
       const double intensity = scale_.value(static_cast<std::uint16_t>(symbol));
       const double density =
           std::clamp(face_density * intensity / face, 0.0, face_density);
-      // What is no number counts as the least; the voxel is there.
+      // NaN gives the lowest density, as the voxel is occupied.
       numbers_[symbol] = static_cast<std::uint16_t>(
           density >= 0.0 ? std::lround(density * one_density) : 0);
     }
@@ -43,8 +43,8 @@ VoxelDensities::takeDepthModel(const io::VoxelFrame& frame,
                                const io::VoxelPosition& first)
 {
   depth_model_ = frame.depth_model;
-  // Later frames may have another grid. Steps are below 2^31 and the origin is at most
-  // 2^56, so that nothing overflows.
+  // Relative to position 0, as later frames may have another grid. No overflow, as steps
+  // are below 2^31 and the origin is at most 2^56.
   depth_model_->origin -= std::int64_t{depth_model_->step[0]} * first.x +
                           std::int64_t{depth_model_->step[1]} * first.y +
                           std::int64_t{depth_model_->step[2]} * first.z;
@@ -64,9 +64,9 @@ VoxelDensities::makeFactors(unsigned int exponent, double resolution)
   const double points_on_face = std::max(
       1.0, VoxelOutlierRemoval::sure_points_per_square_metre * resolution * resolution);
   for (std::size_t i = 0; i <= one; ++i) {
-    // The nearest depth is half a step.
+    // Depth 0 counts as half a step.
     const double depth = std::max(static_cast<double>(i), 0.5) / one;
-    // A point is worth its relative depth once more under the quadratic law.
+    // The quadratic law has one more factor of the relative depth.
     const double to_shares = exponent == 1 ? depth : 1.0;
     // 1 / depth^2 points fit on a face.
     const double covered = std::min(1.0, points_on_face * depth * depth);
@@ -86,9 +86,9 @@ VoxelDensities::operator()(std::uint16_t symbol,
                                std::int64_t{depth_model_->step[1]} * position.y +
                                std::int64_t{depth_model_->step[2]} * position.z;
     constexpr std::int64_t one = std::int64_t{1} << 32;
-    const auto held =
+    const auto clamped =
         static_cast<std::uint64_t>(std::clamp(depth, std::int64_t{0}, one));
-    number = number * factors_[held >> (32 - depth_bits)] >> 16;
+    number = number * factors_[clamped >> (32 - depth_bits)] >> 16;
   }
   const std::uint64_t density = (number + one_density / 2) / one_density;
   return static_cast<std::int16_t>(

@@ -10,27 +10,27 @@
 
 namespace pcl_ext {
 
-/** \brief Tells from the intensities of a stream how densely its voxels are covered: 1 to
- * 255, which is a voxel face where the unit is Faces, and else so many points.
+/** \brief Computes the densities of the voxels of a stream from their intensities: 1 to 255,
+ * in 255ths of a voxel face with the unit Faces, else in points.
  *
- * With a depth model a face counts as covered where there are
- * VoxelOutlierRemoval::sure_points_per_square_metre, if there can be as many. */
+ * With a depth model a face counts as covered from
+ * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many points. */
 class VoxelDensities {
 public:
   VoxelDensities(DensityUnit unit, float full_intensity)
   : unit_(unit), full_intensity_(full_intensity)
   {}
 
-  /** \brief Follows the stream to its next frame.
-   * \param[in] frame a frame; without a depth model it has that of the last that had one
-   * \param[in] first position of its grid's first voxel, below 2^23 on each axis, where
-   * the voxels of the frames before are where they were; or reset() comes first
-   * \return false if densities are in another unit from here on
+  /** \brief Prepares for the stream's next frame.
+   * \param[in] frame a frame; without a depth model that of an earlier frame is used
+   * \param[in] first position of its grid's first voxel, below 2^23 on each axis. Positions
+   * of earlier frames must still be valid; else call reset() first
+   * \return false if the unit of the densities has changed
    */
   bool
   follow(const io::VoxelFrame& frame, const io::VoxelPosition& first);
 
-  /** \brief Begins with a new stream. */
+  /** \brief Prepares for a new stream. */
   void
   reset()
   {
@@ -46,7 +46,7 @@ public:
 
   /** \brief Density of a voxel of the frame.
    * \param[in] symbol its intensity
-   * \param[in] position that of its grid's first voxel and its own in the grid
+   * \param[in] position its position in the grid plus that of the grid's first voxel
    */
   std::int16_t
   operator()(std::uint16_t symbol, const io::VoxelPosition& position) const;
@@ -62,13 +62,13 @@ private:
 
   DensityUnit unit_;
   float full_intensity_;
-  std::optional<io::DepthModel> depth_model_; // the last one; its origin is position 0
-  double model_face_ = 0.0;                   // intensity of a face, as it says
+  std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
+  double model_face_ = 0.0;                   // intensity of a face according to it
   io::IntensityScale scale_;
-  double face_ = 0.0;                  // intensity that is 255
-  std::vector<std::uint16_t> numbers_; // by symbol, density in 2^-8 but for the depth
-  std::vector<std::uint64_t> factors_; // by relative depth, on numbers_, in 2^-16
-  unsigned int exponent_ = 0;          // what factors_ are made for
+  double face_ = 0.0;                  // intensity of density 255
+  std::vector<std::uint16_t> numbers_; // by symbol, density before the factor, in 2^-8
+  std::vector<std::uint64_t> factors_; // by relative depth, in 2^-16
+  unsigned int exponent_ = 0;          // that factors_ are computed for
   double resolution_ = 0.0;
 };
 

@@ -16,23 +16,23 @@ namespace pcl_ext {
 
 namespace {
 
-/** \brief What is added to a shell so that an empty one has a logarithm, in faces. */
+/** \brief e of VoxelOutlierRemoval, in faces. */
 constexpr float least_shell = 0.02f;
 
 /** \brief c of VoxelOutlierRemoval for some voxel edge, metres. */
 float
 offsetOf(bool are_faces, double resolution)
 {
-  // Faces: the likeliest on sensor 2 of the robot cell with seed 2, at 4 cm; 0.2 off at
-  // 2 to 6 cm, 0.6 at 8. Points: 0.4 to 1 below the likeliest there; on the six sensors
-  // the likeliest are from 0.3 below to 0.8 above, at 4 cm. Above 4 cm Points do not follow
-  // the likeliest, which would take 1 voxel in 10 of the surfaces at 8 cm and 1 in 3 at 20:
-  // counts of coarse voxels differ more than a mean of those around can tell.
+  // Faces: maximum likelihood on sensor 2 of the robot cell with seed 2, at 4 cm; the
+  // maximum is within 0.2 at 2 to 6 cm and 0.6 at 8. Points: 0.4 to 1 below the maximum
+  // there; that of the six sensors is -0.3 to 0.8 from this value, at 4 cm. Above 4 cm the
+  // maximum for Points would remove 1 of 10 voxels of the surfaces at 8 cm and 1 of 3 at
+  // 20, as the counts of coarse voxels vary more than their local mean shows.
   const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
   return are_faces ? 2.4f + edges : -2.5f - std::min(edges, 0.0f);
 }
 
-/** \brief exp(2 (log-odds - c)): comparing needs no logarithm. */
+/** \brief exp(2 (log-odds - c)), to compare without a logarithm. */
 float
 evidenceOf(const NeighbourhoodSums& sums, float unit)
 {
@@ -46,12 +46,11 @@ evidenceOf(const NeighbourhoodSums& sums, float unit)
          shell(sums.rim);
 }
 
-/** \brief Where the voxels of a grid are in DensityBlocks. */
+/** \brief Maps positions in the grids of a stream to positions in DensityBlocks. */
 class PlacedGrid {
 public:
-  /** \brief Follows a stream's grid.
-   * \return false if the voxels of the frames before are elsewhere than they were, or
-   * there are none
+  /** \brief Sets the grid of the stream's next frame.
+   * \return false if positions of previous frames are no longer valid, or there are none
    */
   bool
   follow(const io::VoxelGrid& grid)
@@ -63,7 +62,7 @@ public:
     has_lattice_ = true;
     resolution_ = grid.resolution;
     anchor_ = grid.anchor;
-    // Blocks of the lattice are then those of the grid, and room is left on all sides.
+    // Blocks are aligned to those of the grid, with a margin on all sides.
     for (std::size_t axis = 0; axis < 3; ++axis)
       origin_[axis] = std::int64_t{grid.first_index[axis]} - first_position;
     place(grid);
@@ -76,7 +75,7 @@ public:
     has_lattice_ = false;
   }
 
-  /** \brief Where the grid's first voxel is. */
+  /** \brief Position of the grid's first voxel. */
   io::VoxelPosition
   first() const
   {
@@ -90,7 +89,7 @@ public:
   }
 
 private:
-  // A grid has 2^21 voxels an axis at most.
+  // A grid has at most 2^21 voxels on each axis.
   static constexpr std::int64_t first_position = std::int64_t{1} << 21;
   static constexpr std::int64_t margin = 4;
 
@@ -165,7 +164,7 @@ public:
   void
   reset()
   {
-    grid_.clear(); // so that learn() begins anew
+    grid_.clear(); // so that learn() starts without a history
     releaseMemory();
   }
 
@@ -176,7 +175,7 @@ public:
   }
 
 private:
-  /** \brief A voxel of the frame in the blocks. */
+  /** \brief Position of a voxel of the frame in the blocks. */
   struct Place {
     std::uint32_t block;
     std::uint8_t cell;
@@ -195,7 +194,7 @@ private:
     return first_voxels_[place.block] + bitCount(masks_[place.block] & before);
   }
 
-  /** \brief Begins a frame; forgets everything if the memory failed in the last one. */
+  /** \brief Begins a frame; drops the history if memory ran out in the previous one. */
   void
   beginFrame()
   {
@@ -233,7 +232,7 @@ private:
     evidence_.resize(frame.size());
     first_voxels_.resize(masks_.size());
     std::uint32_t first = 0;
-    // In the frame's order, in which neighbours are near in memory, too.
+    // In the frame's order, in which neighbours are close in memory.
     for (const std::uint32_t block : frame_blocks_) {
       first_voxels_[block] = first;
       judge(block, evidence_.data() + first);
@@ -267,8 +266,8 @@ private:
     }
   }
 
-  /** \brief Judges the voxels of a block.
-   * \param[out] evidence of each, in the order of the cells
+  /** \brief Computes the evidence of the voxels of a block.
+   * \param[out] evidence of each voxel, in the order of the cells
    */
   void
   judge(std::uint32_t block, float* evidence)
@@ -280,7 +279,7 @@ private:
       sumNeighbourhoods<true>(window_, masks_[block], sums_);
     for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
       const NeighbourhoodSums& sums = sums_[lowestBit(cells)];
-      // f is in quarters; 255 is a face.
+      // f is in quarters of 255ths of a face.
       const float unit = densities_.areFaces() ? 4.0f * 255.0f
                                                : static_cast<float>(sums.all) /
                                                      static_cast<float>(sums.occupied);
@@ -288,7 +287,7 @@ private:
     }
   }
 
-  /** \brief Keeps to the limit of what is remembered. */
+  /** \brief Enforces the limit of blocks between frames. */
   void
   forget()
   {
@@ -306,7 +305,7 @@ private:
     blocks_.keepOnly(frame_blocks_);
   }
 
-  /** \brief Forgets all voxels, and gives back what a frame of many of them took. */
+  /** \brief Drops all blocks and releases the memory. */
   void
   releaseMemory()
   {
@@ -333,8 +332,8 @@ private:
   // Of the current frame; members so that their memory is reused.
   float offset_ = 0.0f;
   std::vector<Place> places_;               // of each voxel
-  std::vector<std::uint64_t> masks_;        // of each block, its voxels
-  std::vector<std::uint32_t> frame_blocks_; // that have any
+  std::vector<std::uint64_t> masks_;        // of each block, occupied cells
+  std::vector<std::uint32_t> frame_blocks_; // blocks with voxels
   std::vector<std::uint32_t> first_voxels_; // of each block, index into the next
   std::vector<float> evidence_;             // of each voxel, by block and cell
   DensityWindow window_;
@@ -369,7 +368,7 @@ VoxelOutlierRemoval::VoxelOutlierRemoval(const VoxelOutlierRemovalSettings& sett
 bool
 VoxelOutlierRemoval::isMadeFor(double resolution)
 {
-  // Not to the last digit, which a resolution from elsewhere may lack.
+  // With a tolerance for rounded resolutions.
   constexpr double rounding = 1e-6;
   return resolution >= min_resolution * (1.0 - rounding) &&
          resolution <= max_resolution * (1.0 + rounding);

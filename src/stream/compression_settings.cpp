@@ -37,7 +37,7 @@ checkBox(const BoundingBox& box, double resolution)
   return {};
 }
 
-/** \brief Version 1 has no voxels further from the world origin than its lattice. */
+/** \brief Checks that the box intersects the lattice of version 1. */
 CompressionStatus
 checkBoxOnLattice(const BoundingBox& box, double resolution)
 {
@@ -105,7 +105,7 @@ checkSettings(const IntensityCompressionSettings& settings)
   if (settings.decoder_limits.max_voxels == 0)
     return invalid("decoder_limits.max_voxels", 0, "above 0");
   if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
-    return invalid("sensor_pose", "no rigid pose", "a rotation and a translation");
+    return invalid("sensor_pose", "not rigid", "a rotation and a translation");
   if (settings.depth_law)
     if (const CompressionStatus status = checkDepthLaw(*settings.depth_law);
         !status.ok())

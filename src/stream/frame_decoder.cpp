@@ -22,10 +22,10 @@ namespace {
 
 enum class FoundFormat { None, Version1, Published };
 
-/** \brief Reads until one of the two magic words has passed.
+/** \brief Reads up to and including the next magic bytes of either format.
  * \param[in,out] source where to read
- * \param[in,out] last_bytes what was read last, the newest byte lowest; a search that
- * was cut off goes on with it
+ * \param[in,out] last_bytes the last 8 bytes read, the newest one lowest; an interrupted
+ * search continues with them
  */
 FoundFormat
 findFrame(ByteSource& source, std::uint64_t& last_bytes)
@@ -83,7 +83,7 @@ public:
     return status;
   }
 
-  /** \brief Memory for callers that bring none. */
+  /** \brief Scratch memory for callers that pass none. */
   CodingWorkspace&
   ownWorkspace()
   {
@@ -104,11 +104,10 @@ public:
   }
 
 private:
-  /** \brief Bytes that may be read again whatever the limits are. */
+  /** \brief Bytes that may be read again with any limits. */
   static constexpr std::size_t least_allowance = std::size_t{1} << 20;
 
-  /** \brief Decodes the next frame. Buffers are other people's code and may throw anything,
-   * as may the memory. */
+  /** \brief Decodes the next frame. Catches any exception, as those of the user's buffer. */
   CompressionStatus
   decodeSafely(std::streambuf& buffer,
                VoxelFrame& frame,
@@ -125,10 +124,10 @@ private:
                       input_failed);
   }
 
-  /** \brief Leaves the buffer where the next call shall search.
+  /** \brief Moves the buffer to where the next call has to search.
    * \param[in] begin position of the buffer before the call
-   * \param[in] consumed bytes that the call has read
-   * \param[in] frame_offset of the frame in them
+   * \param[in] consumed bytes read by the call
+   * \param[in] frame_offset offset of the frame in them
    */
   void
   goOnBehind(const CompressionStatus& status,
@@ -149,8 +148,8 @@ private:
     rereads_.pass(consumed);
   }
 
-  /** \brief True if a frame or nothing follows, so that the size of the one before, which
-   * nobody could check, was right. Buffers that cannot seek are believed. */
+  /** \brief True if a frame or nothing follows, which confirms the size of the previous one,
+   * whose checksum could not be verified. True for a buffer that cannot seek. */
   static bool
   continuesWithFrame(std::streambuf& buffer)
   {
@@ -171,8 +170,7 @@ private:
            begins(published::magic, published::magic_size);
   }
 
-  /** \brief True for frames that have been read whole if another one follows, as nothing
-   * is wrong with their bytes. */
+  /** \brief True for failures of frames whose bytes are valid. */
   static bool
   isPassedOver(CompressionCode code)
   {
@@ -180,8 +178,8 @@ private:
            code == CompressionCode::OldFrame;
   }
 
-  /** \brief True if a forged size may have made the failed frame swallow others, which
-   * the next call shall find. */
+  /** \brief True if a forged size of the failed frame may have included other frames, which
+   * the next call has to find. */
   static bool
   mayHideFrames(CompressionCode code)
   {
@@ -190,9 +188,8 @@ private:
            !isPassedOver(code);
   }
 
-  /** \brief Read position of a buffer; -1 if it cannot seek, which some say by
-   * throwing.
-   */
+  /** \brief Read position of a buffer; -1 if it cannot seek, which some buffers report by an
+   * exception. */
   static std::streambuf::off_type
   positionOf(std::streambuf& buffer)
   {
@@ -209,7 +206,7 @@ private:
       buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
                         std::ios_base::in);
     };
-    // Else the bytes are lost, as those of a buffer that cannot seek; the status stands.
+    // A failure is that of a buffer that cannot seek; the status is not changed.
     callOrElse(seek, [] {});
   }
 
@@ -230,8 +227,7 @@ private:
     const bool is_published = format == FoundFormat::Published;
     const std::size_t magic_size =
         is_published ? published::magic_size : version1_magic_size;
-    // A magic word that the search before this one had begun to read has no offset
-    // here.
+    // Magic bytes may have begun in the previous call.
     frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
     found_ = format;
 
@@ -259,17 +255,17 @@ private:
   {
     if (search.failure() == ByteSource::Failure::LimitExceeded)
       return {CompressionCode::NoFrame,
-              "no frame begins within the limit of " +
+              "no frame found within the limit of " +
                   std::to_string(limits_.max_frame_bytes) + " bytes"};
     if (search.consumed() == 0)
-      return {CompressionCode::EndOfStream, "the stream holds no bytes"};
+      return {CompressionCode::EndOfStream, "the stream has no more bytes"};
     return {CompressionCode::NoFrame,
-            "no frame begins in the last " + std::to_string(search.consumed()) +
+            "no frame found in the last " + std::to_string(search.consumed()) +
                 " bytes of the stream"};
   }
 
-  /** \brief Gives memory back that frames of long ago needed, and these do not; forgets
-   * what is known of a format that the stream has left. */
+  /** \brief Releases memory that recent frames did not need, and the history of a format
+   * that the stream no longer has. */
   void
   followStream(const CompressionStatus& status,
                VoxelFrame& frame,
@@ -310,16 +306,16 @@ private:
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
     };
-    // Without memory for smaller copies: what stays is still of use.
+    // Releasing is optional.
     callOrElse(give_back, [] {});
   }
 
   DecoderLimits limits_;
-  std::uint64_t unfinished_search_ = 0; // last bytes of a search that the limit cut off
+  std::uint64_t unfinished_search_ = 0; // last bytes of a search ended by the limit
   RereadAllowance rereads_;
   CodedFrameStatistics statistics_;
   FoundFormat last_found_ = FoundFormat::None; // of the last decoded frame
-  std::size_t frames_in_a_row_ = 0;            // of that format
+  std::size_t frames_in_a_row_ = 0;            // of this format
   // Of the current call.
   FoundFormat found_ = FoundFormat::None;
   std::size_t skipped_ = 0;

@@ -10,7 +10,7 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
     return false;
   if (number == last_.number + 1)
     return false;
-  // An I-frame right behind itself changes nothing, as where one file is read twice.
+  // Decoding the last I-frame again is harmless; a file of one frame may be read twice.
   if (is_i_frame && last_.isSame(number, checksum))
     return false;
   const bool is_copy = known_[number % known_frames].isSame(number, checksum) ||
@@ -24,7 +24,7 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
   return true;
 }
 
-/** \brief True if an old I-frame may be the first one of a sender that began again. */
+/** \brief True if an old I-frame may be the first frame of a restarted sender. */
 bool
 FrameOrder::beginsAgain(std::uint32_t number, bool is_copy) const
 {

@@ -7,37 +7,37 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Tells late and repeated frames of a stream from new ones, so that they are
- * dropped: one that were decoded would make its successors ones that lack their
- * reference.
+/** \brief Detects late and repeated frames of a stream. They are dropped, as the successors
+ * of the last frame would lack their reference if a late I-frame were decoded.
  *
- * Frames are numbered by their sender, which begins with an I-frame of number 1 each time
- * that it starts. Numbers wrap round.
+ * Frames are numbered modulo 2^32. A sender begins with an I-frame of number 1 each time it
+ * starts. doc/bitstream.md has the rules ("Old frames").
  */
 class FrameOrder {
 public:
-  /** \param[in] are_numbers_sure a checksum protects them; of I-frames whose numbers may be
-   * damaged only copies are old
+  /** \param[in] are_numbers_sure true if a checksum protects the frame number; else the
+   * number may be damaged, and only copies of I-frames are old
    */
   explicit FrameOrder(bool are_numbers_sure) : are_numbers_sure_(are_numbers_sure) {}
 
-  /** \brief Judges a frame.
+  /** \brief Checks a frame.
    * \param[in] number of the frame
-   * \param[in] checksum of the frame, which tells it from another one of its number
-   * \param[in] is_i_frame whether it stands alone
-   * \return true if it is to be dropped: it was decoded before, or a later one was; and
-   * nothing says that the sender began again
+   * \param[in] checksum of the frame, which distinguishes frames of the same number
+   * \param[in] is_i_frame whether it is an I-frame
+   * \return true if it must be dropped: it or a later frame was decoded, and nothing
+   * indicates that the sender was restarted
    */
   bool
   isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
 
-  /** \brief Takes a frame that was decoded for the last one.
-   * \param[in] can_be_told its checksum tells its copies: it has voxels
+  /** \brief Reports a decoded frame, which becomes the last one.
+   * \param[in] can_be_told true if its checksum identifies it, false for a frame without
+   * voxels and stamp
    */
   void
   decoded(std::uint32_t number, std::uint32_t checksum, bool can_be_told) noexcept;
 
-  /** \brief Tells that the input ended: it may be read again from its beginning. */
+  /** \brief Reports the end of the input, which may be read again from its beginning. */
   void
   inputEnded() noexcept
   {
@@ -60,21 +60,21 @@ private:
   bool
   beginsAgain(std::uint32_t number, bool is_copy) const;
 
-  /** \brief Frames whose copies are known. */
+  /** \brief Number of frames whose copies are detected. */
   static constexpr std::size_t known_frames = 256;
 
-  /** \brief After so many old frames without a new one the sender is taken for one that
-   * began again, and an I-frame of it for the first one: one that was never seen after few,
-   * as frames that were overtaken come alone; a copy after more than come in a row. */
+  /** \brief After this many old frames without a new one between them an I-frame counts as
+   * the first one of a restarted sender: few if the I-frame is unknown, as late frames are
+   * single; many if it is a copy, as repeated frames come in a row. */
   static constexpr unsigned int most_unknown_in_a_row = 2;
   static constexpr unsigned int most_copies_in_a_row = 24;
 
   bool are_numbers_sure_;
   std::array<Frame, known_frames> known_{}; // by number
-  Frame first_;                             // the last one of number 1
+  Frame first_;                             // the last frame with number 1
   Frame last_;
   unsigned int old_in_a_row_ = 0;
-  bool has_input_ended_ = false; // since the last frame that was decoded
+  bool has_input_ended_ = false; // since the last decoded frame
 };
 
 } // namespace io

@@ -20,10 +20,10 @@ Version1Decoder::decode(ByteSource& source,
   memory_taken_ = checked_bytes_.size() + static_cast<std::size_t>(header_.voxel_count);
   PayloadSizes sizes;
   prepareStamp();
-  // Without memory: the history of a coder that was interrupted is of no use.
+  // If memory runs out the state of the coder is undefined.
   const auto give_up = [this] {
     forget();
-    // Frames that are older than what is lost can cost nothing.
+    // Without a history old frames do no harm.
     order_ = FrameOrder(true);
   };
   if (CompressionStatus status =
@@ -40,7 +40,7 @@ Version1Decoder::decode(ByteSource& source,
   return {};
 }
 
-/** \brief Reads a frame and checks that it is whole, not old, and can be decoded. */
+/** \brief Reads a frame and checks that it is complete, not old, and can be decoded. */
 CompressionStatus
 Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
 {
@@ -50,7 +50,8 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
     return status;
   header_size_ = checked_bytes_.size();
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
-  // Of a P-frame that cannot be decoded nobody can check a byte, its size either.
+  // Without its reference the checksum of a P-frame cannot be verified: its size is not
+  // trusted, and the payload is skipped.
   if (CompressionStatus status =
           header_.is_i_frame ? CompressionStatus() : checkOrder(checksum);
       !status.ok()) {
@@ -70,8 +71,8 @@ CompressionStatus
 Version1Decoder::readFailure(const ByteSource& source)
 {
   if (source.failure() == ByteSource::Failure::LimitExceeded)
-    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
-  return {CompressionCode::Truncated, "the stream ends in a frame's payload"};
+    return {CompressionCode::LimitExceeded, "frame exceeds the limit on bytes"};
+  return {CompressionCode::Truncated, "the stream ends in a payload"};
 }
 
 CompressionStatus
@@ -82,29 +83,28 @@ Version1Decoder::checkSum(std::uint32_t checksum) const
                        checked_bytes_.size()) == checksum)
     return {};
   return {CompressionCode::Corrupt,
-          "frame " + std::to_string(header_.frame_number) +
-              " contradicts its checksum"};
+          "frame " + std::to_string(header_.frame_number) + ": checksum mismatch"};
 }
 
-/** \brief Checks that a frame is no old one, and that its reference is known. */
+/** \brief Checks that a frame is not old, and that its reference was decoded. */
 CompressionStatus
 Version1Decoder::checkOrder(std::uint32_t checksum)
 {
   if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
     return {CompressionCode::OldFrame,
             "frame " + std::to_string(header_.frame_number) +
-                " came late, or twice; it was dropped"};
+                " is late or repeated; it was dropped"};
   if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
     return {};
   return {CompressionCode::MissingReference,
           "P-frame " + std::to_string(header_.frame_number) +
-              " depends on the frame before it; " +
+              " depends on the previous frame; " +
               (has_history_
-                   ? "the last one decoded is frame " + std::to_string(frame_number_)
-                   : "none is known")};
+                   ? "the last decoded frame is " + std::to_string(frame_number_)
+                   : "no frame was decoded")};
 }
 
-/** \brief Decodes the payload; what it teaches is not learnt yet. */
+/** \brief Decodes the payload without changing the history. */
 CompressionStatus
 Version1Decoder::decodePayload(CodingWorkspace& work,
                                VoxelFrame& frame,
@@ -116,8 +116,7 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
     return status;
   PayloadCoder& coder = coders_.of(header_.effort);
   if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
-    return {CompressionCode::LimitExceeded,
-            "the stream's history is larger than the limit on voxels allows"};
+    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   if (!coder.decode(work,
                     payload,
                     end,
@@ -126,15 +125,16 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
                     frame,
                     sizes))
     return {CompressionCode::Corrupt,
-            "the payload is not " + std::to_string(header_.voxel_count) + " voxels"};
+            "the payload does not decode to " + std::to_string(header_.voxel_count) +
+                " voxels"};
   if (!isConsistent(frame)) {
     coder.discard();
-    return {CompressionCode::Corrupt, "the payload has voxels that cannot be"};
+    return {CompressionCode::Corrupt, "the payload has invalid voxels"};
   }
   return {};
 }
 
-/** \brief Fills in what a frame has besides its voxels.
+/** \brief Sets grid, scale and depth model of a frame.
  * \param[in,out] payload is moved behind the depth model
  */
 CompressionStatus
@@ -146,19 +146,19 @@ Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
   frame.depth_model = is_i_frame ? std::nullopt : depth_model_;
   if (!is_i_frame && header_.effort != effort_)
     return {CompressionCode::Corrupt,
-            "frame header: a P-frame of another coder than its I-frame"};
+            "frame header: a P-frame of another effort than its I-frame"};
   if (!header_.has_depth_model)
     return {};
   if (!is_i_frame && !depth_model_)
     return {CompressionCode::Corrupt,
-            "frame header: a depth model that the I-frame does not have"};
+            "frame header: a depth model, but none in the I-frame"};
   if (!readDepthModel(payload, frame.depth_model.emplace()))
-    return {CompressionCode::Corrupt, "the depth model is none"};
+    return {CompressionCode::Corrupt, "invalid depth model"};
   payload += depth_model_size;
   return {};
 }
 
-/** \brief Makes the stamp of the current frame, while memory may still fail. */
+/** \brief Computes the stamp of the current frame; before learn(), as it may allocate. */
 void
 Version1Decoder::prepareStamp()
 {

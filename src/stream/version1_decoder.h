@@ -29,12 +29,12 @@ public:
     limits_.max_voxels = std::min(limits.max_voxels, largest_frame);
   }
 
-  /** \brief Reads and decodes a frame, of which the magic bytes have been read.
+  /** \brief Reads and decodes a frame after the magic bytes.
    *
-   * A frame that fails leaves what is known as it was. An exception leaves it so, too, or
-   * leaves nothing known until the next I-frame.
+   * A frame that fails does not change the history. An exception does not change it, or
+   * drops it until the next I-frame.
    * \param[in,out] source behind the magic bytes
-   * \param[in,out] work memory for the frame
+   * \param[in,out] work scratch memory
    * \param[out] frame the voxels; unspecified on failure
    * \param[out] statistics of this frame, without its size
    */
@@ -51,32 +51,33 @@ public:
     return stamp_;
   }
 
-  /** \brief What the last frame may have taken, decoded or not, in voxels and bytes. */
+  /** \brief Voxels and bytes that memory was allocated for in the last call, which may have
+   * failed. */
   std::size_t
   memoryTaken() const
   {
     return memory_taken_;
   }
 
-  /** \brief Voxels that are known of the frames before. */
+  /** \brief Number of voxels in the history. */
   std::size_t
   recordCount() const
   {
     return has_history_ ? coders_.recordCount(effort_) : 0;
   }
 
-  /** \brief Forgets all frames, as if none had been decoded. */
+  /** \brief Drops the history, as if no frame had been decoded. */
   void
   forget() noexcept;
 
-  /** \brief Tells that the input ended; see FrameOrder. */
+  /** \brief Reports the end of the input; see FrameOrder. */
   void
   inputEnded() noexcept
   {
     order_.inputEnded();
   }
 
-  /** \brief Gives back the memory that what is known does not need. */
+  /** \brief Releases memory that the history does not need. */
   void
   giveBackMemory();
 
@@ -108,7 +109,7 @@ private:
   DecoderLimits limits_;
 
   FrameOrder order_{true};
-  // Of the frames that were decoded.
+  // Of the decoded frames.
   bool has_history_ = false;
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
@@ -124,7 +125,7 @@ private:
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
   std::vector<std::uint8_t> checked_bytes_;
-  std::size_t header_size_ = 0; // of the checked bytes
+  std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
 };

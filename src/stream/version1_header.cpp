@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
-// But for the frame_id's text.
+// Without the text of the frame_id.
 constexpr std::size_t most_header_bytes = 96;
 
 enum Flag : std::uint8_t {
@@ -28,10 +28,10 @@ enum Flag : std::uint8_t {
   frame_id_flag = 8
 };
 
-// Beside the bits of a scale: it is companded, and its range follows.
+// Added to the bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
 
-// Above the flags: the coder of the payload.
+// The effort is above the flags.
 constexpr unsigned int effort_shift = 4;
 
 CompressionStatus
@@ -50,7 +50,7 @@ flagsOf(const Version1Header& header)
                                    static_cast<int>(header.effort) << effort_shift);
 }
 
-/** \brief A header as at its beginning; the frame_id keeps its memory. */
+/** \brief Resets a header, but keeps the memory of the frame_id. */
 void
 clear(Version1Header& header)
 {
@@ -108,11 +108,11 @@ readGrid(ByteSource& source, VoxelGrid& grid)
     return {};
   if (!(grid.resolution >= smallest_resolution &&
         grid.resolution <= largest_resolution))
-    return corrupt("the resolution is not within 1e-6 to 1e6 m");
+    return corrupt("resolution outside 1e-6 to 1e6 m");
   if (grid.depth < 1 || grid.depth > max_grid_depth)
-    return corrupt("the grid's depth is not 1 to 21");
+    return corrupt("grid depth outside 1 to 21");
   if (leavesLattice(grid))
-    return corrupt("the grid leaves the lattice");
+    return corrupt("grid outside the lattice");
   return {};
 }
 
@@ -128,11 +128,11 @@ readIntensityScale(ByteSource& source, IntensityScale& scale)
   if (source.failure() == ByteSource::Failure::None &&
       (!std::isfinite(scale.offset) || !std::isfinite(scale.step) ||
        !(scale.step > 0.0f) || scale.bits < 1 || scale.bits > 16))
-    return corrupt("the intensity scale is none");
-  // There is one way to write a scale whose levels are single numbers: as linear.
+    return corrupt("invalid intensity scale");
+  // A scale whose levels are single numbers must be written as linear.
   if (source.failure() == ByteSource::Failure::None && is_companded &&
       scale.companded_range <= scale.maxSymbol())
-    return corrupt("a companded scale with no more numbers than levels");
+    return corrupt("companded scale with too small a range");
   return {};
 }
 
@@ -141,7 +141,7 @@ readFrameId(ByteSource& source, std::string& frame_id)
 {
   const std::uint64_t size = source.varint();
   if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
-    return corrupt("the frame_id is too long");
+    return corrupt("frame_id too long");
   for (std::uint64_t i = 0; i < size && source.failure() == ByteSource::Failure::None;
        ++i)
     frame_id.push_back(static_cast<char>(source.u8()));
@@ -168,23 +168,22 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
   return status;
 }
 
-/** \brief What no frame may say, whatever its payload. */
+/** \brief Checks the fields that do not depend on the payload. */
 CompressionStatus
 checkFields(const Version1Header& header, const DecoderLimits& limits)
 {
   if (header.voxel_count > limits.max_voxels)
     return {CompressionCode::LimitExceeded,
             "frame header: " + std::to_string(header.voxel_count) +
-                " voxels are more than the limit of " +
-                std::to_string(limits.max_voxels)};
+                " voxels exceed the limit of " + std::to_string(limits.max_voxels)};
   if (header.payload_size > limits.max_frame_bytes)
     return {CompressionCode::LimitExceeded,
-            "frame header: a payload of more bytes than the limit of " +
-                std::to_string(limits.max_frame_bytes)};
+            "frame header: payload exceeds the limit of " +
+                std::to_string(limits.max_frame_bytes) + " bytes"};
   if (!header.is_i_frame && header.stamp == std::numeric_limits<std::int64_t>::min())
-    return corrupt("the stamp's change is no number");
+    return corrupt("invalid difference of stamps");
   if (header.payload_size < (header.has_depth_model ? depth_model_size : 0))
-    return corrupt("a payload smaller than the depth model in it");
+    return corrupt("payload smaller than its depth model");
   return {};
 }
 
@@ -225,7 +224,7 @@ version1Checksum(std::uint32_t reference_checksum,
       static_cast<std::uint8_t>(reference_checksum >> 16),
       static_cast<std::uint8_t>(reference_checksum >> 24)};
   auto checksum = crc32_z(0, prefix.data(), prefix.size());
-  // Where there are no bytes there may be no pointer, for which zlib starts again.
+  // For a null pointer, as of no bytes, zlib returns the initial checksum.
   if (size != 0)
     checksum = crc32_z(checksum, bytes, size);
   return static_cast<std::uint32_t>(checksum);
@@ -238,7 +237,7 @@ writeVersion1Frame(const Version1Header& header,
                    std::vector<std::uint8_t>& bytes)
 {
   const std::size_t begin = bytes.size();
-  // More than it takes, so that a stream's frames soon need no more memory.
+  // With a reserve, so that a stream soon needs no reallocation.
   const std::size_t end =
       begin + most_header_bytes + header.frame_id.size() + payload.size();
   if (bytes.capacity() < end)
@@ -246,7 +245,7 @@ writeVersion1Frame(const Version1Header& header,
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);
-  writer.u32(0); // the checksum's place
+  writer.u32(0); // replaced by the checksum below
   writeFields(header, writer);
   writer.raw(payload.data(), payload.size());
 
@@ -269,8 +268,8 @@ readVersion1Header(ByteSource& source,
   const std::uint8_t stream_version = source.u8();
   if (source.failure() == ByteSource::Failure::None && stream_version != version)
     return {CompressionCode::UnsupportedVersion,
-            "frame header: stream version " + std::to_string(stream_version) +
-                "; this library knows version 1"};
+            "frame header: unsupported stream version " +
+                std::to_string(stream_version)};
   checksum = source.u32();
   checked_bytes.clear();
   source.recordTo(&checked_bytes);
@@ -287,7 +286,7 @@ readVersion1Header(ByteSource& source,
   if (source.failure() == ByteSource::Failure::EndOfInput)
     return {CompressionCode::Truncated, "the stream ends in a frame header"};
   if (source.failure() == ByteSource::Failure::LimitExceeded)
-    return {CompressionCode::LimitExceeded, "a frame larger than the limit on bytes"};
+    return {CompressionCode::LimitExceeded, "frame exceeds the limit on bytes"};
   return status;
 }
 

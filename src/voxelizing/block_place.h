@@ -9,8 +9,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Where a voxel is within a grid: a block of 4 x 4 x 4 voxels, and one of the 64
- * in it. */
+/** \brief Position of a voxel in a grid: a block of 4 x 4 x 4 voxels and a voxel in it. */
 struct BlockPlace {
   static constexpr unsigned int axis_bits = max_grid_depth - 2;
 
@@ -18,17 +17,17 @@ struct BlockPlace {
   std::uint32_t voxel; ///< x, y, z within the block, 2 bits each, x the highest
 };
 
-/** \brief The places of some points of a cloud, in their order. */
+/** \brief The voxels of some points of a cloud, in the order of the points. */
 struct PlacedPoints {
-  static constexpr std::size_t most = 256;
+  static constexpr std::size_t capacity = 256;
 
   std::size_t count = 0;
-  std::array<std::uint64_t, most> blocks; ///< as in BlockPlace
-  std::array<std::uint32_t, most> voxels; ///< as in BlockPlace
-  std::array<std::size_t, most> points;   ///< index in the cloud
+  std::array<std::uint64_t, capacity> blocks; ///< as in BlockPlace
+  std::array<std::uint32_t, capacity> voxels; ///< as in BlockPlace
+  std::array<std::size_t, capacity> points;   ///< indices in the cloud
 };
 
-/** \brief The place of a voxel, from its position within the grid. */
+/** \brief Block and voxel of a position in the grid. */
 inline BlockPlace
 blockPlace(const VoxelPosition& position)
 {
@@ -37,7 +36,7 @@ blockPlace(const VoxelPosition& position)
           (position.x & 3) << 4 | (position.y & 3) << 2 | (position.z & 3)};
 }
 
-/** \brief The Morton key of a block among the blocks. */
+/** \brief Morton key of a block: the key of its voxels without the lowest 6 bits. */
 constexpr std::uint64_t
 mortonKeyOfBlock(std::uint64_t block)
 {
@@ -47,7 +46,7 @@ mortonKeyOfBlock(std::uint64_t block)
                     static_cast<std::uint32_t>(block & mask)});
 }
 
-/** \brief The place of each voxel of a block in Morton order. */
+/** \brief Lowest 6 bits of the Morton key of each voxel of a block. */
 inline constexpr std::array<std::uint8_t, 64> morton_order = [] {
   std::array<std::uint8_t, 64> order{};
   for (std::uint32_t voxel = 0; voxel < 64; ++voxel)
@@ -56,7 +55,7 @@ inline constexpr std::array<std::uint8_t, 64> morton_order = [] {
   return order;
 }();
 
-/** \brief The Morton key of a voxel. */
+/** \brief Morton key of a voxel. */
 constexpr std::uint64_t
 mortonKey(const BlockPlace& place)
 {

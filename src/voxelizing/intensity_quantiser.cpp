@@ -14,15 +14,15 @@ constexpr unsigned int most_bits = 16;
 constexpr unsigned int default_companded_bits = 4;
 constexpr double most_numbers_less_one = 65535.0;
 
-/** \brief The smallest power of two that reaches a value; 1 for 0. */
+/** \brief The smallest power of two that is not below a value; 1 for 0. */
 double
 powerOfTwoAbove(double value)
 {
   return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 1.0;
 }
 
-/** \brief Bits of the whole numbers up to a value: 8 at least; more than most_bits if
- * they are too many for a step of 1. */
+/** \brief Number of bits for the integers up to a value, at least 8; above most_bits if
+ * there is no such number. */
 unsigned int
 bitsOfWholeNumbers(double highest)
 {
@@ -79,7 +79,7 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double number = (values[i] * unit_factor_ - offset) / step + rounding;
     out_of_range += number < 0.0 || number >= max_number + 1.0 ? 1 : 0;
-    // Held within the scale it is not negative, and a cast is its floor.
+    // Not negative when clamped, so that a cast rounds down.
     frame.intensities[i] =
         static_cast<std::uint16_t>(std::clamp(number, 0.0, max_number));
   }
@@ -100,7 +100,7 @@ IntensityQuantiser::quantiseCounts(const std::vector<std::uint32_t>& counts,
 {
   frame.intensity_scale = scale_;
   frame.intensities.resize(counts.size());
-  // No voxel has less than one point.
+  // A voxel has at least one point.
   const auto offset = static_cast<std::uint32_t>(scale_.offset);
   const std::uint32_t max_number = scale_.maxNumber();
   std::size_t out_of_range = 0;
@@ -123,8 +123,8 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
     highest_ = std::max(highest_, value);
     are_counts_ &= value >= 1.0;
   }
-  // A scale that changes costs bytes, so it grows in powers of two, and shrinks only
-  // when the values are forgotten.
+  // A change of scale requires an I-frame: the range grows in powers of two, and shrinks
+  // only where may_refit allows it.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
   if (!had_fractions_) {
     const unsigned int offset_bits = lowest_ < 0.0 ? bitsOfWholeNumbers(-lowest_) : 0;
@@ -146,7 +146,7 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
   const double range =
       fixed_range_ > 0.0 ? highest - offset : powerOfTwoAbove(highest - offset);
   if (is_companded_) {
-    // As many numbers as a root takes to half their bits.
+    // Companding halves the number of bits, as a square root does.
     const unsigned int number_bits =
         std::clamp(2 * compandedBits(), default_bits, most_bits);
     spanNumbers(offset, range, range / (std::exp2(number_bits) - 1.0));
@@ -178,7 +178,7 @@ IntensityQuantiser::spanNumbers(double offset, double range, double step)
   scale.bits = compandedBits();
   scale.offset = static_cast<float>(std::max(offset, -largest));
   scale.step = static_cast<float>(std::clamp(step, smallest, largest));
-  // Less a trifle, which rounding may have added.
+  // Minus a tolerance for rounding errors.
   const double highest = std::ceil(range / step - 1e-6);
   const auto max_number =
       static_cast<std::uint32_t>(std::clamp(highest, 1.0, most_numbers_less_one));
@@ -186,7 +186,7 @@ IntensityQuantiser::spanNumbers(double offset, double range, double step)
     scale.companded_range = max_number;
   if (scale == scale_)
     return;
-  // Should memory fail, no scale has another's levels.
+  // Cleared first, so that scale and levels agree if memory runs out.
   scale_ = IntensityScale();
   levels_.clear();
   if (scale.companded_range != 0)

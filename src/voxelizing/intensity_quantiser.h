@@ -11,8 +11,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Turns voxel intensities into symbols, and chooses the scale where the user
- * left that to the library. */
+/** \brief Quantises voxel intensities to symbols, and chooses the scale as far as the
+ * settings leave it automatic. */
 class IntensityQuantiser {
 public:
   /** \brief A quantiser for one stream.
@@ -23,10 +23,10 @@ public:
 
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit
-   * \param[in] all_whole_numbers true if every point of the frame had a whole number
-   * \param[in] may_refit forget the values of the frames before this one
+   * \param[in] all_whole_numbers true if the intensities of all points are integers
+   * \param[in] may_refit ignore the values of previous frames
    * \param[out] frame its scale and its symbols are set
-   * \return number of voxels beyond an end of the scale, which hold that end's symbol
+   * \return number of voxels clamped to an end of the scale
    */
   std::size_t
   quantise(const std::vector<double>& values,
@@ -34,7 +34,7 @@ public:
            bool may_refit,
            VoxelFrame& frame);
 
-  /** \brief True if the symbol of a count is the count itself, held within the scale. */
+  /** \brief True if the number of a count is the count itself, clamped to the scale. */
   bool
   takesCounts() const;
 
@@ -53,13 +53,14 @@ private:
   void
   spanScale(double offset, double range, unsigned int automatic_bits);
 
-  /** \brief The companded scale of counts or shares, which follow no values. */
+  /** \brief Sets the companded scale of counts or shares, which does not depend on the
+   * values. */
   void
   compandFixedScale(IntensityUnit unit);
 
-  /** \brief A companded scale; a linear one if its bits are enough for the numbers.
-   * \param[in] offset intensity of number 0, as it is shown
-   * \param[in] range from there to the highest number
+  /** \brief Sets a companded scale, or a linear one if its bits suffice for all numbers.
+   * \param[in] offset decoded intensity of number 0
+   * \param[in] range from there to that of the highest number
    * \param[in] step from one number to the next
    */
   void
@@ -68,22 +69,22 @@ private:
   unsigned int
   compandedBits() const;
 
-  /** \brief Puts the level of each number in its place, where the scale has levels. */
+  /** \brief Replaces numbers by their levels, if the scale is companded. */
   void
   compandNumbers(std::vector<std::uint16_t>& numbers) const;
 
   bool follows_values_;
-  bool truncates_; // the published layout drops the fraction, the paper rounds
+  bool truncates_; // the published layout truncates, version 1 rounds
   bool is_companded_;
-  bool are_counts_;         // intensities, if whole, begin at 1 as counts do
-  double unit_factor_;      // a share of 1 shows as 255
+  bool are_counts_;         // intensities, if integers, begin at 1 as counts do
+  double unit_factor_;      // a share of 1 is decoded as 255
   unsigned int fixed_bits_; // 0: automatic
   double fixed_range_;      // 0: automatic
   bool had_fractions_ = false;
-  double lowest_ = 0.0; // of the values that the scale follows
+  double lowest_ = 0.0; // of the values that the scale is adapted to
   double highest_ = 0.0;
   IntensityScale scale_;
-  std::vector<std::uint16_t> levels_; // by number; of a companded scale
+  std::vector<std::uint16_t> levels_; // by number; companded scales only
 };
 
 } // namespace io

@@ -15,7 +15,7 @@ namespace io {
 /** \brief Index of a voxel on a grid's lattice, which extends beyond the grid. */
 using LatticeIndex = std::array<std::int32_t, 3>;
 
-/** \brief Comparison without branches; std::array's has one for each element. */
+/** \brief Comparison without branches; that of std::array has one for each element. */
 inline bool
 isSame(const LatticeIndex& first, const LatticeIndex& second)
 {
@@ -23,13 +23,13 @@ isSame(const LatticeIndex& first, const LatticeIndex& second)
          0;
 }
 
-/** \brief Tells in which voxel of a lattice a coordinate lies. */
+/** \brief Computes the voxels of points on a lattice. */
 class Lattice {
 public:
-  /** \brief A lattice of which a part can be used.
+  /** \brief A usable range of a lattice.
    * \param[in] grid its resolution and anchor are used
-   * \param[in] begin lowest index an axis that a point may have
-   * \param[in] end first index an axis that a point may not have any more
+   * \param[in] begin lowest usable index on each axis
+   * \param[in] end one behind the highest usable index on each axis
    */
   Lattice(const VoxelGrid& grid,
           const std::array<std::int64_t, 3>& begin,
@@ -42,18 +42,18 @@ public:
     }
   }
 
-  /** \brief Index of the voxel that holds a point: floor((point - anchor) / resolution),
+  /** \brief Index of the voxel that contains a point: floor((point - anchor) / resolution),
    * in double precision.
    * \param[in] point x, y, z, metres
    * \param[out] index the voxel
-   * \return false if the point is not finite or not in the part that can be used
+   * \return false if the point is not finite or not in the usable range
    */
   bool
   indexOf(const float* point, LatticeIndex& index) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double position = positionOf(axis, point[axis]);
-      // Written so that NaN fails.
+      // Negated, so that NaN fails.
       if (!(position >= begin_[axis] && position < end_[axis]))
         return false;
       index[axis] = floorOf(position);
@@ -72,7 +72,7 @@ public:
     return index;
   }
 
-  /** \brief The lowest coordinate of the part that can be used on each axis, metres. */
+  /** \brief The lowest float in the usable range of each axis, metres. */
   std::array<float, 3>
   lowestCoordinates() const
   {
@@ -91,7 +91,7 @@ public:
     return lowest;
   }
 
-  /** \brief The highest coordinate of the part that can be used on each axis, metres. */
+  /** \brief The highest float in the usable range of each axis, metres. */
   std::array<float, 3>
   highestCoordinates() const
   {
@@ -111,15 +111,15 @@ public:
   }
 
 private:
-  /** \brief Divided, not multiplied by the inverse: at a face the inverse's rounding
-   * would put points into the neighbour of the voxel that they are in. */
+  /** \brief Coordinate in voxels from the anchor. A division, as multiplying by the rounded
+   * inverse would put points at a face into the neighbouring voxel. */
   double
   positionOf(std::size_t axis, float coordinate) const
   {
     return (static_cast<double>(coordinate) - anchor_[axis]) / resolution_;
   }
 
-  /** \brief A float that is next to a position or nearly so. */
+  /** \brief A float near a position. */
   float
   nearestCoordinate(std::size_t axis, double position) const
   {
@@ -128,8 +128,7 @@ private:
         std::clamp(anchor_[axis] + position * resolution_, -largest, largest));
   }
 
-  /** \brief Floor of a number within the range of the type, without a call into the
-   * mathematics library. */
+  /** \brief Floor of a number within the range of the type, without a call of std::floor. */
   static std::int32_t
   floorOf(double number)
   {

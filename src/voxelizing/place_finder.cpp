@@ -10,7 +10,7 @@ namespace io {
 
 namespace {
 
-/** \brief Bytes ahead of the points that are being looked at. */
+/** \brief Distance of prefetching, bytes. */
 constexpr std::size_t prefetch_distance = 2048;
 
 VoxelGrid
@@ -25,7 +25,7 @@ initialGrid(const IntensityCompressionSettings& settings)
   return grid;
 }
 
-/** \brief A fixed grid is all that can be used; without one it is the whole lattice. */
+/** \brief The usable range is a fixed grid, or the whole lattice. */
 Lattice
 makeLattice(const VoxelGrid& grid, bool is_fixed)
 {
@@ -63,8 +63,8 @@ PlaceFinder::setGrid(const VoxelGrid& grid)
 bool
 PlaceFinder::measureRange(const PointView& points, LatticeRange& range) const
 {
-  // As the quotient does not fall where the coordinate rises, the lowest and the highest
-  // coordinates are in the lowest and the highest voxels.
+  // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
+  // in the lowest and the highest voxels.
   std::array<float, 3> lowest = usable_max_;
   std::array<float, 3> highest = usable_min_;
   bool is_any = false;
@@ -95,13 +95,13 @@ PlaceFinder::find(const PointView& points,
   const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
   const std::size_t stride = points.coordinate_stride;
   std::size_t i = begin;
-  // The locator reads a float behind z, which the last point need not have.
+  // The locator reads a float behind z, which the last point may not have.
   if (locator_.isUseful() && stride >= 3)
     for (; i + 4 <= end && i + 4 < points.count; i += 4) {
       const auto* const quad =
           reinterpret_cast<const unsigned char*>(points.coordinates) +
           i * stride * sizeof(float);
-      // A cloud comes from far away in memory, and is left there between the calls.
+      // A cloud is usually not in the caches.
       prefetch(quad + prefetch_distance);
       prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
       const unsigned int certain = locator_.locate(quad,
@@ -139,7 +139,7 @@ PlaceFinder::findOne(const PointView& points,
   std::array<std::uint32_t, 3> position;
   std::uint32_t all_bits = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // Below 0 it wraps and is large.
+    // Negative positions wrap to large ones.
     position[axis] = static_cast<std::uint32_t>(index[axis]) -
                      static_cast<std::uint32_t>(grid_.first_index[axis]);
     all_bits |= position[axis];
@@ -159,7 +159,7 @@ PlaceFinder::isInBox(const float* point) const
 {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto coordinate = static_cast<double>(point[axis]);
-    // Written so that NaN is outside.
+    // Negated, so that NaN is outside.
     if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
       return false;
   }
@@ -175,8 +175,8 @@ PlaceFinder::findVoxel(const float* point, LatticeIndex& index) const
     return false;
   if (lattice_.indexOf(point, index))
     return true;
-  // The box may be the very cube of PCL's octree, whose upper faces belong to the box and
-  // not to the cube. This library's own grids may end before the box does.
+  // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not to
+  // the cube. Grids of version 1 may be smaller than the box.
   if (has_pcl_grid_)
     index = lattice_.nearestIndexOf(point);
   return has_pcl_grid_;

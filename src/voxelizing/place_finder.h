@@ -16,16 +16,16 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Finds out which points of a cloud can be used and where in the grid they are. */
+/** \brief Computes the voxels of the points of a cloud, and counts the points that cannot be
+ * used. */
 class PlaceFinder {
 public:
-  /** \brief A finder that knows no grid yet.
-   * \param[in] settings as accepted by checkSettings; with a fixed box the grid is the
-   * one that belongs to it, else any part of the lattice can be used
+  /** \param[in] settings as accepted by checkSettings; with a fixed box the grid is that of
+   * the box, else it has to be set, and the whole lattice is usable
    */
   explicit PlaceFinder(const IntensityCompressionSettings& settings);
 
-  /** \brief The grid in which points are to be found. */
+  /** \brief The grid. */
   const VoxelGrid&
   grid() const
   {
@@ -36,19 +36,18 @@ public:
   void
   setGrid(const VoxelGrid& grid);
 
-  /** \brief The range of the points that can be used; not with a fixed box.
+  /** \brief Lattice range of the usable points; not with a fixed box.
    * \return false if there are none
    */
   bool
   measureRange(const PointView& points, LatticeRange& range) const;
 
-  /** \brief Finds the places of the next points of a cloud.
+  /** \brief Computes the voxels of the next PlacedPoints::capacity points of a cloud.
    * \param[in] points the cloud
    * \param[in] begin first point
-   * \param[out] placed the points from there that can be used; PlacedPoints::capacity are
-   * looked at
-   * \param[in,out] statistics those that cannot be used are counted
-   * \return false if a point could be used, but is outside the grid
+   * \param[out] placed the usable ones of these points
+   * \param[in,out] statistics counts the others
+   * \return false if a usable point is outside the grid
    */
   bool
   find(const PointView& points,
@@ -77,8 +76,8 @@ private:
   VoxelGrid grid_;
   Lattice lattice_;
   QuadLocator<NativeLanes> locator_;
-  std::array<float, 3> usable_min_{}; // lowest and highest coordinates within the
-  std::array<float, 3> usable_max_{}; // lattice, metres; not used with a fixed box
+  std::array<float, 3> usable_min_{}; // lowest and highest coordinates on the lattice,
+  std::array<float, 3> usable_max_{}; // metres; not used with a fixed box
 };
 
 } // namespace io

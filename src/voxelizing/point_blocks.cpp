@@ -13,14 +13,13 @@ namespace {
 
 constexpr std::uint64_t no_block = ~std::uint64_t{0};
 
-/** \brief Places in the table for each block: so many that the first try mostly
- * succeeds. */
-constexpr std::size_t places_a_block = 8;
+/** \brief Slots of the table per block, so that the first probe mostly succeeds. */
+constexpr std::size_t slots_per_block = 8;
 constexpr std::size_t smallest_table = 1024;
 constexpr std::size_t largest_table = std::size_t{1} << 26;
 constexpr std::size_t tries = 8;
 
-/** \brief A bit for each byte of 64 that is not 0. */
+/** \brief Bit i is set if byte i of 64 is not 0. */
 std::uint64_t
 nonZeroBytes(const std::uint8_t* bytes)
 {
@@ -50,7 +49,7 @@ PointBlocks::clear()
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
     dropEmptyBlocks();
-  else if (places_a_block * blocks_.size() > 2 * table_.size())
+  else if (slots_per_block * blocks_.size() > 2 * table_.size())
     fillTable();
   voxels_.resize(64 * blocks_.size());
   std::fill(voxels_.begin(), voxels_.end(), std::uint8_t{0});
@@ -85,7 +84,7 @@ PointBlocks::fillTable()
 {
   std::size_t size = smallest_table;
   unsigned int bits = 10;
-  for (; size < largest_table && size < places_a_block * blocks_.size(); size *= 2)
+  for (; size < largest_table && size < slots_per_block * blocks_.size(); size *= 2)
     ++bits;
   table_.assign(size, 0);
   hash_shift_ = 64 - bits;
@@ -108,7 +107,7 @@ PointBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
 void
 PointBlocks::add(const PlacedPoints& placed, std::size_t* added)
 {
-  // Local, as a byte that is written might be part of any member.
+  // Local variables, as stores to bytes may alias the members.
   const std::uint32_t* table = table_.data();
   const std::uint64_t* blocks = blocks_.data();
   std::uint8_t* voxels = voxels_.data();
@@ -196,7 +195,7 @@ PointBlocks::findOccupied()
         nonZeroBytes(&voxels_[64 * std::size_t{keyed.block}]);
     first_voxels_[keyed.block] = voxels;
     voxels += bitCount(occupied);
-    // Written in any case and counted if need be: a branch would be a coin toss.
+    // Written in any case and counted if occupied, as a branch would be unpredictable.
     occupied_[occupied_count_] = {keyed.key, occupied, keyed.block};
     occupied_count_ += occupied != 0 ? 1 : 0;
   }
@@ -212,7 +211,7 @@ PointBlocks::uniteParts()
   for (std::size_t i = 1; i < order_.size(); ++i) {
     if (order_[i].key != order_[i - 1].key)
       continue;
-    // The first of several parts is found by going on from part to part.
+    // Third and further parts are united with the first one, too.
     const bool goes_on = !parts_.empty() && parts_.back().first == order_[i - 1].block;
     const std::uint32_t first = goes_on ? parts_.back().second : order_[i - 1].block;
     parts_.emplace_back(order_[i].block, first);

@@ -11,53 +11,53 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The voxels of a grid that points fall into: in the order of their Morton keys,
- * how many points are in each, and which points these are.
+/** \brief Collects points into the occupied voxels of a grid, sorted by Morton key, with the
+ * number of points in each and the voxel of each point.
  *
- * Voxels are gathered as blocks of 4 x 4 x 4, so that only blocks are sorted, and blocks
- * stay from cloud to cloud, so that only new ones are. Most of those that stay are
- * occupied again; when too many are not, the empty ones are dropped.
+ * Voxels are grouped into blocks of 4 x 4 x 4, so that only blocks are sorted. Blocks are
+ * kept from cloud to cloud, so that only new ones are sorted; if too many are empty, the
+ * empty ones are dropped.
  *
- * A hash table finds a point's block again. It looks at a few places only: a block that
- * finds none free takes another's, which then begins anew and is united with its other
- * part when voxels are written. So a cloud made to collide costs a sort of its points and
- * nothing worse, and memory follows the number of points, never the size of the grid.
+ * Blocks are found by a hash table with a limited number of probes. If all probed slots are
+ * taken, a block takes the slot of another one; if that one occurs again it gets a second
+ * entry, and the parts are united when the voxels are written. Thus a cloud made to collide
+ * costs at most a sort of its points, and memory is proportional to the number of points,
+ * not to the size of the grid.
  */
 class PointBlocks {
 public:
   PointBlocks();
 
-  /** \brief Forgets the blocks, too; for another grid. */
+  /** \brief Removes all points and blocks; for another grid. */
   void
   reset();
 
-  /** \brief Forgets all points. */
+  /** \brief Removes all points. */
   void
   clear();
 
   /** \brief Adds points.
    * \param[in] placed the points
-   * \param[out] added where they are, for voxelOf()
+   * \param[out] added handles of the points, for voxelOf()
    */
   void
   add(const PlacedPoints& placed, std::size_t* added);
 
-  /** \brief True if so many points are in blocks of their own that SortedVoxels would
-   * take less time.
-   * \param[in] points that were added
+  /** \brief True if there are so few points per block that SortedVoxels is faster.
+   * \param[in] points number of points added
    */
   bool
   areTooSparse(std::size_t points) const;
 
-  /** \brief Writes the voxels; before anything is added again, there is to be a clear().
+  /** \brief Writes the voxels. Call clear() before points are added again.
    * \param[out] keys Morton keys of the voxels, strictly ascending
    * \param[out] counts number of points in each voxel
    */
   void
   writeVoxels(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& counts);
 
-  /** \brief The voxel that a point is in, after writeVoxels(): an index into the keys.
-   * \param[in] added what add() returned
+  /** \brief Voxel of a point, after writeVoxels(): an index into the keys.
+   * \param[in] added handle from add()
    */
   std::size_t
   voxelOf(std::size_t added) const
@@ -65,7 +65,7 @@ public:
     return first_voxels_[added / 64] + voxels_[added];
   }
 
-  /** \brief Blocks that are occupied, after writeVoxels(). */
+  /** \brief Number of occupied blocks, after writeVoxels(). */
   std::size_t
   occupiedBlocks() const
   {
@@ -88,8 +88,8 @@ private:
   static constexpr std::uint64_t hash_factor =
       0x9e3779b97f4a7c15; // 2^64 / golden ratio
 
-  /** \brief Where the table is looked at first for a block. Mixed twice, as blocks of a
-   * plane are multiples of few steps, and so are their products. */
+  /** \brief First slot to probe for a block. Multiplied twice, as with one multiplication the
+   * blocks of a plane collide. */
   std::size_t
   firstTry(std::uint64_t block) const
   {
@@ -121,24 +121,24 @@ private:
   void
   writeBlock(const OccupiedBlock& block, std::uint64_t* keys, std::uint32_t* counts);
 
-  std::vector<std::uint32_t> table_; // blocks, 0 where there is none
+  std::vector<std::uint32_t> table_; // indices of blocks, 0 in empty slots
   unsigned int hash_shift_ = 0;
 
-  // One for each block, and one before all that is none.
+  // By index of the block; index 0 is not used.
   std::vector<std::uint64_t> blocks_; // as in BlockPlace
   std::vector<std::uint8_t>
-      voxels_; // 64 a block: their points; when written, their rank
-  std::vector<std::size_t> first_voxels_; // when written
+      voxels_; // 64 per block: number of points; after writeVoxels() their rank
+  std::vector<std::size_t> first_voxels_; // after writeVoxels()
 
   std::vector<std::uint64_t> kept_blocks_;
 
-  std::vector<KeyedBlock> order_; // of all blocks, when written
+  std::vector<KeyedBlock> order_; // all blocks, sorted; after writeVoxels()
   std::vector<KeyedBlock> new_blocks_;
   std::vector<KeyedBlock> spare_blocks_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> parts_; // of which blocks
-  std::vector<std::size_t> further_points_; // in voxels that are full
-  std::vector<OccupiedBlock> occupied_;     // when written
-  std::size_t occupied_count_ = 0;          // of occupied_; the rest is spare memory
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> parts_; // and their first parts
+  std::vector<std::size_t> further_points_; // of voxels with more than most_in_a_byte
+  std::vector<OccupiedBlock> occupied_;     // after writeVoxels()
+  std::size_t occupied_count_ = 0;          // of occupied_, the rest is unused
 };
 
 } // namespace io

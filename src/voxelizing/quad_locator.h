@@ -17,50 +17,49 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Finds the voxels of four points at once where the answer is beyond doubt.
+/** \brief Computes the voxels of four points at once in single precision.
  *
- * Floats and the inverse of the resolution do for all points but those near a voxel's
- * face; those are left to Lattice, whose division in double is what counts.
+ * The result is exact except for points near a face of a voxel. These are reported as
+ * uncertain and left to Lattice, which divides in double precision.
  */
 template <typename LanesT>
 class QuadLocator {
 public:
   /** \brief A locator for the voxels of a grid.
-   * \param[in] grid any
-   * \param[in] box points outside it are left to somebody else, too
+   * \param[in] grid any grid
+   * \param[in] box points outside it are reported as uncertain
    */
   QuadLocator(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
   : inverse_resolution_(LanesT::all(static_cast<float>(1.0 / grid.resolution)))
   , beyond_grid_(LanesT::all(static_cast<std::int32_t>(-grid.size())))
   , has_box_(box)
   {
-    float doubt = 0.0f;
+    float error = 0.0f;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       first_centre_[axis] =
           LanesT::all(static_cast<float>(grid.centre(axis, 0) / grid.resolution));
-      doubt = std::max(doubt, doubtOnAxis(grid, axis));
+      error = std::max(error, maxError(grid, axis));
       if (box) {
         box_min_[axis] = LanesT::all(lowestFloatFrom(box->min[axis]));
         box_max_[axis] = LanesT::all(-lowestFloatFrom(-box->max[axis]));
       }
     }
-    certain_ = LanesT::all(0.5f - doubt);
-    is_useful_ = doubt < 0.25f;
+    certain_ = LanesT::all(0.5f - error);
+    is_useful_ = error < 0.25f;
   }
 
-  /** \brief False if hardly a point of such a grid would be beyond doubt. */
+  /** \brief False if most points of the grid would be uncertain. */
   bool
   isUseful() const
   {
     return is_useful_;
   }
 
-  /** \brief Finds the voxels of four points.
+  /** \brief Computes the voxels of four points.
    * \param[in] points x of the first; four floats are read of each
    * \param[in] stride bytes from one x to the next
-   * \param[out] blocks,voxels four places, as in BlockPlace, each valid where its point is
-   * beyond doubt
-   * \return bit i is set if point i is in the grid and the box and beyond doubt
+   * \param[out] blocks,voxels four voxels, as in BlockPlace; valid for certain points only
+   * \return bit i is set if point i is certainly in the grid, the box and its voxel
    */
   unsigned int
   locate(const unsigned char* points,
@@ -73,8 +72,8 @@ public:
     Ints position[3];
     Ints certain = LanesT::all(-1);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Counted from the centre of the grid's first voxel, so that the position is the
-      // nearest whole number. Whether it is the nearest indeed, the comparison shows.
+      // Relative to the centre of the grid's first voxel, so that the position is the
+      // nearest integer. The point is certain if it is far enough from the voxel's faces.
       const Floats from_first = LanesT::subtract(
           LanesT::multiply(point[axis], inverse_resolution_), first_centre_[axis]);
       position[axis] = LanesT::round(from_first);
@@ -87,7 +86,7 @@ public:
             LanesT::bitAnd(LanesT::lessOrEqual(box_min_[axis], point[axis]),
                            LanesT::lessOrEqual(point[axis], box_max_[axis])));
     }
-    // The grid's size is a power of two: whatever is below 0 or beyond has higher bits.
+    // The grid's size is a power of two: positions outside have higher bits.
     const Ints higher_bits = LanesT::bitAnd(
         LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2]),
         beyond_grid_);
@@ -96,18 +95,18 @@ public:
   }
 
 private:
-  // Arrays of the language: a template argument would lose the alignment of a vector.
+  // Built-in arrays, as template arguments lose the alignment of vector types.
   using Floats = typename LanesT::Floats;
   using Ints = typename LanesT::Ints;
 
-  /** \brief How far, in voxels, the estimate may be from the quotient in double for a
-   * point of the grid.
+  /** \brief Bound of the difference, in voxels, between the position computed here and the
+   * quotient in double precision, for points in the grid.
    *
-   * The inverse, the product, the first centre and the difference are each off by 2^-24
-   * of their size at most; twice their sum leaves room for what is smaller than these.
+   * The inverse, the product, the first centre and the difference have a relative error of
+   * at most 2^-24 each; twice their sum also covers the terms of second order.
    */
   static float
-  doubtOnAxis(const VoxelGrid& grid, std::size_t axis)
+  maxError(const VoxelGrid& grid, std::size_t axis)
   {
     const auto size = static_cast<double>(grid.size());
     const double farthest = std::abs(static_cast<double>(grid.first_index[axis])) +
@@ -115,12 +114,12 @@ private:
     return static_cast<float>((3.0 * farthest + size) * 0x1p-23);
   }
 
-  /** \brief The lowest float that is not below a number. */
+  /** \brief The lowest float that is not below a double. */
   static float
   lowestFloatFrom(double number)
   {
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    // A cast of what is beyond the floats is undefined.
+    // Casting a double outside the range of float is undefined.
     if (number > static_cast<double>(std::numeric_limits<float>::max()))
       return infinity;
     if (number < static_cast<double>(std::numeric_limits<float>::lowest()))
@@ -143,7 +142,7 @@ private:
     const Ints x = LanesT::template shiftRight<2>(position[0]);
     const Ints y = LanesT::template shiftRight<2>(position[1]);
     const Ints z = LanesT::template shiftRight<2>(position[2]);
-    // Bits 0..31 and 32..56 of a block: y lies across the two.
+    // Bits 0..31 and 32..56 of a block; y is in both.
     constexpr int bits = static_cast<int>(BlockPlace::axis_bits);
     LanesT::storePairs(LanesT::bitOr(z, LanesT::template shiftLeft<bits>(y)),
                        LanesT::bitOr(LanesT::template shiftRight<32 - bits>(y),
@@ -152,9 +151,9 @@ private:
   }
 
   Floats inverse_resolution_;
-  Ints beyond_grid_;       // the bits that no position within the grid has
+  Ints beyond_grid_;       // the bits that are 0 in all positions of the grid
   Floats first_centre_[3]; // of the grid's lowest voxel, in voxels
-  Floats certain_;         // distance from a voxel's centre, in voxels
+  Floats certain_;         // largest certain distance from a voxel's centre, in voxels
   Floats box_min_[3]{};
   Floats box_max_[3]{};
   bool has_box_;

@@ -9,11 +9,11 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The same as PointBlocks for clouds whose voxels are so far apart that blocks
- * of them would be nearly empty: all points are sorted. */
+/** \brief Same interface as PointBlocks, for sparse clouds whose blocks of voxels would be
+ * nearly empty: sorts the points by their voxels. */
 class SortedVoxels {
 public:
-  /** \brief Forgets all points. */
+  /** \brief Removes all points. */
   void
   clear()
   {
@@ -22,12 +22,12 @@ public:
 
   /** \brief Adds points.
    * \param[in] placed the points
-   * \param[out] added where they are, for voxelOf()
+   * \param[out] added handles of the points, for voxelOf()
    */
   void
   add(const PlacedPoints& placed, std::size_t* added);
 
-  /** \brief No cloud is. */
+  /** \brief Never; see PointBlocks. */
   static bool
   areTooSparse(std::size_t /*points*/)
   {
@@ -41,14 +41,14 @@ public:
   void
   writeVoxels(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& counts);
 
-  /** \brief The voxel that a point is in, after writeVoxels(): an index into the keys. */
+  /** \brief Voxel of a point, after writeVoxels(): an index into the keys. */
   std::size_t
   voxelOf(std::size_t added) const
   {
     return voxel_of_[added];
   }
 
-  /** \brief Blocks of 4 x 4 x 4 voxels that are occupied, after writeVoxels(). */
+  /** \brief Number of occupied blocks of 4 x 4 x 4 voxels, after writeVoxels(). */
   std::size_t
   occupiedBlocks() const
   {

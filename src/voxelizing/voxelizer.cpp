@@ -37,7 +37,7 @@ public:
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
     }
-    // Until the cloud is done: whatever memory that fails leaves behind begins anew.
+    // If memory runs out within the call, the next one starts with empty containers.
     is_interrupted_ = true;
     const VoxelizationStatistics statistics = voxelizeCloud(points, may_refit, frame);
     is_interrupted_ = false;
@@ -51,16 +51,15 @@ private:
     if (!has_fixed_grid_ && (!has_grid_ || may_refit))
       adaptGrid(points, may_refit);
     VoxelizationStatistics statistics;
-    // What is new may be sparse, and the sort minds that least.
-    if (points_a_block_ < fewest_points_a_block ||
+    // The first cloud is sorted, as it may be sparse.
+    if (points_per_block_ < min_points_per_block ||
         !voxelizeWith(blocks_, points, may_refit, frame, statistics))
       voxelizeWith(sorted_voxels_, points, may_refit, frame, statistics);
     statistics.voxels = frame.size();
     return statistics;
   }
 
-  /** \brief Gives back what clouds of long ago needed. What is gone costs time, no voxel.
-   */
+  /** \brief Releases memory of earlier clouds. */
   void
   giveBackMemory()
   {
@@ -73,17 +72,17 @@ private:
 
   /** \brief Consecutive points in the same voxel. */
   struct Run {
-    std::size_t added = static_cast<std::size_t>(-1); ///< at first none
-    double sum = 0.0;                                 ///< of the points' intensities
+    std::size_t added =
+        static_cast<std::size_t>(-1); ///< handle of the points; -1: none
+    double sum = 0.0;                 ///< of their intensities
   };
 
-  /** \brief With fewer points in each block of voxels, sorting points takes less time
-   * than gathering them in blocks. */
-  static constexpr std::size_t fewest_points_a_block = 4;
+  /** \brief With fewer points per block of voxels SortedVoxels is faster than PointBlocks. */
+  static constexpr std::size_t min_points_per_block = 4;
 
   enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
 
-  /** \brief Voxelizes a cloud; false if it is too sparse for these voxels. */
+  /** \brief Voxelizes a cloud; returns false if it is too sparse for VoxelsT. */
   template <typename VoxelsT>
   bool
   voxelizeWith(VoxelsT& voxels,
@@ -103,7 +102,7 @@ private:
     }
     voxels.writeVoxels(frame.keys, voxel_counts_);
     if (!frame.keys.empty())
-      points_a_block_ = statistics.points_used / voxels.occupiedBlocks();
+      points_per_block_ = statistics.points_used / voxels.occupiedBlocks();
     frame.grid = finder_.grid();
     statistics.intensities_out_of_range = quantise(voxels, points, may_refit, frame);
     return true;
@@ -120,14 +119,14 @@ private:
       sumIntensities(voxels, frame.size());
     else if (!is_mean_ && quantiser_.takesCounts())
       return quantiser_.quantiseCounts(voxel_counts_, frame);
-    else if (is_mean_) // of ones
+    else if (is_mean_) // all intensities are 1
       voxel_values_.assign(frame.size(), 1.0);
     else
       voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
     return quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
   }
 
-  /** \brief Adds all points that can be used, unless something is in the way. */
+  /** \brief Adds all usable points. */
   template <typename VoxelsT>
   Collected
   collect(const PointView& points, VoxelsT& voxels, VoxelizationStatistics& statistics)
@@ -159,7 +158,7 @@ private:
     if (!finder_.measureRange(points, range))
       return;
     VoxelGrid grid = finder_.grid();
-    // Two levels too many is an outlier's work that has passed; one is breathing space.
+    // One unneeded level is a reserve; two are the trace of an outlier in a previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
     if (!has_grid_ || is_far_too_large)
       grid = fitGrid(grid.resolution, range);
@@ -178,7 +177,7 @@ private:
     all_whole_numbers_ = true;
     run_ = Run();
     last_run_ = 0;
-    // Never made smaller, as growing again would write all of it.
+    // Not made smaller, as growing again would initialise all elements.
     if (points.intensities != nullptr && runs_.size() <= points.count)
       runs_.resize(points.count + 1);
   }
@@ -193,8 +192,8 @@ private:
     for (std::size_t i = 0; i < placed_.count; ++i) {
       const float intensity = usableIntensity(
           points.intensities[placed_.points[i] * points.intensity_stride], statistics);
-      // Arithmetic instead of a branch: whether a run goes on is a coin toss. The run is
-      // written at every point and overwritten as long as it goes on.
+      // Without a branch, which would be unpredictable: the run is stored at each point and
+      // overwritten while it continues.
       const bool goes_on = added[i] == run.added;
       last += goes_on ? 0 : 1;
       run.added = added[i];
@@ -217,7 +216,7 @@ private:
     return intensity;
   }
 
-  /** \brief Finite numbers only; without a call into the mathematics library. */
+  /** \brief For finite numbers; without a call of the mathematics library. */
   static bool
   isWholeNumber(float number)
   {
@@ -225,12 +224,12 @@ private:
            static_cast<float>(static_cast<std::int32_t>(number)) == number;
   }
 
-  /** \brief Sums the runs in the order of their points: in double the order shows. */
+  /** \brief Sums the runs in the order of their points, as the order affects rounding. */
   template <typename VoxelsT>
   void
   sumIntensities(const VoxelsT& voxels, std::size_t count)
   {
-    // Not assign(), which allocates anew for every cloud that is the largest so far.
+    // Not assign(), which reallocates without a reserve.
     voxel_values_.resize(count);
     std::fill(voxel_values_.begin(), voxel_values_.end(), 0.0);
     for (std::size_t i = 1; i <= last_run_; ++i)
@@ -247,14 +246,14 @@ private:
   PlaceFinder finder_;
   PointBlocks blocks_;
   SortedVoxels sorted_voxels_;
-  std::size_t points_a_block_ = 0; // of the last cloud
+  std::size_t points_per_block_ = 0; // of the last cloud
 
   // Of the current cloud; members so that their memory is reused.
   PlacedPoints placed_;
   bool all_whole_numbers_ = true;
   Run run_;
-  std::vector<Run> runs_;    // the first is none
-  std::size_t last_run_ = 0; // of runs_, whose further elements are spare memory
+  std::vector<Run> runs_;    // the first is not used
+  std::size_t last_run_ = 0; // of runs_, further elements are unused
   std::vector<std::uint32_t> voxel_counts_;
   std::vector<double> voxel_values_;
   bool is_interrupted_ = false;

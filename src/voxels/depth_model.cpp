@@ -33,7 +33,7 @@ depthModelOf(const DepthLaw& law,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     origin += optical_axis[axis] * (grid.centre(axis, 0) - sensor_origin[axis]);
     const double step = one * optical_axis[axis] * grid.resolution / law.cut_off_depth;
-    // Written so that what is no number fails.
+    // Negated, so that NaN fails.
     if (!(std::abs(step) < std::exp2(31)))
       return std::nullopt;
     model.step[axis] = static_cast<std::int32_t>(std::lround(step));

@@ -96,8 +96,8 @@ gridOfBox(double resolution, const BoundingBox& box)
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box)
 {
-  // The steps and the tolerance of PCL's getKeyBitSize, so that both ends of a stream
-  // place the voxels alike.
+  // The arithmetic and the tolerance of PCL's getKeyBitSize, so that both ends of a stream
+  // compute the same voxels.
   constexpr double tolerance = std::numeric_limits<float>::epsilon();
   double voxels = 2.0;
   for (std::size_t axis = 0; axis < 3; ++axis)

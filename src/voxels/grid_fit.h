@@ -9,7 +9,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Lattice indices of this library's own streams are -2^20 .. 2^20 - 1. */
+/** \brief Lattice indices of stream version 1 are -2^20 .. 2^20 - 1. */
 constexpr std::int64_t lattice_end = std::int64_t{1} << (max_grid_depth - 1);
 
 /** \brief A range of lattice indices, both ends included. */
@@ -18,15 +18,15 @@ struct LatticeRange {
   std::array<std::int32_t, 3> highest{};
 };
 
-/** \brief True if a part of the grid lies beyond the lattice. */
+/** \brief True if a part of the grid is outside the lattice. */
 bool
 leavesLattice(const VoxelGrid& grid);
 
-/** \brief True if the grid holds the whole range. */
+/** \brief True if the grid contains a range. */
 bool
 containsRange(const VoxelGrid& grid, const LatticeRange& range);
 
-/** \brief Depth of the smallest grid that holds a range. */
+/** \brief Depth of the smallest grid that contains a range. */
 unsigned int
 requiredDepth(const LatticeRange& range);
 
@@ -34,26 +34,25 @@ requiredDepth(const LatticeRange& range);
 LatticeRange
 rangeOf(const VoxelGrid& grid);
 
-/** \brief The smallest range that holds two others. */
+/** \brief The smallest range that contains two others. */
 LatticeRange
 unite(const LatticeRange& first, const LatticeRange& second);
 
-/** \brief The smallest grid anchored at the world origin that holds a range, with the
- * range in its middle as far as the lattice reaches.
+/** \brief The smallest grid anchored at the world origin that contains a range, centred on
+ * the range as far as the lattice allows.
  * \param[in] resolution voxel edge, metres
  * \param[in] range within the lattice
  */
 VoxelGrid
 fitGrid(double resolution, const LatticeRange& range);
 
-/** \brief The grid of this library's own streams for a fixed box; what of the box lies
- * beyond the lattice is left out. */
+/** \brief The grid of stream version 1 for a fixed box, which is clipped to the lattice. */
 VoxelGrid
 gridOfBox(double resolution, const BoundingBox& box);
 
-/** \brief The grid that PCL's octree makes of a box in setResolution and
- * defineBoundingBox, which is the published layout's: a cube of 2^depth voxels about
- * the middle of the box, anchored at its lower corner. */
+/** \brief The grid of the published layout for a fixed box, as PCL's octree makes it in
+ * setResolution and defineBoundingBox: a cube of 2^depth voxels around the middle of the
+ * box, anchored at its lower corner. */
 VoxelGrid
 pclGridOfBox(double resolution, const BoundingBox& box);
 

@@ -28,12 +28,12 @@ isScale(const IntensityScale& scale)
                                          scale.companded_range <= 65535));
 }
 
-/** \brief True if keys are strictly ascending and below an end of 2^63 at most. */
+/** \brief True if keys are strictly ascending and below `end`, which is at most 2^63. */
 bool
 areKeys(const std::vector<std::uint64_t>& keys, std::uint64_t end)
 {
-  // By differences, as SSE2 cannot compare 64 bits: the highest bit is set where one is
-  // not above 0, if none of the keys has it.
+  // SSE2 has no comparison of 64 bits. For keys below 2^63 the highest bit of
+  // (difference - 1) is set where a key is not above its predecessor.
   std::uint64_t differences = 0;
   std::uint64_t bits = keys[0];
   for (std::size_t i = 1; i < keys.size(); ++i) {
@@ -43,7 +43,7 @@ areKeys(const std::vector<std::uint64_t>& keys, std::uint64_t end)
   return ((differences | bits) >> 63) == 0 && keys.back() < end;
 }
 
-/** \brief True if all symbols have so many bits. */
+/** \brief True if all symbols are below 2^bits. */
 bool
 areSymbols(const std::vector<std::uint16_t>& symbols, unsigned int bits)
 {
@@ -54,6 +54,34 @@ areSymbols(const std::vector<std::uint16_t>& symbols, unsigned int bits)
 }
 
 } // namespace
+
+std::uint32_t
+compandedEdge(unsigned int bits, std::uint32_t range, std::uint32_t level)
+{
+  const std::uint32_t level_count = std::uint32_t{1} << bits;
+  if (level >= level_count)
+    return range + 1;
+  if (level < 3)
+    return level;
+  if (level_count == 4)
+    return 4;
+  constexpr std::uint32_t exact = 4;
+  if (level <= exact)
+    return level;
+  const std::uint64_t widening = level_count - exact;
+  const std::uint64_t step = level - exact;
+  const std::uint64_t excess = range + 1 - exact - widening;
+  return exact + static_cast<std::uint32_t>(step + excess * step * step /
+                                                       (widening * widening));
+}
+
+std::uint32_t
+compandedMiddle(unsigned int bits, std::uint32_t range, std::uint32_t level)
+{
+  return (compandedEdge(bits, range, level) + compandedEdge(bits, range, level + 1) -
+          1) /
+         2;
+}
 
 bool
 isConsistent(const VoxelFrame& frame)

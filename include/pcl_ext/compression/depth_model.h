@@ -19,7 +19,7 @@ struct DepthLaw {
   unsigned int exponent = 2;
 
   /** \brief z_c, metres: the depth at which one point fills a voxel face; above 0. See
-   * IntensityModel::cutOffDepth. */
+   * IntensityModel::cutOffDepth(). */
   double cut_off_depth = 0.0;
 
   /** \brief Intensity of a full voxel face, in the unit of the clouds' intensities; above
@@ -27,30 +27,29 @@ struct DepthLaw {
   double full_intensity = 255.0;
 };
 
-/** \brief What one point is worth in each voxel of a grid, for intensities that depend on
- * the depth in a sensor's frame. With it a coder can tell from a voxel's intensity how
- * many points it holds, and needs few bits for the rest. It predicts only: no intensity
- * depends on it.
+/** \brief The symbol that one point adds to a voxel, for intensities that depend on the
+ * depth in a sensor's frame. From it the coder computes a voxel's number of points and
+ * codes the residual of its symbol in few bits. Symbols are coded exactly with any model.
  *
  * Fixed point, so that both ends of a stream compute the same numbers.
  */
 struct DepthModel {
-  /** \brief Power of the relative depth z / z_c that a point is worth: 1 for the linear
-   * law, 2 for the quadratic one (sections 2.5.2 and 2.5.3 of the paper). */
+  /** \brief Exponent of the relative depth z / z_c: 1 for the linear law, 2 for the
+   * quadratic one (sections 2.5.2 and 2.5.3 of the paper). */
   std::uint8_t exponent = 2;
 
-  /** \brief Symbol that a share of 1 stands for, in 2^-8; below 2^24. */
+  /** \brief Symbol of a share of 1, in units of 2^-8; below 2^24. */
   std::uint32_t full_symbol = 0;
 
-  /** \brief Relative depth at the centre of the grid's lowest voxel, in 2^-32; its
-   * magnitude is at most 2^56. */
+  /** \brief Relative depth at the centre of the grid's lowest voxel, in units of 2^-32;
+   * -2^56..2^56. */
   std::int64_t origin = 0;
 
   /** \brief Change of the relative depth from one voxel to the next along x, y and z, in
-   * 2^-32. */
+   * units of 2^-32. */
   std::array<std::int32_t, 3> step{};
 
-  /** \brief What a point at the centre of a voxel adds to the symbol, in 2^-16. */
+  /** \brief What a point at the centre of a voxel adds to its symbol, in units of 2^-16. */
   std::uint64_t
   pointSymbol(const VoxelPosition& position) const
   {
@@ -59,7 +58,7 @@ struct DepthModel {
                          std::int64_t{step[2]} * position.z);
   }
 
-  /** \brief The same at a relative depth in 2^-32, which is held within 0..1. */
+  /** \brief The same for a relative depth in units of 2^-32, clamped to 0..1. */
   std::uint64_t
   pointSymbolAt(std::int64_t depth) const
   {
@@ -85,7 +84,7 @@ struct DepthModel {
   }
 };
 
-/** \brief True if the numbers of a depth model are within their ranges. */
+/** \brief True if all members of a depth model are within their ranges. */
 PCL_EXT_EXPORT bool
 isConsistent(const DepthModel& model);
 
@@ -93,12 +92,12 @@ struct IntensityScale;
 
 /** \brief The depth model of a grid.
  * \param[in] law the law; its full intensity in the unit of decoded intensities
- * \param[in] sensor_origin where the sensor is in the world, metres
+ * \param[in] sensor_origin position of the sensor in the world, metres
  * \param[in] optical_axis direction of the sensor's z axis in the world, of length 1
- * \param[in] grid the voxels
- * \param[in] scale how intensities become symbols
- * \return nothing if the model's numbers leave their ranges, as where voxels are as large
- * as the cut-off depth, or where a scale does not begin at 0 or is companded
+ * \param[in] grid grid of the frame
+ * \param[in] scale intensity scale of the frame
+ * \return std::nullopt if a member would be out of range, as with voxels of the size of the
+ * cut-off depth, or if the scale does not begin at 0 or is companded
  */
 PCL_EXT_EXPORT std::optional<DepthModel>
 depthModelOf(const DepthLaw& law,

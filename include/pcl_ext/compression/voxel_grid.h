@@ -51,8 +51,8 @@ mortonKey(const VoxelPosition& position)
 
 namespace detail {
 
-/** \brief For the nine bits of three levels of a Morton key three bits of x, then of y,
- * then of z, x the lowest. */
+/** \brief Reorders the nine bits of three levels of a Morton key: three bits of x, then of
+ * y, then of z, x the lowest. */
 constexpr std::array<std::uint16_t, 512>
 makeAxisBits()
 {

@@ -12,8 +12,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Points in somebody else's memory: x, y, z as consecutive floats, metres, and
- * an intensity. Points and intensities may lie in one structure or in two. */
+/** \brief A view of points: x, y, z as consecutive floats, metres, and an intensity. Both may
+ * be in the same array or in two. */
 struct PointView {
   const float* coordinates = nullptr; ///< x of the first point
   std::size_t coordinate_stride = 0;  ///< floats from one x to the next
@@ -22,16 +22,16 @@ struct PointView {
   std::size_t count = 0;              ///< number of points
 };
 
-/** \brief Turns points into the voxels of a grid, each with one intensity.
+/** \brief Converts clouds to the occupied voxels of a grid, each with one intensity.
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
- * in double precision from the float coordinates. Points beyond 2^20 voxels of the
- * anchor, outside the fixed box, or not finite are counted and left out; no input makes
- * memory grow by more than the points it holds.
+ * in double precision from the float coordinates. Points more than 2^20 voxels from the
+ * anchor, outside the fixed box, or not finite are counted and left out. Memory is
+ * proportional to the number of points, whatever their coordinates.
  *
- * Without a fixed box the grid is fitted to the points and grows when later points
- * demand it; it stays as it is otherwise, because a changed grid costs an I-frame. The
- * scale of native intensities follows the values in the same way.
+ * Without a fixed box the grid is fitted to the points. It grows if later points require
+ * it and does not change otherwise, as a changed grid requires an I-frame. The scale of
+ * native intensities is adapted in the same way.
  */
 class PCL_EXT_EXPORT Voxelizer {
 public:
@@ -48,10 +48,10 @@ public:
 
   /** \brief Voxelizes one cloud.
    * \param[in] points the cloud
-   * \param[in] may_refit forget the clouds before this one: fit a grid that is far too
-   * large again, and the scale of native intensities; costs an I-frame unless one is due
+   * \param[in] may_refit ignore the previous clouds: a grid that is far too large and the
+   * scale of native intensities are fitted again; requires an I-frame unless one is due
    * \param[out] frame the occupied voxels; its memory is reused
-   * \return what became of the points
+   * \return counts of the points
    */
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame);

@@ -60,15 +60,15 @@ struct AzureKinectNfovUnbinned {
   static constexpr unsigned int rows = 576;
 };
 
-/** \brief A sensor whose figures are known only when the program runs, for example from
- * a parameter file. */
+/** \brief A sensor whose parameters are known at run time only, for example from a
+ * parameter file. */
 struct RuntimeSensor {
-  /** \brief Takes and checks the figures of a sensor.
+  /** \brief Checks the parameters of a sensor.
    * \param[in] horizontal_fov_deg horizontal field of view, degrees, in (0, 180)
    * \param[in] vertical_fov_deg vertical field of view, degrees, in (0, 180)
    * \param[in] image_columns width of the depth image, pixels, above 0
    * \param[in] image_rows height of the depth image, pixels, above 0
-   * \throws std::invalid_argument if a figure is outside its range
+   * \throws std::invalid_argument if a parameter is outside its range
    */
   RuntimeSensor(double horizontal_fov_deg,
                 double vertical_fov_deg,
@@ -114,21 +114,21 @@ pixelFootprint(const SensorT& sensor)
          (static_cast<double>(sensor.columns) * static_cast<double>(sensor.rows));
 }
 
-/** \brief What the intensity of one point is measured in, and so how a voxel's sum is
- * shown after decoding. */
+/** \brief Unit of the intensity of one point, which decides the unit of a decoded voxel's
+ * intensity. */
 enum class IntensityUnit {
-  Points, ///< whole points; a voxel shows how many points it holds
-  Share,  ///< a share of a full voxel face, 0..1; a voxel shows 255 times its share
-  Native  ///< the unit of the sensor's own intensity; a voxel shows that unit
+  Points, ///< whole points; a voxel has the number of its points
+  Share,  ///< a share of a full voxel face, 0..1; a voxel has 255 times its share
+  Native  ///< the unit of the sensor's own intensity, which a voxel has, too
 };
 
 /** \brief Every point counts one: I_p = 1 (section 2.5.1 of the paper).
  *
  * Contract of a law: the constants `unit`, `uses_depth` and `uses_native`, and
  * `float operator()(float relative_depth, float native) const`, which returns the point
- * intensity. `relative_depth` is the depth as a share of the cut-off depth, held within
- * 0..1, and 0 if the law does not use depth; `native` is the sensor's own intensity,
- * and 0 if the law does not use it.
+ * intensity. `relative_depth` is the depth divided by the cut-off depth, clamped to 0..1,
+ * and 0 if the law does not use depth; `native` is the sensor's own intensity, and 0 if
+ * the law does not use it.
  */
 struct CountLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Points;
@@ -142,14 +142,14 @@ struct CountLaw {
   }
 };
 
-/** \brief A point is worth the part of a voxel face that its pixel covers: I_p = 1 /
- * N_p(z) = (z / z_c)^2, at most 1 (section 2.5.2 of the paper). */
+/** \brief The share of a voxel face that a point's pixel covers: I_p = 1 / N_p(z) =
+ * (z / z_c)^2, at most 1 (section 2.5.2 of the paper). */
 struct QuadraticLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
   static constexpr bool uses_native = false;
-  /** \brief Power of the relative depth that this law is, which lets coders tell the
-   * number of points from an intensity. Laws that are no power do without. */
+  /** \brief Exponent of the relative depth, for the depth model of the coder. Laws that are
+   * not a power of the depth have no such member. */
   static constexpr unsigned int depth_exponent = 2;
 
   float
@@ -159,8 +159,8 @@ struct QuadraticLaw {
   }
 };
 
-/** \brief A point is worth its depth as a share of the cut-off depth: I_p = z / z_c, at
- * most 1 (section 2.5.3 of the paper). */
+/** \brief The depth divided by the cut-off depth: I_p = z / z_c, at most 1 (section 2.5.3
+ * of the paper). */
 struct LinearLaw {
   static constexpr IntensityUnit unit = IntensityUnit::Share;
   static constexpr bool uses_depth = true;
@@ -192,12 +192,11 @@ struct NativeLaw {
 
 /** \brief The intensity of one point: a policy made of a sensor and a law.
  *
- * Contract of an intensity model, for writing one's own: the constants `unit`,
- * `uses_depth` and `uses_native`; a constructor from the voxel edge in metres, or an
- * instance handed over by the user; and `float operator()(float depth, float native)
- * const`. Depth is along the optical axis in the sensor's frame, in metres.
+ * Contract of an intensity model: the constants `unit`, `uses_depth` and `uses_native`; a
+ * constructor from the voxel edge in metres, unless the user passes an instance; and
+ * `float operator()(float depth, float native) const`. Depth is along the optical axis in
+ * the sensor's frame, in metres.
  *
- * A model stands on its own; the intensity over depth is one loop:
  * \code
  * const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw> model(0.04);
  * for (float z = 0.5f; z < 10.0f; z += 0.1f)
@@ -216,7 +215,7 @@ public:
   static constexpr bool uses_depth = LawT::uses_depth;
   static constexpr bool uses_native = LawT::uses_native;
 
-  /** \brief A model of a sensor whose figures are part of its type.
+  /** \brief A model of a sensor whose parameters are part of its type.
    * \param[in] resolution voxel edge d_v, metres, above 0
    */
   template <typename S = SensorT,
@@ -227,7 +226,7 @@ public:
   /** \brief A model of a given sensor.
    * \param[in] resolution voxel edge d_v, metres, above 0
    * \param[in] sensor field of view and resolution
-   * \param[in] law the law, where it has parameters of its own
+   * \param[in] law the law, if it has parameters
    */
   IntensityModel(double resolution, SensorT sensor, LawT law = LawT{})
   : sensor_(std::move(sensor)), law_(std::move(law)), resolution_(resolution)
@@ -265,7 +264,7 @@ public:
   double
   pointsPerVoxelFace(double depth) const
   {
-    static_assert(uses_depth, "this law knows nothing of the sensor's pixels");
+    static_assert(uses_depth, "this law does not depend on the sensor");
     const double relative_depth = depth / cut_off_depth_;
     return 1.0 / (relative_depth * relative_depth);
   }
@@ -285,7 +284,7 @@ public:
     return resolution_;
   }
 
-  /** \brief The sensor's figures. */
+  /** \brief Field of view and resolution of the sensor. */
   const SensorT&
   sensor() const
   {
@@ -311,7 +310,7 @@ struct HasAtResolution<
     std::void_t<decltype(std::declval<const ModelT&>().atResolution(1.0))>>
 : std::true_type {};
 
-/** \brief The power of the relative depth that a model's law is; 0 if it is none. */
+/** \brief Exponent of the relative depth in a model's law; 0 if it has none. */
 template <typename ModelT, typename = void>
 struct DepthExponent : std::integral_constant<unsigned int, 0> {};
 
@@ -321,8 +320,8 @@ struct DepthExponent<ModelT, std::void_t<decltype(ModelT::Law::depth_exponent)>>
 
 } // namespace detail
 
-/** \brief The model for another resolution: by its own member where it has one, else made
- * anew where that is possible, else as it is. */
+/** \brief The model for another resolution: by its member atResolution() or, without one,
+ * its constructor from a resolution; a model with neither is returned unchanged. */
 template <typename ModelT>
 ModelT
 modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
@@ -335,10 +334,10 @@ modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
     return model;
 }
 
-/** \brief Counts points, whatever the sensor. */
+/** \brief Counts points, for any sensor. */
 using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;
 
-/** \brief Keeps the sensor's own intensity, whatever the sensor. */
+/** \brief Keeps the sensor's own intensity, for any sensor. */
 using NativeIntensity = IntensityModel<UnspecifiedSensor, NativeLaw>;
 
 } // namespace pcl_ext

@@ -10,12 +10,12 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Sorts entries by their member `key`, ascending; equal keys keep their order.
+/** \brief Sorts entries by their member `key`, ascending; stable.
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
- * the counters stay in the first-level cache.
- * \param[in,out] entries what to sort
- * \param[in,out] spare memory of the same size, for reuse from call to call
+ * the counters fit the first-level cache.
+ * \param[in,out] entries entries to sort
+ * \param[in,out] spare scratch memory, kept from call to call
  * \param[in] key_bits keys are below 2^key_bits
  */
 template <typename EntryT>
@@ -45,7 +45,7 @@ radixSort(std::vector<EntryT>& entries,
   }
 }
 
-/** \brief Bits of the largest `key` of some entries; 1 at least. */
+/** \brief Number of bits of the largest `key`, at least 1. */
 template <typename EntryT>
 unsigned int
 usedBits(const std::vector<EntryT>& entries)
