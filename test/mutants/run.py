@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""Applies the mutations of mutants.py to a copy of the sources, one at a time, and says
+which test notices each.
+
+A mutation that no test notices is either explained in mutants.py or a defect of the tests:
+the exit status is 1 then. Takes about half a minute for each mutation on one core.
+
+    test/mutants/run.py                  # all of them, in build-mutants
+    test/mutants/run.py --only history   # those whose file or text contains a word
+"""
+
+import argparse
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+from mutants import MUTANTS
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# In the order in which they are asked: the fast ones that notice most come first.
+PROGRAMS = ("test_codec", "test_stream", "test_voxels", "test_outliers", "test_filters",
+            "test_compression", "test_nodes")
+SECONDS_A_PROGRAM = 600
+
+
+def copy_sources(target):
+    """Copies what git tracks; files that are the same keep their time for ninja."""
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT,
+                            check=True, capture_output=True, text=True).stdout.split("\n")
+    for name in filter(None, listed):
+        source, copy = ROOT / name, target / name
+        if not source.is_file():
+            continue
+        if copy.exists() and copy.read_bytes() == source.read_bytes():
+            continue
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, copy)
+
+
+def configure(source, build):
+    launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
+    subprocess.run(["cmake", "-S", source, "-B", build, "-G", "Ninja", *launcher,
+                    "-DCMAKE_BUILD_TYPE=RelWithDebInfo",
+                    "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1",
+                    "-DPCL_EXT_BUILD_BENCHMARKS=OFF", "-DPCL_EXT_BUILD_EXAMPLES=OFF"],
+                   check=True, stdout=subprocess.DEVNULL)
+
+
+def compile_tests(build, jobs):
+    result = subprocess.run(["cmake", "--build", build, "-j", str(jobs), "--target", *PROGRAMS],
+                            capture_output=True, text=True)
+    return result.returncode == 0, result.stdout
+
+
+def first_failure(build):
+    """The first test that fails, or None."""
+    for program in PROGRAMS:
+        try:
+            result = subprocess.run([build / "test" / program, "--gtest_fail_fast",
+                                     "--gtest_brief=1"], capture_output=True, text=True,
+                                    errors="replace", timeout=SECONDS_A_PROGRAM)
+        except subprocess.TimeoutExpired:
+            return f"{program}: does not end"
+        if result.returncode == 0:
+            continue
+        failed = re.search(r"\[  FAILED  \] ([\w/.]+)", result.stdout)
+        if failed:
+            return f"{program}: {failed.group(1)}"
+        return f"{program}: ends with {result.returncode}"
+    return None
+
+
+def judge(mutant, source, build, jobs):
+    """What became of a mutant: a word, and the test that noticed it."""
+    path = source / mutant.file
+    text = path.read_text()
+    if text.count(mutant.old) != 1:
+        return "not applicable", f"'{mutant.old}' occurs {text.count(mutant.old)} times"
+    try:
+        path.write_text(text.replace(mutant.old, mutant.new))
+        is_compiled, output = compile_tests(build, jobs)
+        if not is_compiled:
+            return "not compiled", "\n".join(re.findall(r".*error:.*", output)[:3])
+        failure = first_failure(build)
+        return ("noticed", failure) if failure else ("survived", mutant.explanation)
+    finally:
+        path.write_text(text)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-mutants")
+    parser.add_argument("--only", default="", help="part of a mutant's file or text")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    options = parser.parse_args()
+
+    source, build = options.build / "source", options.build / "build"
+    copy_sources(source)
+    configure(source, build)
+    is_compiled, output = compile_tests(build, options.jobs)
+    if not is_compiled:
+        sys.exit(output[-2000:])
+    failure = first_failure(build)
+    if failure:
+        sys.exit(f"the tests fail without a mutation: {failure}")
+
+    chosen = [mutant for mutant in MUTANTS
+              if options.only in mutant.file or options.only in mutant.old + mutant.new]
+    outcomes = {}
+    for mutant in chosen:
+        start = time.monotonic()
+        outcome, detail = judge(mutant, source, build, options.jobs)
+        if outcome == "survived" and detail:
+            outcome = "explained"
+        outcomes[outcome] = outcomes.get(outcome, 0) + 1
+        print(f"{outcome:14} {mutant.file}: {mutant.what}\n{'':14} {detail or ''} "
+              f"({time.monotonic() - start:.0f} s)", flush=True)
+    print(", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items())))
+    return 0 if set(outcomes) <= {"noticed", "explained"} else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
