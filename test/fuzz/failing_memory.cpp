@@ -12,6 +12,7 @@
  */
 #include <pcl_ext/compression/voxelizer.h>
 
+#include "checked_decoding.h"
 #include "small_streams.h"
 #include "support/test_memory.h"
 
@@ -103,13 +104,6 @@ streamOf(std::uint8_t choice)
             *stream);
   }
   return *stream;
-}
-
-void
-requireReason(const CompressionStatus& status, const VoxelFrame& frame)
-{
-  require(!status.message().empty());
-  require(frame.keys.empty() && frame.intensities.empty());
 }
 
 /** \brief A decoder without memory. */

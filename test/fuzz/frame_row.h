@@ -1,6 +1,6 @@
 /** \file
- * \brief A stream taken apart into frames, for a mutator that changes them and puts them
- * together again so that checksums are right.
+ * \brief A stream taken apart into frames, for a mutator that changes them and joins them
+ * again with valid checksums.
  */
 #pragma once
 
@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -70,6 +71,12 @@ struct RowFrame {
     for (std::size_t i = 0; i < 4; ++i)
       bytes[io::test::flags_offset + 1 + i] =
           static_cast<std::uint8_t>(number >> 8 * i);
+  }
+
+  void
+  setChecksum(std::uint32_t reference_checksum)
+  {
+    bytes = io::test::withChecksum(std::move(bytes), reference_checksum);
   }
 
   bool
@@ -168,7 +175,7 @@ public:
         if (is_renumbering && reference != nullptr)
           frame.setFrameNumber(reference->frameNumber() + 1);
       }
-      frame.bytes = io::test::withChecksum(std::move(frame.bytes), checksum);
+      frame.setChecksum(checksum);
     }
   }
 

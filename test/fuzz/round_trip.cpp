@@ -1,11 +1,13 @@
 /** \file
  * Fuzz target: any points, as a stream of clouds, come back as the voxels that went in,
  * in either format and with each effort, with and without a depth law; and encoding the
- * decoded frames again gives the same bytes.
+ * decoded frames again gives the same bytes. Of the decoded frames the
+ * outlier filter keeps the voxels whose log-odds reach its threshold, and no others.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "fuzz_input.h"
 
@@ -70,13 +72,62 @@ depthModel(const VoxelFrame& frame, std::uint8_t choice, std::size_t cloud)
       law, {place, 0.0, -place}, {0.0, 0.6, 0.8}, frame.grid, frame.intensity_scale);
 }
 
+VoxelOutlierRemovalSettings
+removalSettingsOf(std::uint8_t choice)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = static_cast<float>(choice % 16) - 8.0f;
+  settings.unit = static_cast<DensityUnit>(choice / 4 % 3);
+  settings.use_history = choice % 8 != 7;
+  settings.max_blocks = choice % 32 < 16 ? 4 : 1000;
+  return settings;
+}
+
+/** \brief Two filters of one stream of frames: one that removes and one that judges. */
+class CheckedRemoval {
+public:
+  explicit CheckedRemoval(const VoxelOutlierRemovalSettings& settings)
+  : settings_(settings), filter_(settings), judge_(settings)
+  {
+    require(checkSettings(settings).ok());
+  }
+
+  void
+  take(const VoxelFrame& frame)
+  {
+    VoxelFrame filtered = frame;
+    const std::size_t removed = filter_.filter(filtered);
+    std::vector<float> log_odds;
+    judge_.score(frame, log_odds);
+    require(log_odds.size() == frame.size());
+    require(filter_.rememberedBlocks() <= settings_.max_blocks);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (log_odds[i] < settings_.min_log_odds)
+        continue;
+      require(kept < filtered.size() && filtered.keys[kept] == frame.keys[i] &&
+              filtered.intensities[kept] == frame.intensities[i]);
+      ++kept;
+    }
+    require(filtered.size() == kept && isConsistent(filtered));
+    require(kept + removed == frame.size());
+    require(removed == 0 || VoxelOutlierRemoval::isMadeFor(frame.grid.resolution));
+  }
+
+private:
+  VoxelOutlierRemovalSettings settings_;
+  VoxelOutlierRemoval filter_;
+  VoxelOutlierRemoval judge_;
+};
+
 /** \brief Encodes, decodes and encodes again. */
 void
 requireRoundTrip(StreamFormat format,
                  const VoxelFrame& frame,
                  FrameEncoder& encoder,
                  FrameEncoder& second_encoder,
-                 FrameDecoder& decoder)
+                 FrameDecoder& decoder,
+                 CheckedRemoval& removal)
 {
   std::vector<std::uint8_t> bytes;
   std::vector<std::uint8_t> bytes_again;
@@ -91,6 +142,7 @@ requireRoundTrip(StreamFormat format,
   if (format == StreamFormat::Version1)
     require(decoded.grid == frame.grid &&
             (!decoded.depth_model || decoded.depth_model == frame.depth_model));
+  removal.take(decoded);
   decoded.depth_model = frame.depth_model;
   require(second_encoder
               .encode(format == StreamFormat::Version1 ? decoded : frame,
@@ -135,6 +187,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
   FrameEncoder encoder(settings.format, settings.i_frame_rate, choices.effort);
   FrameEncoder second_encoder(settings.format, settings.i_frame_rate, choices.effort);
   FrameDecoder decoder;
+  CheckedRemoval removal(removalSettingsOf(data[1]));
   VoxelFrame frame;
   const std::size_t step = 4 * choices.points_per_cloud;
   for (std::size_t begin = 0; begin < numbers.size(); begin += step) {
@@ -152,7 +205,8 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     if (settings.format == StreamFormat::Version1)
       frame.depth_model = depthModel(frame, data[2], begin / step);
     for (std::size_t i = 0; i < choices.repetitions; ++i) {
-      requireRoundTrip(settings.format, frame, encoder, second_encoder, decoder);
+      requireRoundTrip(
+          settings.format, frame, encoder, second_encoder, decoder, removal);
       forgetOne(frame);
     }
   }

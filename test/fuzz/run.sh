@@ -9,8 +9,8 @@
 #   --seed N        begin the fuzzer's random numbers with N (default 0: another one each time)
 #   --workers N     processes of each target at the same time (default 1)
 #   --build FOLDER  where to build (default build-fuzz)
-#   --coverage      afterwards: lines of src/compression and src/filters that the inputs
-#                   reach, with a build of its own in FOLDER-coverage
+#   --coverage      afterwards: lines of the codec and of src/filters that the inputs reach,
+#                   with a build of its own in FOLDER-coverage
 #   --valgrind      afterwards: the inputs and the golden streams under valgrind, with a
 #                   build of its own in FOLDER-valgrind
 #   --inputs N      so many inputs of each target under valgrind (default 200)
@@ -109,15 +109,15 @@ if [ "$coverage" = yes ]; then
     local name=$1
     shift
     llvm-cov export -format=lcov -summary-only "$@" 2> /dev/null | awk -v name="$name" '
-      /^SF:/ { folder = /src\/compression\// ? "compression" : /src\/filters\// ? "filters" : "" }
+      /^SF:/ { folder = /src\/filters\// ? "filters" : /src\/(nodes|octree)\// ? "" : /\/src\// ? "codec" : "" }
       /^LF:/ { lines[folder] += substr($0, 4) }
       /^LH:/ { reached[folder] += substr($0, 4) }
       function share(folder) {
         return sprintf("%d of %d (%.1f %%)", reached[folder], lines[folder],
                        lines[folder] ? 100 * reached[folder] / lines[folder] : 0) }
-      END { printf "%-18s %-24s %s\n", name, share("compression"), share("filters") }'
+      END { printf "%-18s %-24s %s\n", name, share("codec"), share("filters") }'
   }
-  printf '%-18s %-24s %s\n' target src/compression src/filters
+  printf '%-18s %-24s %s\n' target codec src/filters
   objects=()
   rm -f "$folder"/*.profraw
   for target in "${targets[@]}"; do

@@ -17,6 +17,7 @@
  * behind another sender's frame of the right number, nothing is demanded of it until its
  * next I-frame.
  */
+#include "checked_decoding.h"
 #include "small_streams.h"
 
 #include <algorithm>
@@ -179,10 +180,8 @@ private:
         history.has_input_ended = true;
     if (status.ok())
       require(isConsistent(decoded_frame_));
-    else {
-      require(decoded_frame_.keys.empty() && decoded_frame_.intensities.empty());
-      require(!status.message().empty());
-    }
+    else
+      requireReason(status, decoded_frame_);
     return status;
   }
 

@@ -1,15 +1,14 @@
 /** \file
- * \brief Short streams of few voxels in both formats and with all efforts, made before the
- * first input: targets that are about what happens to frames encode none themselves.
+ * \brief Short streams of few voxels in both formats and with all efforts, which targets
+ * make once, so that they need not encode for each input.
  */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
 
+#include "frame_row.h"
 #include "fuzz_input.h"
-#include "stream/version1_header.h"
-#include "support/forged_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -18,7 +17,7 @@
 #include <cstdint>
 #include <optional>
 #include <random>
-#include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -122,13 +121,12 @@ struct SentStream {
 inline std::uint32_t
 renumber(std::uint32_t number, std::uint32_t reference_checksum, Bytes& frame)
 {
-  for (std::size_t i = 0; i < 4; ++i)
-    frame[io::test::flags_offset + 1 + i] = static_cast<std::uint8_t>(number >> 8 * i);
-  frame = io::test::withChecksum(frame, reference_checksum);
-  std::uint32_t checksum = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    checksum |= static_cast<std::uint32_t>(frame[io::version1_magic_size + 1 + i])
-                << 8 * i;
+  RowFrame changed;
+  changed.bytes = std::move(frame);
+  changed.setFrameNumber(number);
+  changed.setChecksum(reference_checksum);
+  const std::uint32_t checksum = changed.checksum();
+  frame = std::move(changed.bytes);
   return checksum;
 }
 
@@ -180,16 +178,6 @@ isSame(const SentFrame& sent,
   return decoded.grid == voxels.grid && stamp.has_value() == expected.has_value() &&
          (!stamp ||
           (stamp->stamp == expected->stamp && stamp->frame_id == expected->frame_id));
-}
-
-/** \brief Limits that small frames keep, so that no input takes long. */
-inline io::DecoderLimits
-smallLimits()
-{
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = std::size_t{1} << 13;
-  limits.max_voxels = std::size_t{1} << 10;
-  return limits;
 }
 
 } // namespace fuzz

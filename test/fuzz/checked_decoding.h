@@ -1,0 +1,80 @@
+/** \file
+ * \brief Decoding as all targets that read streams check it: a frame is whole, or there is
+ * none and a reason.
+ */
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "fuzz_input.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <sstream>
+#include <string>
+
+namespace pcl_ext {
+namespace fuzz {
+
+/** \brief Limits that small frames keep, so that no input takes long. */
+inline io::DecoderLimits
+smallLimits()
+{
+  io::DecoderLimits limits;
+  limits.max_frame_bytes = std::size_t{1} << 13;
+  limits.max_voxels = std::size_t{1} << 10;
+  return limits;
+}
+
+/** \brief Requires that a frame that failed is empty and comes with a reason. */
+inline void
+requireReason(const io::CompressionStatus& status, const io::VoxelFrame& frame)
+{
+  require(!status.ok() && !status.message().empty());
+  require(frame.keys.empty() && frame.intensities.empty());
+}
+
+/** \brief Requires what isConsistent() checks, once more, and the small limits. */
+inline void
+requireWhole(const io::VoxelFrame& frame)
+{
+  require(isConsistent(frame));
+  require(frame.size() <= smallLimits().max_voxels);
+  require(frame.keys.size() == frame.intensities.size());
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    require(i == 0 || frame.keys[i - 1] < frame.keys[i]);
+    require(frame.keys[i] >> (3 * frame.grid.depth) == 0);
+    require(frame.intensities[i] <= frame.intensity_scale.maxSymbol());
+  }
+}
+
+/** \brief Decodes a stream to its end.
+ * \param[in] onFrame called with the end of each frame that was decoded, bytes
+ */
+template <typename OnFrameT>
+void
+decodeAll(const std::uint8_t* data,
+          std::size_t size,
+          io::FrameDecoder& decoder,
+          OnFrameT onFrame)
+{
+  std::stringbuf buffer(std::string(data, data + size), std::ios_base::in);
+  io::VoxelFrame frame;
+  // Every call takes at least a byte or reports the end of the stream.
+  for (std::size_t calls = 0;; ++calls) {
+    require(calls <= size + 1);
+    const io::CompressionStatus status = decoder.decode(buffer, frame);
+    if (status.ok()) {
+      requireWhole(frame);
+      onFrame(static_cast<std::size_t>(
+          std::streamoff(buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in))));
+      continue;
+    }
+    requireReason(status, frame);
+    if (status.code() == io::CompressionCode::EndOfStream)
+      return;
+  }
+}
+
+} // namespace fuzz
+} // namespace pcl_ext
