@@ -6,6 +6,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "support/cloud_streams.h"
+#include "support/naive_preprocessing.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -41,22 +42,10 @@ using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 template <typename ModelT>
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI, ModelT>;
 
-/** \brief Share of a voxel face that a pixel of the Kinect V2 covers. */
-double
-quadraticShare(double depth, double resolution)
-{
-  const double pi = std::acos(-1.0);
-  const double footprint =
-      4.0 * std::tan(35.3 * pi / 180.0) * std::tan(30.0 * pi / 180.0) / (512.0 * 424.0);
-  return std::min(1.0,
-                  std::max(depth, 0.0) * std::max(depth, 0.0) * footprint /
-                      (resolution * resolution));
-}
-
 double
 linearShare(double depth, double resolution)
 {
-  return std::sqrt(quadraticShare(depth, resolution));
+  return std::sqrt(kinectShare(depth, resolution));
 }
 
 /** \brief What a voxel shows of a share: 255 times it, saturated. */
@@ -181,7 +170,7 @@ expectSharesOfPose(double (*share)(double, double))
 
 TEST(IntensityModels, QuadraticTakesDepthFromTheSensorsPose)
 {
-  expectSharesOfPose<QuadraticLaw>(quadraticShare);
+  expectSharesOfPose<QuadraticLaw>(kinectShare);
 }
 
 TEST(IntensityModels, LinearTakesDepthFromTheSensorsPose)
@@ -194,7 +183,7 @@ TEST(IntensityModels, AnOrientationOfLengthZeroIsNoRotation)
   const SensedCloud sensed = senseCloud(8, Eigen::Isometry3f::Identity());
   sensed.in_world->sensor_orientation_.coeffs().setZero();
   Compression<IntensityModel<KinectV2, QuadraticLaw>> encoder(settingsWith(0.04));
-  expectShares(encoder, sensed, quadraticShare);
+  expectShares(encoder, sensed, kinectShare);
 }
 
 TEST(IntensityModels, DepthIsAsExactFiveKilometresFromTheOrigin)
@@ -216,7 +205,7 @@ TEST(IntensityModels, AModelMayHaveASensorOfItsOwn)
   const SensedCloud sensed = senseCloud(11, Eigen::Isometry3f::Identity());
   Compression<Model> encoder(settingsWith(0.04),
                              Model(0.04, RuntimeSensor(70.6, 60.0, 512, 424)));
-  expectShares(encoder, sensed, quadraticShare);
+  expectShares(encoder, sensed, kinectShare);
 }
 
 TEST(IntensityModels, ALawOfDepthGivesFramesADepthModel)

@@ -32,24 +32,15 @@ TEST(CloudLayout, ListOfFieldsMayBeInAnyOrderToo)
 
 TEST(CloudLayout, TheLastFieldMayEndWithThePoint)
 {
-  expectAllRead(makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                             makeField("y", 4, PCLPointField::FLOAT32),
-                             makeField("z", 8, PCLPointField::FLOAT32),
-                             makeField("intensity", 12, PCLPointField::UINT8)},
-                            13,
-                            17));
+  expectAllRead(
+      makeMessage(xyzAnd(makeField("intensity", 12, PCLPointField::UINT8)), 13, 17));
 }
 
 TEST(CloudLayout, IntensityOfEveryDatatypeIsRead)
 {
   for (std::uint8_t datatype = PCLPointField::INT8; datatype <= 10; ++datatype) {
     SCOPED_TRACE("datatype " + std::to_string(datatype));
-    expectAllRead(makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                               makeField("y", 4, PCLPointField::FLOAT32),
-                               makeField("z", 8, PCLPointField::FLOAT32),
-                               makeField("intensity", 13, datatype)},
-                              21,
-                              20));
+    expectAllRead(makeMessage(xyzAnd(makeField("intensity", 13, datatype)), 21, 20));
   }
 }
 
@@ -71,12 +62,8 @@ TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
         Limits{10, 0.0, 9007199254740992.0},
         Limits{PCLPointField::FLOAT32, -3e38, 3e38},
         Limits{PCLPointField::FLOAT64, -1.0 / 3.0, 3e38}}) {
-    PCLPointCloud2 message = makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                                          makeField("y", 4, PCLPointField::FLOAT32),
-                                          makeField("z", 8, PCLPointField::FLOAT32),
-                                          makeField("intensity", 12, limits.datatype)},
-                                         20,
-                                         2);
+    PCLPointCloud2 message =
+        makeMessage(xyzAnd(makeField("intensity", 12, limits.datatype)), 20, 2);
     writeNumber(message.data.data() + 12, limits.datatype, limits.lowest);
     writeNumber(message.data.data() + 32, limits.datatype, limits.highest);
     Output output;
@@ -131,11 +118,8 @@ TEST(CloudLayout, DoubleCoordinatesBeyondFloatAreNotFinite)
 
 TEST(CloudLayout, OrganisedCloudsMayHavePaddedRows)
 {
-  const std::vector<PCLPointField> fields = {
-      makeField("x", 0, PCLPointField::FLOAT32),
-      makeField("y", 4, PCLPointField::FLOAT32),
-      makeField("z", 8, PCLPointField::FLOAT32),
-      makeField("intensity", 16, PCLPointField::FLOAT32)};
+  const std::vector<PCLPointField> fields =
+      xyzAnd(makeField("intensity", 16, PCLPointField::FLOAT32));
   expectAllRead(makeMessage(fields, 24, 6, 5));
   expectAllRead(makeMessage(fields, 24, 6, 5, 1));
   expectAllRead(makeMessage(fields, 24, 1, 30, 1000));
@@ -143,15 +127,8 @@ TEST(CloudLayout, OrganisedCloudsMayHavePaddedRows)
 
 TEST(CloudLayout, TheLastRowMayGoWithoutItsPadding)
 {
-  PCLPointCloud2 message =
-      makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                   makeField("y", 4, PCLPointField::FLOAT32),
-                   makeField("z", 8, PCLPointField::FLOAT32),
-                   makeField("intensity", 12, PCLPointField::FLOAT32)},
-                  16,
-                  4,
-                  3,
-                  9);
+  PCLPointCloud2 message = makeMessage(
+      xyzAnd(makeField("intensity", 12, PCLPointField::FLOAT32)), 16, 4, 3, 9);
   message.data.resize(message.data.size() - 9);
   expectAllRead(message);
   message.data.pop_back();
@@ -184,12 +161,7 @@ TEST(CloudLayout, FieldsThatNobodyReadsMayBeAnything)
 TEST(CloudLayout, TheIntensityFieldCanBeNamed)
 {
   PCLPointCloud2 message =
-      makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                   makeField("y", 4, PCLPointField::FLOAT32),
-                   makeField("z", 8, PCLPointField::FLOAT32),
-                   makeField("reflectivity", 12, PCLPointField::UINT16)},
-                  14,
-                  6);
+      makeMessage(xyzAnd(makeField("reflectivity", 12, PCLPointField::UINT16)), 14, 6);
   Output output;
   SensorPreprocessor<NativeIntensity> preprocessor{NativeIntensity(0.04)};
   PreprocessingStatus status = preprocessor.process(message, output);

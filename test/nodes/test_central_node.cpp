@@ -5,7 +5,6 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"
-#include "support/fake_clock.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -78,9 +77,7 @@ TEST(CentralNode, DecodesEachStreamAsADecoderOfItsOwn)
       EXPECT_EQ(heard[i].statistics.bytes, stream.frames[i].size());
       EXPECT_EQ(heard[i].statistics.voxels, stream.decoded[i].size());
     }
-    VoxelFrame latest;
-    node.latestVoxels(name, latest);
-    expectSameFrame(latest, stream.decoded.back());
+    expectSameFrame(latestVoxels(node, name), stream.decoded.back());
   }
 }
 
@@ -93,9 +90,7 @@ TEST(CentralNode, DoesWithoutAListener)
   for (const Bytes& frame : stream.frames)
     send(node, "a", frame);
   node.waitUntilDecoded();
-  VoxelFrame latest;
-  node.latestVoxels("a", latest);
-  expectSameFrame(latest, stream.decoded[2]);
+  expectSameFrame(latestVoxels(node), stream.decoded[2]);
 }
 
 TEST(CentralNode, AFrameThatFailsHasNoVoxelsAndLeavesTheLatest)
@@ -114,14 +109,11 @@ TEST(CentralNode, AFrameThatFailsHasNoVoxelsAndLeavesTheLatest)
   EXPECT_EQ(heard[1].statistics.bytes, 0u);
   EXPECT_EQ(heard[1].statistics.frame_number, 0u);
   EXPECT_TRUE(heard[1].wants_i_frame);
-  VoxelFrame latest;
-  node.latestVoxels("a", latest);
-  expectSameFrame(latest, stream.decoded[0]);
+  expectSameFrame(latestVoxels(node), stream.decoded[0]);
   // The frame in between was only late: the stream goes on.
   sendAndWait(node, "a", stream.frames[1]);
   sendAndWait(node, "a", stream.frames[2]);
-  node.latestVoxels("a", latest);
-  expectSameFrame(latest, stream.decoded[2]);
+  expectSameFrame(latestVoxels(node), stream.decoded[2]);
 }
 
 TEST(CentralNode, AnyBytesAreSafeAndTheStreamGoesOn)
@@ -221,9 +213,7 @@ TEST(CentralNodeNoise, IsRemovedByTheThresholdOfEachStream)
       expectSameFrame(heard.voxels, expected);
       EXPECT_EQ(heard.statistics.voxels, stream.decoded[i].size());
     }
-    VoxelFrame latest;
-    node.latestVoxels(name, latest);
-    expectSameFrame(latest, expected);
+    expectSameFrame(latestVoxels(node, name), expected);
     const auto index = static_cast<std::size_t>(
         std::distance(thresholds.begin(), thresholds.find(name)));
     EXPECT_EQ(health.at(index).voxels, stream.decoded[3].size());
@@ -241,9 +231,8 @@ TEST(CentralNodeNoise, AChangedThresholdHoldsFromTheNextFrameOn)
   const std::vector<float> thresholds = {0.0f, 4.0f, 2.0f, 0.0f};
   for (std::size_t i = 0; i < 4; ++i) {
     expectCode(node.setMinIntensity("a", thresholds[i]), CentralNodeCode::Ok);
-    VoxelFrame before;
-    node.latestVoxels("a", before);
-    EXPECT_EQ(before.size(), i == 0 ? 0 : listener.heard("a").back().voxels.size());
+    EXPECT_EQ(latestVoxels(node).size(),
+              i == 0 ? 0 : listener.heard("a").back().voxels.size());
     sendAndWait(node, "a", stream.frames[i]);
     sendAndWait(node, "b", stream.frames[i]);
     VoxelFrame expected = stream.decoded[i];
@@ -299,9 +288,8 @@ TEST(CentralNodeOrders, LatestVoxelsStayWhenTheyAreTooOldToMerge)
 {
   const CodedStream stream = streamOf(1);
   FakeClock clock;
-  CentralNodeSettings settings = centralSettings();
+  CentralNodeSettings settings = settingsWith(clock);
   settings.max_merge_age = 1500ms;
-  settings.clock = clock.clock();
   CentralNode node(settings);
   node.addStream("a");
   clock.set(100s);
@@ -323,9 +311,7 @@ TEST(CentralNodeOrders, AClockThatIsSetBackRevivesNoVoxels)
 {
   const CodedStream stream = streamOf(1);
   FakeClock clock;
-  CentralNodeSettings settings = centralSettings();
-  settings.clock = clock.clock();
-  CentralNode node(settings);
+  CentralNode node(settingsWith(clock));
   node.addStream("a");
   clock.set(100s);
   sendAndWait(node, "a", stream.frames[0]);

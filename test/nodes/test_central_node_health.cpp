@@ -5,12 +5,10 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"
-#include "support/fake_clock.h"
 #include "support/forged_frames.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -25,48 +23,7 @@ using namespace pcl_ext::nodes::test;
 
 const Bytes rubbish(40, 0x5a);
 
-/** \brief A node with one stream, which is fed message by message. */
-class HealthOfOneStream : public ::testing::Test {
-protected:
-  HealthOfOneStream() { node.addStream("a"); }
-
-  static CentralNodeSettings
-  settingsWith(const FakeClock& clock)
-  {
-    CentralNodeSettings settings = centralSettings();
-    settings.clock = clock.clock();
-    return settings;
-  }
-
-  void
-  sendFrames(const CodedStream& stream, const std::vector<std::size_t>& indices)
-  {
-    for (const std::size_t index : indices)
-      sendAndWait(node, "a", stream.frames.at(index));
-  }
-
-  /** \brief Expects what frames came to; none waits. */
-  void
-  expectCounts(const std::string& course, std::size_t frames_lost)
-  {
-    EXPECT_EQ(listener.course("a"), course);
-    const auto countOf = [&](char letter) {
-      return static_cast<std::size_t>(std::count(course.begin(), course.end(), letter));
-    };
-    const StreamHealth health = onlyHealth(node);
-    EXPECT_EQ(health.frames_received, course.size());
-    EXPECT_EQ(health.frames_decoded, countOf('.'));
-    EXPECT_EQ(health.frames_failed, countOf('i') + countOf('x'));
-    EXPECT_EQ(health.frames_dropped, countOf('d'));
-    EXPECT_EQ(health.frames_refused, 0u);
-    EXPECT_EQ(health.i_frame_requests, countOf('i'));
-    EXPECT_EQ(health.frames_lost, frames_lost);
-  }
-
-  FakeClock clock;
-  Listener listener;
-  CentralNode node{settingsWith(clock), listener.listener()};
-};
+using HealthOfOneStream = OneStream;
 
 TEST_F(HealthOfOneStream, OfANewStreamIsZero)
 {
@@ -182,9 +139,7 @@ TEST_F(HealthOfOneStream, ASenderThatBeginsAgainHasLostNothing)
   sendFrames(first, {0, 1, 2, 3, 4, 5});
   sendFrames(second, {0, 1, 2});
   expectCounts(".........", 0);
-  VoxelFrame latest;
-  node.latestVoxels("a", latest);
-  pcl_ext::io::test::expectSameFrame(latest, second.decoded[2]);
+  pcl_ext::io::test::expectSameFrame(latestVoxels(node), second.decoded[2]);
   // From then on its own numbers count.
   sendFrames(second, {/* 3 */ 4});
   expectCounts("..........", 1);

@@ -156,8 +156,7 @@ expectShownRight(const HeldUpNode& held, const CodedStream& stream)
         EXPECT_EQ(heard.voxels.size(), 0u);
         EXPECT_EQ(heard.statistics.voxels, 0u);
       }
-    VoxelFrame latest;
-    held.node.latestVoxels(name, latest);
+    const VoxelFrame latest = latestVoxels(held.node, name);
     EXPECT_EQ(latest.keys, last.keys);
     EXPECT_EQ(latest.intensities, last.intensities);
   }
@@ -275,9 +274,7 @@ TEST(CentralNodeMemory, WhateverElseIsThrownIsTheStatusOfItsFrameToo)
   is_clock_broken = true;
   sendAndWait(node, "a", stream.frames[1]);
   is_clock_broken = false;
-  VoxelFrame latest;
-  node.latestVoxels("a", latest);
-  expectSameFrame(latest, stream.decoded[0]);
+  expectSameFrame(latestVoxels(node), stream.decoded[0]);
   const StreamHealth health = onlyHealth(node);
   EXPECT_EQ(health.last_failure.code(), CompressionCode::InputFailed);
   EXPECT_EQ(health.last_failure.message(), "the clock is broken");

@@ -141,8 +141,7 @@ TEST(CentralNodeMemoryUse, OfAStreamThatEndedAThreadKeepsNone)
   for (const Bytes& bytes : small)
     sendAndWait(node, "going on", bytes);
   const std::size_t kept = memory_use.live();
-  VoxelFrame shown;
-  node.latestVoxels("ended", shown);
+  const VoxelFrame shown = latestVoxels(node, "ended");
   EXPECT_GT(shown.size() * 10, 4 * floor_of_rule);
   EXPECT_LT(kept, of_decoders + shown.size() * 10 + floor_of_rule);
 }
@@ -159,9 +158,7 @@ TEST(CentralNodeMemoryUse, FramesThatFollowAreShownRight)
     sendAndWait(node, "a", bytes);
     VoxelFrame expected;
     ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), expected).ok());
-    VoxelFrame latest;
-    node.latestVoxels("a", latest);
-    expectSameFrame(latest, expected);
+    expectSameFrame(latestVoxels(node), expected);
     VoxelFrame merged;
     node.merge(merged);
     EXPECT_EQ(merged.size(), expected.size());

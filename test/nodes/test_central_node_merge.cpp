@@ -5,7 +5,6 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/central_streams.h"
-#include "support/fake_clock.h"
 #include "support/world_voxels.h"
 
 #include <gtest/gtest.h>
@@ -203,8 +202,7 @@ TEST(Merging, StreamsTakePartUntilTheyAreTooOld)
   WorldVoxels of_both = of_first;
   addVoxels(second.decoded[0], resolution, of_both);
   FakeClock clock;
-  CentralNodeSettings settings = centralSettings();
-  settings.clock = clock.clock();
+  CentralNodeSettings settings = settingsWith(clock);
   settings.max_merge_age = 2s;
   CentralNode node(settings);
   node.addStream("first");
@@ -231,8 +229,7 @@ TEST(Merging, AnAgeWithoutEndKeepsAllStreams)
 {
   const CodedStream stream = streamOf(1);
   FakeClock clock;
-  CentralNodeSettings settings = centralSettings();
-  settings.clock = clock.clock();
+  CentralNodeSettings settings = settingsWith(clock);
   settings.max_merge_age = Time::max();
   CentralNode node(settings);
   node.addStream("a");
@@ -317,9 +314,7 @@ TEST(Merging, AFarStreamThatLeavesDoesNotSpoilTheGrid)
   VoxelFrame far = near;
   far.grid.first_index = {900000, -900000, 5};
   FakeClock clock;
-  CentralNodeSettings settings = centralSettings();
-  settings.clock = clock.clock();
-  CentralNode node(settings);
+  CentralNode node(settingsWith(clock));
   node.addStream("near");
   node.addStream("far");
   sendAndWait(node, "near", codedAlone(near));

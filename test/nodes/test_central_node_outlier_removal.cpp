@@ -116,9 +116,7 @@ TEST(CentralNodeOutliers, EachStreamIsFilteredByItselfBeforeThresholdAndMerging)
       const std::size_t faint = removeFaintVoxels(expected, stream.min_intensity);
       EXPECT_EQ(faint > 0, stream.min_intensity > 0.0f);
       expectSameFrame(listener.heard(name).at(i).voxels, expected);
-      VoxelFrame latest;
-      node.latestVoxels(name, latest);
-      expectSameFrame(latest, expected);
+      expectSameFrame(latestVoxels(node, name), expected);
       addVoxels(expected, 0.04, merged_voxels);
       for (const StreamHealth& health : node.health())
         if (health.name == name) {
@@ -147,12 +145,9 @@ TEST(CentralNodeOutliers, AChangeHoldsFromTheNextFrameOnAndBeginsAnew)
   std::optional<VoxelOutlierRemovalSettings> in_force;
   std::optional<VoxelOutlierRemoval> removal;
   const auto change = [&](const std::optional<VoxelOutlierRemovalSettings>& settings) {
-    VoxelFrame before;
-    node.latestVoxels("a", before);
+    const VoxelFrame before = latestVoxels(node);
     expectCode(node.setOutlierRemoval("a", settings), CentralNodeCode::Ok);
-    VoxelFrame after;
-    node.latestVoxels("a", after);
-    expectSameFrame(after, before);
+    expectSameFrame(latestVoxels(node), before);
     in_force = settings;
     removal.reset();
     if (settings)

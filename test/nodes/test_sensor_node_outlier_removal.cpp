@@ -30,6 +30,47 @@ settingsOf(IntensityLaw law)
   return settings;
 }
 
+/** \brief The first camera of the robot cell. */
+class CellCamera {
+public:
+  WorldPose
+  pose() const
+  {
+    return WorldPose(cell_.sensorPose(1));
+  }
+
+  pcl::PointCloud<pcl::PointXYZ>
+  capture(std::uint32_t frame)
+  {
+    cell::CellFrame captured;
+    cell_.capture(1, frame, captured);
+    return captured.cloud;
+  }
+
+private:
+  cell::RobotCell cell_{1};
+};
+
+std::vector<std::uint8_t>
+encoded(nodes::SensorNode& node,
+        const pcl::PointCloud<pcl::PointXYZ>& cloud,
+        const WorldPose& pose)
+{
+  pcl::PCLPointCloud2 message;
+  pcl::toPCLPointCloud2(cloud, message);
+  std::vector<std::uint8_t> bytes;
+  EXPECT_TRUE(node.encode(message, pose, bytes).ok());
+  return bytes;
+}
+
+io::VoxelFrame
+decoded(io::FrameDecoder& decoder, const std::vector<std::uint8_t>& bytes)
+{
+  io::VoxelFrame frame;
+  EXPECT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
+  return frame;
+}
+
 TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 {
   for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic}) {
@@ -41,24 +82,14 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
     VoxelOutlierRemoval removal;
     io::FrameDecoder plain_decoder;
     io::FrameDecoder filtered_decoder;
-    cell::RobotCell cell(1);
-    cell::CellFrame captured;
-    const WorldPose pose(cell.sensorPose(1));
+    CellCamera camera;
     for (std::uint32_t i = 0; i < 5; ++i) {
-      cell.capture(1, i, captured);
-      pcl::PCLPointCloud2 cloud;
-      pcl::toPCLPointCloud2(captured.cloud, cloud);
-      std::vector<std::uint8_t> bytes;
-      std::vector<std::uint8_t> filtered_bytes;
-      ASSERT_TRUE(plain.encode(cloud, pose, bytes).ok());
-      ASSERT_TRUE(filtering.encode(cloud, pose, filtered_bytes).ok());
+      const auto cloud = camera.capture(i);
+      const auto bytes = encoded(plain, cloud, camera.pose());
+      const auto filtered_bytes = encoded(filtering, cloud, camera.pose());
       EXPECT_LT(filtered_bytes.size(), bytes.size());
-      io::VoxelFrame expected;
-      io::VoxelFrame voxels;
-      ASSERT_TRUE(plain_decoder.decode(bytes.data(), bytes.size(), expected).ok());
-      ASSERT_TRUE(
-          filtered_decoder.decode(filtered_bytes.data(), filtered_bytes.size(), voxels)
-              .ok());
+      io::VoxelFrame expected = decoded(plain_decoder, bytes);
+      const io::VoxelFrame voxels = decoded(filtered_decoder, filtered_bytes);
       // The receiver's filter sees what the sensor's does.
       const std::size_t removed = removal.filter(expected);
       EXPECT_GT(removed, 0u);
@@ -77,13 +108,8 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
   const auto removedBy = [&](DensityUnit unit) {
     settings.outlier_removal.emplace().unit = unit;
     nodes::SensorNode node(settings);
-    cell::RobotCell cell(1);
-    cell::CellFrame captured;
-    cell.capture(1, 0, captured);
-    pcl::PCLPointCloud2 cloud;
-    pcl::toPCLPointCloud2(captured.cloud, cloud);
-    std::vector<std::uint8_t> bytes;
-    EXPECT_TRUE(node.encode(cloud, WorldPose(cell.sensorPose(1)), bytes).ok());
+    CellCamera camera;
+    encoded(node, camera.capture(0), camera.pose());
     return node.statistics().outliers_removed;
   };
   EXPECT_EQ(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Faces));
@@ -116,9 +142,8 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
   EXPECT_EQ(native.settingsStatus().message(),
             "outlier_removal is set and law is Native; native intensities do not tell "
             "how densely points lie");
-  for (const auto law : {IntensityLaw::Count,
-                         IntensityLaw::Quadratic,
-                         IntensityLaw::Linear}) {
+  for (const auto law :
+       {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
@@ -145,7 +170,7 @@ leavePoints(pcl::PointCloud<pcl::PointXYZ>& cloud, int count)
   }
 }
 
-TEST(SensorNodeOutlierRemoval, ReceiverKnowsTheDepthsOfFramesWithoutModel)
+TEST(SensorNodeOutlierRemoval, TheReceiverKeepsTheLastDepthModel)
 {
   // Without a crop box each I-frame has the grid of its points, and one of few points no
   // depth model, as it would cost more than it saves.
@@ -158,22 +183,16 @@ TEST(SensorNodeOutlierRemoval, ReceiverKnowsTheDepthsOfFramesWithoutModel)
   VoxelOutlierRemoval as_received;
   VoxelOutlierRemoval with_model;
   const IntensityModel<RuntimeSensor, QuadraticLaw> model(0.04, *settings.sensor);
-  cell::RobotCell cell(1);
-  cell::CellFrame captured;
-  const WorldPose pose(cell.sensorPose(1));
+  CellCamera camera;
+  const WorldPose pose = camera.pose();
   const Eigen::Vector3d origin = pose.translation();
   const Eigen::Vector3d axis = pose.linear().col(2);
   io::VoxelGrid first_grid;
   for (std::uint32_t i = 0; i < 6; ++i) {
-    cell.capture(1, i, captured);
+    auto cloud = camera.capture(i);
     if (i >= 3)
-      leavePoints(captured.cloud, 40);
-    pcl::PCLPointCloud2 cloud;
-    pcl::toPCLPointCloud2(captured.cloud, cloud);
-    std::vector<std::uint8_t> bytes;
-    ASSERT_TRUE(node.encode(cloud, pose, bytes).ok());
-    io::VoxelFrame frame;
-    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
+      leavePoints(cloud, 40);
+    io::VoxelFrame frame = decoded(decoder, encoded(node, cloud, pose));
     if (i == 0)
       first_grid = frame.grid;
     ASSERT_EQ(frame.depth_model.has_value(), i < 3);

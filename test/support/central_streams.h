@@ -8,10 +8,12 @@
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/nodes/central_node.h>
 
+#include "support/fake_clock.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <condition_variable>
 #include <cstddef>
@@ -191,6 +193,15 @@ centralSettings()
   return settings;
 }
 
+/** \brief The same with a clock that the test sets. */
+inline CentralNodeSettings
+settingsWith(const FakeClock& clock)
+{
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  return settings;
+}
+
 inline void
 expectCode(const CentralNodeStatus& status, CentralNodeCode code)
 {
@@ -220,6 +231,15 @@ sendAndWait(CentralNode& node,
   node.waitUntilDecoded();
 }
 
+/** \brief The voxels of a stream's last frame. */
+inline VoxelFrame
+latestVoxels(const CentralNode& node, const std::string& stream = "a")
+{
+  VoxelFrame voxels;
+  node.latestVoxels(stream, voxels);
+  return voxels;
+}
+
 /** \brief The health of the only stream. */
 inline StreamHealth
 onlyHealth(const CentralNode& node)
@@ -228,6 +248,42 @@ onlyHealth(const CentralNode& node)
   EXPECT_EQ(health.size(), 1u);
   return health.empty() ? StreamHealth() : health.front();
 }
+
+/** \brief A node with one stream "a", which is fed message by message. */
+class OneStream : public ::testing::Test {
+protected:
+  OneStream() { node.addStream("a"); }
+
+  void
+  sendFrames(const CodedStream& stream, const std::vector<std::size_t>& indices)
+  {
+    for (const std::size_t index : indices)
+      sendAndWait(node, "a", stream.frames.at(index));
+  }
+
+  /** \brief Expects a course, as Listener tells it, and the counts of its letters; no
+   * frame waits. */
+  void
+  expectCounts(const std::string& course, std::size_t frames_lost)
+  {
+    EXPECT_EQ(listener.course("a"), course);
+    const auto countOf = [&](char letter) {
+      return static_cast<std::size_t>(std::count(course.begin(), course.end(), letter));
+    };
+    const StreamHealth health = onlyHealth(node);
+    EXPECT_EQ(health.frames_received, course.size());
+    EXPECT_EQ(health.frames_decoded, countOf('.'));
+    EXPECT_EQ(health.frames_failed, countOf('i') + countOf('x'));
+    EXPECT_EQ(health.frames_dropped, countOf('d') + countOf('D'));
+    EXPECT_EQ(health.frames_refused, 0u);
+    EXPECT_EQ(health.i_frame_requests, countOf('i') + countOf('D'));
+    EXPECT_EQ(health.frames_lost, frames_lost);
+  }
+
+  FakeClock clock;
+  Listener listener;
+  CentralNode node{settingsWith(clock), listener.listener()};
+};
 
 } // namespace test
 } // namespace nodes

@@ -49,6 +49,16 @@ makeField(const std::string& name,
   return field;
 }
 
+/** \brief x, y and z as floats at the begin of a point, and another field. */
+inline std::vector<PCLPointField>
+xyzAnd(const PCLPointField& field)
+{
+  return {makeField("x", 0, PCLPointField::FLOAT32),
+          makeField("y", 4, PCLPointField::FLOAT32),
+          makeField("z", 8, PCLPointField::FLOAT32),
+          field};
+}
+
 template <typename NumberT>
 inline void
 put(std::uint8_t* place, double value)
@@ -133,13 +143,8 @@ makeMessage(const std::vector<PCLPointField>& fields,
 inline PCLPointCloud2
 plainMessage(std::uint32_t width = 4, std::uint32_t height = 1)
 {
-  return makeMessage({makeField("x", 0, PCLPointField::FLOAT32),
-                      makeField("y", 4, PCLPointField::FLOAT32),
-                      makeField("z", 8, PCLPointField::FLOAT32),
-                      makeField("intensity", 12, PCLPointField::FLOAT32)},
-                     16,
-                     width,
-                     height);
+  return makeMessage(
+      xyzAnd(makeField("intensity", 12, PCLPointField::FLOAT32)), 16, width, height);
 }
 
 inline PCLPointField&

@@ -10,6 +10,7 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include "support/cloud_streams.h"
+#include "support/naive_preprocessing.h"
 #include "support/world_voxels.h"
 
 #include <pcl/conversions.h>
@@ -21,12 +22,9 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <random>
 #include <vector>
@@ -37,7 +35,9 @@ namespace test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Bytes = std::vector<std::uint8_t>;
-using PointIntensity = std::function<double(const pcl::PointXYZI&)>;
+using pcl_ext::test::naivelyPreprocessed;
+using pcl_ext::test::naiveNative;
+using pcl_ext::test::PointIntensity;
 
 constexpr double resolution = 0.04;
 
@@ -97,42 +97,10 @@ messageOf(const Cloud& cloud, std::uint64_t stamp = 0)
   return message;
 }
 
-/** \brief What a sensor's cloud is in the world: moved, cropped, each point with its
- * intensity. */
-inline Cloud
-naivelyPreprocessed(const Cloud& cloud,
-                    const WorldPose& pose,
-                    const PointIntensity& intensity_of,
-                    const std::optional<io::BoundingBox>& box = std::nullopt)
-{
-  Cloud preprocessed;
-  for (const pcl::PointXYZI& point : cloud) {
-    const Eigen::Vector3d place = pose * point.getVector3fMap().cast<double>();
-    bool is_inside = place.allFinite();
-    for (std::size_t axis = 0; box && axis < 3; ++axis) {
-      const double coordinate = place[static_cast<Eigen::Index>(axis)];
-      is_inside &= box->min[axis] <= coordinate && coordinate <= box->max[axis];
-    }
-    if (!is_inside)
-      continue;
-    pcl::PointXYZI moved;
-    moved.getVector3fMap() = place.cast<float>();
-    moved.intensity = static_cast<float>(intensity_of(point));
-    preprocessed.push_back(moved);
-  }
-  return preprocessed;
-}
-
-/** \brief Sections 2.5.2 and 2.5.3 of the paper for a Kinect V2: the share of a voxel face
- * that a pixel covers at a depth, and its root. */
 inline double
 naiveQuadratic(const pcl::PointXYZI& point)
 {
-  const double pi = std::acos(-1.0);
-  const double footprint =
-      4.0 * std::tan(35.3 * pi / 180.0) * std::tan(30.0 * pi / 180.0) / (512.0 * 424.0);
-  const double depth = std::max(static_cast<double>(point.z), 0.0);
-  return std::min(footprint * depth * depth / (resolution * resolution), 1.0);
+  return pcl_ext::test::kinectShare(static_cast<double>(point.z), resolution);
 }
 
 inline double
@@ -145,12 +113,6 @@ inline double
 naiveCount(const pcl::PointXYZI&)
 {
   return 1.0;
-}
-
-inline double
-naiveNative(const pcl::PointXYZI& point)
-{
-  return static_cast<double>(point.intensity);
 }
 
 /** \brief A Kinect V2 whose figures come from a file. */

@@ -1,11 +1,11 @@
 // A project without PCL: points as an array -> voxels -> bytes, and back.
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/compression/frame_encoder.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include <cstdint>
 #include <iostream>
+#include <optional>
 #include <vector>
 
 int
@@ -22,10 +22,9 @@ main()
   points.coordinate_stride = 3;
   points.count = 1000;
 
-  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
-  voxelizer.voxelize(points, true, frame);
-  FrameEncoder encoder(settings.format, settings.i_frame_rate, settings.effort);
+  encoder.voxelize(points, pcl_ext::WorldPose::Identity(), frame);
   std::vector<std::uint8_t> bytes;
   const CompressionStatus encoded = encoder.encode(frame, std::nullopt, bytes);
   FrameDecoder decoder;
