@@ -1,14 +1,18 @@
 /** \file
- * What bits of intensity cost in bytes, and what they change of decisions.
+ * Bytes and decisions of denoising over the number of bits of an intensity.
  */
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "comparison_tables.h"
 #include "measuring/markdown_table.h"
 #include "measuring/workload.h"
+#include "table_cells.h"
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -19,10 +23,10 @@ namespace measuring {
 
 namespace {
 
-/** \brief Least numbers of points that denoising keeps. */
+/** \brief Thresholds of denoising, points. */
 constexpr std::array<float, 3> thresholds{2.0f, 3.0f, 5.0f};
 
-/** \brief What became of the counts of a stream on one scale. */
+/** \brief Figures of a stream on one scale. */
 struct ScaleFigures {
   std::size_t bytes = 0;
   std::size_t voxels = 0;
@@ -41,22 +45,13 @@ settingsOf(const Workload& workload, unsigned int bits, io::IntensityCurve curve
   return settings;
 }
 
-/** \brief The points of a frame, each of which counts as one. */
-io::PointView
-countedView(const InputFrame& frame)
-{
-  io::PointView view = viewOf(*frame.points);
-  view.intensities = nullptr;
-  return view;
-}
-
 void
 addErrors(const io::VoxelFrame& decoded,
           const io::VoxelFrame& exact,
           ScaleFigures& figures)
 {
   if (decoded.keys != exact.keys)
-    throw std::runtime_error("a scale has changed the voxels");
+    throw std::runtime_error("the voxels depend on the scale");
   for (std::size_t i = 0; i < exact.size(); ++i) {
     const float count = exact.intensity_scale.value(exact.intensities[i]);
     const float shown = decoded.intensity_scale.value(decoded.intensities[i]);
@@ -67,7 +62,7 @@ addErrors(const io::VoxelFrame& decoded,
   }
 }
 
-/** \brief Sends a stream through the codec on one scale.
+/** \brief Encodes and decodes a stream on one scale.
  * \throws std::runtime_error if what is decoded is not what was encoded
  */
 ScaleFigures
@@ -75,10 +70,11 @@ measureScale(const std::vector<InputFrame>& frames,
              const Workload& workload,
              const io::IntensityCompressionSettings& settings)
 {
-  io::Voxelizer voxelizer(settings, IntensityUnit::Points);
-  io::Voxelizer exact_voxelizer(settingsOf(workload, 16, io::IntensityCurve::Linear),
-                                IntensityUnit::Points);
-  io::FrameEncoder encoder = makeFrameEncoder(settings);
+  io::IntensityCompressionSettings exact_settings =
+      settingsOf(workload, 16, io::IntensityCurve::Linear);
+  exact_settings.effort = io::Effort::Fast;
+  io::CloudEncoder exact_encoder(exact_settings, IntensityUnit::Points);
+  io::CloudEncoder encoder(settings, IntensityUnit::Points);
   io::FrameDecoder decoder;
   io::VoxelFrame exact;
   io::VoxelFrame encoded;
@@ -86,14 +82,16 @@ measureScale(const std::vector<InputFrame>& frames,
   std::vector<std::uint8_t> bytes;
   ScaleFigures figures;
   for (const InputFrame& frame : frames) {
-    const bool may_refit = encoder.isIFrameDue();
-    exact_voxelizer.voxelize(countedView(frame), may_refit, exact);
-    voxelizer.voxelize(countedView(frame), may_refit, encoded);
-    if (!encoder.encode(encoded, std::nullopt, bytes).ok() ||
-        !decoder.decode(bytes.data(), bytes.size(), decoded).ok() ||
-        decoded.intensities != encoded.intensities ||
+    // Each point counts as one. Both encoders fit their grids again at the same frames.
+    const io::PointView view = pointViewOf(*frame.points);
+    throwUnlessOk(exact_encoder.voxelize(view, WorldPose(), exact));
+    throwUnlessOk(exact_encoder.encode(exact, std::nullopt, bytes));
+    throwUnlessOk(encoder.voxelize(view, WorldPose(), encoded));
+    throwUnlessOk(encoder.encode(encoded, std::nullopt, bytes));
+    throwUnlessOk(decoder.decode(bytes.data(), bytes.size(), decoded));
+    if (decoded.intensities != encoded.intensities ||
         decoded.intensity_scale != encoded.intensity_scale)
-      throw std::runtime_error("a scale was not decoded to what was encoded");
+      throw std::runtime_error("the decoded frame differs from the encoded one");
     figures.bytes += bytes.size();
     figures.voxels += exact.size();
     addErrors(decoded, exact, figures);
@@ -110,7 +108,7 @@ rowOf(const std::string& name, const ScaleFigures& figures, const ScaleFigures& 
       (static_cast<double>(figures.bytes) / static_cast<double>(usual.bytes) - 1.0);
   MarkdownTable::Row row{name,
                          formatted(static_cast<double>(figures.bytes) / voxels, 3),
-                         (percent > 0.0 ? "+" : "") + formatted(percent, 1) + " %"};
+                         signedPercent(percent)};
   for (const std::size_t changed : figures.changed)
     row.push_back(changed == 0
                       ? "none"
@@ -162,15 +160,12 @@ printScales(const InputStream& stream, const Workload& workload, std::ostream& o
 void
 printBits(const ComparisonOptions& options, std::ostream& output)
 {
-  Workload workload;
-  workload.i_frame_rate = options.i_frame_rate;
-  for (const double resolution : {0.04, 0.1}) {
-    workload.resolution = resolution;
-    printScales(openCellStream(options.sensor, options.frames), workload, output);
-  }
-  workload.resolution = 0.04;
+  for (const double resolution : {0.04, 0.1})
+    printScales(openCellStream(options.sensor, options.frames),
+                workloadAt(resolution, options.i_frame_rate),
+                output);
   for (const InputStream& stream : openRecordedStreams(options.recordings))
-    printScales(stream, workload, output);
+    printScales(stream, workloadAt(0.04, options.i_frame_rate), output);
 }
 
 } // namespace measuring

@@ -1,6 +1,6 @@
 #include "coder_comparison.h"
 
-#include "measuring/counted_memory.h"
+#include "allocation_count.h"
 #include "take_turns.h"
 
 #include <functional>
@@ -13,10 +13,7 @@ namespace measuring {
 
 namespace {
 
-/** \brief Set before anything is timed: the sizes of allocations are not needed. */
-[[maybe_unused]] const bool counts_bytes = io::test::memory_count.counts_bytes = false;
-
-/** \brief What a coder did with one frame; goes from its process to the parent's. */
+/** \brief Figures of one frame; sent from the coder's process to the parent's. */
 struct FrameFigures {
   std::size_t points = 0;
   std::size_t decoded = 0;
@@ -29,14 +26,14 @@ struct FrameFigures {
   NearestDistances from_decoded;
 };
 
-/** \brief Runs an action; gives its time and its allocations. */
+/** \brief Runs an action and measures its time and allocations. */
 template <typename ActionT>
 void
 measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
 {
-  const std::size_t before = io::test::memory_count.allocations;
+  const std::size_t before = allocationCount();
   milliseconds = timeOf(action);
-  allocations = io::test::memory_count.allocations - before;
+  allocations = allocationCount() - before;
 }
 
 /** \brief One coder and its stream, in the coder's process. */
@@ -50,7 +47,7 @@ public:
   : frames_(frames), make_coder_(std::move(make_coder)), error_every_(error_every)
   {}
 
-  /** \brief Runs a frame; the first one always on a new coder. */
+  /** \brief Runs a frame. Frame 0 starts a new coder. */
   FrameFigures
   run(std::size_t index)
   {
@@ -68,7 +65,7 @@ public:
     figures.points = frame.points->size();
     figures.decoded = decoded->size();
     figures.bytes = coder_->frameBytes();
-    // When the stream is repeated, its errors are.
+    // A repetition has the same errors.
     if (error_every_ != 0 && index % error_every_ == 0 && times_begun_ == 1) {
       figures.to_decoded = nearestDistances(frame.positions, decoded);
       figures.from_decoded = nearestDistances(decoded, frame.positions);

@@ -16,7 +16,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief What a coder did with a stream; samples are frames. */
+/** \brief Figures of one coder; a sample is a frame. */
 struct CoderFigures {
   std::string name;
   Content content = Content::Points;
@@ -46,22 +46,22 @@ struct Comparison {
   }
 };
 
-/** \brief How a comparison is made. */
+/** \brief Settings of a comparison. */
 struct ComparisonSettings {
   std::size_t repetitions = 1; ///< of the whole stream, with new coders each time
   std::size_t error_every =
-      0; ///< frames from one that is searched to the next; 0: none
+      0; ///< frames from one with position errors to the next; 0: none
 
-  /** \brief All coders take a frame, one after the other, before the next one comes;
-   * else each takes the whole stream, which needs memory for one of them only. */
+  /** \brief The coders take turns on the stream; else each codes the whole stream
+   * before the next one starts, which needs memory for one of them only. */
   bool take_turns = true;
 };
 
 using MakeCoders = std::function<StreamCoders(const Workload&)>;
 
-/** \brief Gives each frame of a stream to all coders, each in a process of its own.
- * \throws std::runtime_error naming coder and frame if what was decoded is not what was
- * encoded; there are no figures of unlike work
+/** \brief Runs all coders on a stream, each in a process of its own.
+ * \throws std::runtime_error with coder and frame if what was decoded is not what was
+ * encoded
  */
 Comparison
 compareCoders(const InputStream& stream,

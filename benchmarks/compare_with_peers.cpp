@@ -1,41 +1,94 @@
 /** \file
- * This library's efforts against the published layout, PCL's class, Draco and zstd: the
- * same clouds, one run, one thread. Prints the tables of doc/benchmarks.md.
+ * Compares this library's efforts with the published layout, PCL's class, Draco and
+ * zstd on the same clouds, in one run, in one thread. Prints the tables of
+ * doc/benchmarks.md.
  */
-#include "comparison_options.h"
 #include "comparison_tables.h"
+#include "measuring/command_line.h"
 #include "measuring/machine.h"
 
-#include <exception>
+#include <boost/program_options.hpp>
+
 #include <iostream>
-#include <optional>
 #include <string>
-#include <utility>
+#include <vector>
 
 namespace {
 
-using pcl_ext::measuring::ComparisonOptions;
+using namespace pcl_ext::measuring;
+namespace options = boost::program_options;
 
-void
-printTables(const ComparisonOptions& options)
+struct Table {
+  std::string name;
+  void (*print)(const ComparisonOptions&, std::ostream&);
+};
+
+const std::vector<Table> all_tables = {{"efforts", printEfforts},
+                                       {"stages", printStages},
+                                       {"raw", printRawToBytes},
+                                       {"peers", printPeers},
+                                       {"recorded", printRecorded},
+                                       {"points", printGrowthWithPoints},
+                                       {"edges", printGrowthWithEdge},
+                                       {"bits", printBits}};
+
+Choices<Table>
+tableChoices()
 {
-  using Print = void (*)(const ComparisonOptions&, std::ostream&);
-  const std::pair<const char*, Print> tables[] = {
-      {"peers", pcl_ext::measuring::printPeers},
-      {"efforts", pcl_ext::measuring::printEfforts},
-      {"stages", pcl_ext::measuring::printStages},
-      {"raw", pcl_ext::measuring::printRawToBytes},
-      {"recorded", pcl_ext::measuring::printRecorded},
-      {"bits", pcl_ext::measuring::printBits},
-      {"points", pcl_ext::measuring::printGrowthWithPoints},
-      {"edges", pcl_ext::measuring::printGrowthWithEdge}};
-  pcl_ext::measuring::printMachine(std::cout);
-  for (const auto& [name, print] : tables)
-    if (options.wants(name)) {
-      std::cerr << "compare_with_peers: " << name << '\n';
-      print(options, std::cout);
-      std::cout.flush();
-    }
+  Choices<Table> choices;
+  for (const Table& table : all_tables)
+    choices.emplace_back(table.name, table);
+  return choices;
+}
+
+bool
+parse(int argc,
+      const char* const* argv,
+      ComparisonOptions& result,
+      std::vector<Table>& tables)
+{
+  // All but the last one, which has a section of its own in doc/benchmarks.md.
+  tables.assign(all_tables.begin(), all_tables.end() - 1);
+  options::options_description description(
+      "Compares this library's efforts with the published layout, PCL, Draco and zstd "
+      "on the same clouds, and prints Markdown.\n"
+      "Usage: compare_with_peers [options] [folder of PCD files ...]\n\nOptions");
+  auto option = description.add_options();
+  option("help,h", "print this and exit");
+  option("recording", options::value(&result.recordings), "folders of PCD files");
+  option("tables",
+         choiceOfSeveral("tables", tables, tableChoices()),
+         "tables to print (default: all but bits): efforts stages raw peers recorded "
+         "points edges bits");
+  option("frames,n",
+         count("frames", result.frames, 1)->default_value(300),
+         "frames of the robot cell");
+  option("sensor",
+         count("sensor", result.sensor, 1, 6)->default_value(1),
+         "sensor of the robot cell, 1 to 6");
+  option("i-frame-rate",
+         count("i-frame-rate", result.i_frame_rate, 0)->default_value(30),
+         "frames from one I-frame to the next");
+  option("error-every",
+         count("error-every", result.error_every, 0)->default_value(10),
+         "frames from one whose position errors are measured to the next; 0: none");
+  option("repetitions",
+         count("repetitions", result.repetitions, 1)->default_value(3),
+         "repetitions of each stream; the fastest time of each frame counts");
+  option("growth-frames",
+         count("growth-frames", result.growth_frames, 1)->default_value(5),
+         "frames of the sampled room for each number of points and each voxel edge");
+  option("fewest-points",
+         count("fewest-points", result.fewest_points, 1)->default_value(1000),
+         "least number of points of the sampled room");
+  option("most-points",
+         count("most-points", result.most_points, 1)->default_value(10000000),
+         "largest number of points of the sampled room");
+  option("edge-points",
+         count("edge-points", result.edge_points, 1)->default_value(1000000),
+         "points of the sampled room while the voxel edge changes");
+  options::variables_map values;
+  return parseCommandLine(argc, argv, description, "recording", values);
 }
 
 } // namespace
@@ -43,15 +96,17 @@ printTables(const ComparisonOptions& options)
 int
 main(int argc, char** argv)
 {
-  try {
-    const std::optional<ComparisonOptions> options =
-        pcl_ext::measuring::parseComparisonOptions(argc, argv);
-    if (options)
-      printTables(*options);
+  return runProgram("compare_with_peers", [argc, argv] {
+    ComparisonOptions options;
+    std::vector<Table> tables;
+    if (!parse(argc, argv, options, tables))
+      return 0;
+    printMachine(std::cout);
+    for (const Table& table : tables) {
+      std::cerr << "compare_with_peers: " << table.name << '\n';
+      table.print(options, std::cout);
+      std::cout.flush();
+    }
     return 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "compare_with_peers: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

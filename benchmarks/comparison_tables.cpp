@@ -2,10 +2,9 @@
 
 #include "coder_comparison.h"
 #include "measuring/markdown_table.h"
-#include "raw_to_bytes.h"
 #include "stage_times.h"
+#include "table_cells.h"
 
-#include <algorithm>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -16,16 +15,6 @@ namespace measuring {
 
 namespace {
 
-Workload
-workloadAt(const ComparisonOptions& options, double resolution, Law law = Law::Count)
-{
-  Workload workload;
-  workload.law = law;
-  workload.resolution = resolution;
-  workload.i_frame_rate = options.i_frame_rate;
-  return workload;
-}
-
 /** \brief This library's coders and PCL's voxels. */
 StreamCoders
 makeLibraryAndPcl(const Workload& workload)
@@ -34,59 +23,6 @@ makeLibraryAndPcl(const Workload& workload)
   addLibraryCoders(workload, coders);
   addPclVoxelGridCoder(workload, coders);
   return coders;
-}
-
-const CoderFigures&
-figuresOf(const Comparison& comparison, const std::string& name)
-{
-  return *std::find_if(comparison.coders.begin(),
-                       comparison.coders.end(),
-                       [&name](const CoderFigures& f) { return f.name == name; });
-}
-
-const CoderFigures&
-publishedOf(const Comparison& comparison)
-{
-  return figuresOf(comparison, coderName(libraryVariants().back()));
-}
-
-const CoderFigures&
-pclOf(const Comparison& comparison)
-{
-  return figuresOf(comparison, "PCL, voxel grid");
-}
-
-/** \brief "median (mean)" */
-std::string
-medianAndMean(const Samples& samples)
-{
-  return formatted(samples.median(), 2) + " (" + formatted(samples.mean(), 2) + ")";
-}
-
-std::string
-factor(double faster)
-{
-  return formatted(faster, faster < 1.0 ? 2 : 1) + "x";
-}
-
-/** \brief The median, and how much faster it is than a reference's. */
-std::string
-timeAgainst(const Samples& samples, const Samples& reference)
-{
-  return formatted(samples.median(), 2) + " (" +
-         factor(reference.median() / samples.median()) + ")";
-}
-
-/** \brief Bytes against the published layout's, in percent with a sign; nothing for what
- * does not carry the same. */
-std::string
-againstPublished(const CoderFigures& coder, const Comparison& comparison)
-{
-  if (coder.content != Content::VoxelsWithIntensity)
-    return {};
-  const double percent =
-      100.0 * (coder.bytes.sum() / publishedOf(comparison).bytes.sum() - 1.0);
-  return (percent > 0.0 ? "+" : "") + formatted(percent, 1) + " %";
 }
 
 /** \brief Root mean square and largest, millimetres; dashes if none were searched. */
@@ -104,7 +40,7 @@ millimetres(const NearestDistances& distances)
 void
 printPeers(const ComparisonOptions& options, std::ostream& output)
 {
-  const Workload workload = workloadAt(options, 0.04);
+  const Workload workload = workloadAt(0.04, options.i_frame_rate);
   ComparisonSettings settings;
   settings.error_every = options.error_every;
   settings.repetitions = options.repetitions;
@@ -166,16 +102,16 @@ printEfforts(const ComparisonOptions& options, std::ostream& output)
   const struct {
     const char* name;
     double resolution;
-    Law law;
-  } workloads[] = {{"4 cm, count", 0.04, Law::Count},
-                   {"2 cm, count", 0.02, Law::Count},
-                   {"4 cm, quadratic", 0.04, Law::Quadratic}};
+    IntensityLaw law;
+  } workloads[] = {{"4 cm, count", 0.04, IntensityLaw::Count},
+                   {"2 cm, count", 0.02, IntensityLaw::Count},
+                   {"4 cm, quadratic", 0.04, IntensityLaw::Quadratic}};
   for (const auto& workload : workloads) {
-    const Comparison comparison =
-        compareCoders(openCellStream(options.sensor, options.frames),
-                      workloadAt(options, workload.resolution, workload.law),
-                      makeLibraryAndPcl,
-                      settings);
+    const Comparison comparison = compareCoders(
+        openCellStream(options.sensor, options.frames),
+        workloadAt(workload.resolution, options.i_frame_rate, workload.law),
+        makeLibraryAndPcl,
+        settings);
     const CoderFigures& pcl = pclOf(comparison);
     for (const CoderFigures& coder : comparison.coders)
       table.addRow({workload.name,
@@ -208,7 +144,7 @@ printStages(const ComparisonOptions& options, std::ostream& output)
                        "class, decode"});
   for (const StageTimes& times :
        timeStages(openCellStream(options.sensor, options.frames),
-                  workloadAt(options, 0.04),
+                  workloadAt(0.04, options.i_frame_rate),
                   options.repetitions))
     table.addRow({times.name,
                   medianAndMean(times.preprocess),
@@ -224,70 +160,26 @@ printStages(const ComparisonOptions& options, std::ostream& output)
 void
 printRawToBytes(const ComparisonOptions& options, std::ostream& output)
 {
-  const std::vector<RawToBytesTimes> ways =
+  const std::vector<StageTimes> coders =
       timeRawToBytes(openCellStream(options.sensor, options.frames),
-                     workloadAt(options, 0.04),
+                     workloadAt(0.04, options.i_frame_rate),
                      options.repetitions);
   output
       << "### From the sensor's organised cloud to bytes, robot cell, 4 cm, count\n\n"
          "217,088 points in. Median (mean) of a frame, ms.\n\n";
   MarkdownTable table(
       {"way", "passes", "bytes", "move and crop", "compress", "total", "against PCL"});
-  for (const RawToBytesTimes& way : ways)
-    table.addRow({way.name,
-                  way.passes,
-                  formatted(way.bytes.mean(), 0),
-                  medianAndMean(way.move_and_crop),
-                  medianAndMean(way.compress),
-                  medianAndMean(way.total),
-                  factor(ways.back().total.median() / way.total.median())});
+  const StageTimes& pcl = coders.back();
+  for (const StageTimes& coder : coders)
+    table.addRow({coder.name,
+                  &coder == &pcl ? "transformPointCloud, CropBox, class"
+                                 : "SensorPreprocessor, class",
+                  formatted(coder.bytes.mean(), 0),
+                  medianAndMean(coder.preprocess),
+                  medianAndMean(coder.class_encode),
+                  medianAndMean(coder.raw_to_bytes),
+                  factor(pcl.raw_to_bytes.median() / coder.raw_to_bytes.median())});
   table.print(output);
-}
-
-void
-printRecorded(const ComparisonOptions& options, std::ostream& output)
-{
-  if (options.recordings.empty())
-    return;
-  const Workload workload = workloadAt(options, 0.04);
-  ComparisonSettings settings;
-  settings.repetitions = options.repetitions;
-  MarkdownTable::Row header = {"stream", "frames", "points", "voxels"};
-  std::vector<MarkdownTable> tables;
-  const std::vector<std::string> titles = {
-      "bytes a frame (against published)",
-      "encode ms, median (how much faster than PCL, voxel grid)",
-      "decode ms, median (how much faster than PCL, voxel grid)"};
-  for (const auto& coder : makeAllCoders(workload))
-    header.push_back(coder->name());
-  tables.resize(titles.size(), MarkdownTable(header));
-  for (const InputStream& stream : openRecordedStreams(options.recordings)) {
-    const Comparison comparison =
-        compareCoders(stream, workload, makeAllCoders, settings);
-    const MarkdownTable::Row start = {
-        stream.clouds->name(),
-        std::to_string(stream.clouds->size()),
-        formatted(comparison.coders.front().points.mean(), 0),
-        formatted(comparison.coders.front().decoded.mean(), 0)};
-    MarkdownTable::Row bytes = start;
-    MarkdownTable::Row encode_ms = start;
-    MarkdownTable::Row decode_ms = start;
-    const CoderFigures& pcl = pclOf(comparison);
-    for (const CoderFigures& coder : comparison.coders) {
-      const std::string change = againstPublished(coder, comparison);
-      bytes.push_back(formatted(coder.bytes.mean(), 0) +
-                      (change.empty() ? "" : " (" + change + ")"));
-      encode_ms.push_back(timeAgainst(coder.encode_ms, pcl.encode_ms));
-      decode_ms.push_back(timeAgainst(coder.decode_ms, pcl.decode_ms));
-    }
-    tables[0].addRow(bytes);
-    tables[1].addRow(encode_ms);
-    tables[2].addRow(decode_ms);
-  }
-  for (std::size_t i = 0; i < tables.size(); ++i) {
-    output << "### Recorded clouds, 4 cm, count: " << titles[i] << "\n\n";
-    tables[i].print(output);
-  }
 }
 
 } // namespace measuring

@@ -1,14 +1,30 @@
 /** \file
- * \brief The tables of doc/benchmarks.md; each runs what it shows.
+ * \brief The tables of doc/benchmarks.md that compare coders. Each function measures
+ * and prints.
  */
 #pragma once
 
-#include "comparison_options.h"
-
+#include <cstddef>
 #include <iosfwd>
+#include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace measuring {
+
+/** \brief The command line of compare_with_peers. */
+struct ComparisonOptions {
+  std::vector<std::string> recordings; ///< folders of PCD files
+  std::size_t frames = 0;              ///< of the robot cell
+  unsigned int sensor = 0;             ///< of the robot cell, 1..6
+  unsigned int i_frame_rate = 0;
+  std::size_t error_every = 0;   ///< frames between two with position errors; 0: none
+  std::size_t repetitions = 0;   ///< of each stream
+  std::size_t growth_frames = 0; ///< for each size
+  std::size_t fewest_points = 0; ///< of the sampled room
+  std::size_t most_points = 0;
+  std::size_t edge_points = 0; ///< of the room while the voxel edge changes
+};
 
 /** \brief All coders on the robot cell at 4 cm. */
 void
@@ -22,7 +38,8 @@ printEfforts(const ComparisonOptions& options, std::ostream& output);
 void
 printStages(const ComparisonOptions& options, std::ostream& output);
 
-/** \brief From the sensor's organised cloud to bytes, against PCL's passes. */
+/** \brief From the sensor's organised cloud to bytes, against PCL's filters and
+ * class. */
 void
 printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 
@@ -30,7 +47,8 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 void
 printRecorded(const ComparisonOptions& options, std::ostream& output);
 
-/** \brief Bytes and changed decisions over the bits of a count, linear and companded. */
+/** \brief Bytes and changed decisions over the bits of a count, linear and
+ * companded. */
 void
 printBits(const ComparisonOptions& options, std::ostream& output);
 

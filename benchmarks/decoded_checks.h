@@ -1,6 +1,6 @@
 /** \file
- * \brief Whether a decoded cloud is what went in, by ways of its own: a naive
- * voxelization, and the nearest neighbour of each point.
+ * \brief Checks of decoded clouds, independent of the library: a naive voxelization,
+ * and the nearest neighbour of each point.
  */
 #pragma once
 
@@ -25,7 +25,7 @@ enum class Repeats { Forbidden, Allowed };
  * \param[in] points what was encoded
  * \param[in] decoded centres of voxels
  * \param[in] lattice whose voxels they are
- * \param[in] face_tolerance voxels; a point that close to a face may be on either side
+ * \param[in] face_tolerance voxels; a point this close to a face may be in either voxel
  * \param[in] repeats forbidden where decoded points are voxels
  * \throws std::runtime_error if they are not
  */
@@ -36,13 +36,14 @@ checkVoxels(const PositionCloud& points,
             double face_tolerance,
             Repeats repeats = Repeats::Forbidden);
 
-/** \brief Checks exactly that each decoded voxel has the sum of its points' intensities.
+/** \brief Checks exactly that each decoded voxel has the sum of its points'
+ * intensities.
  * \param[in] points what was encoded
  * \param[in] decoded centres of voxels; all of them, see checkVoxels
  * \param[in] lattice whose voxels they are
- * \param[in] top sums above are held there
- * \param[in] tolerance largest error that is no error
- * \throws std::runtime_error if one is further off
+ * \param[in] top larger sums are clamped to it
+ * \param[in] tolerance largest error allowed
+ * \throws std::runtime_error if an error is larger
  */
 void
 checkIntensities(const IntensityCloud& points,

@@ -1,8 +1,9 @@
 /** \file
  * Draco's KD-tree coder over this library's voxels: positions as whole numbers, the
- * intensity's symbol as a further attribute, both without loss.
+ * quantised intensity as a further attribute, both without loss.
  */
 #include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "decoded_checks.h"
 #include "stream_coder.h"
@@ -33,7 +34,7 @@ public:
   , settings_(compressionSettings(workload, libraryVariants().front()))
   , voxelizer_(settings_, IntensityUnit::Native)
   , speed_(speed)
-  , intensity_tolerance_(workload.law == Law::Count ? 0.0 : 0.501)
+  , intensity_tolerance_(workload.law == IntensityLaw::Count ? 0.0 : 0.501)
   {}
 
   void
@@ -122,7 +123,8 @@ private:
   void
   voxelize(const IntensityCloud& points)
   {
-    voxelizer_.voxelize(viewOf(points), /* may_refit */ false, voxels_);
+    voxelizer_.voxelize(
+        pointViewWithIntensities(points), /* may_refit */ false, voxels_);
   }
 
   io::IntensityCompressionSettings settings_;

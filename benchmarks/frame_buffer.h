@@ -7,12 +7,12 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Holds the bytes of one frame between an encoder and a decoder that want
- * streams. Keeps its memory, which std::stringstream does not, so that what is counted
- * and timed is the coder's own doing. */
+/** \brief The bytes of one frame between an encoder and a decoder that take streams.
+ * Reuses its memory, which std::stringstream does not, so that no allocation of the
+ * stream is counted and timed. */
 class FrameBuffer : public std::streambuf {
 public:
-  /** \brief Forgets the frame. */
+  /** \brief Removes the frame. */
   void
   restart()
   {

@@ -1,5 +1,6 @@
 /** \file
- * This library's efforts and the published layout, through the class with PCL's face.
+ * This library's efforts and the published layout, through the class with PCL's
+ * interface.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
@@ -17,13 +18,6 @@ namespace measuring {
 
 namespace {
 
-void
-demand(const io::CompressionStatus& status)
-{
-  if (!status.ok())
-    throw std::runtime_error(status.message());
-}
-
 class LibraryCoder : public StreamCoder {
 public:
   LibraryCoder(const Workload& workload, const Variant& variant)
@@ -38,7 +32,7 @@ public:
   {
     buffer_.restart();
     stream_.clear();
-    demand(encoder_.encodePointCloud(frame.points, stream_));
+    throwUnlessOk(encoder_.encodePointCloud(frame.points, stream_));
   }
 
   std::size_t
@@ -50,7 +44,7 @@ public:
   void
   decode() override
   {
-    demand(decoder_.decodePointCloud(stream_, decoded_));
+    throwUnlessOk(decoder_.decodePointCloud(stream_, decoded_));
   }
 
   void
@@ -73,12 +67,12 @@ public:
 private:
   using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-  /** \brief Counts are exact; shares are rounded, in the published layout cut off. A
-   * thousandth is left for sums of floats in another order. */
+  /** \brief Counts are exact; shares are rounded, in the published layout cut off.
+   * 0.001 allows for sums of floats in another order. */
   static double
   toleranceOf(const Workload& workload, const Variant& variant)
   {
-    if (workload.law == Law::Count)
+    if (workload.law == IntensityLaw::Count)
       return 0.0;
     return variant.format == io::StreamFormat::Published ? 1.001 : 0.501;
   }

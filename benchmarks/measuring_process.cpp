@@ -21,8 +21,8 @@ namespace {
 /** \brief The frame number that ends a process. */
 constexpr std::uint64_t no_more_frames = std::numeric_limits<std::uint64_t>::max();
 
-/** \brief What comes before the bytes of an answer. */
-struct AnswerHeader {
+/** \brief Header of a result. */
+struct ResultHeader {
   std::uint64_t is_error = 0; ///< the bytes are a message
   std::uint64_t bytes = 0;
 };
@@ -30,12 +30,12 @@ struct AnswerHeader {
 bool
 sendAll(int socket, const void* bytes, std::size_t size)
 {
-  const char* rest = static_cast<const char*>(bytes);
+  const char* remaining = static_cast<const char*>(bytes);
   while (size > 0) {
-    const ssize_t sent = send(socket, rest, size, MSG_NOSIGNAL);
+    const ssize_t sent = send(socket, remaining, size, MSG_NOSIGNAL);
     if (sent <= 0)
       return false;
-    rest += sent;
+    remaining += sent;
     size -= static_cast<std::size_t>(sent);
   }
   return true;
@@ -50,29 +50,29 @@ receiveAll(int socket, void* bytes, std::size_t size)
 
 template <typename BytesT>
 bool
-answer(int socket, bool is_error, const BytesT& bytes)
+sendResult(int socket, bool is_error, const BytesT& bytes)
 {
-  const AnswerHeader header{is_error ? 1u : 0u, bytes.size()};
+  const ResultHeader header{is_error ? 1u : 0u, bytes.size()};
   return sendAll(socket, &header, sizeof(header)) &&
          sendAll(socket, bytes.data(), bytes.size());
 }
 
-/** \brief What the new process does until it is told to end. */
+/** \brief Loop of the new process. */
 void
 serve(int socket, const std::function<MeasuringProcess::Measure()>& make)
 {
   MeasuringProcess::Measure measure;
   std::uint64_t frame = 0;
-  bool goes_on = true;
-  while (goes_on && receiveAll(socket, &frame, sizeof(frame)) &&
+  bool is_connected = true;
+  while (is_connected && receiveAll(socket, &frame, sizeof(frame)) &&
          frame != no_more_frames) {
     try {
       if (!measure)
         measure = make();
-      goes_on = answer(socket, false, measure(frame));
+      is_connected = sendResult(socket, false, measure(frame));
     }
     catch (const std::exception& error) {
-      goes_on = answer(socket, true, std::string(error.what()));
+      is_connected = sendResult(socket, true, std::string(error.what()));
     }
   }
 }
@@ -92,11 +92,11 @@ MeasuringProcess::MeasuringProcess(const std::function<Measure()>& make)
     throw std::system_error(error, std::generic_category(), "fork");
   }
   if (process_ == 0) {
-    // Or it would wait for ever for a parent that was killed.
+    // Ends with the parent, even if that is killed.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     close(sockets[0]);
     serve(sockets[1], make);
-    // Not exit: what the parent has not printed yet is the parent's.
+    // Not exit(), which would print what the parent has buffered.
     _exit(0);
   }
   close(sockets[1]);
@@ -114,13 +114,13 @@ std::vector<char>
 MeasuringProcess::measure(std::size_t frame)
 {
   const std::uint64_t number = frame;
-  AnswerHeader header;
+  ResultHeader header;
   if (!sendAll(socket_, &number, sizeof(number)) ||
       !receiveAll(socket_, &header, sizeof(header)))
-    throw std::runtime_error("the process died; is there enough memory?");
+    throw std::runtime_error("the process ended; is there enough memory?");
   std::vector<char> bytes(header.bytes);
   if (!receiveAll(socket_, bytes.data(), bytes.size()))
-    throw std::runtime_error("the process died in the midst of its answer");
+    throw std::runtime_error("the process ended within its result");
   if (header.is_error != 0)
     throw std::runtime_error(std::string(bytes.begin(), bytes.end()));
   return bytes;

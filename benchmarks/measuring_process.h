@@ -9,18 +9,19 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Measures one thing, frame by frame, in a process of its own.
+/** \brief Runs a measurement in a process of its own, frame by frame.
  *
- * What is compared must not share a heap: coders that build trees of small nodes, as
- * PCL's does, become several times slower among the fragments that others leave.
+ * Coders that are compared must not share a heap: PCL's class, which allocates each
+ * node of its tree, is several times slower in a heap that others have fragmented.
  */
 class MeasuringProcess {
 public:
-  /** \brief Measures a frame; gives whatever bytes. */
+  /** \brief Measures a frame; returns any bytes. */
   using Measure = std::function<std::vector<char>(std::size_t frame)>;
 
   /** \brief Starts the process.
-   * \param[in] make is called in the new process, and what it returns for every frame
+   * \param[in] make called in the new process; what it returns is called for every
+   * frame
    * \throws std::system_error if there is no new process
    */
   explicit MeasuringProcess(const std::function<Measure()>& make);
@@ -32,7 +33,7 @@ public:
   MeasuringProcess&
   operator=(const MeasuringProcess&) = delete;
 
-  /** \brief Measures a frame there, and waits for it.
+  /** \brief Measures a frame in the process.
    * \throws std::runtime_error with the process's message if it failed
    */
   std::vector<char>

@@ -15,8 +15,8 @@ namespace measuring {
 
 namespace {
 
-/** \brief PCL takes a point's voxel from a box that grows by steps, so that its corner
- * is off by the rounding of some additions. Voxels. */
+/** \brief PCL's box grows in steps, so that its corner has the rounding errors of some
+ * additions. Voxels. */
 constexpr double corner_rounding = 1e-9;
 
 /** \brief Metres. */
@@ -38,7 +38,7 @@ public:
     stream_.clear();
     encoder_.encode(frame.positions, stream_);
     if (buffer_.size() == 0)
-      throw std::runtime_error("PCL coded nothing, which its decoder waits for");
+      throw std::runtime_error("PCL encoded nothing; its decoder would wait for ever");
   }
 
   std::size_t
@@ -77,7 +77,7 @@ private:
 class PclVoxelGridCoder : public PclCoder {
 public:
   explicit PclVoxelGridCoder(const PclCompressionSettings& settings)
-  : PclCoder("PCL, voxel grid", Content::Voxels, settings)
+  : PclCoder(pcl_voxel_grid_name, Content::Voxels, settings)
   {}
 
   void
@@ -93,8 +93,8 @@ public:
   : PclCoder("PCL, 1 mm", Content::Points, settings)
   {}
 
-  /** \brief The points are cut off to millimetres from the corner of a voxel, which is a
-   * whole number of millimetres from that of the box: so they are voxels, too. */
+  /** \brief The points are cut off to millimetres from the corner of a voxel, which is
+   * a whole number of millimetres from that of the box: so they are voxels, too. */
   void
   check(const InputFrame& frame) override
   {

@@ -9,16 +9,21 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief How PCL's class is set. */
+/** \brief Name of PCL's class in voxel-grid mode, in tables. */
+constexpr const char* pcl_voxel_grid_name = "PCL, voxel grid";
+
+/** \brief Settings of PCL's class. */
 struct PclCompressionSettings {
   double octree_resolution = 0.01; ///< metres
   double point_resolution = 0.001; ///< metres
   bool keeps_voxels_only = true;
-  unsigned int i_frame_rate = 30; ///< every so many frames; PCL's own counts one less
+  unsigned int i_frame_rate =
+      30; ///< frames from one I-frame to the next; PCL's own is one less
 };
 
-/** \brief pcl::io::OctreePointCloudCompression<pcl::PointXYZ>, seen through a header of
- * its own: PCL's may be included with its implementation in one source file only. */
+/** \brief pcl::io::OctreePointCloudCompression<pcl::PointXYZ>, behind a header of its
+ * own, as PCL's headers with its implementation may be included in one source file
+ * only. */
 class PclCompression {
 public:
   explicit PclCompression(const PclCompressionSettings& settings);

@@ -18,12 +18,13 @@ namespace {
 /** \brief Noise across a surface, metres: a time-of-flight camera's at 2 m. */
 constexpr double noise_deviation = 0.002;
 
-/** \brief What the moving box does in a frame, metres: 1 m/s at 20 frames a second. */
+/** \brief Movement of the moving box in a frame, metres: 1 m/s at 20 frames a
+ * second. */
 constexpr double movement_per_frame = 0.05;
 constexpr std::uint32_t frames_of_movement = 40;
 
-/** \brief Where the room's corner stands, metres: no wall is the face of voxels, which
- * its noise would double. */
+/** \brief Corner of the room, metres. Off the grid: a wall on voxel faces would fill
+ * the voxels of both sides. */
 const Eigen::Vector3d room_corner(0.0131, 0.0137, 0.0127);
 
 class RoomSequence : public CloudSequence {
@@ -105,8 +106,7 @@ SampledRoom::capture(std::uint32_t frame, pcl::PointCloud<pcl::PointXYZ>& cloud)
 {
   boost::random::mt19937 errors(seed_ + 1000003u * (frame + 1u));
   boost::random::normal_distribution<double> noise(0.0, noise_deviation);
-  // The rays' generator starts anew with each frame, so that they stay where they are
-  // without being kept.
+  // Its generator restarts with each frame: all frames have the same rays.
   boost::random::mt19937 rays(seed_);
   boost::random::uniform_01<double> jitter;
   const Eigen::Isometry3d room_to_sensor = sensorPose().inverse();

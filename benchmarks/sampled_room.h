@@ -15,7 +15,7 @@ namespace pcl_ext {
 namespace measuring {
 
 /** \brief A 10 x 10 x 4 m room with furniture, seen by a sensor with any number of
- * points, for sizes that no sensor of the robot cell has.
+ * points.
  *
  * All surfaces are visible and equally dense. The sensor's rays are the same in every
  * frame; their noise is not, and one box in twelve moves. A frame depends on the seed,

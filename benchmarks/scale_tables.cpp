@@ -15,15 +15,16 @@ namespace measuring {
 
 namespace {
 
-/** \brief What the central node of the six sensors keeps: single points are noise. */
+/** \brief Threshold of the central node: voxels of a single point are removed as
+ * noise. */
 constexpr float least_count = 2.0f;
 
 /** \brief Bytes that a frame takes on Ethernet, sent over TCP by ROS.
  *
- * Each 1448 bytes (1500 less 20 of IPv4 and 32 of TCP with time stamps) have 90 bytes
- * about them: those 52, 14 of Ethernet's header, 4 of checksum, 8 of preamble, 12 of gap.
- * Acknowledgements go the other way. The message's own header, format and fields take some
- * 135 bytes.
+ * A segment of 1448 bytes (1500 less 20 of IPv4 and 32 of TCP with time stamps) takes
+ * 90 more: those 52, 14 of Ethernet's header, 4 of checksum, 8 of preamble, 12 of gap.
+ * Acknowledgements go the other way. The header, format and fields of the message take
+ * about 135 bytes.
  */
 double
 bytesOnTheWire(double frame_bytes)
@@ -37,7 +38,7 @@ bytesOnTheWire(double frame_bytes)
 
 constexpr double gigabit = 1e9;
 
-/** \brief What the sensors leave out. */
+/** \brief Sentence on the outlier removal at the sensors. */
 std::string
 removalAtSensors(const ScaleOptions& options)
 {
@@ -61,7 +62,7 @@ encodeAll(const ScaleOptions& options, const Variant& variant)
   return streams;
 }
 
-/** \brief Means over the streams, of frames in equal parts. */
+/** \brief Mean of a frame; every stream has the same weight. */
 double
 meanPerFrame(const std::vector<SensorStream>& streams, std::size_t SensorStream::*sum)
 {
@@ -72,7 +73,7 @@ meanPerFrame(const std::vector<SensorStream>& streams, std::size_t SensorStream:
   return mean;
 }
 
-/** \brief A number of streams, which may be the most that were tried. */
+/** \brief A number of streams; "at least" if no more were tried. */
 std::string
 streamCount(std::size_t streams, const ScaleOptions& options)
 {

@@ -1,13 +1,20 @@
 #include "stage_times.h"
 
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "frame_buffer.h"
+#include "pcl_compression.h"
 #include "take_turns.h"
 
+#include <pcl/common/transforms.h>
+#include <pcl/filters/crop_box.h>
+
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <istream>
 #include <memory>
 #include <optional>
@@ -18,81 +25,95 @@ namespace measuring {
 
 namespace {
 
-using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
-
-void
-demand(const io::CompressionStatus& status)
-{
-  if (!status.ok())
-    throw std::runtime_error(status.message());
-}
-
-/** \brief What the stages of one frame took; goes from the variant's process to the
- * parent's. */
-struct FrameStages {
+/** \brief Times of one frame; sent from the coder's process to the parent's. */
+struct FrameTimes {
   double preprocess_ms = 0.0;
   double voxelize_ms = 0.0;
   double code_ms = 0.0;
   double decode_ms = 0.0;
   double class_encode_ms = 0.0;
   double class_decode_ms = 0.0;
+  std::size_t bytes = 0;
 };
 
-/** \brief All stages of one variant, by themselves and within the class. */
-class TimedVariant {
+/** \brief A coder with the steps before it. */
+class TimedCoder {
 public:
+  virtual ~TimedCoder() = default;
+
+  virtual FrameTimes
+  run(const InputFrame& frame) = 0;
+};
+
+class TimedVariant : public TimedCoder {
+public:
+  /** \param[in] times_stages false: only preprocessing and the class's encoding run, so
+   * that no other work comes between two frames
+   */
   TimedVariant(const InputStream& stream,
                const Workload& workload,
-               const Variant& variant)
-  : settings_(compressionSettings(workload, variant))
-  , preprocess_(
-        makePreprocessing(workload, stream.clouds->sensorPose(), stream.crop_box))
-  , voxelizer_(settings_, IntensityUnit::Native)
-  , frame_encoder_(makeFrameEncoder(settings_))
-  , encoder_(settings_)
-  , decoder_(settings_)
+               const Variant& variant,
+               bool times_stages)
+  : times_stages_(times_stages)
+  , preprocess_(makePreprocessing(workload, stream))
+  , sensor_pose_(stream.clouds->sensorPose())
+  , cloud_encoder_(compressionSettings(workload, variant), IntensityUnit::Native)
+  , encoder_(compressionSettings(workload, variant))
+  , decoder_(compressionSettings(workload, variant))
   {}
 
-  FrameStages
-  run(const InputFrame& frame)
+  FrameTimes
+  run(const InputFrame& frame) override
   {
-    // As a driver's, the cloud has just been written when it comes.
+    // The cloud has just been written, as by a driver.
     raw_ = *frame.raw;
-    FrameStages times;
+    FrameTimes times;
     times.preprocess_ms = timeOf([&] { preprocess_(raw_, *points_); });
-    const io::PointView view = viewOf(*points_);
-    times.voxelize_ms = timeOf(
-        [&] { voxelizer_.voxelize(view, frame_encoder_.isIFrameDue(), voxels_); });
-    times.code_ms =
-        timeOf([&] { demand(frame_encoder_.encode(voxels_, std::nullopt, bytes_)); });
-    times.decode_ms = timeOf([&] {
-      demand(frame_decoder_.decode(bytes_.data(), bytes_.size(), decoded_voxels_));
-    });
+    if (times_stages_)
+      runStages(times);
     buffer_.restart();
     stream_.clear();
     times.class_encode_ms =
-        timeOf([&] { demand(encoder_.encodePointCloud(points_, stream_)); });
-    times.class_decode_ms =
-        timeOf([&] { demand(decoder_.decodePointCloud(stream_, decoded_)); });
-    if (!isSame(voxels_, decoded_voxels_) || !isSame(voxels_, decoder_.getVoxelFrame()))
-      throw std::runtime_error("it was not decoded to what was encoded");
+        timeOf([&] { throwUnlessOk(encoder_.encodePointCloud(points_, stream_)); });
+    times.bytes = buffer_.size();
+    if (times_stages_) {
+      times.class_decode_ms =
+          timeOf([&] { throwUnlessOk(decoder_.decodePointCloud(stream_, decoded_)); });
+      if (!isSame(voxels_, decoded_voxels_) ||
+          !isSame(voxels_, decoder_.getVoxelFrame()))
+        throw std::runtime_error("the decoded frame differs from the encoded one");
+    }
     return times;
   }
 
 private:
+  void
+  runStages(FrameTimes& times)
+  {
+    const io::PointView view = pointViewWithIntensities(*points_);
+    times.voxelize_ms = timeOf(
+        [&] { throwUnlessOk(cloud_encoder_.voxelize(view, sensor_pose_, voxels_)); });
+    times.code_ms = timeOf(
+        [&] { throwUnlessOk(cloud_encoder_.encode(voxels_, std::nullopt, bytes_)); });
+    times.decode_ms = timeOf([&] {
+      throwUnlessOk(
+          frame_decoder_.decode(bytes_.data(), bytes_.size(), decoded_voxels_));
+    });
+  }
+
   static bool
   isSame(const io::VoxelFrame& a, const io::VoxelFrame& b)
   {
     return a.keys == b.keys && a.intensities == b.intensities;
   }
 
-  io::IntensityCompressionSettings settings_;
-  Preprocessing preprocess_;
-  io::Voxelizer voxelizer_;
-  io::FrameEncoder frame_encoder_;
+  bool times_stages_;
+  Preprocessing<PositionCloud> preprocess_;
+  WorldPose sensor_pose_;
+  io::CloudEncoder cloud_encoder_;
   io::FrameDecoder frame_decoder_;
-  Compression encoder_;
-  Compression decoder_;
+  io::OctreePointCloudIntensityCompression<pcl::PointXYZI> encoder_;
+  io::OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder_;
   PositionCloud raw_;
   IntensityCloud::Ptr points_{new IntensityCloud};
   io::VoxelFrame voxels_;
@@ -103,24 +124,119 @@ private:
   IntensityCloud::Ptr decoded_{new IntensityCloud};
 };
 
-ProcessOf<FrameStages>
-startVariant(const InputStream& stream,
-             const std::vector<InputFrame>& frames,
-             const Workload& workload,
-             const Variant& variant)
+class TimedPcl : public TimedCoder {
+public:
+  TimedPcl(const InputStream& stream, const Workload& workload)
+  : sensor_pose_(stream.clouds->sensorPose().cast<float>().matrix())
+  , encoder_({workload.resolution, workload.resolution, true, workload.i_frame_rate})
+  {
+    Eigen::Vector4f min = Eigen::Vector4f::Ones();
+    Eigen::Vector4f max = Eigen::Vector4f::Ones();
+    min.head<3>() = Eigen::Vector3d(stream.crop_box->min.data()).cast<float>();
+    max.head<3>() = Eigen::Vector3d(stream.crop_box->max.data()).cast<float>();
+    crop_box_.setMin(min);
+    crop_box_.setMax(max);
+  }
+
+  FrameTimes
+  run(const InputFrame& frame) override
+  {
+    *raw_ = *frame.raw;
+    FrameTimes times;
+    times.preprocess_ms = timeOf([&] {
+      pcl::transformPointCloud(*raw_, *moved_, sensor_pose_);
+      crop_box_.setInputCloud(moved_);
+      crop_box_.filter(*cropped_);
+    });
+    buffer_.restart();
+    stream_.clear();
+    times.class_encode_ms = timeOf([&] { encoder_.encode(cropped_, stream_); });
+    times.bytes = buffer_.size();
+    // A point on a face of the box may fall on either side when it is moved.
+    const double kept = static_cast<double>(cropped_->size());
+    const double expected = static_cast<double>(frame.points->size());
+    if (std::abs(kept - expected) > 0.001 * expected)
+      throw std::runtime_error("it keeps " + std::to_string(cropped_->size()) +
+                               " points of " + std::to_string(frame.points->size()));
+    return times;
+  }
+
+private:
+  Eigen::Matrix4f sensor_pose_;
+  pcl::CropBox<pcl::PointXYZ> crop_box_;
+  PclCompression encoder_;
+  PositionCloud::Ptr raw_{new PositionCloud};
+  PositionCloud::Ptr moved_{new PositionCloud};
+  PositionCloud::Ptr cropped_{new PositionCloud};
+  FrameBuffer buffer_;
+  std::iostream stream_{&buffer_};
+};
+
+struct NamedCoder {
+  std::string name;
+  std::function<std::shared_ptr<TimedCoder>()> make;
+};
+
+std::vector<NamedCoder>
+variantCoders(const InputStream& stream, const Workload& workload, bool times_stages)
 {
-  return ProcessOf<FrameStages>(
-      coderName(variant), [&stream, &frames, workload, variant] {
-        return [&stream,
-                &frames,
-                workload,
-                variant,
-                timed = std::shared_ptr<TimedVariant>()](std::size_t index) mutable {
-          if (index == 0)
-            timed = std::make_shared<TimedVariant>(stream, workload, variant);
-          return timed->run(frames[index]);
-        };
-      });
+  std::vector<NamedCoder> coders;
+  for (const Variant& variant : libraryVariants())
+    coders.push_back({coderName(variant), [&stream, workload, variant, times_stages] {
+                        return std::make_shared<TimedVariant>(
+                            stream, workload, variant, times_stages);
+                      }});
+  return coders;
+}
+
+/** \brief A process that makes a new coder for frame 0. */
+ProcessOf<FrameTimes>
+startProcess(const NamedCoder& coder, const std::vector<InputFrame>& frames)
+{
+  return ProcessOf<FrameTimes>(coder.name, [&frames, make = coder.make] {
+    return [&frames, make, timed = std::shared_ptr<TimedCoder>()](
+               std::size_t index) mutable {
+      if (index == 0)
+        timed = make();
+      return timed->run(frames[index]);
+    };
+  });
+}
+
+void
+addFrame(std::size_t index, const FrameTimes& frame, StageTimes& times)
+{
+  times.preprocess.keepLeast(index, frame.preprocess_ms);
+  times.voxelize.keepLeast(index, frame.voxelize_ms);
+  times.code.keepLeast(index, frame.code_ms);
+  times.decode.keepLeast(index, frame.decode_ms);
+  times.class_encode.keepLeast(index, frame.class_encode_ms);
+  times.class_decode.keepLeast(index, frame.class_decode_ms);
+  times.raw_to_bytes.keepLeast(index, frame.preprocess_ms + frame.class_encode_ms);
+  times.bytes.keepLeast(index, static_cast<double>(frame.bytes));
+}
+
+std::vector<StageTimes>
+timeCoders(const InputStream& stream,
+           const Workload& workload,
+           const std::vector<NamedCoder>& coders,
+           std::size_t repetitions)
+{
+  const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
+  std::vector<StageTimes> times(coders.size());
+  std::vector<ProcessOf<FrameTimes>> processes;
+  for (std::size_t i = 0; i < coders.size(); ++i) {
+    times[i].name = coders[i].name;
+    processes.push_back(startProcess(coders[i], frames));
+  }
+  takeTurns(stream.clouds->name(),
+            frames.size(),
+            repetitions,
+            processes,
+            [&times](std::size_t which, std::size_t index, const FrameTimes& frame) {
+              addFrame(index, frame, times[which]);
+            });
+  return times;
 }
 
 } // namespace
@@ -128,27 +244,23 @@ startVariant(const InputStream& stream,
 std::vector<StageTimes>
 timeStages(const InputStream& stream, const Workload& workload, std::size_t repetitions)
 {
-  const std::vector<InputFrame> frames = readFrames(stream, workload, Keep::All);
-  std::vector<StageTimes> times;
-  std::vector<ProcessOf<FrameStages>> processes;
-  for (const Variant& variant : libraryVariants()) {
-    times.emplace_back();
-    times.back().name = coderName(variant);
-    processes.push_back(startVariant(stream, frames, workload, variant));
-  }
-  takeTurns(stream.clouds->name(),
-            frames.size(),
-            repetitions,
-            processes,
-            [&times](std::size_t which, std::size_t index, const FrameStages& frame) {
-              times[which].preprocess.keepLeast(index, frame.preprocess_ms);
-              times[which].voxelize.keepLeast(index, frame.voxelize_ms);
-              times[which].code.keepLeast(index, frame.code_ms);
-              times[which].decode.keepLeast(index, frame.decode_ms);
-              times[which].class_encode.keepLeast(index, frame.class_encode_ms);
-              times[which].class_decode.keepLeast(index, frame.class_decode_ms);
-            });
-  return times;
+  return timeCoders(stream,
+                    workload,
+                    variantCoders(stream, workload, /* times_stages */ true),
+                    repetitions);
+}
+
+std::vector<StageTimes>
+timeRawToBytes(const InputStream& stream,
+               const Workload& workload,
+               std::size_t repetitions)
+{
+  std::vector<NamedCoder> coders =
+      variantCoders(stream, workload, /* times_stages */ false);
+  coders.push_back({pcl_voxel_grid_name, [&stream, workload] {
+                      return std::make_shared<TimedPcl>(stream, workload);
+                    }});
+  return timeCoders(stream, workload, coders, repetitions);
 }
 
 } // namespace measuring

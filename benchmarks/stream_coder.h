@@ -1,5 +1,5 @@
 /** \file
- * \brief The face that all coders of the comparison show.
+ * \brief The interface of all coders that are compared.
  */
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief What of the points a coder's bytes hold. */
+/** \brief What a coder's bytes contain of the points. */
 enum class Content { VoxelsWithIntensity, Voxels, PointsWithIntensity, Points };
 
 inline const char*
@@ -38,7 +38,7 @@ nameOf(Content content)
 class StreamCoder {
 public:
   /** \param[in] name for tables
-   * \param[in] content what of the points the bytes hold
+   * \param[in] content what the bytes contain
    */
   StreamCoder(std::string name, Content content)
   : name_(std::move(name)), content_(content)
@@ -59,7 +59,7 @@ public:
   }
 
   /** \brief Encodes the next frame.
-   * \throws std::runtime_error if the coder does not take it
+   * \throws std::runtime_error if the coder refuses it
    */
   virtual void
   encode(const InputFrame& frame) = 0;
@@ -74,7 +74,8 @@ public:
   virtual void
   decode() = 0;
 
-  /** \brief Compares what was decoded with what went in, as far as the coder carries it.
+  /** \brief Compares the decoded points with the encoded ones, as far as the bytes
+   * contain them.
    * \throws std::runtime_error with the difference
    */
   virtual void

@@ -20,7 +20,7 @@ namespace {
 
 using nodes::Time;
 
-/** \brief Counts what the listener is told, from a moment on. */
+/** \brief Counts received frames between start() and stop(). */
 class Tally {
 public:
   explicit Tally(Time period) : period_(period) {}
@@ -75,7 +75,7 @@ private:
   double latency_sum_ms_ = 0.0;
 };
 
-/** \brief Which frame of its source a stream sends, if it has begun. */
+/** \brief Which frame of its source a stream sends. */
 class Schedule {
 public:
   Schedule(const std::vector<SensorStream>& sources, unsigned int i_frame_rate)
@@ -89,7 +89,7 @@ public:
     return i_frame_rate_;
   }
 
-  /** \brief Null if the stream has not begun. */
+  /** \brief Null if the stream has not started. */
   const std::vector<std::uint8_t>*
   frame(std::size_t stream, std::size_t tick) const
   {
@@ -98,7 +98,7 @@ public:
     const std::size_t first_tick = stream % i_frame_rate_;
     if (tick < first_tick)
       return nullptr;
-    // It begins with one of its source's I-frames.
+    // It starts with one of its source's I-frames.
     const std::size_t begin = source.i_frames[turn % source.i_frames.size()];
     return &source.frames[(begin + tick - first_tick) % source.frames.size()];
   }
@@ -128,7 +128,7 @@ public:
       const auto* const frame = schedule_.frame(stream, tick_);
       if (frame == nullptr)
         continue;
-      // Where sending itself is behind, it is late, too.
+      // A frame that is sent late counts as late.
       const Time due = period_ > Time(0)
                            ? tick_start_ + period_ * static_cast<Time::rep>(stream) /
                                                static_cast<Time::rep>(streams_)
@@ -150,7 +150,8 @@ public:
   }
 
 private:
-  /** \brief Sleeps a millisecond at least, as a network hands over what has arrived. */
+  /** \brief Sleeps a millisecond at least; frames that are due together are sent
+   * together. */
   static void
   waitUntil(Time due)
   {
@@ -179,7 +180,7 @@ private:
 LoadResult
 sendStreams(const std::vector<SensorStream>& sources, const StreamLoad& load)
 {
-  // Memory that an earlier run left to the heap would not show when it is taken again.
+  // Freed memory that stays in the heap would not be counted when it is used again.
   malloc_trim(0);
   const double megabytes = residentMegabytes();
   const bool is_paced = load.frames_per_second > 0.0;
@@ -222,7 +223,7 @@ mostStreams(const std::vector<SensorStream>& sources,
             const StreamLoad& load,
             LoadResult& best)
 {
-  // Another program that gets in the way for a moment must not decide.
+  // Another program may disturb a run.
   constexpr int attempts = 3;
   const auto allInTime = [&](std::size_t streams) {
     StreamLoad trial = load;
@@ -233,7 +234,7 @@ mostStreams(const std::vector<SensorStream>& sources,
         best = result;
         return true;
       }
-      // Not for a moment: it is too much.
+      // More than a disturbance.
       if (result.late > result.frames / 10)
         return false;
     }

@@ -11,7 +11,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief How many streams, how fast, for how long. */
+/** \brief Number, rate and settings of the streams. */
 struct StreamLoad {
   std::size_t streams = 1;
   unsigned int threads = 0;       ///< that decode; 0: one for each core
@@ -22,7 +22,7 @@ struct StreamLoad {
   float min_intensity = 2.0f;     ///< voxels below it are removed
 };
 
-/** \brief What became of the frames that were measured. */
+/** \brief Figures of the frames that were measured. */
 struct LoadResult {
   std::size_t frames = 0;   ///< decoded
   std::size_t late = 0;     ///< of these: more than a period after they were due
@@ -37,8 +37,8 @@ struct LoadResult {
 /** \brief Sends streams to a new CentralNode.
  *
  * Stream n sends the frames of sources[n % sources.size()] again and again. The streams
- * are spread evenly over the period, begin at different places of their source, and have
- * their I-frames at different times.
+ * are spread evenly over the period, start at different I-frames of their source, and
+ * have their I-frames at different times.
  * \param[in] sources at least one, each of at least one frame
  * \param[in] load above 0 streams
  */

@@ -1,5 +1,5 @@
 /** \file
- * \brief Measurements that take turns, each in a process of its own.
+ * \brief Measurements in turns, each in a process of its own.
  */
 #pragma once
 
@@ -19,7 +19,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief A MeasuringProcess whose answers are a struct of plain numbers. */
+/** \brief A MeasuringProcess whose results are a struct of plain numbers. */
 template <typename FiguresT>
 class ProcessOf {
   static_assert(std::is_trivially_copyable<FiguresT>::value,
@@ -43,7 +43,7 @@ public:
   }))
   {}
 
-  /** \brief Measures a frame there.
+  /** \brief Measures a frame in the process.
    * \throws std::runtime_error with name and message if that failed
    */
   FiguresT
@@ -53,7 +53,7 @@ public:
       const std::vector<char> bytes = process_->measure(frame);
       FiguresT figures;
       if (bytes.size() != sizeof(figures))
-        throw std::runtime_error("an answer of another size");
+        throw std::runtime_error("a result of another size");
       std::memcpy(&figures, bytes.data(), sizeof(figures));
       return figures;
     }
@@ -68,18 +68,18 @@ private:
   std::unique_ptr<MeasuringProcess> process_;
 };
 
-/** \brief Frames that one takes before it is another's turn. Few, so that what else the
- * machine does meets all alike; not one, as the caches would then be others' with every
- * frame, which doubles the times of trees of small nodes, as PCL's class builds. */
+/** \brief Frames of a turn. Few, so that other load on the machine affects all alike;
+ * not one, as the caches would then be filled by another process before each frame,
+ * which doubles the times of PCL's class. */
 constexpr std::size_t frames_of_a_turn = 10;
 
-/** \brief Has all measure the frames of a stream, one at a time and some frames in a
- * row, beginning with another one each time.
+/** \brief Measures a stream in all processes, in turns of some frames. Only one process runs
+ * at a time; another one is the first in each round.
  * \param[in] stream its name, for messages
  * \param[in] frames number of frames
- * \param[in,out] processes what measures
- * \param[in] repetitions of the stream; a measurement of frame 0 begins it anew
- * \param[in] add takes the index of a process, a frame's and the figures
+ * \param[in,out] processes the measurements
+ * \param[in] repetitions of the stream; measuring frame 0 restarts it
+ * \param[in] add takes the index of a process, the index of a frame and its figures
  */
 template <typename FiguresT, typename AddT>
 void

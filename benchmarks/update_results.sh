@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, measures, and puts the tables into doc/benchmarks.md in
-# the place of those that were there.
+# Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
 # Usage: benchmarks/update_results.sh [peers] [options of compare_with_peers] [folder of PCD files ...]
 #        benchmarks/update_results.sh scale [options of measure_scale] [folder of PCD files ...]
 set -euo pipefail
@@ -28,7 +27,7 @@ page=$(mktemp)
 trap 'rm -f "$results" "$page"' EXIT
 "$build/benchmarks/$program" "$@" | tee "$results"
 if [ "$program" = measure_scale ]; then
-  # The machine was told above.
+  # Without the machine, which is printed above.
   "$build/benchmarks/$program" --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
 fi
 awk -v results="$results" -v begin="<!-- $section -->" -v end="<!-- end of $section -->" '

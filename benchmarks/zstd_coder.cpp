@@ -1,5 +1,5 @@
 /** \file
- * zstd over the preprocessed points, 16 bytes each: what anybody does first.
+ * zstd over the preprocessed points, 16 bytes each.
  */
 #include "stream_coder.h"
 
@@ -77,7 +77,7 @@ public:
       is_same = points[i].getVector3fMap() == (*decoded_)[i].getVector3fMap() &&
                 points[i].intensity == (*decoded_)[i].intensity;
     if (!is_same)
-      throw std::runtime_error("zstd decoded other points than went in");
+      throw std::runtime_error("zstd decoded other points than were encoded");
     pcl::copyPointCloud(*decoded_, *positions_);
   }
 

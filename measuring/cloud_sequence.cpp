@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /** \brief True if a file has the lines that a PCD header must have. PCL 1.13's reader
- * does not look, and crashes on other files. */
+ * does not check that and crashes on other files. */
 bool
 hasPcdHeader(const std::string& path)
 {
@@ -54,7 +54,7 @@ public:
   void
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
-    // PCL says on its console what it did not like.
+    // PCL prints the reason.
     if (!hasPcdHeader(files_[index]) || reader_.read(files_[index], cloud) < 0)
       throw std::runtime_error("cannot read '" + files_[index] + "' as a PCD file");
   }
@@ -72,7 +72,7 @@ public:
   , frames_(frames)
   , cell_(seed)
   {
-    cell_.sensorPose(sensor); // throws for a sensor that is not there
+    cell_.sensorPose(sensor); // throws if there is no such sensor
   }
 
   std::size_t

@@ -16,13 +16,13 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Clouds of one sensor in the order of their time. */
+/** \brief Clouds of one sensor in time order. */
 class CloudSequence {
 public:
   explicit CloudSequence(std::string name) : name_(std::move(name)) {}
   virtual ~CloudSequence() = default;
 
-  /** \brief A short name for tables and folders. */
+  /** \brief Name for tables and folders. */
   const std::string&
   name() const
   {
@@ -38,7 +38,7 @@ public:
   virtual std::size_t
   size() const = 0;
 
-  /** \brief Where the sensor stands, sensor -> world. */
+  /** \brief Pose of the sensor, sensor -> world. */
   virtual Eigen::Isometry3d
   sensorPose() const = 0;
 
@@ -65,7 +65,7 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
  * \param[in] sensor 1..6
  * \param[in] frames number of frames
  * \param[in] seed of the random errors
- * \throws std::out_of_range for a sensor that is not there
+ * \throws std::out_of_range if there is no such sensor
  */
 std::unique_ptr<CloudSequence>
 openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed);

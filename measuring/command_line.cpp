@@ -4,12 +4,40 @@
 #include <boost/program_options/positional_options.hpp>
 
 #include <iostream>
-#include <stdexcept>
+#include <sstream>
 
 namespace pcl_ext {
 namespace measuring {
 
 namespace options = boost::program_options;
+
+namespace {
+
+template <typename NumberT>
+void
+checkRange(const std::string& option, NumberT number, NumberT lowest, NumberT highest)
+{
+  if (number >= lowest && number <= highest)
+    return;
+  std::ostringstream message;
+  message << "--" << option << " is " << number << "; it must be " << lowest << " to "
+          << highest;
+  throw std::invalid_argument(message.str());
+}
+
+} // namespace
+
+int
+runProgram(const std::string& name, const std::function<int()>& run)
+{
+  try {
+    return run();
+  }
+  catch (const std::exception& error) {
+    std::cerr << name << ": " << error.what() << '\n';
+    return 1;
+  }
+}
 
 bool
 parseCommandLine(int argc,
@@ -40,11 +68,24 @@ checkedCount(const std::string& option,
              std::int64_t lowest,
              std::int64_t highest)
 {
-  if (count < lowest || count > highest)
-    throw std::invalid_argument("--" + option + " is " + std::to_string(count) +
-                                "; it must be " + std::to_string(lowest) + " to " +
-                                std::to_string(highest));
+  checkRange(option, count, lowest, highest);
   return static_cast<unsigned int>(count);
+}
+
+double
+checkedNumber(const std::string& option, double number, double lowest, double highest)
+{
+  checkRange(option, number, lowest, highest);
+  return number;
+}
+
+options::typed_value<double>*
+number(const std::string& option, double& result, double lowest, double highest)
+{
+  return options::value<double>()->notifier(
+      [option, &result, lowest, highest](double given) {
+        result = checkedNumber(option, given, lowest, highest);
+      });
 }
 
 } // namespace measuring

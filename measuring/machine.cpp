@@ -22,7 +22,7 @@ namespace measuring {
 
 namespace {
 
-/** \brief The processor's name where the system tells it. */
+/** \brief The processor's name, or "unknown". */
 std::string
 processorName()
 {
@@ -33,7 +33,7 @@ processorName()
   return "unknown";
 }
 
-/** \brief Of the whole machine, as far as the system tells it. */
+/** \brief Memory of the machine. */
 double
 memoryGigabytes()
 {
@@ -41,7 +41,7 @@ memoryGigabytes()
          static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-/** \brief The distribution where the system tells it, and the kernel. */
+/** \brief The distribution, if known, and the kernel. */
 std::string
 systemName()
 {

@@ -5,13 +5,12 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Prints the line that tells the machine, its system, the compiler, the versions,
- * the date and the load, without which no figure below it means anything. */
+/** \brief Prints a line with the machine, its system, the compiler, the versions, the
+ * date and the load average. */
 void
 printMachine(std::ostream& output);
 
-/** \brief The system's load average of the last minute: how many programs were running or
- * waiting for a processor or a disk. */
+/** \brief The system's load average of the last minute. */
 double
 loadAverage();
 

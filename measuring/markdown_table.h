@@ -12,7 +12,8 @@ namespace measuring {
 std::string
 formatted(double value, int digits);
 
-/** \brief A table that is filled row by row and printed as Markdown, columns aligned. */
+/** \brief A table that is filled row by row and printed as Markdown, columns
+ * aligned. */
 class MarkdownTable {
 public:
   using Row = std::vector<std::string>;

@@ -7,7 +7,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Mean and standard deviation of samples that come one by one (Welford). */
+/** \brief Running mean, standard deviation and maximum (Welford's algorithm). */
 class MeanAndDeviation {
 public:
   void
@@ -33,7 +33,7 @@ public:
     return mean_;
   }
 
-  /** \brief Of the samples as all there are: of one it is 0. */
+  /** \brief Of the population of all samples: 0 of a single one. */
   double
   deviation() const
   {

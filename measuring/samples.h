@@ -1,6 +1,6 @@
 #pragma once
 
-#include <time.h>
+#include "measuring/machine.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -11,11 +11,11 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief One figure of all frames of a stream. */
+/** \brief Samples of one figure, one for each frame of a stream. */
 class Samples {
 public:
-  /** \brief Adds a frame's sample, or the least of several when the stream is repeated:
-   * what else a machine does makes times longer, never shorter. */
+  /** \brief Adds the sample of a frame. When a stream is repeated, the smallest one is
+   * kept, as other load only makes times longer. */
   void
   keepLeast(std::size_t frame, double sample)
   {
@@ -52,28 +52,18 @@ private:
   std::vector<double> samples_;
 };
 
-/** \brief Milliseconds of processor time that this thread has had.
+/** \brief Milliseconds of processor time of this thread that an action takes.
  *
- * Not the clock on the wall: beside other programs it favours short actions, which end
- * before the system gives the processor to somebody else.
+ * Not wall-clock time: beside other programs that favours short actions, which end
+ * before the scheduler gives the processor to another program.
  */
-inline double
-processorTime()
-{
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) +
-         1e-6 * static_cast<double>(time.tv_nsec);
-}
-
-/** \brief Milliseconds of processor time that an action takes. */
 template <typename ActionT>
 double
 timeOf(ActionT&& action)
 {
-  const double start = processorTime();
+  const double start = threadCpuSeconds();
   action();
-  return processorTime() - start;
+  return 1e3 * (threadCpuSeconds() - start);
 }
 
 } // namespace measuring

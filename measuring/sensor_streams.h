@@ -1,5 +1,5 @@
 /** \file
- * \brief What sensors' computers would send: the frames of their streams as bytes.
+ * \brief Encoded streams, as the computers beside the sensors send them.
  */
 #pragma once
 
@@ -15,7 +15,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief A stream that can be sent again and again. */
+/** \brief An encoded stream that is sent repeatedly. */
 struct SensorStream {
   std::string name;
   std::vector<std::vector<std::uint8_t>> frames;

@@ -40,29 +40,31 @@ struct Schedule {
     return std::max<std::size_t>(1, static_cast<std::size_t>(seconds * rate));
   }
 
-  /** \brief Ticks from one look at the figures to the next: a second, if there is one. */
+  /** \brief Ticks from one sample of the rates to the next: a second, or the whole
+   * run. */
   std::size_t
-  ticksOfLook(double rate) const
+  ticksOfSample(double rate) const
   {
     return std::min(ticks(rate), static_cast<std::size_t>(rate));
   }
 };
 
-/** \brief What a node has done since it began. */
+/** \brief Totals of a node since the start. */
 struct Totals {
   double cpu_seconds = 0.0;
   double frames = 0.0;
   double bytes = 0.0;
 };
 
-/** \brief Adds up what a node does from one look at it to the next. */
-class Looks {
+/** \brief Samples the rates of a node. */
+class RateSampler {
 public:
-  explicit Looks(const Totals& totals) : last_totals_(totals), last_time_(Clock::now())
+  explicit RateSampler(const Totals& totals)
+  : last_totals_(totals), last_time_(Clock::now())
   {}
 
   void
-  look(const Totals& totals, NodeFigures& figures)
+  sample(const Totals& totals, NodeFigures& figures)
   {
     const Clock::time_point now = Clock::now();
     const double seconds = std::chrono::duration<double>(now - last_time_).count();
@@ -80,7 +82,7 @@ private:
   Clock::time_point last_time_;
 };
 
-/** \brief A sensor's clouds and the node beside it. */
+/** \brief The clouds of a sensor and its node. */
 struct Sensor {
   std::string name;
   WorldPose pose;
@@ -90,14 +92,14 @@ struct Sensor {
   NodeFigures figures;
 };
 
-/** \brief What several threads add to and the central node's looks read. */
+/** \brief Totals that several threads add to. */
 struct SharedTotals {
   std::atomic<std::int64_t> sensors_cpu_ns{0};
   std::atomic<std::uint64_t> frames{0}; ///< decoded
   std::atomic<std::uint64_t> bytes{0};  ///< of these
 };
 
-/** \brief The central node's totals: the processor's time is what the process took without
+/** \brief Totals of the central node. Its processor time is that of the process without
  * the sensors' nodes. */
 Totals
 centralTotals(const SharedTotals& shared)
@@ -122,14 +124,13 @@ makeSensor(const SensorAtWork& description)
   return sensor;
 }
 
-/** \brief Lets each node take what memory it needs, and notes it: of several that run at
- * once nobody could tell whose it is. */
+/** \brief Measures the memory of each node, one after the other. */
 void
 growMemory(std::vector<Sensor>& sensors)
 {
   std::vector<std::uint8_t> bytes;
   for (Sensor& sensor : sensors) {
-    // Memory that others left to the heap would not show when it is taken again.
+    // Freed memory that stays in the heap would not be counted when it is used again.
     malloc_trim(0);
     const double before = residentMegabytes();
     for (const pcl::PCLPointCloud2& cloud : sensor.clouds)
@@ -139,7 +140,7 @@ growMemory(std::vector<Sensor>& sensors)
   }
 }
 
-/** \brief Encodes and sends at the sensor's rate until the time is over. */
+/** \brief Encodes and sends at the sensor's rate until the run ends. */
 void
 runSensor(Sensor& sensor,
           nodes::CentralNode& central,
@@ -148,9 +149,9 @@ runSensor(Sensor& sensor,
 {
   std::this_thread::sleep_until(schedule.start);
   const std::size_t ticks = schedule.ticks(sensor.frame_rate);
-  const std::size_t ticks_of_look = schedule.ticksOfLook(sensor.frame_rate);
+  const std::size_t ticks_of_sample = schedule.ticksOfSample(sensor.frame_rate);
   Totals totals{threadCpuSeconds()};
-  Looks looks(totals);
+  RateSampler sampler(totals);
   std::vector<std::uint8_t> bytes;
   for (std::size_t tick = 0; tick < ticks; ++tick) {
     const auto begin = Clock::now();
@@ -166,14 +167,14 @@ runSensor(Sensor& sensor,
         static_cast<std::int64_t>(1e9 * (cpu_seconds - totals.cpu_seconds));
     totals.cpu_seconds = cpu_seconds;
     std::this_thread::sleep_until(schedule.due(tick + 1, sensor.frame_rate));
-    if ((tick + 1) % ticks_of_look == 0)
-      looks.look(totals, sensor.figures);
+    if ((tick + 1) % ticks_of_sample == 0)
+      sampler.sample(totals, sensor.figures);
   }
   sensor.figures.name = sensor.name;
   sensor.figures.max_cycle_ms = sensor.figures.cycle_ms.largest();
 }
 
-/** \brief The map's side: merges what all sensors show, until the time is over. */
+/** \brief Merges the streams at the robot cell's rate until the run ends. */
 void
 mergeStreams(nodes::CentralNode& central,
              const Schedule& schedule,
@@ -182,19 +183,19 @@ mergeStreams(nodes::CentralNode& central,
 {
   std::this_thread::sleep_until(schedule.start);
   constexpr double rate = cell::RobotCell::frame_rate;
-  Looks looks(centralTotals(shared));
+  RateSampler sampler(centralTotals(shared));
   io::VoxelFrame merged;
   for (std::size_t tick = 0; tick < schedule.ticks(rate); ++tick) {
     const auto begin = Clock::now();
     central.merge(merged);
     run.merge_ms.add(
         std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-    // Not the first ones, before all sensors have shown something.
+    // Not in the first half, when the first frames of some sensors may be missing.
     if (2 * tick >= schedule.ticks(rate))
       run.merged_voxels.add(static_cast<double>(merged.size()));
     std::this_thread::sleep_until(schedule.due(tick + 1, rate));
-    if ((tick + 1) % schedule.ticksOfLook(rate) == 0)
-      looks.look(centralTotals(shared), run.central);
+    if ((tick + 1) % schedule.ticksOfSample(rate) == 0)
+      sampler.sample(centralTotals(shared), run.central);
   }
 }
 

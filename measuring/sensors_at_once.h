@@ -1,5 +1,6 @@
 /** \file
- * \brief The paper's experiment: the nodes of several sensors and a central one, at once.
+ * \brief The paper's experiment: the nodes of several sensors and a central one, at
+ * once.
  */
 #pragma once
 
@@ -15,7 +16,8 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief What one node needed, as the paper's Table 5 asks. Rates are of each second. */
+/** \brief Figures of one node, those of the paper's Table 5. A sample of a rate is one
+ * second. */
 struct NodeFigures {
   std::string name;
   MeanAndDeviation frames_per_second;
@@ -25,10 +27,10 @@ struct NodeFigures {
    * means of streams. */
   MeanAndDeviation cycle_ms;
   double max_cycle_ms = 0.0;
-  double megabytes = 0.0; ///< resident, beside the clouds themselves
+  double megabytes = 0.0; ///< resident, without the clouds
 };
 
-/** \brief What a run of several sensors came to. */
+/** \brief Figures of a run. */
 struct RunAtOnce {
   std::vector<NodeFigures> sensors;
   NodeFigures central; ///< its rates are of the frames decoded
@@ -36,7 +38,7 @@ struct RunAtOnce {
   MeanAndDeviation merged_voxels;
 };
 
-/** \brief A sensor, its node's settings and how often it has a cloud. */
+/** \brief A sensor, the settings of its node and its frame rate. */
 struct SensorAtWork {
   InputStream stream; ///< these clouds are repeated
   nodes::SensorNodeSettings settings;
@@ -51,12 +53,12 @@ struct SensorAtWork {
 std::vector<SensorAtWork>
 sixKinects(const Workload& workload, const Variant& variant, std::size_t frames);
 
-/** \brief The robot cell's lidar, with its own intensity. Of its frames as above. */
+/** \brief The robot cell's lidar, with its own intensity; parameters as above. */
 SensorAtWork
 cellLidar(const Workload& workload, const Variant& variant, std::size_t frames);
 
-/** \brief SensorNodes that get their clouds at their sensors' rates, each in a thread of
- * its own, and a CentralNode that merges them at the robot cell's rate.
+/** \brief SensorNodes that get their clouds at their sensors' rates, each in a thread
+ * of its own, and a CentralNode that merges them at the robot cell's rate.
  * \param[in] sensors at least one
  * \param[in] seconds to run
  * \param[in] min_intensity of all streams: voxels below it are removed before merging

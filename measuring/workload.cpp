@@ -1,6 +1,6 @@
 #include "measuring/workload.h"
 
-#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/compression/cloud_encoder.h>
 
 #include "simulator/crop_box.h"
 
@@ -15,29 +15,9 @@ namespace measuring {
 
 namespace {
 
-/** \brief Top of the 8-bit scale that the published layout has, and all get here. */
-constexpr float scale_top = 255.0f;
-
-template <typename LawT>
-Preprocessing
-makePreprocessingWith(double resolution,
-                      const Eigen::Isometry3d& sensor_pose,
-                      const std::optional<io::BoundingBox>& crop_box)
-{
-  using Model = IntensityModel<KinectV2, LawT>;
-  SensorPreprocessor<Model> preprocessor{Model(resolution)};
-  preprocessor.setSensorPose(sensor_pose);
-  if (crop_box)
-    preprocessor.setCropBox(
-        Eigen::Map<const Eigen::Vector3d>(crop_box->min.data()).cast<float>(),
-        Eigen::Map<const Eigen::Vector3d>(crop_box->max.data()).cast<float>());
-  if (LawT::unit == IntensityUnit::Share)
-    preprocessor.setIntensityScale(scale_top);
-  return [preprocessor](const PositionCloud& cloud, IntensityCloud& output) mutable {
-    if (const auto status = preprocessor.process(cloud, output); !status.ok())
-      throw std::runtime_error("preprocessing failed: " + status.message());
-  };
-}
+/** \brief The sensors of the robot cell. */
+const RuntimeSensor sensor{
+    KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows};
 
 } // namespace
 
@@ -52,16 +32,13 @@ libraryVariants()
   return variants;
 }
 
-Variant
-variantNamed(const std::string& name)
+Choices<Variant>
+variantChoices()
 {
-  std::string names;
-  for (const Variant& variant : libraryVariants()) {
-    if (variant.name == name)
-      return variant;
-    names += std::string(" ") + variant.name;
-  }
-  throw std::invalid_argument("there is no effort '" + name + "'; there are:" + names);
+  Choices<Variant> choices;
+  for (const Variant& variant : libraryVariants())
+    choices.emplace_back(variant.name, variant);
+  return choices;
 }
 
 std::string
@@ -81,45 +58,30 @@ compressionSettings(const Workload& workload, const Variant& variant)
   settings.aggregation = io::Aggregation::Sum;
   if (variant.format == io::StreamFormat::Version1) {
     settings.intensity_bits = 8;
-    settings.intensity_range = scale_top;
-    if (workload.law == Law::Quadratic)
-      settings.depth_law = io::DepthLaw{
-          2u,
-          IntensityModel<KinectV2, QuadraticLaw>(workload.resolution).cutOffDepth(),
-          static_cast<double>(scale_top)};
+    settings.intensity_range = full_face;
+    settings.depth_law = visitIntensityModel(
+        workload.law, workload.resolution, sensor, [](const auto& model) {
+          return io::depthLawOf(model);
+        });
   }
   return settings;
 }
 
-io::PointView
-viewOf(const IntensityCloud& points)
+void
+throwUnlessOk(const io::CompressionStatus& status)
 {
-  constexpr std::size_t floats_per_point = sizeof(pcl::PointXYZI) / sizeof(float);
-  io::PointView view;
-  view.count = points.size();
-  view.coordinates = &points.front().x;
-  view.coordinate_stride = floats_per_point;
-  view.intensities = &points.front().intensity;
-  view.intensity_stride = floats_per_point;
-  return view;
+  if (!status.ok())
+    throw std::runtime_error(status.message());
 }
 
-io::FrameEncoder
-makeFrameEncoder(const io::IntensityCompressionSettings& settings)
+Preprocessing<PositionCloud>
+makePreprocessing(const Workload& workload, const InputStream& stream)
 {
-  return io::FrameEncoder(settings.format, settings.i_frame_rate, settings.effort);
-}
-
-Preprocessing
-makePreprocessing(const Workload& workload,
-                  const Eigen::Isometry3d& sensor_pose,
-                  const std::optional<io::BoundingBox>& crop_box)
-{
-  return workload.law == Law::Quadratic
-             ? makePreprocessingWith<QuadraticLaw>(
-                   workload.resolution, sensor_pose, crop_box)
-             : makePreprocessingWith<CountLaw>(
-                   workload.resolution, sensor_pose, crop_box);
+  return makePreprocessing<PositionCloud>(workload.law,
+                                          workload.resolution,
+                                          sensor,
+                                          stream.clouds->sensorPose(),
+                                          stream.crop_box);
 }
 
 InputStream
@@ -146,8 +108,7 @@ openRecordedStreams(const std::vector<std::string>& folders)
 std::vector<InputFrame>
 readFrames(const InputStream& stream, const Workload& workload, Keep keep)
 {
-  const Preprocessing preprocess =
-      makePreprocessing(workload, stream.clouds->sensorPose(), stream.crop_box);
+  const Preprocessing<PositionCloud> preprocess = makePreprocessing(workload, stream);
   pcl::PCLPointCloud2 message;
   IntensityCloud points;
   std::vector<InputFrame> frames(stream.clouds->size());

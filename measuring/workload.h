@@ -4,11 +4,11 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/frame_encoder.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "measuring/cloud_sequence.h"
+#include "measuring/command_line.h"
+#include "measuring/preprocessing.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -28,12 +28,9 @@ namespace measuring {
 using PositionCloud = pcl::PointCloud<pcl::PointXYZ>;
 using IntensityCloud = pcl::PointCloud<pcl::PointXYZI>;
 
-/** \brief The intensity of a point; its sum is the voxel's. */
-enum class Law { Count, Quadratic };
-
-/** \brief What all coders of one comparison are set to. */
+/** \brief Settings that all coders of a comparison share. */
 struct Workload {
-  Law law = Law::Count;
+  IntensityLaw law = IntensityLaw::Count;
   double resolution = 0.04; ///< voxel edge, metres
   unsigned int i_frame_rate = 30;
   /** \brief What sensor nodes remove before they encode; none: they send all voxels. */
@@ -51,13 +48,11 @@ struct Variant {
 const std::vector<Variant>&
 libraryVariants();
 
-/** \brief One of these.
- * \throws std::invalid_argument if there is none of this name
- */
-Variant
-variantNamed(const std::string& name);
+/** \brief The same, for options. */
+Choices<Variant>
+variantChoices();
 
-/** \brief A variant's name beside other coders. */
+/** \brief Name of a variant in tables with other coders. */
 std::string
 coderName(const Variant& variant);
 
@@ -69,29 +64,11 @@ coderName(const Variant& variant);
 io::IntensityCompressionSettings
 compressionSettings(const Workload& workload, const Variant& variant);
 
-/** \brief Preprocessed points as the voxelizer wants them; at least one. */
-io::PointView
-viewOf(const IntensityCloud& points);
+/** \brief \throws std::runtime_error with the status's message if it is an error */
+void
+throwUnlessOk(const io::CompressionStatus& status);
 
-/** \brief The encoder that the settings ask for. */
-io::FrameEncoder
-makeFrameEncoder(const io::IntensityCompressionSettings& settings);
-
-/** \brief SensorPreprocessor with a law chosen when the program runs. */
-using Preprocessing = std::function<void(const PositionCloud&, IntensityCloud&)>;
-
-/** \brief The preprocessing of a workload.
- * \param[in] workload law and voxel edge
- * \param[in] sensor_pose sensor -> world
- * \param[in] crop_box what to keep, world; none: everything
- * \return a function that throws std::runtime_error where preprocessing fails
- */
-Preprocessing
-makePreprocessing(const Workload& workload,
-                  const Eigen::Isometry3d& sensor_pose,
-                  const std::optional<io::BoundingBox>& crop_box);
-
-/** \brief One cloud as each coder wants it. */
+/** \brief One cloud in the types that the coders take. */
 struct InputFrame {
   PositionCloud::Ptr raw{new PositionCloud};      ///< the sensor's, in its frame
   IntensityCloud::Ptr points{new IntensityCloud}; ///< preprocessed, world frame
@@ -99,11 +76,16 @@ struct InputFrame {
       new PositionCloud}; ///< of these the positions, for coders without intensity
 };
 
-/** \brief The clouds of one sensor, and what is kept of them. */
+/** \brief The clouds of one sensor and the box that they are cropped to. */
 struct InputStream {
   std::unique_ptr<CloudSequence> clouds;
   std::optional<io::BoundingBox> crop_box;
 };
+
+/** \brief The preprocessing of a stream; see makePreprocessing() of an intensity
+ * law. */
+Preprocessing<PositionCloud>
+makePreprocessing(const Workload& workload, const InputStream& stream);
 
 /** \brief The robot cell with its crop box. */
 InputStream
@@ -117,14 +99,13 @@ openLidarStream(std::size_t revolutions);
 std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders);
 
-/** \brief What of the frames to keep. */
+/** \brief Which clouds of a frame to keep. */
 enum class Keep { All, Preprocessed };
 
-/** \brief Reads and preprocesses a whole stream, so that nothing else comes between the
- * frames when they are measured: coders with trees of small nodes, as PCL's class, take
- * twice the time when something empties the caches before each frame.
- * \throws std::runtime_error if a frame cannot be read, or has no point, which PCL's class
- * cannot code
+/** \brief Reads and preprocesses a whole stream in advance, so that nothing else runs
+ * between the frames that are measured.
+ * \throws std::runtime_error if a frame cannot be read, or has no point, which PCL's
+ * class cannot code
  */
 std::vector<InputFrame>
 readFrames(const InputStream& stream, const Workload& workload, Keep keep);

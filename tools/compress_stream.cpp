@@ -1,15 +1,15 @@
 /** \file
- * The main job of this project as one program: a stream of clouds through the whole
- * pipeline, and a table of what it cost.
+ * Takes a stream of clouds through the whole pipeline and prints its size and times.
  */
 #include "measuring/cloud_sequence.h"
+#include "measuring/command_line.h"
+#include "measuring/markdown_table.h"
 #include "simulator/crop_box.h"
 #include "stream_options.h"
 #include "stream_run.h"
 
 #include <algorithm>
 #include <exception>
-#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -19,49 +19,60 @@ namespace {
 
 using pcl_ext::io::BoundingBox;
 using pcl_ext::measuring::CloudSequence;
+using pcl_ext::measuring::formatted;
+using pcl_ext::measuring::MarkdownTable;
 using pcl_ext::tools::StreamOptions;
 using pcl_ext::tools::StreamReport;
 
 void
 printReports(const std::vector<StreamReport>& reports)
 {
-  std::size_t name_width = 8;
-  for (const StreamReport& report : reports)
-    name_width = std::max(name_width, report.name.size());
-  std::cout << "\nPer frame:\n"
-            << std::left << std::setw(static_cast<int>(name_width)) << "stream"
-            << "  " << std::setw(9) << "intensity" << std::right << std::setw(8)
-            << "frames" << std::setw(10) << "points" << std::setw(10) << "encoded"
-            << std::setw(9) << "voxels" << std::setw(11) << "saturated" << std::setw(10)
-            << "denoised" << std::setw(10) << "bytes" << std::setw(13) << "bytes/voxel"
-            << std::setw(8) << "ratio" << std::setw(15) << "preprocess ms"
-            << std::setw(11) << "encode ms" << std::setw(11) << "decode ms"
-            << std::setw(12) << "denoise ms" << '\n';
+  MarkdownTable table({"stream",
+                       "intensity",
+                       "frames",
+                       "points",
+                       "encoded",
+                       "voxels",
+                       "saturated",
+                       "denoised",
+                       "bytes",
+                       "bytes/voxel",
+                       "ratio",
+                       "preprocess ms",
+                       "encode ms",
+                       "decode ms",
+                       "denoise ms"});
   for (const StreamReport& report : reports) {
-    const double frames = static_cast<double>(std::max<std::size_t>(report.frames, 1));
-    const auto mean = [frames](auto sum) { return static_cast<double>(sum) / frames; };
+    const double frames = static_cast<double>(report.frames);
+    const auto mean = [frames](auto sum, int digits) {
+      return formatted(static_cast<double>(sum) / frames, digits);
+    };
     const double voxels = static_cast<double>(std::max<std::size_t>(report.voxels, 1));
     const double bytes = static_cast<double>(std::max<std::size_t>(report.bytes, 1));
-    std::cout << std::left << std::setw(static_cast<int>(name_width)) << report.name
-              << "  " << std::setw(9) << report.law << std::right << std::fixed
-              << std::setw(8) << report.frames << std::setprecision(0) << std::setw(10)
-              << mean(report.points) << std::setw(10) << mean(report.encoded_points)
-              << std::setw(9) << mean(report.voxels) << std::setw(11)
-              << mean(report.saturated_voxels) << std::setw(10)
-              << mean(report.kept_voxels) << std::setw(10) << mean(report.bytes)
-              << std::setprecision(3) << std::setw(13) << bytes / voxels
-              << std::setprecision(1) << std::setw(8)
-              << 16.0 * static_cast<double>(report.encoded_points) / bytes
-              << std::setprecision(2) << std::setw(15) << mean(report.preprocess_ms)
-              << std::setw(11) << mean(report.encode_ms) << std::setw(11)
-              << mean(report.decode_ms) << std::setw(12) << mean(report.denoise_ms)
-              << '\n';
+    table.addRow(
+        {report.name,
+         report.law,
+         std::to_string(report.frames),
+         mean(report.points, 0),
+         mean(report.encoded_points, 0),
+         mean(report.voxels, 0),
+         mean(report.saturated_voxels, 0),
+         mean(report.kept_voxels, 0),
+         mean(report.bytes, 0),
+         formatted(bytes / voxels, 3),
+         formatted(16.0 * static_cast<double>(report.encoded_points) / bytes, 1),
+         mean(report.preprocess_ms, 2),
+         mean(report.encode_ms, 2),
+         mean(report.decode_ms, 2),
+         mean(report.denoise_ms, 2)});
   }
+  std::cout << "\nMeans of a frame:\n";
+  table.print(std::cout);
   std::cout
-      << "points: finite ones; encoded: those in a voxel, the others were cropped or "
-         "lie beyond the grid; saturated: voxels\nwhose intensity is beyond the "
-         "scale; denoised: voxels that are left; ratio: 16 bytes for each encoded "
-         "point, against bytes\n";
+      << "points: finite ones. encoded: points in voxels; the others were cropped or "
+         "are outside the grid.\nsaturated: voxels whose intensity is above the "
+         "scale. denoised: voxels that denoising keeps.\nratio: 16 bytes for each "
+         "encoded point against the bytes. ms: processor time.\n";
 }
 
 int
@@ -87,7 +98,7 @@ run(const StreamOptions& options)
       has_failed |= reports.back().failed_frames > 0;
     }
     catch (const std::exception& error) {
-      // The other streams are none the worse for it.
+      // The other streams may be valid.
       std::cerr << "\npcl_ext_stream: " << sequence->name() << ": " << error.what()
                 << '\n';
       has_failed = true;
@@ -114,13 +125,9 @@ run(const StreamOptions& options)
 int
 main(int argc, char** argv)
 {
-  try {
+  return pcl_ext::measuring::runProgram("pcl_ext_stream", [argc, argv] {
     const std::optional<StreamOptions> options =
         pcl_ext::tools::parseOptions(argc, argv);
     return options ? run(*options) : 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "pcl_ext_stream: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

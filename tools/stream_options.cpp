@@ -5,9 +5,6 @@
 #include <boost/program_options.hpp>
 
 #include <cmath>
-#include <cstdint>
-#include <limits>
-#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -17,25 +14,6 @@ namespace tools {
 namespace {
 
 namespace options = boost::program_options;
-
-/** \brief The value that a name stands for.
- * \throws std::invalid_argument naming the option and what it knows
- */
-template <typename ValueT>
-ValueT
-lookUp(const std::string& option,
-       const std::string& name,
-       const std::map<std::string, ValueT>& values)
-{
-  const auto entry = values.find(name);
-  if (entry != values.end())
-    return entry->second;
-  std::string known;
-  for (const auto& value : values)
-    known += " " + value.first;
-  throw std::invalid_argument("--" + option + " knows no '" + name +
-                              "'; it knows:" + known);
-}
 
 template <typename SensorT>
 RuntimeSensor
@@ -73,78 +51,98 @@ parseBox(const std::string& text)
   return box;
 }
 
-/** \brief The value of an option that counts something.
- * \throws std::invalid_argument naming the option and its range
- */
-unsigned int
-parseCount(const options::variables_map& values,
-           const std::string& option,
-           std::int64_t lowest,
-           std::int64_t highest)
+measuring::Choices<std::optional<IntensityLaw>>
+lawChoices()
 {
-  return measuring::checkedCount(
-      option, values[option].as<std::int64_t>(), lowest, highest);
+  measuring::Choices<std::optional<IntensityLaw>> choices = {{"auto", std::nullopt}};
+  for (const NamedIntensityLaw& named : intensity_laws)
+    choices.emplace_back(named.name, named.law);
+  return choices;
 }
 
 options::options_description
 describeOptions(StreamOptions& result)
 {
+  using measuring::choice;
+  using measuring::count;
   options::options_description description(
-      "Compresses, decompresses and denoises a stream of point clouds and prints what "
-      "it "
-      "cost.\nUsage: pcl_ext_stream [options] [PCD file or folder ...]\n"
-      "Without input: frames of the simulated robot cell. A folder is a stream of its "
-      "own, "
-      "all files named singly are one.\n\nOptions");
+      "Compresses, decompresses and denoises a stream of point clouds and prints its "
+      "size and times.\nUsage: pcl_ext_stream [options] [PCD file or folder ...]\n"
+      "Without input: frames of the simulated robot cell. Each folder is a stream; all "
+      "single files together are one.\n\nOptions");
   auto option = description.add_options();
-  option("help,h", "print this and stop");
+  option("help,h", "print this and exit");
   option("input", options::value(&result.inputs), "PCD files and folders");
   option("output,o",
          options::value(&result.output_folder)->default_value("out"),
          "folder for the decoded and the denoised clouds; '' for none");
   option("frames,n",
-         options::value<std::int64_t>(),
+         count("frames", result.frames, 1),
          "frames of the cell (default 100), or of each input at most (default all)");
   option("resolution,r",
-         options::value(&result.settings.resolution)->default_value(0.04),
+         options::value(&result.settings.resolution)->default_value(0.04, "0.04"),
          "voxel edge, m");
   option("intensity,i",
-         options::value<std::string>()->default_value("auto"),
+         choice("intensity", result.law, lawChoices())->default_value("auto"),
          "auto (native if the input has an intensity, else count), count, quadratic, "
          "linear or native");
   option("sensor",
-         options::value<std::string>()->default_value("kinect_v2"),
+         choice<RuntimeSensor>(
+             "sensor",
+             result.sensor,
+             {{"kinect_v2", runtimeSensor(KinectV2())},
+              {"kinect_v1", runtimeSensor(KinectV1())},
+              {"azure_kinect_nfov", runtimeSensor(AzureKinectNfovUnbinned())}})
+             ->default_value("kinect_v2"),
          "for quadratic and linear: kinect_v2, kinect_v1 or azure_kinect_nfov");
   option("format,f",
-         options::value<std::string>()->default_value("version1"),
+         choice<io::StreamFormat>("format",
+                                  result.settings.format,
+                                  {{"version1", io::StreamFormat::Version1},
+                                   {"published", io::StreamFormat::Published}})
+             ->default_value("version1"),
          "version1 or published");
   option("i-frame-rate",
-         options::value<std::int64_t>()->default_value(30),
+         count("i-frame-rate", result.settings.i_frame_rate, 0)->default_value(30),
          "frames from one I-frame to the next");
   option("bits",
-         options::value<std::int64_t>()->default_value(0),
+         count("bits", result.settings.intensity_bits, 0, 16)->default_value(0),
          "bits of an intensity, 1 to 16; 0: automatic");
   option("effort,e",
-         options::value<std::string>()->default_value("balanced"),
+         choice<io::Effort>("effort",
+                            result.settings.effort,
+                            {{"fast", io::Effort::Fast},
+                             {"balanced", io::Effort::Balanced},
+                             {"small", io::Effort::Small}})
+             ->default_value("balanced"),
          "fast, balanced or small: time against size");
   option("curve",
-         options::value<std::string>()->default_value("linear"),
-         "linear or companded: small intensities exact, steps that grow above them; "
+         choice<io::IntensityCurve>("curve",
+                                    result.settings.intensity_curve,
+                                    {{"linear", io::IntensityCurve::Linear},
+                                     {"companded", io::IntensityCurve::Companded}})
+             ->default_value("linear"),
+         "linear, or companded: small intensities are exact, larger ones are rounded; "
          "--bits 0 is then 4");
   option("threshold,t",
-         options::value<float>(),
+         options::value<float>()->notifier([&result](float threshold) {
+           if (!std::isfinite(threshold))
+             throw std::invalid_argument("--threshold must be a finite number");
+           result.threshold = threshold;
+         }),
          "least intensity that denoising keeps (default: count 2, quadratic and linear "
          "64, native 0)");
   option("crop",
-         options::value<std::string>(),
+         options::value<std::string>()->notifier(
+             [&result](const std::string& box) { result.crop_box = parseBox(box); }),
          "x0,y0,z0,x1,y1,z1: keep only this box, m (default: the cell's own for the "
          "cell, none for inputs)");
   option("cell-sensor",
-         options::value<std::int64_t>()->default_value(1),
+         count("cell-sensor", result.cell_sensor, 1, 6)->default_value(1),
          "sensor of the cell, 1 to 6");
   option("seed",
-         options::value<std::int64_t>()->default_value(1),
-         "of the cell's random errors");
+         count("seed", result.seed, 0)->default_value(1),
+         "seed of the cell's random errors");
   return description;
 }
 
@@ -154,54 +152,12 @@ std::optional<StreamOptions>
 parseOptions(int argc, const char* const* argv)
 {
   StreamOptions result;
-  const options::options_description description = describeOptions(result);
   options::variables_map values;
-  if (!measuring::parseCommandLine(argc, argv, description, "input", values))
+  if (!measuring::parseCommandLine(
+          argc, argv, describeOptions(result), "input", values))
     return std::nullopt;
-  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
-  if (values.count("frames") != 0)
-    result.frames = parseCount(values, "frames", 1, most);
-  else if (result.inputs.empty())
+  if (values.count("frames") == 0 && result.inputs.empty())
     result.frames = 100;
-  result.settings.i_frame_rate = parseCount(values, "i-frame-rate", 0, most);
-  result.settings.intensity_bits = parseCount(values, "bits", 0, 16);
-  result.cell_sensor = parseCount(values, "cell-sensor", 1, 6);
-  result.seed = parseCount(values, "seed", 0, most);
-  result.law = lookUp<Law>("intensity",
-                           values["intensity"].as<std::string>(),
-                           {{"auto", Law::Automatic},
-                            {"count", Law::Count},
-                            {"quadratic", Law::Quadratic},
-                            {"linear", Law::Linear},
-                            {"native", Law::Native}});
-  result.sensor = lookUp<RuntimeSensor>(
-      "sensor",
-      values["sensor"].as<std::string>(),
-      {{"kinect_v2", runtimeSensor(KinectV2())},
-       {"kinect_v1", runtimeSensor(KinectV1())},
-       {"azure_kinect_nfov", runtimeSensor(AzureKinectNfovUnbinned())}});
-  result.settings.format =
-      lookUp<io::StreamFormat>("format",
-                               values["format"].as<std::string>(),
-                               {{"version1", io::StreamFormat::Version1},
-                                {"published", io::StreamFormat::Published}});
-  result.settings.effort = lookUp<io::Effort>("effort",
-                                              values["effort"].as<std::string>(),
-                                              {{"fast", io::Effort::Fast},
-                                               {"balanced", io::Effort::Balanced},
-                                               {"small", io::Effort::Small}});
-  result.settings.intensity_curve =
-      lookUp<io::IntensityCurve>("curve",
-                                 values["curve"].as<std::string>(),
-                                 {{"linear", io::IntensityCurve::Linear},
-                                  {"companded", io::IntensityCurve::Companded}});
-  if (values.count("threshold") != 0) {
-    result.threshold = values["threshold"].as<float>();
-    if (!std::isfinite(*result.threshold))
-      throw std::invalid_argument("--threshold must be a finite number");
-  }
-  if (values.count("crop") != 0)
-    result.crop_box = parseBox(values["crop"].as<std::string>());
   return result;
 }
 

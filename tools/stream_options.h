@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/intensity/intensity_law.h>
 
 #include <cstdint>
 #include <optional>
@@ -11,17 +11,15 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief The laws that a point's intensity can follow. */
-enum class Law { Automatic, Count, Quadratic, Linear, Native };
-
-/** \brief What the command line asks for. */
+/** \brief The command line. */
 struct StreamOptions {
   std::vector<std::string> inputs; ///< PCD files and folders; empty: the robot cell
   std::string output_folder;       ///< for decoded clouds; empty: none
   unsigned int frames = 0;         ///< of the cell; of inputs at most, 0: all
   unsigned int cell_sensor = 1;    ///< 1..6
   std::uint32_t seed = 1;
-  Law law = Law::Automatic;
+  /** \brief None: native if the clouds have an intensity, else count. */
+  std::optional<IntensityLaw> law;
   RuntimeSensor sensor{70.6, 60.0, 512, 424};
   std::optional<float> threshold; ///< least intensity that denoising keeps
   std::optional<io::BoundingBox> crop_box;
@@ -30,7 +28,7 @@ struct StreamOptions {
 
 /** \brief Reads the command line.
  * \return the options, or nothing if only the help was asked for, which is then printed
- * \throws std::exception with a sentence for the user if the line makes no sense
+ * \throws std::exception with a message for the user if the command line is invalid
  */
 std::optional<StreamOptions>
 parseOptions(int argc, const char* const* argv);

@@ -1,7 +1,10 @@
 #include "stream_run.h"
 
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/filters/sensor_preprocessor.h>
+
+#include "measuring/preprocessing.h"
+#include "measuring/samples.h"
 
 #include <pcl/filters/passthrough.h>
 #include <pcl/io/pcd_io.h>
@@ -9,9 +12,7 @@
 #include <boost/timer/progress_display.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <functional>
 #include <iomanip>
 #include <iostream>
 #include <limits>
@@ -26,153 +27,52 @@ namespace {
 namespace fs = std::filesystem;
 
 using IntensityCloud = pcl::PointCloud<pcl::PointXYZI>;
+using measuring::timeOf;
 using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-/** \brief Adds the time from its construction to its destruction to a sum. */
-class Stopwatch {
-public:
-  explicit Stopwatch(double& milliseconds)
-  : milliseconds_(milliseconds), start_(std::chrono::steady_clock::now())
-  {}
-
-  ~Stopwatch()
-  {
-    milliseconds_ += std::chrono::duration<double, std::milli>(
-                         std::chrono::steady_clock::now() - start_)
-                         .count();
-  }
-
-private:
-  double& milliseconds_;
-  std::chrono::steady_clock::time_point start_;
-};
-
-/** \brief A preprocessor whose law was chosen when the program ran. */
-using Preprocessing =
-    std::function<PreprocessingStatistics(const pcl::PCLPointCloud2&, IntensityCloud&)>;
-
-template <typename LawT>
-Preprocessing
-makePreprocessing(const StreamOptions& options,
-                  const Eigen::Isometry3d& sensor_pose,
-                  const std::optional<io::BoundingBox>& crop_box)
+IntensityLaw
+lawOf(const StreamOptions& options, const pcl::PCLPointCloud2& cloud)
 {
-  using Model = IntensityModel<RuntimeSensor, LawT>;
-  SensorPreprocessor<Model> preprocessor(
-      Model(options.settings.resolution, options.sensor));
-  preprocessor.setSensorPose(sensor_pose);
-  if (crop_box)
-    preprocessor.setCropBox(
-        Eigen::Map<const Eigen::Vector3d>(crop_box->min.data()).cast<float>(),
-        Eigen::Map<const Eigen::Vector3d>(crop_box->max.data()).cast<float>());
-  if (LawT::unit == IntensityUnit::Share)
-    preprocessor.setIntensityScale(255.0f);
-  return
-      [preprocessor](const pcl::PCLPointCloud2& cloud, IntensityCloud& output) mutable {
-        const PreprocessingStatus status = preprocessor.process(cloud, output);
-        if (!status.ok())
-          throw std::runtime_error(status.message());
-        return preprocessor.getStatistics();
-      };
-}
-
-Preprocessing
-choosePreprocessing(Law law,
-                    const StreamOptions& options,
-                    const Eigen::Isometry3d& sensor_pose,
-                    const std::optional<io::BoundingBox>& crop_box)
-{
-  switch (law) {
-  case Law::Quadratic:
-    return makePreprocessing<QuadraticLaw>(options, sensor_pose, crop_box);
-  case Law::Linear:
-    return makePreprocessing<LinearLaw>(options, sensor_pose, crop_box);
-  case Law::Native:
-    return makePreprocessing<NativeLaw>(options, sensor_pose, crop_box);
-  case Law::Count:
-  case Law::Automatic:
-    break;
-  }
-  return makePreprocessing<CountLaw>(options, sensor_pose, crop_box);
-}
-
-const char*
-nameOf(Law law)
-{
-  switch (law) {
-  case Law::Quadratic:
-    return "quadratic";
-  case Law::Linear:
-    return "linear";
-  case Law::Native:
-    return "native";
-  case Law::Count:
-  case Law::Automatic:
-    break;
-  }
-  return "count";
-}
-
-Law
-resolveLaw(Law law, const pcl::PCLPointCloud2& cloud)
-{
-  if (law != Law::Automatic)
-    return law;
+  if (options.law)
+    return *options.law;
   const bool has_intensity =
       std::any_of(cloud.fields.begin(), cloud.fields.end(), [](const auto& field) {
         return field.name == "intensity";
       });
-  return has_intensity ? Law::Native : Law::Count;
+  return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
 }
 
-/** \brief Thresholds of the paper's Figure 11; a native intensity says nothing of
- * noise.
- */
+/** \brief Thresholds of the paper's Figure 11. None for native intensities, which do
+ * not depend on the number of points. */
 float
-defaultThreshold(Law law)
+defaultThreshold(IntensityLaw law)
 {
-  switch (law) {
-  case Law::Quadratic:
-  case Law::Linear:
-    return 64.0f;
-  case Law::Native:
+  if (law == IntensityLaw::Native)
     return 0.0f;
-  case Law::Count:
-  case Law::Automatic:
-    break;
-  }
-  return 2.0f;
-}
-
-/** \brief What the preprocessed intensities depend on, for the coder. */
-std::optional<io::DepthLaw>
-depthLaw(const StreamOptions& options, Law law)
-{
-  if (law != Law::Quadratic && law != Law::Linear)
-    return std::nullopt;
-  const IntensityModel<RuntimeSensor, QuadraticLaw> model(options.settings.resolution,
-                                                          options.sensor);
-  return io::DepthLaw{law == Law::Quadratic ? 2u : 1u, model.cutOffDepth(), 255.0};
+  return needsSensor(law) ? 64.0f : 2.0f;
 }
 
 /** \brief The preprocessed points carry their intensity, so the class takes it as the
  * points' own: summed for the laws of the paper, averaged for a native one. */
 io::IntensityCompressionSettings
 compressionSettings(const StreamOptions& options,
-                    Law law,
+                    IntensityLaw law,
                     const std::optional<io::BoundingBox>& crop_box)
 {
   io::IntensityCompressionSettings settings = options.settings;
   settings.bounding_box = crop_box;
-  if (law == Law::Native)
+  if (law == IntensityLaw::Native)
     return settings;
   settings.aggregation = io::Aggregation::Sum;
   if (settings.format == io::StreamFormat::Version1) {
     if (settings.intensity_bits == 0 &&
         settings.intensity_curve == io::IntensityCurve::Linear)
       settings.intensity_bits = 8;
-    settings.intensity_range = 255.0f;
-    settings.depth_law = depthLaw(options, law);
+    settings.intensity_range = measuring::full_face;
+    settings.depth_law = visitIntensityModel(
+        law, settings.resolution, options.sensor, [](const auto& model) {
+          return io::depthLawOf(model);
+        });
   }
   return settings;
 }
@@ -187,15 +87,16 @@ denoise(const IntensityCloud::ConstPtr& decoded, float threshold, IntensityCloud
   filter.filter(kept);
 }
 
-/** \brief The stages of one stream, and where their figures go. */
+/** \brief The stages of one stream. */
 class Pipeline {
 public:
   Pipeline(const StreamOptions& options,
-           Law law,
+           IntensityLaw law,
            const Eigen::Isometry3d& sensor_pose,
            const std::optional<io::BoundingBox>& crop_box,
            StreamReport& report)
-  : preprocess_(choosePreprocessing(law, options, sensor_pose, crop_box))
+  : preprocess_(measuring::makePreprocessing<pcl::PCLPointCloud2>(
+        law, options.settings.resolution, options.sensor, sensor_pose, crop_box))
   , encoder_(compressionSettings(options, law, crop_box))
   , decoder_(compressionSettings(options, law, crop_box))
   , threshold_(options.threshold.value_or(defaultThreshold(law)))
@@ -203,33 +104,24 @@ public:
   {}
 
   /** \brief Takes a cloud through all stages.
-   * \throws std::runtime_error if one of them fails, or what was decoded is not what was
-   * encoded
+   * \throws std::runtime_error if one of them fails, or what was decoded is not what
+   * was encoded
    */
   void
   run(const pcl::PCLPointCloud2& cloud)
   {
     PreprocessingStatistics preprocessing;
-    {
-      const Stopwatch stopwatch(report_.preprocess_ms);
-      preprocessing = preprocess_(cloud, *preprocessed_);
-    }
+    report_.preprocess_ms +=
+        timeOf([&] { preprocessing = preprocess_(cloud, *preprocessed_); });
     std::stringstream bytes;
-    {
-      const Stopwatch stopwatch(report_.encode_ms);
-      check(encoder_.encodePointCloud(preprocessed_, bytes), "encoding");
-    }
-    {
-      const Stopwatch stopwatch(report_.decode_ms);
-      check(decoder_.decodePointCloud(bytes, decoded_), "decoding");
-    }
-    {
-      const Stopwatch stopwatch(report_.denoise_ms);
-      denoise(decoded_, threshold_, denoised_);
-    }
+    report_.encode_ms += timeOf(
+        [&] { check(encoder_.encodePointCloud(preprocessed_, bytes), "encoding"); });
+    report_.decode_ms +=
+        timeOf([&] { check(decoder_.decodePointCloud(bytes, decoded_), "decoding"); });
+    report_.denoise_ms += timeOf([&] { denoise(decoded_, threshold_, denoised_); });
     if (encoder_.getVoxelFrame().keys != decoder_.getVoxelFrame().keys ||
         encoder_.getVoxelFrame().intensities != decoder_.getVoxelFrame().intensities)
-      throw std::runtime_error("it was not decoded to what was encoded");
+      throw std::runtime_error("the decoded frame differs from the encoded one");
     const io::FrameStatistics& statistics = encoder_.getStatistics();
     ++report_.frames;
     report_.points += preprocessing.points - preprocessing.points_not_finite;
@@ -260,7 +152,7 @@ private:
       throw std::runtime_error(action + " failed: " + status.message());
   }
 
-  Preprocessing preprocess_;
+  measuring::Preprocessing<pcl::PCLPointCloud2> preprocess_;
   Compression encoder_;
   Compression decoder_;
   float threshold_;
@@ -273,7 +165,7 @@ private:
 /** \brief Writes the clouds of a stream into folders of its own, for pcl_viewer. */
 class CloudWriter {
 public:
-  /** \brief Makes the folders, and empties them of an earlier run's clouds.
+  /** \brief Makes the folders and removes the clouds of an earlier run.
    * \param[in] output_folder where; empty: nothing is written
    * \param[in] stream name of the stream
    */
@@ -290,7 +182,7 @@ public:
     }
   }
 
-  /** \brief Writes a cloud, unless it holds no point, which PCD cannot say.
+  /** \brief Writes a cloud unless it is empty, which PCD cannot store.
    * \return its path; empty if it was not written
    */
   std::string
@@ -310,8 +202,8 @@ private:
   fs::path folder_;
 };
 
-/** \brief The first cloud of a sequence that can be read; it tells which fields there
- * are.
+/** \brief Reads the first cloud of a sequence that can be read; it has the fields of
+ * all.
  * \throws std::runtime_error if there is none
  */
 void
@@ -323,7 +215,7 @@ readFirst(measuring::CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
       return;
     }
     catch (const std::runtime_error&) {
-      // It is reported when its turn comes.
+      // It is reported when it is processed.
     }
   }
   sequence.read(sequence.size() - 1, cloud);
@@ -340,7 +232,7 @@ runStream(measuring::CloudSequence& sequence,
   report.name = sequence.name();
   pcl::PCLPointCloud2 cloud;
   readFirst(sequence, cloud);
-  const Law law = resolveLaw(options.law, cloud);
+  const IntensityLaw law = lawOf(options, cloud);
   report.law = nameOf(law);
   Pipeline pipeline(options, law, sequence.sensorPose(), crop_box, report);
   const CloudWriter writer(options.output_folder, report.name);
@@ -353,7 +245,7 @@ runStream(measuring::CloudSequence& sequence,
       pipeline.run(cloud);
     }
     catch (const std::exception& error) {
-      // The frames behind it are none the worse for it.
+      // The next frames may be valid.
       std::cerr << "\npcl_ext_stream: " << report.name << ", frame " << index << ": "
                 << error.what() << '\n';
       ++report.failed_frames;

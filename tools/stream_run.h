@@ -9,7 +9,7 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief What a stream cost; sums over its frames. */
+/** \brief Figures of a stream; sums over its frames. */
 struct StreamReport {
   std::string name;
   std::string law;
@@ -30,12 +30,12 @@ struct StreamReport {
 
 /** \brief Preprocesses, encodes, decodes and denoises a whole stream, shows a progress
  * bar meanwhile, checks that what was decoded is what was encoded, and writes the
- * decoded clouds.
+ * decoded and the denoised clouds.
  * \param[in,out] sequence the stream's clouds
  * \param[in] options of the command line
  * \param[in] crop_box what to keep; none: everything
- * \return the sums; a frame that fails is said on the console and left out of them
- * \throws std::exception with a sentence for the user if nothing can be processed
+ * \return the sums; a frame that fails is reported on the console and not counted
+ * \throws std::exception with a message for the user if nothing can be processed
  */
 StreamReport
 runStream(measuring::CloudSequence& sequence,

@@ -63,7 +63,8 @@ void
 measure(const AtOnceOptions& options)
 {
   const pcl_ext::measuring::Workload workload;
-  const auto variant = pcl_ext::measuring::variantNamed(options.coder);
+  const auto variant = pcl_ext::measuring::valueNamed(
+      "coder", options.coder, pcl_ext::measuring::variantChoices());
   ResultFile results(options.file);
   const Subject run_itself{"at_once_run", "", variant.name, workload.resolution};
   results.add(run_itself, "clouds", static_cast<double>(options.frames));
