@@ -13,29 +13,28 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief How much time the encoder may spend to make a frame small; the decoder spends
- * about as much. For figures see doc/benchmarks.md. Of frames that know nothing of each
- * other, and of single ones, the order of the sizes may differ. */
+/** \brief Trade-off of time against size, for encoder and decoder alike. For figures see
+ * doc/benchmarks.md. For single or unrelated frames the order of the sizes may differ. */
 enum class Effort {
   Fast,     ///< hundreds of streams on one computer; a quarter of Balanced's time
   Balanced, ///< a sensor node
   Small     ///< recording, thin links; 3 to 5 % fewer bytes for three times the time
 };
 
-/** \brief The bitstream to write. Decoding tells them apart by their first bytes. */
+/** \brief The bitstream to write. Decoders detect it by its first bytes. */
 enum class StreamFormat {
   Version1, ///< this library's own, see doc/bitstream.md
   Published ///< as the paper's authors published it, to replace one end at a time
 };
 
-/** \brief How the intensities of a voxel's points become the voxel's. */
+/** \brief How the intensities of the points are combined in a voxel. */
 enum class Aggregation {
   Automatic, ///< Mean for native intensities in Version1, else Sum
   Sum,       ///< I_v = sum of I_p (section 2.5.4 of the paper)
   Mean       ///< the mean, for native intensities
 };
 
-/** \brief How intensities are spread over the symbols. */
+/** \brief How intensities are mapped to symbols. */
 enum class IntensityCurve {
   Linear,   ///< steps of the same size
   Companded ///< small numbers exact, then steps that grow, see compandedEdge
@@ -47,16 +46,16 @@ struct BoundingBox {
   std::array<double, 3> max{};
 };
 
-/** \brief What a decoder may be made to do by the bytes that it is given. */
+/** \brief Limits of what decoding may cost, for untrusted bytes. */
 struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 24;
 
-  /** \brief Voxels of one frame, by default one for each point of a sensor of a megapixel;
-   * more than 2^24 count as 2^24. A frame takes memory for the voxels that it has, below 500
-   * bytes for each of them, or 2000 and 16 MiB in a stream that is made to fill the history;
-   * it is given back a few frames later. retain_octree, which builds PCL's octree of
-   * pointers, takes as much again and more. */
+  /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values above
+   * 2^24 count as 2^24. A frame takes less than 500 bytes of memory for each of its voxels,
+   * or 2000 and 16 MiB in a stream that was made to fill the history; the memory is released
+   * a few frames later. retain_octree, which builds PCL's octree of pointers, at least
+   * doubles this. */
   std::size_t max_voxels = std::size_t{1} << 20;
 };
 
@@ -95,13 +94,13 @@ struct IntensityCompressionSettings {
    */
   unsigned int intensity_bits = 0;
 
-  /** \brief Linear, or companded: as the noise of a count grows with its root, 3 or 4 bits
-   * are enough for it, and thresholds of 2 to 5 points decide as without a loss.
+  /** \brief Linear or companded. The noise of a count grows with its square root, so that
+   * 3 or 4 companded bits suffice, and thresholds of 2 to 5 points decide as without loss.
    *
-   * Companded are whole numbers of a step, of which the bits keep the small ones: counts
-   * from 1 on, up to 255 or intensity_range; shares in steps of 1/255 of the range; native
-   * whole numbers in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. Bits
-   * that are enough for all the numbers make the scale linear. Version1 only.
+   * Companding applies to whole numbers of a step and keeps small ones exact: counts from 1
+   * to 255 or intensity_range; shares in steps of 1/255 of the range; native whole numbers
+   * in steps of 1, others in 2^8 to 2^16 steps. See doc/bitstream.md. If the bits suffice
+   * for all numbers, the scale is linear. Version1 only.
    */
   IntensityCurve intensity_curve = IntensityCurve::Linear;
 
@@ -110,29 +109,28 @@ struct IntensityCompressionSettings {
   std::optional<BoundingBox> bounding_box;
 
   /** \brief Pose of the sensor in the frame of the clouds that are encoded (sensor ->
-   * cloud), from which intensity models take a point's depth. None: the cloud's own
+   * cloud), for the depth of the points. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;
 
-  /** \brief The law behind the clouds' own intensities, as SensorPreprocessor makes them;
-   * with it and the sensor's pose (above) they take about half the bytes at 8 bits. A hint:
-   * a wrong one costs bytes, no accuracy, and the encoder leaves it out where it does not
-   * pay. None: the law of the class's intensity model, if that depends on depth. Exponent 1
-   * or 2; depth and intensity above 0. Linear scales of Version1 only. */
+  /** \brief The law of the clouds' own intensities, as computed by SensorPreprocessor. With
+   * it and the sensor's pose (above) they take about half the bytes at 8 bits. A hint: a
+   * wrong law costs bytes, but no accuracy, and the encoder ignores it where it saves
+   * nothing. None: the law of the class's intensity model, if that depends on the depth.
+   * Exponent 1 or 2; depth and intensity above 0. Linear scales of Version1 only. */
   std::optional<DepthLaw> depth_law;
 
-  /** \brief Carry header.stamp and header.frame_id to the decoded cloud. Off costs no
-   * bytes. Version1 only. */
+  /** \brief Code header.stamp and header.frame_id. Version1 only. */
   bool carry_header = false;
 
-  /** \brief Keep the last encoded or decoded frame as an octree, so that the inherited
-   * octree queries answer for it. Off costs no time. */
+  /** \brief Keep the last encoded or decoded frame as an octree for the inherited octree
+   * queries. */
   bool retain_octree = false;
 
-  /** \brief Print a frame's figures through PCL's console. */
+  /** \brief Print the statistics of each frame on PCL's console. */
   bool show_statistics = false;
 
-  /** \brief What decoding may cost. */
+  /** \brief Limits of decoding. */
   DecoderLimits decoder_limits;
 };
 

@@ -22,15 +22,15 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The intensity model of a point type that nobody chose one for: native if the
- * type has an intensity, else count. */
+/** \brief The default intensity model of a point type: native if the type has an
+ * intensity, else count. */
 template <typename PointT>
 using DefaultIntensityModel =
     std::conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
 
 namespace detail {
 
-/** \brief True for types that have what the contract of IntensityModel demands. */
+/** \brief True for types that fulfil the contract of IntensityModel. */
 template <typename ModelT, typename = void>
 struct IsIntensityModel : std::false_type {};
 
@@ -42,23 +42,23 @@ struct IsIntensityModel<ModelT,
 
 } // namespace detail
 
-/** \brief Compresses streams of point clouds into voxels with an intensity; takes the
- * place of pcl::io::OctreePointCloudCompression.
+/** \brief Compresses streams of point clouds into voxels with an intensity; replaces
+ * pcl::io::OctreePointCloudCompression.
  *
- * Encoding puts the points into the voxels of a grid and keeps one intensity for each
- * voxel; decoding gives one point at the centre of each occupied voxel, with that
+ * Encoding assigns the points to the voxels of a grid and keeps one intensity for each
+ * voxel; decoding returns one point at the centre of each occupied voxel, with that
  * intensity if the point type has such a field. A point moves by at most half a voxel's
- * diagonal; colour and further fields are not carried.
+ * diagonal; colour and other fields are not coded.
  *
- * Differences to PCL's class, all by intent: both calls return a status; a point's
- * position within its voxel is never coded; an empty cloud is a frame as any other; the
- * grid is anchored at the world origin; iFrameRate = N means every N-th frame (PCL:
- * every N+1-th); no bytes make decoding hang, throw or allocate without bound.
+ * Intended differences to PCL's class: both calls return a status; the position of a point
+ * within its voxel is not coded; an empty cloud is an ordinary frame; the grid is anchored
+ * at the world origin; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding
+ * never hangs, throws or allocates without bound.
  *
- * The library holds no instances of this template. A program's own are built with the
- * program's flags, so that memory of clouds and octrees is allocated and freed alike.
+ * The library has no instantiations of this template: they are built with the flags of the
+ * program, so that memory of clouds and octrees is allocated and freed in the same way.
  *
- * An instance serves one stream in each direction, its encoder and its decoder being
+ * An instance serves one stream in each direction; its encoder and its decoder are
  * independent of each other. Instances share nothing; one instance is for one thread.
  * \tparam PointT point type with x, y, z
  * \tparam IntensityModelT intensity of one point, see IntensityModel for the contract
@@ -101,15 +101,15 @@ public:
   /** \brief PCL's constructor: its arguments, order and defaults.
    *
    * A profile sets resolution and I-frame rate as in PCL, and the effort: balanced for
-   * ONLINE, small for OFFLINE. Only MANUAL_CONFIGURATION looks at the arguments behind
-   * showStatistics.
+   * ONLINE, small for OFFLINE. The arguments after show_statistics are used by
+   * MANUAL_CONFIGURATION only.
    * \param[in] profile compression profile
-   * \param[in] show_statistics print a frame's figures through PCL's console
+   * \param[in] show_statistics print the statistics of each frame on PCL's console
    * \param[in] point_resolution not used: points become voxels
    * \param[in] octree_resolution voxel edge, metres, above 0
    * \param[in] do_voxel_grid_down_sampling not used: always done
    * \param[in] i_frame_rate frames from one I-frame to the next
-   * \param[in] do_color_encoding not used: colour is not carried
+   * \param[in] do_color_encoding not used: colour is not coded
    * \param[in] color_bit_resolution not used
    */
   OctreePointCloudIntensityCompression(
@@ -131,9 +131,9 @@ public:
     static_cast<void>(color_bit_resolution);
   }
 
-  /** \brief All settings by name, and a model made from the resolution.
+  /** \brief All settings by name, and a model constructed from the resolution.
    * \param[in] settings checked here; if a value is out of range, every call to
-   * encodePointCloud and decodePointCloud says so
+   * encodePointCloud and decodePointCloud returns InvalidSettings
    */
   explicit OctreePointCloudIntensityCompression(
       const IntensityCompressionSettings& settings)
@@ -150,7 +150,7 @@ public:
 
   ~OctreePointCloudIntensityCompression() override = default;
 
-  /** \brief Sets the cloud that getOutputCloud returns; decodePointCloud does, too. */
+  /** \brief Sets the cloud that getOutputCloud returns; so does decodePointCloud. */
   void
   setOutputCloud(const PointCloudPtr& cloud)
   {
@@ -178,28 +178,26 @@ public:
 
   /** \brief Decodes the next frame of a stream, of either format.
    *
-   * The whole frame must be in the stream; one that arrives in pieces is lost. Never
-   * throws, hangs or exceeds settings.decoder_limits, whatever the bytes. Bytes
-   * before the frame are skipped. Without a frame the cloud is empty and the status
-   * says why; the history stays, so that the stream recovers at the latest with the
-   * next I-frame.
-   * \param[in,out] compressed_cloud where to read; is left behind the frame. At its end
-   * the stream gets its end and fail bits, as from a read
+   * The stream must contain the complete frame. Never throws, hangs or exceeds
+   * settings.decoder_limits. Bytes before the frame are skipped. If no frame is decoded, the
+   * cloud is empty and the history unchanged, so that decoding recovers at the latest with
+   * the next I-frame.
+   * \param[in,out] compressed_cloud where to read; positioned behind the frame afterwards.
+   * At its end the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
    * pointer gets a cloud
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
 
-  /** \brief Changes the resolution of the frames that are encoded from now on; the next
-   * one is an I-frame. An octree that was retained is dropped.
+  /** \brief Changes the resolution of the following encoded frames; the next one is an
+   * I-frame. A retained octree is deleted.
    * \param[in] resolution voxel edge, metres; checked as that of the settings
    */
   void
   setResolution(double resolution);
 
-  /** \brief Does nothing. PCL's class applies its profile here, this one when it is
-   * made. */
+  /** \brief Does nothing: the profile is applied by the constructor. */
   void
   initialization()
   {}
@@ -211,7 +209,7 @@ public:
     encoder_.requestIFrame();
   }
 
-  /** \brief Figures of the frame that was encoded or decoded last. */
+  /** \brief Statistics of the frame that was encoded or decoded last. */
   const FrameStatistics&
   getStatistics() const
   {
@@ -225,15 +223,15 @@ public:
     return settings_;
   }
 
-  /** \brief The model that gives points their intensity. */
+  /** \brief The model that computes the intensity of a point. */
   const IntensityModelT&
   getIntensityModel() const
   {
     return intensity_model_;
   }
 
-  /** \brief The voxels that were encoded or decoded last, as the codec sees them. After
-   * decodePointCloud voxel i is point i of the cloud. */
+  /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel i is
+   * point i of the cloud. */
   const VoxelFrame&
   getVoxelFrame() const
   {
