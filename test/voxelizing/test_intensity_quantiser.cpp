@@ -230,6 +230,26 @@ TEST(IntensityQuantiser, ExplicitBitsAndRanges)
     }
 }
 
+TEST(IntensityQuantiser, AnyPositiveRangeMakesAScale)
+{
+  for (const float range : {std::numeric_limits<float>::denorm_min(),
+                            std::numeric_limits<float>::min(),
+                            1e-30f,
+                            1.0f,
+                            1e30f,
+                            largest})
+    for (const unsigned int bits : {0u, 1u, 8u, 16u})
+      for (const auto curve : {IntensityCurve::Linear, IntensityCurve::Companded}) {
+        IntensityCompressionSettings settings = settingsOf(1.0);
+        settings.intensity_range = range;
+        settings.intensity_bits = bits;
+        settings.intensity_curve = curve;
+        Stream stream(settings, IntensityUnit::Native);
+        stream.add(row({range / 2.0f})); // expects a consistent frame
+        EXPECT_EQ(stream.frame.size(), 1u) << range << ", " << bits << " bits";
+      }
+}
+
 TEST(IntensityQuantiser, ExplicitBitsAlone)
 {
   IntensityCompressionSettings settings = settingsOf(1.0);

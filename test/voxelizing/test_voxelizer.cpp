@@ -81,6 +81,22 @@ TEST(Voxelizer, AFaceBelongsToTheVoxelAboveIt)
   EXPECT_EQ(stream.values(), expected);
 }
 
+TEST(Voxelizer, TheFinestAndCoarsestVoxelsHoldTheirPoint)
+{
+  const std::array<float, 3> point{0.5f, -0.25f, 0.75f};
+  for (const double resolution : {1e-6, 1e6}) {
+    Stream stream(settingsOf(resolution));
+    const VoxelFrame& frame = stream.add({{point[0], point[1], point[2]}});
+    ASSERT_EQ(frame.size(), 1u);
+    const VoxelPosition position = voxelPosition(frame.keys[0]);
+    const std::array<std::uint32_t, 3> places{position.x, position.y, position.z};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(frame.grid.centre(axis, places[axis]),
+                  double{point[axis]},
+                  0.5 * resolution + 1e-9);
+  }
+}
+
 TEST(Voxelizer, ReadsStridedAndSeparateViews)
 {
   const float coordinates[] = {0.1f, 0.2f, 0.3f, 99.0f, 1.1f, 1.2f, 1.3f, 99.0f};
