@@ -163,7 +163,7 @@ TEST(IntensityQuantiser, NativeMeansAreWithinHalfAStep)
   }
 }
 
-TEST(IntensityQuantiser, NativeScalesStandAnyIntensity)
+TEST(IntensityQuantiser, NativeScalesOfExtremeIntensitiesAreConsistent)
 {
   for (const float intensity : {-largest, largest, 1e-42f, -1e-42f, 1e-45f}) {
     SCOPED_TRACE(intensity);

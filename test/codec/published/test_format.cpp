@@ -129,7 +129,7 @@ expectLaw(const LawT& law)
   std::mt19937_64 random(2);
   const Scene scene = scenes()[1];
   Cloud cloud = randomCloud(random, scene.box, scene.points);
-  Cloud shown = cloud; // as the reference wants it: 0 to 255
+  Cloud shown = cloud; // in the reference's unit, 0 to 255
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const float depth = static_cast<float>(below(random, 65)) / 64.0f;
     cloud[i].intensity = law(depth, static_cast<float>(below(random, 300)));
@@ -259,7 +259,7 @@ TEST(PublishedFormat, EmptyFramesGoBothWays)
   }
 }
 
-TEST(PublishedFormat, NothingOfAFrameBeforeItIsLeft)
+TEST(PublishedFormat, DecodingOverwritesTheWholeFrame)
 {
   VoxelFrame frame = emptyFrame(4);
   frame.keys = {3, 5};

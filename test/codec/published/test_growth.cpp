@@ -92,7 +92,7 @@ growsOctree(const BoundingBox& box)
   return box.min[0] < -0.04 || box.max[0] > 0.04;
 }
 
-TEST(PublishedGrowth, AnOctreeThatGrewFromNothingIsRead)
+TEST(PublishedGrowth, OctreesThatGrowFromAnEmptyBox)
 {
   std::mt19937_64 random(1);
   for (const BoundingBox& box : boxes)
@@ -108,7 +108,7 @@ TEST(PublishedGrowth, AnOctreeThatGrewFromNothingIsRead)
     }
 }
 
-TEST(PublishedGrowth, AnOctreeThatGrowsOnAndOnIsRead)
+TEST(PublishedGrowth, OctreesThatGrowRepeatedly)
 {
   std::mt19937_64 random(2);
   GrowingStream stream(0.1, 100);
@@ -125,7 +125,7 @@ TEST(PublishedGrowth, AnOctreeThatGrowsOnAndOnIsRead)
   EXPECT_GT(stream.emptyBranches(), 5u);
 }
 
-TEST(PublishedGrowth, EmptyCloudsInBetweenStartTheOctreeAgain)
+TEST(PublishedGrowth, EmptyCloudsRestartTheOctree)
 {
   std::mt19937_64 random(3);
   for (const BoundingBox& box : boxes)

@@ -127,7 +127,7 @@ TEST(OccupancyTree, EmptyHasNoNodes)
     EXPECT_EQ(tree.level(level).size(), 0u);
 }
 
-TEST(OccupancyCursor, TellsWhatIsThereAndNothingElse)
+TEST(OccupancyCursor, FindsTheOccupancyOfEachNode)
 {
   std::mt19937_64 random(2);
   const std::set<std::uint64_t> keys = randomKeys(random, 6, 300);
@@ -156,7 +156,7 @@ nodesFor(std::size_t max_voxels, unsigned int depth)
   return maxBranchNodes(max_voxels, depth);
 }
 
-TEST(MaxBranchNodes, OneALevelForFewTwoEachForMany)
+TEST(MaxBranchNodes, HasTheDocumentedBound)
 {
   constexpr std::size_t few = std::size_t{1} << 20;
   for (unsigned int depth = 1; depth <= max_grid_depth; ++depth) {
