@@ -15,6 +15,8 @@
 #include <iostream>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -60,84 +62,90 @@ changed(Bytes frame, std::size_t at, const Bytes& bytes)
   return withChecksum(frame);
 }
 
-bool
-writeInvalidStreams(const std::string& folder)
+/** \brief A frame with a depth model that it has no use for. */
+Bytes
+withDepthModel(Parts parts, const DepthModel& model)
+{
+  Bytes payload;
+  writeDepthModel(model, payload);
+  append(parts.payload, payload);
+  parts.payload = payload;
+  parts.header.has_depth_model = true;
+  return putTogetherSized(parts);
+}
+
+/** \brief Frames of which each is invalid in one way, by the name of their file. */
+std::vector<std::pair<std::string, Bytes>>
+invalidFrames()
 {
   std::mt19937_64 random(1);
-  VoxelFrame voxels = randomFrame(random, 5, 40);
+  const VoxelFrame voxels = randomFrame(random, 5, 40);
   FrameEncoder encoder(StreamFormat::Version1, 100);
   const Bytes i_frame = encoded(encoder, voxels);
   const Bytes p_frame = encoded(encoder, voxels);
   const Parts parts = takeApart(i_frame);
-  const auto lie = [&](auto change) {
-    Parts liar = parts;
-    change(liar);
-    return putTogether(liar);
+  const auto forged = [&](auto change) {
+    Parts changed_parts = parts;
+    change(changed_parts.header);
+    return putTogether(changed_parts);
   };
-  const auto path = [&](const char* name) { return folder + '/' + name + ".pcxi"; };
-  const Bytes in_header(i_frame.begin(), i_frame.begin() + 20);
-  const Bytes in_payload(i_frame.begin(), i_frame.end() - 3);
+  using Header = Version1Header;
+
   Bytes wrong_checksum = i_frame;
   wrong_checksum[6] = static_cast<std::uint8_t>(wrong_checksum[6] ^ 1u);
   Bytes other_version = i_frame;
   other_version[version1_magic_size] = 2;
-  DepthModel model;
-  model.exponent = 3;
-  const auto put_model = [&](Parts& liar) {
-    liar.header.has_depth_model = true;
-    Bytes payload;
-    writeDepthModel(model, payload);
-    append(liar.payload, payload);
-    liar.payload = payload;
-    liar.header.payload_size = payload.size();
-  };
-  bool is_good = write(path("ends_in_header"), in_header) &&
-                 write(path("ends_in_payload"), in_payload) &&
-                 write(path("wrong_checksum"), wrong_checksum) &&
-                 write(path("unknown_version"), other_version) &&
-                 write(path("unknown_coder"), changed(i_frame, flags_offset, {0x31})) &&
-                 write(path("p_frame_alone"), p_frame);
-  is_good =
-      is_good && write(path("too_many_voxels"), lie([](Parts& liar) {
-                         liar.header.voxel_count = std::uint64_t{1} << 40;
-                       })) &&
-      write(path("voxels_without_end"),
-            lie([](Parts& liar) { liar.header.voxel_count = ~std::uint64_t{0}; })) &&
-      write(path("too_many_bytes"), lie([](Parts& liar) {
-              liar.header.payload_size = std::uint64_t{1} << 40;
-            })) &&
-      write(path("bytes_that_do_not_come"), lie([](Parts& liar) {
-              liar.header.payload_size = std::uint64_t{1} << 23;
-            })) &&
-      write(path("voxels_out_of_nothing"), lie([](Parts& liar) {
-              // All that the limits allow, of a payload of one byte.
-              liar.header.voxel_count = std::uint64_t{1} << 20;
-              liar.header.grid = emptyFrame(21).grid;
-              liar.payload = {0};
-              liar.header.payload_size = 1;
-            })) &&
-      write(path("payload_without_voxels"),
-            lie([](Parts& liar) { liar.header.voxel_count = 0; })) &&
-      write(path("depth_model_of_cubes"), lie(put_model));
-  model = DepthModel();
-  model.origin = (std::int64_t{1} << 56) + 1;
-  is_good =
-      is_good && write(path("depth_model_far_away"), lie(put_model)) &&
-      write(path("depth_model_cut_off"), lie([](Parts& liar) {
-              liar.header.has_depth_model = true;
-              liar.payload.resize(depth_model_size - 1);
-              liar.header.payload_size = liar.payload.size();
-            })) &&
-      write(path("grid_too_deep"),
-            lie([](Parts& liar) { liar.header.grid.depth = 22; })) &&
-      write(path("grid_off_the_lattice"),
-            lie([](Parts& liar) { liar.header.grid.first_index[2] = 1 << 20; })) &&
-      write(path("symbols_of_17_bits"),
-            lie([](Parts& liar) { liar.header.intensity_scale.bits = 17; })) &&
-      write(path("long_frame_id"), lie([](Parts& liar) {
-              liar.header.has_frame_id = true;
-              liar.header.frame_id = std::string(1025, 'x');
-            }));
+  // As many voxels as the limits allow, with a payload of one byte.
+  Parts voxels_out_of_nothing = parts;
+  voxels_out_of_nothing.header.voxel_count = std::uint64_t{1} << 20;
+  voxels_out_of_nothing.header.grid = emptyFrame(21).grid;
+  voxels_out_of_nothing.payload = {0};
+  DepthModel cubes;
+  cubes.exponent = 3;
+  DepthModel far_away;
+  far_away.origin = (std::int64_t{1} << 56) + 1;
+  Parts cut_off = parts;
+  cut_off.header.has_depth_model = true;
+  cut_off.payload.resize(depth_model_size - 1);
+
+  return {
+      {"ends_in_header", Bytes(i_frame.begin(), i_frame.begin() + 20)},
+      {"ends_in_payload", Bytes(i_frame.begin(), i_frame.end() - 3)},
+      {"wrong_checksum", wrong_checksum},
+      {"unknown_version", other_version},
+      {"unknown_coder", changed(i_frame, flags_offset, {0x31})},
+      {"p_frame_alone", p_frame},
+      {"too_many_voxels",
+       forged([](Header& header) { header.voxel_count = std::uint64_t{1} << 40; })},
+      {"voxels_without_end",
+       forged([](Header& header) { header.voxel_count = ~std::uint64_t{0}; })},
+      {"too_many_bytes",
+       forged([](Header& header) { header.payload_size = std::uint64_t{1} << 40; })},
+      {"bytes_that_do_not_come",
+       forged([](Header& header) { header.payload_size = std::uint64_t{1} << 23; })},
+      {"voxels_out_of_nothing", putTogetherSized(voxels_out_of_nothing)},
+      {"payload_without_voxels",
+       forged([](Header& header) { header.voxel_count = 0; })},
+      {"depth_model_of_cubes", withDepthModel(parts, cubes)},
+      {"depth_model_far_away", withDepthModel(parts, far_away)},
+      {"depth_model_cut_off", putTogetherSized(cut_off)},
+      {"grid_too_deep", forged([](Header& header) { header.grid.depth = 22; })},
+      {"grid_off_the_lattice",
+       forged([](Header& header) { header.grid.first_index[2] = 1 << 20; })},
+      {"symbols_of_17_bits",
+       forged([](Header& header) { header.intensity_scale.bits = 17; })},
+      {"long_frame_id", forged([](Header& header) {
+         header.has_frame_id = true;
+         header.frame_id = std::string(1025, 'x');
+       })}};
+}
+
+bool
+writeInvalidStreams(const std::string& folder)
+{
+  bool is_good = true;
+  for (const auto& [name, bytes] : invalidFrames())
+    is_good = write(folder + '/' + name + ".pcxi", bytes) && is_good;
   return is_good;
 }
 

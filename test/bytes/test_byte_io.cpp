@@ -89,7 +89,7 @@ TEST(ByteSource, Varints)
   EXPECT_EQ(bytes, (Bytes{0xac, 0x02}));
 }
 
-TEST(ByteSource, VarintsThatAreNone)
+TEST(ByteSource, InvalidVarints)
 {
   EXPECT_EQ(readVarint({0x80, 0x00}, 2), no_varint); // a needless last byte
   EXPECT_EQ(readVarint({0xff, 0x80, 0x00}, 3), no_varint);

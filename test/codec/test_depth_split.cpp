@@ -34,7 +34,7 @@ gridOf(double resolution, std::int32_t first)
   return grid;
 }
 
-TEST(DepthModel, PointSymbolsAreTheLaw)
+TEST(DepthModel, PointSymbolsFollowTheLaw)
 {
   const std::array<double, 3> sensor{0.3, -2.0, 1.1};
   const std::array<double, 3> axis{0.48, 0.6, 0.64}; // of length 1
@@ -65,7 +65,7 @@ TEST(DepthModel, PointSymbolsAreTheLaw)
     }
 }
 
-TEST(DepthModel, ThereIsNoneWhereItsNumbersLeaveTheirRanges)
+TEST(DepthModel, NoModelForNumbersOutOfRange)
 {
   const std::array<double, 3> sensor{};
   const std::array<double, 3> axis{0.0, 0.0, 1.0};
@@ -99,7 +99,7 @@ TEST(DepthModel, ThereIsNoneWhereItsNumbersLeaveTheirRanges)
   EXPECT_FALSE(has({3, 5.0, 255.0}, sensor, grid, scale));
 }
 
-TEST(DepthModel, NumbersHaveRanges)
+TEST(DepthModel, FieldsOutOfRangeAreInconsistent)
 {
   DepthModel model;
   EXPECT_TRUE(isConsistent(model));
@@ -134,7 +134,7 @@ TEST(DepthModel, NumbersHaveRanges)
   EXPECT_FALSE(isConsistent(frame));
 }
 
-TEST(DepthModel, ModelsDifferByAnyOfTheirNumbers)
+TEST(DepthModel, ComparesAllFields)
 {
   const DepthModel model = roomDepthModel(8, 8);
   EXPECT_TRUE(model == roomDepthModel(8, 8));
@@ -297,7 +297,7 @@ TEST(DepthSplit, SymbolsOutsideTheScaleAreRefused)
   EXPECT_EQ(symbols, 256u);
 }
 
-TEST(DepthSplit, RestsAreSmallWhereTheModelIsRight)
+TEST(DepthSplit, ResidualsAreZeroWhereTheModelIsExact)
 {
   const unsigned int bits = 12;
   const DepthModel model = roomDepthModel(6, bits);
@@ -328,7 +328,7 @@ TEST(DepthSplit, RestsAreSmallWhereTheModelIsRight)
   EXPECT_GT(with_residual, 2000u);
 }
 
-TEST(DepthSplit, TheHistoryTellsWhereInAVoxelThePointsAre)
+TEST(DepthSplit, TheHistoryLearnsDepthOffsets)
 {
   // Every point is worth a tenth more than the centre says.
   const unsigned int bits = 16;

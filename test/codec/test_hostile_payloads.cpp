@@ -179,7 +179,7 @@ std::vector<ForgedStream>
 forgedStreams()
 {
   std::vector<ForgedStream> streams;
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+  for (const Effort effort : all_efforts)
     for (const bool is_i_frame : {false, true})
       for (const bool has_depth_model : {false, true})
         streams.emplace_back(effort, is_i_frame, has_depth_model, 8);
@@ -189,7 +189,7 @@ forgedStreams()
   return streams;
 }
 
-TEST(HostilePayloads, TruncationsAreRefusedOrFrames)
+TEST(HostilePayloads, TruncationsAreRefusedOrValidFrames)
 {
   for (const ForgedStream& stream : forgedStreams()) {
     Receiver receiver(stream);
@@ -207,7 +207,7 @@ TEST(HostilePayloads, TruncationsAreRefusedOrFrames)
   }
 }
 
-TEST(HostilePayloads, FlipsAreRefusedOrFrames)
+TEST(HostilePayloads, BitFlipsAreRefusedOrValidFrames)
 {
   std::mt19937_64 random(1);
   std::size_t refused = 0;
@@ -229,7 +229,7 @@ TEST(HostilePayloads, FlipsAreRefusedOrFrames)
   EXPECT_GT(refused, 1000u);
 }
 
-TEST(HostilePayloads, RandomBytesAreRefusedOrFrames)
+TEST(HostilePayloads, RandomBytesAreRefusedOrValidFrames)
 {
   std::mt19937_64 random(2);
   for (const ForgedStream& stream : forgedStreams()) {
@@ -251,10 +251,10 @@ TEST(HostilePayloads, RandomBytesAreRefusedOrFrames)
   }
 }
 
-TEST(HostilePayloads, ADeepGridOfTheMostVoxelsEndsSoon)
+TEST(HostilePayloads, ManyVoxelsInADeepGridAreRefused)
 {
-  // The dearest payload: no bytes, all decisions as they come, 19 levels above blocks.
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+  // The most expensive payload: constant decisions, 19 levels above blocks.
+  for (const Effort effort : all_efforts)
     for (const std::uint8_t byte : Bytes{0, 0xff}) {
       CodingWorkspace work;
       PayloadCoders decoder;

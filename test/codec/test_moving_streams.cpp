@@ -35,7 +35,7 @@ TEST(MovingStreams, TakeNoMoreMemoryAsTheyGoOn)
 {
   constexpr std::uint64_t warm = 100;
   constexpr std::uint64_t end = 600;
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+  for (const Effort effort : all_efforts) {
     FrameEncoder encoder(
         StreamFormat::Version1, std::numeric_limits<unsigned int>::max(), effort);
     FrameDecoder decoder;

@@ -15,14 +15,6 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-std::string
-nameOf(Effort effort)
-{
-  return effort == Effort::Fast       ? "Fast"
-         : effort == Effort::Balanced ? "Balanced"
-                                      : "Small";
-}
-
 /** \brief One stream's two ends. Decodes every payload from memory of exactly its size,
  * so that a sanitizer sees reads behind it. */
 class Ends {
@@ -112,7 +104,7 @@ class PayloadCoding : public testing::TestWithParam<Effort> {};
 
 INSTANTIATE_TEST_SUITE_P(Efforts,
                          PayloadCoding,
-                         testing::Values(Effort::Fast, Effort::Balanced, Effort::Small),
+                         testing::ValuesIn(all_efforts),
                          [](const auto& effort) { return nameOf(effort.param); });
 
 /** \brief All voxels of a cube of some levels at the grid's lower corner. */
@@ -241,7 +233,7 @@ TEST_P(PayloadCoding, PayloadsAreAppended)
   }
 }
 
-TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
+TEST_P(PayloadCoding, FailuresLeaveTheStreamUnchanged)
 {
   CodingWorkspace work;
   for (const bool has_depth_model : {false, true}) {
@@ -277,7 +269,7 @@ TEST_P(PayloadCoding, AFailureLeavesTheStreamAsItWas)
   }
 }
 
-TEST_P(PayloadCoding, ADiscardedFrameHasNotBeen)
+TEST_P(PayloadCoding, DiscardedFramesAreForgotten)
 {
   for (const bool has_depth_model : {false, true}) {
     RoomStream::Settings settings;
@@ -321,7 +313,7 @@ TEST_P(PayloadCoding, ADiscardedFrameHasNotBeen)
   }
 }
 
-TEST_P(PayloadCoding, WhatWasLearntIsForgottenAtAnIFrame)
+TEST_P(PayloadCoding, IFramesResetTheModels)
 {
   CodingWorkspace work;
   RoomStream room({});

@@ -151,7 +151,7 @@ struct Stream {
   }
 };
 
-TEST(ScriptedRests, SymbolsThatAreNoneLeaveTheStreamAsItWas)
+TEST(ScriptedRests, InvalidSymbolsAreRefused)
 {
   const Stream stream;
   for (const bool is_i_frame : {false, true}) {
@@ -182,7 +182,7 @@ TEST(ScriptedRests, SymbolsThatAreNoneLeaveTheStreamAsItWas)
   }
 }
 
-TEST(ScriptedRests, OtherBytesLeaveTheStreamAsItWas)
+TEST(ScriptedRests, OtherBytesAreRefused)
 {
   const Stream stream;
   for (const std::size_t like : {0u, 1u}) {

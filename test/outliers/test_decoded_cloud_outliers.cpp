@@ -195,7 +195,7 @@ TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)
   EXPECT_EQ(removeOutliers(*decoded.cloud, frame, removal), std::nullopt);
 }
 
-TEST(DecodedCloudOutliers, NoneOrAllMayGo)
+TEST(DecodedCloudOutliers, NoPointsOrAllPointsMayBeRemoved)
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = -100.0f;

@@ -150,7 +150,7 @@ fieldAt(DensityBlocks& blocks, const Position& at)
   return window.rows[x * DensityWindow::width + y][at[2] % 4 + DensityWindow::margin];
 }
 
-TEST(DensityBlocks, ForgetsWhatIsNoMoreThere)
+TEST(DensityBlocks, ForgetsBlocksWithoutDensity)
 {
   DensityBlocks blocks;
   // The first one goes, so that another takes its number.
@@ -168,7 +168,7 @@ TEST(DensityBlocks, ForgetsWhatIsNoMoreThere)
   EXPECT_EQ(blocks.size(), 0u);
 }
 
-TEST(DensityBlocks, KeepsOnlyWhatItIsTold)
+TEST(DensityBlocks, KeepsOnlyTheListedBlocks)
 {
   const auto placeOf = [](std::uint32_t x) { return Position{100 + 4 * x, 101, 102}; };
   DensityBlocks blocks;

@@ -91,7 +91,7 @@ scales()
   return scales;
 }
 
-TEST(FaintVoxels, AreThoseWhoseDecodedIntensityIsBelowTheThreshold)
+TEST(FaintVoxels, AreBelowTheThresholdWhenDecoded)
 {
   std::mt19937_64 random(1);
   const VoxelFrame symbols = randomFrame(random, 6, 700, 16);
@@ -111,7 +111,7 @@ TEST(FaintVoxels, AreThoseWhoseDecodedIntensityIsBelowTheThreshold)
   }
 }
 
-TEST(FaintVoxels, AVoxelAtTheThresholdStays)
+TEST(FaintVoxels, VoxelsAtTheThresholdStay)
 {
   VoxelFrame frame = pcl_ext::io::test::emptyFrame(3);
   frame.keys = {4, 5, 7, 100};
@@ -121,7 +121,7 @@ TEST(FaintVoxels, AVoxelAtTheThresholdStays)
   EXPECT_EQ(frame.intensities, (std::vector<std::uint16_t>{3, 4, 3}));
 }
 
-TEST(FaintVoxels, AreNoneBelowAThresholdThatNothingIsBelow)
+TEST(FaintVoxels, LowThresholdsRemoveNothing)
 {
   std::mt19937_64 random(2);
   const VoxelFrame frame = randomFrame(random, 5, 200);
@@ -133,7 +133,7 @@ TEST(FaintVoxels, AreNoneBelowAThresholdThatNothingIsBelow)
   }
 }
 
-TEST(FaintVoxels, AreAllBelowAThresholdAboveTheScale)
+TEST(FaintVoxels, ThresholdsAboveTheScaleRemoveAll)
 {
   std::mt19937_64 random(3);
   for (const unsigned int bits : {8u, 16u})
@@ -146,7 +146,7 @@ TEST(FaintVoxels, AreAllBelowAThresholdAboveTheScale)
     }
 }
 
-TEST(FaintVoxels, OfAFrameWithoutVoxelsAreNone)
+TEST(FaintVoxels, EmptyFramesStayEmpty)
 {
   VoxelFrame frame = pcl_ext::io::test::emptyFrame(4);
   EXPECT_EQ(removeFaintVoxels(frame, 10.0f), 0u);

@@ -190,7 +190,7 @@ TEST(VoxelOutlierRemoval, DensitiesFollowTheDepthModel)
   }
 }
 
-TEST(VoxelOutlierRemoval, LimbsNearTheSensorAreNoNoise)
+TEST(VoxelOutlierRemoval, SparseSurfacesNearTheSensorAreNotNoise)
 {
   // 1.2 m away 147 points cover a face of 4 cm; a limb has 9 at a grazing angle.
   Voxels voxels;
@@ -287,7 +287,7 @@ TEST(VoxelOutlierRemoval, CountsMayBeOfAnyDepth)
   expectSame(scoresOf(near, frameOf(voxels, gridAt(0, 0, 0))), expected, 0.02f);
 }
 
-TEST(VoxelOutlierRemoval, WhatHasJustComeIsNoNoise)
+TEST(VoxelOutlierRemoval, NewSurfacesAreNotNoise)
 {
   // A plate of full faces that moves by its thickness in each frame: nothing of it was
   // where it is before. Its rim has a third of its neighbours, and is no noise either.
@@ -306,7 +306,7 @@ TEST(VoxelOutlierRemoval, WhatHasJustComeIsNoNoise)
   }
 }
 
-TEST(VoxelOutlierRemoval, WhoWalksIsJudgedAsWhoStands)
+TEST(VoxelOutlierRemoval, MovingSurfacesScoreLikeStillOnes)
 {
   const auto plateAt = [](std::int32_t x) {
     Voxels voxels;

@@ -55,7 +55,7 @@ expectSurfaces(const std::array<double, 4>& kept, double least)
   EXPECT_GT(kept[static_cast<std::size_t>(VoxelTruth::Person)], least);
 }
 
-TEST(VoxelOutlierRemovalInTheCell, TellsNoiseFromWhatMoves)
+TEST(VoxelOutlierRemovalInTheCell, SeparatesNoiseFromMovingSurfaces)
 {
   for (const noise::Law law : {noise::Law::Quadratic, noise::Law::Linear}) {
     const auto at_zero = keptOf(law, 0.04, 0.0f);
@@ -67,7 +67,7 @@ TEST(VoxelOutlierRemovalInTheCell, TellsNoiseFromWhatMoves)
   }
 }
 
-TEST(VoxelOutlierRemovalInTheCell, CountsTellItLessSharply)
+TEST(VoxelOutlierRemovalInTheCell, CountsSeparateNoiseLessSharply)
 {
   const auto kept = keptOf(noise::Law::Count, 0.04, 0.0f);
   EXPECT_LT(keptNoise(kept), 0.2);

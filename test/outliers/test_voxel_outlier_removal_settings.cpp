@@ -45,7 +45,7 @@ refusedSettings()
   return refused;
 }
 
-TEST(VoxelOutlierRemovalSettings, OutsideOfTheirRangesAreRefused)
+TEST(VoxelOutlierRemovalSettings, OutOfRangeIsRefused)
 {
   for (const auto& [settings, message] : refusedSettings()) {
     const OutlierRemovalStatus status = checkSettings(settings);
@@ -54,7 +54,7 @@ TEST(VoxelOutlierRemovalSettings, OutsideOfTheirRangesAreRefused)
   }
 }
 
-TEST(VoxelOutlierRemovalSettings, UpToTheEndsOfTheirRangesAreOk)
+TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
 {
   VoxelOutlierRemovalSettings settings;
   EXPECT_TRUE(checkSettings(settings).ok());
@@ -74,7 +74,7 @@ TEST(VoxelOutlierRemovalSettings, UpToTheEndsOfTheirRangesAreOk)
       }
 }
 
-TEST(VoxelOutlierRemovalSettings, OtherVoxelEdgesThanItIsMadeForRemoveNothing)
+TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesRemoveNothing)
 {
   std::mt19937_64 random(16);
   io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
@@ -104,7 +104,7 @@ TEST(VoxelOutlierRemovalSettings, OtherVoxelEdgesThanItIsMadeForRemoveNothing)
   }
 }
 
-TEST(VoxelOutlierRemovalSettings, RefusedOnesRemoveNothing)
+TEST(VoxelOutlierRemovalSettings, InvalidSettingsRemoveNothing)
 {
   std::mt19937_64 random(15);
   const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));

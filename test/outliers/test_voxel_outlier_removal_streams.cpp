@@ -68,40 +68,6 @@ TEST(VoxelOutlierRemoval, DepthModelStaysWhereTheGridMoves)
   expectSame(scoresOf(rescaled, finer), expected, 0.0f);
 }
 
-TEST(VoxelOutlierRemoval, DepthModelGoesWithItsLattice)
-{
-  std::mt19937_64 random(13);
-  const io::VoxelFrame before =
-      withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
-  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  // Below a full face near the sensor.
-  for (std::uint16_t& symbol : frame.intensities)
-    symbol = static_cast<std::uint16_t>(symbol / 16);
-  io::VoxelFrame finer = frame;
-  finer.grid.resolution = 0.02;
-  io::VoxelFrame elsewhere = frame;
-  elsewhere.grid.anchor[2] = -0.01;
-  io::VoxelFrame far_away = frame;
-  far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
-  for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Faces})
-    for (const io::VoxelFrame& other : {finer,
-                                        elsewhere,
-                                        far_away,
-                                        withDepthModel(finer),
-                                        withDepthModel(far_away)}) {
-      VoxelOutlierRemoval used(settingsOf(unit));
-      VoxelOutlierRemoval fresh(settingsOf(unit));
-      scoresOf(used, before);
-      expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
-    }
-  // And where all is forgotten.
-  VoxelOutlierRemoval reset;
-  VoxelOutlierRemoval fresh;
-  scoresOf(reset, before);
-  reset.reset();
-  expectSame(scoresOf(reset, frame), scoresOf(fresh, frame), 0.0f);
-}
-
 TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
 {
   std::mt19937_64 random(16);
@@ -118,29 +84,42 @@ TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
   EXPECT_NE(scoresOf(other, quadratic), expected);
 }
 
-TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsBeginAnew)
+TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
 {
-  std::mt19937_64 random(5);
+  std::mt19937_64 random(13);
   const io::VoxelFrame before = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  // Below a full face near the sensor.
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol = static_cast<std::uint16_t>(symbol / 16);
+  io::VoxelFrame finer = frame;
+  finer.grid.resolution = 0.02;
+  io::VoxelFrame elsewhere = frame;
+  elsewhere.grid.anchor[2] = -0.01;
+  io::VoxelFrame far_away = frame;
+  far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
+  const auto expectForgotten =
+      [](const io::VoxelFrame& first, const io::VoxelFrame& second, DensityUnit unit) {
+        VoxelOutlierRemoval used(settingsOf(unit));
+        VoxelOutlierRemoval fresh(settingsOf(unit));
+        scoresOf(used, first);
+        expectSame(scoresOf(used, second), scoresOf(fresh, second), 0.0f);
+      };
+  for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Faces})
+    for (const io::VoxelFrame& first : {before, withDepthModel(before)})
+      for (const io::VoxelFrame& second : {finer,
+                                           elsewhere,
+                                           far_away,
+                                           withDepthModel(finer),
+                                           withDepthModel(far_away)})
+        expectForgotten(first, second, unit);
+  // A model changes the automatic unit.
+  expectForgotten(before, withDepthModel(frame), DensityUnit::Automatic);
+  // On the same lattice the frame before counts.
   VoxelOutlierRemoval same;
   VoxelOutlierRemoval alone;
   scoresOf(same, before);
   EXPECT_NE(scoresOf(same, frame), scoresOf(alone, frame));
-  io::VoxelFrame finer = frame;
-  finer.grid.resolution = 0.02;
-  io::VoxelFrame elsewhere = frame;
-  elsewhere.grid.anchor[1] = 0.01;
-  io::VoxelFrame with_model = frame;
-  with_model.depth_model =
-      io::depthModelOf({2, 15.0, 255.0}, {}, {1, 0, 0}, frame.grid, {});
-  ASSERT_TRUE(with_model.depth_model);
-  for (const io::VoxelFrame& other : {finer, elsewhere, with_model}) {
-    VoxelOutlierRemoval used;
-    VoxelOutlierRemoval fresh;
-    scoresOf(used, before);
-    expectSame(scoresOf(used, other), scoresOf(fresh, other), 0.0f);
-  }
 }
 
 // Positions count from 2^21 voxels below the first grid of a lattice, and grids lie within
@@ -235,6 +214,12 @@ TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
   reset.reset();
   EXPECT_EQ(reset.rememberedBlocks(), 0u);
   expectSame(scoresOf(reset, second), expected, 0.0f);
+
+  VoxelOutlierRemoval reset_model;
+  VoxelOutlierRemoval fresh_model;
+  scoresOf(reset_model, withDepthModel(first));
+  reset_model.reset();
+  expectSame(scoresOf(reset_model, second), scoresOf(fresh_model, second), 0.0f);
 
   VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
   settings.use_history = false;
@@ -378,7 +363,7 @@ TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
 }
 
-TEST(VoxelOutlierRemoval, TwoOfThemAgreeToTheBit)
+TEST(VoxelOutlierRemoval, IsDeterministic)
 {
   // Hash tables differ from one to the next.
   std::mt19937_64 random(10);

@@ -35,7 +35,7 @@ TEST(BitOperations, EverySingleBitIsFound)
   }
 }
 
-TEST(BitOperations, CompilersOwnAgreeWithPortableOnes)
+TEST(BitOperations, BuiltinsAgreeWithPortableCode)
 {
   std::mt19937_64 random(1);
   for (int i = 0; i < 20000; ++i) {

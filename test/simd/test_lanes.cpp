@@ -43,7 +43,7 @@ compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>&
     std::array<float, 4> floats;
     L::store(values, floats.data());
     for (std::size_t i = 0; i < 4; ++i)
-      // The sign and the payload of NaN are nobody's concern.
+      // The sign and the payload of NaN may differ.
       if (std::isnan(floats[i]))
         result.lanes[next][i] = 0x7fc00000;
       else

@@ -37,7 +37,7 @@ std::vector<Case>
 cases()
 {
   std::vector<Case> cases;
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+  for (const Effort effort : all_efforts)
     for (const bool has_depth_model : {false, true})
       for (const bool has_stamp : {false, true})
         cases.push_back({effort, has_depth_model, has_stamp});
@@ -70,7 +70,7 @@ stampOf(const Case& stream, std::size_t frame)
   return FrameStamp{1700000000000000 + 50000 * frame, "a_frame_of_some_length"};
 }
 
-TEST(Allocations, AnEncoderThatRunsTakesNone)
+TEST(Allocations, EncodingAllocatesNothingAfterWarmUp)
 {
   for (const Case& stream : cases()) {
     const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
@@ -90,7 +90,7 @@ TEST(Allocations, AnEncoderThatRunsTakesNone)
   }
 }
 
-TEST(Allocations, ADecoderThatRunsTakesNone)
+TEST(Allocations, DecodingAllocatesNothingAfterWarmUp)
 {
   for (const Case& stream : cases()) {
     const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
@@ -122,7 +122,7 @@ cloudOf(std::uint64_t seed)
   return cloud;
 }
 
-TEST(Allocations, CompandingTakesNoneWhileTheScaleStays)
+TEST(Allocations, CompandingAllocatesNothingWhileTheScaleStays)
 {
   for (const auto unit : {pcl_ext::IntensityUnit::Points,
                           pcl_ext::IntensityUnit::Share,

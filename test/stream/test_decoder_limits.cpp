@@ -18,12 +18,10 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
-
 TEST(DecoderLimits, AreReachedExactly)
 {
   std::mt19937_64 random(5);
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, 10);
     const Bytes i_frame = encoded(encoder, randomFrame(random, 4, 60));
     VoxelFrame frame = randomFrame(random, 4, 61);
@@ -56,10 +54,10 @@ TEST(DecoderLimits, AreReachedExactly)
   }
 }
 
-TEST(DecoderLimits, AFrameBehindMuchGarbageIsFoundWhereverItBegins)
+TEST(DecoderLimits, FramesBehindGarbageAreFoundAtAnyOffset)
 {
   std::mt19937_64 random(6);
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, 1);
     const VoxelFrame frame = randomFrame(random, 3, 10);
     const Bytes bytes = encoded(encoder, frame);
@@ -68,7 +66,7 @@ TEST(DecoderLimits, AFrameBehindMuchGarbageIsFoundWhereverItBegins)
     for (std::size_t before = 0; before < 3 * limits.max_frame_bytes; ++before) {
       Bytes stream(before, 0);
       append(bytes, stream);
-      std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+      std::stringbuf buffer = bufferOf(stream);
       FrameDecoder decoder(limits);
       VoxelFrame back;
       CompressionCode code = CompressionCode::NoFrame;
@@ -85,12 +83,12 @@ constexpr std::size_t bytes_per_voxel = 500;
 constexpr std::size_t hostile_bytes_per_voxel = 2000;
 constexpr std::size_t hostile_bytes = std::size_t{1} << 24;
 
-TEST(DecoderLimits, MemoryStaysWithinThePromise)
+TEST(DecoderLimits, MemoryStaysWithinTheDocumentedLimit)
 {
   std::mt19937_64 random(7);
   DecoderLimits limits;
   limits.max_voxels = std::size_t{1} << 15;
-  for (const StreamFormat format : formats)
+  for (const StreamFormat format : all_formats)
     for (const unsigned int depth : {5u, 8u, 21u}) {
       FrameEncoder encoder(format, 100);
       VoxelFrame frame = randomFrame(random, depth, 0);
@@ -118,7 +116,7 @@ TEST(DecoderLimits, MemoryStaysWithinThePromise)
     }
 }
 
-TEST(DecoderLimits, AStreamThatFillsTheHistoryIsRefused)
+TEST(DecoderLimits, StreamsThatFillTheHistoryAreRefused)
 {
   // Every frame has other voxels, none of which is forgotten so soon.
   DecoderLimits limits;

@@ -29,14 +29,11 @@ struct Case {
 };
 
 std::string
-nameOf(const Case& kind)
+caseName(const Case& kind)
 {
   if (kind.format == StreamFormat::Published)
-    return "Published";
-  const std::string effort = kind.effort == Effort::Fast       ? "Fast"
-                             : kind.effort == Effort::Balanced ? "Balanced"
-                                                               : "Small";
-  return effort + (kind.has_depth_model ? "WithDepths" : "");
+    return nameOf(kind.format);
+  return nameOf(kind.effort) + (kind.has_depth_model ? "WithDepths" : "");
 }
 
 /** \brief Frames, one without voxels among them. */
@@ -86,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{StreamFormat::Version1, Effort::Small, false},
                     Case{StreamFormat::Version1, Effort::Small, true},
                     Case{StreamFormat::Published, Effort::Fast, false}),
-    [](const auto& kind) { return nameOf(kind.param); });
+    [](const auto& kind) { return caseName(kind.param); });
 
 /** \brief A receiver whose memory fails while it decodes one frame. */
 class Receiver {
@@ -162,7 +159,7 @@ private:
   const std::vector<Bytes>& bytes_;
 };
 
-TEST_P(FailingMemory, NoDecoderShowsAnythingWrongBehindIt)
+TEST_P(FailingMemory, DecodersNeverGiveAWrongFrame)
 {
   const std::vector<VoxelFrame> frames = framesOf(GetParam());
   FrameEncoder encoder = encoderOf(GetParam());
@@ -227,7 +224,7 @@ sendWithFailure(const Case& kind,
   return has_failed;
 }
 
-TEST_P(FailingMemory, AnEncoderGoesOnWithAnIFrame)
+TEST_P(FailingMemory, EncodersContinueWithAnIFrame)
 {
   const std::vector<VoxelFrame> frames = framesOf(GetParam());
   std::size_t failures = 0;

@@ -45,48 +45,48 @@ expectRefused(const Bytes& bytes,
 
 constexpr std::size_t small_allocation = std::size_t{1} << 17;
 
-TEST(ForgedStreams, HeadersThatLie)
+TEST(ForgedStreams, InvalidHeaderFields)
 {
   std::mt19937_64 random(1);
   FrameEncoder encoder(StreamFormat::Version1, 10);
   const Parts good = takeApart(encoded(encoder, randomFrame(random, 4, 30)));
   const float nan_float = std::numeric_limits<float>::quiet_NaN();
   const float infinite_float = std::numeric_limits<float>::infinity();
-  using Lie = std::function<void(Version1Header&)>;
-  std::vector<Lie> lies;
+  using Change = std::function<void(Version1Header&)>;
+  std::vector<Change> changes;
   for (const std::uint64_t number : {huge,
                                      huge / 2 + 1,
                                      std::uint64_t{1} << 40,
                                      std::uint64_t{1} << 24,
                                      std::uint64_t{1000},
                                      std::uint64_t{0}}) {
-    lies.push_back([=](Version1Header& h) { h.voxel_count = number; });
-    lies.push_back([=](Version1Header& h) { h.payload_size = number; });
-    lies.push_back([=](Version1Header& h) {
+    changes.push_back([=](Version1Header& h) { h.voxel_count = number; });
+    changes.push_back([=](Version1Header& h) { h.payload_size = number; });
+    changes.push_back([=](Version1Header& h) {
       h.voxel_count = number;
       h.payload_size = number;
     });
   }
   for (const int step : {-1, 1}) {
     const auto off_by_one = static_cast<std::uint64_t>(static_cast<std::int64_t>(step));
-    lies.push_back([=](Version1Header& h) { h.voxel_count += off_by_one; });
-    lies.push_back([=](Version1Header& h) { h.payload_size += off_by_one; });
-    lies.push_back(
+    changes.push_back([=](Version1Header& h) { h.voxel_count += off_by_one; });
+    changes.push_back([=](Version1Header& h) { h.payload_size += off_by_one; });
+    changes.push_back(
         [=](Version1Header& h) { h.grid.depth += static_cast<unsigned>(step); });
   }
   for (const unsigned int number : {0u, 1u, 3u, 5u, 21u, 22u, 64u, 255u})
-    lies.push_back([=](Version1Header& h) { h.grid.depth = number; });
+    changes.push_back([=](Version1Header& h) { h.grid.depth = number; });
   for (const double number : {0.0, -1.0, nan_value, infinity, -infinity, -0.0})
-    lies.push_back([=](Version1Header& h) { h.grid.resolution = number; });
+    changes.push_back([=](Version1Header& h) { h.grid.resolution = number; });
   for (const std::int32_t number :
        {INT32_MIN, INT32_MAX, -(1 << 20) - 1, (1 << 20) - 15, 1 << 20})
-    lies.push_back([=](Version1Header& h) { h.grid.first_index[1] = number; });
+    changes.push_back([=](Version1Header& h) { h.grid.first_index[1] = number; });
   for (const unsigned int number : {0u, 7u, 17u, 255u})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale.bits = number; });
+    changes.push_back([=](Version1Header& h) { h.intensity_scale.bits = number; });
   for (const float number : {0.0f, -1.0f, nan_float, infinite_float})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale.step = number; });
+    changes.push_back([=](Version1Header& h) { h.intensity_scale.step = number; });
   for (const float number : {nan_float, infinite_float, -infinite_float})
-    lies.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
+    changes.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
   // Companded scales with no more numbers than levels, and with too many levels.
   for (const auto& [bits, range] :
        std::vector<std::pair<unsigned int, std::uint32_t>>{{1, 1},
@@ -98,22 +98,22 @@ TEST(ForgedStreams, HeadersThatLie)
                                                            {17, 65535},
                                                            {0, 65535},
                                                            {127, 65535}})
-    lies.push_back([bits = bits, range = range](Version1Header& h) {
+    changes.push_back([bits = bits, range = range](Version1Header& h) {
       h.intensity_scale.bits = bits;
       h.intensity_scale.companded_range = range;
     });
-  lies.push_back([](Version1Header& h) { // written as 0
+  changes.push_back([](Version1Header& h) { // written as 0
     h.intensity_scale.companded_range = 65536;
   });
-  lies.push_back([](Version1Header& h) { h.has_depth_model = true; });
-  lies.push_back([](Version1Header& h) {
+  changes.push_back([](Version1Header& h) { h.has_depth_model = true; });
+  changes.push_back([](Version1Header& h) {
     h.has_frame_id = true;
     h.frame_id = std::string(1025, 'x');
   });
-  for (std::size_t i = 0; i < lies.size(); ++i) {
+  for (std::size_t i = 0; i < changes.size(); ++i) {
     SCOPED_TRACE(i);
     Parts parts = good;
-    lies[i](parts.header);
+    changes[i](parts.header);
     expectRefused(putTogether(parts), small_allocation, DecoderLimits());
   }
   VoxelFrame back;
@@ -137,7 +137,7 @@ TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
   }
 }
 
-TEST(ForgedStreams, EmptyFramesOfNoGridAndOfNoScale)
+TEST(ForgedStreams, EmptyFramesWithInvalidGridsAndScales)
 {
   FrameEncoder encoder(StreamFormat::Version1, 10);
   const Parts good = takeApart(encoded(encoder, emptyFrame(4)));
@@ -164,7 +164,7 @@ TEST(ForgedStreams, EmptyFramesWithAPayload)
   }
 }
 
-TEST(ForgedStreams, PayloadsThatGrow)
+TEST(ForgedStreams, PayloadsOfConstantBits)
 {
   std::mt19937_64 random(2);
   FrameEncoder encoder(StreamFormat::Version1, 10);
@@ -224,7 +224,7 @@ TEST(ForgedStreams, BytesBehindAPayload)
     }
 }
 
-TEST(ForgedStreams, PFramesThatDoNotFit)
+TEST(ForgedStreams, PFramesThatContradictTheirReference)
 {
   std::mt19937_64 random(4);
   const VoxelFrame frame = randomFrame(random, 4, 30);
@@ -303,7 +303,7 @@ overwritten(Bytes bytes, std::size_t at, NumberT number)
   return bytes;
 }
 
-TEST(ForgedStreams, PublishedFieldsThatLie)
+TEST(ForgedStreams, InvalidPublishedFields)
 {
   std::mt19937_64 random(4);
   FrameEncoder encoder(StreamFormat::Published, 10);
@@ -344,7 +344,7 @@ TEST(ForgedStreams, PublishedFieldsThatLie)
                   limits);
 }
 
-TEST(ForgedStreams, PublishedTreesThatAreNone)
+TEST(ForgedStreams, InvalidPublishedTrees)
 {
   FrameEncoder encoder(StreamFormat::Published, 10);
   const Bytes empty = encoded(encoder, emptyFrame(2));

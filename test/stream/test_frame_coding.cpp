@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -12,8 +13,6 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
-
-constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
 
 /** \brief A decoder's grid counts from its lower corner in the published layout. */
 void
@@ -61,7 +60,7 @@ walks(std::uint64_t seed, unsigned int bits)
 
 TEST(FrameCoding, WalksComeBack)
 {
-  for (const StreamFormat format : formats)
+  for (const StreamFormat format : all_formats)
     for (unsigned int bits = 1; bits <= 16; ++bits) {
       if (format == StreamFormat::Published && bits != 8)
         continue;
@@ -95,37 +94,11 @@ TEST(FrameCoding, WalksComeBack)
     }
 }
 
-TEST(FrameCoding, AChangedScaleMakesAnIFrame)
-{
-  std::mt19937_64 random(1);
-  FrameEncoder encoder(StreamFormat::Version1, 100);
-  FrameDecoder decoder;
-  VoxelFrame back;
-  VoxelFrame frame = randomFrame(random, 6, 200, 3);
-  const auto isIFrame = [&] {
-    EXPECT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
-    expectSameFrame(back, frame);
-    EXPECT_EQ(decoder.statistics().is_i_frame, encoder.statistics().is_i_frame);
-    return encoder.statistics().is_i_frame;
-  };
-  EXPECT_TRUE(isIFrame());
-  EXPECT_FALSE(isIFrame());
-  frame.intensity_scale.bits = 16;
-  EXPECT_TRUE(isIFrame());
-  EXPECT_FALSE(isIFrame());
-  frame.intensity_scale.step = 1.0f / 3.0f;
-  EXPECT_TRUE(isIFrame());
-  EXPECT_FALSE(isIFrame());
-  frame.intensity_scale.offset = -0.25f;
-  EXPECT_TRUE(isIFrame());
-  EXPECT_FALSE(isIFrame());
-}
-
 TEST(FrameCoding, IFramesComeEveryNthFrame)
 {
   std::mt19937_64 random(2);
   const VoxelFrame frame = randomFrame(random, 4, 20);
-  for (const StreamFormat format : formats)
+  for (const StreamFormat format : all_formats)
     for (const unsigned int rate : {0u, 1u, 2u, 3u, 7u, 4000000000u}) {
       FrameEncoder encoder(format, rate);
       const unsigned int period = std::max(rate, 1u);
@@ -138,32 +111,60 @@ TEST(FrameCoding, IFramesComeEveryNthFrame)
     }
 }
 
-TEST(FrameCoding, RequestsAndNewGridsMakeIFrames)
+TEST(FrameCoding, ARequestMakesAnIFrameAndThePeriodBeginsAnew)
 {
   std::mt19937_64 random(3);
-  for (const StreamFormat format : formats) {
+  const VoxelFrame frame = randomFrame(random, 4, 20);
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, 5);
-    VoxelFrame frame = randomFrame(random, 4, 20);
-    const auto isIFrame = [&] {
+    std::string kinds;
+    for (int i = 0; i < 9; ++i) {
+      if (i == 2) {
+        encoder.requestIFrame();
+        EXPECT_TRUE(encoder.isIFrameDue());
+      }
       encoded(encoder, frame);
-      return encoder.statistics().is_i_frame;
+      kinds += encoder.statistics().is_i_frame ? 'I' : 'P';
+    }
+    EXPECT_EQ(kinds, "IPIPPPPIP");
+  }
+}
+
+TEST(FrameCoding, AnotherGridOrScaleMakesAnIFrame)
+{
+  using Change = std::function<void(VoxelFrame&)>;
+  const std::vector<Change> grids = {
+      [](VoxelFrame& frame) { frame.grid.first_index[1] += 1; },
+      [](VoxelFrame& frame) { frame.grid.resolution *= 1.5; },
+      [](VoxelFrame& frame) { frame.grid.depth = 5; }};
+  const std::vector<Change> scales = {
+      [](VoxelFrame& frame) { frame.intensity_scale.bits = 15; },
+      [](VoxelFrame& frame) { frame.intensity_scale.step = 1.0f / 3.0f; },
+      [](VoxelFrame& frame) { frame.intensity_scale.offset = -0.25f; },
+      [](VoxelFrame& frame) { frame.intensity_scale.companded_range = 0x8000; }};
+  std::mt19937_64 random(1);
+  for (const StreamFormat format : all_formats) {
+    std::vector<Change> changes = grids;
+    if (format == StreamFormat::Version1)
+      changes.insert(changes.end(), scales.begin(), scales.end());
+    FrameEncoder encoder(format, 100);
+    FrameDecoder decoder;
+    VoxelFrame frame = randomFrame(random, 4, 20);
+    const auto expectFrame = [&](bool is_i_frame) {
+      VoxelFrame back;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+      expectSamePlaces(back, frame);
+      EXPECT_EQ(encoder.statistics().is_i_frame, is_i_frame);
+      EXPECT_EQ(decoder.statistics().is_i_frame, is_i_frame);
     };
-    EXPECT_TRUE(isIFrame());
-    EXPECT_FALSE(isIFrame());
-    encoder.requestIFrame();
-    EXPECT_TRUE(encoder.isIFrameDue());
-    EXPECT_TRUE(isIFrame());
-    for (int i = 0; i < 4; ++i) // the period begins anew
-      EXPECT_FALSE(isIFrame());
-    EXPECT_TRUE(isIFrame());
-    frame.grid.first_index[1] += 1;
-    EXPECT_TRUE(isIFrame());
-    EXPECT_FALSE(isIFrame());
-    frame.grid.resolution *= 1.5;
-    EXPECT_TRUE(isIFrame());
-    frame.grid.depth = 5;
-    EXPECT_TRUE(isIFrame());
-    EXPECT_FALSE(isIFrame());
+    expectFrame(true);
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      SCOPED_TRACE(i);
+      expectFrame(false);
+      changes[i](frame);
+      expectFrame(true);
+    }
+    expectFrame(false);
   }
 }
 
@@ -173,7 +174,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
 {
   std::mt19937_64 random(12);
   const float nan_value = std::numeric_limits<float>::quiet_NaN();
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     const VoxelFrame good = randomFrame(random, 4, 30);
     std::vector<VoxelFrame> bad(17, good);
     std::swap(bad[0].keys[3], bad[0].keys[4]);

@@ -16,13 +16,7 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief A stream that was sent: frames and their bytes. */
-struct Sent {
-  std::vector<VoxelFrame> frames;
-  std::vector<Bytes> bytes;
-};
-
-Sent
+EncodedFrames
 sent(StreamFormat format,
      std::size_t count,
      unsigned int i_frame_rate,
@@ -30,19 +24,12 @@ sent(StreamFormat format,
 {
   std::mt19937_64 random(seed);
   FrameEncoder encoder(format, i_frame_rate);
-  Sent stream;
-  VoxelFrame frame = randomFrame(random, 4, 40);
-  for (std::size_t i = 0; i < count; ++i) {
-    stream.frames.push_back(frame);
-    stream.bytes.push_back(encoded(encoder, frame));
-    walk(random, 3, frame);
-  }
-  return stream;
+  return encodedWalk(encoder, random, randomFrame(random, 4, 40), count, 3);
 }
 
 /** \brief Decodes a frame, which must be this one if it is Ok. */
 CompressionCode
-received(FrameDecoder& decoder, const Sent& stream, std::size_t index)
+received(FrameDecoder& decoder, const EncodedFrames& stream, std::size_t index)
 {
   VoxelFrame back;
   const CompressionCode code = decoded(decoder, stream.bytes[index], back);
@@ -55,16 +42,12 @@ class FrameOrders : public testing::TestWithParam<StreamFormat> {};
 
 INSTANTIATE_TEST_SUITE_P(BothFormats,
                          FrameOrders,
-                         testing::Values(StreamFormat::Version1,
-                                         StreamFormat::Published),
-                         [](const auto& format) {
-                           return format.param == StreamFormat::Version1 ? "Version1"
-                                                                         : "Published";
-                         });
+                         testing::ValuesIn(all_formats),
+                         [](const auto& format) { return nameOf(format.param); });
 
 TEST_P(FrameOrders, LateCopiesAreDroppedAndCostNothing)
 {
-  const Sent stream = sent(GetParam(), 90, 10);
+  const EncodedFrames stream = sent(GetParam(), 90, 10);
   for (std::size_t delay = 1; delay < 60; ++delay) {
     FrameDecoder decoder;
     for (std::size_t i = 0; i < stream.bytes.size(); ++i) {
@@ -80,7 +63,7 @@ TEST_P(FrameOrders, LateCopiesAreDroppedAndCostNothing)
 
 TEST_P(FrameOrders, SomeCopiesInARowCostNothing)
 {
-  const Sent stream = sent(GetParam(), 60, 10);
+  const EncodedFrames stream = sent(GetParam(), 60, 10);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 40; ++i)
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
@@ -93,7 +76,7 @@ TEST_P(FrameOrders, SomeCopiesInARowCostNothing)
 
 TEST_P(FrameOrders, APFrameTwiceIsAnOldFrame)
 {
-  const Sent stream = sent(GetParam(), 3, 10);
+  const EncodedFrames stream = sent(GetParam(), 3, 10);
   FrameDecoder decoder;
   for (const std::size_t i : {0u, 1u})
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
@@ -104,7 +87,7 @@ TEST_P(FrameOrders, APFrameTwiceIsAnOldFrame)
 
 TEST_P(FrameOrders, AnIFrameRightBehindItselfIsDecodedAgain)
 {
-  const Sent stream = sent(GetParam(), 2, 10);
+  const EncodedFrames stream = sent(GetParam(), 2, 10);
   FrameDecoder decoder;
   for (int i = 0; i < 3; ++i)
     EXPECT_EQ(received(decoder, stream, 0), CompressionCode::Ok);
@@ -113,8 +96,8 @@ TEST_P(FrameOrders, AnIFrameRightBehindItselfIsDecodedAgain)
 
 TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
 {
-  const Sent first = sent(GetParam(), 50, 10);
-  const Sent second = sent(GetParam(), 50, 10, 2);
+  const EncodedFrames first = sent(GetParam(), 50, 10);
+  const EncodedFrames second = sent(GetParam(), 50, 10, 2);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 50; ++i)
     ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
@@ -124,7 +107,7 @@ TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
 
 TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedBehindManyCopies)
 {
-  const Sent stream = sent(GetParam(), 50, 10);
+  const EncodedFrames stream = sent(GetParam(), 50, 10);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 50; ++i)
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
@@ -136,11 +119,11 @@ TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedBehindManyCopies)
 
 TEST_P(FrameOrders, AFileIsReadAgainAndAgain)
 {
-  const Sent stream = sent(GetParam(), 25, 30);
-  std::string bytes;
+  const EncodedFrames stream = sent(GetParam(), 25, 30);
+  Bytes bytes;
   for (const Bytes& frame : stream.bytes)
-    bytes.append(frame.begin(), frame.end());
-  std::stringbuf file(bytes);
+    append(frame, bytes);
+  std::stringbuf file = bufferOf(bytes);
   FrameDecoder decoder;
   VoxelFrame back;
   for (int pass = 0; pass < 3; ++pass) {
@@ -171,36 +154,26 @@ TEST_P(FrameOrders, ASenderThatBeginsAgainWithoutVoxelsIsFollowedAtOnce)
   }
 }
 
-TEST(FrameOrder, ASenderOfIFramesWhoseFirstOnesAreLostIsFollowedFromTheThird)
+TEST(FrameOrder, ASenderWhoseFirstFrameIsLostIsFollowedFromALaterIFrame)
 {
-  const Sent first = sent(StreamFormat::Version1, 50, 1);
-  const Sent second = sent(StreamFormat::Version1, 30, 1, 2);
-  FrameDecoder decoder;
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
-  for (std::size_t i = 1; i < 30; ++i)
-    ASSERT_EQ(received(decoder, second, i),
-              i < 3 ? CompressionCode::OldFrame : CompressionCode::Ok)
-        << i;
+  // From the third frame of I-frames alone, or from the second I-frame.
+  for (const auto& [rate, followed_from] : {std::pair(1u, 3u), std::pair(10u, 10u)}) {
+    const EncodedFrames first = sent(StreamFormat::Version1, 50, rate);
+    const EncodedFrames second = sent(StreamFormat::Version1, 30, rate, 2);
+    FrameDecoder decoder;
+    for (std::size_t i = 0; i < 50; ++i)
+      ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
+    for (std::size_t i = 1; i < 30; ++i)
+      ASSERT_EQ(received(decoder, second, i),
+                i < followed_from ? CompressionCode::OldFrame : CompressionCode::Ok)
+          << i;
+  }
 }
 
-TEST(FrameOrder, ASenderWhoseFirstIFrameIsLostIsFollowedFromTheSecond)
-{
-  const Sent first = sent(StreamFormat::Version1, 50, 10);
-  const Sent second = sent(StreamFormat::Version1, 30, 10, 2);
-  FrameDecoder decoder;
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
-  for (std::size_t i = 1; i < 30; ++i)
-    ASSERT_EQ(received(decoder, second, i),
-              i < 10 ? CompressionCode::OldFrame : CompressionCode::Ok)
-        << i;
-}
-
-TEST(FrameOrder, AnIFrameThatWasOvertakenIsDropped)
+TEST(FrameOrder, OvertakenIFramesAreDropped)
 {
   // Frame 11 comes behind frame 23: decoding it would cost the frames up to 31.
-  const Sent stream = sent(StreamFormat::Version1, 40, 10);
+  const EncodedFrames stream = sent(StreamFormat::Version1, 40, 10);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 40; ++i) {
     if (i >= 10 && i < 20)
@@ -212,10 +185,10 @@ TEST(FrameOrder, AnIFrameThatWasOvertakenIsDropped)
   }
 }
 
-TEST(FrameOrder, TheStreamWithTheHigherNumbersIsKept)
+TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
 {
-  const Sent high = sent(StreamFormat::Version1, 60, 5);
-  const Sent low = sent(StreamFormat::Version1, 60, 5, 2);
+  const EncodedFrames high = sent(StreamFormat::Version1, 60, 5);
+  const EncodedFrames low = sent(StreamFormat::Version1, 60, 5, 2);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 30; ++i)
     ASSERT_EQ(received(decoder, high, i), CompressionCode::Ok);
@@ -225,12 +198,12 @@ TEST(FrameOrder, TheStreamWithTheHigherNumbersIsKept)
   }
 }
 
-TEST(FrameOrder, LossAndReorderingShowNothingWrong)
+TEST(FrameOrder, LossAndReorderingNeverGiveAWrongFrame)
 {
   // What is Ok is the frame itself, as received() checks, whatever the order; and the next
   // frame of the stream is always Ok.
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
-    const Sent stream = sent(format, 60, 7);
+  for (const StreamFormat format : all_formats) {
+    const EncodedFrames stream = sent(format, 60, 7);
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
       std::mt19937_64 random(seed);
       std::vector<std::size_t> order;

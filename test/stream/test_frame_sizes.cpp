@@ -11,8 +11,6 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-constexpr Effort efforts[] = {Effort::Fast, Effort::Balanced, Effort::Small};
-
 struct Scene {
   unsigned int depth;
   std::size_t voxels;
@@ -22,7 +20,7 @@ const std::vector<Scene> scenes{
 
 TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
 {
-  for (const Effort effort : efforts) {
+  for (const Effort effort : all_efforts) {
     std::mt19937_64 random(11);
     for (const Scene& scene : scenes) {
       FrameEncoder version1(StreamFormat::Version1, 3, effort);
@@ -41,11 +39,11 @@ TEST(FrameSizes, NoEffortIsLargerThanThePublishedLayout)
   }
 }
 
-TEST(FrameSizes, ADepthModelThatOnlyCostsIsLeftOut)
+TEST(FrameSizes, DepthModelsThatSaveNothingAreLeftOut)
 {
   RoomStream::Settings settings;
   settings.depth_model = roomDepthModel(settings.depth, settings.bits);
-  for (const Effort effort : efforts) {
+  for (const Effort effort : all_efforts) {
     RoomStream room(settings);
     FrameEncoder with(StreamFormat::Version1, 4, effort);
     FrameEncoder without(StreamFormat::Version1, 4, effort);
@@ -85,7 +83,7 @@ TEST(FrameSizes, AStaticSceneIsMuchSmallerThanInThePublishedLayout)
       const std::size_t published =
           bytesOfRoom(settings, FrameEncoder(StreamFormat::Published, 10), is_p_only);
       std::vector<std::size_t> bytes;
-      for (const Effort effort : efforts)
+      for (const Effort effort : all_efforts)
         bytes.push_back(bytesOfRoom(
             settings, FrameEncoder(StreamFormat::Version1, 10, effort), is_p_only));
       EXPECT_LE(bytes[0], published) << width;
@@ -98,10 +96,10 @@ TEST(FrameSizes, AStaticSceneIsMuchSmallerThanInThePublishedLayout)
   }
 }
 
-TEST(FrameSizes, HistoryAndIFramesAreWorthTheirBytes)
+TEST(FrameSizes, PFramesAreSmallerThanIFrames)
 {
   RoomStream::Settings settings;
-  for (const Effort effort : efforts) {
+  for (const Effort effort : all_efforts) {
     const auto size = [&](unsigned int rate) {
       return bytesOfRoom(
           settings, FrameEncoder(StreamFormat::Version1, rate, effort), false);
@@ -113,7 +111,7 @@ TEST(FrameSizes, HistoryAndIFramesAreWorthTheirBytes)
 TEST(FrameSizes, FiftyVoxelsOfAKnownSceneTakeNinetyBytesAtMost)
 {
   // Most of them stay, as on a robot's arm that holds still; all of the frame counts.
-  for (const Effort effort : efforts) {
+  for (const Effort effort : all_efforts) {
     std::mt19937_64 random(5);
     VoxelFrame scene = randomFrame(random, 8, 50);
     for (std::uint16_t& symbol : scene.intensities)
@@ -138,7 +136,7 @@ TEST(FrameSizes, FiftyVoxelsOfAKnownSceneTakeNinetyBytesAtMost)
   }
 }
 
-TEST(FrameSizes, ADepthModelMakesIntensitiesOfItsLawSmall)
+TEST(FrameSizes, DepthModelsSaveAQuarterOfTheIntensities)
 {
   for (const Effort effort : {Effort::Balanced, Effort::Small})
     for (const std::uint8_t exponent : {std::uint8_t{1}, std::uint8_t{2}})

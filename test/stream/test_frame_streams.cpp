@@ -12,12 +12,10 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
-
 TEST(FrameStreams, GarbageIsSkippedAndCounted)
 {
   std::mt19937_64 random(4);
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, 3);
     FrameDecoder decoder;
     VoxelFrame back;
@@ -32,7 +30,7 @@ TEST(FrameStreams, GarbageIsSkippedAndCounted)
       append(encoded(encoder, frames.back()), stream);
     }
     stream.push_back('P');
-    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    std::stringbuf buffer = bufferOf(stream);
     for (std::size_t i = 0; i < frames.size(); ++i) {
       ASSERT_TRUE(decoder.decode(buffer, back).ok());
       expectSameVoxels(back, frames[i]);
@@ -43,20 +41,17 @@ TEST(FrameStreams, GarbageIsSkippedAndCounted)
   }
 }
 
-TEST(FrameStreams, AFrameWithoutItsReferenceIsReadWhole)
+TEST(FrameStreams, AFrameWithoutItsReferenceIsConsumed)
 {
   std::mt19937_64 random(41);
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, 3);
-    VoxelFrame frame = randomFrame(random, 5, 100);
+    const EncodedFrames sent =
+        encodedWalk(encoder, random, randomFrame(random, 5, 100), 4, 20);
     Bytes stream;
-    for (int i = 0; i < 4; ++i) {
-      const Bytes bytes = encoded(encoder, frame);
-      if (i > 0) // the first I-frame is lost
-        append(bytes, stream);
-      walk(random, 20, frame);
-    }
-    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    for (std::size_t i = 1; i < 4; ++i) // the first I-frame is lost
+      append(sent.bytes[i], stream);
+    std::stringbuf buffer = bufferOf(stream);
     FrameDecoder decoder;
     VoxelFrame back;
     EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::MissingReference);
@@ -70,19 +65,16 @@ TEST(FrameStreams, AFrameWithoutItsReferenceIsReadWhole)
 TEST(FrameStreams, ADamagedSizeBehindALossHidesNoIFrame)
 {
   std::mt19937_64 random(42);
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+  for (const Effort effort : all_efforts) {
     FrameEncoder encoder(StreamFormat::Version1, 3, effort);
-    VoxelFrame frame = randomFrame(random, 5, 100);
+    EncodedFrames sent =
+        encodedWalk(encoder, random, randomFrame(random, 5, 100), 5, 20);
+    // Its payload seems to reach into the I-frame behind it.
+    sent.bytes[2].resize(sent.bytes[2].size() - 20);
     Bytes stream;
-    for (int i = 0; i < 5; ++i) {
-      Bytes bytes = encoded(encoder, frame);
-      if (i == 2) // its payload seems to reach into the I-frame behind it
-        bytes.resize(bytes.size() - 20);
-      if (i != 1) // lost
-        append(bytes, stream);
-      walk(random, 20, frame);
-    }
-    std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+    for (const std::size_t i : {0u, 2u, 3u, 4u}) // 1 is lost
+      append(sent.bytes[i], stream);
+    std::stringbuf buffer = bufferOf(stream);
     FrameDecoder decoder;
     VoxelFrame back;
     EXPECT_EQ(decoder.decode(buffer, back).code(), CompressionCode::Ok);
@@ -112,19 +104,14 @@ TEST(FrameStreams, BothFormatsShareAStream)
 
 // ---------------------------------------------------------------- loss
 
-TEST(FrameStreams, ALostFrameCostsThePFramesBehindItAndNoMore)
+TEST(FrameStreams, ALostFrameAffectsOnlyThePFramesBehindIt)
 {
   constexpr unsigned int rate = 5;
   std::mt19937_64 random(6);
-  for (const StreamFormat format : formats) {
+  for (const StreamFormat format : all_formats) {
     FrameEncoder encoder(format, rate);
-    std::vector<VoxelFrame> frames{randomFrame(random, 5, 100)};
-    std::vector<Bytes> stream;
-    for (int i = 0; i < 12; ++i) {
-      stream.push_back(encoded(encoder, frames.back()));
-      frames.push_back(frames.back());
-      walk(random, 20, frames.back());
-    }
+    const auto [frames, stream] =
+        encodedWalk(encoder, random, randomFrame(random, 5, 100), 12, 20);
     for (std::size_t lost = 0; lost < stream.size(); ++lost) {
       FrameDecoder decoder;
       VoxelFrame back;
@@ -160,7 +147,7 @@ TEST(FrameStreams, AReceiverMayJoinAtAnEmptyIFrame)
 {
   // Also an I-frame without voxels forgets all that was learnt before.
   std::mt19937_64 random(61);
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
+  for (const Effort effort : all_efforts)
     for (const bool has_depth_model : {false, true}) {
       FrameEncoder encoder(StreamFormat::Version1, 100, effort);
       VoxelFrame frame = randomFrame(random, 5, 2000);
@@ -202,9 +189,9 @@ TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
   encoded(other, frame);
   walk(random, 20, frame); // the same voxels but for some, so that P-frames follow
   ASSERT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
-  const Bytes stranger = encoded(other, frame);
+  const Bytes of_other = encoded(other, frame);
   ASSERT_FALSE(other.statistics().is_i_frame);
-  EXPECT_EQ(decoded(decoder, stranger, back), CompressionCode::Corrupt);
+  EXPECT_EQ(decoded(decoder, of_other, back), CompressionCode::Corrupt);
   EXPECT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
   expectSameFrame(back, frame);
 }

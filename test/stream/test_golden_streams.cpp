@@ -87,7 +87,7 @@ TEST(GoldenStreams, DecodeToTheVoxelsOfTheirChecksums)
   EXPECT_EQ(expectVoxelsOfChecksums(golden), goldenStreams().size());
 }
 
-TEST(GoldenStreams, OfEarlierEncodersDecodeForEver)
+TEST(GoldenStreams, OfEarlierEncodersStillDecode)
 {
   EXPECT_EQ(expectVoxelsOfChecksums(earlier), 2u);
 }

@@ -1,6 +1,6 @@
 /** \file
- * \brief What bytes that nobody's encoder wrote may cost: time that grows as they do, and
- * memory that is given back.
+ * \brief The time and memory that forged bytes and huge frames take: linear time, and
+ * memory that is released.
  */
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
@@ -51,13 +51,12 @@ private:
   std::size_t bytes_read_ = 0;
 };
 
-/** \brief What a beginning of a frame says of its payload. */
+/** \brief The payload size that a frame header claims. */
 enum class Claim { AllThatFollows, HalfOfIt, Little };
 
-/** \brief Beginnings of frames, one right behind the other, whose payloads would be what
- * follows. */
+/** \brief Frame headers, one behind the other, that claim what follows as payload. */
 Bytes
-manyBeginnings(std::size_t size, bool are_i_frames, Claim claim)
+manyHeaders(std::size_t size, bool are_i_frames, Claim claim)
 {
   Bytes stream;
   Parts beginning;
@@ -75,7 +74,7 @@ manyBeginnings(std::size_t size, bool are_i_frames, Claim claim)
   return stream;
 }
 
-TEST(HostileStreams, ASearchTakesTimeAsBytesAreThere)
+TEST(HostileStreams, SearchingIsLinearInTheBytes)
 {
   constexpr std::size_t size = std::size_t{1} << 19;
   DecoderLimits limits;
@@ -85,7 +84,7 @@ TEST(HostileStreams, ASearchTakesTimeAsBytesAreThere)
   const VoxelFrame frame = randomFrame(random, 4, 40);
   for (const bool are_i_frames : {true, false})
     for (const Claim claim : {Claim::AllThatFollows, Claim::HalfOfIt, Claim::Little}) {
-      Bytes stream = manyBeginnings(size, are_i_frames, claim);
+      Bytes stream = manyHeaders(size, are_i_frames, claim);
       append(encoded(encoder, frame), stream);
       append(encoded(encoder, frame), stream);
       CountingBuffer buffer(stream);
@@ -135,15 +134,10 @@ smallStream(const Case& kind, std::size_t count)
 {
   std::mt19937_64 random(2);
   FrameEncoder encoder(kind.format, 100, kind.effort);
-  VoxelFrame frame = randomFrame(random, 5, 100);
+  const VoxelFrame frame = randomFrame(random, 5, 100);
   encoded(encoder, frame);
   encoder.requestIFrame();
-  std::vector<Bytes> stream;
-  for (std::size_t i = 0; i < count; ++i) {
-    stream.push_back(encoded(encoder, frame));
-    walk(random, 3, frame);
-  }
-  return stream;
+  return encodedWalk(encoder, random, frame, count, 3).bytes;
 }
 
 /** \brief Memory that a decoder holds behind frames, the one that they are decoded into
@@ -157,7 +151,7 @@ heldBehind(FrameDecoder& decoder, VoxelFrame& frame, const std::vector<Bytes>& s
   return memory_use.live();
 }
 
-TEST(HostileStreams, WhatAHugeFrameTookIsGivenBackNineFramesLater)
+TEST(HostileStreams, DecodersReleaseTheMemoryOfAHugeFrame)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   constexpr std::size_t frames = 9;
@@ -180,7 +174,7 @@ TEST(HostileStreams, WhatAHugeFrameTookIsGivenBackNineFramesLater)
       {
         VoxelFrame frame;
         decoder->decode(bytes.data(), bytes.size(), frame);
-        EXPECT_GE(memory_use.peak(), 2 * huge); // or it tells nothing
+        EXPECT_GE(memory_use.peak(), 2 * huge); // else the test is void
         heldBehind(*decoder, frame, stream);
         EXPECT_LE(memory_use.live(), 2 * usually_held + (1u << 16));
       }
@@ -189,7 +183,7 @@ TEST(HostileStreams, WhatAHugeFrameTookIsGivenBackNineFramesLater)
     }
 }
 
-TEST(HostileStreams, SharedMemoryIsGivenBackNineFramesLaterByWhoeverComes)
+TEST(HostileStreams, OtherStreamsReleaseTheSharedMemoryOfAHugeFrame)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   const Case kind = cases[0];
@@ -201,9 +195,9 @@ TEST(HostileStreams, SharedMemoryIsGivenBackNineFramesLaterByWhoeverComes)
   VoxelFrame frame;
   const MemoryUse memory_use;
   {
-    FrameDecoder victim;
+    FrameDecoder decoder;
     VoxelFrame huge_frame;
-    ASSERT_TRUE(victim.decode(bytes.data(), bytes.size(), huge_frame, memory).ok());
+    ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), huge_frame, memory).ok());
     EXPECT_GE(memory_use.live(), 100 * huge);
   }
   for (const Bytes& small : stream)
@@ -211,7 +205,7 @@ TEST(HostileStreams, SharedMemoryIsGivenBackNineFramesLaterByWhoeverComes)
   EXPECT_LE(memory_use.live(), std::size_t{1} << 20);
 }
 
-TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
+TEST(HostileStreams, EncodersReleaseTheMemoryOfAHugeFrame)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   const VoxelFrame huge_frame = distantVoxels(huge);
@@ -230,7 +224,7 @@ TEST(HostileStreams, AnEncoderGivesBackWhatAHugeFrameTook)
   }
 }
 
-TEST(HostileStreams, AFormatThatTheStreamHasLeftHoldsNothing)
+TEST(HostileStreams, AnotherFormatReleasesTheMemoryOfTheFirst)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   for (const Case& first : cases)
@@ -249,7 +243,7 @@ TEST(HostileStreams, AFormatThatTheStreamHasLeftHoldsNothing)
     }
 }
 
-TEST(HostileStreams, FramesThatOnlyClaimToBeHugeKeepNoMemory)
+TEST(HostileStreams, FramesThatClaimManyVoxelsKeepNoMemory)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   for (const bool is_i_frame : {false, true}) {
@@ -287,7 +281,7 @@ appendBranches(unsigned int levels, Bytes& branches)
     appendBranches(levels - 1, branches);
 }
 
-TEST(HostileStreams, APublishedFrameHasNotManyMoreBranchesThanItsVoxelsNeed)
+TEST(HostileStreams, PublishedFramesWithTooManyBranchesAreRefused)
 {
   // 4681 branches without a voxel, in an octree of six levels.
   Bytes bytes(published::magic, published::magic + published::magic_size);
@@ -309,7 +303,7 @@ TEST(HostileStreams, APublishedFrameHasNotManyMoreBranchesThanItsVoxelsNeed)
   EXPECT_EQ(decoded(decoder, bytes, frame), CompressionCode::LimitExceeded);
 }
 
-TEST(HostileStreams, HeadersOfFramesThatNobodyCanCheckHideNoFrame)
+TEST(HostileStreams, UnverifiableHeadersHideNoFrame)
 {
   std::mt19937_64 random(4);
   FrameEncoder encoder(StreamFormat::Version1, 1);
@@ -329,7 +323,7 @@ TEST(HostileStreams, HeadersOfFramesThatNobodyCanCheckHideNoFrame)
   }
   DecoderLimits limits;
   limits.max_frame_bytes = 40000;
-  std::stringbuf buffer(std::string(stream.begin(), stream.end()));
+  std::stringbuf buffer = bufferOf(stream);
   FrameDecoder decoder(limits);
   VoxelFrame back;
   std::size_t good_frames = 0;
@@ -346,7 +340,7 @@ TEST(HostileStreams, DefaultLimitsTakeAFrameOfAMegapixel)
   constexpr std::size_t megapixel = std::size_t{1} << 20;
   EXPECT_EQ(DecoderLimits().max_voxels, megapixel);
   std::mt19937_64 random(3);
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+  for (const StreamFormat format : all_formats) {
     // The most bytes: voxels and intensities anywhere.
     VoxelFrame frame = emptyFrame(20, format == StreamFormat::Published ? 8 : 16);
     for (std::uint64_t i = 0; i < megapixel; ++i) {

@@ -1,5 +1,5 @@
 /** \file
- * \brief Hostile streams, kept as files in test/data/invalid, and what each is refused
+ * \brief Invalid streams, kept as files in test/data/invalid, and what each is refused
  * with. See write_test_streams.cpp for what is wrong with them.
  */
 #include "support/voxel_frames.h"
@@ -48,9 +48,9 @@ const std::vector<InvalidFile> files{
     {"symbols_of_17_bits", CompressionCode::Corrupt, "the intensity scale is none"},
     {"long_frame_id", CompressionCode::Corrupt, "the frame_id is too long"}};
 
-TEST(InvalidFiles, AreRefusedForWhatIsWrongWithThem)
+TEST(InvalidFiles, AreRefusedWithTheirCodeAndMessage)
 {
-  FrameDecoder decoder; // one for all: no file may spoil it
+  FrameDecoder decoder; // one for all: invalid files leave it unchanged
   std::mt19937_64 random(1);
   FrameEncoder encoder(StreamFormat::Version1, 1);
   for (const InvalidFile& invalid : files) {
@@ -61,8 +61,8 @@ TEST(InvalidFiles, AreRefusedForWhatIsWrongWithThem)
     VoxelFrame frame;
     const bool needs_fresh = invalid.code == CompressionCode::MissingReference;
     FrameDecoder fresh;
-    FrameDecoder& victim = needs_fresh ? fresh : decoder;
-    const CompressionStatus status = victim.decode(bytes.data(), bytes.size(), frame);
+    const CompressionStatus status =
+        (needs_fresh ? fresh : decoder).decode(bytes.data(), bytes.size(), frame);
     EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(invalid.code));
     EXPECT_NE(status.message().find(invalid.message), std::string::npos)
         << status.message();
@@ -72,7 +72,7 @@ TEST(InvalidFiles, AreRefusedForWhatIsWrongWithThem)
   }
 }
 
-TEST(InvalidFiles, AreAllOfTheFolder)
+TEST(InvalidFiles, CoverTheFolder)
 {
   std::set<std::string> known;
   for (const InvalidFile& invalid : files)

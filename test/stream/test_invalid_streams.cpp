@@ -20,8 +20,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-constexpr StreamFormat formats[] = {StreamFormat::Version1, StreamFormat::Published};
-
 /** \brief A stream of an I-frame and a P-frame. */
 struct ShortStream {
   StreamFormat format;
@@ -178,7 +176,7 @@ TEST_F(InvalidStreams, AGoodIFrameBehindABadFrameIsFound)
       Bytes bytes = flipped(stream.i_frame, bit);
       append(stream.i_frame, bytes);
       append(stream.p_frame, bytes);
-      std::stringbuf buffer(std::string(bytes.begin(), bytes.end()));
+      std::stringbuf buffer = bufferOf(bytes);
       FrameDecoder decoder;
       VoxelFrame back;
       std::vector<VoxelFrame> frames;
@@ -211,7 +209,7 @@ private:
   underflow() override
   {
     if (next_ >= throw_at_)
-      throw std::runtime_error("the cable is out");
+      throw std::runtime_error("read error");
     if (next_ == bytes_.size())
       return traits_type::eof();
     const std::size_t size = std::min<std::size_t>(bytes_.size() - next_, 5);
@@ -245,7 +243,7 @@ TEST_F(InvalidStreams, RandomInputsAreRefused)
 {
   std::mt19937_64 random(1);
   const ShortStream good = shortStream(StreamFormat::Version1, 7, 8);
-  FrameDecoder decoder; // one for all: no input may spoil it
+  FrameDecoder decoder; // one for all: invalid input leaves it unchanged
   VoxelFrame back;
   for (std::size_t number = 0; number < 10000; ++number) {
     const Bytes bytes = randomInput(random, number);
@@ -255,7 +253,7 @@ TEST_F(InvalidStreams, RandomInputsAreRefused)
     ASSERT_FALSE(decoder.decode(pipe, back).ok());
     Pipe broken(bytes, below(random, 150));
     ASSERT_FALSE(decoder.decode(broken, back).ok());
-    std::stringbuf seekable(std::string(bytes.begin(), bytes.end()));
+    std::stringbuf seekable = bufferOf(bytes);
     ASSERT_FALSE(decoder.decode(seekable, back).ok());
     ASSERT_LT(memory_use.largest(), std::size_t{1} << 17);
     ASSERT_EQ(decodedExact(decoder, good.i_frame, back), CompressionCode::Ok);
@@ -341,7 +339,7 @@ class Oddity : public std::streambuf {
   }
 };
 
-TEST_F(InvalidStreams, WhateverABufferThrowsDecodingDoesNot)
+TEST_F(InvalidStreams, ExceptionsOfAnyTypeBecomeInputFailed)
 {
   Oddity buffer;
   FrameDecoder decoder;
@@ -356,7 +354,7 @@ TEST_F(InvalidStreams, WhateverABufferThrowsDecodingDoesNot)
 TEST_F(InvalidStreams, DecodingInALoopAlwaysEnds)
 {
   std::mt19937_64 random(2);
-  for (const StreamFormat format : formats)
+  for (const StreamFormat format : all_formats)
     for (int round = 0; round < 60; ++round) {
       FrameEncoder encoder(format, 3);
       Bytes bytes;
@@ -370,7 +368,7 @@ TEST_F(InvalidStreams, DecodingInALoopAlwaysEnds)
       limits.max_frame_bytes = round % 2 == 0 ? limits.max_frame_bytes : 100;
       FrameDecoder decoder(limits);
       VoxelFrame back;
-      std::stringbuf buffer(std::string(bytes.begin(), bytes.end()));
+      std::stringbuf buffer = bufferOf(bytes);
       Pipe pipe(bytes);
       for (std::streambuf* source : {static_cast<std::streambuf*>(&buffer),
                                      static_cast<std::streambuf*>(&pipe)}) {

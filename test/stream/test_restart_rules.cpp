@@ -51,11 +51,11 @@ restarts(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
   return encoder.statistics().is_i_frame;
 }
 
-TEST(RestartRules, AHistoryThatKnowsLittleOfAFrameIsLeft)
+TEST(RestartRules, RestartsWhenFewVoxelsAreKnown)
 {
   std::mt19937_64 random(1);
   const VoxelFrame first = randomFrame(random, 7, 1000);
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
+  for (const Effort effort : all_efforts) {
     const auto restartsWith = [&](std::size_t shared, std::size_t count) {
       return restarts(first, sharing(random, first, shared, count), effort);
     };
@@ -73,7 +73,7 @@ TEST(RestartRules, AHistoryThatKnowsLittleOfAFrameIsLeft)
   EXPECT_TRUE(restarts(emptyFrame(7), first, Effort::Balanced));
 }
 
-TEST(RestartRules, AHistoryThatPilesUpIsLeft)
+TEST(RestartRules, RestartsWhenTheHistoryIsTooLarge)
 {
   // A sensor that sees much, then almost nothing: its history is as large as before, and
   // costs time for nothing.
@@ -89,7 +89,7 @@ TEST(RestartRules, AHistoryThatPilesUpIsLeft)
   EXPECT_TRUE(restartsAfter(maxRecords(0) + 1, 0));
 }
 
-TEST(RestartRules, NoDecoderWithTheEncodersLimitsRefuses)
+TEST(RestartRules, DecodersWithTheSameLimitAcceptEveryFrame)
 {
   // Voxels that wander as fast as they can without an I-frame.
   std::mt19937_64 random(3);

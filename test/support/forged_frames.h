@@ -1,6 +1,6 @@
 /** \file
- * \brief Takes frames of version 1 apart, and puts them together with a lie in them and a
- * checksum that is right.
+ * \brief Takes frames of version 1 apart, and puts changed ones together with a valid
+ * checksum.
  */
 #pragma once
 
@@ -63,7 +63,7 @@ putTogetherSized(Parts parts, std::uint32_t reference_checksum = 0)
 
 constexpr std::size_t flags_offset = version1_magic_size + 1 + 4;
 
-/** \brief A frame whose bytes were changed, with a checksum that is right again. */
+/** \brief A frame whose bytes were changed, with a valid checksum. */
 inline Bytes
 withChecksum(Bytes bytes, std::uint32_t reference_checksum = 0)
 {

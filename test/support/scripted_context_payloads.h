@@ -166,7 +166,7 @@ public:
     return finish();
   }
 
-  /** \brief The payload of a frame that nobody is to learn. */
+  /** \brief The payload of a frame that is not learnt. */
   Bytes
   finish()
   {

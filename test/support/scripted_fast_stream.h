@@ -1,6 +1,6 @@
 /** \file
  * \brief Streams of the effort fast whose frames are written choice by choice, and what
- * a decoder answers to them.
+ * a decoder makes of them.
  */
 #pragma once
 
@@ -124,8 +124,8 @@ private:
   VoxelFrame expected_;
 };
 
-/** \brief A frame and what a decoder is to answer. Each lie stands behind frames that
- * are written alike and true. */
+/** \brief A frame and the code that a decoder gives; each invalid one stands behind valid
+ * ones that are written in the same way. */
 struct ScriptedFrame {
   std::string name;
   std::size_t voxels;

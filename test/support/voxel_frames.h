@@ -15,6 +15,8 @@
 #include <optional>
 #include <random>
 #include <set>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -22,6 +24,24 @@ namespace io {
 namespace test {
 
 using Bytes = std::vector<std::uint8_t>;
+
+inline constexpr StreamFormat all_formats[] = {StreamFormat::Version1,
+                                               StreamFormat::Published};
+inline constexpr Effort all_efforts[] = {Effort::Fast, Effort::Balanced, Effort::Small};
+
+inline std::string
+nameOf(Effort effort)
+{
+  return effort == Effort::Fast       ? "Fast"
+         : effort == Effort::Balanced ? "Balanced"
+                                      : "Small";
+}
+
+inline std::string
+nameOf(StreamFormat format)
+{
+  return format == StreamFormat::Version1 ? "Version1" : "Published";
+}
 
 /** \brief A number below `end`, the same on every machine. */
 inline std::uint64_t
@@ -132,6 +152,36 @@ inline void
 append(const Bytes& bytes, Bytes& stream)
 {
   stream.insert(stream.end(), bytes.begin(), bytes.end());
+}
+
+/** \brief A seekable buffer of bytes. */
+inline std::stringbuf
+bufferOf(const Bytes& bytes)
+{
+  return std::stringbuf(std::string(bytes.begin(), bytes.end()));
+}
+
+/** \brief A stream of frames, and the bytes of each. */
+struct EncodedFrames {
+  std::vector<VoxelFrame> frames;
+  std::vector<Bytes> bytes;
+};
+
+/** \brief Encodes a frame, and frames that each walk() on from the one before. */
+inline EncodedFrames
+encodedWalk(FrameEncoder& encoder,
+            std::mt19937_64& random,
+            VoxelFrame frame,
+            std::size_t count,
+            unsigned int changes)
+{
+  EncodedFrames stream;
+  for (std::size_t i = 0; i < count; ++i) {
+    stream.frames.push_back(frame);
+    stream.bytes.push_back(encoded(encoder, frame));
+    walk(random, changes, frame);
+  }
+  return stream;
 }
 
 } // namespace test

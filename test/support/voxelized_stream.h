@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -100,6 +101,25 @@ naiveVoxels(const Cloud& cloud, double resolution)
     voxels[{index(point.x), index(point.y), index(point.z)}].push_back(point.intensity);
   }
   return voxels;
+}
+
+/** \brief Points of each voxel, as a frame of counts shows them. */
+inline std::map<LatticeIndex, float>
+naiveCounts(const Cloud& cloud, double resolution)
+{
+  std::map<LatticeIndex, float> counts;
+  for (const auto& voxel : naiveVoxels(cloud, resolution))
+    counts[voxel.first] =
+        static_cast<float>(std::min<std::size_t>(voxel.second.size(), 255));
+  return counts;
+}
+
+inline Cloud
+withoutIntensities(Cloud cloud)
+{
+  for (Point& point : cloud)
+    point.intensity = 1.0f;
+  return cloud;
 }
 
 inline double

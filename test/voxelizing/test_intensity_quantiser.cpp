@@ -163,7 +163,7 @@ TEST(IntensityQuantiser, NativeMeansAreWithinHalfAStep)
   }
 }
 
-TEST(IntensityQuantiser, NativeScalesStandAnyIntensity)
+TEST(IntensityQuantiser, NativeScalesOfExtremeIntensitiesAreConsistent)
 {
   for (const float intensity : {-largest, largest, 1e-42f, -1e-42f, 1e-45f}) {
     SCOPED_TRACE(intensity);
@@ -228,6 +228,26 @@ TEST(IntensityQuantiser, ExplicitBitsAndRanges)
       EXPECT_EQ(stream.statistics.intensities_out_of_range, 2u);
       EXPECT_EQ(stream.frame.intensities[0], stream.frame.intensity_scale.maxSymbol());
     }
+}
+
+TEST(IntensityQuantiser, AnyPositiveRangeMakesAScale)
+{
+  for (const float range : {std::numeric_limits<float>::denorm_min(),
+                            std::numeric_limits<float>::min(),
+                            1e-30f,
+                            1.0f,
+                            1e30f,
+                            largest})
+    for (const unsigned int bits : {0u, 1u, 8u, 16u})
+      for (const auto curve : {IntensityCurve::Linear, IntensityCurve::Companded}) {
+        IntensityCompressionSettings settings = settingsOf(1.0);
+        settings.intensity_range = range;
+        settings.intensity_bits = bits;
+        settings.intensity_curve = curve;
+        Stream stream(settings, IntensityUnit::Native);
+        stream.add(row({range / 2.0f})); // expects a consistent frame
+        EXPECT_EQ(stream.frame.size(), 1u) << range << ", " << bits << " bits";
+      }
 }
 
 TEST(IntensityQuantiser, ExplicitBitsAlone)

@@ -119,8 +119,8 @@ TYPED_TEST(VoxelSets, GrowAndShrinkWithTheCloud)
     expectVoxels(voxels, randomPositions(count, count, 1000, 300));
 }
 
-/** \brief Blocks that want the same place in any table of the class, so that it forgets
- * them again and again. */
+/** \brief Blocks with the same place in any table of the class, so that they replace each
+ * other. */
 TEST(PointBlocks, UniteBlocksThatCollide)
 {
   constexpr std::uint64_t factor = 0x9e3779b97f4a7c15;

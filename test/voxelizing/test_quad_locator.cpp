@@ -131,7 +131,7 @@ class QuadLocators : public ::testing::Test {};
 using AllLanes = ::testing::Types<ScalarLanes, NativeLanes>;
 TYPED_TEST_SUITE(QuadLocators, AllLanes);
 
-TYPED_TEST(QuadLocators, AreNeverCertainOfWhatTheDivisionDenies)
+TYPED_TEST(QuadLocators, AgreeWithTheDivisionWhereCertain)
 {
   std::size_t certain_points = 0;
   for (const VoxelGrid& grid : grids())
@@ -139,7 +139,7 @@ TYPED_TEST(QuadLocators, AreNeverCertainOfWhatTheDivisionDenies)
   EXPECT_GT(certain_points, 10000u);
 }
 
-TYPED_TEST(QuadLocators, LeaveWhatIsOutsideTheBoxToOthers)
+TYPED_TEST(QuadLocators, AreNotCertainOutsideTheBox)
 {
   std::size_t certain_points = 0;
   for (const VoxelGrid& grid : grids()) {
@@ -180,7 +180,7 @@ TYPED_TEST(QuadLocators, AreCertainOfMostPoints)
   EXPECT_GT(certain_points, 4 * quads * 99 / 100);
 }
 
-TEST(Lattice, KnowsItsOutermostCoordinates)
+TEST(Lattice, OutermostCoordinates)
 {
   for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6})
     for (const double anchor : {0.0, 12.7}) {

@@ -43,16 +43,11 @@ clouds()
 TEST(Voxelizer, CountsAreThoseOfANaiveVoxelizer)
 {
   for (const double resolution : {0.01, 0.02, 0.04, 0.1})
-    for (Cloud cloud : clouds()) {
-      for (Point& point : cloud)
-        point.intensity = 1.0f;
+    for (const Cloud& intensities : clouds()) {
+      const Cloud cloud = withoutIntensities(intensities);
       Stream stream(settingsOf(resolution));
       stream.add(cloud);
-      std::map<LatticeIndex, float> expected;
-      for (const auto& voxel : naiveVoxels(cloud, resolution))
-        expected[voxel.first] =
-            static_cast<float>(std::min<std::size_t>(voxel.second.size(), 255));
-      EXPECT_TRUE(stream.values() == expected);
+      EXPECT_TRUE(stream.values() == naiveCounts(cloud, resolution));
       EXPECT_EQ(stream.statistics.points_used, cloud.size());
       EXPECT_EQ(stream.frame.grid.anchor, (std::array<double, 3>{0.0, 0.0, 0.0}));
       for (const Point& point : cloud) {
@@ -79,6 +74,22 @@ TEST(Voxelizer, AFaceBelongsToTheVoxelAboveIt)
   }
   stream.add(cloud);
   EXPECT_EQ(stream.values(), expected);
+}
+
+TEST(Voxelizer, TheFinestAndCoarsestVoxelsHoldTheirPoint)
+{
+  const std::array<float, 3> point{0.5f, -0.25f, 0.75f};
+  for (const double resolution : {1e-6, 1e6}) {
+    Stream stream(settingsOf(resolution));
+    const VoxelFrame& frame = stream.add({{point[0], point[1], point[2]}});
+    ASSERT_EQ(frame.size(), 1u);
+    const VoxelPosition position = voxelPosition(frame.keys[0]);
+    const std::array<std::uint32_t, 3> places{position.x, position.y, position.z};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(frame.grid.centre(axis, places[axis]),
+                  double{point[axis]},
+                  0.5 * resolution + 1e-9);
+  }
 }
 
 TEST(Voxelizer, ReadsStridedAndSeparateViews)
@@ -113,7 +124,7 @@ TEST(Voxelizer, EmptyCloudsKeepTheGrid)
   EXPECT_TRUE(stream.frame.grid == grid);
 }
 
-TEST(Voxelizer, WhatIsNotFiniteIsCounted)
+TEST(Voxelizer, NonFiniteValuesAreCounted)
 {
   for (const auto unit :
        {IntensityUnit::Native, IntensityUnit::Share, IntensityUnit::Points}) {
@@ -156,7 +167,7 @@ TEST(Voxelizer, BothEndsOfTheBoxBelongToIt)
     }
 }
 
-TEST(Voxelizer, OutliersNeitherCrashNorCostMemory)
+TEST(Voxelizer, FarPointsAreCountedAndTakeNoMemory)
 {
   Cloud cloud = randomCloud(8, -1.0, 1.0, 500);
   Stream stream(settingsOf(0.04));

@@ -17,24 +17,6 @@ using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 using pcl_ext::test::MemoryUse;
 
-std::map<LatticeIndex, float>
-naiveCounts(const Cloud& cloud, double resolution)
-{
-  std::map<LatticeIndex, float> counts;
-  for (const auto& voxel : naiveVoxels(cloud, resolution))
-    counts[voxel.first] =
-        static_cast<float>(std::min<std::size_t>(voxel.second.size(), 255));
-  return counts;
-}
-
-Cloud
-withoutIntensities(Cloud cloud)
-{
-  for (Point& point : cloud)
-    point.intensity = 1.0f;
-  return cloud;
-}
-
 /** \brief A surface like a sensor's, with noise. */
 Cloud
 surface(std::uint64_t seed, float x, std::size_t count = 4000)
@@ -51,7 +33,7 @@ surface(std::uint64_t seed, float x, std::size_t count = 4000)
   return cloud;
 }
 
-TEST(VoxelizerStreams, AWanderingCloudIsVoxelizedLikeASingleOne)
+TEST(VoxelizerStreams, MovingCloudsEqualSingleClouds)
 {
   for (const double resolution : {0.005, 0.04, 0.5}) {
     Stream stream(settingsOf(resolution));

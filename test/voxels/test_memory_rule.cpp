@@ -32,7 +32,7 @@ kept(std::size_t frames)
   return std::string(frames, '.');
 }
 
-TEST(MemoryRule, GivesBackWhenEightFramesDidWithLessThanAQuarter)
+TEST(MemoryRule, ReleasesWhenEightFramesNeededLessThanAQuarter)
 {
   MemoryRule rule(0);
   EXPECT_EQ(answersOf(rule, {large}), ".");
@@ -41,7 +41,7 @@ TEST(MemoryRule, GivesBackWhenEightFramesDidWithLessThanAQuarter)
   EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(40, large / 4 - 1)), kept(40));
 }
 
-TEST(MemoryRule, KeepsWhatIsFourTimesWhatTheyNeeded)
+TEST(MemoryRule, KeepsFourTimesTheNeed)
 {
   MemoryRule rule(0);
   std::vector<std::size_t> frames(100, large / 4);
@@ -49,7 +49,7 @@ TEST(MemoryRule, KeepsWhatIsFourTimesWhatTheyNeeded)
   EXPECT_EQ(answersOf(rule, frames), kept(100));
 }
 
-TEST(MemoryRule, OneFrameOfEightThatNeedsItKeepsIt)
+TEST(MemoryRule, OneFrameOfEightKeepsTheMemory)
 {
   MemoryRule rule(0);
   std::vector<std::size_t> frames;
@@ -60,7 +60,7 @@ TEST(MemoryRule, OneFrameOfEightThatNeedsItKeepsIt)
   EXPECT_EQ(answersOf(rule, {1}), "g");
 }
 
-TEST(MemoryRule, NothingBelowTheFloorIsGivenBack)
+TEST(MemoryRule, NothingBelowTheFloorIsReleased)
 {
   MemoryRule rule(large);
   std::vector<std::size_t> frames(30, 0);
@@ -70,7 +70,7 @@ TEST(MemoryRule, NothingBelowTheFloorIsGivenBack)
   EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(21));
 }
 
-TEST(MemoryRule, HasAFloorOf64KiBUnlessToldOtherwise)
+TEST(MemoryRule, TheDefaultFloorIs64KiB)
 {
   MemoryRule rule;
   std::vector<std::size_t> frames(20, 0);
@@ -80,7 +80,7 @@ TEST(MemoryRule, HasAFloorOf64KiBUnlessToldOtherwise)
   EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(11));
 }
 
-TEST(MemoryRule, FollowsAStreamThatFallsStepByStep)
+TEST(MemoryRule, FollowsDecreasingNeeds)
 {
   MemoryRule rule(0);
   std::vector<std::size_t> frames(1, 10000);
@@ -90,7 +90,7 @@ TEST(MemoryRule, FollowsAStreamThatFallsStepByStep)
   EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(7) + "g" + kept(7) + "g");
 }
 
-TEST(MemoryRule, GivesBackAgainWhatALaterFrameTook)
+TEST(MemoryRule, ReleasesALaterPeak)
 {
   MemoryRule rule(0);
   for (int i = 0; i < 3; ++i) {
@@ -100,7 +100,7 @@ TEST(MemoryRule, GivesBackAgainWhatALaterFrameTook)
   }
 }
 
-TEST(MemoryRule, FramesWithoutNeedsAskForNothing)
+TEST(MemoryRule, FramesThatNeedNothing)
 {
   MemoryRule rule(0);
   EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(20, 0)), kept(20));

@@ -197,7 +197,7 @@ TEST(BinaryRangeCoder, SizeIsTheEntropy)
   EXPECT_LE(encodedRow(even).size(), 1001u);
 }
 
-TEST(BinaryRangeCoder, ASureRowTakesNoByte)
+TEST(BinaryRangeCoder, CertainBitsTakeNoBytes)
 {
   // 0 is in the interval of ones only, and the bytes end in zeros that are not written.
   EXPECT_TRUE(encodedRow(Decisions(1000, {true, 0x8000})).empty());
@@ -237,7 +237,7 @@ TEST(BinaryRangeCoder, CarriesRunThroughWrittenBytes)
   EXPECT_GE(carries, 20u);
 }
 
-TEST(BinaryRangeCoder, BehindTheEndThereAreZeros)
+TEST(BinaryRangeCoder, ZerosAreReadBehindTheEnd)
 {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const Decisions decisions = randomDecisions(seed, 400, kinds[seed % 7]);
@@ -274,7 +274,7 @@ TEST(BinaryRangeCoder, RandomBytesNeverReadOutOfBounds)
   }
 }
 
-TEST(BinaryRangeCoder, BytesBehindARowAreLeftOver)
+TEST(BinaryRangeCoder, BytesBehindARowAreDetected)
 {
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     const Decisions decisions = randomDecisions(seed, seed, kinds[seed % 7]);
@@ -316,7 +316,7 @@ TEST(AdaptiveBit, BeginsEvenAndLearnsFastFirst)
   EXPECT_LT(bit.probability - before, step);
 }
 
-TEST(AdaptiveBit, IsNeverSureAndAlwaysRecovers)
+TEST(AdaptiveBit, StaysWithinItsLimitsAndRecovers)
 {
   for (std::uint8_t shift = 4; shift <= 7; ++shift)
     for (const bool usual : {false, true}) {
@@ -352,7 +352,7 @@ TEST(AdaptiveBit, LearnsTheShareOfOnes)
     }
 }
 
-TEST(AdaptiveBit, AHigherShiftIsSteadier)
+TEST(AdaptiveBit, HigherShiftsAdaptSlower)
 {
   AdaptiveBit slow;
   AdaptiveBit fast;

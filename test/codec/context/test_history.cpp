@@ -204,7 +204,7 @@ struct Histories {
   }
 };
 
-TEST(History, FollowsItsRule)
+TEST(History, MatchesTheSpecification)
 {
   std::mt19937_64 random(1);
   for (const unsigned int bits : {1u, 8u, 12u, 13u, 14u, 15u, 16u})
@@ -229,7 +229,7 @@ TEST(History, FollowsItsRule)
     }
 }
 
-TEST(History, FollowsItsRuleOnTheHighestSymbols)
+TEST(History, MatchesTheSpecificationForTheHighestSymbols)
 {
   // Fixed point must not leave 16 bits.
   for (const unsigned int bits : {8u, 12u, 13u, 16u}) {
@@ -275,7 +275,7 @@ framesUntilForgotten(History& history)
   return frames;
 }
 
-TEST(History, ForgetsWhatDoesNotComeBack)
+TEST(History, ForgetsVoxelsThatStayAway)
 {
   BlockList blocks;
   blocks.assign({17});
@@ -295,7 +295,7 @@ TEST(History, ForgetsWhatDoesNotComeBack)
   EXPECT_GT(framesAfter(20, true, 1000), framesAfter(20, true, usual_threshold));
 }
 
-TEST(History, IsBoundedWhateverTheFrames)
+TEST(History, IsBoundedForRandomFrames)
 {
   std::mt19937_64 random(3);
   History history;

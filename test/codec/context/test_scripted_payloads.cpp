@@ -165,7 +165,7 @@ TEST(ScriptedContextPayloads, OtherNumbersOfVoxels)
   }
 }
 
-TEST(ScriptedContextPayloads, NumbersThatAreNone)
+TEST(ScriptedContextPayloads, InvalidNumbers)
 {
   const Stream stream(3, 64 * 7 + 5);
   VoxelFrame like = emptyFrame(3, 4); // numbers of four bits
@@ -193,7 +193,7 @@ TEST(ScriptedContextPayloads, NumbersThatAreNone)
   EXPECT_EQ(escaped([](ContextScript& script) { script.longEscape(0); }), corrupt);
 }
 
-TEST(ScriptedContextPayloads, DistancesThatAreNone)
+TEST(ScriptedContextPayloads, InvalidDistances)
 {
   // Behind a number 10 another one is expected to be 10.
   const Stream stream(3, 64 * 7 + 5);

@@ -196,7 +196,7 @@ TEST(ScriptedFastPayloads, VoxelsOutsideOfAGridOfOneOctant)
   }
 }
 
-TEST(ScriptedFastPayloads, StatesThatNoEncoderLeaves)
+TEST(ScriptedFastPayloads, InvalidFinalStates)
 {
   const ScriptedStream stream = streamOfTwoBlocks();
   bool was_below = false;
@@ -278,7 +278,7 @@ TEST(ScriptedFastPayloads, FourStatesFrom1024VoxelsOn)
 
 TEST(ScriptedFastPayloads, APFrameOfAnotherEffortThanItsIFrame)
 {
-  // The coder of the effort fast, which knows nothing, would take it.
+  // Valid for a decoder of the effort fast without history.
   FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   VoxelFrame frame = emptyFrame(2);
   frame.keys = {7};

@@ -117,7 +117,7 @@ TEST(PublishedBoxes, CornersWithinTheLargestLattice)
   }
 }
 
-TEST(PublishedBoxes, ACubeButForPclsTolerance)
+TEST(PublishedBoxes, CubesWithinPclsTolerance)
 {
   // PCL leaves out an epsilon where it enlarges a box, and leaves a box alone that is off
   // by less than one at either end.

@@ -167,7 +167,7 @@ TEST(StaticRangeCoder, FlipsTruncationsAndWrongCountsAreRefused)
   }
 }
 
-TEST(StaticRangeCoder, CountsThatContradictTheTableCostNothing)
+TEST(StaticRangeCoder, CountsThatContradictTheTableAreRefusedEarly)
 {
   constexpr std::size_t table_size = 257 * 4;
   const auto consumed = [](const Bytes& bytes, std::size_t count) {

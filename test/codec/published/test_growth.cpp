@@ -23,12 +23,14 @@ using namespace pcl_ext::io::test;
 using pcl_ext::PublishedReference;
 using pcl_ext::PublishedReferenceDecoder;
 
-/** \brief A stream that starts with a box of no size, and who decodes it. */
+/** \brief A stream of PCL's octree, which starts with a box, and its decoders. */
 class GrowingStream {
 public:
-  GrowingStream(double resolution, unsigned int i_frame_rate)
-  : reference_(
-        resolution, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), i_frame_rate)
+  /** \param[in] box of no size unless given */
+  GrowingStream(double resolution,
+                unsigned int i_frame_rate,
+                const BoundingBox& box = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}})
+  : reference_(resolution, corner(box.min), corner(box.max), i_frame_rate)
   , encoder_(StreamFormat::Published, i_frame_rate)
   {}
 
@@ -92,7 +94,7 @@ growsOctree(const BoundingBox& box)
   return box.min[0] < -0.04 || box.max[0] > 0.04;
 }
 
-TEST(PublishedGrowth, AnOctreeThatGrewFromNothingIsRead)
+TEST(PublishedGrowth, OctreesThatGrowFromAnEmptyBox)
 {
   std::mt19937_64 random(1);
   for (const BoundingBox& box : boxes)
@@ -108,7 +110,28 @@ TEST(PublishedGrowth, AnOctreeThatGrewFromNothingIsRead)
     }
 }
 
-TEST(PublishedGrowth, AnOctreeThatGrowsOnAndOnIsRead)
+TEST(PublishedGrowth, OctreesThatGrowFromACropBox)
+{
+  std::mt19937_64 random(4);
+  for (const BoundingBox& box : boxes) {
+    constexpr double resolution = 0.1;
+    GrowingStream stream(resolution, 100, box);
+    Cloud cloud = randomCloud(random, box, 100);
+    for (int i = 0; i < 12; ++i) {
+      if (i % 3 == 2) { // further and further out, on all sides
+        pcl::PointXYZI point = cloud[0];
+        point.data[i / 3 % 3] +=
+            (i % 2 == 0 ? 1.5f : -1.5f) * static_cast<float>(resolution * (1 << i));
+        cloud.push_back(point);
+      }
+      ASSERT_NO_FATAL_FAILURE(stream.send(cloud)) << "frame " << i;
+    }
+    EXPECT_GT(stream.pFrames(), 0u);
+    EXPECT_LT(stream.pFrames(), 11u); // I-frames where the octree grew
+  }
+}
+
+TEST(PublishedGrowth, OctreesThatGrowRepeatedly)
 {
   std::mt19937_64 random(2);
   GrowingStream stream(0.1, 100);
@@ -125,7 +148,7 @@ TEST(PublishedGrowth, AnOctreeThatGrowsOnAndOnIsRead)
   EXPECT_GT(stream.emptyBranches(), 5u);
 }
 
-TEST(PublishedGrowth, EmptyCloudsInBetweenStartTheOctreeAgain)
+TEST(PublishedGrowth, EmptyCloudsRestartTheOctree)
 {
   std::mt19937_64 random(3);
   for (const BoundingBox& box : boxes)

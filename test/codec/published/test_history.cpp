@@ -26,27 +26,13 @@ using namespace pcl_ext::io::published;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::FailingAllocation;
 
-/** \brief Frames of a stream of the published layout: an I-frame and P-frames. */
-struct Stream {
-  std::vector<VoxelFrame> frames;
-  std::vector<Bytes> bytes;
-};
-
-Stream
+/** \brief A stream of the published layout: an I-frame and P-frames. */
+EncodedFrames
 stream(std::size_t count)
 {
   std::mt19937_64 random(count);
-  Stream stream;
   FrameEncoder encoder(StreamFormat::Published, static_cast<unsigned int>(count));
-  VoxelFrame frame = randomFrame(random, 4, 50);
-  for (std::size_t i = 0; i < count; ++i) {
-    stream.frames.push_back(frame);
-    stream.bytes.push_back(encoded(encoder, frame));
-    EXPECT_EQ(encoder.statistics().is_i_frame, i == 0);
-    EXPECT_EQ(encoder.statistics().frame_number, i + 1);
-    walk(random, 5, frame);
-  }
-  return stream;
+  return encodedWalk(encoder, random, randomFrame(random, 4, 50), count, 5);
 }
 
 void
@@ -57,7 +43,7 @@ setNumber(std::uint32_t number, Bytes& frame)
 
 TEST(PublishedHistory, APFrameFollowsOnlyTheFrameBeforeIt)
 {
-  const Stream sent = stream(5);
+  const EncodedFrames sent = stream(5);
   FrameDecoder decoder;
   VoxelFrame back;
   EXPECT_EQ(decoded(decoder, sent.bytes[1], back), CompressionCode::MissingReference);
@@ -76,7 +62,7 @@ TEST(PublishedHistory, APFrameFollowsOnlyTheFrameBeforeIt)
 
 TEST(PublishedHistory, FrameNumbersWrapRound)
 {
-  Stream sent = stream(3);
+  EncodedFrames sent = stream(3);
   const std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
   setNumber(last - 1, sent.bytes[0]);
   setNumber(last, sent.bytes[1]);
@@ -93,7 +79,7 @@ TEST(PublishedHistory, FrameNumbersWrapRound)
 
 TEST(PublishedHistory, AFrameIsAppendedAndCountedAlone)
 {
-  const Stream sent = stream(2);
+  const EncodedFrames sent = stream(2);
   published::History history;
   for (std::size_t i = 0; i < sent.frames.size(); ++i) {
     Bytes bytes(5, 0xaa);
@@ -137,9 +123,9 @@ expectSameHistory(const published::History& history, const published::History& e
   }
 }
 
-TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToEncode)
+TEST(PublishedHistory, IsUnchangedWhenEncodingRunsOutOfMemory)
 {
-  const Stream sent = stream(3);
+  const EncodedFrames sent = stream(3);
   published::History history;
   for (std::size_t i = 0; i < sent.frames.size(); ++i) {
     const published::History before = history;
@@ -164,9 +150,9 @@ TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToEncode)
   }
 }
 
-TEST(PublishedHistory, IsLeftAloneByAFrameThatMemoryIsTooSmallToDecode)
+TEST(PublishedHistory, IsUnchangedWhenDecodingRunsOutOfMemory)
 {
-  const Stream sent = stream(3);
+  const EncodedFrames sent = stream(3);
   published::History history;
   for (std::size_t i = 0; i < sent.frames.size(); ++i) {
     const published::History before = history;
@@ -212,13 +198,13 @@ private:
   int_type
   underflow() override
   {
-    throw std::runtime_error("the cable is out");
+    throw std::runtime_error("read error");
   }
 };
 
-TEST(PublishedHistory, IsLeftAloneByASourceThatThrows)
+TEST(PublishedHistory, IsUnchangedWhenTheSourceThrows)
 {
-  Stream sent = stream(3);
+  EncodedFrames sent = stream(3);
   published::History history;
   for (Bytes& bytes : sent.bytes) {
     Bytes frame(bytes.begin() + published::magic_size, bytes.end());

@@ -127,7 +127,7 @@ TEST(OccupancyTree, EmptyHasNoNodes)
     EXPECT_EQ(tree.level(level).size(), 0u);
 }
 
-TEST(OccupancyCursor, TellsWhatIsThereAndNothingElse)
+TEST(OccupancyCursor, FindsTheOccupancyOfEachNode)
 {
   std::mt19937_64 random(2);
   const std::set<std::uint64_t> keys = randomKeys(random, 6, 300);
@@ -150,24 +150,19 @@ TEST(OccupancyCursor, TellsWhatIsThereAndNothingElse)
   EXPECT_EQ(OccupancyCursor(OccupancyLevel()).occupancyOf(0), 0);
 }
 
-std::size_t
-nodesFor(std::size_t max_voxels, unsigned int depth)
-{
-  return maxBranchNodes(max_voxels, depth);
-}
-
-TEST(MaxBranchNodes, OneALevelForFewTwoEachForMany)
+TEST(MaxBranchNodes, HasTheDocumentedBound)
 {
   constexpr std::size_t few = std::size_t{1} << 20;
   for (unsigned int depth = 1; depth <= max_grid_depth; ++depth) {
-    EXPECT_EQ(nodesFor(0, depth), depth); // of a branch without voxels
-    EXPECT_EQ(nodesFor(1, depth), 2u * depth);
-    EXPECT_EQ(nodesFor(1000, depth), 1001u * depth);
-    EXPECT_EQ(nodesFor(few, depth), (few + 1) * depth);
-    EXPECT_EQ(nodesFor(few + 1, depth), (few + 1) * depth + 2);
-    EXPECT_EQ(nodesFor(std::size_t{1} << 24, depth), (few + 1) * depth + 30 * few);
-    EXPECT_GE(nodesFor(std::numeric_limits<std::size_t>::max(), depth),
-              nodesFor(std::size_t{1} << 30, depth));
+    EXPECT_EQ(maxBranchNodes(0, depth), depth); // of a branch without voxels
+    EXPECT_EQ(maxBranchNodes(1, depth), 2u * depth);
+    EXPECT_EQ(maxBranchNodes(1000, depth), 1001u * depth);
+    EXPECT_EQ(maxBranchNodes(few, depth), (few + 1) * depth);
+    EXPECT_EQ(maxBranchNodes(few + 1, depth), (few + 1) * depth + 2);
+    EXPECT_EQ(maxBranchNodes(std::size_t{1} << 24, depth),
+              (few + 1) * depth + 30 * few);
+    EXPECT_GE(maxBranchNodes(std::numeric_limits<std::size_t>::max(), depth),
+              maxBranchNodes(std::size_t{1} << 30, depth));
   }
 }
 
@@ -178,7 +173,7 @@ TEST(MaxBranchNodes, AllowsEveryTreeOfFewVoxels)
     const std::set<std::uint64_t> keys = randomKeys(random, depth, 200);
     OccupancyTree tree;
     tree.build({keys.begin(), keys.end()}, depth);
-    EXPECT_LE(nodeCount(tree), nodesFor(keys.size(), depth));
+    EXPECT_LE(nodeCount(tree), maxBranchNodes(keys.size(), depth));
   }
 }
 
