@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, measures the paper's experiments on the simulated robot
-# cell, checks the figures, and writes a report that is one HTML file.
+# Installs missing packages, builds, measures the paper's experiments on the simulated robot
+# cell, checks that the results are plausible, and writes a report as one HTML file.
 # Usage: experiments/report.sh [--frames N] [--seconds S] [--output file]
 #   --frames   of each sensor, 3 to 1000000 (1000)
 #   --seconds  of the run of all sensors at once, for each coder, 0.1 to 86400 (a twentieth
 #              of the frames)
-#   --output   the report, a file .html (build-run/report/report.html); measurements lie
-#              beside it. What was there is replaced once the new report is whole.
+#   --output   the report, a file .html (build-run/report/report.html); the measurements
+#              are written beside it. Existing ones are replaced by a complete new report.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 
@@ -33,10 +33,10 @@ while [ $# -gt 0 ]; do
       esac
       shift 2
       ;;
-    *) stop "there is no option '$1'; --help tells the options" ;;
+    *) stop "there is no option '$1'; --help lists the options" ;;
   esac
 done
-# Of fewer the figures are those of single I-frames.
+# With fewer frames the results are those of single I-frames.
 [[ $frames =~ ^([3-9]|[1-9][0-9]{1,5}|1000000)$ ]] \
   || stop "--frames is '$frames'; it must be a whole number from 3 to 1000000"
 seconds=${seconds:-$(((frames + 19) / 20))}
@@ -46,7 +46,7 @@ if ! [[ $seconds =~ ^[0-9]+(\.[0-9]+)?$ ]] \
 fi
 [[ ${output##*/} == ?*.html ]] || stop "--output is '$output'; it must be a file that ends in .html"
 [ ! -d "$output" ] || stop "--output is '$output', which is a folder"
-# Of its own until it is whole, in the folder where it will lie.
+# Written to a folder of its own, beside the output, until it is complete.
 new=
 mkdir -p "$(dirname "$output")" 2> /dev/null \
   && new=$(mktemp -d "${output%.html}_new.XXXXXX" 2> /dev/null) \
@@ -65,29 +65,37 @@ measured=$new/measurements
 mkdir "$measured"
 
 programs=$build/experiments/report
+at_most() { echo $((frames < $1 ? frames : $1)); }
 "$programs/measure_streams" --frames "$frames" \
   --machine "$measured/machine.txt" "$measured/results_streams.csv"
-clouds=$((frames < 60 ? frames : 60))
 for coder in published fast balanced small; do
   "$programs/measure_at_once" --coder "$coder" --seconds "$seconds" \
-    --frames "$clouds" "$measured/results_at_once_$coder.csv"
+    --frames "$(at_most 60)" "$measured/results_at_once_$coder.csv"
 done
 "$programs/sample_pictures" "$measured"
-"$root/experiments/noise/measure_all.sh" "$build/experiments/measure_noise" "$measured" \
-  "$frames"
+measure_noise() {
+  local name=$1 most=$2
+  shift 2
+  echo "measure_noise: $name" >&2
+  "$build/experiments/measure_noise" --frames "$(at_most "$most")" \
+    --results "$measured/results_noise_$name.csv" "$@"
+}
+measure_noise laws 300 --part laws --sensor 1 2 3 4 5 6 7
+measure_noise laws_2cm 60 --part laws --sensor 1 --resolution 0.02
+measure_noise fused 300 --part fused
+measure_noise peers 60 --part peers
+measure_noise time 60 --part time
+# The sensor with the most voxels.
+measure_noise time_2cm 20 --part time --sensor 5 --resolution 0.02
+measure_noise bytes 300 --part bytes
 
-# Debian's, which has the packages that were installed.
+# Debian's Python, which has the installed packages.
 python() { /usr/bin/python3 -B "$root/experiments/report/$1" "${@:2}"; }
-is_whole=true
-python check_measurements.py "$measured" || is_whole=false
-python make_report.py "$measured" "$new/report.html" || is_whole=false
-if $is_whole; then
-  python check_report.py "$new/report.html" || is_whole=false
-fi
-if ! $is_whole; then
+if ! python make_report.py "$measured" "$new/report.html" \
+  || ! python check_report.py "$measured" "$new/report.html"; then
   trap - EXIT
-  stop "the figures are not plausible, or the report could not be made; see above." \
-    "What was measured is in '$new'; what was there before is untouched"
+  stop "the results are not plausible, or the report could not be made; see above." \
+    "The measurements are in '$new'; an earlier report is unchanged"
 fi
 old=$new/old_measurements
 measurements=${output%.html}_measurements

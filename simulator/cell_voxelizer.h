@@ -3,20 +3,14 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/depth_model.h>
-#include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
-#include <pcl_ext/intensity/intensity_model.h>
 
 #include "simulator/crop_box.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
-#include <array>
-#include <cstddef>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -33,10 +27,7 @@ public:
    * \param[in] pose sensor -> world
    */
   CellVoxelizer(const ModelT& model, const Eigen::Isometry3d& pose)
-  : model_(model)
-  , pose_(pose)
-  , preprocessor_(model_)
-  , voxelizer_(settings(model.resolution()), ModelT::unit)
+  : pose_(pose), preprocessor_(model), encoder_(settings(model), ModelT::unit)
   {
     preprocessor_.setSensorPose(pose);
     preprocessor_.setCropBox(cell::RobotCell::cropMin().cast<float>(),
@@ -61,37 +52,24 @@ public:
       view.intensities = &points_.front().intensity;
       view.intensity_stride = stride;
     }
-    voxelizer_.voxelize(view, /* may_refit */ false, frame);
-    frame.depth_model.reset();
-    if constexpr (ModelT::uses_depth)
-      frame.depth_model =
-          io::depthModelOf({ModelT::Law::depth_exponent, model_.cutOffDepth(), 255.0},
-                           elements(pose_.translation()),
-                           elements(pose_.linear().col(2)),
-                           frame.grid,
-                           frame.intensity_scale);
+    if (const auto status = encoder_.voxelize(view, pose_, frame); !status.ok())
+      throw std::runtime_error(status.message());
   }
 
 private:
   static io::IntensityCompressionSettings
-  settings(double resolution)
+  settings(const ModelT& model)
   {
     io::IntensityCompressionSettings settings;
-    settings.resolution = resolution;
+    settings.resolution = model.resolution();
     settings.bounding_box = cell::cropBox();
+    settings.depth_law = io::depthLawOf(model);
     return settings;
   }
 
-  static std::array<double, 3>
-  elements(const Eigen::Vector3d& vector)
-  {
-    return {vector.x(), vector.y(), vector.z()};
-  }
-
-  ModelT model_;
-  Eigen::Isometry3d pose_;
+  WorldPose pose_;
   SensorPreprocessor<ModelT> preprocessor_;
-  io::Voxelizer voxelizer_;
+  io::CloudEncoder encoder_;
   pcl::PointCloud<pcl::PointXYZI> points_;
 };
 

@@ -1,5 +1,5 @@
 /** \file
- * \brief The robot cell's crop box, as the library's settings want it.
+ * \brief The robot cell's crop box in the form of the library's settings.
  */
 #pragma once
 
@@ -10,7 +10,7 @@
 namespace pcl_ext {
 namespace cell {
 
-/** \brief The paper's crop box; see RobotCell::cropMin(). */
+/** \brief The cell's crop box; see RobotCell::cropMin(). */
 inline io::BoundingBox
 cropBox()
 {

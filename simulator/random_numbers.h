@@ -9,11 +9,11 @@
 namespace pcl_ext {
 namespace cell {
 
-/** \brief Mix numbers into one that looks random; the same on all machines. */
+/** \brief A pseudo-random number made of numbers; the same on all machines. */
 std::uint32_t
 mixSeeds(std::uint32_t a, std::uint32_t b, std::uint32_t c = 0);
 
-/** \brief What 32 random bits must be below to be so probable. */
+/** \brief The threshold that 32 random bits are below with a probability. */
 inline std::uint32_t
 asThreshold(double probability)
 {

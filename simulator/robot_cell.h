@@ -45,11 +45,11 @@ struct LidarFrame {
 };
 
 /** \brief The 10 x 10 x 4 m cell of Dybedal, Aalerud, Hovland, Sensors 2019, 19(3),
- * 636, seen by the six sensors of its Table 1, and by a VLP-16 in a corner.
+ * 636, seen by the six Kinect V2 of its Table 1 and by a VLP-16 in a corner.
  *
  * World frame: origin in a floor corner, z up, metres. A frame depends on the seed, the
  * sensor and the frame number only, so frames may be asked for in any order. Not safe
- * for use by several threads at once; each thread wants a cell of its own.
+ * for use by several threads at once; each thread needs a cell of its own.
  */
 class RobotCell {
 public:
@@ -67,7 +67,8 @@ public:
   Eigen::Isometry3d
   sensorPose(unsigned int sensor) const;
 
-  /** \brief Corners of the paper's crop box in the world frame, metres. */
+  /** \brief Corners of the crop box in the world frame, metres: the cell less 10 cm above
+   * the floor. The paper does not give the limits of its own. */
   static Eigen::Vector3d
   cropMin();
   static Eigen::Vector3d
@@ -81,8 +82,9 @@ public:
   void
   capture(unsigned int sensor, std::uint32_t frame, CellFrame& out);
 
-  /** \brief Pose of the lidar, its frame -> world. The paper's is not at hand; this is a
-   * corner where no sensor is, 2.5 m up and tilted by 10 degrees towards the middle. */
+  /** \brief Pose of the lidar, its frame -> world: the corner without a sensor, 2.5 m up and
+   * tilted by 10 degrees towards the middle. The paper says "one of the corner locations"
+   * and gives no pose. */
   Eigen::Isometry3d
   lidarPose() const;
 

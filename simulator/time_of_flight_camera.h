@@ -1,8 +1,7 @@
 /** \file
  * \brief The rays of a Kinect V2 and the errors of its depth measurement.
  *
- * What the figures rest on. The abstracts were read; the full texts were not at hand,
- * so nothing is taken from them that is not said here.
+ * Sources. Of the articles only the abstracts were available, except where stated.
  *
  * [F] P. Fankhauser, M. Bloesch, D. Rodriguez, R. Kaestner, M. Hutter, R. Siegwart,
  *     "Kinect v2 for Mobile Robot Navigation: Evaluation and Modeling", ICAR 2015, pp.
@@ -10,20 +9,19 @@
  *     the angle of the surface:
  *     sigma = 1.5 - 0.5 z + 0.3 z^2 + 0.1 z^(3/2) theta^2 / (pi/2 - theta)^2 mm.
  *     Checked against two public programs that quote the paper's formula alike. It is
- *     used here for all depths up to 13 m, certainly further than it was fitted.
+ *     used here for all depths up to 13 m, further than it was fitted.
  * [C] A. Corti, S. Giancola, G. Mainetti, R. Sala, "A metrological characterization of
  *     the Kinect V2 time-of-flight camera", Robotics and Autonomous Systems 75, 2016,
  *     pp. 584-594. "The casual uncertainty increases with the depth and the radial
  *     coordinate"; a point's uncertainty is 1.5 to tens of millimetres.
  * [J] F. Järemo Lawin, P.-E. Forssén, H. Ovrén, "Efficient Multi-Frequency Phase
  *     Unwrapping using Kernel Density Estimation", ECCV 2016, LNCS 9908, pp. 170-185.
- *     The sensor is meant for scenes within 8 m, its largest depth is 18.75 m, and over
- *     that range common drivers lose so much that a better one finds 52 % more.
- * [W] O. Wasenmüller, D. Stricker, "Comparison of Kinect v1 and v2 Depth Images in
- * Terms of Accuracy and Precision", ACCV 2016 Workshops, pp. 34-45. Shows flying pixels
- * at depth edges. No figure taken.
+ *     The sensor is meant for scenes within 8 m; its largest depth is 18.75 m.
+ * [W] O. Wasenmüller, D. Stricker, "Comparison of Kinect v1 and v2 Depth Images in Terms
+ *     of Accuracy and Precision", ACCV 2016 Workshops, pp. 34-45. Shows flying pixels at
+ *     depth edges. No value taken.
  *
- * Everything else in \ref ErrorModel is a free parameter and says so.
+ * Everything else in \ref ErrorModel is a free parameter and documented as such.
  */
 #pragma once
 
@@ -45,7 +43,7 @@ enum class PointTruth : std::uint8_t {
   Speckle      ///< nothing at all: a random return at short range
 };
 
-/** \brief What the sensor would see without errors, row by row. */
+/** \brief The image that the sensor would see without errors, row by row. */
 struct SurfaceImage {
   /** \brief An image of nothing. */
   explicit SurfaceImage(std::size_t pixels = 0)
@@ -123,7 +121,7 @@ private:
   std::vector<double> y_;
 };
 
-/** \brief How a surface's measurement at one pixel goes wrong. */
+/** \brief Error of the measurement of a surface at one pixel. */
 struct PixelError {
   float sigma = 0.0f;     ///< standard deviation of the axial noise, metres
   std::uint32_t loss = 0; ///< probability of no return, in units of 2^-32

@@ -1,7 +1,7 @@
 /** \file
  * \brief The rays of a Velodyne VLP-16 and the errors of its measurement.
  *
- * What the figures rest on. Of the manual only the pages named here were read.
+ * Sources. Of the manual only the pages named here were used.
  *
  * [M] Velodyne, "VLP-16 User Manual", 63-9243 Rev. D, 2018. Table 9-1: lasers at -15 to
  *     +15 degrees, 2 degrees apart. Section 6.1: a byte of calibrated reflectivity with
@@ -10,7 +10,7 @@
  * [S] velodyne_simulator, the Gazebo plugin: 10 Hz, range 0.9 to 130 m, Gaussian noise of
  *     8 mm by default.
  *
- * Everything else in \ref LidarErrorModel is a free parameter and says so.
+ * Everything else in \ref LidarErrorModel is a free parameter and documented as such.
  */
 #pragma once
 
@@ -69,7 +69,7 @@ private:
   std::array<double, rings> elevation_;          ///< radians
 };
 
-/** \brief What comes of one revolution; row by row as the rays. */
+/** \brief One measured revolution; row by row as the rays. */
 struct LidarMeasurement {
   std::vector<float> range;            ///< metres; 0: no return
   std::vector<std::uint8_t> intensity; ///< calibrated reflectivity

@@ -1,13 +1,9 @@
 /** \file
- * \brief What the filters of outliers cost.
+ * \brief Processor time of the outlier filters.
  */
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <iosfwd>
-#include <string>
-#include <vector>
 
 namespace pcl_ext {
 
@@ -17,38 +13,14 @@ class ResultFile;
 
 namespace noise {
 
-/** \brief Processor time that one filter took for each frame of a stream. */
-struct FilterTimes {
-  std::string filter;
-  std::vector<double> milliseconds; ///< of each frame
-};
-
-/** \brief What was timed, on one sensor's stream. */
-struct TimedFilters {
-  unsigned int sensor = 0;
-  double resolution = 0.0; ///< voxel edge, metres
-  double voxels = 0.0;     ///< mean of the frames
-  std::vector<FilterTimes> filters;
-};
-
-/** \brief Lets VoxelOutlierRemoval and PCL's filters take turns, frame by frame. */
-TimedFilters
+/** \brief Times VoxelOutlierRemoval and PCL's filters in turns, frame by frame, and adds the
+ * results, experiment `noise_time`: voxels, median_ms and longest_ms of each filter. */
+void
 measureFilterTimes(std::uint32_t seed,
                    unsigned int sensor,
                    std::uint32_t frames,
-                   double resolution);
-
-/** \brief The middle one, or the upper one of two; of at least one. */
-double
-medianOf(std::vector<double> values);
-
-/** \brief Prints median and longest time as Markdown. */
-void
-print(const TimedFilters& timed, std::ostream& output);
-
-/** \brief Adds the same to the results, experiment `noise_time`. */
-void
-addResults(const TimedFilters& timed, report::ResultFile& results);
+                   double resolution,
+                   report::ResultFile& results);
 
 } // namespace noise
 } // namespace pcl_ext

@@ -3,21 +3,24 @@
  * the paper's laws, by the library's filter and by PCL's.
  */
 #include "filter_times.h"
-#include "measuring/markdown_table.h"
+#include "measuring/command_line.h"
+#include "method_results.h"
 #include "methods.h"
-#include "noise_figures.h"
-#include "noise_options.h"
+#include "result_file.h"
 #include "shell_weights.h"
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
 
-#include <result_file.h>
+#include <boost/program_options.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <exception>
 #include <iostream>
-#include <optional>
+#include <limits>
+#include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -25,120 +28,147 @@ namespace {
 
 using namespace pcl_ext;
 using namespace pcl_ext::noise;
+namespace options = boost::program_options;
 
-/** \brief Prints what is measured and, where that is wanted, adds it to a file. */
-class Measurement {
-public:
-  explicit Measurement(const NoiseOptions& options) : options_(options)
+struct NoiseOptions {
+  std::string part;                  ///< one of the parts, or all
+  std::vector<unsigned int> sensors; ///< 1 to 6, and 7 for part laws
+  std::uint32_t frames = 300;
+  std::uint32_t seed = 1;
+  double resolution = 0.04; ///< voxel edge, metres
+  std::string results_file; ///< empty: standard output
+
+  bool
+  wants(const std::string& wanted) const
   {
-    if (!options.results_file.empty())
-      results_.emplace(options.results_file);
+    return part == "all" || part == wanted;
   }
-
-  void
-  run()
-  {
-    std::cout << options_.frames << " frames, seed " << options_.seed << ", "
-              << 100.0 * options_.resolution << " cm\n\n";
-    for (const unsigned int sensor : options_.sensors)
-      measureSensor(sensor);
-    if (options_.wants(NoisePart::Fused))
-      measureFused();
-    if (results_)
-      results_->close();
-  }
-
-private:
-  void
-  measureSensor(unsigned int sensor)
-  {
-    const std::string name = std::to_string(sensor);
-    if (options_.wants(NoisePart::Laws)) {
-      std::cout << "## Sensor " << name << "\n\n";
-      if (sensor == cell::RobotCell::lidar)
-        judgeStream(LabelledLidar(options_.seed, options_.resolution),
-                    "noise",
-                    name,
-                    lidarMethods());
-      else
-        judgeStream(cameraStream(sensor), "noise", name, cameraMethods());
-    }
-    if (options_.wants(NoisePart::Peers)) {
-      std::cout << "## PCL's filters, sensor " << name << "\n\n";
-      judgeStream(
-          cameraStream(sensor), "noise_peers", name, peerMethods(options_.resolution));
-    }
-    if (options_.wants(NoisePart::Time))
-      measureTimes(sensor);
-    if (options_.wants(NoisePart::Bytes))
-      measureBytes(sensor);
-    if (options_.wants(NoisePart::Weights))
-      printShellWeights(
-          options_.seed, sensor, options_.resolution, options_.frames, std::cout);
-  }
-
-  void
-  measureFused()
-  {
-    std::cout << "## All six cameras, merged\n\n";
-    FusedStream stream(options_.seed, options_.resolution);
-    judgeStream(stream, "noise", "merged", mergedMethods(stream), false);
-  }
-
-  void
-  measureTimes(unsigned int sensor)
-  {
-    const TimedFilters timed =
-        measureFilterTimes(options_.seed, sensor, options_.frames, options_.resolution);
-    std::cout << "## Time, sensor " << sensor << ", "
-              << measuring::formatted(timed.voxels, 0)
-              << " voxels, processor milliseconds a frame\n\n";
-    print(timed, std::cout);
-    if (results_)
-      addResults(timed, *results_);
-  }
-
-  void
-  measureBytes(unsigned int sensor)
-  {
-    const std::vector<SentBytes> sent =
-        measureStreamBytes(options_.seed, sensor, options_.frames, options_.resolution);
-    std::cout << "## Bytes of the stream, sensor " << sensor
-              << ", averages per frame\n\n";
-    print(sent, std::cout);
-    if (results_)
-      addResults(sent, sensor, options_.frames, options_.resolution, *results_);
-  }
-
-  LabelledStream
-  cameraStream(unsigned int sensor) const
-  {
-    return LabelledStream(options_.seed, sensor, options_.resolution);
-  }
-
-  template <typename StreamT>
-  void
-  judgeStream(StreamT&& stream,
-              const std::string& experiment,
-              const std::string& sensor,
-              std::vector<Method> methods,
-              bool has_depths = true)
-  {
-    LabelledFrame frame;
-    for (std::uint32_t i = 0; i < options_.frames; ++i) {
-      stream.read(i, frame);
-      judge(frame, methods);
-    }
-    const std::vector<MethodFigures> figures = figuresOf(std::move(methods));
-    const Measured measured{sensor, options_.resolution, options_.frames, has_depths};
-    print(measured, figures, std::cout);
-    if (results_)
-      addResults(experiment, measured, figures, *results_);
-  }
-
-  NoiseOptions options_;
-  std::optional<report::ResultFile> results_;
 };
+
+bool
+parse(int argc, const char* const* argv, NoiseOptions& result)
+{
+  std::vector<std::int64_t> sensors;
+  std::int64_t frames = 0;
+  std::int64_t seed = 0;
+  options::options_description description(
+      "Measures how well noise is told from surfaces in the voxels of the robot cell, "
+      "and writes the results as CSV.\nUsage: measure_noise [options]\n\nOptions");
+  auto option = description.add_options();
+  option("help,h", "print this and stop");
+  option(
+      "part",
+      options::value(&result.part)->default_value("all"),
+      "laws (the paper's laws and the library's filter), peers (PCL's filters), time, "
+      "bytes (of a stream whose noise is removed), weights (fit of the filter's), "
+      "fused (all six cameras) or all");
+  option("sensor",
+         options::value(&sensors)->multitoken()->default_value({1}, "1"),
+         "sensors, 1 to 6, and 7, the lidar, for part laws");
+  option("frames,n",
+         options::value(&frames)->default_value(result.frames),
+         "number of frames");
+  option("seed", options::value(&seed)->default_value(result.seed), "of the noise");
+  option("resolution,r",
+         options::value(&result.resolution)->default_value(result.resolution),
+         "voxel edge, metres, 0.005 to 1");
+  option("results",
+         options::value(&result.results_file),
+         "file for the results; without it they are printed");
+  options::variables_map values;
+  if (!measuring::parseCommandLine(argc, argv, description, "", values))
+    return false;
+  const std::vector<std::string> parts = {
+      "all", "bytes", "fused", "laws", "peers", "time", "weights"};
+  if (std::find(parts.begin(), parts.end(), result.part) == parts.end())
+    throw std::invalid_argument("there is no --part '" + result.part +
+                                "'; it is all, bytes, fused, laws, peers, time or "
+                                "weights");
+  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
+  const unsigned int last_sensor =
+      result.part == "laws" ? cell::RobotCell::lidar : cell::RobotCell::sensor_count;
+  for (const std::int64_t sensor : sensors)
+    result.sensors.push_back(measuring::checkedCount("sensor", sensor, 1, last_sensor));
+  result.frames = measuring::checkedCount("frames", frames, 1, most);
+  result.seed = measuring::checkedCount("seed", seed, 0, most);
+  if (!(result.resolution >= 0.005 && result.resolution <= 1.0))
+    throw std::invalid_argument("--resolution must be 0.005 to 1, metres");
+  return true;
+}
+
+/** \brief Scores all frames of a stream with the methods, and adds the results. */
+template <typename StreamT>
+void
+judgeStream(const std::string& experiment,
+            const std::string& sensor,
+            StreamT&& stream,
+            std::vector<Method> methods,
+            const NoiseOptions& options,
+            report::ResultFile& results)
+{
+  LabelledFrame frame;
+  for (std::uint32_t i = 0; i < options.frames; ++i) {
+    stream.read(i, frame);
+    judge(frame, methods);
+  }
+  const bool has_depths = sensor != "merged";
+  addResults({experiment, sensor, options.resolution, options.frames, has_depths},
+             std::move(methods),
+             results);
+}
+
+void
+measureSensor(unsigned int sensor,
+              const NoiseOptions& options,
+              report::ResultFile& results)
+{
+  const std::string name = std::to_string(sensor);
+  const auto [seed, frames, resolution] =
+      std::tuple(options.seed, options.frames, options.resolution);
+  if (options.wants("laws")) {
+    if (sensor == cell::RobotCell::lidar)
+      judgeStream("noise",
+                  name,
+                  LabelledLidar(seed, resolution),
+                  lidarMethods(),
+                  options,
+                  results);
+    else
+      judgeStream("noise",
+                  name,
+                  LabelledStream(seed, sensor, resolution),
+                  cameraMethods(),
+                  options,
+                  results);
+  }
+  if (options.wants("peers"))
+    judgeStream("noise_peers",
+                name,
+                LabelledStream(seed, sensor, resolution),
+                peerMethods(resolution),
+                options,
+                results);
+  if (options.wants("time"))
+    measureFilterTimes(seed, sensor, frames, resolution, results);
+  if (options.wants("bytes"))
+    measureStreamBytes(seed, sensor, frames, resolution, results);
+  if (options.wants("weights"))
+    fitShellWeights(seed, sensor, frames, resolution, results);
+}
+
+void
+measure(const NoiseOptions& options)
+{
+  report::ResultFile results(options.results_file);
+  for (const unsigned int sensor : options.sensors)
+    if (options.part != "fused")
+      measureSensor(sensor, options, results);
+  if (options.wants("fused")) {
+    FusedStream stream(options.seed, options.resolution);
+    judgeStream("noise", "merged", stream, mergedMethods(stream), options, results);
+  }
+  results.close();
+}
 
 } // namespace
 
@@ -146,8 +176,9 @@ int
 main(int argc, char** argv)
 {
   try {
-    if (const auto options = parseNoiseOptions(argc, argv))
-      Measurement(*options).run();
+    NoiseOptions options;
+    if (parse(argc, argv, options))
+      measure(options);
     return 0;
   }
   catch (const std::exception& error) {

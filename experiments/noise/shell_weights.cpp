@@ -2,8 +2,8 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "measuring/markdown_table.h"
 #include "methods.h"
+#include "result_file.h"
 #include "simulator/labelled_stream.h"
 
 #include <Eigen/Dense>
@@ -12,7 +12,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <ostream>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -121,11 +120,11 @@ fit(const std::vector<Sample>& samples)
 } // namespace
 
 void
-printShellWeights(std::uint32_t seed,
-                  unsigned int sensor,
-                  double resolution,
-                  std::uint32_t frames,
-                  std::ostream& output)
+fitShellWeights(std::uint32_t seed,
+                unsigned int sensor,
+                std::uint32_t frames,
+                double resolution,
+                report::ResultFile& results)
 {
   LabelledStream stream(seed, sensor, resolution);
   LabelledFrame frame;
@@ -144,13 +143,11 @@ printShellWeights(std::uint32_t seed,
                          frame.truth[voxel] == VoxelTruth::Noise ? 0.0 : 1.0});
   }
   const Eigen::Vector4d weights = fit(samples);
-  output << "## Weights fitted to sensor " << sensor << ", seed " << seed << "\n\n";
-  measuring::MarkdownTable table({"c", "core", "ring", "rim"});
-  measuring::MarkdownTable::Row row;
-  for (Eigen::Index i = 0; i < 4; ++i)
-    row.push_back(measuring::formatted(weights[i], 2));
-  table.addRow(row);
-  table.print(output);
+  const report::Subject subject{
+      "noise_weights", std::to_string(sensor), "logistic regression", resolution};
+  const std::array<const char*, 4> names = {"c", "core", "ring", "rim"};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    results.add(subject, names[i], weights[static_cast<Eigen::Index>(i)], frames);
 }
 
 } // namespace noise

@@ -1,25 +1,29 @@
 /** \file
- * \brief Where the weights of VoxelOutlierRemoval come from.
+ * \brief Fits the weights of VoxelOutlierRemoval.
  */
 #pragma once
 
 #include <cstdint>
-#include <iosfwd>
 
 namespace pcl_ext {
+
+namespace report {
+class ResultFile;
+}
+
 namespace noise {
 
 /** \brief Fits the weights of core, ring and rim to one stream by logistic regression, and
- * prints them.
+ * adds them to the results, experiment `noise_weights`: c, core, ring, rim.
  * \param[in] seed, sensor, resolution of the stream
- * \param[in] frames of it; of the last of each ten the voxels are used
+ * \param[in] frames of it; the voxels of every tenth are used
  */
 void
-printShellWeights(std::uint32_t seed,
-                  unsigned int sensor,
-                  double resolution,
-                  std::uint32_t frames,
-                  std::ostream& output);
+fitShellWeights(std::uint32_t seed,
+                unsigned int sensor,
+                std::uint32_t frames,
+                double resolution,
+                report::ResultFile& results);
 
 } // namespace noise
 } // namespace pcl_ext

@@ -3,18 +3,15 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "measuring/markdown_table.h"
+#include "result_file.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
-#include <result_file.h>
-
 #include <limits>
 #include <optional>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,11 +21,14 @@ namespace noise {
 
 namespace {
 
-/** \brief A node and what it sent. */
+/** \brief A node with its settings, and the sums of what it sent. */
 struct Sender {
+  std::string coding; ///< law and effort
+  std::string filter;
+  bool sends_surfaces; ///< only points of surfaces
   nodes::SensorNode node;
-  std::size_t voxels = 0;
-  std::size_t bytes = 0;
+  double voxels = 0.0;
+  double bytes = 0.0;
 };
 
 nodes::SensorNodeSettings
@@ -44,45 +44,21 @@ nodeSettings(double resolution, IntensityLaw law, io::Effort effort)
   return settings;
 }
 
-/** \brief What a sender does not remove; none: it removes nothing. */
-using LogOdds = std::optional<float>;
-const std::vector<LogOdds> filters = {std::nullopt, 0.0f, 2.5f};
-
-/** \brief A filter that knows the truth: what the best one could save. */
+/** \brief Senders of one law and effort; the first one has no filter. */
 void
-removeNoise(cell::CellFrame& frame)
+addSenders(const std::string& coding,
+           const nodes::SensorNodeSettings& settings,
+           std::vector<Sender>& senders)
 {
-  for (std::size_t i = 0; i < frame.cloud.size(); ++i)
-    if (frame.truth[i] != cell::PointTruth::Surface)
-      frame.cloud[i].x = std::numeric_limits<float>::quiet_NaN();
-}
-
-const std::vector<std::pair<std::string, IntensityLaw>> node_laws = {
-    {"count", IntensityLaw::Count},
-    {"quadratic", IntensityLaw::Quadratic}};
-const std::vector<std::pair<std::string, io::Effort>> efforts = {
-    {"fast", io::Effort::Fast}, {"balanced", io::Effort::Balanced}};
-
-/** \brief Senders by law, effort and filter; the last of each knows the truth. */
-std::vector<Sender>
-makeSenders(double resolution)
-{
-  std::vector<Sender> senders;
-  for (const auto& [law_name, law] : node_laws)
-    for (const auto& [effort_name, effort] : efforts) {
-      nodes::SensorNodeSettings settings = nodeSettings(resolution, law, effort);
-      for (const LogOdds& least : filters) {
-        settings.outlier_removal.reset();
-        if (least) {
-          settings.outlier_removal.emplace();
-          settings.outlier_removal->min_log_odds = *least;
-        }
-        senders.push_back({nodes::SensorNode(settings)});
-      }
-      settings.outlier_removal.reset();
-      senders.push_back({nodes::SensorNode(settings)});
-    }
-  return senders;
+  senders.push_back({coding, "none", false, nodes::SensorNode(settings)});
+  for (const auto& [name, log_odds] :
+       {std::pair("log-odds 0", 0.0f), std::pair("log-odds 2.5", 2.5f)}) {
+    nodes::SensorNodeSettings filtered = settings;
+    filtered.outlier_removal.emplace();
+    filtered.outlier_removal->min_log_odds = log_odds;
+    senders.push_back({coding, name, false, nodes::SensorNode(filtered)});
+  }
+  senders.push_back({coding, "the truth", true, nodes::SensorNode(settings)});
 }
 
 void
@@ -91,45 +67,36 @@ send(Sender& sender, const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
   std::vector<std::uint8_t> bytes;
   if (const auto status = sender.node.encode(cloud, pose, bytes); !status.hasFrame())
     throw std::runtime_error(status.message());
-  sender.bytes += bytes.size();
-  sender.voxels += sender.node.statistics().frame.coding.voxels;
+  sender.bytes += static_cast<double>(bytes.size());
+  sender.voxels += static_cast<double>(sender.node.statistics().frame.coding.voxels);
 }
 
-std::vector<SentBytes>
-bytesOf(const std::vector<Sender>& senders, std::uint32_t frames)
+void
+removeNoise(cell::CellFrame& frame)
 {
-  const std::vector<std::string> names = {
-      "none", "log-odds 0", "log-odds 2.5", "the truth"};
-  std::vector<SentBytes> sent;
-  auto sender = senders.begin();
-  for (const auto& [law_name, law] : node_laws)
-    for (const auto& [effort_name, effort] : efforts) {
-      const auto all_bytes = static_cast<double>(sender->bytes);
-      for (const std::string& name : names) {
-        const auto bytes = static_cast<double>(sender->bytes);
-        sent.push_back({law_name,
-                        effort_name,
-                        name,
-                        static_cast<double>(sender->voxels) / frames,
-                        bytes / frames,
-                        100.0 * (1.0 - bytes / all_bytes)});
-        ++sender;
-      }
-    }
-  return sent;
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i)
+    if (frame.truth[i] != cell::PointTruth::Surface)
+      frame.cloud[i].x = std::numeric_limits<float>::quiet_NaN();
 }
 
 } // namespace
 
-std::vector<SentBytes>
+void
 measureStreamBytes(std::uint32_t seed,
                    unsigned int sensor,
                    std::uint32_t frames,
-                   double resolution)
+                   double resolution,
+                   report::ResultFile& results)
 {
+  std::vector<Sender> senders;
+  for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic})
+    for (const auto effort : {io::Effort::Fast, io::Effort::Balanced})
+      addSenders(nameOf(law) +
+                     (effort == io::Effort::Fast ? " fast" : " balanced"),
+                 nodeSettings(resolution, law, effort),
+                 senders);
   cell::RobotCell cell(seed);
   const WorldPose pose(cell.sensorPose(sensor));
-  std::vector<Sender> senders = makeSenders(resolution);
   cell::CellFrame frame;
   for (std::uint32_t i = 0; i < frames; ++i) {
     cell.capture(sensor, i, frame);
@@ -138,44 +105,23 @@ measureStreamBytes(std::uint32_t seed,
     removeNoise(frame);
     pcl::PCLPointCloud2 surfaces;
     pcl::toPCLPointCloud2(frame.cloud, surfaces);
-    for (std::size_t index = 0; index < senders.size(); ++index) {
-      const bool knows_truth = index % (filters.size() + 1) == filters.size();
-      send(senders[index], knows_truth ? surfaces : cloud, pose);
-    }
+    for (Sender& sender : senders)
+      send(sender, sender.sends_surfaces ? surfaces : cloud, pose);
   }
-  return bytesOf(senders, frames);
-}
-
-void
-print(const std::vector<SentBytes>& sent, std::ostream& output)
-{
-  measuring::MarkdownTable table(
-      {"law", "effort", "filter at the sensor", "voxels", "bytes", "less bytes %"});
-  for (const SentBytes& one : sent)
-    table.addRow({one.law,
-                  one.effort,
-                  one.filter,
-                  measuring::formatted(one.voxels, 0),
-                  measuring::formatted(one.bytes, 0),
-                  measuring::formatted(one.less_percent, 1)});
-  table.print(output);
-}
-
-void
-addResults(const std::vector<SentBytes>& sent,
-           unsigned int sensor,
-           std::size_t frames,
-           double resolution,
-           report::ResultFile& results)
-{
-  for (const SentBytes& one : sent) {
-    const report::Subject subject{"noise_bytes:" + one.law + " " + one.effort,
+  double bytes_without_filter = 0.0;
+  for (const Sender& sender : senders) {
+    if (sender.filter == "none")
+      bytes_without_filter = sender.bytes;
+    const report::Subject subject{"noise_bytes:" + sender.coding,
                                   std::to_string(sensor),
-                                  one.filter,
+                                  sender.filter,
                                   resolution};
-    results.add(subject, "voxels", one.voxels, frames);
-    results.add(subject, "bytes", one.bytes, frames);
-    results.add(subject, "less_percent", one.less_percent, frames);
+    results.add(subject, "voxels", sender.voxels / frames, frames);
+    results.add(subject, "bytes", sender.bytes / frames, frames);
+    results.add(subject,
+                "less_percent",
+                100.0 * (1.0 - sender.bytes / bytes_without_filter),
+                frames);
   }
 }
 

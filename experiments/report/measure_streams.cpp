@@ -2,7 +2,7 @@
  * Measures the streams of the simulated robot cell one by one, for the report that
  * experiments/report.sh makes: the paper's sections 3.1 and 3.2.
  */
-#include "depth_image_results.h"
+#include "depth_images.h"
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
 #include "measuring/sensor_streams.h"

@@ -4,8 +4,8 @@ import noise_tables as tables
 import pictures
 from noise_results import (AIM_AVERAGE_PRECISION, AIM_LET_THROUGH, FILTER, FILTER_OF_EACH,
                            FILTER_WITHOUT_HISTORY, METHODS, best_law, least_let_through)
-from page import bullets, details, note, number, number_of, paragraph, picture
-from results import KINECTS, LIDAR, MERGED
+from page import bullets, details, note, number, mean_of, paragraph, picture
+from results import CAMERAS, LIDAR, MERGED
 
 
 def aims_in_words(results):
@@ -13,10 +13,10 @@ def aims_in_words(results):
     def least(quantity, sensors):
         return min((results.mean("noise", sensor, FILTER, 4, quantity), sensor)
                    for sensor in sensors)
-    precision, weakest = least("average_precision", KINECTS)
+    precision, weakest = least("average_precision", CAMERAS)
     shares = {sensor: results.mean("noise", sensor, FILTER, 4,
                                    "usual_let_through_percent")
-              / least_let_through(results, sensor) for sensor in KINECTS + (MERGED,)}
+              / least_let_through(results, sensor) for sensor in CAMERAS + (MERGED,)}
     worst = max(shares, key=shares.get)
     where = "merged voxels" if worst == MERGED else f"sensor {worst}"
     at_2cm = results.mean("noise", "1", FILTER, 2, "average_precision")
@@ -27,7 +27,7 @@ def aims_in_words(results):
         f"Aim: an average precision of {AIM_AVERAGE_PRECISION} for “this voxel is noise”. "
         f"The least of the six cameras is {number(precision, 3)} (sensor {weakest}): "
         f"{verdict_on(precision)}. The best law reaches "
-        f"{number(max(_law_precision(results, sensor) for sensor in KINECTS), 3)} at most on one camera. "
+        f"{number(max(_law_precision(results, sensor) for sensor in CAMERAS), 3)} at most on one camera. "
         f"At 2 cm sensor 1 has {number(at_2cm, 3)}: {verdict_on(at_2cm)}.",
         "Aim: where 95 % of the surfaces' voxels stay, at most a fifth of the noise that "
         "the best law lets through. The largest share is "
@@ -48,15 +48,15 @@ class _Words:
         self.results = results
 
     def at(self, threshold, method, quantity, sensor="1"):
-        return number_of(self.results.find("noise_threshold:" + threshold, sensor, method,
+        return mean_of(self.results.find("noise_threshold:" + threshold, sensor, method,
                                            4, quantity), 1)
 
     def in_band(self, band, method, quantity, digits=1):
-        return number_of(self.results.find("noise_band:" + band, "1", method, 4, quantity),
+        return mean_of(self.results.find("noise_band:" + band, "1", method, 4, quantity),
                          digits)
 
     def usual(self, method, quantity, sensor="1", digits=1):
-        return number_of(self.results.find("noise", sensor, method, 4,
+        return mean_of(self.results.find("noise", sensor, method, 4,
                                            "usual_" + quantity), digits)
 
 
@@ -85,9 +85,9 @@ def _where_laws_fail(words):
 def _where_the_filter_fails(words):
     # A camera that does not see the person has no such figure.
     kept = {sensor: words.results.find("noise", sensor, FILTER, 4,
-                                       "usual_person_kept_percent") for sensor in KINECTS}
-    worst = min((sensor for sensor in KINECTS if kept[sensor]),
-                key=lambda sensor: kept[sensor].mean, default=KINECTS[0])
+                                       "usual_person_kept_percent") for sensor in CAMERAS}
+    worst = min((sensor for sensor in CAMERAS if kept[sensor]),
+                key=lambda sensor: kept[sensor].mean, default=CAMERAS[0])
     return [
         "The filter: noise that touches a surface, and single points of a surface's "
         "fringe. Far away a voxel's face has one or two rays: beyond 9 m its average "
@@ -126,7 +126,7 @@ def where_each_fails(results):
 def frames_in_words(results):
     """How many frames each part of the section is of."""
     def frames(experiment, sensor, method, quantity, resolution_cm=4):
-        return results.figure(experiment, sensor, method, resolution_cm, quantity).samples
+        return results.value(experiment, sensor, method, resolution_cm, quantity).samples
     own = "VoxelOutlierRemoval on quadratic"
     return (f"Frames: {frames('noise', '1', FILTER, 'average_precision')} of each sensor "
             f"and merged, {frames('noise', '1', FILTER, 'average_precision', 2)} at 2 cm, "

@@ -1,10 +1,10 @@
-"""The report's tables of noise, which experiments/noise/README.md shows, too."""
+"""The report's tables of noise."""
 
 from noise_results import (AIM_AVERAGE_PRECISION, AIM_LET_THROUGH, BANDS, FILTER,
                            FILTER_OF_EACH, FILTER_THRESHOLDS, FILTER_WITHOUT_HISTORY,
                            METHODS, best_law, least_let_through)
-from page import DASH, Table, number, number_of
-from results import KINECTS, LIDAR, MERGED
+from page import DASH, Table, number, mean_of
+from results import CAMERAS, LIDAR, MERGED
 
 # Of the decisions' tables: heading, quantity, digits.
 DECISION = (("noise let through %", "let_through_percent", 1),
@@ -24,7 +24,7 @@ def _summary_row(results, name, sensor, method, resolution_cm):
         return results.mean("noise", sensor, method, resolution_cm, quantity)
 
     def found(quantity, digits):
-        return number_of(results.find("noise", sensor, method, resolution_cm, quantity),
+        return mean_of(results.find("noise", sensor, method, resolution_cm, quantity),
                          digits)
     law = best_law(results, sensor, resolution_cm)
     precision = mean("average_precision")
@@ -48,16 +48,16 @@ def summary_table(results):
         ["sensor", "noise %", "AP, best law", "AP, filter", "0.9",
          "let through %, best law", "let through %, filter", "a fifth",
          "person kept %", "in the worst frame %"])
-    table.add_chapter("4 cm, filter on quadratic intensities")
-    for sensor in KINECTS:
+    table.add_group("4 cm, filter on quadratic intensities")
+    for sensor in CAMERAS:
         table.add_row(_summary_row(results, sensor, sensor, FILTER, 4))
-    table.add_chapter("4 cm, all six cameras merged")
+    table.add_group("4 cm, all six cameras merged")
     table.add_row(_summary_row(results, "filter after", MERGED, FILTER, 4))
     table.add_row(_summary_row(results, "filter before", MERGED, FILTER_OF_EACH, 4))
-    table.add_chapter("2 cm, filter on quadratic intensities")
+    table.add_group("2 cm, filter on quadratic intensities")
     for sensor in results.sensors("noise", resolution_cm=2.0):
         table.add_row(_summary_row(results, sensor, sensor, FILTER, 2))
-    table.add_chapter("4 cm, the lidar's own intensities, which the filter is not made for")
+    table.add_group("4 cm, the lidar's own intensities, which the filter is not made for")
     table.add_row(_summary_row(results, LIDAR, LIDAR, "filter on native", 4))
     return table
 
@@ -73,7 +73,7 @@ def methods_table(results):
     subjects = [(sensor, 4) for sensor in METHODS] + [
         (sensor, 2) for sensor in results.sensors("noise", resolution_cm=2.0)]
     for method in dict.fromkeys(name for names in METHODS.values() for name in names):
-        table.add_chapter(method)
+        table.add_group(method)
         for sensor, resolution_cm in subjects:
             if method not in METHODS[sensor]:
                 continue
@@ -85,7 +85,7 @@ def methods_table(results):
                     ("usual_still_kept_percent", 1), ("usual_machine_kept_percent", 1),
                     ("usual_person_kept_percent", 1),
                     ("usual_person_worst_percent", 0)):
-                row.append(number_of(results.find("noise", sensor, method, resolution_cm,
+                row.append(mean_of(results.find("noise", sensor, method, resolution_cm,
                                                   quantity), digits))
             table.add_row(row)
     return table
@@ -95,7 +95,7 @@ def noise_of_bands_table(results):
     """How much of what lies at each distance is noise."""
     table = Table("Noise % of the voxels, by their distance from the sensor.",
                   ["sensor"] + list(BANDS))
-    for sensor in KINECTS + (LIDAR,):
+    for sensor in CAMERAS + (LIDAR,):
         row = [sensor]
         for band in BANDS:
             noise, surface = (results.mean("noise_band:" + band, sensor, "count", 4, kind)
@@ -109,10 +109,10 @@ def noise_of_bands_table(results):
 def bands_table(results, caption, quantity, digits):
     """A quantity by depth; a dash where a band has no surface or no noise."""
     table = Table(caption, ["sensor"] + list(BANDS))
-    for method in dict.fromkeys(name for sensor in KINECTS + (LIDAR,)
+    for method in dict.fromkeys(name for sensor in CAMERAS + (LIDAR,)
                                 for name in METHODS[sensor]):
-        table.add_chapter(method)
-        for sensor in KINECTS + (LIDAR,):
+        table.add_group(method)
+        for sensor in CAMERAS + (LIDAR,):
             if method not in METHODS[sensor]:
                 continue
             row = [sensor]
@@ -122,7 +122,7 @@ def bands_table(results, caption, quantity, digits):
                 is_judged = all(results.mean("noise_band:" + band, sensor, method, 4,
                                              voxels) > 0
                                 for voxels in ("noise_voxels", "surface_voxels"))
-                row.append(number_of(find(quantity), digits) if is_judged else DASH)
+                row.append(mean_of(find(quantity), digits) if is_judged else DASH)
             table.add_row(row)
     return table
 
@@ -134,15 +134,15 @@ def thresholds_table(results, sensor):
     prefix = "noise_threshold:"
     thresholds = sorted(results.experiments(prefix), key=float)
     for method in METHODS[sensor]:
-        table.add_chapter(method)
+        table.add_group(method)
         for threshold in thresholds:
             def find(quantity, method=method, threshold=threshold):
                 return results.find(prefix + threshold, sensor, method, 4, quantity)
             if find("surface_kept_percent") is None:
                 continue
-            table.add_row([threshold] + [number_of(find(quantity), 3)
+            table.add_row([threshold] + [mean_of(find(quantity), 3)
                                          for quantity in ("precision", "recall", "f1")]
-                          + [number_of(find(quantity), digits)
+                          + [mean_of(find(quantity), digits)
                              for _, quantity, digits in DECISION])
     return table
 
@@ -153,7 +153,7 @@ def _person_row(results, experiment, sensor, method, prefix=""):
     frames = find("person_frames")
     poor_frames = (f"{find('person_poor_frames').mean:.0f} of {frames.mean:.0f}"
                    if frames and frames.mean else DASH)
-    return [sensor] + [number_of(find(quantity), digits) for quantity, digits in (
+    return [sensor] + [mean_of(find(quantity), digits) for quantity, digits in (
         ("let_through_percent", 1), ("still_kept_percent", 1),
         ("machine_kept_percent", 1), ("person_kept_percent", 1),
         ("person_worst_percent", 0))] + [poor_frames]
@@ -171,13 +171,13 @@ def person_table(results):
          "frames below 80 %"])
     for method in (FILTER, FILTER_WITHOUT_HISTORY):
         for threshold in FILTER_THRESHOLDS:
-            table.add_chapter(f"{method}, log-odds {threshold}")
-            for sensor in KINECTS:
+            table.add_group(f"{method}, log-odds {threshold}")
+            for sensor in CAMERAS:
                 table.add_row(_person_row(results, "noise_threshold:" + threshold, sensor,
                                           method))
     for method in (FILTER, FILTER_WITHOUT_HISTORY):
-        table.add_chapter(f"{method}, 95 % of the surfaces' voxels kept")
-        for sensor in KINECTS:
+        table.add_group(f"{method}, 95 % of the surfaces' voxels kept")
+        for sensor in CAMERAS:
             table.add_row(_person_row(results, "noise", sensor, method, "usual_"))
     return table
 
@@ -199,15 +199,15 @@ def peers_table(results):
     for method in results.coders("noise_peers"):
         family, setting = _family_and_setting(method)
         if family != last_family:
-            table.add_chapter(family)
+            table.add_group(family)
             last_family = family
 
         def find(quantity, method=method):
             return results.find("noise_peers", "1", method, 4, quantity)
-        table.add_row([setting, number_of(find("average_precision"), 3)]
-                      + [number_of(find("best_" + quantity), 3)
+        table.add_row([setting, mean_of(find("average_precision"), 3)]
+                      + [mean_of(find("best_" + quantity), 3)
                          for quantity in ("precision", "recall", "f1")]
-                      + [number_of(find(f"usual_{quantity}_percent"), digits)
+                      + [mean_of(find(f"usual_{quantity}_percent"), digits)
                          for quantity, digits in (
                              ("let_through", 1), ("still_kept", 1), ("machine_kept", 1),
                              ("person_kept", 1), ("person_worst", 0))])
@@ -227,13 +227,13 @@ def times_table(results):
         for method in methods:
             family, setting = _family_and_setting(method)
             if family != last_family:
-                table.add_chapter(f"{family}, sensor {sensor}, {resolution_cm} cm, "
+                table.add_group(f"{family}, sensor {sensor}, {resolution_cm} cm, "
                                   f"{number(voxels, 0)} voxels")
                 last_family = family
             median = results.mean("noise_time", sensor, method, resolution_cm,
                                   "median_ms")
             table.add_row([setting, number(median, 2),
-                           number_of(results.find("noise_time", sensor, method,
+                           mean_of(results.find("noise_time", sensor, method,
                                                   resolution_cm, "longest_ms"), 2),
                            number(median / own, 1)])
     return table
@@ -246,11 +246,11 @@ def bytes_table(results):
                   ["filter", "voxels", "bytes", "less bytes %"])
     prefix = "noise_bytes:"
     for coding in results.experiments(prefix):
-        table.add_chapter(coding.replace(" ", ", "))
+        table.add_group(coding.replace(" ", ", "))
         for name in results.coders(prefix + coding):
             def find(quantity, coding=coding, name=name):
                 return results.find(prefix + coding, "1", name, 4, quantity)
-            table.add_row([name, number_of(find("voxels"), 0),
-                           number_of(find("bytes"), 0),
-                           number_of(find("less_percent"), 1)])
+            table.add_row([name, mean_of(find("voxels"), 0),
+                           mean_of(find("bytes"), 0),
+                           mean_of(find("less_percent"), 1)])
     return table

@@ -19,12 +19,12 @@ th, td { padding: .25rem .6rem; border-bottom: 1px solid #dfe4e8; text-align: ri
 td { white-space: nowrap; }
 th:first-child, td:first-child { position: sticky; left: 0; background: #fff; text-align: left; }
 thead th, thead th:first-child { background: #eef1f4; vertical-align: bottom; }
-tr.paper td, tr.paper td:first-child { background: #fff7df; }
-td.absent { color: #77828c; font-style: italic; }
-td.chapter, td.chapter:first-child { background: #f6f8f9; font-weight: 600; text-align: left; }
-td.chapter span { position: sticky; left: .6rem; display: inline-block;
-                  max-width: calc(100vw - 3.2rem); white-space: normal; }
-td.chapter:first-child { position: static; }
+td.paper { background: #fff7df; }
+td.absent { color: #77828c; }
+td.group, td.group:first-child { background: #f6f8f9; font-weight: 600; text-align: left; }
+td.group span { position: sticky; left: .6rem; display: inline-block;
+                max-width: calc(100vw - 3.2rem); white-space: normal; }
+td.group:first-child { position: static; }
 details { margin: .5rem 0; }
 summary { cursor: pointer; font-weight: 600; }
 figure { margin: 1rem 0; }
@@ -32,8 +32,9 @@ figure img { width: 100%; height: auto; border: 1px solid #dfe4e8; }
 figure.wide img { min-width: 44rem; }
 figure.narrow img { max-width: 46rem; }
 figcaption, p.note { font-size: .9rem; color: #4b5661; }
-code { background: #eef1f4; padding: 0 .2rem; overflow-wrap: anywhere; }
 """
+
+DASH = "–"  # not measured, not reported, or not defined
 
 
 def text(words):
@@ -44,64 +45,54 @@ def number(value, digits):
     return f"{value:,.{digits}f}"
 
 
-def number_of(figure, digits):
-    """The mean of a figure, or a dash where there is none."""
-    return DASH if figure is None else number(figure.mean, digits)
+def mean_of(value, digits):
+    """The mean of a value, or a dash where there is none."""
+    return DASH if value is None else number(value.mean, digits)
 
 
-def mean_and_deviation(figure, digits):
-    """Mean and deviation; the deviation is left out of what was measured once."""
-    mean = number(figure.mean, digits)
-    if figure.samples < 2:
+def mean_and_deviation(value, digits):
+    """Mean and deviation; the deviation is left out where there is none."""
+    mean = number(value.mean, digits)
+    if value.samples < 2 or value.deviation == 0.0:
         return mean
-    return f"{mean} ± {number(figure.deviation, digits)}"
-
-
-NOT_AT_HAND = "not at hand"
-DASH = "–"  # there is nothing that the figure would be of
+    return f"{mean} ± {number(value.deviation, digits)}"
 
 
 class Table:
-    """A table that is filled row by row; cells are text. Chapters are rows of their own, so
-    that the first column can be narrow."""
+    """A table that is filled row by row; cells are text."""
 
-    def __init__(self, caption, header):
-        self._header = header
+    def __init__(self, caption, header, paper_column=None):
+        self.header = header
+        self.rows = []  # lists of cells; of one cell where a group of rows begins
         self._caption = caption
-        self._rows = []  # kind and cells
+        self._paper_column = paper_column
 
-    def add_chapter(self, words):
-        self._rows.append(("chapter", [words]))
+    def add_group(self, words):
+        self.rows.append([words])
 
-    def add_row(self, cells, is_of_paper=False):
-        if len(cells) != len(self._header):
-            raise ValueError(f"{len(cells)} cells under {len(self._header)} headings")
-        self._rows.append(("paper" if is_of_paper else "row", cells))
+    def add_row(self, cells):
+        if len(cells) != len(self.header):
+            raise ValueError(f"{len(cells)} cells under {len(self.header)} headings")
+        self.rows.append(cells)
 
-    def _html_row(self, kind, cells):
-        if kind == "chapter":
-            return (f'<tr><td class="chapter" colspan="{len(self._header)}"><span>'
+    def _html_row(self, cells):
+        if len(cells) == 1:
+            return (f'<tr><td class="group" colspan="{len(self.header)}"><span>'
                     f"{text(cells[0])}</span></td></tr>")
-        line = ['<tr class="paper">' if kind == "paper" else "<tr>"]
-        for cell in cells:
-            absent = ' class="absent"' if cell in (NOT_AT_HAND, DASH) else ""
-            line.append(f"<td{absent}>{text(cell)}</td>")
+        line = ["<tr>"]
+        for column, cell in enumerate(cells):
+            kinds = ["paper"] if column == self._paper_column else []
+            kinds += ["absent"] if cell == DASH else []
+            kind = f' class="{" ".join(kinds)}"' if kinds else ""
+            line.append(f"<td{kind}>{text(cell)}</td>")
         return "".join(line) + "</tr>"
 
     def html(self):
         caption = f'<p class="caption">{text(self._caption)}</p>' if self._caption else ""
-        header = "".join(f"<th>{text(cell)}</th>" for cell in self._header)
-        rows = "\n".join(self._html_row(kind, cells) for kind, cells in self._rows)
+        header = "".join(f"<th>{text(cell)}</th>" for cell in self.header)
+        rows = "\n".join(map(self._html_row, self.rows))
         return (f'{caption}<div class="scroll"><table><thead><tr>{header}</tr></thead>'
                 f"<tbody>\n{rows}</tbody></table></div>")
-
-    def markdown(self):
-        """The same without its caption."""
-        lines = [self._header, ["---"] * len(self._header)]
-        for kind, cells in self._rows:
-            blanks = [""] * (len(self._header) - len(cells))
-            lines.append([f"*{cells[0]}*"] + blanks if kind == "chapter" else cells)
-        return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
 
 
 def picture(png, description, caption, is_narrow=False):
@@ -121,10 +112,9 @@ def note(words):
     return f'<p class="note">{text(words)}</p>'
 
 
-def details(summary, blocks, is_open=False):
-    """What is folded away until it is asked for."""
-    return ([f"<details{' open' if is_open else ''}><summary>{text(summary)}</summary>"]
-            + blocks + ["</details>"])
+def details(summary, blocks):
+    """Blocks that are shown on request."""
+    return [f"<details><summary>{text(summary)}</summary>"] + blocks + ["</details>"]
 
 
 def bullets(sentences):

@@ -1,4 +1,4 @@
-"""The report's figures, as PNG, from what sample_pictures wrote."""
+"""The report's pictures as PNG."""
 
 import io
 
@@ -6,13 +6,13 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-# What must follow the choice of how to draw.
+# The backend is chosen before pyplot is loaded.
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-import octree_picture  # noqa: E402
-from noise_results import FILTER, FILTER_OF_EACH, LAWS  # noqa: E402
-from results import CODERS, MERGED  # noqa: E402
+from noise_results import BANDS, FILTER, FILTER_OF_EACH, LAWS  # noqa: E402
+from paper_values import FIGURE_10_COUNT, FIGURE_11  # noqa: E402
+from results import CODERS, LIDAR, MERGED  # noqa: E402
 
 CODER_COLOURS = {"published": "#8a6d3b", "fast": "#1b7837", "balanced": "#2166ac",
                  "small": "#762a83"}
@@ -20,21 +20,22 @@ SENSOR_COLOURS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564
                   "#000000"]
 METHOD_COLOURS = {"count": "#4d4d4d", "linear": "#2166ac", "quadratic": "#b2182b",
                   FILTER: "#1b7837", FILTER_OF_EACH: "#762a83"}
-NOISE_COLOUR = "#d7191c"
 VOXEL_SIZE = 1.25  # of a marker that covers a voxel in the top views, square points
-
-# Thresholds of the paper's Figure 11, in the unit of the decoded intensities.
-THRESHOLDS = {"count": 2, "linear": 64, "quadratic": 64}
+BAND_ENDS = (3.0, 5.0, 7.0, 9.0, np.inf)  # of BANDS, metres
 
 
 def _read(folder, name):
-    # One row alone would come without its dimension.
+    # genfromtxt returns a single row without its dimension.
     return np.atleast_1d(np.genfromtxt(folder / name, delimiter=",", names=True))
+
+
+def _of(rows, sensor):
+    return rows[rows["sensor"] == int(sensor)]
 
 
 def _png(figure):
     stream = io.BytesIO()
-    # Without a date or a version the same figures are the same bytes.
+    # Without date and version, so that equal values make equal bytes.
     figure.savefig(stream, format="png", dpi=110, bbox_inches="tight",
                    metadata={"Software": None})
     plt.close(figure)
@@ -58,60 +59,88 @@ def laws_over_depth(folder):
     return _png(figure)
 
 
-def small_octree(folder):
+def _edges_of_cube(low, edge):
+    """The twelve edges, each as two corners."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    for one in corners:
+        for other in corners:
+            if (other - one).sum() == 1 and np.abs(other - one).sum() == 1:
+                yield low + edge * np.array([one, other])
+
+
+def eight_leaves(folder):
     """Figure 7."""
-    return _png(octree_picture.small_octree(_read(folder, "octree_points.csv"),
-                                            _read(folder, "octree_voxels.csv"),
-                                            _read(folder, "octree_cells.csv")))
-
-
-def _drawn_obliquely(voxels):
-    """Places on the page and order of drawing, seen from above a corner."""
-    turn, tilt = np.radians(-35.0), np.radians(35.0)
-    x, y = voxels["x"] - 5.0, voxels["y"] - 5.0
-    across = np.cos(turn) * x - np.sin(turn) * y
-    away = np.sin(turn) * x + np.cos(turn) * y
-    up = np.sin(tilt) * away + np.cos(tilt) * voxels["z"]
-    return across, up, np.argsort(-away)
-
-
-def denoising(folder):
-    """Figure 10."""
-    voxels = _read(folder, "cell_voxels.csv")
-    voxels = voxels[voxels["sensor"] == 1]
-    kept = voxels[voxels["quadratic"] >= THRESHOLDS["quadratic"]]
-    figure, both = plt.subplots(1, 2, figsize=(12, 4.6), sharex=True, sharey=True)
-    for axes, shown, title in ((both[0], voxels, "before"),
-                               (both[1], kept, "after, quadratic 64")):
-        across, up, order = _drawn_obliquely(shown)
-        noise = shown["is_noise"][order] > 0
-        axes.scatter(across[order], up[order], s=1.5, linewidths=0,
-                     c=shown["z"][order], cmap="cividis", vmin=0, vmax=4)
-        axes.scatter(across[order][noise], up[order][noise], s=3, linewidths=0,
-                     c=NOISE_COLOUR)
-        axes.set_title(f"{title}: {len(shown):,} voxels, "
-                       f"{np.count_nonzero(noise):,} of them noise (red)", fontsize=10)
-        axes.set_aspect("equal")
-        axes.set_xticks([])
-        axes.set_yticks([])
+    edge = 0.04
+    points, voxels = (_read(folder, f"octree_{name}.csv") for name in ("points", "voxels"))
+    centres = np.stack([voxels[axis] for axis in "xyz"], axis=1)
+    low = np.floor(centres.min(axis=0) / (2 * edge) + 1e-3) * 2 * edge
+    figure, both = plt.subplots(1, 2, figsize=(10, 4.8), subplot_kw={"projection": "3d"})
+    for axes, title in ((both[0], f"before: {len(points)} points"),
+                        (both[1], f"after: {len(voxels)} points with a count")):
+        for offset in np.ndindex(2, 2, 2):
+            corner = low + edge * np.array(offset)
+            is_occupied = (np.abs(centres - corner - edge / 2) < edge / 4).all(axis=1).any()
+            for line in _edges_of_cube(corner, edge):
+                axes.plot(*line.T, color="#2166ac" if is_occupied else "#cccccc",
+                          linewidth=1.4 if is_occupied else 0.6,
+                          zorder=2 if is_occupied else 1,
+                          linestyle="-" if axes is both[0] else "--")
+        axes.set_title(title, fontsize=10)
+        axes.view_init(elev=22, azim=-60)
+        axes.set_box_aspect((1, 1, 1))
+        axes.set_axis_off()
+    both[0].scatter(points["x"], points["y"], points["z"], s=14, c="#333333",
+                    depthshade=False)
+    both[1].scatter(*centres.T, s=60, c="#b2182b", depthshade=False)
+    for centre, count in zip(centres, voxels["count"]):
+        both[1].text(*(centre + [0.004, 0, 0.004]), f"{count:.0f}", fontsize=12)
     figure.tight_layout()
     return _png(figure)
 
 
-def _draw_top_view(axes, shown, marker, size, title):
+def _drawn_obliquely(rows):
+    """Places on the page and order of drawing, seen from above a corner."""
+    turn, tilt = np.radians(-35.0), np.radians(35.0)
+    x, y = rows["x"] - 5.0, rows["y"] - 5.0
+    across = np.cos(turn) * x - np.sin(turn) * y
+    away = np.sin(turn) * x + np.cos(turn) * y
+    up = np.sin(tilt) * away + np.cos(tilt) * rows["z"]
+    return across, up, np.argsort(-away)
+
+
+def before_and_after(folder):
+    """Figure 10."""
+    points = _of(_read(folder, "cell_points.csv"), 1)
+    voxels = _of(_read(folder, "cell_voxels.csv"), 1)
+    kept = voxels[voxels["count"] >= FIGURE_10_COUNT]
+    figure, both = plt.subplots(1, 2, figsize=(12, 5.4), sharex=True, sharey=True)
+    for axes, rows, quantity, colours, most, size, label, title in (
+            (both[0], points, "z", "cividis", 4, 1.2, "height, m",
+             f"cropped: {len(points):,} points"),
+            (both[1], kept, "count", "YlOrBr", 8, 2.5, "points in the voxel",
+             f"decoded, at least {FIGURE_10_COUNT} points: {len(kept):,} of "
+             f"{len(voxels):,} voxels")):
+        across, up, order = _drawn_obliquely(rows)
+        drawn = axes.scatter(across[order], up[order], s=size, linewidths=0,
+                             c=rows[quantity][order], cmap=colours, vmin=0, vmax=most)
+        axes.set_title(title, fontsize=10)
+        axes.set_aspect("equal")
+        axes.set(xticks=[], yticks=[])
+        figure.colorbar(drawn, ax=axes, orientation="horizontal", shrink=0.5, pad=0.03,
+                        label=label)
+    figure.tight_layout()
+    return _png(figure)
+
+
+def _draw_top_view(axes, rows, marker, size, title):
     for sensor, colour in enumerate(SENSOR_COLOURS, start=1):
-        of_sensor = shown[shown["sensor"] == sensor]
+        of_sensor = _of(rows, sensor)
         axes.scatter(of_sensor["x"], of_sensor["y"], s=size, marker=marker, linewidths=0,
                      c=colour)
     axes.set(xlim=(0, 10), ylim=(0, 10))
     axes.set_aspect("equal")
-    axes.set_title(title, fontsize=10)
+    axes.set_title(title, fontsize=9)
     axes.tick_params(labelsize=7)
-
-
-def _kept(voxels, law):
-    # The lidar's own intensity knows none of the laws: its voxels all stay.
-    return voxels[(voxels["sensor"] == 7) | (voxels[law] >= THRESHOLDS[law])]
 
 
 def top_views(folder):
@@ -120,16 +149,15 @@ def top_views(folder):
     voxels = _read(folder, "cell_voxels.csv")
     figure, places = plt.subplots(2, 3, figsize=(12.5, 8.6))
     places = places.ravel()
-    _draw_top_view(places[0], points, "o", 0.2, f"raw: {len(points):,} points")
+    _draw_top_view(places[0], points, "o", 0.2, f"cropped: {len(points):,} points")
     _draw_top_view(places[1], voxels, "s", VOXEL_SIZE,
-                   f"unfiltered: {len(voxels):,} voxels, "
+                   f"decoded: {len(voxels):,} voxels, "
                    f"{np.count_nonzero(voxels['is_noise']):,} of them noise")
-    for axes, law in zip(places[2:], ("count", "linear", "quadratic")):
-        kept = _kept(voxels, law)
-        noise = np.count_nonzero(kept["is_noise"])
+    for axes, (law, threshold) in zip(places[2:], FIGURE_11.items()):
+        kept = voxels[(voxels["sensor"] == int(LIDAR)) | (voxels[law] >= threshold)]
         _draw_top_view(axes, kept, "s", VOXEL_SIZE,
-                       f"{law} {THRESHOLDS[law]}: {len(kept):,} voxels, "
-                       f"{noise:,} of them noise")
+                       f"{law}, at least {threshold}: {len(kept):,} voxels, "
+                       f"{np.count_nonzero(kept['is_noise']):,} of them noise")
     places[5].axis("off")
     places[5].legend(handles=[
         plt.Line2D([], [], marker="o", linestyle="", color=colour,
@@ -139,13 +167,38 @@ def top_views(folder):
     return _png(figure)
 
 
+def kept_by_filters(folder):
+    """By filter of Figure 11 and distance: kept surface, all surface, kept noise, all noise."""
+    voxels = _read(folder, "cell_voxels.csv")
+    voxels = voxels[voxels["sensor"] != int(LIDAR)]
+    band = np.searchsorted(BAND_ENDS, voxels["depth"], side="right")
+    is_noise = voxels["is_noise"] > 0
+    table = {}
+    for law, threshold in FIGURE_11.items():
+        stays = voxels[law] >= threshold
+        table[f"{law}, at least {threshold}"] = {
+            name: tuple(int(np.count_nonzero(chosen)) for chosen in (
+                stays & there & ~is_noise, there & ~is_noise,
+                stays & there & is_noise, there & is_noise))
+            for name, there in [(words, band == index) for index, words in enumerate(BANDS)]
+            + [("all", band >= 0)]}
+    return table
+
+
+def lidar_kept_percent(folder, threshold):
+    """Share of the lidar's voxels with at least this intensity on a scale of 255 whose top is
+    a diffuse reflector of 100 %."""
+    lidar = _of(_read(folder, "cell_voxels.csv"), LIDAR)
+    return 100 * np.mean(lidar["native"] * 2.55 >= threshold)
+
+
 def bits_over_resolution(results):
     """Bits per voxel against the voxel's edge."""
     figure, axes = plt.subplots(figsize=(7, 3.6))
     edges = range(1, 21)
     for coder in CODERS:
-        bits = [8 * results.figure("resolution", "1", coder, edge,
-                                   "bytes_per_voxel").mean for edge in edges]
+        bits = [8 * results.mean("resolution", "1", coder, edge, "bytes_per_voxel")
+                for edge in edges]
         axes.plot(edges, bits, marker=".", color=CODER_COLOURS[coder], label=coder)
     axes.set(xlabel="voxel edge, cm", ylabel="bits per voxel", ylim=(0, None),
              xticks=range(0, 21, 2))
@@ -165,7 +218,7 @@ def precision_over_recall(results):
             points = sorted(
                 (float(quantity.rsplit(" ", 1)[1]),
                  results.mean("noise_curve", sensor, method, 4, quantity))
-                for quantity in results.values("noise_curve", 4, sensor=sensor))
+                for quantity in results.quantities("noise_curve", sensor=sensor))
             axes.plot(*zip(*points), color=METHOD_COLOURS[method], label=method)
         noise = results.mean("noise", sensor, FILTER, 4, "noise_percent") / 100
         axes.axhline(noise, color="#999999", linestyle=":", label="by chance")
@@ -175,18 +228,7 @@ def precision_over_recall(results):
         axes.grid(alpha=0.3)
     both[0].set_ylabel("precision: share of noise in what is removed")
     figure.tight_layout(rect=(0, 0.07, 1, 1))
-    # The right one's, which has all: there is no room within that is never crossed.
+    # Below the plots, where it crosses no curve; the right plot has all of them.
     figure.legend(*both[1].get_legend_handles_labels(), loc="lower center", ncols=6,
                   fontsize=9, frameon=False)
     return _png(figure)
-
-
-def filtering_counts(folder):
-    """By filter: voxels of the six Kinects that stay, and how many of them are noise."""
-    voxels = _read(folder, "cell_voxels.csv")
-    voxels = voxels[voxels["sensor"] != 7]
-    kept = {"none": voxels}
-    for law, threshold in THRESHOLDS.items():
-        kept[f"{law} {threshold}"] = _kept(voxels, law)
-    return {name: (len(stay), int(np.count_nonzero(stay["is_noise"])))
-            for name, stay in kept.items()}

@@ -1,16 +1,19 @@
 #include "result_file.h"
 
+#include <iostream>
 #include <stdexcept>
 
 namespace pcl_ext {
 namespace report {
 
-ResultFile::ResultFile(const std::string& path) : path_(path), file_(path)
+ResultFile::ResultFile(const std::string& path)
+: path_(path.empty() ? "standard output" : path)
+, output_(path.empty() ? std::cout.rdbuf() : file_.open(path, std::ios::out))
 {
-  if (!file_)
-    throw std::runtime_error("cannot write '" + path + "'");
-  file_.precision(10);
-  file_ << "experiment,sensor,coder,resolution_cm,quantity,mean,deviation,samples\n";
+  if (!output_)
+    throw std::runtime_error("cannot write '" + path_ + "'");
+  output_.precision(10);
+  output_ << "experiment,sensor,coder,resolution_cm,quantity,mean,deviation,samples\n";
 }
 
 void
@@ -20,9 +23,9 @@ ResultFile::addLine(const Subject& subject,
                     double deviation,
                     std::size_t samples)
 {
-  file_ << subject.experiment << ',' << subject.sensor << ',' << subject.coder << ','
-        << 100.0 * subject.resolution << ',' << quantity << ',' << mean << ','
-        << deviation << ',' << samples << '\n';
+  output_ << subject.experiment << ',' << subject.sensor << ',' << subject.coder << ','
+          << 100.0 * subject.resolution << ',' << quantity << ',' << mean << ','
+          << deviation << ',' << samples << '\n';
 }
 
 void
@@ -45,8 +48,8 @@ ResultFile::add(const Subject& subject,
 void
 ResultFile::close()
 {
-  file_.close();
-  if (!file_)
+  output_.flush();
+  if (!output_)
     throw std::runtime_error("could not write all of '" + path_ + "'");
 }
 

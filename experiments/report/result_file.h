@@ -1,5 +1,5 @@
 /** \file
- * \brief The results of the report's programs as a file that other programs read.
+ * \brief The results of the measuring programs as a CSV file.
  */
 #pragma once
 
@@ -16,15 +16,16 @@ namespace report {
 struct Subject {
   std::string experiment; ///< the table that it belongs to
   std::string sensor;
-  std::string coder;
+  std::string coder;       ///< or the method
   double resolution = 0.0; ///< voxel edge, metres; 0 where there are no voxels
 };
 
 /** \brief A CSV file with a line for each quantity: its mean, deviation and number of
- * samples. The order of lines tells the order of subjects in a table. */
+ * samples. The order of lines is the order of subjects in a table. */
 class ResultFile {
 public:
-  /** \brief Begins the file anew.
+  /** \brief Begins a new file.
+   * \param[in] path empty: standard output
    * \throws std::runtime_error if it cannot be written
    */
   explicit ResultFile(const std::string& path);
@@ -34,7 +35,7 @@ public:
       const std::string& quantity,
       const measuring::MeanAndDeviation& samples);
 
-  /** \brief A quantity that is measured once.
+  /** \brief A quantity without a deviation.
    * \param[in] samples frames that it is of, all together
    */
   void
@@ -58,7 +59,9 @@ private:
           std::size_t samples);
 
   std::string path_;
-  std::ofstream file_;
+  std::filebuf file_;
+  std::ostream
+      output_; ///< to the file, or to standard output; bad if it cannot be written
 };
 
 } // namespace report

@@ -5,25 +5,25 @@ import pathlib
 from typing import NamedTuple
 
 CODERS = ("published", "fast", "balanced", "small")
-KINECTS = ("1", "2", "3", "4", "5", "6")
+CAMERAS = ("1", "2", "3", "4", "5", "6")
 LIDAR = "7"
-MERGED = "merged"
-# Frames a second.
-RATES = {**{sensor: 20.0 for sensor in KINECTS}, LIDAR: 10.0}
+MERGED = "merged"  # the voxels of all cameras on one grid
+# Frames per second.
+RATES = {**{sensor: 20.0 for sensor in CAMERAS}, LIDAR: 10.0}
 
 
 class ReportError(Exception):
     """What is wrong with the measurements, in a sentence for the user."""
 
 
-class Figure(NamedTuple):
+class Value(NamedTuple):
     mean: float
     deviation: float
     samples: int
 
 
 class Results:
-    """Figures by experiment, sensor, coder, resolution in cm and quantity."""
+    """Values by experiment, sensor, coder, voxel edge in cm and quantity."""
 
     def __init__(self, files):
         self.by_key = {}
@@ -36,52 +36,50 @@ class Results:
                 try:
                     key = (row["experiment"], row["sensor"], row["coder"],
                            float(row["resolution_cm"]), row["quantity"])
-                    figure = Figure(float(row["mean"]), float(row["deviation"]),
-                                    int(row["samples"]))
+                    value = Value(float(row["mean"]), float(row["deviation"]),
+                                  int(row["samples"]))
                 except (KeyError, TypeError, ValueError) as error:
                     raise ReportError(f"'{file}', line {number}, is not a result: "
                                       f"{error}") from error
                 if key in self.by_key:
                     raise ReportError(f"'{file}', line {number}: {key} is there twice")
-                self.by_key[key] = figure
+                self.by_key[key] = value
 
     def find(self, experiment, sensor, coder, resolution_cm, quantity):
-        """The figure, or None."""
-        return self.by_key.get((experiment, sensor, coder, float(resolution_cm),
-                                  quantity))
+        """The value, or None."""
+        return self.by_key.get((experiment, sensor, coder, float(resolution_cm), quantity))
 
-    def figure(self, *key):
-        """The figure, which must be there."""
-        figure = self.find(*key)
-        if figure is None:
+    def value(self, *key):
+        """The value, which must be there."""
+        value = self.find(*key)
+        if value is None:
             raise ReportError("the measurements lack " + ", ".join(map(str, key)))
-        return figure
+        return value
 
     def mean(self, *key):
-        return self.figure(*key).mean
+        return self.value(*key).mean
 
-    def values(self, experiment, position, **wanted):
-        """What an experiment has at a position of the key, in the order of the files; of
-        one sensor or resolution alone, if `sensor` or `resolution_cm` says so."""
+    def _at(self, experiment, position, sensor=None, resolution_cm=None):
         return list(dict.fromkeys(
             key[position] for key in self.by_key
-            if key[0] == experiment
-            and wanted.get("sensor", key[1]) == key[1]
-            and wanted.get("resolution_cm", key[3]) == key[3]))
+            if key[0] == experiment and sensor in (None, key[1])
+            and resolution_cm in (None, key[3])))
+
+    def sensors(self, experiment, **wanted):
+        """Sensors of an experiment in the order of the files, if wanted of one `sensor` or
+        `resolution_cm`; coders() and quantities() likewise."""
+        return self._at(experiment, 1, **wanted)
+
+    def coders(self, experiment, **wanted):
+        return self._at(experiment, 2, **wanted)
+
+    def quantities(self, experiment, **wanted):
+        return self._at(experiment, 4, **wanted)
 
     def experiments(self, prefix):
         """What follows a prefix in experiments' names, in the order of the files."""
         return list(dict.fromkeys(key[0][len(prefix):] for key in self.by_key
                                   if key[0].startswith(prefix)))
-
-    def sensors(self, experiment, **wanted):
-        return self.values(experiment, 1, **wanted)
-
-    def coders(self, experiment, **wanted):
-        return self.values(experiment, 2, **wanted)
-
-    def all_figures(self):
-        return self.by_key.items()
 
 
 def read_results(folder):
@@ -103,10 +101,10 @@ def read_rows(folder, name):
             except (TypeError, ValueError) as error:
                 raise ReportError(f"'{file}', line {number}: {error}") from error
     if not rows:
-        raise ReportError(f"'{file}' holds nothing")
+        raise ReportError(f"'{file}' has no rows")
     return rows
 
 
 def read_machine(folder):
-    """The line that tells the machine."""
+    """The line that describes the machine."""
     return (pathlib.Path(folder) / "machine.txt").read_text(encoding="utf-8").strip()

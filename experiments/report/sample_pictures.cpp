@@ -1,23 +1,21 @@
 /** \file
- * Writes the clouds, voxels and curves that the report's figures show, as CSV files. One
+ * Writes the clouds, voxels and curves that the report's pictures show, as CSV files. One
  * frame of each sensor: the pictures are the same however many frames are measured.
  */
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "labelled_voxels.h"
 #include "measuring/command_line.h"
 #include "simulator/crop_box.h"
 #include "simulator/labelled_lidar.h"
+#include "simulator/labelled_stream.h"
 
 #include <boost/program_options.hpp>
 
-#include <array>
 #include <cmath>
 #include <exception>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -31,18 +29,17 @@ using pcl_ext::cell::LidarFrame;
 using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::io::BoundingBox;
-using pcl_ext::io::VoxelGrid;
 using pcl_ext::noise::LabelledFrame;
 using pcl_ext::noise::LabelledStream;
-using pcl_ext::report::LabelledVoxel;
+using pcl_ext::noise::Law;
 
 constexpr double resolution = 0.04; // metres
 constexpr std::uint32_t seed = 1;
-/** \brief 5 s on, when the person walks and all arms are about. */
+/** \brief At 4.5 s the person walks and all arms are in the cell. */
 constexpr std::uint32_t shown_frame = 90;
 constexpr std::uint32_t shown_revolution = 45;
 
-/** \brief A CSV file that says if it could not be written. */
+/** \brief A CSV file; reports if it could not be written. */
 class CsvFile {
 public:
   CsvFile(const std::string& path, const std::string& header) : path_(path), file_(path)
@@ -89,55 +86,69 @@ writeLaws(const std::string& folder)
 }
 
 bool
-contains(const BoundingBox& box, const Eigen::Vector3f& point)
+contains(const BoundingBox& box, const Eigen::Vector3d& place)
 {
-  const Eigen::Array3d place = point.cast<double>();
-  return (place >= Eigen::Map<const Eigen::Array3d>(box.min.data())).all() &&
-         (place <= Eigen::Map<const Eigen::Array3d>(box.max.data())).all();
-}
-
-template <typename PointT>
-void
-addPoints(unsigned int sensor,
-          const pcl::PointCloud<PointT>& cloud,
-          const std::vector<PointTruth>& truth,
-          const Eigen::Isometry3d& pose,
-          const BoundingBox& box,
-          CsvFile& file)
-{
-  const Eigen::Isometry3f to_world = pose.cast<float>();
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (truth[i] == PointTruth::None)
-      continue;
-    const Eigen::Vector3f point = to_world * cloud[i].getVector3fMap();
-    if (contains(box, point))
-      file.addRow(sensor, point.x(), point.y(), point.z());
-  }
-}
-
-void
-addVoxels(unsigned int sensor,
-          const std::vector<LabelledVoxel>& voxels,
-          const BoundingBox& box,
-          CsvFile& file)
-{
-  for (const LabelledVoxel& voxel : voxels) {
-    if (!contains(box, Eigen::Vector3f(voxel.x, voxel.y, voxel.z)))
-      continue;
-    file.addRow(sensor,
-                voxel.x,
-                voxel.y,
-                voxel.z,
-                voxel.count,
-                voxel.quadratic,
-                voxel.linear,
-                voxel.native,
-                voxel.is_noise ? 1 : 0);
-  }
+  return (place.array() >= Eigen::Map<const Eigen::Array3d>(box.min.data())).all() &&
+         (place.array() <= Eigen::Map<const Eigen::Array3d>(box.max.data())).all();
 }
 
 const char* const point_header = "sensor,x,y,z";
-const char* const voxel_header = "sensor,x,y,z,count,quadratic,linear,native,is_noise";
+
+/** \brief Adds the points of a frame that lie in a box. */
+template <typename FrameT>
+void
+addPoints(unsigned int sensor,
+          const FrameT& frame,
+          const Eigen::Isometry3d& to_world,
+          const BoundingBox& box,
+          CsvFile& file)
+{
+  for (std::size_t i = 0; i < frame.cloud.size(); ++i) {
+    if (frame.truth[i] == PointTruth::None)
+      continue;
+    const Eigen::Vector3d place =
+        (to_world.cast<float>() * frame.cloud[i].getVector3fMap())
+            .template cast<double>();
+    if (contains(box, place))
+      file.addRow(sensor, place.x(), place.y(), place.z());
+  }
+}
+
+const char* const voxel_header =
+    "sensor,x,y,z,depth,count,quadratic,linear,native,is_noise";
+
+/** \brief Adds the voxels of a frame whose centres lie in a box, with their decoded
+ * intensities; those of laws that the sensor does not have are 0. */
+void
+addVoxels(unsigned int sensor,
+          const LabelledFrame& frame,
+          const BoundingBox& box,
+          CsvFile& file)
+{
+  const pcl_ext::io::VoxelFrame& voxels = frame.of(Law::Count);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const Eigen::Vector3d centre =
+        pcl_ext::noise::centreOf(voxels.grid, voxels.keys[i]);
+    if (!contains(box, centre))
+      continue;
+    const auto intensity = [&](Law law) {
+      const pcl_ext::io::VoxelFrame& of_law = frame.of(law);
+      return of_law.size() > 0 ? of_law.intensity_scale.value(of_law.intensities[i])
+                               : 0.0f;
+    };
+    const bool is_noise = frame.truth[i] == pcl_ext::noise::VoxelTruth::Noise;
+    file.addRow(sensor,
+                centre.x(),
+                centre.y(),
+                centre.z(),
+                frame.depth[i],
+                intensity(Law::Count),
+                intensity(Law::Quadratic),
+                intensity(Law::Linear),
+                intensity(Law::Native),
+                is_noise ? 1 : 0);
+  }
+}
 
 /** \brief Figures 10 and 11: all sensors' points and voxels. */
 void
@@ -147,86 +158,56 @@ writeCell(const std::string& folder, RobotCell& cell)
   CsvFile voxels(folder + "/cell_voxels.csv", voxel_header);
   const BoundingBox box = pcl_ext::cell::cropBox();
   CellFrame frame;
+  LabelledFrame labelled;
   for (unsigned int sensor = 1; sensor <= RobotCell::sensor_count; ++sensor) {
     cell.capture(sensor, shown_frame, frame);
-    addPoints(sensor, frame.cloud, frame.truth, cell.sensorPose(sensor), box, points);
-    LabelledFrame labelled;
+    addPoints(sensor, frame, cell.sensorPose(sensor), box, points);
     LabelledStream(seed, sensor, resolution).read(shown_frame, labelled);
-    addVoxels(sensor, pcl_ext::report::labelledVoxels(labelled), box, voxels);
+    addVoxels(sensor, labelled, box, voxels);
   }
   LidarFrame revolution;
   cell.captureLidar(shown_revolution, revolution);
-  addPoints(RobotCell::lidar,
-            revolution.cloud,
-            revolution.truth,
-            cell.lidarPose(),
-            box,
-            points);
-  LabelledFrame labelled;
-  pcl_ext::noise::LabelledLidar(seed, resolution).read(shown_revolution, labelled);
-  addVoxels(RobotCell::lidar, pcl_ext::report::labelledVoxels(labelled), box, voxels);
+  addPoints(RobotCell::lidar, revolution, cell.lidarPose(), box, points);
+  LabelledFrame of_lidar;
+  pcl_ext::noise::LabelledLidar(seed, resolution).read(shown_revolution, of_lidar);
+  addVoxels(RobotCell::lidar, of_lidar, box, voxels);
   points.close();
   voxels.close();
 }
 
-/** \brief The cell of the octree that holds a place.
- * \param[in] level above the voxels' own
- */
-BoundingBox
-octreeCell(const VoxelGrid& grid,
-           const std::array<double, 3>& place,
-           unsigned int level)
-{
-  const double edge = grid.resolution * (1u << level);
-  BoundingBox cell;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double low = grid.lowerCorner(axis);
-    cell.min[axis] = low + edge * std::floor((place[axis] - low) / edge);
-    cell.max[axis] = cell.min[axis] + edge;
-  }
-  return cell;
-}
-
-/** \brief Figure 7: a piece of the conveyor with a carton's corner on it, as sensor 1 sees
- * it, in the cells of the stream's own octree. */
+/** \brief Figure 7: a cell of eight leaves of the stream's octree, on a carton's edge as
+ * sensor 1 sees it. */
 void
 writeOctree(const std::string& folder, RobotCell& cell)
 {
-  LabelledFrame labelled;
-  LabelledStream(seed, 1, resolution).read(shown_frame, labelled);
-  const VoxelGrid& grid = labelled.of(pcl_ext::noise::Law::Count).grid;
-  constexpr std::array<double, 3> corner = {5.76, 3.28, 1.04};
-  constexpr unsigned int shown_levels = 3;
-  const BoundingBox box = octreeCell(grid, corner, shown_levels);
+  constexpr double edge = 2.0 * resolution;
+  const Eigen::Vector3d place(5.64, 4.21, 1.23);
+  BoundingBox box;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    box.min[i] = edge * std::floor(place[axis] / edge);
+    box.max[i] = box.min[i] + edge;
+  }
   CellFrame frame;
   cell.capture(1, shown_frame, frame);
   CsvFile points(folder + "/octree_points.csv", point_header);
-  addPoints(1, frame.cloud, frame.truth, cell.sensorPose(1), box, points);
+  addPoints(1, frame, cell.sensorPose(1), box, points);
   points.close();
+  LabelledFrame labelled;
+  LabelledStream(seed, 1, resolution).read(shown_frame, labelled);
   CsvFile voxels(folder + "/octree_voxels.csv", voxel_header);
-  const std::vector<LabelledVoxel> all = pcl_ext::report::labelledVoxels(labelled);
-  addVoxels(1, all, box, voxels);
+  addVoxels(1, labelled, box, voxels);
   voxels.close();
-  CsvFile cells(folder + "/octree_cells.csv", "level,x,y,z,edge");
-  for (unsigned int level = 0; level <= shown_levels; ++level) {
-    std::set<std::array<double, 3>> low_corners;
-    for (const LabelledVoxel& voxel : all)
-      if (contains(box, Eigen::Vector3f(voxel.x, voxel.y, voxel.z)))
-        low_corners.insert(octreeCell(grid, {voxel.x, voxel.y, voxel.z}, level).min);
-    for (const std::array<double, 3>& low : low_corners)
-      cells.addRow(level, low[0], low[1], low[2], grid.resolution * (1u << level));
-  }
-  cells.close();
 }
 
 bool
 parse(int argc, const char* const* argv, std::string& folder)
 {
-  options::options_description description("Writes what the report's figures show.\n"
+  options::options_description description("Writes what the report's pictures show.\n"
                                            "Usage: sample_pictures folder\n\nOptions");
   auto option = description.add_options();
   option("help,h", "print this and stop");
-  option("folder", options::value(&folder)->required(), "that the CSV files go to");
+  option("folder", options::value(&folder)->required(), "folder for the CSV files");
   options::variables_map values;
   return pcl_ext::measuring::parseCommandLine(
       argc, argv, description, "folder", values);

@@ -15,7 +15,7 @@ namespace {
 using measuring::MeanAndDeviation;
 using measuring::timeOf;
 
-/** \brief One coder at work on its stream. */
+/** \brief One coder of a stream, and its results. */
 class CoderRun {
 public:
   CoderRun(const StreamCoder& coder, const WorldPose& pose, double frame_rate)
@@ -36,7 +36,7 @@ public:
     const io::FrameStatistics frame = node_.statistics().frame;
     if (!decoded.ok() || voxels_.size() != frame.coding.voxels)
       throw std::runtime_error(name() +
-                               ": a frame came back as another: " + decoded.message());
+                               ": the decoded frame differs: " + decoded.message());
     voxel_count_.add(static_cast<double>(frame.coding.voxels));
     bytes_per_voxel_.add(frame.bytesPerVoxel());
     costs_.add(bytes_.size(),
@@ -107,7 +107,8 @@ measureCropping(const measuring::InputStream& stream,
         Eigen::Map<const Eigen::Vector3d>(stream.crop_box->max.data()).cast<float>());
   pcl::PCLPointCloud2 cloud;
   measuring::IntensityCloud cropped;
-  MeanAndDeviation points, cropped_points, kept_percent, preprocess_ms;
+  MeanAndDeviation cloud_points, points, cropped_points, cropping_ratio, kept_percent,
+      preprocess_ms;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);
     PreprocessingStatus status;
@@ -115,14 +116,19 @@ measureCropping(const measuring::InputStream& stream,
     if (!status.ok())
       throw std::runtime_error(subject.sensor + ": " + status.message());
     const PreprocessingStatistics& statistics = preprocessor.getStatistics();
-    const double finite =
-        static_cast<double>(statistics.points - statistics.points_not_finite);
+    const double all = static_cast<double>(statistics.points);
+    const double finite = all - static_cast<double>(statistics.points_not_finite);
+    const double inside = static_cast<double>(cropped.size());
+    cloud_points.add(all);
     points.add(finite);
-    cropped_points.add(static_cast<double>(cropped.size()));
-    kept_percent.add(100.0 * static_cast<double>(cropped.size()) / finite);
+    cropped_points.add(inside);
+    cropping_ratio.add(all / inside);
+    kept_percent.add(100.0 * inside / finite);
   }
+  results.add(subject, "cloud_points", cloud_points);
   results.add(subject, "points", points);
   results.add(subject, "cropped_points", cropped_points);
+  results.add(subject, "cropping_ratio", cropping_ratio);
   results.add(subject, "kept_percent", kept_percent);
   results.add(subject, "preprocess_ms", preprocess_ms);
 }

@@ -1,6 +1,6 @@
 /** \file
- * \brief What a sensor's node makes of its stream, frame by frame: the figures of the
- * paper's sections 3.1 and 3.2.
+ * \brief Measures what a sensor's node makes of its stream, frame by frame: the paper's
+ * sections 3.1 and 3.2.
  */
 #pragma once
 
@@ -21,15 +21,15 @@ struct StreamCoder {
 };
 
 /** \brief Sends every cloud of a stream through a SensorNode and a decoder for each
- * coder, and adds up what comes of it.
+ * coder.
  *
  * Quantities: voxels, bytes, bytes_per_voxel, ratio (16 bytes for each cropped point
  * against the bytes), megabits_per_second, encode_ms (cloud to bytes, preprocessing
  * included) and decode_ms (bytes to voxels), processor time both.
  * \param[in] stream clouds, read once for all coders
  * \param[in] frame_rate Hz
- * \throws std::runtime_error if a frame cannot be coded, or decodes to other voxels than
- * were coded
+ * \throws std::runtime_error if a frame cannot be coded, or its decoded voxels differ
+ * in number
  */
 void
 measureCoders(const measuring::InputStream& stream,
@@ -39,7 +39,9 @@ measureCoders(const measuring::InputStream& stream,
 
 /** \brief Moves and crops every cloud of a stream.
  *
- * Quantities: points (with a return), cropped_points, kept_percent and preprocess_ms.
+ * Quantities: cloud_points (all, also without a return), points (with a return),
+ * cropped_points, cropping_ratio (of cloud_points to cropped_points), kept_percent (of
+ * points) and preprocess_ms.
  */
 void
 measureCropping(const measuring::InputStream& stream,

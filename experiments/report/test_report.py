@@ -1,14 +1,16 @@
-"""Tests of how the report reads results and lays them out; no measurements are needed."""
+"""Tests of how the report reads results, lays them out and checks them; no measurements are
+needed."""
 
 import pathlib
 import tempfile
 import unittest
 
+import check_report
 import noise_tables
-import plain_checks
+import tables
 from noise_results import FILTER, FILTER_OF_EACH, METHODS, best_law, least_let_through
-from page import DASH, Table, mean_and_deviation, number, number_of
-from results import Figure, ReportError, Results, read_results, read_rows
+from page import DASH, Table, mean_and_deviation, mean_of, number
+from results import ReportError, Results, Value, read_results, read_rows
 
 HEADER = "experiment,sensor,coder,resolution_cm,quantity,mean,deviation,samples\n"
 
@@ -22,20 +24,21 @@ def results_of(text):
 
 
 class ReadingResults(unittest.TestCase):
-    def test_figures_by_their_key(self):
+    def test_values_by_their_key(self):
         results = results_of("a,1,fast,4,bytes,10.5,2,7\na,1,fast,2,bytes,20,0,1\n"
                              "b:x,2,small,4,ms,1,0,1\n")
-        self.assertEqual(results.figure("a", "1", "fast", 4, "bytes"), Figure(10.5, 2, 7))
+        self.assertEqual(results.value("a", "1", "fast", 4, "bytes"), Value(10.5, 2, 7))
         self.assertIsNone(results.find("a", "2", "fast", 4, "bytes"))
         self.assertEqual(results.experiments("b:"), ["x"])
         self.assertEqual(results.coders("a", resolution_cm=2.0), ["fast"])
         self.assertEqual(results.sensors("a", sensor="2"), [])
+        self.assertEqual(results.quantities("a", sensor="1"), ["bytes"])
 
     def test_what_is_missing_is_named(self):
         with self.assertRaisesRegex(ReportError, "lack a, 1, fast, 4, bytes"):
-            results_of("").figure("a", "1", "fast", 4, "bytes")
+            results_of("").value("a", "1", "fast", 4, "bytes")
 
-    def test_a_figure_that_is_there_twice_is_refused(self):
+    def test_a_value_that_is_there_twice_is_refused(self):
         line = "a,1,fast,4,bytes,10,0,1\n"
         with self.assertRaisesRegex(ReportError, "line 3: .* is there twice"):
             results_of(line + line)
@@ -50,34 +53,40 @@ class ReadingResults(unittest.TestCase):
             with self.assertRaisesRegex(ReportError, "no results in"):
                 read_results(folder)
             (pathlib.Path(folder) / "rows.csv").write_text("x,y\n", encoding="utf-8")
-            with self.assertRaisesRegex(ReportError, "holds nothing"):
+            with self.assertRaisesRegex(ReportError, "has no rows"):
                 read_rows(folder, "rows.csv")
 
 
 class Tables(unittest.TestCase):
     def test_numbers(self):
         self.assertEqual(number(1234.56, 1), "1,234.6")
-        self.assertEqual(number_of(None, 1), DASH)
-        self.assertEqual(mean_and_deviation(Figure(2.0, 0.5, 3), 1), "2.0 ± 0.5")
-        self.assertEqual(mean_and_deviation(Figure(2.0, 0.0, 1), 1), "2.0")
+        self.assertEqual(mean_of(None, 1), DASH)
+        self.assertEqual(mean_and_deviation(Value(2.0, 0.5, 3), 1), "2.0 ± 0.5")
+        self.assertEqual(mean_and_deviation(Value(2.0, 0.0, 3), 1), "2.0")
 
-    def test_html_and_markdown_hold_the_same(self):
+    def test_cells_are_escaped(self):
         table = Table("what <it> is", ["a", "b"])
-        table.add_chapter("one & two")
+        table.add_group("one & two")
         table.add_row(["1", DASH])
         self.assertIn("<p class=\"caption\">what &lt;it&gt; is</p>", table.html())
         self.assertIn("one &amp; two", table.html())
         self.assertIn(f'<td>1</td><td class="absent">{DASH}</td>', table.html())
-        self.assertEqual(table.markdown(),
-                         f"| a | b |\n| --- | --- |\n| *one & two* |  |\n| 1 | {DASH} |\n")
 
     def test_rows_of_another_length_are_refused(self):
         with self.assertRaisesRegex(ValueError, "1 cells under 2 headings"):
             Table("", ["a", "b"]).add_row(["1"])
 
+    def test_ratios_to_the_paper(self):
+        table = tables.beside_paper("", ["fast", "small"])
+        tables.add_beside_paper(table, "KiB", (10.0, 0.5), 1, [Value(5.0, 0.2, 9), None])
+        tables.add_beside_paper(table, "frames", None, 1, [Value(5.0, 0.0, 1), None])
+        self.assertEqual(table.rows, [
+            ["KiB", "10.0 ± 0.5", "5.0 ± 0.2", "0.50", DASH, DASH],
+            ["frames", DASH, "5.0", DASH, DASH, DASH]])
+
 
 def noise_results(filter_precision="0.95"):
-    """Laws and filters of all sensors, with figures that tell which is which."""
+    """Laws and filters of all sensors, with values that tell which is which."""
     lines = []
     for sensor, methods in METHODS.items():
         for place, method in enumerate(methods):
@@ -99,10 +108,10 @@ class NoiseTables(unittest.TestCase):
         self.assertEqual(least_let_through(results, "1"), 88.0)
 
     def test_the_summary_says_whether_aims_are_met(self):
-        self.assertIn("| 1 | 8.0 | 0.300, linear | 0.950 | met | 88.0 | 7.0 | met |",
-                      noise_tables.summary_table(noise_results()).markdown())
-        self.assertIn("| 1 | 8.0 | 0.300, linear | 0.899 | not met | 88.0 | 7.0 | met |",
-                      noise_tables.summary_table(noise_results("0.899")).markdown())
+        for precision, verdict in (("0.950", "met"), ("0.899", "not met")):
+            table = noise_tables.summary_table(noise_results(precision))
+            self.assertEqual(table.rows[1][:8], ["1", "8.0", "0.300, linear", precision,
+                                                 verdict, "88.0", "7.0", "met"])
 
     def test_bands_without_surface_have_a_dash(self):
         lines = []
@@ -116,21 +125,22 @@ class NoiseTables(unittest.TestCase):
                                   ("average_precision", "1"))]
         table = noise_tables.bands_table(results_of("".join(lines)), "",
                                          "average_precision", 3)
-        self.assertIn(f"| 1 | {DASH} | 1.000 | 1.000 | 1.000 | 1.000 |", table.markdown())
+        self.assertEqual(table.rows[1], ["1", DASH] + 4 * ["1.000"])
 
 
-class Checks(unittest.TestCase):
-    def test_each_failure_is_one_line(self):
-        class Failing(unittest.TestCase):
-            def test_it(self):
-                self.fail("this\nis wrong")
-
-            def test_that(self):
-                raise ReportError("the measurements lack x")
-        lines, run = plain_checks.failed_checks([Failing])
-        self.assertEqual(lines, ["test_it: this is wrong",
-                                 "test_that: the measurements lack x"])
-        self.assertEqual(run, 2)
+class Checking(unittest.TestCase):
+    def test_problems_name_the_value_and_its_bounds(self):
+        check = check_report.Checks.__new__(check_report.Checks)
+        check.problems = []
+        check.between(2.0, 1, 3, "a")
+        check.near(1.01, 1.0, 0.02, "b")
+        check.that(True, "c")
+        self.assertEqual(check.problems, [])
+        check.between(float("nan"), 1, 3, "a")
+        check.near(2.0, 1.0, 0.02, "b", 4)
+        check.that(False, "c")
+        self.assertEqual(check.problems, ["a is nan, not 1 to 3", "b 4 is 2, not 1 to 2 %",
+                                          "c"])
 
 
 if __name__ == "__main__":
