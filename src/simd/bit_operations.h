@@ -12,6 +12,14 @@
 #include <intrin.h>
 #endif
 
+// For functions of a few instructions in loops whose state is to stay in registers: g++
+// inlines others only when it has decided on that.
+#if defined(__GNUC__)
+#define PCL_EXT_ALWAYS_INLINE [[gnu::always_inline]] inline
+#else
+#define PCL_EXT_ALWAYS_INLINE inline
+#endif
+
 namespace pcl_ext {
 
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
@@ -121,33 +129,34 @@ highestBit(std::uint32_t bits)
 /** \brief Replaces a number and a pointer by others if the number is below a limit,
  * without a branch (doc/implementation_notes.md, "Conditional moves"). */
 template <std::uint32_t limit>
-inline void
+PCL_EXT_ALWAYS_INLINE void
 replaceIfBelow(std::uint32_t& number,
                std::uint32_t other_number,
                const std::uint8_t*& pointer,
                const std::uint8_t* other_pointer)
 {
 #if defined(__GNUC__) && defined(__x86_64__)
+  // Copies: as operands, members of an object would keep it in memory.
+  std::uint32_t local_number = number;
+  const std::uint8_t* local_pointer = pointer;
   asm("cmp %[limit], %[number]\n\t"
       "cmovb %[other_pointer], %[pointer]\n\t"
       "cmovb %[other_number], %[number]"
-      : [number] "+&r"(number), [pointer] "+&r"(pointer)
-      : [other_number] "r"(other_number),
-        [other_pointer] "r"(other_pointer),
+      : [number] "+&r"(local_number), [pointer] "+&r"(local_pointer)
+      : [other_pointer] "r"(other_pointer),
+        [other_number] "r"(other_number),
         [limit] "i"(limit)
       : "cc");
+  number = local_number;
+  pointer = local_pointer;
 #else
   portable::replaceIfBelow<limit>(number, other_number, pointer, other_pointer);
 #endif
 }
 
-/** \brief Fetches memory that will be read soon into the cache; any address will do. */
-#if defined(__GNUC__)
-// g++ takes a function that only prefetches for one without effect, and drops its calls,
-// unless it is inlined before.
-[[gnu::always_inline]]
-#endif
-inline void
+/** \brief Fetches memory that will be read soon into the cache; any address will do.
+ * Always inline, as g++ drops calls of a function that only prefetches. */
+PCL_EXT_ALWAYS_INLINE void
 prefetch([[maybe_unused]] const void* address)
 {
 #if defined(__GNUC__)

@@ -71,17 +71,19 @@ compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& l
 
 } // namespace portable
 
-/** \brief Index of the first of sixteen ends that is above a number below 2^15.
+/** \brief Index of the first of sixteen ends that is above number * 2^bits + offset,
+ * which is below 2^15.
  * \param[in] ends sixteen of them, ascending, the last one 2^15; aligned to 16 bytes
  */
-inline unsigned int
+template <unsigned int bits, std::uint32_t offset>
+PCL_EXT_ALWAYS_INLINE unsigned int
 firstAbove(const std::uint16_t* ends, std::uint32_t number)
 {
 #if defined(__SSE2__)
   // In 16 bits end - number - 1 - 2^15 is negative where end > number: one instruction
   // less than a signed comparison, of which 2^15 is no operand.
-  const __m128i place =
-      _mm_set1_epi16(static_cast<short>(number + 1 + (std::uint32_t{1} << 15)));
+  constexpr std::uint32_t shift = offset + 1 + (std::uint32_t{1} << 15);
+  const __m128i place = _mm_set1_epi16(static_cast<short>((number << bits) + shift));
   const auto* const values = reinterpret_cast<const __m128i*>(ends);
   const __m128i low = _mm_sub_epi16(_mm_load_si128(values), place);
   const __m128i high = _mm_sub_epi16(_mm_load_si128(values + 1), place);
@@ -89,7 +91,7 @@ firstAbove(const std::uint16_t* ends, std::uint32_t number)
       static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
   return lowestBit(above);
 #else
-  return portable::firstAbove(ends, number);
+  return portable::firstAbove(ends, (number << bits) + offset);
 #endif
 }
 
@@ -137,7 +139,7 @@ moveEnds(std::uint16_t* ends,
 }
 
 /** \brief Stores the sums of a number and each of eight bytes. */
-inline void
+PCL_EXT_ALWAYS_INLINE void
 storeSums(std::uint32_t* sums,
           const std::array<std::uint8_t, 8>& bytes,
           std::uint32_t first)
@@ -158,7 +160,7 @@ storeSums(std::uint32_t* sums,
 
 /** \brief Compares eight numbers with three limits above 0, and with 0xffff; bit k of
  * each mask is that of number k. */
-inline EightComparisons
+PCL_EXT_ALWAYS_INLINE EightComparisons
 compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& limits)
 {
 #if defined(__SSE2__)

@@ -52,37 +52,36 @@ private:
   std::size_t next_ = 0;
 };
 
-/** \brief Walks two lists of ascending keys side by side.
- * \param[in] visit is called for each key that is in either of them, in ascending order,
- * with its index in each, not_in_list where it is not; false ends the walk
+/** \brief Walks two lists of ascending keys side by side, in the order of their keys.
+ * \param[in] visit_first is called with the index of each element of the first list that
+ * the second one does not have
+ * \param[in] visit_second is called with the index of each element of the second list,
+ * and that in the first one or not_in_list; false ends the walk
  * \return whether the walk came to its end
  */
-template <class First, class Second, class Visit>
+template <class First, class Second, class VisitFirst, class VisitSecond>
 bool
 walkSideBySide(const std::vector<First>& first,
                const std::vector<Second>& second,
-               Visit&& visit)
+               VisitFirst&& visit_first,
+               VisitSecond&& visit_second)
 {
   const First* const firsts = first.data();
   const Second* const seconds = second.data();
   const std::size_t first_size = first.size();
   const std::size_t second_size = second.size();
   std::size_t i = 0;
-  std::size_t j = 0;
-  while (j < second_size) {
+  for (std::size_t j = 0; j < second_size; ++j) {
     const std::uint64_t key = keyOf(seconds[j]);
     for (; i < first_size && keyOf(firsts[i]) < key; ++i)
-      if (!visit(i, not_in_list))
-        return false;
+      visit_first(i);
     const bool is_in_both = i < first_size && keyOf(firsts[i]) == key;
-    if (!visit(is_in_both ? i : not_in_list, j))
+    if (!visit_second(j, is_in_both ? i : not_in_list))
       return false;
     i += is_in_both ? 1 : 0;
-    ++j;
   }
   for (; i < first_size; ++i)
-    if (!visit(i, not_in_list))
-      return false;
+    visit_first(i);
   return true;
 }
 

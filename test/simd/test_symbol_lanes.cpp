@@ -40,12 +40,15 @@ TEST(SymbolLanes, TheFirstEndAboveIsFound)
       const auto expected = static_cast<unsigned int>(
           std::upper_bound(sixteen.ends.begin(), sixteen.ends.end(), number) -
           sixteen.ends.begin());
-      ASSERT_EQ(firstAbove(sixteen.ends.data(), number), expected);
+      ASSERT_EQ((firstAbove<0, 0>(sixteen.ends.data(), number)), expected);
       ASSERT_EQ(portable::firstAbove(sixteen.ends.data(), number), expected);
+      if (number % 8 == 7) {
+        ASSERT_EQ((firstAbove<3, 7>(sixteen.ends.data(), number / 8)), expected);
+      }
     }
     for (const std::uint16_t end : sixteen.ends)
       for (const std::uint32_t number : {end - 1u, std::min(end + 0u, 0x7fffu)})
-        ASSERT_EQ(firstAbove(sixteen.ends.data(), number),
+        ASSERT_EQ((firstAbove<0, 0>(sixteen.ends.data(), number)),
                   portable::firstAbove(sixteen.ends.data(), number));
   }
 }

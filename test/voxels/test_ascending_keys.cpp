@@ -72,20 +72,29 @@ TEST(WalkSideBySide, VisitsEachKeyOnce)
           j;
     Visits visits;
     std::uint64_t last = 0;
-    EXPECT_TRUE(walkSideBySide(first, second, [&](std::size_t i, std::size_t j) {
-      const std::uint64_t key = i != not_in_list ? first[i].key : second[j];
+    const auto visit = [&](std::uint64_t key, std::size_t i, std::size_t j) {
       EXPECT_TRUE(visits.empty() || key > last);
       last = key;
       visits[key] = {i, j};
-      return true;
-    }));
+    };
+    EXPECT_TRUE(walkSideBySide(
+        first,
+        second,
+        [&](std::size_t i) { visit(first[i].key, i, not_in_list); },
+        [&](std::size_t j, std::size_t i) {
+          visit(second[j], i, j);
+          return true;
+        }));
     EXPECT_EQ(visits, expected);
 
     // Ends where the visitor says so.
-    for (std::size_t stop = 1; stop <= expected.size(); ++stop) {
+    for (std::size_t stop = 1; stop <= second.size(); ++stop) {
       std::size_t count = 0;
       EXPECT_FALSE(walkSideBySide(
-          first, second, [&](std::size_t, std::size_t) { return ++count < stop; }));
+          first,
+          second,
+          [&](std::size_t i) { EXPECT_LT(first[i].key, second[stop - 1]); },
+          [&](std::size_t, std::size_t) { return ++count < stop; }));
       EXPECT_EQ(count, stop);
     }
   }

@@ -53,15 +53,20 @@ Frame::collect(const History& history, BlockList& blocks) const
   blocks.clear();
   const std::vector<HistoryBlock>& known = history.blocks();
   std::uint32_t voxels = 0;
-  walkSideBySide(known, new_keys, [&](std::size_t old, std::size_t added) {
-    const bool is_old = added == not_in_list;
-    const std::uint64_t mask = occupied[is_old ? old : known.size() + added];
-    if (mask != 0) {
-      blocks.append(is_old ? known[old].key : new_keys[added], mask, voxels);
-      voxels += bitCount(mask);
-    }
-    return true;
-  });
+  const auto append = [&](std::uint64_t key, std::uint64_t mask) {
+    if (mask == 0)
+      return;
+    blocks.append(key, mask, voxels);
+    voxels += bitCount(mask);
+  };
+  walkSideBySide(
+      known,
+      new_keys,
+      [&](std::size_t old) { append(known[old].key, occupied[old]); },
+      [&](std::size_t added, std::size_t) {
+        append(new_keys[added], occupied[known.size() + added]);
+        return true;
+      });
 }
 
 } // namespace context

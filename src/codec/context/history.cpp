@@ -232,7 +232,7 @@ History::update(const BlockList& frame,
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
   VoxelRecord* record = records_.data();
   VoxelRecord* next = next_records_.data();
-  walkSideBySide(blocks_, frame.keys, [&](std::size_t old, std::size_t now) {
+  const auto learn = [&](std::size_t old, std::size_t now) {
     HistoryBlock block{0, 0, 0, 0, first_activity};
     block.first_record = static_cast<std::uint32_t>(next - next_records_.data());
     std::uint64_t known = 0;
@@ -257,8 +257,15 @@ History::update(const BlockList& frame,
         (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
     if (block.known != 0)
       next_blocks_.push_back(block);
-    return true;
-  });
+  };
+  walkSideBySide(
+      blocks_,
+      frame.keys,
+      [&](std::size_t old) { learn(old, not_in_list); },
+      [&](std::size_t now, std::size_t old) {
+        learn(old, now);
+        return true;
+      });
   record_count_ = static_cast<std::size_t>(next - next_records_.data());
   blocks_.swap(next_blocks_);
   records_.swap(next_records_);

@@ -267,23 +267,20 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
   const std::uint64_t* const new_masks = frame.new_masks.data();
   const std::uint32_t* const new_numbers = new_numbers_.data();
   const unsigned int new_activity = frame.is_i_frame ? 0 : 3;
-  const bool is_whole =
-      walkSideBySide(before.keys, frame.new_keys, [&](std::size_t i, std::size_t now) {
-        if (now != not_in_list) {
-          lists.append(
-              new_keys[now], new_numbers[now], new_masks[now], new_activity, 1);
-          return i == not_in_list;
-        }
-        const std::uint32_t number = old_numbers[i];
-        const unsigned int activity =
-            (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
-        const std::size_t is_kept = isNotZero(known[number]);
-        freed[freed_count] = number;
-        freed_count += 1 - is_kept;
-        lists.append(old_keys[i], number, all_occupied[number], activity, is_kept);
-        return true;
-      });
-  if (!is_whole)
+  const auto append_old = [&](std::size_t i) {
+    const std::uint32_t number = old_numbers[i];
+    const unsigned int activity =
+        (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
+    const std::size_t is_kept = isNotZero(known[number]);
+    freed[freed_count] = number;
+    freed_count += 1 - is_kept;
+    lists.append(old_keys[i], number, all_occupied[number], activity, is_kept);
+  };
+  const auto append_new = [&](std::size_t i, std::size_t old) {
+    lists.append(new_keys[i], new_numbers[i], new_masks[i], new_activity, 1);
+    return old == not_in_list;
+  };
+  if (!walkSideBySide(before.keys, frame.new_keys, append_old, append_new))
     return false;
   lists.finish(after, frame);
   after.spare_numbers.insert(after.spare_numbers.end(), freed, freed + freed_count);

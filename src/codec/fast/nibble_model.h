@@ -68,7 +68,7 @@ public:
   std::size_t
   find(std::uint32_t slot) const
   {
-    return firstAbove(bounds_.data() + 1, (slot << fine_bits) + (1u << fine_bits) - 1);
+    return firstAbove<fine_bits, (1u << fine_bits) - 1>(bounds_.data() + 1, slot);
   }
 
   /** \brief Counts a symbol, and adapts when it is time. */
