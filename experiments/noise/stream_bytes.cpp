@@ -58,8 +58,7 @@ removeNoise(cell::CellFrame& frame)
 }
 
 const std::vector<std::pair<std::string, IntensityLaw>> node_laws = {
-    {"count", IntensityLaw::Count},
-    {"quadratic", IntensityLaw::Quadratic}};
+    {"count", IntensityLaw::Count}, {"quadratic", IntensityLaw::Quadratic}};
 const std::vector<std::pair<std::string, io::Effort>> efforts = {
     {"fast", io::Effort::Fast}, {"balanced", io::Effort::Balanced}};
 
