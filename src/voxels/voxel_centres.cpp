@@ -100,17 +100,20 @@ computeIntensities(const IntensityScale& scale,
 
 VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
-  if (!hasTable())
+  const IntensityScale& scale = frame.intensity_scale;
+  const std::size_t symbols = std::size_t{scale.maxSymbol()} + 1;
+  // A large table costs more than it saves for a small frame.
+  if (scale.companded_range == 0 ||
+      symbols > std::max(small_table_.size(), frame.size()))
     return;
-  for (std::uint32_t symbol = 0; symbol <= frame.intensity_scale.maxSymbol(); ++symbol)
-    table_[symbol] = frame.intensity_scale.value(static_cast<std::uint16_t>(symbol));
-}
-
-bool
-VoxelCentreReader::hasTable() const
-{
-  return frame_.intensity_scale.companded_range != 0 &&
-         frame_.intensity_scale.bits <= most_table_bits;
+  float* table = small_table_.data();
+  if (symbols > small_table_.size()) {
+    large_table_.resize(symbols);
+    table = large_table_.data();
+  }
+  for (std::size_t symbol = 0; symbol < symbols; ++symbol)
+    table[symbol] = scale.value(static_cast<std::uint16_t>(symbol));
+  table_ = table;
 }
 
 std::size_t
@@ -126,7 +129,7 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
   const std::uint16_t* const symbols = frame_.intensities.data() + begin;
   if (scale.companded_range == 0)
     computeIntensities(scale, symbols, count, centres.intensity);
-  else if (hasTable())
+  else if (table_ != nullptr)
     for (std::size_t i = 0; i < count; ++i)
       centres.intensity[i] = table_[symbols[i]];
   else

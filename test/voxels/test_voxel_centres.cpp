@@ -71,12 +71,14 @@ TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
                                    {-largest, largest / 100.0f, 8, 40000},
                                    {0.0f, 1.0f, 9, 40000},
                                    {-7.5f, 0.25f, 15, 65535}}) {
-    VoxelFrame frame = randomFrame(2 + scale.bits, 5, 1000);
-    frame.intensity_scale = scale;
-    for (std::uint16_t& symbol : frame.intensities)
-      symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
-    ASSERT_TRUE(isConsistent(frame));
-    expectCentres(frame);
+    for (const std::size_t voxels : {100u, 1000u}) { // fewer than symbols, or more
+      VoxelFrame frame = randomFrame(2 + scale.bits, 5, voxels);
+      frame.intensity_scale = scale;
+      for (std::uint16_t& symbol : frame.intensities)
+        symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
+      ASSERT_TRUE(isConsistent(frame));
+      expectCentres(frame);
+    }
   }
 }
 

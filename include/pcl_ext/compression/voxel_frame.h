@@ -151,6 +151,9 @@ class PCL_EXT_EXPORT VoxelCentreReader {
 public:
   /** \param[in] frame as isConsistent() demands; must not change while it is read */
   explicit VoxelCentreReader(const VoxelFrame& frame);
+  VoxelCentreReader(const VoxelCentreReader&) = delete;
+  VoxelCentreReader&
+  operator=(const VoxelCentreReader&) = delete;
 
   /** \brief Computes up to VoxelCentres::capacity voxels.
    * \param[in] begin the first voxel, at most frame.size()
@@ -161,13 +164,10 @@ public:
   read(std::size_t begin, VoxelCentres& centres) const;
 
 private:
-  static constexpr unsigned int most_table_bits = 8;
-
-  bool
-  hasTable() const;
-
   const VoxelFrame& frame_;
-  std::array<float, 1 << most_table_bits> table_; // by symbol, on a companded scale
+  const float* table_ = nullptr;       // intensities by symbol; companded scales only
+  std::array<float, 256> small_table_; // up to 8 bits, without an allocation
+  std::vector<float> large_table_;
 };
 
 } // namespace detail
@@ -181,7 +181,8 @@ private:
  *   cloud.push_back({x, y, z, intensity});
  * });
  * \endcode
- * \param[in] frame as isConsistent() demands; must not change meanwhile
+ * \param[in] frame as isConsistent() demands; must not change meanwhile. With a companded
+ * scale of more than 8 bits memory is allocated
  * \param[in] visit callable as visit(x, y, z, intensity): the voxel's centre in world
  * coordinates, metres, and its intensity in the unit of the frame's scale
  */
