@@ -1,44 +1,87 @@
 #!/usr/bin/env bash
-# Writes the golden streams with the codec built in several ways, for other compilers,
-# optimisations, contractions of floating point and word sizes, and compares the bytes
-# with those in test/data/golden.
+# Builds the codec with the tests of its golden streams for each platform below, and runs
+# them there: the bytes in test/data/golden must be written and read everywhere. With them
+# run tests of what differs between processors: vectors, bits, the order of bytes.
+# Needs the groups `build`, `check` and `platforms` of tools/packages.txt.
+#
+# Usage: tools/check_determinism.sh [regular expression]
+# Only platforms whose line the expression matches; PCL_EXT_JOBS (2) at a time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
-# The codec needs of PCL nothing and of Eigen headers only.
-# GoogleTest, which the writer shares makers of frames with, comes as source with Debian.
-gtest=/usr/src/googletest/googletest
-eigen=$(pkg-config --cflags eigen3 2> /dev/null || echo -I/usr/include/eigen3)
-includes="-Iinclude -Isrc -Itest -I$gtest $eigen"
-
-# fused multiply-add where the processor at hand has it, else there is nothing to contract
+# fused multiply-add where this processor has it; else there is nothing to contract
 fma=
 if grep -qw fma /proc/cpuinfo; then fma=-mfma; fi
+arm=aarch64-linux-gnu
+big_endian=s390x-linux-gnu
+wine="env WINEPREFIX=$out/wine WINEDEBUG=-all /usr/lib/wine/wine64"
+node="node --no-warnings --experimental-wasi-unstable-preview1 test/platforms/run_wasm.mjs"
+
+# The vectors that src/simd/lanes.h must choose | what runs the program | compiler and flags
+platforms="\
+Sse2Lanes   | | g++ -O0
+Sse2Lanes   | | g++ -O3 -ffp-contract=off
+Sse2Lanes   | | g++ -O3 -ffp-contract=fast $fma
+ScalarLanes | | g++ -O2 -m32
+Sse2Lanes   | | clang++ -O0
+Sse2Lanes   | | clang++ -O3 -ffp-contract=fast $fma
+NeonLanes   | qemu-aarch64 -L /usr/$arm | clang++ --target=$arm -O2 -ffp-contract=fast
+ScalarLanes | qemu-s390x -L /usr/$big_endian | clang++ --target=$big_endian -O2 -ffp-contract=fast
+Sse2Lanes   | $wine | x86_64-w64-mingw32-g++-posix -O2 -static
+ScalarLanes | $node | clang++ --target=wasm32-wasi -O2 -fno-exceptions"
+
+tests="test/stream/test_golden_streams.cpp test/bytes/test_byte_io.cpp
+  test/simd/test_bit_operations.cpp test/simd/test_lanes.cpp
+  test/voxelizing/test_point_blocks.cpp test/voxelizing/test_quad_locator.cpp"
+gtest=/usr/src/googletest/googletest # comes as source with Debian
+eigen=$(pkg-config --cflags eigen3 2> /dev/null || echo -I/usr/include/eigen3)
+
+# One unit of all sources, as else most of the time would go into the standard library's
+# headers; GoogleTest in another, not optimised.
+{
+  echo '#define PCL_EXT_TEST_DATA "test/data"'
+  # shellcheck disable=SC2086
+  printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,stream,outliers} \
+    -name '*.cpp' | sort) $tests
+  echo 'static_assert(std::is_same_v<pcl_ext::NativeLanes, pcl_ext::LANES>);'
+} > "$out/codec.cpp"
+printf '#include "src/%s"\n' gtest-all.cc gtest_main.cc > "$out/googletest.cpp"
 
 check() {
-  local name=${*// /} compiler=$1
-  shift
-  mkdir -p "$out/$name/objects" "$out/$name/golden"
+  local lanes=$1 runner=$2 compiler=$3 program=$out/$BASHPID start=$SECONDS
+  local zlib=-lz flags="-std=c++17 -w -I. -Iinclude -Isrc -Itest -I$gtest -I$gtest/include $eigen"
+  case $compiler in # Debian has no zlib for them
+    *--target=*) zlib= flags+=" -Itest/platforms" ;;
+  esac
+  case $compiler in # has no dup(), which only GoogleTest's own tests need
+    *wasm*) flags+=" -DGTEST_HAS_STREAM_REDIRECTION=0" ;;
+  esac
   # shellcheck disable=SC2086
-  printf '%s\n' src/bytes/*.cpp src/voxels/*.cpp src/voxelizing/*.cpp src/codec/*.cpp src/codec/*/*.cpp src/stream/*.cpp test/write_test_streams.cpp \
-    $gtest/src/gtest-all.cc |
-    xargs -P 2 -I{} sh -c 'compiler=$1; target=$2; source=$3; shift 3
-      exec $compiler "$@" -c "$source" -o "$target/$(basename "$source" .cpp).o"' \
-      sh "$compiler" "$out/$name/objects" {} -std=c++17 $includes "$@"
-  $compiler "$@" "$out/$name"/objects/*.o -lz -lpthread -o "$out/$name/write_test_streams"
-  "$out/$name/write_test_streams" golden "$out/$name/golden"
-  rm -r "$out/$name/objects"
-  diff -r test/data/golden "$out/$name/golden"
-  echo "same bytes: $compiler $*"
+  $compiler $flags -O0 -c "$out/googletest.cpp" -o "$program.googletest.o" &&
+    $compiler $flags -DLANES="$lanes" -c "$out/codec.cpp" -o "$program.codec.o" &&
+    $compiler "$program.codec.o" "$program.googletest.o" $zlib -o "$program.exe" &&
+    $runner "$program.exe" --gtest_brief=1 || return 1
+  echo "same bytes: $compiler ($lanes, $((SECONDS - start)) s)"
 }
 
-check g++ -O0
-check g++ -O3 -ffp-contract=off
-# shellcheck disable=SC2086
-check g++ -O3 -ffp-contract=fast $fma
-check g++ -O2 -m32
-check clang++ -O0
-# shellcheck disable=SC2086
-check clang++ -O3 -ffp-contract=fast $fma
+# Prints one line, or all that was said if something went wrong.
+report() {
+  local log=$out/$BASHPID.log
+  if check "$@" > "$log" 2>&1; then
+    tail -n 1 "$log"
+  else
+    cat "$log"
+    echo "NOT the same: $3"
+    touch "$out/failed"
+  fi
+}
+
+while IFS='|' read -r lanes runner compiler; do
+  while [ "$(jobs -rp | wc -l)" -ge "${PCL_EXT_JOBS:-2}" ]; do wait -n; done
+  read -r lanes <<< "$lanes"
+  report "$lanes" "$runner" "${compiler# }" &
+done < <(grep -E "${1:-}" <<< "$platforms")
+wait
+[ ! -e "$out/failed" ]

@@ -88,7 +88,8 @@ VoxelDensities::operator()(std::uint16_t symbol,
     constexpr std::int64_t one = std::int64_t{1} << 32;
     const auto clamped =
         static_cast<std::uint64_t>(std::clamp(depth, std::int64_t{0}, one));
-    number = number * factors_[clamped >> (32 - depth_bits)] >> 16;
+    const auto place = static_cast<std::size_t>(clamped >> (32 - depth_bits));
+    number = number * factors_[place] >> 16;
   }
   const std::uint64_t density = (number + one_density / 2) / one_density;
   return static_cast<std::int16_t>(

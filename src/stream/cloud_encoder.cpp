@@ -1,7 +1,8 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 
+#include "bytes/exceptions.h"
+
 #include <array>
-#include <new>
 #include <utility>
 
 namespace pcl_ext {
@@ -57,13 +58,16 @@ CloudEncoder::voxelize(const PointView& points,
 {
   if (!settings_status_.ok())
     return settings_status_;
-  try {
+  const auto voxelize = [&] {
     voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
-  }
-  catch (const std::bad_alloc&) {
+    return CompressionStatus();
+  };
+  const auto give_up = [this] {
     encoder_.requestIFrame();
     return outOfMemoryStatus<CompressionStatus>();
-  }
+  };
+  if (CompressionStatus status = callOrElse(voxelize, give_up); !status.ok())
+    return status;
   frame.depth_model.reset();
   if (settings_.depth_law && settings_.format == StreamFormat::Version1)
     frame.depth_model = depthModelOf(*settings_.depth_law,

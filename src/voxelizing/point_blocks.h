@@ -94,7 +94,7 @@ private:
   firstTry(std::uint64_t block) const
   {
     const std::uint64_t mixed = block * hash_factor;
-    return ((mixed ^ mixed >> 32) * hash_factor) >> hash_shift_;
+    return static_cast<std::size_t>((mixed ^ mixed >> 32) * hash_factor >> hash_shift_);
   }
 
   std::size_t

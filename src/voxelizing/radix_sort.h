@@ -28,19 +28,22 @@ radixSort(std::vector<EntryT>& entries,
   const unsigned int passes =
       std::max(1u, (key_bits + widest_digit - 1) / widest_digit);
   const unsigned int digit_bits = (key_bits + passes - 1) / passes;
-  const std::uint64_t digit_mask = (std::uint64_t{1} << digit_bits) - 1;
+  const std::size_t digit_mask = (std::size_t{1} << digit_bits) - 1;
+  const auto digit_of = [&](const EntryT& entry, unsigned int shift) {
+    return static_cast<std::size_t>(entry.key >> shift) & digit_mask;
+  };
   spare.resize(entries.size());
 
   for (unsigned int pass = 0; pass < passes; ++pass) {
     const unsigned int shift = pass * digit_bits;
     std::array<std::size_t, std::size_t{1} << widest_digit> next{};
     for (const EntryT& entry : entries)
-      ++next[(entry.key >> shift) & digit_mask];
+      ++next[digit_of(entry, shift)];
     std::size_t begin = 0;
     for (std::size_t digit = 0; digit <= digit_mask; ++digit)
       begin += std::exchange(next[digit], begin);
     for (const EntryT& entry : entries)
-      spare[next[(entry.key >> shift) & digit_mask]++] = entry;
+      spare[next[digit_of(entry, shift)]++] = entry;
     entries.swap(spare);
   }
 }

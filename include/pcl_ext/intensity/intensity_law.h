@@ -4,7 +4,6 @@
 
 #include <array>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
 namespace pcl_ext {
@@ -65,8 +64,8 @@ visitIntensityModel(IntensityLaw law,
                     VisitorT&& visitor)
 {
   if (needsSensor(law) && !sensor)
-    throw std::invalid_argument("the intensity law '" + nameOf(law) +
-                                "' needs a sensor");
+    detail::throwInvalidArgument("the intensity law '" + nameOf(law) +
+                                 "' needs a sensor");
   switch (law) {
   case IntensityLaw::Count:
     return visitor(CountIntensity(resolution));
@@ -77,7 +76,7 @@ visitIntensityModel(IntensityLaw law,
   case IntensityLaw::Native:
     return visitor(NativeIntensity(resolution));
   }
-  throw std::invalid_argument("unknown intensity law");
+  detail::throwInvalidArgument("unknown intensity law");
 }
 
 } // namespace pcl_ext

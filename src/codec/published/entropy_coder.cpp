@@ -119,8 +119,8 @@ symbolOfCount(const CumulativeTable& table)
 {
   std::vector<std::uint8_t> symbols(table[alphabet_size]);
   for (unsigned int s = 0; s < alphabet_size; ++s)
-    std::fill(symbols.begin() + table[s],
-              symbols.begin() + table[s + 1],
+    std::fill(symbols.data() + table[s],
+              symbols.data() + table[s + 1],
               static_cast<std::uint8_t>(s));
   return symbols;
 }
