@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "fused_map.h"
 #include "message_conversions.h"

@@ -377,8 +377,8 @@ private:
   std::unordered_map<std::string, Stream*> streams_by_topic_;
   std::optional<FusedMap> map_; // used by callbacks of map_queue_ only
 
-  ros::CallbackQueue
-      map_queue_; // separate, as rays may take longer than a frame can wait
+  // Separate, as a map with rays can take longer than frames can wait.
+  ros::CallbackQueue map_queue_;
   ros::Publisher merged_;
   ros::Publisher diagnostics_;
   ros::ServiceServer map_service_;
