@@ -1,21 +1,18 @@
-#include "compressor_parameters.h"
-
-#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "message_conversions.h"
+#include "node_parameters.h"
+#include "parameter_reader.h"
 
 #include <cmath>
-#include <limits>
 
 namespace pcl_ext_ros {
 
 namespace {
 
-using pcl_ext::RuntimeSensor;
 using pcl_ext::IntensityLaw;
+using pcl_ext::RuntimeSensor;
 namespace io = pcl_ext::io;
-
-constexpr int most = std::numeric_limits<std::int32_t>::max();
 
 template <typename SensorT>
 RuntimeSensor
@@ -24,24 +21,24 @@ runtimeSensor(const SensorT& sensor)
   return {sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows};
 }
 
-/** \brief The sensor, by name or by its figures; none if no parameter tells it. */
+/** \brief The sensor, by its name or by its four numbers; nothing if none is set. */
 std::optional<RuntimeSensor>
 readSensor(ParameterReader& reader)
 {
   const std::string name = reader.text("sensor", "");
-  constexpr double widest = 179.9; // degrees; the tangent of half of it is finite
+  constexpr double widest = 179.9; // degrees; the tangent of its half is finite
   constexpr double narrowest = 0.1;
   const double fov_x_deg = reader.number("sensor_fov_x_deg", 0, narrowest, widest);
   const double fov_y_deg = reader.number("sensor_fov_y_deg", 0, narrowest, widest);
-  const int columns = reader.count("sensor_columns", 0, 1, 65536);
-  const int rows = reader.count("sensor_rows", 0, 1, 65536);
-  const int figures = (fov_x_deg > 0) + (fov_y_deg > 0) + (columns > 0) + (rows > 0);
-  const std::string all_figures =
+  const std::uint32_t columns = reader.count("sensor_columns", 0, 1, 65536);
+  const std::uint32_t rows = reader.count("sensor_rows", 0, 1, 65536);
+  const int numbers = (fov_x_deg > 0) + (fov_y_deg > 0) + (columns > 0) + (rows > 0);
+  const std::string all_numbers =
       "~sensor_fov_x_deg, ~sensor_fov_y_deg, ~sensor_columns and ~sensor_rows";
   if (!name.empty()) {
-    if (figures != 0)
+    if (numbers != 0)
       ParameterReader::refuse(
-          "sensor", "'" + name + "'", "left out where figures tell it: " + all_figures);
+          "sensor", "'" + name + "'", "unset where one is set of " + all_numbers);
     return reader.choice<RuntimeSensor>(
         "sensor",
         "",
@@ -49,54 +46,48 @@ readSensor(ParameterReader& reader)
          {"kinect_v1", runtimeSensor(pcl_ext::KinectV1())},
          {"azure_kinect_nfov", runtimeSensor(pcl_ext::AzureKinectNfovUnbinned())}});
   }
-  if (figures == 0)
+  if (numbers == 0)
     return std::nullopt;
-  if (figures != 4)
-    ParameterReader::refuse("sensor",
-                            "''",
-                            "a name, or told by all of " + all_figures + ", not by " +
-                                std::to_string(figures) + " of them");
-  return RuntimeSensor(fov_x_deg,
-                       fov_y_deg,
-                       static_cast<unsigned int>(columns),
-                       static_cast<unsigned int>(rows));
+  if (numbers != 4)
+    ParameterReader::refuse("sensor", "not set", "set, or else all of " + all_numbers);
+  return RuntimeSensor(fov_x_deg, fov_y_deg, columns, rows);
 }
 
-/** \brief [x0, y0, z0, x1, y1, z1]; none if it is not set or empty. */
+/** \brief [x0, y0, z0, x1, y1, z1]; nothing if it is not set or empty. */
 std::optional<io::BoundingBox>
 readCropBox(ParameterReader& reader)
 {
   const auto elements = reader.list("crop_box");
   if (!elements || elements->empty())
     return std::nullopt;
-  const std::string allowed =
-      "six finite numbers, [x0, y0, z0, x1, y1, z1], m, the first three below the "
-      "others";
   std::string shown;
   for (const XmlRpc::XmlRpcValue& element : *elements)
     shown += (shown.empty() ? "[" : ", ") + toText(element);
-  shown += "]";
-  if (elements->size() != 6)
-    ParameterReader::refuse("crop_box", shown, allowed);
+  const auto check = [&shown](bool is_right) {
+    if (!is_right)
+      ParameterReader::refuse("crop_box",
+                              shown + "]",
+                              "six finite numbers, [x0, y0, z0, x1, y1, z1], m, the "
+                              "first three below the others");
+  };
+  check(elements->size() == 6);
   io::BoundingBox box;
   for (std::size_t i = 0; i < 6; ++i) {
     const std::optional<double> corner = toNumber((*elements)[i]);
-    if (!corner || !std::isfinite(*corner))
-      ParameterReader::refuse("crop_box", shown, allowed);
+    check(corner && std::isfinite(*corner));
     (i < 3 ? box.min[i] : box.max[i - 3]) = *corner;
   }
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!(box.min[axis] < box.max[axis]))
-      ParameterReader::refuse("crop_box", shown, allowed);
+    check(box.min[axis] < box.max[axis]);
   return box;
 }
 
-/** \brief None if outliers are to stay. */
+/** \brief Nothing if outliers are not removed. */
 std::optional<pcl_ext::VoxelOutlierRemovalSettings>
 readOutlierRemoval(ParameterReader& reader)
 {
   pcl_ext::VoxelOutlierRemovalSettings settings;
-  // Allowed where outliers stay, too, so that it can be an argument of a launch file.
+  // Read in any case, so that a launch file can always set it.
   settings.min_log_odds = reader.finite("min_log_odds", settings.min_log_odds);
   if (!reader.flag("remove_outliers", false))
     return std::nullopt;
@@ -108,8 +99,7 @@ readCompression(ParameterReader& reader, io::IntensityCompressionSettings& setti
 {
   settings.resolution = reader.number(
       "resolution", 0.04, io::smallest_resolution, io::largest_resolution);
-  settings.i_frame_rate =
-      static_cast<unsigned int>(reader.count("i_frame_rate", 30, 0, most));
+  settings.i_frame_rate = reader.count("i_frame_rate", 30, 0, largest_int);
   settings.effort = reader.choice<io::Effort>("effort",
                                               "balanced",
                                               {{"fast", io::Effort::Fast},
@@ -126,8 +116,7 @@ readCompression(ParameterReader& reader, io::IntensityCompressionSettings& setti
                                      {{"automatic", io::Aggregation::Automatic},
                                       {"sum", io::Aggregation::Sum},
                                       {"mean", io::Aggregation::Mean}});
-  settings.intensity_bits =
-      static_cast<unsigned int>(reader.count("intensity_bits", 0, 0, 16));
+  settings.intensity_bits = reader.count("intensity_bits", 0, 0, 16);
   settings.intensity_range =
       static_cast<float>(reader.number("intensity_range", 0, 0, largest_float));
   settings.intensity_curve =
@@ -137,39 +126,42 @@ readCompression(ParameterReader& reader, io::IntensityCompressionSettings& setti
                                          {"companded", io::IntensityCurve::Companded}});
 }
 
+IntensityLaw
+readLaw(ParameterReader& reader)
+{
+  std::map<std::string, IntensityLaw> laws;
+  for (const auto& [law, name] : pcl_ext::intensity_laws)
+    laws[name] = law;
+  return reader.choice("intensity", pcl_ext::nameOf(IntensityLaw::Count), laws);
+}
+
 } // namespace
 
 CompressorParameters
-readCompressorParameters(ParameterReader& reader)
+readCompressorParameters()
 {
+  ParameterReader reader;
   CompressorParameters parameters;
-  readCompression(reader, parameters.node.compression);
-  parameters.node.law =
-      reader.choice<IntensityLaw>("intensity",
-                                  "count",
-                                  {{"count", IntensityLaw::Count},
-                                   {"quadratic", IntensityLaw::Quadratic},
-                                   {"linear", IntensityLaw::Linear},
-                                   {"native", IntensityLaw::Native}});
-  const bool needs_sensor = parameters.node.law == IntensityLaw::Quadratic ||
-                            parameters.node.law == IntensityLaw::Linear;
+  pcl_ext::nodes::SensorNodeSettings& node = parameters.node;
+  readCompression(reader, node.compression);
+  node.law = readLaw(reader);
+  // Read in any case, so that a launch file can set it with any law.
   const auto sensor = readSensor(reader);
-  if (needs_sensor && !sensor)
-    ParameterReader::refuse("sensor",
-                            "not set",
-                            "told, by name or figures, for ~intensity: " +
-                                reader.text("intensity", "count"));
-  // Allowed with the other laws, too, so that the law can be an argument of a launch file.
-  if (needs_sensor)
-    parameters.node.sensor = sensor;
-  parameters.node.intensity_field = reader.nonEmptyText("intensity_field", "intensity");
-  parameters.node.crop_box = readCropBox(reader);
-  parameters.node.outlier_removal = readOutlierRemoval(reader);
-  parameters.node.global_frame =
-      withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
+  if (pcl_ext::needsSensor(node.law)) {
+    if (!sensor)
+      ParameterReader::refuse("sensor",
+                              "not set",
+                              "set, by name or by numbers, for ~intensity: " +
+                                  pcl_ext::nameOf(node.law));
+    node.sensor = sensor;
+  }
+  node.intensity_field = reader.nonEmptyText("intensity_field", "intensity");
+  node.crop_box = readCropBox(reader);
+  node.outlier_removal = readOutlierRemoval(reader);
+  node.global_frame = reader.frame("global_frame", "world");
+  node.clock = rosTimeNow;
   parameters.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
-  parameters.queue_size =
-      static_cast<std::uint32_t>(reader.count("queue_size", 5, 1, 1000));
+  parameters.queue_size = reader.count("queue_size", 5, 1, 1000);
   parameters.statistics = reader.flag("statistics", false);
   reader.refuseUnknownNames();
   return parameters;

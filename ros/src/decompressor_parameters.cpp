@@ -1,9 +1,9 @@
-#include "decompressor_parameters.h"
-
-#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "fused_map.h"
 #include "message_conversions.h"
+#include "node_parameters.h"
+#include "parameter_reader.h"
 
 #include <filesystem>
 #include <fstream>
@@ -12,53 +12,52 @@ namespace pcl_ext_ros {
 
 namespace {
 
-/** \brief Reads a list's element: a topic, or a map of topic and more. */
+/** \brief Reads an entry of ~streams: a topic, or a map with a topic. */
 StreamParameters
-readStream(XmlRpc::XmlRpcValue element)
+readStream(XmlRpc::XmlRpcValue entry)
 {
-  const std::string shown = toText(element);
+  const std::string shown = toText(entry) + " in one entry";
   const auto refuse = [&shown](const std::string& allowed) {
-    ParameterReader::refuse("streams", shown + " in one place", allowed);
+    ParameterReader::refuse("streams", shown, allowed);
   };
-  const auto textOf = [&](XmlRpc::XmlRpcValue value, const std::string& what) {
+  const auto textOf = [&](XmlRpc::XmlRpcValue value, const std::string& name) {
     if (value.getType() != XmlRpc::XmlRpcValue::TypeString ||
         static_cast<std::string>(value).empty())
-      refuse("a list whose " + what + " are texts");
+      refuse("a list in which each " + name + " is a text that is not empty");
     return static_cast<std::string>(value);
   };
-  const auto floatOf = [&](const XmlRpc::XmlRpcValue& value, const std::string& what) {
+  const auto floatOf = [&](const XmlRpc::XmlRpcValue& value, const std::string& name) {
     const std::optional<float> number = toFloat(value);
     if (!number)
-      refuse("a list whose " + what + " are finite numbers");
+      refuse("a list in which each " + name + " is a finite number");
     return number;
   };
 
   StreamParameters stream;
-  if (element.getType() == XmlRpc::XmlRpcValue::TypeString) {
-    stream.topic = textOf(element, "topics");
+  if (entry.getType() == XmlRpc::XmlRpcValue::TypeString) {
+    stream.topic = textOf(entry, "topic");
     return stream;
   }
-  if (element.getType() != XmlRpc::XmlRpcValue::TypeStruct ||
-      !element.hasMember("topic"))
+  if (entry.getType() != XmlRpc::XmlRpcValue::TypeStruct || !entry.hasMember("topic"))
     refuse("a list of topics, or of maps with a topic");
-  for (auto& member : element) {
-    if (member.first == "topic")
-      stream.topic = textOf(member.second, "topics");
-    else if (member.first == "sensor_frame")
-      stream.sensor_frame = withoutLeadingSlash(textOf(member.second, "sensor_frames"));
-    else if (member.first == "min_intensity")
-      stream.min_intensity = floatOf(member.second, "min_intensities");
-    else if (member.first == "min_log_odds")
-      stream.min_log_odds = floatOf(member.second, "min_log_odds");
-    else if (member.first == "remove_outliers") {
-      stream.remove_outliers = toFlag(member.second);
+  for (auto& [name, value] : entry) {
+    if (name == "topic")
+      stream.topic = textOf(value, name);
+    else if (name == "sensor_frame")
+      stream.sensor_frame = withoutLeadingSlash(textOf(value, name));
+    else if (name == "min_intensity")
+      stream.min_intensity = floatOf(value, name);
+    else if (name == "min_log_odds")
+      stream.min_log_odds = floatOf(value, name);
+    else if (name == "remove_outliers") {
+      stream.remove_outliers = toFlag(value);
       if (!stream.remove_outliers)
-        refuse("a list whose remove_outliers are true or false");
+        refuse("a list in which each remove_outliers is true or false");
     }
     else
-      refuse("a list whose maps have topic, min_intensity, remove_outliers, "
-             "min_log_odds and sensor_frame, not " +
-             member.first);
+      refuse("a list of maps with topic, min_intensity, remove_outliers, min_log_odds "
+             "and sensor_frame, not " +
+             name);
   }
   return stream;
 }
@@ -66,17 +65,16 @@ readStream(XmlRpc::XmlRpcValue element)
 std::vector<StreamParameters>
 readStreams(ParameterReader& reader)
 {
-  const auto elements = reader.list("streams");
-  if (!elements) {
-    StreamParameters input;
-    input.topic = "input";
-    return {input};
-  }
-  if (elements->empty())
-    ParameterReader::refuse("streams", "an empty list", "a list of topics, or not set");
   std::vector<StreamParameters> streams;
-  for (const XmlRpc::XmlRpcValue& element : *elements)
-    streams.push_back(readStream(element));
+  const auto entries = reader.list("streams");
+  if (!entries) {
+    streams.emplace_back().topic = "input";
+    return streams;
+  }
+  if (entries->empty())
+    ParameterReader::refuse("streams", "an empty list", "a list of topics, or not set");
+  for (const XmlRpc::XmlRpcValue& entry : *entries)
+    streams.push_back(readStream(entry));
   return streams;
 }
 
@@ -84,21 +82,18 @@ NoiseParameters
 readNoise(ParameterReader& reader)
 {
   NoiseParameters noise;
-  // Native intensities may be negative.
+  // Any sign, as native intensities can be negative.
   noise.min_intensity = reader.finite("min_intensity", noise.min_intensity);
   noise.remove_outliers = reader.flag("remove_outliers", noise.remove_outliers);
   noise.min_log_odds = reader.finite("min_log_odds", noise.min_log_odds);
-  for (const char* const of_streams :
-       {"min_intensity_of", "remove_outliers_of", "min_log_odds_of"})
-    reader.know(of_streams);
   return noise;
 }
 
-/** \brief True if the unfinished map can be written, as FusedMap does. */
+/** \brief True if FusedMap can write its unfinished file. */
 bool
-canWriteBeside(const std::filesystem::path& path)
+canWriteBeside(const std::string& path)
 {
-  const std::string unfinished = FusedMap::unfinishedPath(path.string());
+  const std::string unfinished = FusedMap::unfinishedPath(path);
   if (!std::ofstream(unfinished, std::ios::binary))
     return false;
   std::error_code failure;
@@ -115,12 +110,11 @@ readMap(ParameterReader& reader)
   map.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
   if (map.path.empty())
     return map;
-  // Now, not when the map of a whole day is to be written.
-  const std::filesystem::path path(map.path);
+  // Checked at the start, as the map may be written hours later.
   std::error_code failure;
-  const bool is_there = std::filesystem::exists(path, failure);
-  if ((is_there && !std::filesystem::is_regular_file(path, failure)) ||
-      !canWriteBeside(path))
+  const bool exists = std::filesystem::exists(map.path, failure);
+  if ((exists && !std::filesystem::is_regular_file(map.path, failure)) ||
+      !canWriteBeside(map.path))
     ParameterReader::refuse(
         "map_path", "'" + map.path + "'", "a file in a folder that can be written to");
   return map;
@@ -129,27 +123,27 @@ readMap(ParameterReader& reader)
 } // namespace
 
 DecompressorParameters
-readDecompressorParameters(ParameterReader& reader)
+readDecompressorParameters()
 {
+  ParameterReader reader;
   DecompressorParameters parameters;
   parameters.streams = readStreams(reader);
-  parameters.global_frame =
-      withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
+  parameters.global_frame = reader.frame("global_frame", "world");
   parameters.noise = readNoise(reader);
   parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
   if (parameters.merge_rate > 0 && parameters.merge_rate < 0.001)
     ParameterReader::refuse("merge_rate", "below 0.001", "0, or 0.001 to 1000");
-  parameters.node.resolution = reader.number("resolution",
-                                             0.04,
-                                             pcl_ext::io::smallest_resolution,
-                                             pcl_ext::io::largest_resolution);
-  parameters.node.threads =
-      static_cast<unsigned int>(reader.count("threads", 0, 0, 1024));
-  parameters.node.max_waiting_frames =
-      static_cast<std::size_t>(reader.count("max_waiting_frames", 40, 1, 100000));
-  constexpr double nanoseconds = 1e9; // in a second
-  parameters.node.max_merge_age = std::chrono::nanoseconds(static_cast<std::int64_t>(
+  pcl_ext::nodes::CentralNodeSettings& node = parameters.node;
+  node.resolution = reader.number("resolution",
+                                  0.04,
+                                  pcl_ext::io::smallest_resolution,
+                                  pcl_ext::io::largest_resolution);
+  node.threads = reader.count("threads", 0, 0, 1024);
+  node.max_waiting_frames = reader.count("max_waiting_frames", 40, 1, 100000);
+  constexpr double nanoseconds = 1e9; // per second
+  node.max_merge_age = std::chrono::nanoseconds(static_cast<std::int64_t>(
       nanoseconds * reader.number("max_merge_age", 1, 0.001, 3600)));
+  node.clock = rosTimeNow;
   parameters.map = readMap(reader);
   reader.refuseUnknownNames();
   return parameters;

@@ -3,13 +3,13 @@
 #include <diagnostic_msgs/KeyValue.h>
 #include <ros/this_node.h>
 
-#include <sstream>
-
 namespace pcl_ext_ros {
+
+using diagnostic_msgs::DiagnosticStatus;
 
 HealthReport::HealthReport(const std::string& name)
 {
-  status_.level = diagnostic_msgs::DiagnosticStatus::OK;
+  status_.level = DiagnosticStatus::OK;
   status_.name = ros::this_node::getName().substr(1) + ": " + name;
   status_.message = "OK";
   status_.hardware_id = name;
@@ -25,38 +25,34 @@ HealthReport::raise(std::uint8_t level, const std::string& message)
 }
 
 void
-HealthReport::add(const std::string& key, const std::string& value)
+HealthReport::checkArrival(const std::string& what, const ros::WallTime& last_arrival)
 {
-  diagnostic_msgs::KeyValue entry;
-  entry.key = key;
-  entry.value = value;
-  status_.values.push_back(entry);
+  const ros::WallDuration silence(2.0);
+  if (last_arrival.isZero())
+    raise(DiagnosticStatus::STALE, "No " + what + " have arrived yet");
+  else if (ros::WallTime::now() - last_arrival > silence)
+    raise(DiagnosticStatus::ERROR, "No " + what + " arrive");
 }
 
 void
-HealthReport::add(const std::string& key, double value)
+HealthReport::addRates(const pcl_ext::nodes::StreamRates& rates)
 {
-  std::ostringstream text;
-  text << value;
-  add(key, text.str());
-}
-
-void
-HealthReport::add(const std::string& key, std::uint64_t value)
-{
-  add(key, std::to_string(value));
-}
-
-void
-HealthReport::add(const pcl_ext::nodes::StreamRates& rates)
-{
-  constexpr double milliseconds = 1e3; // in a second
+  constexpr double milliseconds = 1e3; // per second
   add("frames per second", rates.frames_per_second);
   add("bytes per second", rates.bytes_per_second);
   add("mean cycle time, ms", milliseconds * rates.mean_cycle_seconds);
   add("max cycle time, ms", milliseconds * rates.max_cycle_seconds);
   add("mean latency, ms", milliseconds * rates.mean_latency_seconds);
   add("max latency, ms", milliseconds * rates.max_latency_seconds);
+}
+
+void
+HealthReport::addText(const std::string& key, const std::string& value)
+{
+  diagnostic_msgs::KeyValue entry;
+  entry.key = key;
+  entry.value = value;
+  status_.values.push_back(entry);
 }
 
 } // namespace pcl_ext_ros

@@ -1,5 +1,399 @@
-#include "intensity_decompressor.h"
+/** \file
+ * \brief The central node: compressed frames of many streams in; denoised voxels of each
+ * stream, merged voxels and a map out.
+ */
+#include <pcl_ext/nodes/central_node.h>
+
+#include "fused_map.h"
+#include "health_report.h"
+#include "message_conversions.h"
 #include "node_main.h"
+#include "node_parameters.h"
+#include "parameter_reader.h"
+#include "stream_noise.h"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <pcl_ext_ros/CompressedPointCloud2.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Empty.h>
+#include <std_srvs/Trigger.h>
+
+#include <atomic>
+#include <cstdint>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext_ros {
+
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+using pcl_ext::nodes::StreamHealth;
+
+constexpr double seconds_between_noise_updates = 0.2;
+constexpr std::uint32_t frame_queue_size = 40;
+constexpr std::uint32_t voxels_queue_size = 10;
+constexpr std::uint32_t message_threads = 2; // merging does not delay frames
+
+/** \brief One stream. Its address does not change. */
+struct Stream {
+  Stream(std::string resolved_topic,
+         const StreamParameters& stream_parameters,
+         const NoiseParameters& noise_of_all)
+  : topic(std::move(resolved_topic))
+  , sensor_frame(stream_parameters.sensor_frame)
+  , noise(topic, stream_parameters, noise_of_all)
+  {}
+
+  const std::string topic; ///< resolved; the stream's name in the central node
+  const std::string sensor_frame;
+  StreamNoise noise;
+  ros::Publisher voxels;
+  ros::Publisher i_frame_requests;
+  ros::Subscriber frames;
+
+  // Written when frames arrive, read by timers.
+  std::atomic<std::uint64_t> last_arrival{0}; ///< ns of the wall clock; 0: none arrived
+  std::atomic<std::uint64_t> left_out{0};     ///< frames of another frame id or format
+
+  // As of the last report.
+  StreamHealth reported;
+  std::uint64_t reported_left_out = 0;
+};
+
+} // namespace
+
+/** \brief Decompresses, denoises, merges and maps streams. README.md has the topics,
+ * services and parameters. */
+class IntensityDecompressor {
+public:
+  /** \brief Reads the parameters and connects.
+   * \throws WrongParameter
+   */
+  IntensityDecompressor()
+  {
+    central_node_.emplace(
+        parameters_.node,
+        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
+    if (!central_node_->settingsStatus().ok())
+      throw WrongParameter("Parameters contradict each other: " +
+                           central_node_->settingsStatus().message());
+    if (!parameters_.map.path.empty())
+      map_.emplace(parameters_);
+    diagnostics_ =
+        node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+    if (parameters_.merge_rate > 0)
+      merged_ = private_node_.advertise<sensor_msgs::PointCloud2>("merged",
+                                                                  voxels_queue_size);
+    for (const StreamParameters& stream : parameters_.streams)
+      addStream(stream);
+    // Frames arrive from here on. The members above do not change any more.
+    for (const auto& stream : streams_)
+      subscribe(*stream);
+    createTimers();
+  }
+
+  /** \brief Runs until ROS shuts down, then writes the map, if there is one. */
+  int
+  run()
+  {
+    ros::AsyncSpinner map_spinner(1, &map_queue_);
+    map_spinner.start();
+    ros::MultiThreadedSpinner(message_threads).spin();
+    map_spinner.stop();
+    central_node_->waitUntilDecoded();
+    if (!map_)
+      return 0;
+    // Rays would take longer than the time that roslaunch gives a node to stop.
+    updateMap(FusedMap::Rays::No);
+    // ROS's console is shut down.
+    if (map_->size() == 0) {
+      std::cout << "The map is empty and is not written\n";
+      return 0;
+    }
+    const FusedMap::Written written = map_->write();
+    (written.ok ? std::cout : std::cerr) << written.message << '\n';
+    return written.ok ? 0 : 1;
+  }
+
+private:
+  void
+  addStream(const StreamParameters& parameters)
+  {
+    const std::string topic = node_.resolveName(parameters.topic);
+    streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
+    Stream& stream = *streams_.back();
+    if (!central_node_->addStream(topic, stream.noise.min_intensity.current()).ok())
+      ParameterReader::refuse(
+          "streams", "a list with " + topic + " twice", "a list of different topics");
+    central_node_->setOutlierRemoval(topic, stream.noise.outlierRemoval());
+    streams_by_topic_[topic] = &stream;
+    stream.voxels =
+        node_.advertise<sensor_msgs::PointCloud2>(topic + "/voxels", voxels_queue_size);
+    stream.i_frame_requests =
+        node_.advertise<std_msgs::Empty>(topic + "/request_i_frame", 10);
+  }
+
+  void
+  subscribe(Stream& stream)
+  {
+    const boost::function<void(const CompressedPointCloud2::ConstPtr&)> callback =
+        [this, &stream](const CompressedPointCloud2::ConstPtr& message) {
+          receive(stream, *message);
+        };
+    stream.frames =
+        node_.subscribe<CompressedPointCloud2>(stream.topic,
+                                               frame_queue_size,
+                                               callback,
+                                               ros::VoidConstPtr(),
+                                               ros::TransportHints().tcpNoDelay());
+    ROS_INFO("Decompressing %s", stream.topic.c_str());
+  }
+
+  void
+  createTimers()
+  {
+    // Wall timers run while simulated time or a replay stands still, too.
+    noise_timer_ =
+        node_.createWallTimer(ros::WallDuration(seconds_between_noise_updates),
+                              &IntensityDecompressor::updateNoise,
+                              this);
+    report_timer_ = node_.createWallTimer(
+        ros::WallDuration(1.0), &IntensityDecompressor::reportHealth, this);
+    if (parameters_.merge_rate > 0)
+      merge_timer_ =
+          node_.createWallTimer(ros::WallDuration(1.0 / parameters_.merge_rate),
+                                &IntensityDecompressor::publishMerged,
+                                this);
+    ros::NodeHandle map_node(private_node_);
+    map_node.setCallbackQueue(&map_queue_);
+    map_service_ =
+        map_node.advertiseService("write_map", &IntensityDecompressor::writeMap, this);
+    if (map_)
+      map_timer_ = map_node.createWallTimer(
+          ros::WallDuration(1.0 / parameters_.map.rate),
+          boost::function<void(const ros::WallTimerEvent&)>(
+              [this](const ros::WallTimerEvent&) { updateMap(FusedMap::Rays::Yes); }));
+  }
+
+  /** \brief Passes a frame to the central node if it is in the global frame. */
+  void
+  receive(Stream& stream, const CompressedPointCloud2& message)
+  {
+    stream.last_arrival = ros::WallTime::now().toNSec();
+    if (withoutLeadingSlash(message.header.frame_id) != parameters_.global_frame) {
+      ++stream.left_out;
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "A frame of %s is dropped: its frame_id is '%s', not '%s'",
+                        stream.topic.c_str(),
+                        message.header.frame_id.c_str(),
+                        parameters_.global_frame.c_str());
+      return;
+    }
+    if (!hasKnownFormat(message)) {
+      ++stream.left_out;
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "A frame of %s is dropped: unknown format '%s'",
+                        stream.topic.c_str(),
+                        message.format.c_str());
+      return;
+    }
+    const auto status = central_node_->receive(
+        stream.topic, message.compressed_data, toNodeTime(message.header.stamp));
+    if (!status.ok())
+      ROS_WARN_THROTTLE(seconds_between_warnings, "%s", status.message().c_str());
+  }
+
+  /** \brief The central node's listener. Threads of the central node call it. */
+  void
+  publishFrame(const pcl_ext::nodes::ReceivedFrame& frame)
+  {
+    Stream& stream = *streams_by_topic_.at(frame.stream);
+    if (frame.wants_i_frame)
+      stream.i_frame_requests.publish(std_msgs::Empty());
+    if (!frame.status.ok())
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "A frame of %s is not decoded: %s",
+                        stream.topic.c_str(),
+                        frame.status.message().c_str());
+    else if (stream.voxels.getNumSubscribers() != 0)
+      publish(stream.voxels, toRosTime(frame.stamp), frame.voxels);
+  }
+
+  void
+  publish(const ros::Publisher& publisher,
+          const ros::Time& stamp,
+          const pcl_ext::io::VoxelFrame& voxels) const
+  {
+    std_msgs::Header header;
+    header.stamp = stamp;
+    header.frame_id = parameters_.global_frame;
+    publisher.publish(toMessage(header, voxels));
+  }
+
+  void
+  updateNoise(const ros::WallTimerEvent&)
+  {
+    for (const auto& stream : streams_) {
+      const char* const topic = stream->topic.c_str();
+      if (stream->noise.min_intensity.update()) {
+        const float min_intensity = stream->noise.min_intensity.current();
+        central_node_->setMinIntensity(stream->topic, min_intensity);
+        ROS_INFO("%s: min_intensity is now %g", topic, double{min_intensity});
+      }
+      if (stream->noise.updateOutlierRemoval()) {
+        const auto removal = stream->noise.outlierRemoval();
+        central_node_->setOutlierRemoval(stream->topic, removal);
+        if (removal)
+          ROS_INFO("%s: outliers below log-odds %g are removed from now on",
+                   topic,
+                   double{removal->min_log_odds});
+        else
+          ROS_INFO("%s: outliers are not removed from now on", topic);
+      }
+    }
+  }
+
+  void
+  publishMerged(const ros::WallTimerEvent&)
+  {
+    if (merged_.getNumSubscribers() == 0)
+      return;
+    central_node_->merge(merged_voxels_);
+    publish(merged_, ros::Time::now(), merged_voxels_);
+  }
+
+  /** \brief Inserts the frames since the last call into the map. */
+  void
+  updateMap(FusedMap::Rays rays)
+  {
+    for (const auto& stream : streams_) {
+      if (rays == FusedMap::Rays::Yes && !ros::ok())
+        break; // run() inserts the others
+      map_->insertLatest(stream->topic, stream->sensor_frame, rays, *central_node_);
+    }
+    map_->completeRound();
+    map_nodes_ = map_->size();
+  }
+
+  bool
+  writeMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response)
+  {
+    if (!map_) {
+      response.success = 0;
+      response.message = "There is no map, as ~map_path is not set";
+      return true;
+    }
+    updateMap(FusedMap::Rays::Yes);
+    const FusedMap::Written written = map_->write();
+    response.success = written.ok ? 1 : 0;
+    response.message = written.message;
+    return true;
+  }
+
+  void
+  reportHealth(const ros::WallTimerEvent&)
+  {
+    diagnostic_msgs::DiagnosticArray message;
+    message.header.stamp = ros::Time::now();
+    HealthReport all("all streams");
+    double frames_per_second = 0.0;
+    double bytes_per_second = 0.0;
+    std::size_t in_sync = 0;
+    for (const StreamHealth& health : central_node_->health()) {
+      Stream& stream = *streams_by_topic_.at(health.name);
+      const HealthReport report = describeHealth(stream, health);
+      stream.reported = health;
+      frames_per_second += health.rates.frames_per_second;
+      bytes_per_second += health.rates.bytes_per_second;
+      in_sync += health.in_sync ? 1 : 0;
+      if (report.status().level != DiagnosticStatus::OK)
+        all.raise(DiagnosticStatus::WARN, "Not all streams are OK");
+      message.status.push_back(report.status());
+    }
+    all.add("streams", streams_.size());
+    all.add("streams in sync", in_sync);
+    all.add("frames per second", frames_per_second);
+    all.add("bytes per second", bytes_per_second);
+    all.add("map nodes", map_nodes_.load());
+    message.status.push_back(all.status());
+    diagnostics_.publish(message);
+  }
+
+  static HealthReport
+  describeHealth(Stream& stream, const StreamHealth& now)
+  {
+    HealthReport report(stream.topic);
+    const StreamHealth& before = stream.reported;
+    const std::uint64_t left_out = stream.left_out;
+    report.checkArrival("frames", ros::WallTime().fromNSec(stream.last_arrival));
+    if (left_out > std::exchange(stream.reported_left_out, left_out))
+      report.raise(DiagnosticStatus::ERROR, "Frames are of another frame id or format");
+    if (now.frames_failed > before.frames_failed)
+      report.raise(DiagnosticStatus::WARN,
+                   "Frames fail: " + now.last_failure.message());
+    if (now.frames_refused > before.frames_refused)
+      report.raise(DiagnosticStatus::WARN,
+                   "Frames arrive faster than they are decoded");
+    if (now.frames_lost > before.frames_lost)
+      report.raise(DiagnosticStatus::WARN, "Frames are lost");
+    if (now.voxels > 0 && now.kept_voxels == 0)
+      report.raise(DiagnosticStatus::WARN, "All voxels are removed as noise");
+
+    report.addRates(now.rates);
+    constexpr double bytes_per_point = 16.0; // of the published clouds
+    const double voxels = static_cast<double>(now.voxels * now.frames_received);
+    report.add("compression ratio",
+               now.bytes == 0
+                   ? 0.0
+                   : bytes_per_point * voxels / static_cast<double>(now.bytes));
+    report.add("frames received", now.frames_received);
+    report.add("frames decoded", now.frames_decoded);
+    report.add("frames failed", now.frames_failed);
+    report.add("frames dropped", now.frames_dropped);
+    report.add("frames refused", now.frames_refused);
+    report.add("frames lost", now.frames_lost);
+    report.add("frames of other frame id or format", left_out);
+    report.add("I-frame requests", now.i_frame_requests);
+    report.add("voxels", now.voxels);
+    report.add("kept voxels", now.kept_voxels);
+    report.add("outliers removed", now.outliers_removed);
+    report.add("min_intensity", stream.noise.min_intensity.current());
+    report.add("in sync", now.in_sync ? "yes" : "no");
+    return report;
+  }
+
+  ros::NodeHandle node_;
+  ros::NodeHandle private_node_{"~"};
+  const DecompressorParameters parameters_ = readDecompressorParameters();
+  std::vector<std::unique_ptr<Stream>> streams_;
+  std::unordered_map<std::string, Stream*> streams_by_topic_;
+  std::optional<FusedMap> map_; // used by callbacks of map_queue_ only
+
+  // Separate, as a map with rays can take longer than frames can wait.
+  ros::CallbackQueue map_queue_;
+  ros::Publisher merged_;
+  ros::Publisher diagnostics_;
+  ros::ServiceServer map_service_;
+  std::atomic<std::size_t> map_nodes_{0};
+  ros::WallTimer noise_timer_;
+  ros::WallTimer merge_timer_;
+  ros::WallTimer map_timer_;
+  ros::WallTimer report_timer_;
+  pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
+
+  // Last member, as its threads call publishFrame() until it is destroyed.
+  std::optional<pcl_ext::nodes::CentralNode> central_node_;
+};
+
+} // namespace pcl_ext_ros
 
 int
 main(int argc, char** argv)

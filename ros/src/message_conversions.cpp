@@ -16,8 +16,8 @@ constexpr std::uint32_t point_step = sizeof(float) * field_names.size();
 const std::string format_of_version1 = "pcl_ext/version1";
 const std::string format_of_published = "pcl_ext/published";
 
-/** \brief Writes header and layout of a cloud of voxels, of which PointCloud2 and the
- * compressed message have the same fields. */
+/** \brief Writes header and layout of a cloud of voxels. PointCloud2 and
+ * CompressedPointCloud2 have these fields in common. */
 template <typename MessageT>
 void
 describeVoxels(const std_msgs::Header& header, std::size_t voxels, MessageT& message)
@@ -65,7 +65,8 @@ rosTimeNow()
 std::string
 withoutLeadingSlash(const std::string& frame_id)
 {
-  return frame_id.substr(!frame_id.empty() && frame_id.front() == '/' ? 1 : 0);
+  const bool has_slash = !frame_id.empty() && frame_id.front() == '/';
+  return frame_id.substr(has_slash ? 1 : 0);
 }
 
 CompressedPointCloud2

@@ -16,26 +16,26 @@
 
 namespace pcl_ext_ros {
 
-/** \brief To the nanosecond, both ways; times before 1970 and behind 2106, which ROS does
- * not have, become 0. */
+/** \brief Exact conversions; a time that ROS cannot represent, before 1970 or after 2106,
+ * becomes 0. */
 pcl_ext::nodes::Time
 toNodeTime(const ros::Time& time);
 ros::Time
 toRosTime(pcl_ext::nodes::Time time);
 
-/** \brief ROS's time, simulated or not, for the clocks of nodes. */
+/** \brief ROS time, which may be simulated. */
 pcl_ext::nodes::Time
 rosTimeNow();
 
-/** \brief A frame id as TF2 takes it, which has no slash before it. */
+/** \brief A frame id as TF2 needs it. */
 std::string
 withoutLeadingSlash(const std::string& frame_id);
 
 /** \brief A coded frame as a message.
- * \param[in] header stamp of the cloud, and the global frame
+ * \param[in] header stamp of the cloud and global frame
  * \param[in] format of the stream
- * \param[in] voxels of the frame
- * \param[in] bytes the frame
+ * \param[in] voxels number of voxels in the frame
+ * \param[in] bytes of the frame
  */
 CompressedPointCloud2
 toMessage(const std_msgs::Header& header,
@@ -43,13 +43,13 @@ toMessage(const std_msgs::Header& header,
           std::size_t voxels,
           std::vector<std::uint8_t> bytes);
 
-/** \brief True if a message's bytes are said to be this library's. */
+/** \brief True if the format of a message is one of this library. */
 bool
 hasKnownFormat(const CompressedPointCloud2& message);
 
-/** \brief Voxels as a cloud of their centres, x, y, z in metres and the intensity.
+/** \brief A cloud of the voxel centres: x, y, z in metres, and intensity.
  * \param[in] header of the cloud
- * \param[in] frame as isConsistent() asks
+ * \param[in] frame for which isConsistent() is true
  */
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame);

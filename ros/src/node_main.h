@@ -1,7 +1,5 @@
 #pragma once
 
-#include "parameter_reader.h"
-
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/node_handle.h>
@@ -11,11 +9,11 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Runs a node until it is told to stop.
- * \tparam NodeT has a constructor without arguments, which reads the parameters, and run()
+/** \brief Runs a node until it is stopped.
+ * \tparam NodeT has a default constructor, which reads the parameters, and run()
  * \param[in] argc,argv of main
- * \param[in] name of the node, unless it is given another
- * \return what run() returns, or 1 after one line that says what is wrong
+ * \param[in] name default name of the node
+ * \return the result of run(), or 1 after one line with the error
  */
 template <typename NodeT>
 int
@@ -28,8 +26,8 @@ runNode(int argc, char** argv, const char* name)
     std::cerr << failure.what() << '\n';
     return 1;
   }
-  // With the last handle, which the node has otherwise, ROS shuts its console down.
-  const ros::NodeHandle keeps_console;
+  // ROS shuts its console down with the last handle, which must outlive the node.
+  const ros::NodeHandle handle;
   try {
     NodeT node;
     return node.run();

@@ -1,60 +1,64 @@
 #include "parameter_reader.h"
 
+#include "message_conversions.h"
+
 #include <cmath>
 #include <sstream>
 
 namespace pcl_ext_ros {
 
-namespace {
+using XmlRpc::XmlRpcValue;
 
 std::string
-toText(double number)
+toText(const XmlRpcValue& value)
 {
-  std::ostringstream text;
-  text << number;
-  return text.str();
-}
-
-} // namespace
-
-std::string
-toText(const XmlRpc::XmlRpcValue& value)
-{
-  XmlRpc::XmlRpcValue copy = value; // some versions read only what is not const
-  // By itself a double is shown with six digits behind the point.
-  if (copy.getType() == XmlRpc::XmlRpcValue::TypeDouble)
-    return toText(static_cast<double>(copy));
-  if (copy.getType() == XmlRpc::XmlRpcValue::TypeString)
+  XmlRpcValue copy = value; // some versions convert non-const values only
+  if (copy.getType() == XmlRpcValue::TypeString)
     return "'" + static_cast<std::string>(copy) + "'";
   std::ostringstream text;
-  text << copy;
+  // XmlRpcValue prints a double with six digits after the point.
+  if (copy.getType() == XmlRpcValue::TypeDouble)
+    text << static_cast<double>(copy);
+  else
+    copy.write(text);
   return text.str();
 }
 
 std::optional<double>
-toNumber(XmlRpc::XmlRpcValue value)
+toNumber(XmlRpcValue value)
 {
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeInt)
+  if (value.getType() == XmlRpcValue::TypeInt)
     return static_cast<int>(value);
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeDouble)
+  if (value.getType() == XmlRpcValue::TypeDouble)
     return static_cast<double>(value);
   return std::nullopt;
 }
 
 std::optional<float>
-toFloat(const XmlRpc::XmlRpcValue& value)
+toFloat(const XmlRpcValue& value)
 {
   const std::optional<double> number = toNumber(value);
-  // NaN fails the comparison, too.
+  // The comparison is false for NaN, too.
   if (!number || !(std::abs(*number) <= largest_float))
     return std::nullopt;
   return static_cast<float>(*number);
 }
 
-std::optional<bool>
-toFlag(XmlRpc::XmlRpcValue value)
+std::optional<std::uint32_t>
+toCount(XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest)
 {
-  if (value.getType() != XmlRpc::XmlRpcValue::TypeBoolean)
+  if (value.getType() != XmlRpcValue::TypeInt || static_cast<int>(value) < 0)
+    return std::nullopt;
+  const auto count = static_cast<std::uint32_t>(static_cast<int>(value));
+  if (count < lowest || count > highest)
+    return std::nullopt;
+  return count;
+}
+
+std::optional<bool>
+toFlag(XmlRpcValue value)
+{
+  if (value.getType() != XmlRpcValue::TypeBoolean)
     return std::nullopt;
   return static_cast<bool>(value);
 }
@@ -65,65 +69,49 @@ ParameterReader::number(const std::string& name,
                         double lowest,
                         double highest)
 {
-  const auto value = find(name);
-  if (!value)
-    return default_value;
-  const std::optional<double> number = toNumber(*value);
-  // NaN fails the comparisons, too.
-  if (!number || !(*number >= lowest && *number <= highest))
-    refuse(name,
-           toText(*value),
-           "a number from " + toText(lowest) + " to " + toText(highest));
-  return *number;
+  const std::string allowed =
+      "a number from " + toText(lowest) + " to " + toText(highest);
+  return read(name, default_value, allowed, [&](const XmlRpcValue& value) {
+    const std::optional<double> number = toNumber(value);
+    // The comparisons are false for NaN, too.
+    const bool is_allowed = number && *number >= lowest && *number <= highest;
+    return is_allowed ? number : std::nullopt;
+  });
 }
 
 float
 ParameterReader::finite(const std::string& name, float default_value)
 {
-  return static_cast<float>(
-      number(name, static_cast<double>(default_value), -largest_float, largest_float));
+  return read(name, default_value, "a finite number", toFloat);
 }
 
-int
+std::uint32_t
 ParameterReader::count(const std::string& name,
-                       int default_value,
-                       int lowest,
-                       int highest)
+                       std::uint32_t default_value,
+                       std::uint32_t lowest,
+                       std::uint32_t highest)
 {
-  auto value = find(name);
-  if (!value)
-    return default_value;
-  const bool is_whole = value->getType() == XmlRpc::XmlRpcValue::TypeInt;
-  const int count = is_whole ? static_cast<int>(*value) : 0;
-  if (!is_whole || count < lowest || count > highest)
-    refuse(name,
-           toText(*value),
-           "a whole number from " + std::to_string(lowest) + " to " +
-               std::to_string(highest));
-  return count;
+  const std::string allowed = "a whole number from " + std::to_string(lowest) + " to " +
+                              std::to_string(highest);
+  return read(name, default_value, allowed, [&](const XmlRpcValue& value) {
+    return toCount(value, lowest, highest);
+  });
 }
 
 bool
 ParameterReader::flag(const std::string& name, bool default_value)
 {
-  const auto value = find(name);
-  if (!value)
-    return default_value;
-  const std::optional<bool> flag = toFlag(*value);
-  if (!flag)
-    refuse(name, toText(*value), "true or false");
-  return *flag;
+  return read(name, default_value, "true or false", toFlag);
 }
 
 std::string
 ParameterReader::text(const std::string& name, const std::string& default_value)
 {
-  auto value = find(name);
-  if (!value)
-    return default_value;
-  if (value->getType() != XmlRpc::XmlRpcValue::TypeString)
-    refuse(name, toText(*value), "a text");
-  return static_cast<std::string>(*value);
+  return read(name, default_value, "a text", [](XmlRpcValue value) {
+    return value.getType() == XmlRpcValue::TypeString
+               ? std::optional<std::string>(static_cast<std::string>(value))
+               : std::nullopt;
+  });
 }
 
 std::string
@@ -135,24 +123,24 @@ ParameterReader::nonEmptyText(const std::string& name, const std::string& defaul
   return found;
 }
 
-std::optional<std::vector<XmlRpc::XmlRpcValue>>
+std::string
+ParameterReader::frame(const std::string& name, const std::string& default_value)
+{
+  return withoutLeadingSlash(nonEmptyText(name, default_value));
+}
+
+std::optional<std::vector<XmlRpcValue>>
 ParameterReader::list(const std::string& name)
 {
   auto value = find(name);
   if (!value)
     return std::nullopt;
-  if (value->getType() != XmlRpc::XmlRpcValue::TypeArray)
+  if (value->getType() != XmlRpcValue::TypeArray)
     refuse(name, toText(*value), "a list");
-  std::vector<XmlRpc::XmlRpcValue> elements;
+  std::vector<XmlRpcValue> elements;
   for (int i = 0; i < value->size(); ++i)
     elements.push_back((*value)[i]);
   return elements;
-}
-
-bool
-ParameterReader::isSet(const std::string& name)
-{
-  return find(name).has_value();
 }
 
 void
@@ -165,12 +153,6 @@ ParameterReader::refuse(const std::string& name,
 }
 
 void
-ParameterReader::know(const std::string& name)
-{
-  known_names_.insert(name);
-}
-
-void
 ParameterReader::refuseUnknownNames() const
 {
   std::vector<std::string> full_names;
@@ -180,22 +162,21 @@ ParameterReader::refuseUnknownNames() const
     if (full_name.compare(0, prefix.size(), prefix) != 0)
       continue;
     const std::string name = full_name.substr(prefix.size());
-    // A deeper name may belong to a node that is named below this one.
+    // Names with a slash are of single streams, or of a node in this node's namespace.
     if (name.find('/') != std::string::npos || known_names_.count(name) != 0)
       continue;
     std::string known;
     for (const std::string& known_name : known_names_)
       known += (known.empty() ? "~" : ", ~") + known_name;
-    throw WrongParameter("Parameter ~" + name +
-                         " is none of this node's; it knows: " + known);
+    throw WrongParameter("Unknown parameter ~" + name + "; known are: " + known);
   }
 }
 
-std::optional<XmlRpc::XmlRpcValue>
+std::optional<XmlRpcValue>
 ParameterReader::find(const std::string& name)
 {
-  know(name);
-  XmlRpc::XmlRpcValue value;
+  known_names_.insert(name);
+  XmlRpcValue value;
   if (!private_node_.getParam(name, value))
     return std::nullopt;
   return value;

@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 #include <XmlRpcValue.h>
 
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
@@ -13,40 +14,43 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Numbers that a float holds are from minus this to this. */
 constexpr double largest_float = std::numeric_limits<float>::max();
+constexpr std::uint32_t largest_int = std::numeric_limits<std::int32_t>::max();
 
-/** \brief A parameter that the node cannot work with; says its name, its value and what
- * is allowed, in one line. */
+/** \brief A parameter that the node cannot use. The message has the name, the value and
+ * the allowed values in one line. */
 class WrongParameter : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
 };
 
-/** \brief A value for a message, in one line. */
+/** \brief A value in one line, for messages. */
 std::string
 toText(const XmlRpc::XmlRpcValue& value);
 
-/** \brief The number that a value is, whole or not; none if it is something else. */
+/** \brief Nothing unless the value is an integer or a floating-point number. */
 std::optional<double>
 toNumber(XmlRpc::XmlRpcValue value);
 
-/** \brief The number that a value is, if it is finite as a float; none if it is not. */
+/** \brief Nothing unless the value is a number that is finite as a float. */
 std::optional<float>
 toFloat(const XmlRpc::XmlRpcValue& value);
 
-/** \brief What a value that is true or false is; none if it is something else. */
+/** \brief Nothing unless the value is an integer within [lowest, highest]. */
+std::optional<std::uint32_t>
+toCount(XmlRpc::XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest);
+
+/** \brief Nothing unless the value is a boolean. */
 std::optional<bool>
 toFlag(XmlRpc::XmlRpcValue value);
 
-/** \brief Reads the private parameters of this node and checks type and range.
+/** \brief Reads private parameters of this node and checks type and range.
  *
- * All members throw WrongParameter. A parameter that is not set has its default, which is
- * taken as it is.
+ * All members throw WrongParameter. The default of a parameter is not checked.
  */
 class ParameterReader {
 public:
-  /** \brief A finite number within [lowest, highest]. */
+  /** \brief A number within [lowest, highest]. */
   double
   number(const std::string& name, double default_value, double lowest, double highest);
 
@@ -54,11 +58,13 @@ public:
   float
   finite(const std::string& name, float default_value);
 
-  /** \brief A whole number within [lowest, highest]. */
-  int
-  count(const std::string& name, int default_value, int lowest, int highest);
+  /** \brief An integer within [lowest, highest]; highest is at most largest_int. */
+  std::uint32_t
+  count(const std::string& name,
+        std::uint32_t default_value,
+        std::uint32_t lowest,
+        std::uint32_t highest);
 
-  /** \brief true or false. */
   bool
   flag(const std::string& name, bool default_value);
 
@@ -69,7 +75,11 @@ public:
   std::string
   nonEmptyText(const std::string& name, const std::string& default_value);
 
-  /** \brief What a word stands for.
+  /** \brief The name of a TF frame, without a leading slash. */
+  std::string
+  frame(const std::string& name, const std::string& default_value);
+
+  /** \brief The value that a word stands for.
    * \param[in] name of the parameter
    * \param[in] default_word one of the words
    * \param[in] values of all words
@@ -84,41 +94,52 @@ public:
     const auto entry = values.find(word);
     if (entry != values.end())
       return entry->second;
-    std::string known;
+    std::string words;
     for (const auto& value : values)
-      known += (known.empty() ? "" : ", ") + value.first;
-    refuse(name, "'" + word + "'", "one of: " + known);
+      words += (words.empty() ? "" : ", ") + value.first;
+    refuse(name, "'" + word + "'", "one of: " + words);
   }
 
-  /** \brief The elements of a list; none if the parameter is not set. */
+  /** \brief The elements of a list; nothing if the parameter is not set. */
   std::optional<std::vector<XmlRpc::XmlRpcValue>>
   list(const std::string& name);
 
-  /** \brief True if the parameter is set. */
-  bool
-  isSet(const std::string& name);
-
   /** \brief Throws.
-   * \param[in] name of the parameter, as it is to be shown
-   * \param[in] value as it is to be shown
-   * \param[in] allowed what it must be
+   * \param[in] name of the parameter
+   * \param[in] value as it is printed
+   * \param[in] allowed values, as they are printed
    */
   [[noreturn]] static void
   refuse(const std::string& name, const std::string& value, const std::string& allowed);
 
-  /** \brief Lets a name of the private namespace pass that no other member asked for. */
-  void
-  know(const std::string& name);
-
-  /** \brief Refuses every parameter that is set and that nobody asked for: a name with a
-   * slip would else be a default that nobody sees. */
+  /** \brief Refuses every parameter that is set and was not read. Without this check a
+   * mistyped name would silently leave the default in force. */
   void
   refuseUnknownNames() const;
 
 private:
-  /** \brief The value of a parameter, if it is set; its name is known from now on. */
+  /** \brief The value of a parameter; nothing if it is not set. */
   std::optional<XmlRpc::XmlRpcValue>
   find(const std::string& name);
+
+  /** \brief A converted parameter.
+   * \param[in] convert returns nothing for a value that is not allowed
+   */
+  template <typename ValueT, typename ConvertT>
+  ValueT
+  read(const std::string& name,
+       const ValueT& default_value,
+       const std::string& allowed,
+       const ConvertT& convert)
+  {
+    const auto value = find(name);
+    if (!value)
+      return default_value;
+    const std::optional<ValueT> converted = convert(*value);
+    if (!converted)
+      refuse(name, toText(*value), allowed);
+    return *converted;
+  }
 
   ros::NodeHandle private_node_{"~"};
   std::set<std::string> known_names_;

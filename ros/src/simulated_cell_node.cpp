@@ -1,19 +1,18 @@
 /** \file
- * \brief A source of clouds without a sensor: the simulated robot cell, in real time.
+ * \brief Sends the clouds of the simulated robot cell in real time.
  */
-#include "message_conversions.h"
 #include "node_main.h"
+#include "parameter_reader.h"
+#include "simulator/robot_cell.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <pcl_conversions/pcl_conversions.h>
-#include "simulator/robot_cell.h"
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,15 +22,13 @@ namespace {
 
 using pcl_ext::cell::RobotCell;
 
-constexpr int most = std::numeric_limits<std::int32_t>::max();
-
-/** \brief What README.md documents. */
+/** \brief The parameters of the node; see README.md. */
 struct CellParameters {
   std::vector<unsigned int> sensors;
   double rate = RobotCell::frame_rate;
   std::uint32_t seed = 1;
-  std::uint32_t frames = 0;          ///< 0: no end
-  std::uint32_t captured_frames = 0; ///< 0: each is captured when it is sent
+  std::uint32_t frames = 0;          ///< 0: no limit
+  std::uint32_t captured_frames = 0; ///< 0: each frame is captured when it is sent
   bool wait_for_subscribers = false;
   std::string global_frame;
 };
@@ -42,19 +39,16 @@ readSensors(ParameterReader& reader)
   const auto elements = reader.list("sensors");
   if (!elements)
     return {1, 2, 3, 4, 5, 6};
+  const std::string allowed = "a list of numbers from 1 to 6";
   std::vector<unsigned int> sensors;
-  for (XmlRpc::XmlRpcValue element : *elements) {
-    const bool is_whole = element.getType() == XmlRpc::XmlRpcValue::TypeInt;
-    const int sensor = is_whole ? static_cast<int>(element) : 0;
-    if (sensor < 1 || sensor > static_cast<int>(RobotCell::sensor_count))
-      ParameterReader::refuse("sensors",
-                              toText(element) + " in one place",
-                              "a list of numbers from 1 to 6");
-    sensors.push_back(static_cast<unsigned int>(sensor));
+  for (const XmlRpc::XmlRpcValue& element : *elements) {
+    const auto sensor = toCount(element, 1, RobotCell::sensor_count);
+    if (!sensor)
+      ParameterReader::refuse("sensors", toText(element) + " in one entry", allowed);
+    sensors.push_back(*sensor);
   }
   if (sensors.empty())
-    ParameterReader::refuse(
-        "sensors", "an empty list", "a list of numbers from 1 to 6");
+    ParameterReader::refuse("sensors", "an empty list", allowed);
   return sensors;
 }
 
@@ -65,20 +59,18 @@ readCellParameters()
   CellParameters parameters;
   parameters.sensors = readSensors(reader);
   parameters.rate = reader.number("rate", RobotCell::frame_rate, 0.01, 1000);
-  parameters.seed = static_cast<std::uint32_t>(reader.count("seed", 1, 0, most));
-  parameters.frames = static_cast<std::uint32_t>(reader.count("frames", 0, 0, most));
-  parameters.captured_frames =
-      static_cast<std::uint32_t>(reader.count("captured_frames", 0, 0, 300));
+  parameters.seed = reader.count("seed", 1, 0, largest_int);
+  parameters.frames = reader.count("frames", 0, 0, largest_int);
+  parameters.captured_frames = reader.count("captured_frames", 0, 0, 300);
   parameters.wait_for_subscribers = reader.flag("wait_for_subscribers", false);
-  parameters.global_frame =
-      withoutLeadingSlash(reader.nonEmptyText("global_frame", "world"));
+  parameters.global_frame = reader.frame("global_frame", "world");
   reader.refuseUnknownNames();
   return parameters;
 }
 
 } // namespace
 
-/** \brief Sends the clouds of the cell's sensors, all with one stamp. */
+/** \brief Sends the clouds of all sensors of a frame with the same stamp. */
 class SimulatedCell {
 public:
   SimulatedCell() : parameters_(readCellParameters()), cell_(parameters_.seed)
@@ -96,7 +88,7 @@ public:
   run()
   {
     ros::Rate rate(parameters_.rate);
-    while (ros::ok() && parameters_.wait_for_subscribers && !everybodyListens()) {
+    while (ros::ok() && parameters_.wait_for_subscribers && !allHaveSubscribers()) {
       ros::spinOnce();
       ros::WallDuration(0.02).sleep();
     }
@@ -107,7 +99,7 @@ public:
       ros::spinOnce();
       rate.sleep();
     }
-    // Who comes later still wants the transforms.
+    // Later subscribers need the transforms.
     ros::spin();
     return 0;
   }
@@ -135,7 +127,7 @@ private:
   }
 
   bool
-  everybodyListens() const
+  allHaveSubscribers() const
   {
     for (const ros::Publisher& publisher : clouds_)
       if (publisher.getNumSubscribers() == 0)
@@ -160,26 +152,17 @@ private:
   {
     const ros::Time stamp = ros::Time::now();
     for (std::size_t i = 0; i < clouds_.size(); ++i) {
-      // Each cloud takes a few milliseconds and many megabytes.
+      // Capturing takes milliseconds, and a cloud has megabytes.
       if (clouds_[i].getNumSubscribers() == 0)
         continue;
+      sensor_msgs::PointCloud2 cloud;
       if (parameters_.captured_frames == 0)
-        publish(clouds_[i], capture(parameters_.sensors[i], frame), stamp);
+        cloud = capture(parameters_.sensors[i], frame);
       else
-        publish(clouds_[i],
-                captured_[frame % parameters_.captured_frames * clouds_.size() + i],
-                stamp);
+        cloud = captured_[frame % parameters_.captured_frames * clouds_.size() + i];
+      cloud.header.stamp = stamp;
+      clouds_[i].publish(cloud);
     }
-  }
-
-  static void
-  publish(const ros::Publisher& publisher,
-          const sensor_msgs::PointCloud2& captured,
-          const ros::Time& stamp)
-  {
-    sensor_msgs::PointCloud2 cloud = captured;
-    cloud.header.stamp = stamp;
-    publisher.publish(cloud);
   }
 
   ros::NodeHandle node_;

@@ -25,16 +25,16 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
     return found;
   }
   if (frame_id.empty()) {
-    // TF2 would print a line of its own for every 10 ms that it waits.
-    found.failure = "there is no frame_id";
+    // TF2 prints a line for each lookup of an empty frame.
+    found.failure = "the frame_id is empty";
     return found;
   }
-  // From the stamp on, so that clouds that queued up meanwhile do not wait once more.
-  // Not as a ros::Duration, which throws where a stamp is decades off.
+  // The timeout starts at the stamp, so that clouds in the queue do not add up their
+  // waits. ros::Duration is not used, as it throws for stamps that are decades off.
   const auto age = rosTimeNow() - toNodeTime(header.stamp);
   const auto wait = std::clamp(timeout_ - age, pcl_ext::nodes::Time(0), timeout_);
   try {
-    // Not TF2's own wait, which never ends while simulated time stands still.
+    // TF2's own wait does not end while simulated time stands still.
     const ros::WallTime deadline =
         ros::WallTime::now() + ros::WallDuration().fromNSec(wait.count());
     while (!buffer_.canTransform(global_frame_, frame_id, header.stamp) &&
@@ -44,7 +44,7 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
         buffer_.lookupTransform(global_frame_, frame_id, header.stamp));
     return found;
   }
-  catch (const std::exception& failure) { // TF's, or of ROS's arithmetic with times
+  catch (const std::exception& failure) { // of TF, or of ROS's time arithmetic
     found.failure = failure.what();
   }
   try {
@@ -53,7 +53,7 @@ TransformLookup::toGlobalFrame(const std_msgs::Header& header) const
     found.is_latest = true;
   }
   catch (const std::exception&) {
-    // Says the same as the first failure, which is kept.
+    // The message of the first failure is kept.
   }
   return found;
 }

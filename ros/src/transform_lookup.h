@@ -12,29 +12,30 @@
 
 namespace pcl_ext_ros {
 
-/** \brief Where a frame is in the world, and how that is known. */
+/** \brief Result of a lookup. */
 struct FoundTransform {
-  /** \brief The frame -> the global frame, metres; none: TF does not know it. */
+  /** \brief Frame -> global frame, metres; nothing if TF has no transform. */
   std::optional<pcl_ext::WorldPose> pose;
 
-  /** \brief TF knows none at the stamp, and this is the latest. */
+  /** \brief TF has none at the stamp; this is the latest. */
   bool is_latest = false;
 
   /** \brief Why there is none at the stamp. */
   std::string failure;
 };
 
-/** \brief Looks up transforms to the global frame. Listens in a thread of its own. */
+/** \brief Looks up transforms to the global frame. TF messages are received by a separate
+ * thread. */
 class TransformLookup {
 public:
-  /** \brief Listens from now on.
-   * \param[in] global_frame without a slash before it
-   * \param[in] timeout how long after its stamp a transform is waited for, seconds
+  /** \brief Starts to listen.
+   * \param[in] global_frame without a leading slash
+   * \param[in] timeout seconds after its stamp for which a transform is waited for
    */
   TransformLookup(std::string global_frame, double timeout);
 
-  /** \brief The transform at a stamp, else the latest, else none; of the global frame
-   * itself the identity.
+  /** \brief The transform at a stamp, else the latest, else none. That of the global
+   * frame is the identity.
    * \param[in] header stamp and frame
    */
   FoundTransform

@@ -1,5 +1,6 @@
 #include "direct_library.h"
 
+#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include <gtest/gtest.h>
@@ -12,22 +13,6 @@ namespace pcl_ext_ros {
 namespace test {
 
 namespace io = pcl_ext::io;
-using pcl_ext::nodes::CentralNode;
-using pcl_ext::nodes::CentralNodeSettings;
-
-namespace {
-
-CentralNodeSettings
-centralSettings(double resolution = 0.04)
-{
-  CentralNodeSettings settings;
-  settings.resolution = resolution;
-  settings.threads = 1;
-  settings.max_merge_age = std::chrono::hours(1);
-  return settings;
-}
-
-} // namespace
 
 Voxels
 voxelsIn(const sensor_msgs::PointCloud2& message)
@@ -71,7 +56,7 @@ DirectStream::DirectStream(const pcl_ext::nodes::SensorNodeSettings& settings)
 
 Bytes
 DirectStream::encode(const sensor_msgs::PointCloud2& cloud,
-                     const std::optional<pcl_ext::WorldPose>& pose)
+                     const pcl_ext::WorldPose& pose)
 {
   pcl::PCLPointCloud2 input;
   pcl_conversions::toPCL(cloud, input);
@@ -80,37 +65,25 @@ DirectStream::encode(const sensor_msgs::PointCloud2& cloud,
   return bytes;
 }
 
-Voxels
-DirectStream::voxelsOf(const sensor_msgs::PointCloud2& cloud,
-                       const std::optional<pcl_ext::WorldPose>& pose,
-                       float min_intensity)
-{
-  return voxelsIn(frameOf(cloud, pose, min_intensity));
-}
-
 io::VoxelFrame
 DirectStream::frameOf(const sensor_msgs::PointCloud2& cloud,
-                      const std::optional<pcl_ext::WorldPose>& pose,
-                      float min_intensity)
+                      const pcl_ext::WorldPose& pose)
 {
-  // The stream's frames alone are decoded, so that each must know nothing of the others.
-  sensor_node_.requestIFrame();
+  sensor_node_.requestIFrame(); // for a decoder without history
+  const Bytes bytes = encode(cloud, pose);
   io::VoxelFrame voxels;
-  CentralNode central_node(centralSettings(),
-                           [&](const pcl_ext::nodes::ReceivedFrame& frame) {
-                             EXPECT_TRUE(frame.status.ok()) << frame.status.message();
-                             voxels = frame.voxels;
-                           });
-  EXPECT_TRUE(central_node.addStream("direct", min_intensity).ok());
-  EXPECT_TRUE(central_node.receive("direct", encode(cloud, pose)).ok());
-  central_node.waitUntilDecoded();
+  const auto status = io::FrameDecoder().decode(bytes.data(), bytes.size(), voxels);
+  EXPECT_TRUE(status.ok()) << status.message();
   return voxels;
 }
 
 Voxels
 mergedDirectly(double resolution, const std::map<std::string, Bytes>& frames)
 {
-  CentralNode central_node(centralSettings(resolution));
+  pcl_ext::nodes::CentralNodeSettings settings;
+  settings.resolution = resolution;
+  settings.max_merge_age = std::chrono::hours(1);
+  pcl_ext::nodes::CentralNode central_node(settings);
   for (const auto& [name, bytes] : frames) {
     EXPECT_TRUE(central_node.addStream(name).ok());
     EXPECT_TRUE(central_node.receive(name, bytes).ok());

@@ -1,5 +1,5 @@
 /** \file
- * \brief What the nodes must do, done by the library without ROS.
+ * \brief Expected results: the same work done by the library without ROS.
  */
 #pragma once
 
@@ -12,56 +12,52 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Voxels as points: x, y, z, intensity; in the order in which they came. */
+/** \brief Voxels as points x, y, z, intensity, in their order. */
 using Voxels = std::vector<std::array<float, 4>>;
 
 using Bytes = std::vector<std::uint8_t>;
 
-/** \brief The points of a cloud that must have the layout of voxels, and no other. */
+/** \brief The points of a cloud. Its layout must be that of published voxels. */
 Voxels
 voxelsIn(const sensor_msgs::PointCloud2& message);
 
 Voxels
 voxelsIn(const pcl_ext::io::VoxelFrame& frame);
 
-/** \brief One sensor's stream, encoded and decoded by the library at once. */
+/** \brief One stream, encoded and decoded by the library. */
 class DirectStream {
 public:
   explicit DirectStream(const pcl_ext::nodes::SensorNodeSettings& settings);
 
-  /** \brief The bytes of the next frame; empty if there is none for this cloud. */
-  Bytes
-  encode(const sensor_msgs::PointCloud2& cloud,
-         const std::optional<pcl_ext::WorldPose>& pose);
-
-  /** \brief The voxels of the next frame, which must be there.
+  /** \brief The bytes of the next frame; empty if there is none for this cloud.
    * \param[in] cloud as the compressor gets it
-   * \param[in] pose sensor -> world; none: not known for this cloud
-   * \param[in] min_intensity voxels below it are removed
+   * \param[in] pose sensor -> world
    */
-  Voxels
-  voxelsOf(const sensor_msgs::PointCloud2& cloud,
-           const std::optional<pcl_ext::WorldPose>& pose,
-           float min_intensity = 0.0f);
+  Bytes
+  encode(const sensor_msgs::PointCloud2& cloud, const pcl_ext::WorldPose& pose);
 
-  /** \brief The same as a frame. */
+  /** \brief The next frame, which must exist. */
   pcl_ext::io::VoxelFrame
-  frameOf(const sensor_msgs::PointCloud2& cloud,
-          const std::optional<pcl_ext::WorldPose>& pose,
-          float min_intensity = 0.0f);
+  frameOf(const sensor_msgs::PointCloud2& cloud, const pcl_ext::WorldPose& pose);
+
+  /** \brief The voxels of the next frame, which must exist. */
+  Voxels
+  voxelsOf(const sensor_msgs::PointCloud2& cloud, const pcl_ext::WorldPose& pose)
+  {
+    return voxelsIn(frameOf(cloud, pose));
+  }
 
 private:
   pcl_ext::nodes::SensorNode sensor_node_;
 };
 
-/** \brief What a CentralNode makes of one frame each of some streams, merged.
+/** \brief The merged voxels of one frame of each stream.
  * \param[in] resolution of the common grid, metres
  * \param[in] frames I-frames, by name of their stream
  */

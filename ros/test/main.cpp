@@ -1,5 +1,5 @@
 /** \file
- * \brief Runs the tests of a program as one ROS node. test/with_master.py starts a master.
+ * \brief Runs the tests of a program as one ROS node, started by with_master.py.
  */
 #include <gtest/gtest.h>
 
@@ -14,12 +14,12 @@ main(int argc, char** argv)
             "ros_tests",
             ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
   if (!ros::master::check()) {
-    ROS_FATAL("There is no master; run this with with_master.py");
+    ROS_FATAL("No ROS master; start this program by with_master.py");
     return 1;
   }
   int result = 1;
   {
-    // Subscribers and the node itself must not end between two tests.
+    // ROS shuts down with the last handle; this one outlives all tests.
     const ros::NodeHandle node;
     ros::AsyncSpinner spinner(2);
     spinner.start();

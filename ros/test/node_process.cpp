@@ -1,16 +1,21 @@
 #include "node_process.h"
 
-#include "waiting.h"
+#include "recorder.h"
 
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <ros/master.h>
+#include <ros/network.h>
 #include <ros/param.h>
+#include <ros/this_node.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <XmlRpcClient.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -20,23 +25,18 @@ namespace test {
 
 namespace {
 
-constexpr double seconds_to_stop = 10.0;
-
-/** \brief A file in the folder that ends with the test. */
 std::string
 newOutputFile()
 {
   static int number = 0;
-  const char* const folder = std::getenv("ROS_HOME");
-  return std::string(folder ? folder : ".") + "/output_" + std::to_string(number++) +
-         ".txt";
+  return temporaryFolder() + "/output_" + std::to_string(number++) + ".txt";
 }
 
-/** \brief What the child does from fork to exec; only what is allowed there. */
+/** \brief The child between fork and exec, where few functions are allowed. */
 [[noreturn]] void
 becomeProgram(const char* output_file, char* const* arguments)
 {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL); // a test that crashes leaves nothing behind
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL); // ends with a test that crashes
   const int output = ::open(output_file, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   ::dup2(output, STDOUT_FILENO);
   ::dup2(output, STDERR_FILENO);
@@ -44,11 +44,15 @@ becomeProgram(const char* output_file, char* const* arguments)
   ::_exit(127);
 }
 
+/** \brief Sets the parameters of a node and returns the command that starts it. */
 std::vector<std::string>
-nodeCommand(const std::string& program,
+prepareNode(const std::string& program,
             const std::string& full_name,
+            const Parameters& parameters,
             const std::vector<std::string>& arguments)
 {
+  for (const auto& [name, value] : parameters)
+    ros::param::set(full_name + "/" + name, value);
   const std::size_t slash = full_name.rfind('/');
   std::vector<std::string> command{std::string(PCL_EXT_ROS_NODES) + "/" + program,
                                    "__ns:=" + full_name.substr(0, slash),
@@ -59,12 +63,18 @@ nodeCommand(const std::string& program,
 
 } // namespace
 
-ChildProcess::ChildProcess(const std::vector<std::string>& command)
+std::string
+temporaryFolder()
+{
+  const char* const folder = std::getenv("ROS_HOME"); // of with_master.py
+  return folder != nullptr ? folder : ".";
+}
+
+ChildProcess::ChildProcess(std::vector<std::string> command)
 : output_file_(newOutputFile())
 {
-  std::vector<std::string> texts = command;
   std::vector<char*> arguments;
-  for (std::string& text : texts)
+  for (std::string& text : command)
     arguments.push_back(text.data());
   arguments.push_back(nullptr);
   pid_ = ::fork();
@@ -75,8 +85,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command)
 
 ChildProcess::~ChildProcess()
 {
-  send(SIGINT);
-  if (!waitForExit(seconds_to_stop))
+  if (!interrupt(10.0))
     kill();
 }
 
@@ -95,10 +104,10 @@ ChildProcess::waitForExit(double seconds)
 }
 
 std::optional<int>
-ChildProcess::interrupt()
+ChildProcess::interrupt(double seconds)
 {
   send(SIGINT);
-  return waitForExit();
+  return waitForExit(seconds);
 }
 
 void
@@ -127,10 +136,27 @@ ChildProcess::output() const
 }
 
 void
-setParameters(const std::string& node_name, const Parameters& parameters)
+ChildProcess::expectOutput(const std::string& text) const
 {
-  for (const auto& [name, value] : parameters)
-    ros::param::set(node_name + "/" + name, value);
+  EXPECT_TRUE(waitFor([&] { return output().find(text) != std::string::npos; }))
+      << "no '" << text << "' in:\n"
+      << output();
+}
+
+Parameters
+operator+(Parameters parameters, const Parameters& others)
+{
+  for (const auto& other : others) {
+    const auto same =
+        std::find_if(parameters.begin(), parameters.end(), [&](const auto& parameter) {
+          return parameter.first == other.first;
+        });
+    if (same != parameters.end())
+      *same = other;
+    else
+      parameters.push_back(other);
+  }
+  return parameters;
 }
 
 XmlRpc::XmlRpcValue
@@ -143,14 +169,60 @@ listOf(const std::vector<XmlRpc::XmlRpcValue>& elements)
   return list;
 }
 
+XmlRpc::XmlRpcValue
+streamEntry(const std::string& topic,
+            const std::string& name,
+            const XmlRpc::XmlRpcValue& value)
+{
+  XmlRpc::XmlRpcValue entry;
+  entry["topic"] = topic;
+  entry[name] = value;
+  return entry;
+}
+
 NodeProcess::NodeProcess(const std::string& program,
                          const std::string& full_name,
                          const Parameters& parameters,
                          const std::vector<std::string>& arguments)
-: ChildProcess((setParameters(full_name, parameters),
-                nodeCommand(program, full_name, arguments)))
-, name_(full_name)
+: ChildProcess(prepareNode(program, full_name, parameters, arguments)), name_(full_name)
 {}
+
+std::size_t
+NodeProcess::subscribersOf(const std::string& topic) const
+{
+  XmlRpc::XmlRpcValue request;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue uri;
+  request[0] = ros::this_node::getName();
+  request[1] = name_;
+  constexpr bool waits_for_master = false;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::master::execute("lookupNode", request, response, uri, waits_for_master) ||
+      !ros::network::splitURI(uri, host, port))
+    return 0;
+  XmlRpc::XmlRpcClient node(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller;
+  caller[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue answer;
+  if (!node.execute("getBusInfo", caller, answer) || node.isFault())
+    return 0;
+  // [code, text, [[id, peer, direction, protocol, topic, ..], ..]]
+  std::size_t count = 0;
+  for (int i = 0; i < answer[2].size(); ++i)
+    if (static_cast<std::string>(answer[2][i][2]) == "o" &&
+        static_cast<std::string>(answer[2][i][4]) == topic)
+      ++count;
+  return count;
+}
+
+void
+NodeProcess::expectSubscribers(const std::string& topic, std::size_t count) const
+{
+  EXPECT_TRUE(waitFor([&] { return subscribersOf(topic) >= count; }))
+      << name_ << " has no " << count << " subscribers of " << topic << '\n'
+      << output();
+}
 
 } // namespace test
 } // namespace pcl_ext_ros

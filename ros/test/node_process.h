@@ -1,11 +1,12 @@
 /** \file
- * \brief Programs that a test starts, watches and stops.
+ * \brief Programs and nodes that a test starts, observes and stops.
  */
 #pragma once
 
 #include <sys/types.h>
 #include <XmlRpcValue.h>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,72 +15,84 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Private parameters of a node; names without the tilde. */
-using Parameters = std::vector<std::pair<std::string, XmlRpc::XmlRpcValue>>;
+/** \brief A folder that is removed after the test program. */
+std::string
+temporaryFolder();
 
-/** \brief A program that runs beside the test, and never longer than this object lives. */
+/** \brief A running program. It ends with this object at the latest. */
 class ChildProcess {
 public:
   /** \brief Starts a program.
-   * \param[in] command the program, found in PATH if it has no slash, and its arguments
+   * \param[in] command the program, searched in PATH if it has no slash, and its arguments
    */
-  explicit ChildProcess(const std::vector<std::string>& command);
+  explicit ChildProcess(std::vector<std::string> command);
 
-  /** \brief Interrupts the program if it still runs, and kills it if that does not help. */
+  /** \brief Interrupts the program, then kills it if it does not end. */
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess&
   operator=(const ChildProcess&) = delete;
 
-  /** \brief Sends a signal, if the program still runs. */
-  void
-  send(int signal_number);
-
   /** \brief Waits for the end of the program.
-   * \return its exit code, or -signal if one ended it; none if it still runs
+   * \return exit code, or -signal if a signal ended it; nothing if it still runs
    */
   std::optional<int>
   waitForExit(double seconds = 20.0);
 
-  /** \brief SIGINT, which a node ends by as by Ctrl-C, and waits.
+  /** \brief Sends SIGINT, as Ctrl-C does, and waits.
    * \return as waitForExit
    */
   std::optional<int>
-  interrupt();
+  interrupt(double seconds = 20.0);
 
-  /** \brief SIGKILL, as a computer that loses power, and waits. */
+  /** \brief Sends SIGKILL and waits. */
   void
   kill();
 
-  /** \brief True as long as the program runs. */
   bool
   isRunning();
 
-  /** \brief What it wrote until now, stdout and stderr together. */
+  /** \brief Its output until now, stdout and stderr together. */
   std::string
   output() const;
 
+  /** \brief Waits for a text in the output; a failure of the test if it does not come. */
+  void
+  expectOutput(const std::string& text) const;
+
 private:
+  void
+  send(int signal_number);
+
   pid_t pid_ = -1;
   std::optional<int> exit_code_;
   std::string output_file_;
 };
 
-/** \brief A private parameter as the master keeps it. */
-void
-setParameters(const std::string& node_name, const Parameters& parameters);
+/** \brief Private parameters of a node; names without the tilde. */
+using Parameters = std::vector<std::pair<std::string, XmlRpc::XmlRpcValue>>;
 
-/** \brief A list for a parameter. */
+/** \brief The parameters, then the others; where both have a name, that of the others. */
+Parameters
+operator+(Parameters parameters, const Parameters& others);
+
+/** \brief A list as the value of a parameter. */
 XmlRpc::XmlRpcValue
 listOf(const std::vector<XmlRpc::XmlRpcValue>& elements);
 
-/** \brief One node of this package. */
+/** \brief An entry of ~streams: a topic and one setting. */
+XmlRpc::XmlRpcValue
+streamEntry(const std::string& topic,
+            const std::string& name,
+            const XmlRpc::XmlRpcValue& value);
+
+/** \brief A node of this package. */
 class NodeProcess : public ChildProcess {
 public:
-  /** \brief Starts a node.
+  /** \brief Sets the parameters and starts a node.
    * \param[in] program intensity_compressor, intensity_decompressor or simulated_cell
    * \param[in] full_name of the node, with its namespace
-   * \param[in] parameters private parameters, set before it starts
+   * \param[in] parameters private ones
    * \param[in] arguments remappings, from:=to
    */
   NodeProcess(const std::string& program,
@@ -87,15 +100,20 @@ public:
               const Parameters& parameters = {},
               const std::vector<std::string>& arguments = {});
 
-  /** \brief With its namespace. */
-  const std::string&
-  name() const
-  {
-    return name_;
-  }
+  /** \brief Number of connections over which the node publishes a topic. Asks the node, as
+   * the master knows subscriptions, not connections.
+   * \param[in] topic full name
+   */
+  std::size_t
+  subscribersOf(const std::string& topic) const;
+
+  /** \brief Waits for that many connections, or more; a failure of the test if they do not
+   * come. */
+  void
+  expectSubscribers(const std::string& topic, std::size_t count) const;
 
 private:
-  std::string name_;
+  const std::string name_; // with its namespace
 };
 
 } // namespace test

@@ -1,24 +1,52 @@
 /** \file
- * \brief What arrives on a topic.
+ * \brief Waiting for other threads and processes, and for messages on a topic.
  */
 #pragma once
-
-#include "waiting.h"
 
 #include <boost/function.hpp>
 #include <boost/shared_ptr.hpp>
 
 #include <ros/node_handle.h>
 
+#include <chrono>
 #include <cstddef>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Keeps all messages of a topic from its construction on, for any thread. */
+/** \brief Long, as a node can take seconds to start on a busy computer. Only a test that
+ * fails waits so long. */
+constexpr double seconds_to_wait = 20.0;
+
+/** \brief Waits until a condition holds.
+ * \return false if it does not hold in time
+ */
+template <typename ConditionT>
+bool
+waitFor(const ConditionT& condition, double seconds = seconds_to_wait)
+{
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  while (!condition()) {
+    if (Clock::now() >= end)
+      return condition();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return true;
+}
+
+/** \brief Waits until a publisher of the test has that many subscribers. */
+inline bool
+waitForSubscribers(const ros::Publisher& publisher, std::uint32_t count)
+{
+  return waitFor([&] { return publisher.getNumSubscribers() == count; });
+}
+
+/** \brief Stores all messages of a topic from its construction on. Thread-safe. */
 template <typename MessageT>
 class Recorder {
 public:
@@ -30,24 +58,17 @@ public:
   explicit Recorder(const std::string& topic) : topic_(topic)
   {
     constexpr std::uint32_t queue_size = 1000;
-    const boost::function<void(const Message&)> keep = [this](const Message& message) {
+    const boost::function<void(const Message&)> store = [this](const Message& message) {
       const std::lock_guard<std::mutex> lock(mutex_);
       messages_.push_back(message);
     };
-    subscriber_ = ros::NodeHandle().subscribe<MessageT>(topic, queue_size, keep);
+    subscriber_ = ros::NodeHandle().subscribe<MessageT>(topic, queue_size, store);
   }
 
   const std::string&
   topic() const
   {
     return topic_;
-  }
-
-  std::size_t
-  count() const
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return messages_.size();
   }
 
   std::vector<Message>
@@ -57,41 +78,46 @@ public:
     return messages_;
   }
 
+  std::size_t
+  count() const
+  {
+    return messages().size();
+  }
+
   /** \brief The message of an index, which must have arrived. */
   Message
   operator[](std::size_t index) const
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return messages_.at(index);
+    return messages().at(index);
   }
 
+  /** \brief The last message; null if none arrived. */
   Message
   last() const
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return messages_.empty() ? Message() : messages_.back();
+    const std::vector<Message> all = messages();
+    return all.empty() ? Message() : all.back();
   }
 
-  /** \brief Waits until that many messages are there. */
+  /** \brief Waits until at least that many messages arrived. */
   bool
   waitForCount(std::size_t count, double seconds = seconds_to_wait) const
   {
     return waitFor([&] { return this->count() >= count; }, seconds);
   }
 
-  /** \brief Waits for a message that a test likes; those before count, too. */
-  template <typename ConditionT>
+  /** \brief Waits for the message of a stamp, which may have arrived already.
+   * \return null if it does not arrive in time
+   */
   Message
-  waitForOne(const ConditionT& condition, double seconds = seconds_to_wait) const
+  waitForStamp(const ros::Time& stamp, double seconds = seconds_to_wait) const
   {
     Message found;
-    std::size_t seen = 0;
     waitFor(
         [&] {
-          const std::vector<Message> all = messages();
-          for (; seen < all.size() && !found; ++seen)
-            if (condition(*all[seen]))
-              found = all[seen];
+          for (const Message& message : messages())
+            if (message->header.stamp == stamp)
+              found = message;
           return found != nullptr;
         },
         seconds);
@@ -99,10 +125,10 @@ public:
   }
 
 private:
-  std::string topic_;
+  const std::string topic_;
   mutable std::mutex mutex_;
   std::vector<Message> messages_;
-  ros::Subscriber subscriber_; // last: its callback uses the others
+  ros::Subscriber subscriber_; // last, as its callback uses the others
 };
 
 } // namespace test

@@ -1,7 +1,5 @@
 #include "stream_scenario.h"
 
-#include <algorithm>
-
 namespace pcl_ext_ros {
 namespace test {
 
@@ -12,8 +10,7 @@ constexpr double box_edge = 10.0;
 std::string
 nameOfThisTest()
 {
-  const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
-  return test->name();
+  return ::testing::UnitTest::GetInstance()->current_test_info()->name();
 }
 
 } // namespace
@@ -37,22 +34,6 @@ compressorSettings()
   return settings;
 }
 
-Parameters
-operator+(Parameters parameters, const Parameters& others)
-{
-  for (const auto& other : others) {
-    const auto same =
-        std::find_if(parameters.begin(), parameters.end(), [&](const auto& parameter) {
-          return parameter.first == other.first;
-        });
-    if (same != parameters.end())
-      *same = other;
-    else
-      parameters.push_back(other);
-  }
-  return parameters;
-}
-
 StreamScenario::StreamScenario()
 : space("/" + nameOfThisTest())
 , sensor_frame("sensor_of_" + nameOfThisTest())
@@ -62,6 +43,8 @@ StreamScenario::StreamScenario()
 , clouds(node.advertise<sensor_msgs::PointCloud2>(input, 100))
 , frames(compressed)
 , voxels(compressed + "/voxels")
+, compressor_health(full("compressor"))
+, decompressor_health(full("decompressor"))
 {}
 
 std::string
@@ -71,36 +54,32 @@ StreamScenario::full(const std::string& name) const
 }
 
 void
-StreamScenario::startCompressor(const Parameters& parameters,
-                                const std::vector<std::string>& arguments)
+StreamScenario::startCompressor(const Parameters& changes)
 {
-  compressor.emplace("intensity_compressor", full("compressor"), parameters, arguments);
-  EXPECT_TRUE(waitFor([this] { return clouds.getNumSubscribers() == 1; }))
-      << compressor->output();
-  EXPECT_TRUE(waitForSubscribers(compressor->name(), compressed, 1));
+  compressor.emplace(
+      "intensity_compressor", full("compressor"), compressorParameters() + changes);
+  EXPECT_TRUE(waitForSubscribers(clouds, 1)) << compressor->output();
+  compressor->expectSubscribers(compressed, 1);
 }
 
 void
-StreamScenario::startDecompressor(const Parameters& parameters,
-                                  const std::vector<std::string>& arguments)
+StreamScenario::startDecompressor(const Parameters& parameters)
 {
   decompressor.emplace("intensity_decompressor",
                        full("decompressor"),
-                       Parameters{{"streams", listOf({compressed})}} + parameters,
-                       arguments);
-  EXPECT_TRUE(waitForSubscribers(decompressor->name(), voxels.topic(), 1))
-      << decompressor->output();
-  if (compressor && compressor->isRunning()) {
-    EXPECT_TRUE(waitForSubscribers(compressor->name(), compressed, 2));
-  }
+                       Parameters{{"streams", listOf({compressed})}} + parameters);
+  decompressor->expectSubscribers(voxels.topic(), 1);
+  if (compressor && compressor->isRunning())
+    compressor->expectSubscribers(compressed, 2);
 }
 
 void
-StreamScenario::startBoth(const Parameters& parameters)
+StreamScenario::startBoth(const Parameters& compressor_changes,
+                          const Parameters& decompressor_parameters)
 {
   transforms.set(sensor_frame, pose);
-  startCompressor(parameters);
-  startDecompressor();
+  startCompressor(compressor_changes);
+  startDecompressor(decompressor_parameters);
 }
 
 CompressedPointCloud2::ConstPtr
@@ -109,9 +88,7 @@ StreamScenario::compress(const sensor_msgs::PointCloud2& cloud)
   if (HasFatalFailure())
     return {};
   clouds.publish(cloud);
-  return frames.waitForOne([&](const CompressedPointCloud2& frame) {
-    return frame.header.stamp == cloud.header.stamp;
-  });
+  return frames.waitForStamp(cloud.header.stamp);
 }
 
 sensor_msgs::PointCloud2::ConstPtr
@@ -120,9 +97,7 @@ StreamScenario::show(const sensor_msgs::PointCloud2& cloud)
   if (HasFatalFailure())
     return {};
   clouds.publish(cloud);
-  return voxels.waitForOne([&](const sensor_msgs::PointCloud2& message) {
-    return message.header.stamp == cloud.header.stamp;
-  });
+  return voxels.waitForStamp(cloud.header.stamp);
 }
 
 void
@@ -132,10 +107,16 @@ StreamScenario::expectVoxels(const sensor_msgs::PointCloud2& cloud,
   const auto shown = show(cloud);
   ASSERT_TRUE(shown) << compressor->output() << decompressor->output();
   EXPECT_EQ(shown->header.frame_id, "world");
-  EXPECT_EQ(shown->header.stamp.toNSec(), cloud.header.stamp.toNSec());
-  // Not EXPECT_EQ, which would print thousands of voxels.
+  // EXPECT_EQ would print all voxels.
   EXPECT_TRUE(voxelsIn(*shown) == expected)
       << shown->width << " voxels, " << expected.size() << " expected";
+}
+
+void
+StreamScenario::expectClouds(std::uint32_t begin, std::uint32_t end)
+{
+  for (std::uint32_t i = begin; i < end; ++i)
+    expectVoxels(cloud(i), direct.voxelsOf(cloud(i), pose));
 }
 
 } // namespace test

@@ -1,17 +1,16 @@
 /** \file
- * \brief A sensor that the test plays, its compressor, and the central node.
+ * \brief A simulated sensor, its compressor and the central node.
  */
 #pragma once
 
 #include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/rigid_pose.h>
 
-#include "clouds.h"
-#include "connections.h"
+#include "diagnostics.h"
 #include "direct_library.h"
 #include "node_process.h"
 #include "recorder.h"
-#include "transforms.h"
+#include "sensor_input.h"
 
 #include <gtest/gtest.h>
 
@@ -25,43 +24,42 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Parameters of a compressor whose voxels depend on nothing but its cloud: a fixed
- * grid; and all the time in the world for a transform that is on its way. */
+/** \brief Parameters of a compressor with a fixed grid, so that the voxels depend on one
+ * cloud only, and with a long timeout for transforms. */
 Parameters
 compressorParameters();
 
-/** \brief The settings that these parameters are for the library. */
+/** \brief The same as settings of the library. */
 pcl_ext::nodes::SensorNodeSettings
 compressorSettings();
 
-/** \brief Parameters with some of them replaced, or more. */
-Parameters
-operator+(Parameters parameters, const Parameters& others);
-
-/** \brief Names of nodes and topics live in a namespace of the test's name, so that what
- * one test leaves with the master is nothing to the next. */
+/** \brief Nodes and topics are in a namespace with the name of the test, as the master
+ * keeps parameters and topics of earlier tests. */
 class StreamScenario : public ::testing::Test {
 protected:
   StreamScenario();
 
-  /** \brief A name in the test's namespace. */
+  /** \brief A name in the namespace of the test. */
   std::string
   full(const std::string& name) const;
 
-  void
-  startCompressor(const Parameters& parameters = compressorParameters(),
-                  const std::vector<std::string>& arguments = {});
-
-  /** \brief Starts the decompressor, connected with the compressor, if there is one.
-   * \param[in] parameters besides the streams
+  /** \brief Starts the compressor and waits until it is connected.
+   * \param[in] changes of compressorParameters()
    */
   void
-  startDecompressor(const Parameters& parameters = {},
-                    const std::vector<std::string>& arguments = {});
+  startCompressor(const Parameters& changes = {});
 
-  /** \brief Both nodes, of a sensor that is in `pose` for ever. */
+  /** \brief Starts the decompressor and waits until it is connected with the compressor, if
+   * there is one.
+   * \param[in] parameters besides ~streams, which is the compressor's by default
+   */
   void
-  startBoth(const Parameters& parameters = compressorParameters());
+  startDecompressor(const Parameters& parameters = {});
+
+  /** \brief Starts both nodes. The sensor is in `pose`. */
+  void
+  startBoth(const Parameters& compressor_changes = {},
+            const Parameters& decompressor_parameters = {});
 
   template <typename PointT = pcl::PointXYZ>
   sensor_msgs::PointCloud2
@@ -70,24 +68,29 @@ protected:
     return makeCloud<PointT>(number, sensor_frame);
   }
 
-  /** \brief Sends a cloud and waits for the frame that it becomes.
-   * \return none if there is no frame in time, or the test has failed already
+  /** \brief Publishes a cloud and waits for its frame.
+   * \return null if there is no frame in time, or the test has failed already
    */
   CompressedPointCloud2::ConstPtr
   compress(const sensor_msgs::PointCloud2& cloud);
 
-  /** \brief Sends a cloud and waits for the voxels that it becomes.
-   * \return none if there are no voxels in time, or the test has failed already
+  /** \brief Publishes a cloud and waits for its voxels.
+   * \return null if there are no voxels in time, or the test has failed already
    */
   sensor_msgs::PointCloud2::ConstPtr
   show(const sensor_msgs::PointCloud2& cloud);
 
-  /** \brief Sends a cloud, and expects these voxels with its stamp in the world frame. */
+  /** \brief Publishes a cloud; expects these voxels with its stamp in the world frame. */
   void
   expectVoxels(const sensor_msgs::PointCloud2& cloud, const Voxels& expected);
 
-  const std::string space;        // of the test's names
-  const std::string sensor_frame; // of this test alone, as there is one TF for all
+  /** \brief Publishes the clouds [begin, end); expects of each what `direct` makes of it
+   * at `pose`. */
+  void
+  expectClouds(std::uint32_t begin, std::uint32_t end);
+
+  const std::string space;        // namespace of the test
+  const std::string sensor_frame; // of this test only, as all tests share TF
   const std::string input;        // topics
   const std::string compressed;
   const pcl_ext::WorldPose pose;
@@ -96,6 +99,9 @@ protected:
   ros::Publisher clouds;
   Recorder<CompressedPointCloud2> frames;
   Recorder<sensor_msgs::PointCloud2> voxels;
+  Diagnostics compressor_health;
+  Diagnostics decompressor_health;
+  DirectStream direct{compressorSettings()};
   std::optional<NodeProcess> compressor;
   std::optional<NodeProcess> decompressor;
 };

@@ -1,5 +1,5 @@
 /** \file
- * \brief Many streams in one node, their sum, and how their noise is removed.
+ * \brief Several streams in one node, their merged voxels, and the removal of noise.
  */
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
@@ -15,36 +15,32 @@ namespace test {
 namespace {
 
 using pcl_ext::VoxelOutlierRemoval;
-using pcl_ext::VoxelOutlierRemovalSettings;
 
-XmlRpc::XmlRpcValue
-streamEntry(const std::string& topic,
-            const std::string& key,
-            const XmlRpc::XmlRpcValue& value)
+std::optional<VoxelOutlierRemoval>
+removalAt(std::optional<float> min_log_odds)
 {
-  XmlRpc::XmlRpcValue entry;
-  entry["topic"] = topic;
-  entry[key] = value;
-  return entry;
-}
-
-VoxelOutlierRemoval
-removalAt(float min_log_odds)
-{
-  VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = min_log_odds;
+  if (!min_log_odds)
+    return std::nullopt;
+  pcl_ext::VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = *min_log_odds;
   return VoxelOutlierRemoval(settings);
 }
 
-/** \brief What a frame is to become; all of it where there is no filter. */
+/** \brief Expected voxels of a frame behind the filters of its stream. */
 Voxels
-filtered(pcl_ext::io::VoxelFrame frame, std::optional<VoxelOutlierRemoval>& removal)
+filtered(pcl_ext::io::VoxelFrame frame,
+         std::optional<VoxelOutlierRemoval>& removal,
+         float min_intensity = 0.0f)
 {
   if (removal) {
     EXPECT_GT(removal->filter(frame), 0u);
     EXPECT_GT(frame.size(), 100u);
   }
-  return voxelsIn(frame);
+  Voxels voxels = voxelsIn(frame);
+  const auto is_faint = [=](const auto& voxel) { return voxel[3] < min_intensity; };
+  voxels.erase(std::remove_if(voxels.begin(), voxels.end(), is_faint), voxels.end());
+  EXPECT_FALSE(voxels.empty());
+  return voxels;
 }
 
 Voxels
@@ -54,15 +50,15 @@ sorted(Voxels voxels)
   return voxels;
 }
 
-/** \brief A second sensor beside that of the scenario. */
+/** \brief Adds a second sensor to the scenario. */
 class CentralNodes : public StreamScenario {
 protected:
   CentralNodes()
   : other_frame("other_" + sensor_frame)
   , other_pose(samplePose(1.0))
   , other_clouds(node.advertise<sensor_msgs::PointCloud2>(full("other"), 100))
-  , other_frames(full("other/pcl_ext"))
-  , other_voxels(full("other/pcl_ext/voxels"))
+  , other_topic(full("other/pcl_ext"))
+  , other_voxels(other_topic + "/voxels")
   , merged(full("decompressor/merged"))
   {}
 
@@ -76,13 +72,12 @@ protected:
                              full("other_compressor"),
                              compressorParameters(),
                              std::vector<std::string>{"input:=other"});
-    ASSERT_TRUE(waitFor([this] { return other_clouds.getNumSubscribers() == 1; }));
-    startDecompressor(
-        Parameters{{"streams", listOf({compressed, other_frames.topic()})}} +
-        decompressor_parameters);
-    ASSERT_TRUE(waitForSubscribers(other_compressor->name(), other_frames.topic(), 2));
-    ASSERT_TRUE(waitForSubscribers(decompressor->name(), other_voxels.topic(), 1));
-    ASSERT_TRUE(waitForSubscribers(decompressor->name(), merged.topic(), 1));
+    ASSERT_TRUE(waitForSubscribers(other_clouds, 1));
+    startDecompressor(Parameters{{"streams", listOf({compressed, other_topic})}} +
+                      decompressor_parameters);
+    other_compressor->expectSubscribers(other_topic, 1);
+    decompressor->expectSubscribers(other_voxels.topic(), 1);
+    decompressor->expectSubscribers(merged.topic(), 1);
   }
 
   sensor_msgs::PointCloud2
@@ -91,8 +86,18 @@ protected:
     return makeCloud<pcl::PointXYZI>(number + 77, other_frame, 4000);
   }
 
-  /** \brief Waits until the sum of the streams is this; the order of its voxels depends on
-   * its grid, and that on what was merged before. */
+  /** \brief Publishes a cloud of the other sensor and expects its voxels. */
+  void
+  expectOtherVoxels(const sensor_msgs::PointCloud2& cloud, const Voxels& expected)
+  {
+    other_clouds.publish(cloud);
+    const auto shown = other_voxels.waitForStamp(cloud.header.stamp);
+    ASSERT_TRUE(shown) << decompressor->output();
+    EXPECT_TRUE(voxelsIn(*shown) == expected);
+  }
+
+  /** \brief Waits for these merged voxels. Their order depends on the grid, and that on
+   * earlier frames. */
   bool
   waitForMerged(const Voxels& expected)
   {
@@ -105,45 +110,40 @@ protected:
   const std::string other_frame;
   const pcl_ext::WorldPose other_pose;
   ros::Publisher other_clouds;
-  Recorder<CompressedPointCloud2> other_frames;
+  const std::string other_topic;
   Recorder<sensor_msgs::PointCloud2> other_voxels;
   Recorder<sensor_msgs::PointCloud2> merged;
   std::optional<NodeProcess> other_compressor;
-  DirectStream direct{compressorSettings()};
   DirectStream other_direct{compressorSettings()};
 };
 
-TEST_F(CentralNodes, TwoStreamsAreEachTheLibrarysAndSoIsTheirSum)
+TEST_F(CentralNodes, TwoStreamsAndTheirMergedVoxelsAreTheLibrarys)
 {
   startTwoSensors({{"max_merge_age", 3600.0}, {"resolution", 0.08}});
   for (std::uint32_t i = 0; i < 6; ++i) {
-    // Both wait in the node at the same time.
+    const Voxels other = other_direct.voxelsOf(otherCloud(i), other_pose);
+    // Frames of both sensors arrive at the same time.
     clouds.publish(cloud(i));
-    other_clouds.publish(otherCloud(i));
-    ASSERT_TRUE(voxels.waitForCount(i + 1)) << decompressor->output();
-    ASSERT_TRUE(other_voxels.waitForCount(i + 1)) << decompressor->output();
-    EXPECT_TRUE(voxelsIn(*voxels[i]) == direct.voxelsOf(cloud(i), pose));
-    EXPECT_TRUE(voxelsIn(*other_voxels[i]) ==
-                other_direct.voxelsOf(otherCloud(i), other_pose));
-    EXPECT_EQ(voxels[i]->header.stamp, cloud(i).header.stamp);
-    EXPECT_EQ(other_voxels[i]->header.stamp, otherCloud(i).header.stamp);
+    expectOtherVoxels(otherCloud(i), other);
+    const auto shown = voxels.waitForStamp(cloud(i).header.stamp);
+    ASSERT_TRUE(shown) << decompressor->output();
+    EXPECT_TRUE(voxelsIn(*shown) == direct.voxelsOf(cloud(i), pose));
 
     DirectStream fresh(compressorSettings());
     DirectStream other_fresh(compressorSettings());
-    EXPECT_TRUE(waitForMerged(mergedDirectly(
-        0.08,
-        {{compressed, fresh.encode(cloud(i), pose)},
-         {other_frames.topic(), other_fresh.encode(otherCloud(i), other_pose)}})))
-        << "sum of frames " << i;
+    EXPECT_TRUE(waitForMerged(
+        mergedDirectly(0.08,
+                       {{compressed, fresh.encode(cloud(i), pose)},
+                        {other_topic, other_fresh.encode(otherCloud(i), other_pose)}})))
+        << "frame " << i;
   }
   EXPECT_EQ(merged.last()->header.frame_id, "world");
 }
 
-TEST_F(CentralNodes, StreamThatFallsSilentLeavesTheSum)
+TEST_F(CentralNodes, SilentStreamIsNotMerged)
 {
   startTwoSensors({{"max_merge_age", 0.5}});
-  clouds.publish(cloud(0));
-  ASSERT_TRUE(voxels.waitForCount(1));
+  ASSERT_TRUE(show(cloud(0)));
   EXPECT_TRUE(waitForMerged({}));
 }
 
@@ -152,200 +152,153 @@ TEST_F(CentralNodes, EachStreamHasItsThreshold)
   startTwoSensors(
       {{"min_intensity", 2},
        {"streams",
-        listOf(
-            {compressed, streamEntry(other_frames.topic(), "min_intensity", 3.0)})}});
-  const Voxels expected = direct.voxelsOf(cloud(0), pose, 2.0f);
-  EXPECT_LT(expected.size(), direct.voxelsOf(cloud(0), pose).size());
-  expectVoxels(cloud(0), expected);
-  const Voxels other_expected = other_direct.voxelsOf(otherCloud(0), other_pose, 3.0f);
-  other_clouds.publish(otherCloud(0));
-  ASSERT_TRUE(other_voxels.waitForCount(1));
-  EXPECT_GT(other_expected.size(), 0u);
-  EXPECT_TRUE(voxelsIn(*other_voxels[0]) == other_expected);
+        listOf({compressed, streamEntry(other_topic, "min_intensity", 3.0)})}});
+  std::optional<VoxelOutlierRemoval> none;
+  expectVoxels(cloud(0), filtered(direct.frameOf(cloud(0), pose), none, 2.0f));
+  expectOtherVoxels(
+      otherCloud(0),
+      filtered(other_direct.frameOf(otherCloud(0), other_pose), none, 3.0f));
+  ASSERT_TRUE(voxels.last());
+  EXPECT_LT(voxels.last()->width, direct.frameOf(cloud(0), pose).size());
 }
 
-TEST_F(CentralNodes, EachStreamHasItsFilterOfOutliersAndMergesWhatStays)
+TEST_F(CentralNodes, EachStreamHasItsOutlierRemovalBeforeMerging)
 {
   startTwoSensors(
       {{"remove_outliers", true},
        {"min_log_odds", 3.0},
        {"max_merge_age", 3600.0},
        {"streams",
-        listOf({compressed, streamEntry(other_frames.topic(), "min_log_odds", 2.0)})}});
+        listOf({compressed, streamEntry(other_topic, "min_log_odds", 2.0)})}});
   std::optional<VoxelOutlierRemoval> removal = removalAt(3.0f);
   std::optional<VoxelOutlierRemoval> other_removal = removalAt(2.0f);
-  std::size_t voxels_of_both = 0;
   for (std::uint32_t i = 0; i < 6; ++i) {
     expectVoxels(cloud(i), filtered(direct.frameOf(cloud(i), pose), removal));
-    other_clouds.publish(otherCloud(i));
-    ASSERT_TRUE(other_voxels.waitForCount(i + 1)) << decompressor->output();
-    EXPECT_TRUE(
-        voxelsIn(*other_voxels[i]) ==
+    expectOtherVoxels(
+        otherCloud(i),
         filtered(other_direct.frameOf(otherCloud(i), other_pose), other_removal));
-    voxels_of_both = voxelsIn(*voxels[i]).size() + voxelsIn(*other_voxels[i]).size();
   }
+  ASSERT_TRUE(voxels.last() && other_voxels.last());
   // The sensors see different places.
   EXPECT_TRUE(waitFor([&] {
-    const auto last = merged.last();
-    return last && last->width == voxels_of_both;
+    return merged.last() &&
+           merged.last()->width == voxels.last()->width + other_voxels.last()->width;
   }));
 }
 
-/** \brief The filter of one stream as it is changed. */
-class Outliers : public CentralNodes {
+/** \brief Changes the noise settings of a running node. */
+class ChangedNoise : public StreamScenario {
 protected:
+  void
+  set(const std::string& parameter, const XmlRpc::XmlRpcValue& value) const
+  {
+    ros::param::set(full("decompressor/" + parameter), value);
+  }
+
+  void
+  unset(const std::string& parameter) const
+  {
+    ros::param::del(full("decompressor/" + parameter));
+  }
+
+  /** \brief Expects the filters in force for a few frames. */
   void
   expectFrames()
   {
     for (int i = 0; i < 3; ++i, ++number)
       expectVoxels(cloud(number),
-                   filtered(direct.frameOf(cloud(number), pose), removal));
+                   filtered(direct.frameOf(cloud(number), pose), removal, threshold));
   }
 
-  /** \brief Sends clouds until another filter is in force, which begins anew; until then
-   * it must be that of before.
-   * \param[in] min_log_odds none: no filter
+  /** \brief Publishes clouds until other filters are in force. Until then the previous
+   * filters must be. A changed outlier removal starts without history.
+   * \param[in] min_intensity the threshold
+   * \param[in] min_log_odds nothing: outliers are not removed
    */
   void
-  expectChange(std::optional<float> min_log_odds)
+  expectChange(float min_intensity, std::optional<float> min_log_odds = std::nullopt)
   {
-    if (HasFatalFailure())
+    if (HasFailure())
       return;
-    SCOPED_TRACE(min_log_odds ? std::to_string(*min_log_odds) : "none");
-    ASSERT_TRUE(waitFor([&] {
+    SCOPED_TRACE(std::to_string(min_intensity) + ", " +
+                 (min_log_odds ? std::to_string(*min_log_odds) : "no removal"));
+    EXPECT_TRUE(waitFor([&] {
       const auto sent = cloud(number++);
       const auto shown = show(sent);
       if (!shown)
         return false;
-      std::optional<VoxelOutlierRemoval> fresh;
-      if (min_log_odds)
-        fresh = removalAt(*min_log_odds);
-      const Voxels now = filtered(direct.frameOf(sent, pose), fresh);
-      const Voxels before = filtered(direct.frameOf(sent, pose), removal);
+      const auto frame = direct.frameOf(sent, pose);
+      auto fresh = removalAt(min_log_odds);
+      const Voxels now = filtered(frame, fresh, min_intensity);
+      const Voxels before = filtered(frame, removal, threshold);
       EXPECT_TRUE(now != before);
       const bool is_changed = voxelsIn(*shown) == now;
       EXPECT_TRUE(is_changed || voxelsIn(*shown) == before);
-      if (is_changed)
+      if (is_changed) {
         removal = std::move(fresh);
+        threshold = min_intensity;
+      }
       return is_changed;
     })) << decompressor->output();
     expectFrames();
   }
 
   std::optional<VoxelOutlierRemoval> removal; // in force
+  float threshold = 0.0f;                     // in force
   std::uint32_t number = 0;
 };
 
-TEST_F(Outliers, FiltersChangeWhileTheNodeRuns)
+TEST_F(ChangedNoise, OutlierRemoval)
 {
-  const std::string remove = full("decompressor/remove_outliers");
-  const std::string remove_of_this =
-      full("decompressor/remove_outliers_of") + compressed;
-  const std::string log_odds = full("decompressor/min_log_odds");
-  const std::string log_odds_of_this =
-      full("decompressor/min_log_odds_of") + compressed;
   startBoth();
   expectFrames();
-  ros::param::set(log_odds, 3.5); // of nothing yet
+  set("min_log_odds", 3.5); // without effect while outliers are not removed
   expectFrames();
-  ros::param::set(remove, true);
-  expectChange(3.5f);
-  ros::param::set(log_odds, 2);
-  expectChange(2.0f);
-  ros::param::set(log_odds_of_this, 2.75);
-  expectChange(2.75f);
-  ros::param::set(remove_of_this, false);
-  expectChange(std::nullopt);
-  ros::param::del(remove_of_this);
-  expectChange(2.75f);
-
-  ros::param::set(remove, "often");
-  EXPECT_TRUE(waitFor([&] {
-    return decompressor->output().find("'often'; it must be true or false") !=
-           std::string::npos;
-  })) << decompressor->output();
-  ros::param::set(log_odds_of_this, 1e39);
-  EXPECT_TRUE(waitFor([&] {
-    return decompressor->output().find("1e+39; it must be a finite number") !=
-           std::string::npos;
-  })) << decompressor->output();
-  expectFrames(); // the filter goes on
-  ros::param::set(remove, false);
-  expectChange(std::nullopt);
-}
-
-/** \brief The threshold of one stream as it is changed. */
-class Thresholds : public CentralNodes {
-protected:
-  /** \brief Sends clouds until the threshold in force is this one; until then it must be
-   * that of before. */
-  void
-  expectChange(float before, float now)
-  {
-    if (HasFatalFailure())
-      return;
-    SCOPED_TRACE(std::to_string(before) + " to " + std::to_string(now));
-    ASSERT_TRUE(waitFor([&] {
-      const auto sent = cloud(number++);
-      const auto shown = show(sent);
-      if (!shown)
-        return false;
-      if (voxelsIn(*shown) == direct.voxelsOf(sent, pose, now))
-        return true;
-      EXPECT_TRUE(voxelsIn(*shown) == direct.voxelsOf(sent, pose, before));
-      return false;
-    })) << decompressor->output();
-    expectThreshold(now);
-  }
-
-  void
-  expectThreshold(float min_intensity)
-  {
-    const auto sent = cloud(number++);
-    expectVoxels(sent, direct.voxelsOf(sent, pose, min_intensity));
-  }
-
-  std::uint32_t number = 0;
-};
-
-TEST_F(Thresholds, ChangeWhileTheNodeRuns)
-{
-  const std::string for_all = full("decompressor/min_intensity");
-  const std::string of_this = full("decompressor/min_intensity_of") + compressed;
-  startBoth();
-  expectThreshold(0.0f);
-  ros::param::set(for_all, 3);
-  expectChange(0.0f, 3.0f);
-  ros::param::set(for_all, 1.5);
-  expectChange(3.0f, 1.5f);
-  ros::param::set(for_all, -1.0); // above it are all voxels
-  expectChange(1.5f, -1.0f);
-  ros::param::set(for_all, 1.5);
-  expectChange(-1.0f, 1.5f);
-  ros::param::set(of_this, 4.0);
-  expectChange(1.5f, 4.0f);
-  ros::param::del(of_this);
-  expectChange(4.0f, 1.5f);
-}
-
-TEST_F(Thresholds, WrongValueIsWarnedOfAndChangesNothing)
-{
-  startBoth();
-  const std::string name = full("decompressor/min_intensity");
-  ros::param::set(name, 2.0);
+  set("remove_outliers", true);
+  expectChange(0.0f, 3.5f);
+  set("min_log_odds", 2);
   expectChange(0.0f, 2.0f);
-  ros::param::set(name, "many");
-  EXPECT_TRUE(waitFor([&] {
-    return decompressor->output().find("'many'; it must be") != std::string::npos;
-  })) << decompressor->output();
-  expectThreshold(2.0f);
-  ros::param::set(name, true);
-  EXPECT_TRUE(waitFor([&] {
-    return decompressor->output().find("is 1; it must be") != std::string::npos;
-  })) << decompressor->output();
-  expectThreshold(2.0f);
-  ros::param::set(name, 5.0);
-  expectChange(2.0f, 5.0f);
+  set("min_log_odds_of" + compressed, 2.75);
+  expectChange(0.0f, 2.75f);
+  set("remove_outliers_of" + compressed, false);
+  expectChange(0.0f);
+  unset("remove_outliers_of" + compressed);
+  expectChange(0.0f, 2.75f);
+
+  set("remove_outliers", "often");
+  decompressor->expectOutput("'often'; it must be true or false");
+  set("min_log_odds_of" + compressed, 1e39);
+  decompressor->expectOutput("1e+39; it must be a finite number");
+  expectFrames(); // nothing changed
+  set("remove_outliers", false);
+  expectChange(0.0f);
+}
+
+TEST_F(ChangedNoise, Threshold)
+{
+  startBoth();
+  expectFrames();
+  set("min_intensity", 3);
+  expectChange(3.0f);
+  set("min_intensity", 1.5);
+  expectChange(1.5f);
+  set("min_intensity", -1.0); // below all voxels
+  expectChange(-1.0f);
+  set("min_intensity", 1.5);
+  expectChange(1.5f);
+  set("min_intensity_of" + compressed, 4.0);
+  expectChange(4.0f);
+  unset("min_intensity_of" + compressed);
+  expectChange(1.5f);
+
+  set("min_intensity", "many");
+  decompressor->expectOutput("'many'; it must be");
+  expectFrames();
+  set("min_intensity", true);
+  decompressor->expectOutput("is 1; it must be");
+  expectFrames();
+  set("min_intensity", 5.0);
+  expectChange(5.0f);
 }
 
 } // namespace

@@ -1,8 +1,7 @@
 /** \file
- * \brief What the nodes tell about their health. Times are not what is tested here, so
- * that limits are wide.
+ * \brief The reports of the nodes on /diagnostics. Limits of times are wide, as they
+ * depend on the computer.
  */
-#include "diagnostics.h"
 #include "stream_scenario.h"
 
 namespace pcl_ext_ros {
@@ -10,14 +9,10 @@ namespace test {
 
 namespace {
 
-using diagnostic_msgs::DiagnosticStatus;
-
 class Health : public StreamScenario {
 protected:
-  Health() : of_compressor(full("compressor")), of_decompressor(full("decompressor")) {}
-
-  /** \brief Sends some ten clouds a second, with stamps of now, until a node tells of so
-   * many frames. */
+  /** \brief Publishes about ten clouds a second, stamped with the time now, until a value
+   * is reached. */
   void
   sendUntil(const Diagnostics& diagnostics, const std::string& key, double count)
   {
@@ -31,7 +26,7 @@ protected:
     })) << diagnostics.text();
   }
 
-  /** \brief Expects a value within limits, both included. */
+  /** \brief Expects a value within [lowest, highest]. */
   static void
   expectWithin(const Diagnostics& diagnostics,
                const std::string& key,
@@ -44,7 +39,7 @@ protected:
     EXPECT_LE(*value, highest) << key;
   }
 
-  /** \brief What both nodes tell of a stream of some ten frames a second. */
+  /** \brief Expects the values of a stream of about ten frames a second. */
   void
   expectPlausibleRates(const Diagnostics& diagnostics) const
   {
@@ -61,70 +56,70 @@ protected:
     const double voxels_now = static_cast<double>(frames.last()->width);
     expectWithin(diagnostics, "voxels", 0.9 * voxels_now, 1.1 * voxels_now);
   }
-
-  const Diagnostics of_compressor;
-  const Diagnostics of_decompressor;
 };
 
-TEST_F(Health, CompressorTellsRatesAndRatio)
+TEST_F(Health, CompressorReportsRatesAndRatio)
 {
   startBoth();
-  sendUntil(of_compressor, "frames", 35);
-  expectPlausibleRates(of_compressor);
+  sendUntil(compressor_health, "frames", 35);
+  expectPlausibleRates(compressor_health);
   const double cloud_bytes = static_cast<double>(cloud(0).data.size());
   const double frame_bytes = static_cast<double>(frames.last()->compressed_data.size());
   const double ratio = cloud_bytes / frame_bytes;
-  expectWithin(of_compressor, "compression ratio", 0.3 * ratio, 3 * ratio);
-  expectWithin(of_compressor, "bytes per voxel", 0.01, 5.0);
-  EXPECT_EQ(of_compressor.value("clouds"), of_compressor.value("frames"));
-  EXPECT_EQ(of_compressor.value("points"), 6000);
-  EXPECT_EQ(of_compressor.value("points not finite"), 6000 / 97);
-  EXPECT_EQ(of_compressor.value("clouds refused"), 0);
-  EXPECT_EQ(of_compressor.value("clouds without transform"), 0);
-  EXPECT_EQ(of_compressor.entries().back().level, DiagnosticStatus::OK)
-      << of_compressor.text();
+  expectWithin(compressor_health, "compression ratio", 0.3 * ratio, 3 * ratio);
+  expectWithin(compressor_health, "bytes per voxel", 0.01, 5.0);
+  EXPECT_EQ(compressor_health.value("clouds"), compressor_health.value("frames"));
+  EXPECT_EQ(compressor_health.value("points"), 6000);
+  EXPECT_EQ(compressor_health.value("points not finite"), 6000 / 97);
+  EXPECT_EQ(compressor_health.value("clouds refused"), 0);
+  EXPECT_EQ(compressor_health.value("clouds without transform"), 0);
+  EXPECT_EQ(compressor_health.entries().back().level, DiagnosticStatus::OK)
+      << compressor_health.text();
 }
 
-TEST_F(Health, DecompressorTellsRatesAndLosses)
+TEST_F(Health, DecompressorReportsRatesAndLosses)
 {
   startBoth();
-  sendUntil(of_decompressor, "frames decoded", 35);
-  expectPlausibleRates(of_decompressor);
-  expectWithin(of_decompressor, "compression ratio", 3.0, 1000.0);
-  EXPECT_EQ(of_decompressor.value("frames received"),
-            of_decompressor.value("frames decoded"));
+  sendUntil(decompressor_health, "frames decoded", 35);
+  expectPlausibleRates(decompressor_health);
+  expectWithin(decompressor_health, "compression ratio", 3.0, 1000.0);
+  EXPECT_EQ(decompressor_health.value("frames received"),
+            decompressor_health.value("frames decoded"));
   for (const char* const key : {"frames failed",
                                 "frames dropped",
                                 "frames refused",
                                 "frames lost",
                                 "I-frame requests"})
-    EXPECT_EQ(of_decompressor.value(key), 0) << key;
-  EXPECT_EQ(of_decompressor.value("kept voxels"), of_decompressor.value("voxels"));
-  EXPECT_EQ(of_decompressor.entries().back().level, DiagnosticStatus::OK)
-      << of_decompressor.text();
+    EXPECT_EQ(decompressor_health.value(key), 0) << key;
+  EXPECT_EQ(decompressor_health.value("kept voxels"),
+            decompressor_health.value("voxels"));
+  EXPECT_EQ(decompressor_health.entries().back().level, DiagnosticStatus::OK)
+      << decompressor_health.text();
   const Diagnostics of_all(full("decompressor"), "all streams");
-  EXPECT_TRUE(of_all.waitForValue("streams", 1));
+  of_all.expectValue("streams", 1);
   EXPECT_EQ(of_all.value("streams in sync"), 1);
 }
 
-TEST_F(Health, ReportsComeAboutOnceASecondAndTellOfSilence)
+TEST_F(Health, ReportsComeOnceASecondAndShowSilence)
 {
   startBoth();
-  EXPECT_TRUE(of_compressor.waitForLevel(DiagnosticStatus::STALE));
-  EXPECT_TRUE(of_decompressor.waitForLevel(DiagnosticStatus::STALE));
+  compressor_health.expectLevel(DiagnosticStatus::STALE);
+  decompressor_health.expectLevel(DiagnosticStatus::STALE);
   ASSERT_TRUE(show(cloud(0)));
   const ros::WallTime start = ros::WallTime::now();
-  const std::size_t before = of_compressor.entries().size();
-  EXPECT_TRUE(of_compressor.waitForLevel(DiagnosticStatus::ERROR));
-  EXPECT_TRUE(of_decompressor.waitForLevel(DiagnosticStatus::ERROR));
+  const std::size_t before = compressor_health.entries().size();
+  compressor_health.expectLevel(DiagnosticStatus::ERROR);
+  decompressor_health.expectLevel(DiagnosticStatus::ERROR);
   const double seconds = (ros::WallTime::now() - start).toSec();
-  const double reports = static_cast<double>(of_compressor.entries().size() - before);
+  const double reports =
+      static_cast<double>(compressor_health.entries().size() - before);
   EXPECT_GE(reports, 2.0);
   EXPECT_LE(reports, 2.0 * seconds + 2.0);
-  // And it is over when clouds arrive again.
-  sendUntil(of_compressor, "frames", 5);
-  EXPECT_TRUE(waitFor(
-      [&] { return of_compressor.entries().back().level == DiagnosticStatus::OK; }));
+  // The level is OK again when clouds arrive.
+  sendUntil(compressor_health, "frames", 5);
+  EXPECT_TRUE(waitFor([&] {
+    return compressor_health.entries().back().level == DiagnosticStatus::OK;
+  }));
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 /** \file
- * \brief The OctoMap that the decompressor keeps, as OctoMap reads it.
+ * \brief The OctoMap file that the decompressor writes.
  */
 #include <pcl_ext/nodes/octomap_insertion.h>
 
@@ -9,7 +9,6 @@
 #include <ros/service.h>
 #include <std_srvs/Trigger.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -23,15 +22,14 @@ namespace fs = std::filesystem;
 
 class Maps : public StreamScenario {
 protected:
-  Maps() : path(std::string(std::getenv("ROS_HOME")) + space + ".ot")
-  {
-    fs::remove(path);
-  }
+  Maps() : path(temporaryFolder() + space + ".ot") {}
 
-  Parameters
-  mapParameters() const
+  /** \brief Starts the nodes with a map, and shows one cloud. */
+  void
+  startWithMap(const Parameters& parameters = {})
   {
-    return {{"map_path", path}, {"map_rate", 20.0}};
+    startBoth({}, Parameters{{"map_path", path}, {"map_rate", 20.0}} + parameters);
+    ASSERT_TRUE(show(cloud(0))) << decompressor->output();
   }
 
   std_srvs::Trigger
@@ -44,65 +42,45 @@ protected:
     return call;
   }
 
-  std::unique_ptr<octomap::OcTree>
-  readMap() const
+  /** \brief Reads the file into `map`; expects the library's map of cloud(0), node by
+   * node. */
+  void
+  expectMap(float full_intensity,
+            const std::optional<octomap::point3d>& origin = std::nullopt)
   {
-    octomap::AbstractOcTree* const tree = octomap::AbstractOcTree::read(path);
-    auto* const occupancy = dynamic_cast<octomap::OcTree*>(tree);
-    EXPECT_NE(occupancy, nullptr) << path;
-    if (occupancy == nullptr)
-      delete tree;
-    return std::unique_ptr<octomap::OcTree>(occupancy);
-  }
-
-  /** \brief The map of one frame by the library. */
-  octomap::OcTree
-  directMap(const sensor_msgs::PointCloud2& cloud,
-            float full_intensity,
-            const std::optional<octomap::point3d>& origin = std::nullopt) const
-  {
-    octomap::OcTree tree(0.04);
+    octomap::OcTree expected(0.04);
     pcl_ext::nodes::insertVoxels(
-        DirectStream(compressorSettings()).frameOf(cloud, pose),
-        full_intensity,
-        origin,
-        tree);
-    tree.prune();
-    return tree;
-  }
+        direct.frameOf(cloud(0), pose), full_intensity, origin, expected);
+    expected.prune();
 
-  /** \brief Expects the nodes of a map with their log-odds. */
-  static void
-  expectSameMap(const octomap::OcTree& map, const octomap::OcTree& expected)
-  {
-    EXPECT_EQ(map.getResolution(), expected.getResolution());
-    EXPECT_EQ(map.size(), expected.size());
+    std::unique_ptr<octomap::AbstractOcTree> tree(octomap::AbstractOcTree::read(path));
+    auto* const occupancy = dynamic_cast<octomap::OcTree*>(tree.get());
+    ASSERT_NE(occupancy, nullptr) << path;
+    tree.release();
+    map.reset(occupancy);
+    EXPECT_EQ(map->getResolution(), expected.getResolution());
+    EXPECT_EQ(map->size(), expected.size());
     std::size_t wrong = 0;
     for (auto leaf = expected.begin_leafs(); leaf != expected.end_leafs(); ++leaf) {
-      const octomap::OcTreeNode* const node =
-          map.search(leaf.getKey(), leaf.getDepth());
+      const auto* const node = map->search(leaf.getKey(), leaf.getDepth());
       wrong += node == nullptr || node->getLogOdds() != leaf->getLogOdds() ? 1 : 0;
     }
     EXPECT_EQ(wrong, 0u);
   }
 
   const std::string path;
+  std::unique_ptr<octomap::OcTree> map;
 };
 
 TEST_F(Maps, ServiceWritesTheLibrarysMap)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor();
-  startDecompressor(mapParameters() + Parameters{{"map_full_intensity", 2.0}});
-  ASSERT_TRUE(show(cloud(0))) << decompressor->output();
+  ASSERT_NO_FATAL_FAILURE(startWithMap({{"map_full_intensity", 2.0}}));
   const std_srvs::Trigger call = writeMap();
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_NE(call.response.message.find(path), std::string::npos)
       << call.response.message;
-  const auto map = readMap();
-  ASSERT_TRUE(map);
-  expectSameMap(*map, directMap(cloud(0), 2.0f));
-  // A voxel of many points is occupied for everybody who reads the map.
+  ASSERT_NO_FATAL_FAILURE(expectMap(2.0f));
+  // Voxels of the full intensity are occupied.
   std::size_t occupied = 0;
   for (const auto& voxel : voxelsIn(*voxels[0]))
     if (voxel[3] >= 2.0f) {
@@ -117,77 +95,53 @@ TEST_F(Maps, ServiceWritesTheLibrarysMap)
 
 TEST_F(Maps, RaysFromTheSensorAreFree)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor();
-  XmlRpc::XmlRpcValue entry;
-  entry["topic"] = compressed;
-  entry["sensor_frame"] = sensor_frame;
-  startDecompressor(mapParameters() +
-                    Parameters{{"streams", listOf({entry})}, {"tf_timeout", 10.0}});
-  ASSERT_TRUE(show(cloud(0))) << decompressor->output();
+  ASSERT_NO_FATAL_FAILURE(startWithMap(
+      {{"streams", listOf({streamEntry(compressed, "sensor_frame", sensor_frame)})},
+       {"tf_timeout", 10.0}}));
   EXPECT_TRUE(writeMap().response.success);
   const Eigen::Vector3f origin = pose.translation().cast<float>();
   const octomap::point3d sensor(origin.x(), origin.y(), origin.z());
-  const auto map = readMap();
-  ASSERT_TRUE(map);
-  expectSameMap(*map, directMap(cloud(0), 4.0f, sensor));
-  const auto* const before_wall =
-      map->search(sensor + (octomap::point3d(voxelsIn(*voxels[0])[50].data()[0],
-                                             voxelsIn(*voxels[0])[50].data()[1],
-                                             voxelsIn(*voxels[0])[50].data()[2]) -
-                            sensor) *
-                               0.3f);
+  ASSERT_NO_FATAL_FAILURE(expectMap(4.0f, sensor));
+  const auto voxel = voxelsIn(*voxels[0])[50];
+  const octomap::point3d wall(voxel[0], voxel[1], voxel[2]);
+  const auto* const before_wall = map->search(sensor + (wall - sensor) * 0.3f);
   ASSERT_NE(before_wall, nullptr);
   EXPECT_FALSE(map->isNodeOccupied(before_wall));
 }
 
-TEST_F(Maps, ServiceTakesWhatTheMapHasNotTakenByItself)
+TEST_F(Maps, ServiceInsertsTheFramesSinceTheLastUpdate)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor();
-  startDecompressor(mapParameters() +
-                    Parameters{{"map_rate", 0.001}, {"max_merge_age", 3600.0}});
-  ASSERT_TRUE(show(cloud(0))) << decompressor->output();
+  ASSERT_NO_FATAL_FAILURE(
+      startWithMap({{"map_rate", 0.001}, {"max_merge_age", 3600.0}}));
   EXPECT_TRUE(writeMap().response.success);
-  const auto map = readMap();
-  ASSERT_TRUE(map);
-  expectSameMap(*map, directMap(cloud(0), 4.0f));
+  expectMap(4.0f);
 }
 
 TEST_F(Maps, ShutdownWritesTheMap)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor();
-  startDecompressor(mapParameters());
-  ASSERT_TRUE(show(cloud(0))) << decompressor->output();
+  ASSERT_NO_FATAL_FAILURE(startWithMap());
   EXPECT_FALSE(fs::exists(path));
   EXPECT_EQ(decompressor->interrupt(), 0) << decompressor->output();
-  EXPECT_NE(decompressor->output().find(path), std::string::npos)
-      << decompressor->output();
-  const auto map = readMap();
-  ASSERT_TRUE(map);
-  expectSameMap(*map, directMap(cloud(0), 4.0f));
+  decompressor->expectOutput(path);
+  expectMap(4.0f);
 }
 
-TEST_F(Maps, AnEmptyMapTakesNoOthersPlace)
+TEST_F(Maps, EmptyMapReplacesNoFile)
 {
-  std::ofstream(path) << "yesterday's";
-  startDecompressor(mapParameters());
+  std::ofstream(path) << "earlier map";
+  startDecompressor({{"map_path", path}});
   EXPECT_EQ(decompressor->interrupt(), 0) << decompressor->output();
   std::ifstream file(path);
   std::string kept;
   std::getline(file, kept);
-  EXPECT_EQ(kept, "yesterday's");
+  EXPECT_EQ(kept, "earlier map");
 }
 
-TEST_F(Maps, FileThatCannotBeWrittenIsTold)
+TEST_F(Maps, FileThatCannotBeWrittenIsReported)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor();
-  const std::string folder = std::string(std::getenv("ROS_HOME")) + space;
+  const std::string folder = temporaryFolder() + space;
   ASSERT_TRUE(fs::create_directory(folder));
-  startDecompressor({{"map_path", folder + "/map.ot"}});
-  ASSERT_TRUE(show(cloud(0)));
+  ASSERT_NO_FATAL_FAILURE(startWithMap({{"map_path", folder + "/map.ot"}}));
   fs::remove(folder);
   const std_srvs::Trigger call = writeMap();
   EXPECT_FALSE(call.response.success);
@@ -199,7 +153,7 @@ TEST_F(Maps, FileThatCannotBeWrittenIsTold)
 
 TEST_F(Maps, ServiceWithoutAMapSaysWhy)
 {
-  startBoth();
+  startDecompressor();
   const std_srvs::Trigger call = writeMap();
   EXPECT_FALSE(call.response.success);
   EXPECT_NE(call.response.message.find("map_path"), std::string::npos)

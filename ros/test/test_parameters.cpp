@@ -1,5 +1,5 @@
 /** \file
- * \brief Parameters that a node cannot work with stop it with one line and exit code 1.
+ * \brief Wrong parameters end a node with one line and exit code 1.
  */
 #include "stream_scenario.h"
 
@@ -12,26 +12,25 @@ namespace test {
 
 namespace {
 
-/** \brief Parameters and what the line must say of them. */
+/** \brief Parameters and a text that the line must have. */
 struct Refusal {
   Parameters parameters;
-  std::string says;
+  std::string message;
 };
 
 XmlRpc::XmlRpcValue
-entry(const std::string& key, const XmlRpc::XmlRpcValue& value)
+withoutTopic()
 {
-  XmlRpc::XmlRpcValue map;
-  map[key] = value;
-  return map;
+  XmlRpc::XmlRpcValue entry;
+  entry["min_intensity"] = 2;
+  return entry;
 }
 
-XmlRpc::XmlRpcValue
-streamWith(const std::string& key, const XmlRpc::XmlRpcValue& value)
+/** \brief ~streams with one entry. */
+Parameters
+streamWith(const std::string& name, const XmlRpc::XmlRpcValue& value)
 {
-  XmlRpc::XmlRpcValue map = entry("topic", "/a");
-  map[key] = value;
-  return listOf({map});
+  return {{"streams", listOf({streamEntry("/a", name, value)})}};
 }
 
 const std::vector<Refusal> refused_by_compressor{
@@ -39,7 +38,7 @@ const std::vector<Refusal> refused_by_compressor{
     {{{"resolution", -1}}, "~resolution is -1; it must be"},
     {{{"resolution", 1e7}}, "~resolution is 1e+07; it must be"},
     {{{"resolution", "fine"}}, "~resolution is 'fine'; it must be"},
-    {{{"reslution", 0.04}}, "~reslution"},
+    {{{"reslution", 0.04}}, "Unknown parameter ~reslution"},
     {{{"i_frame_rate", -1}}, "~i_frame_rate is -1; it must be"},
     {{{"i_frame_rate", 2.5}}, "~i_frame_rate is 2.5; it must be"},
     {{{"effort", "slow"}}, "~effort is 'slow'; it must be"},
@@ -76,24 +75,31 @@ const std::vector<Refusal> refused_by_decompressor{
     {{{"streams", "/a"}}, "~streams is '/a'; it must be a list"},
     {{{"streams", listOf({})}}, "~streams"},
     {{{"streams", listOf({""})}}, "~streams"},
-    {{{"streams", listOf({5})}}, "~streams is 5 in one place"},
+    {{{"streams", listOf({5})}}, "~streams is 5 in one entry"},
     {{{"streams", listOf({"/a", "/a"})}}, "~streams"},
     {{{"streams", listOf({"no name"})}}, "no name"},
-    {{{"streams", listOf({entry("min_intensity", 2)})}}, "~streams"},
-    {{{"streams", streamWith("colour", "red")}}, "colour"},
-    {{{"streams", streamWith("min_intensity", "many")}}, "min_intensit"},
-    {{{"streams", streamWith("sensor_frame", 7)}}, "sensor_frame"},
-    {{{"streams", streamWith("remove_outliers", "yes")}},
-     "in one place; it must be a list whose remove_outliers are true or false"},
-    {{{"streams", streamWith("min_log_odds", -1e39)}},
-     "it must be a list whose min_log_odds are finite numbers"},
+    {streamWith("topic", ""), "each topic is a text that is not empty"},
+    {{{"streams", listOf({withoutTopic()})}}, "or of maps with a topic"},
+    {streamWith("colour", "red"), "not colour"},
+    {streamWith("min_intensity", "many"), "each min_intensity is a finite number"},
+    {streamWith("sensor_frame", 7), "each sensor_frame is a text"},
+    {streamWith("remove_outliers", "yes"),
+     "in one entry; it must be a list in which each remove_outliers is true or false"},
+    {streamWith("min_log_odds", -1e39), "each min_log_odds is a finite number"},
+    {{{"streams", listOf({"/a"})}, {"min_intensity_of/a", "many"}},
+     "~min_intensity_of/a is 'many'; it must be"},
+    {{{"streams", listOf({"/a"})}, {"remove_outliers_of/a", 0}},
+     "~remove_outliers_of/a is 0; it must be true or false"},
+    {{{"streams", listOf({"/a"})}, {"min_log_odds_of/a", "2"}},
+     "~min_log_odds_of/a is '2'; it must be"},
     {{{"remove_outliers", "yes"}},
      "~remove_outliers is 'yes'; it must be true or false"},
     {{{"min_log_odds", true}}, "~min_log_odds is 1; it must be"},
     {{{"min_log_odds", -1e39}}, "~min_log_odds is -1e+39; it must be"},
-    {{{"min_log_odd", 1}}, "~min_log_odd is none of this node's"},
+    {{{"min_log_odd", 1}}, "Unknown parameter ~min_log_odd; known are: "},
     {{{"min_intensity", "many"}}, "~min_intensity is 'many'; it must be"},
-    {{{"min_intensities", 2}}, "~min_intensities"},
+    {{{"min_intensities", 2}}, "Unknown parameter ~min_intensities"},
+    {{{"min_intensity_of", 2}}, "Unknown parameter ~min_intensity_of"},
     {{{"merge_rate", -1}}, "~merge_rate is -1; it must be"},
     {{{"resolution", 0}}, "~resolution is 0; it must be"},
     {{{"threads", 1025}}, "~threads is 1025; it must be"},
@@ -108,7 +114,7 @@ const std::vector<Refusal> refused_by_decompressor{
     {{{"global_frame", ""}}, "~global_frame is ''; it must be"}};
 
 const std::vector<Refusal> refused_by_cell{
-    {{{"sensors", listOf({7})}}, "~sensors is 7 in one place; it must be"},
+    {{{"sensors", listOf({7})}}, "~sensors is 7 in one entry; it must be"},
     {{{"sensors", listOf({})}}, "~sensors is an empty list; it must be"},
     {{{"sensors", 1}}, "~sensors is 1; it must be"},
     {{{"rate", 0}}, "~rate is 0; it must be"},
@@ -117,72 +123,52 @@ const std::vector<Refusal> refused_by_cell{
     {{{"captured_frames", 301}}, "~captured_frames is 301; it must be"},
     {{{"wait_for_subscribers", "maybe"}}, "~wait_for_subscribers is 'maybe'; it must"},
     {{{"global_frame", ""}}, "~global_frame is ''; it must be"},
-    {{{"sensor", 1}}, "~sensor"}};
+    {{{"sensor", 1}}, "Unknown parameter ~sensor;"}};
 
-/** \brief Expects one line, with all that somebody needs to mend the mistake. */
+/** \brief Expects exit code 1 and one line with a text. */
 void
-expectRefusal(NodeProcess& node, const std::string& says)
+expectRefusal(NodeProcess& node, const std::string& message)
 {
-  SCOPED_TRACE(says);
+  SCOPED_TRACE(message);
   EXPECT_EQ(node.waitForExit(), 1);
   const std::string output = node.output();
-  EXPECT_NE(output.find(says), std::string::npos) << output;
-  EXPECT_NE(output.find("FATAL"), std::string::npos) << output;
+  EXPECT_NE(output.find(message), std::string::npos) << output;
   EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 1) << output;
 }
 
-class WrongParameters : public ::testing::Test {
-protected:
-  /** \brief Starts a node with each set of parameters, some at once. */
-  static void
-  expectRefusals(const std::string& program, const std::vector<Refusal>& refusals)
-  {
-    constexpr std::size_t at_once = 6;
-    for (std::size_t begin = 0; begin < refusals.size(); begin += at_once) {
-      const std::size_t end = std::min(begin + at_once, refusals.size());
-      std::vector<std::unique_ptr<NodeProcess>> nodes;
-      for (std::size_t i = begin; i < end; ++i)
-        nodes.push_back(std::make_unique<NodeProcess>(program,
-                                                      "/wrong_parameters/" + program +
-                                                          "_" + std::to_string(i),
-                                                      refusals[i].parameters));
-      for (std::size_t i = begin; i < end; ++i)
-        expectRefusal(*nodes[i - begin], refusals[i].says);
+/** \brief Starts a node with each set of parameters, several at the same time. */
+void
+expectRefusals(const std::string& program, const std::vector<Refusal>& refusals)
+{
+  constexpr std::size_t at_once = 6;
+  for (std::size_t begin = 0; begin < refusals.size(); begin += at_once) {
+    const std::size_t end = std::min(begin + at_once, refusals.size());
+    std::vector<std::unique_ptr<NodeProcess>> nodes;
+    for (std::size_t i = begin; i < end; ++i)
+      nodes.push_back(std::make_unique<NodeProcess>(program,
+                                                    "/wrong_parameters/" + program +
+                                                        "_" + std::to_string(i),
+                                                    refusals[i].parameters));
+    for (std::size_t i = begin; i < end; ++i) {
+      expectRefusal(*nodes[i - begin], refusals[i].message);
+      nodes[i - begin]->expectOutput("FATAL");
     }
   }
-};
+}
 
-TEST_F(WrongParameters, StopTheCompressor)
+TEST(WrongParameters, EndTheCompressor)
 {
   expectRefusals("intensity_compressor", refused_by_compressor);
 }
 
-TEST_F(WrongParameters, StopTheDecompressor)
+TEST(WrongParameters, EndTheDecompressor)
 {
   expectRefusals("intensity_decompressor", refused_by_decompressor);
 }
 
-TEST_F(WrongParameters, StopTheCell)
-{
-  expectRefusals("simulated_cell", refused_by_cell);
-}
+TEST(WrongParameters, EndTheCell) { expectRefusals("simulated_cell", refused_by_cell); }
 
-TEST_F(WrongParameters, OfOneStreamStopTheDecompressor)
-{
-  const std::vector<Refusal> refusals{
-      {{{"min_intensity_of/a", "many"}}, "~min_intensity_of/a is 'many'; it must be"},
-      {{{"remove_outliers_of/a", 0}},
-       "~remove_outliers_of/a is 0; it must be true or false"},
-      {{{"min_log_odds_of/a", "2"}}, "~min_log_odds_of/a is '2'; it must be"}};
-  for (std::size_t i = 0; i < refusals.size(); ++i) {
-    NodeProcess node("intensity_decompressor",
-                     "/wrong_parameters/of_one_stream_" + std::to_string(i),
-                     Parameters{{"streams", listOf({"/a"})}} + refusals[i].parameters);
-    expectRefusal(node, refusals[i].says);
-  }
-}
-
-TEST_F(WrongParameters, OnTheCommandLineStopTheNodes)
+TEST(WrongParameters, OnTheCommandLineEndTheNodes)
 {
   NodeProcess compressor("intensity_compressor",
                          "/wrong_parameters/compressor_on_line",
@@ -196,7 +182,7 @@ TEST_F(WrongParameters, OnTheCommandLineStopTheNodes)
   expectRefusal(decompressor, "~merge_rate is 'fast'; it must be");
 }
 
-TEST_F(WrongParameters, NamesThatRosDoesNotTakeStopTheNodes)
+TEST(WrongParameters, NamesThatAreInvalidInRosEndTheNodes)
 {
   for (const char* const program :
        {"intensity_compressor", "intensity_decompressor", "simulated_cell"}) {
@@ -204,57 +190,49 @@ TEST_F(WrongParameters, NamesThatRosDoesNotTakeStopTheNodes)
                      std::string("/wrong_parameters/remapped_") + program,
                      {},
                      {"input:=no name"});
-    EXPECT_EQ(node.waitForExit(), 1) << program;
-    const std::string output = node.output();
-    EXPECT_NE(output.find("no name"), std::string::npos) << output;
-    EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 1) << output;
+    expectRefusal(node, "no name");
   }
 }
 
 class RightParameters : public StreamScenario {};
 
-TEST_F(RightParameters, AllThatTheReadmeNamesAreTaken)
+TEST_F(RightParameters, AllOfTheReadmeAreAccepted)
 {
-  transforms.set(sensor_frame, pose);
-  startCompressor(compressorParameters() + Parameters{{"resolution", 1},
-                                                      {"intensity", "count"},
-                                                      {"intensity_field", "intensity"},
-                                                      {"sensor", "azure_kinect_nfov"},
-                                                      {"effort", "small"},
-                                                      {"format", "version1"},
-                                                      {"i_frame_rate", 0},
-                                                      {"aggregation", "sum"},
-                                                      {"intensity_bits", 12},
-                                                      {"intensity_range", 4095},
-                                                      {"intensity_curve", "linear"},
-                                                      {"remove_outliers", false},
-                                                      {"min_log_odds", 1},
-                                                      {"global_frame", "world"},
-                                                      {"queue_size", 7},
-                                                      {"statistics", true}});
-  startDecompressor(Parameters{{"global_frame", "world"},
-                               {"min_intensity", 0},
-                               {"remove_outliers", false},
-                               {"min_log_odds", 1},
-                               {"resolution", 1},
-                               {"merge_rate", 0},
-                               {"max_merge_age", 2},
-                               {"threads", 2},
-                               {"max_waiting_frames", 3},
-                               {"map_path", ""},
-                               {"map_rate", 2},
-                               {"map_full_intensity", 1},
-                               {"tf_timeout", 1}});
+  startBoth({{"resolution", 1},
+             {"intensity", "count"},
+             {"intensity_field", "intensity"},
+             {"sensor", "azure_kinect_nfov"},
+             {"effort", "small"},
+             {"format", "version1"},
+             {"i_frame_rate", 0},
+             {"aggregation", "sum"},
+             {"intensity_bits", 12},
+             {"intensity_range", 4095},
+             {"intensity_curve", "linear"},
+             {"remove_outliers", false},
+             {"min_log_odds", 1},
+             {"global_frame", "world"},
+             {"queue_size", 7},
+             {"statistics", true}},
+            {{"global_frame", "world"},
+             {"min_intensity", 0},
+             {"remove_outliers", false},
+             {"min_log_odds", 1},
+             {"resolution", 1},
+             {"merge_rate", 0},
+             {"max_merge_age", 2},
+             {"threads", 2},
+             {"max_waiting_frames", 3},
+             {"map_path", ""},
+             {"map_rate", 2},
+             {"map_full_intensity", 1},
+             {"tf_timeout", 1}});
   pcl_ext::nodes::SensorNodeSettings settings = compressorSettings();
   settings.compression.resolution = 1.0;
   settings.compression.intensity_bits = 12;
   settings.compression.intensity_range = 4095.0f;
-  DirectStream direct(settings);
-  expectVoxels(cloud(0), direct.voxelsOf(cloud(0), pose));
-  // The line of ~statistics.
-  EXPECT_TRUE(waitFor([&] {
-    return compressor->output().find("bytes per voxel") != std::string::npos;
-  })) << compressor->output();
+  expectVoxels(cloud(0), DirectStream(settings).voxelsOf(cloud(0), pose));
+  compressor->expectOutput("bytes per voxel"); // of ~statistics
 }
 
 } // namespace

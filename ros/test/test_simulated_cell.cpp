@@ -1,13 +1,12 @@
 /** \file
- * \brief The source of clouds without a sensor, and what becomes of its clouds.
+ * \brief The node that sends the clouds of the simulated robot cell.
  */
+#include "simulator/robot_cell.h"
 #include "stream_scenario.h"
 
 #include <pcl_conversions/pcl_conversions.h>
-#include "simulator/robot_cell.h"
 
-#include <memory>
-#include <set>
+#include <utility>
 
 namespace pcl_ext_ros {
 namespace test {
@@ -28,7 +27,7 @@ protected:
                       Parameters{{"seed", static_cast<int>(seed)}} + parameters);
   }
 
-  /** \brief The points of the cell's cloud, as they are in a message. */
+  /** \brief The points of a cloud of the cell, as bytes of a message. */
   std::vector<std::uint8_t>
   captured(unsigned int sensor, std::uint32_t frame)
   {
@@ -64,7 +63,7 @@ TEST_F(SimulatedCells, SendsTheCellsCloudsInTheirOrder)
   }
   for (std::uint32_t i = 0; i < 4; ++i)
     EXPECT_EQ(first[i]->header.stamp, fourth[i]->header.stamp);
-  EXPECT_TRUE(cell_node->isRunning()) << "its transforms are still wanted";
+  EXPECT_TRUE(cell_node->isRunning()); // as later nodes need its transforms
 }
 
 TEST_F(SimulatedCells, CapturedFramesAreRepeated)
@@ -96,11 +95,8 @@ TEST_F(SimulatedCells, VoxelsOfItsCloudsAreTheLibrarys)
   cell_node->interrupt();
   const pcl_ext::WorldPose cell_pose =
       throughMessage(pcl_ext::WorldPose(cell.sensorPose(3)));
-  DirectStream direct(compressorSettings());
   for (const auto& message : shown.messages()) {
-    const auto cloud_of_it = raw.waitForOne([&](const sensor_msgs::PointCloud2& one) {
-      return one.header.stamp == message->header.stamp;
-    });
+    const auto cloud_of_it = raw.waitForStamp(message->header.stamp);
     ASSERT_TRUE(cloud_of_it);
     EXPECT_GT(message->width, 1000u);
     EXPECT_TRUE(voxelsIn(*message) == direct.voxelsOf(*cloud_of_it, cell_pose));

@@ -1,5 +1,5 @@
 /** \file
- * \brief Clouds in, voxels out: the same as by the library, voxel by voxel.
+ * \brief The voxels of a stream are those of the library without ROS.
  */
 #include "stream_scenario.h"
 
@@ -14,15 +14,21 @@ using pcl_ext::nodes::SensorNodeSettings;
 
 class Streams : public StreamScenario {
 protected:
-  /** \brief Sends some clouds and expects the library's voxels of each, once. */
+  /** \brief Starts the nodes; expects the library's voxels of each cloud, once.
+   * \param[in] changes of compressorParameters()
+   * \param[in] settings the same for the library
+   */
   template <typename PointT>
   void
-  expectStream(const SensorNodeSettings& settings, std::uint32_t count = 8)
+  expectStream(const Parameters& changes,
+               const SensorNodeSettings& settings,
+               std::uint32_t count = 8)
   {
-    DirectStream direct(settings);
+    startBoth(changes);
+    DirectStream stream(settings);
     for (std::uint32_t i = 0; i < count; ++i) {
       const sensor_msgs::PointCloud2 sent = cloud<PointT>(i);
-      const Voxels expected = direct.voxelsOf(sent, pose);
+      const Voxels expected = stream.voxelsOf(sent, pose);
       EXPECT_GT(expected.size(), 500u);
       expectVoxels(sent, expected);
     }
@@ -32,34 +38,27 @@ protected:
 
 TEST_F(Streams, XyzGivesTheLibrarysVoxels)
 {
-  startBoth();
-  expectStream<pcl::PointXYZ>(compressorSettings());
+  expectStream<pcl::PointXYZ>({}, compressorSettings());
 }
 
 TEST_F(Streams, XyzrgbGivesTheLibrarysVoxels)
 {
-  startBoth();
-  expectStream<pcl::PointXYZRGB>(compressorSettings());
+  expectStream<pcl::PointXYZRGB>({}, compressorSettings());
 }
 
 TEST_F(Streams, NativeIntensitiesOfXyziGiveTheLibrarysVoxels)
 {
-  startBoth(compressorParameters() + Parameters{{"intensity", "native"},
-                                                {"intensity_range", 255.0},
-                                                {"intensity_bits", 8}});
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Native;
   settings.compression.intensity_range = 255.0f;
   settings.compression.intensity_bits = 8;
-  expectStream<pcl::PointXYZI>(settings);
+  expectStream<pcl::PointXYZI>(
+      {{"intensity", "native"}, {"intensity_range", 255.0}, {"intensity_bits", 8}},
+      settings);
 }
 
 TEST_F(Streams, LawsOfDepthGiveTheLibrarysVoxels)
 {
-  startBoth(compressorParameters() + Parameters{{"intensity", "quadratic"},
-                                                {"sensor", "kinect_v2"},
-                                                {"resolution", 0.05},
-                                                {"effort", "small"}});
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Quadratic;
   const pcl_ext::KinectV2 sensor;
@@ -67,74 +66,74 @@ TEST_F(Streams, LawsOfDepthGiveTheLibrarysVoxels)
       sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
   settings.compression.resolution = 0.05;
   settings.compression.effort = io::Effort::Small;
-  expectStream<pcl::PointXYZI>(settings);
+  expectStream<pcl::PointXYZI>({{"intensity", "quadratic"},
+                                {"sensor", "kinect_v2"},
+                                {"resolution", 0.05},
+                                {"effort", "small"}},
+                               settings);
 }
 
-TEST_F(Streams, SensorToldByFiguresGivesTheLibrarysVoxels)
+TEST_F(Streams, SensorByItsNumbersGivesTheLibrarysVoxels)
 {
-  startBoth(compressorParameters() + Parameters{{"intensity", "linear"},
-                                                {"sensor_fov_x_deg", 60},
-                                                {"sensor_fov_y_deg", 45.5},
-                                                {"sensor_columns", 320},
-                                                {"sensor_rows", 240},
-                                                {"effort", "fast"}});
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Linear;
   settings.sensor.emplace(60.0, 45.5, 320u, 240u);
   settings.compression.effort = io::Effort::Fast;
-  expectStream<pcl::PointXYZ>(settings, 3);
+  expectStream<pcl::PointXYZ>({{"intensity", "linear"},
+                               {"sensor_fov_x_deg", 60},
+                               {"sensor_fov_y_deg", 45.5},
+                               {"sensor_columns", 320},
+                               {"sensor_rows", 240},
+                               {"effort", "fast"}},
+                              settings,
+                              3);
 }
 
 TEST_F(Streams, GridThatFollowsThePointsGivesTheLibrarysVoxels)
 {
-  startBoth({{"tf_timeout", 10.0}});
   SensorNodeSettings settings = compressorSettings();
   settings.crop_box.reset();
-  expectStream<pcl::PointXYZ>(settings);
+  expectStream<pcl::PointXYZ>({{"crop_box", listOf({})}}, settings);
 }
 
 TEST_F(Streams, PublishedFormatGivesTheLibrarysVoxels)
 {
-  startBoth(compressorParameters() + Parameters{{"format", "published"}});
   SensorNodeSettings settings = compressorSettings();
   settings.compression.format = io::StreamFormat::Published;
-  expectStream<pcl::PointXYZ>(settings);
+  expectStream<pcl::PointXYZ>({{"format", "published"}}, settings);
   EXPECT_EQ(frames.last()->format, "pcl_ext/published");
 }
 
 TEST_F(Streams, CompandedIntensitiesGiveTheLibrarysVoxels)
 {
-  startBoth(compressorParameters() + Parameters{{"intensity_curve", "companded"}});
   SensorNodeSettings settings = compressorSettings();
   settings.compression.intensity_curve = io::IntensityCurve::Companded;
-  expectStream<pcl::PointXYZ>(settings, 3);
+  expectStream<pcl::PointXYZ>({{"intensity_curve", "companded"}}, settings, 3);
 }
 
 TEST_F(Streams, OutliersThatTheCompressorRemovesAreTheLibrarys)
 {
-  startBoth(compressorParameters() +
-            Parameters{{"remove_outliers", true}, {"min_log_odds", 3}});
   SensorNodeSettings settings = compressorSettings();
-  DirectStream plain(settings);
   settings.outlier_removal.emplace().min_log_odds = 3.0f;
-  expectStream<pcl::PointXYZ>(settings);
-  EXPECT_LT(voxelsIn(*voxels.last()).size(), plain.voxelsOf(cloud(7), pose).size());
+  expectStream<pcl::PointXYZ>({{"remove_outliers", true}, {"min_log_odds", 3}},
+                              settings);
+  EXPECT_LT(voxelsIn(*voxels.last()).size(), direct.voxelsOf(cloud(7), pose).size());
 }
 
-TEST_F(Streams, BytesAreTheLibrarysAndTheMessageTellsTheLayout)
+TEST_F(Streams, BytesAreTheLibrarysAndTheMessageHasTheLayout)
 {
-  startBoth(compressorParameters() + Parameters{{"i_frame_rate", 5}});
+  startBoth({{"i_frame_rate", 5}});
   SensorNodeSettings settings = compressorSettings();
   settings.compression.i_frame_rate = 5;
-  DirectStream direct(settings);
+  DirectStream stream(settings);
   for (std::uint32_t i = 0; i < 12; ++i) {
     const auto frame = compress(cloud(i));
     ASSERT_TRUE(frame) << compressor->output();
-    EXPECT_TRUE(frame->compressed_data == direct.encode(cloud(i), pose))
+    EXPECT_TRUE(frame->compressed_data == stream.encode(cloud(i), pose))
         << "frame " << i;
     EXPECT_EQ(frame->header.frame_id, "world");
     EXPECT_EQ(frame->format, "pcl_ext/version1");
-    // The layout is that of the cloud that it is decoded to.
+    // The layout of the decoded cloud.
     ASSERT_TRUE(voxels.waitForCount(i + 1));
     const auto shown = voxels.last();
     EXPECT_EQ(frame->header.stamp, shown->header.stamp);
@@ -151,9 +150,8 @@ TEST_F(Streams, BytesAreTheLibrarysAndTheMessageTellsTheLayout)
 TEST_F(Streams, StampsAreKeptToTheNanosecond)
 {
   startBoth();
-  DirectStream direct(compressorSettings());
   const Voxels expected = direct.voxelsOf(cloud(0), pose);
-  expectVoxels(cloud(0), expected); // waits for the transform, which the others do not
+  expectVoxels(cloud(0), expected); // waits for the transform; the stamps below do not
   for (const ros::Time stamp : {ros::Time(0, 1),
                                 ros::Time(1700000000, 999999999),
                                 ros::Time(1700000001, 1),
@@ -164,51 +162,45 @@ TEST_F(Streams, StampsAreKeptToTheNanosecond)
   }
 }
 
-TEST_F(Streams, CloudsOfTheWorldFrameNeedNoTransform)
+TEST_F(Streams, CloudsInTheGlobalFrameNeedNoTransform)
 {
   startCompressor();
   startDecompressor();
-  DirectStream direct(compressorSettings());
   sensor_msgs::PointCloud2 sent = cloud(0);
   sent.header.frame_id = "world";
   expectVoxels(sent, direct.voxelsOf(sent, pcl_ext::WorldPose::Identity()));
 }
 
-TEST_F(Streams, SlashBeforeTheFrameIsNoOtherFrame)
+TEST_F(Streams, LeadingSlashOfAFrameIsIgnored)
 {
   startBoth();
-  DirectStream direct(compressorSettings());
   sensor_msgs::PointCloud2 sent = cloud(0);
   sent.header.frame_id = "/" + sensor_frame;
   expectVoxels(sent, direct.voxelsOf(sent, pose));
 }
 
-TEST_F(Streams, OtherWorldFrame)
+TEST_F(Streams, OtherGlobalFrame)
 {
   geometry_msgs::TransformStamped in_hall = toMessage(sensor_frame, pose);
   in_hall.header.frame_id = "hall";
   transforms.send(in_hall);
-  startCompressor(compressorParameters() + Parameters{{"global_frame", "hall"}});
+  startCompressor({{"global_frame", "hall"}});
   startDecompressor({{"global_frame", "/hall"}});
   const auto shown = show(cloud(0));
   ASSERT_TRUE(shown) << compressor->output() << decompressor->output();
   EXPECT_EQ(shown->header.frame_id, "hall");
-  EXPECT_TRUE(voxelsIn(*shown) ==
-              DirectStream(compressorSettings()).voxelsOf(cloud(0), pose));
+  EXPECT_TRUE(voxelsIn(*shown) == direct.voxelsOf(cloud(0), pose));
 }
 
 TEST_F(Streams, CropBoxKeepsTheLibrarysVoxels)
 {
-  DirectStream whole(compressorSettings());
-  const Voxels all = whole.voxelsOf(cloud(0), pose);
+  const Voxels all = direct.voxelsOf(cloud(0), pose);
   const double middle = all[all.size() / 2][0];
-  // Whole numbers are numbers, too.
-  startBoth(compressorParameters() +
-            Parameters{{"crop_box", listOf({middle, -10, -10.0, 10, 10, 10})}});
+  // Integers are accepted as numbers.
+  startBoth({{"crop_box", listOf({middle, -10, -10.0, 10, 10, 10})}});
   SensorNodeSettings settings = compressorSettings();
   settings.crop_box->min[0] = middle;
-  DirectStream cropped(settings);
-  const Voxels expected = cropped.voxelsOf(cloud(0), pose);
+  const Voxels expected = DirectStream(settings).voxelsOf(cloud(0), pose);
   EXPECT_GT(expected.size(), 100u);
   EXPECT_LT(expected.size(), all.size() - 100);
   expectVoxels(cloud(0), expected);
@@ -216,19 +208,17 @@ TEST_F(Streams, CropBoxKeepsTheLibrarysVoxels)
 
 TEST_F(Streams, EmptyCropGivesFramesWithoutVoxels)
 {
-  // Nothing of the wall, which is three metres before the sensor, is here.
-  startBoth(compressorParameters() +
-            Parameters{{"crop_box", listOf({-9.0, -9.0, -9.0, -8.0, -8.0, -8.0})}});
+  // The wall is outside of this box.
+  startBoth({{"crop_box", listOf({-9.0, -9.0, -9.0, -8.0, -8.0, -8.0})}});
   for (std::uint32_t i = 0; i < 5; ++i)
     expectVoxels(cloud(i), {});
   EXPECT_EQ(frames.count(), 5u);
   EXPECT_EQ(frames.last()->width, 0u);
 }
 
-TEST_F(Streams, CloudsWithoutPointsAndThoseBehindThem)
+TEST_F(Streams, CloudsWithoutPointsBetweenOthers)
 {
   startBoth();
-  DirectStream direct(compressorSettings());
   for (std::uint32_t i = 0; i < 6; ++i) {
     const auto sent = makeCloud<pcl::PointXYZ>(i, sensor_frame, i % 2 == 0 ? 0 : 6000);
     expectVoxels(sent, i % 2 == 0 ? Voxels() : direct.voxelsOf(sent, pose));
@@ -244,7 +234,7 @@ TEST_F(Streams, EachTopicCanBeRemapped)
   Recorder<CompressedPointCloud2> link_frames(link);
   Recorder<sensor_msgs::PointCloud2> shown(full("shown"));
   Recorder<sensor_msgs::PointCloud2> merged(full("merged_elsewhere"));
-  // By the names of the code, and those that they became.
+  // The second name is derived from the first one after its remapping.
   NodeProcess other_compressor("intensity_compressor",
                                full("other_compressor"),
                                compressorParameters(),
@@ -255,24 +245,15 @@ TEST_F(Streams, EachTopicCanBeRemapped)
                                  {"input:=" + link,
                                   link + "/voxels:=" + shown.topic(),
                                   "~merged:=" + merged.topic()});
-  ASSERT_TRUE(waitFor([&] { return camera_clouds.getNumSubscribers() == 1; }));
-  ASSERT_TRUE(waitForSubscribers(other_compressor.name(), link, 2));
-  ASSERT_TRUE(waitForSubscribers(other_decompressor.name(), shown.topic(), 1));
-  ASSERT_TRUE(waitForSubscribers(other_decompressor.name(), merged.topic(), 1));
+  ASSERT_TRUE(waitForSubscribers(camera_clouds, 1));
+  other_compressor.expectSubscribers(link, 2);
+  other_decompressor.expectSubscribers(shown.topic(), 1);
+  other_decompressor.expectSubscribers(merged.topic(), 1);
   camera_clouds.publish(cloud(0));
   ASSERT_TRUE(shown.waitForCount(1)) << other_decompressor.output();
-  EXPECT_TRUE(voxelsIn(*shown[0]) ==
-              DirectStream(compressorSettings()).voxelsOf(cloud(0), pose));
+  EXPECT_TRUE(voxelsIn(*shown[0]) == direct.voxelsOf(cloud(0), pose));
   EXPECT_EQ(link_frames.count(), 1u);
   EXPECT_TRUE(merged.waitForCount(1));
-}
-
-TEST_F(Streams, NodesEndWithCodeZeroWhenInterrupted)
-{
-  startBoth();
-  ASSERT_TRUE(show(cloud(0)));
-  EXPECT_EQ(compressor->interrupt(), 0) << compressor->output();
-  EXPECT_EQ(decompressor->interrupt(), 0) << decompressor->output();
 }
 
 } // namespace

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs a test beside a ROS master of its own, on loopback.
+"""Starts a ROS master on loopback and runs a test with it.
 
 Usage: with_master.py [--time-limit SECONDS] COMMAND [ARGUMENT ...]
 
-The exit code is the command's; 124 if it took too long; 1 if it left a process behind, or
-if there was no master. Whatever it left is stopped in any case. Needs nothing of ROS in
-Python, so that any interpreter will do.
+The exit code is that of the command; 124 if it ran too long; 1 if it left a process behind,
+or if the master did not start. Processes that are left are stopped. Runs with any Python 3,
+as it imports no ROS packages.
 """
 import argparse
 import ctypes
@@ -20,15 +20,15 @@ import time
 import uuid
 import xmlrpc.client
 
-MARK = "PCL_EXT_TEST_RUN"  # a variable that only processes of this run have
+MARK = "PCL_EXT_TEST_RUN"  # environment variable of the processes of this run
 SECONDS_TO_START = 30
 SECONDS_TO_STOP = 10
-SECONDS_TO_GO = 2  # for what was told to stop, and still is about to
+SECONDS_TO_END = 2  # for processes that are about to end
 PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 
 
 def die_with_parent():
-    """In a child: killed when this script is, which then cannot tidy up itself."""
+    """Called in a child: the kernel kills it if this script is killed."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
@@ -46,8 +46,8 @@ def master_answers(uri):
 
 
 def start_master(environment, folder):
-    """Returns the process and its URI. Another process may take a port that was free, so
-    that a master that does not come up is tried again."""
+    """Returns the process and its URI. Tries several times, as another process can take
+    the free port first."""
     for _ in range(5):
         port = free_port()
         uri = f"http://127.0.0.1:{port}"
@@ -63,7 +63,7 @@ def start_master(environment, folder):
                 return master, uri
             time.sleep(0.02)
         stop_master(master)
-    sys.exit("with_master: rosmaster does not start")
+    sys.exit("with_master: rosmaster did not start")
 
 
 def stop_master(master):
@@ -77,7 +77,7 @@ def stop_master(master):
 
 
 def processes_of(mark):
-    """Those that were started by the test, in whichever session: {pid: command}."""
+    """The processes that the test started, in all sessions: {pid: command}."""
     wanted = f"{MARK}={mark}".encode()
     found = {}
     for entry in os.listdir("/proc"):
@@ -89,7 +89,7 @@ def processes_of(mark):
                     continue
             with open(f"/proc/{entry}/cmdline", "rb") as file:
                 found[int(entry)] = file.read().replace(b"\0", b" ").decode().strip()
-        except OSError:  # gone by now, or of another user
+        except OSError:  # it ended, or is of another user
             continue
     return found
 
@@ -113,13 +113,13 @@ def stop_all(mark):
 
 
 def run(command, environment, time_limit):
-    """Returns the command's exit code, 124 if it took too long."""
+    """Returns the exit code of the command, 124 if it ran too long."""
     test = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
                             start_new_session=True, preexec_fn=die_with_parent)
     try:
         code = test.wait(time_limit)
     except subprocess.TimeoutExpired:
-        print(f"with_master: still running behind {time_limit} seconds", file=sys.stderr)
+        print(f"with_master: stopped after {time_limit} seconds", file=sys.stderr)
         stop_all(environment[MARK])
         test.wait()
         return 124
@@ -135,9 +135,9 @@ def main():
     parser.add_argument("command", nargs=argparse.REMAINDER)
     arguments = parser.parse_args()
     if not arguments.command:
-        parser.error("there is no command")
+        parser.error("no command")
 
-    # So that the finally below is reached.
+    # SystemExit, so that the finally below runs.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     folder = tempfile.mkdtemp(prefix="pcl_ext_ros_test_")
     mark = uuid.uuid4().hex
@@ -151,7 +151,7 @@ def main():
         master, uri = start_master(environment, folder)
         environment.update({"ROS_MASTER_URI": uri, MARK: mark})
         code = run(arguments.command, environment, arguments.time_limit)
-        left = wait_until_none(mark, SECONDS_TO_GO)
+        left = wait_until_none(mark, SECONDS_TO_END)
         for pid, name in left.items():
             print(f"with_master: left behind: {pid} {name}", file=sys.stderr)
         return code or (1 if left else 0)

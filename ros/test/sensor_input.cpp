@@ -1,8 +1,11 @@
-#include "clouds.h"
+#include "sensor_input.h"
 
 #include <pcl/point_cloud.h>
 
+#include <Eigen/Geometry>
+
 #include <pcl_conversions/pcl_conversions.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
 #include <limits>
@@ -15,12 +18,14 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-/** \brief A number within [begin, end), the same with every standard library. */
+/** \brief A number within [begin, end). The standard distributions differ between
+ * standard libraries. */
 float
 between(std::mt19937& random, float begin, float end)
 {
-  constexpr float steps = 1 << 20;
-  return begin + (end - begin) * static_cast<float>(random() % (1u << 20)) / steps;
+  constexpr std::uint32_t numbers = 1u << 20;
+  return begin + (end - begin) * static_cast<float>(random() % numbers) /
+                     static_cast<float>(numbers);
 }
 
 void
@@ -44,7 +49,7 @@ setAttributes(std::mt19937& random, pcl::PointXYZRGB& point)
 ros::Time
 stampOf(std::uint32_t number)
 {
-  // Nodes wait for transforms at stamps that are ahead, and not at those long gone.
+  // In the future, as nodes do not wait for transforms at old stamps.
   constexpr std::uint32_t seconds_ahead = 100000;
   static const std::uint64_t first_second = ros::Time::now().sec + seconds_ahead;
   ros::Time stamp;
@@ -65,9 +70,9 @@ makeCloud(std::uint32_t number, const std::string& frame_id, std::size_t points)
     point.x = between(random, -1.0f, 1.0f);
     point.y = between(random, -1.0f, 1.0f);
     point.z = 3.0f + between(random, -0.02f, 0.02f);
-    const float beside_ball = std::hypot(point.x - ball_x, point.y);
-    if (beside_ball < 0.3f)
-      point.z = 2.0f - std::sqrt(0.09f - beside_ball * beside_ball);
+    const float from_centre = std::hypot(point.x - ball_x, point.y);
+    if (from_centre < 0.3f)
+      point.z = 2.0f - std::sqrt(0.09f - from_centre * from_centre);
     if (i % 97 == 96)
       point.z = nan;
     setAttributes(random, point);
@@ -86,6 +91,35 @@ template sensor_msgs::PointCloud2
 makeCloud<pcl::PointXYZI>(std::uint32_t, const std::string&, std::size_t);
 template sensor_msgs::PointCloud2
 makeCloud<pcl::PointXYZRGB>(std::uint32_t, const std::string&, std::size_t);
+
+pcl_ext::WorldPose
+samplePose(double shift)
+{
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(0.513 + shift, -0.277, 1.391));
+  pose.rotate(
+      Eigen::AngleAxisd(0.7 + shift, Eigen::Vector3d(0.2, -0.9, 0.4).normalized()));
+  return throughMessage(pcl_ext::WorldPose(pose));
+}
+
+geometry_msgs::TransformStamped
+toMessage(const std::string& frame_id,
+          const pcl_ext::WorldPose& pose,
+          const ros::Time& stamp)
+{
+  geometry_msgs::TransformStamped message =
+      tf2::eigenToTransform(Eigen::Isometry3d(pose));
+  message.header.stamp = stamp;
+  message.header.frame_id = "world";
+  message.child_frame_id = frame_id;
+  return message;
+}
+
+pcl_ext::WorldPose
+throughMessage(const pcl_ext::WorldPose& pose)
+{
+  return pcl_ext::WorldPose(tf2::transformToEigen(toMessage("", pose)));
+}
 
 } // namespace test
 } // namespace pcl_ext_ros

@@ -2,16 +2,31 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/sensor_node.h>
 
-#include "parameter_reader.h"
-
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+// The parameters of the nodes; README.md has their units, defaults and ranges.
+
 namespace pcl_ext_ros {
 
-/** \brief What is noise in the streams that nothing else is said of. */
+struct CompressorParameters {
+  pcl_ext::nodes::SensorNodeSettings node;
+  double tf_timeout = 0.05; ///< seconds
+  std::uint32_t queue_size = 5;
+  bool statistics = false;
+};
+
+/** \brief Reads the parameters of the compressor and checks them.
+ * \throws WrongParameter
+ */
+CompressorParameters
+readCompressorParameters();
+
+/** \brief Noise settings of all streams that have none of their own. */
 struct NoiseParameters {
   float min_intensity = 0.0f;
   bool remove_outliers = false;
@@ -20,35 +35,33 @@ struct NoiseParameters {
 
 /** \brief One entry of ~streams. */
 struct StreamParameters {
-  std::string topic; ///< as it was given, not resolved
+  std::string topic; ///< as given, not resolved
   std::optional<float> min_intensity;
   std::optional<bool> remove_outliers;
   std::optional<float> min_log_odds;
-  std::string sensor_frame; ///< empty: no rays for the map
+  std::string sensor_frame; ///< empty: the map takes no rays from this stream
 };
 
-/** \brief How the map of all streams is kept. */
 struct MapParameters {
-  std::string path;  ///< file to write; empty: there is no map
+  std::string path;  ///< file to write; empty: no map
   double rate = 1.0; ///< Hz
   double full_intensity = 4.0;
   double tf_timeout = 0.05; ///< seconds
 };
 
-/** \brief All that the decompressor is told by parameters; README.md documents them. */
 struct DecompressorParameters {
   pcl_ext::nodes::CentralNodeSettings node;
   std::vector<StreamParameters> streams;
   std::string global_frame = "world";
   NoiseParameters noise;
-  double merge_rate = 10.0; ///< Hz; 0: not merged
+  double merge_rate = 10.0; ///< Hz; 0: no merged clouds
   MapParameters map;
 };
 
-/** \brief Reads the decompressor's parameters.
+/** \brief Reads the parameters of the decompressor and checks them.
  * \throws WrongParameter
  */
 DecompressorParameters
-readDecompressorParameters(ParameterReader& reader);
+readDecompressorParameters();
 
 } // namespace pcl_ext_ros
