@@ -6,7 +6,6 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "bytes/memory_buffer.h"
 #include "checked_decoding.h"
 #include "codec/published/entropy_coder.h"
 #include "frame_row.h"
