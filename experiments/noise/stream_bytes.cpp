@@ -91,8 +91,7 @@ measureStreamBytes(std::uint32_t seed,
   std::vector<Sender> senders;
   for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic})
     for (const auto effort : {io::Effort::Fast, io::Effort::Balanced})
-      addSenders(nameOf(law) +
-                     (effort == io::Effort::Fast ? " fast" : " balanced"),
+      addSenders(nameOf(law) + (effort == io::Effort::Fast ? " fast" : " balanced"),
                  nodeSettings(resolution, law, effort),
                  senders);
   cell::RobotCell cell(seed);
