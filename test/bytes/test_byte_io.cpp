@@ -103,6 +103,19 @@ TEST(ByteSource, InvalidVarints)
   readVarint({}, 0, Failure::EndOfInput);
 }
 
+TEST(ByteSource, SkipsUpToItsLimit)
+{
+  const Bytes bytes{1, 2, 3, 4, 5};
+  for (const std::size_t size : {3, 4}) {
+    MemoryBuffer buffer(bytes.data(), bytes.size());
+    ByteSource source(buffer, 3);
+    source.skip(size);
+    EXPECT_EQ(source.failure(), size == 3 ? Failure::None : Failure::LimitExceeded);
+    EXPECT_EQ(source.consumed(), size == 3 ? 3u : 0u);
+    EXPECT_EQ(buffer.sgetc(), size == 3 ? 4 : 1);
+  }
+}
+
 TEST(ByteSource, ErrorsStickAndNothingIsReadBehindALimit)
 {
   const Bytes bytes{1, 2, 3, 4, 5};
