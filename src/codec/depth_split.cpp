@@ -11,7 +11,7 @@ namespace io {
 namespace {
 
 constexpr std::uint64_t one_symbol = std::uint64_t{1} << 16;
-// Depth offsets are shares of the point's intensity, in 2^-14.
+// Depth offsets are fractions of the point's symbol, in 2^-14.
 constexpr std::int64_t one_offset = std::int64_t{1} << 14;
 constexpr std::int64_t largest_offset = one_offset / 2;
 

@@ -33,15 +33,15 @@ struct DepthObservations {
  */
 class DepthSplit {
 public:
-  /** \brief Class of a voxel whose number is its symbol: a point there is worth less than
-   * one symbol, so that the symbol does not tell the number of points. */
+  /** \brief Class of a voxel whose number is its symbol: a point there adds less than one
+   * to the symbol, which so does not tell the number of points. */
   static constexpr std::uint8_t no_residual = 0xff;
 
   /** \brief Classes of residuals are below this. */
   static constexpr std::uint8_t class_count = 192;
 
   /** \brief Begins with a frame.
-   * \param[in] model what a point is worth
+   * \param[in] model symbol of a point by its depth
    * \param[in] frame the frame's blocks
    * \param[in] predictions one for each voxel, or none at all
    * \param[in] max_symbol the highest symbol

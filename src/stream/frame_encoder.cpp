@@ -269,7 +269,7 @@ private:
   IntensityScale intensity_scale_;
   bool has_depth_model_ = false;          // was given one
   bool uses_depth_model_ = false;         // since the last I-frame
-  std::optional<DepthModel> depth_model_; // as the decoder knows it
+  std::optional<DepthModel> depth_model_; // the decoder's
   VoxelFrame frame_without_model_;        // member so that its memory is reused
   std::string frame_id_;
   std::uint64_t stamp_ = 0;

@@ -8,9 +8,9 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief The logistic function and its inverse in fixed point, which mixing needs
- * (doc/bitstream_context.md, "Mixing"). Tables made of integers only, so that every machine has
- * the same. */
+/** \brief The logistic function and its inverse in fixed point, for mixing
+ * (doc/bitstream_context.md, "Mixing"). The tables are made with integers only, so that
+ * they are the same on every machine. */
 class LogisticTables {
 public:
   /** \brief Largest magnitude of a number on the logistic scale, whose unit is 1/256. */
@@ -42,7 +42,7 @@ private:
   std::array<std::int16_t, 4096> stretch_;
 };
 
-/** \brief The tables; made at the first call. */
+/** \brief The tables, made at the first call. */
 const LogisticTables&
 logisticTables();
 
@@ -53,8 +53,8 @@ template <std::size_t InputCount>
 struct MixerWeights {
   static constexpr std::int32_t one = 1 << 16;
 
-  /** \brief Weights in 2^-16. At the start the first counts as much as the others
-   * together, and all a little more than once, as they confirm each other. */
+  /** \brief Weights in 2^-16. At the start the first is 0.4, and the others are 0.8
+   * together. */
   std::array<std::int32_t, InputCount> weights = startingWeights();
 
   static constexpr std::array<std::int32_t, InputCount>
@@ -84,11 +84,12 @@ struct MixerWeights {
   void
   learn(const std::array<std::int32_t, InputCount>& stretched, std::int32_t error)
   {
-    // Held within bounds that no sum overflows at, even if an enemy makes the bits.
+    // Clamped so that no sum overflows, whatever the bits.
     constexpr std::int32_t heaviest = 8 * one;
     for (std::size_t i = 0; i < InputCount; ++i) {
-      const std::int64_t step = (std::int64_t{stretched[i]} * error + (1 << 15)) >> 16;
-      const std::int64_t weight = weights[i] + step;
+      const std::int64_t change =
+          (std::int64_t{stretched[i]} * error + (1 << 15)) >> 16;
+      const std::int64_t weight = weights[i] + change;
       weights[i] = static_cast<std::int32_t>(weight > heaviest    ? heaviest
                                              : weight < -heaviest ? -heaviest
                                                                   : weight);

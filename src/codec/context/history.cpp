@@ -116,7 +116,7 @@ struct History::Learning {
 
   /** \brief Writes a block's records, but for those that are forgotten, and begins those
    * of its new voxels.
-   * \param[in] record the block's first one, learnt
+   * \param[in] record the first one, after learn()
    * \param[in] known its cells that had one
    * \param[in] block its cells that have one now, and those of the frame
    * \param[in] voxel index of the first of these

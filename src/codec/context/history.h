@@ -32,11 +32,9 @@ struct VoxelRecord {
 };
 
 /** \brief What encoder and decoder remember of the frames since the last I-frame: for
- * each voxel that was occupied lately how often it was, and with which intensity
- * (doc/bitstream_context.md, "History").
- *
- * Integers only, so that both ends agree to the bit whatever compiled them.
- */
+ * each voxel with a record how often it was occupied, and with which intensity
+ * (doc/bitstream_context.md, "History"). Integers only, so that it is the same on every
+ * machine. */
 class History {
 public:
   const std::vector<HistoryBlock>&
@@ -75,7 +73,7 @@ public:
     return fraction_bits_;
   }
 
-  /** \brief Forgets everything, as at an I-frame.
+  /** \brief Removes all records, as at an I-frame.
    * \param[in] symbol_bits bits of an intensity symbol from here on, 1..16
    * \param[in] forgotten_below probability below which a record is forgotten from here
    * on, in 2^-16
@@ -83,8 +81,8 @@ public:
   void
   clear(unsigned int symbol_bits, std::uint16_t forgotten_below);
 
-  /** \brief Takes the memory that update() will need for a frame, so that it cannot fail
-   * then.
+  /** \brief Takes the memory that update() will need for a frame, so that it cannot
+   * fail.
    * \param[in] frame its blocks
    * \param[in] is_i_frame all records will be forgotten before
    */

@@ -19,7 +19,7 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief What is learnt about intensity symbols (doc/bitstream_context.md, "Numbers"). */
+/** \brief Models of intensity symbols (doc/bitstream_context.md, "Numbers"). */
 struct IntensityModels {
   static constexpr std::uint32_t longest_count = 24;
   static constexpr std::uint32_t longest_distance = 28;
@@ -47,13 +47,13 @@ struct IntensityModels {
   , plain(is_mixing, 6, {256})
   {}
 
-  DecisionModel<4> more;     ///< a small symbol goes on
-  DecisionModel<1> differs;  ///< a large symbol is not as expected
-  DecisionModel<1> above;    ///< it is above what was expected
-  DecisionModel<1> farther;  ///< its distance from there goes on
-  DecisionModel<3> residual; ///< a residual of a depth model goes on
-  DecisionModel<1> escape;   ///< bits of what is beyond
-  DecisionModel<1> plain;    ///< bits of a number of which nothing is expected
+  DecisionModel<4> more;     ///< a small symbol is above the value so far
+  DecisionModel<1> differs;  ///< a large symbol differs from the expected one
+  DecisionModel<1> above;    ///< and is above it
+  DecisionModel<1> farther;  ///< its distance is above the value so far
+  DecisionModel<3> residual; ///< a residual is above the value so far
+  DecisionModel<1> escape;   ///< number of bits of what the above do not hold
+  DecisionModel<1> plain;    ///< bits of a plain number
 };
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
@@ -81,8 +81,8 @@ public:
 
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
-   * \param[in] is_plain nothing is expected of a symbol, as where they are noise; the
-   * decoder finds it out
+   * \param[in] is_plain whether the symbols are coded plain, as for noise; not used by a
+   * decoder
    * \param[in,out] symbols one for each voxel; the decoder fills them
    * \return false if what was decoded are no symbols of that many bits
    */
@@ -96,8 +96,8 @@ public:
     return true;
   }
 
-  /** \brief Codes what a depth model does not predict of the symbols.
-   * \param[in] split knows the numbers of points, and has predicted
+  /** \brief Codes the residuals of a depth model.
+   * \param[in] split has predicted the symbols from the numbers of points
    * \param[in,out] symbols one for each voxel; the decoder gives the numbers of points
    * and gets the symbols
    * \return false if what was decoded are no symbols
@@ -105,8 +105,7 @@ public:
   bool
   codeResiduals(const DepthSplit& split, std::vector<std::uint16_t>& symbols)
   {
-    std::uint32_t running_residual =
-        16; // average of the residuals before, in sixteenths
+    std::uint32_t running_residual = 16; // average so far, in sixteenths
     for (std::size_t i = 0; i < symbols.size(); ++i) {
       const std::uint8_t residual_class = split.classes()[i];
       if (residual_class == DepthSplit::no_residual)
@@ -153,7 +152,7 @@ private:
   bool
   runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
   {
-    // Counts of points are never 0, which need not be said of each.
+    // Without a 0, as among counts of points, all numbers start at 1.
     const bool has_zero =
         coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
     lowest_ = has_zero ? 0 : 1;
@@ -189,8 +188,7 @@ private:
     return true;
   }
 
-  /** \brief A symbol as its bits, the highest first: eight whose frequencies are learnt,
-   * the others raw. */
+  /** \brief A symbol as its bits, the highest first: eight with a model, the others raw. */
   std::uint32_t
   codePlain(std::uint32_t symbol)
   {
@@ -256,7 +254,7 @@ private:
     return codeDistance(expected >> 4, deviation, has_mean, symbol);
   }
 
-  /** \brief A symbol that is expected to be small, as that many decisions to go on. */
+  /** \brief A symbol that is expected to be small, in unary. */
   std::uint32_t
   codeCount(DecisionModel<4>::Contexts contexts, std::uint32_t symbol)
   {
@@ -274,14 +272,14 @@ private:
     return beyond == invalid ? invalid : IntensityModels::longest_count + beyond;
   }
 
-  /** \brief A symbol that is expected to be large, as its distance from there. */
+  /** \brief A symbol that is expected to be large, as its distance from the expected one. */
   std::uint32_t
   codeDistance(std::uint32_t expected,
                std::uint32_t deviation,
                bool has_mean,
                std::uint32_t symbol)
   {
-    // Low bits that are below the symbol's usual deviation are not predictable.
+    // Bits well below the deviation are noise.
     unsigned int raw_bits = 0;
     while (raw_bits < 12 && deviation >> (4 + raw_bits) > 6)
       ++raw_bits;
@@ -314,13 +312,12 @@ private:
     return high;
   }
 
-  /** \brief A number of 0 or more as an Elias gamma code, whose length is learnt.
-   * \param[in] kind what the number says, 0..2
+  /** \brief A number of 0 or more as an Elias gamma code whose length has a model.
+   * \param[in] kind of number, 0..2
    */
   std::uint32_t
   codeEscape(std::uint32_t kind, std::uint32_t number)
   {
-    // The decoder's target is nothing.
     const std::uint32_t target = CodingT::is_decoder ? 0 : number + 1;
     std::uint32_t bits = 0;
     while (coding_.code(models_.escape,

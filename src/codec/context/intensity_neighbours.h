@@ -13,8 +13,8 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Looks up the numbers of a voxel's face neighbours of which the number is coded
- * before its own: those below it on each axis. */
+/** \brief Looks up the numbers of a voxel's face neighbours that are coded before it: those
+ * below it on each axis. */
 class SymbolNeighbours {
 public:
   /** \brief Classes are below this. */
@@ -39,7 +39,7 @@ public:
       directory_.insert(key);
   }
 
-  /** \brief Goes to a block. */
+  /** \brief Selects a block of the frame. */
   void
   moveTo(std::size_t block)
   {

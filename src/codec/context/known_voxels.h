@@ -14,7 +14,7 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief What is learnt about known voxels (doc/bitstream_context.md, "Known voxels"). */
+/** \brief Models of known voxels (doc/bitstream_context.md, "Known voxels"). */
 struct KnownVoxelModels {
   explicit KnownVoxelModels(bool is_mixing)
   : voxel(is_mixing, 6, {1920, 7168, 4096, 5120, 2048, 4096}, 24)
@@ -23,16 +23,16 @@ struct KnownVoxelModels {
   DecisionModel<6> voxel; ///< a known voxel is occupied
 };
 
-/** \brief Codes which of the voxels that the history knows are occupied, for either
- * direction.
+/** \brief Codes which known voxels, those with a record in the history, are occupied, for
+ * either direction.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
 template <typename CodingT>
 class KnownVoxelPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in,out] frame begun with the frame
-   * \param[in] context what both sides know before the frame
+   * \param[in,out] frame after Frame::begin() or match()
+   * \param[in] context of the frame
    */
   KnownVoxelPass(CodingT& coding,
                  KnownVoxelModels& models,
@@ -54,7 +54,7 @@ public:
   run()
   {
     std::size_t voxels = 0;
-    // A copy, whose numbers can stay in registers.
+    // A copy, which stays in registers.
     CodingT coding = coding_;
     for (std::size_t i = 0; i < history_.blocks().size(); ++i) {
       frame_.occupied[i] = codeBlock(coding, i, frame_.occupied[i]);
@@ -67,8 +67,8 @@ public:
 private:
   using Contexts = DecisionModel<6>::Contexts;
 
-  /** \brief What has changed around a block since the last frame, as far as it is coded.
-   */
+  /** \brief What has changed around a block since the last frame, among the voxels that
+   * are coded so far. */
   struct Surroundings {
     NeighbourCounts before; // neighbours that the last frame had
     NeighbourCounts came;   // those that are occupied now and were not
@@ -77,7 +77,7 @@ private:
     std::array<std::uint64_t, face_count> went_around{};
     std::uint64_t came_here = 0;
     std::uint64_t went_here = 0;
-    std::int32_t surprise = 0; // decisions of late against their probabilities
+    std::int32_t surprise = 0; // running mean of decision - probability
   };
 
   std::uint64_t
@@ -100,18 +100,18 @@ private:
       if (is_occupied)
         occupied |= cell;
       if constexpr (CodingT::is_mixing)
-        notice(block, record, cell, is_occupied, around);
+        update(block, record, cell, is_occupied, around);
     }
     return occupied;
   }
 
-  /** \brief Context of a record alone: how often it was occupied, its last two frames,
-   * how long it is known, and how many points it used to hold. */
+  /** \brief Context of a record alone: its probability, its last two frames, its age and
+   * its mean. */
   std::uint32_t
   recordContext(std::size_t record) const
   {
     const VoxelRecord& known = history_.records()[record];
-    // By tables, as whatever a branch would guess is wrong too often.
+    // Tables instead of branches, which would be mispredicted.
     const std::uint32_t mean_class =
         mean_classes[std::min<std::uint32_t>(known.mean >> mean_shift_, 20)];
     return (((known.probability >> 11) * 4u + (known.recent & 3u)) * 3 +
@@ -158,7 +158,7 @@ private:
   }
 
   void
-  notice(const HistoryBlock& block,
+  update(const HistoryBlock& block,
          std::size_t record,
          std::uint64_t cell,
          bool is_occupied,

@@ -15,7 +15,7 @@ namespace context {
  * then slower (doc/bitstream_context.md, "Adaptive bits"). */
 struct AdaptiveBit {
   std::uint16_t probability = 0x8000; ///< of a 1, 2^16 is 1
-  std::uint16_t count = 0;            ///< bits learnt, up to where the rate is constant
+  std::uint16_t count = 0;            ///< of bits so far, up to 16
 
   /** \brief Learns a bit.
    * \param[in] bit the bit
@@ -34,8 +34,8 @@ struct AdaptiveBit {
   }
 };
 
-/** \brief Rates at which a bit is learnt: 1/2, 1/4, 1/8 for four bits, 1/16 for ten,
- * then for good.
+/** \brief Rates of adaptation: 1/2, 1/4, 1/8 for four bits, 1/16 for ten, then the slowest
+ * one.
  * \param[in] slowest_shift the rate of the long run, 2^-slowest_shift; 4..7
  */
 constexpr std::array<std::uint8_t, 17>

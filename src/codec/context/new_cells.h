@@ -12,16 +12,16 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief A number held below a limit, for contexts. */
+/** \brief A number clamped to a highest one, for contexts. */
 constexpr std::uint32_t
 upTo(std::uint32_t number, std::uint32_t highest)
 {
   return std::min(number, highest);
 }
 
-/** \brief Class 0..8 of one of up to eight candidates, of which one at least is it: how many
- * are left behind it while none was found, as the odds rise with each that is none; else
- * how many were. */
+/** \brief Class 0..8 of one of up to eight candidates, at least one of which is new: by
+ * how many are left behind it as long as none was found, as the probability rises with
+ * each that is not new; else by how many were found. */
 constexpr std::uint32_t
 candidateClass(std::uint32_t found, std::uint32_t left)
 {
@@ -40,7 +40,7 @@ struct NewVoxelBlock {
   std::array<std::uint64_t, face_count> neighbours{}; ///< occupied cells across faces
 };
 
-/** \brief What is learnt about the new voxels of a block (doc/bitstream_context.md, "New
+/** \brief Models of the new voxels of a block (doc/bitstream_context.md, "New
  * voxels in known blocks"). */
 struct NewCellModels {
   explicit NewCellModels(bool is_mixing)
@@ -56,8 +56,8 @@ struct NewCellModels {
   DecisionModel<1> more_cells;   ///< and another one
 };
 
-/** \brief Codes which cells of a block are new voxels, of which there is one at least, for
- * either direction.
+/** \brief Codes which cells of a block are new voxels, at least one of them, for either
+ * direction.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
 template <typename CodingT>
@@ -68,7 +68,7 @@ public:
   {}
 
   /** \brief Codes the new voxels of a block, by octants. In a known block those with the
-   * most neighbours come first, and after each that has any it is said whether there is
+   * most neighbours come first, and behind each with new voxels comes whether there is
    * another one. */
   void
   run(CodingT& coding, NewVoxelBlock& block)
@@ -78,8 +78,7 @@ public:
     for (unsigned int octant = 0; octant < 8; ++octant) {
       if ((block.unknown >> (8 * octant) & 0xff) == 0)
         continue;
-      // In a new block, where most octants have voxels, all are in one class, and what is
-      // found counts as a neighbour of what comes.
+      // In a new block, where most octants have voxels, all are in one class.
       const std::uint32_t octant_class =
           block.is_known ? neighbourClass(block.full.sum(octant)) : 0;
       octants_of_class[octant_class] |= static_cast<std::uint8_t>(1u << octant);
@@ -130,11 +129,11 @@ private:
                  std::size_t octant_class,
                  const std::array<std::uint8_t, 6>& octants_of_class)
   {
-    unsigned int rest = octants & (octants - 1);
+    unsigned int behind = octants & (octants - 1);
     while (octant_class-- > 0)
-      rest |= octants_of_class[octant_class];
-    for (; rest != 0; rest &= rest - 1)
-      if ((block.target >> (8 * lowestBit(rest)) & 0xff) != 0)
+      behind |= octants_of_class[octant_class];
+    for (; behind != 0; behind &= behind - 1)
+      if ((block.target >> (8 * lowestBit(behind)) & 0xff) != 0)
         return true;
     return false;
   }
@@ -171,8 +170,8 @@ private:
         models_.octant, contexts, (block.target >> (8 * octant) & 0xff) != 0);
   }
 
-  /** \brief Codes which cells of a new block's octant are voxels, of which there is one;
-   * what is found counts as a neighbour of what comes. */
+  /** \brief Codes which cells of a new block's octant are voxels, at least one of them.
+   * Each counts as a neighbour of those behind it. */
   void
   codeManyCells(CodingT& coding, NewVoxelBlock& block, unsigned int octant)
   {
@@ -192,9 +191,9 @@ private:
     }
   }
 
-  /** \brief Codes which cells of a known block's octant are new voxels, of which there is
-   * one: those with the most neighbours first, and after each that is one it is said
-   * whether there is another one. */
+  /** \brief Codes which cells of a known block's octant are new voxels, at least one of
+   * them: those with the most neighbours first, and behind each new voxel whether there is
+   * another one. */
   void
   codeFewCells(CodingT& coding, NewVoxelBlock& block, unsigned int octant)
   {

@@ -15,7 +15,7 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief What is learnt about new voxels (doc/bitstream_context.md, "New blocks"). */
+/** \brief Models of new voxels (doc/bitstream_context.md, "New blocks"). */
 struct NewVoxelModels {
   explicit NewVoxelModels(bool is_mixing)
   : known_block(is_mixing, 5, {64})
@@ -30,8 +30,8 @@ struct NewVoxelModels {
   NewCellModels cells;
 };
 
-/** \brief Codes the voxels that the history does not know, for either direction: those in
- * blocks that it knows, then new blocks as a small octree.
+/** \brief Codes the voxels without record in the history, for either direction: those in
+ * known blocks, then new blocks as a small octree.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
 template <typename CodingT>
@@ -39,8 +39,8 @@ class NewVoxelPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] frame its known voxels have been coded
-   * \param[in] context what both sides know before the frame
-   * \param[in] max_voxels of the pass; where decoding gives up
+   * \param[in] context of the frame
+   * \param[in] max_voxels of the pass; a decoder fails where there are more
    */
   NewVoxelPass(CodingT& coding,
                NewVoxelModels& models,
@@ -75,8 +75,8 @@ public:
   }
 
 private:
-  /** \brief Codes the new voxels of the blocks that the history knows. Few of these have
-   * any, and most of them one. */
+  /** \brief Codes the new voxels of known blocks. Few of these have any, and most of
+   * them one. */
   bool
   codeKnownBlocks()
   {
@@ -147,7 +147,7 @@ private:
         ++part.target_end;
       const bool is_known_block = levels == 1 && part.known_end > part.known_begin;
       const bool has_new_blocks = part.target_end > part.target_begin;
-      // One of the parts has new blocks; if none before it has, the last one does.
+      // At least one of the parts has new blocks: the last one if none before it has.
       const bool decision =
           (child == 7 && parts == 0) ||
           (!is_known_block &&
@@ -164,7 +164,7 @@ private:
     return true;
   }
 
-  /** \brief Which of the eight blocks of a branch the history knows and are occupied. */
+  /** \brief Which of the eight blocks of a branch are known and occupied. */
   std::uint32_t
   presentBlocks(const Range& branch) const
   {
@@ -240,7 +240,7 @@ private:
     }
     block.full = countNeighbours(block.occupied, block.neighbours);
     const std::uint64_t before = block.occupied;
-    // A copy, whose numbers can stay in registers.
+    // A copy, which stays in registers.
     CodingT coding = coding_;
     NewCellPass<CodingT>(models_.cells, is_i_frame_ != 0).run(coding, block);
     coding_ = coding;

@@ -273,7 +273,7 @@ ExpectedIntensities::codeFresh(Coder& coder_now,
     if (coder.isOverrun())
       return false;
   }
-  // Are quads worth it in the next frame?
+  // Whether these voxels are coded in quads in the next frame.
   const Row& quads = rows_.quads[IntensityRows::without_statistics];
   const std::size_t count = rows_.fresh.count + quads.count;
   low += quads.count - quads.noted;

@@ -116,7 +116,7 @@ ensureSize(Vector& vector, std::size_t size)
  * block. A block keeps its number as long as it has known voxels.
  */
 struct History {
-  /** \brief The statistics of a voxel none of whose symbols was coded with them. */
+  /** \brief In the place of the statistics of a voxel that has none. */
   static constexpr std::uint16_t no_statistics = 0xffff;
 
   // By block number.

@@ -236,7 +236,7 @@ NewVoxels::codeCells(Coder& coder,
 }
 
 /** \brief Puts single new voxels where their symbols say, in a decoder, and lists the
- * octants with several. \return false if a symbol is none */
+ * octants with several. \return false if a symbol is invalid */
 template <bool is_decoder>
 bool
 NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)

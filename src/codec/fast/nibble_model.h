@@ -41,22 +41,6 @@ public:
       bounds_[i] = static_cast<std::uint16_t>(i * (fine_one / symbol_count));
   }
 
-  /** \brief Starts with given probabilities.
-   * \param[in] weights of the sixteen symbols, their sum 1..2^26
-   */
-  explicit NibbleModel(const std::array<std::uint32_t, symbol_count>& weights)
-  {
-    std::uint32_t sum = 0;
-    for (const std::uint32_t weight : weights)
-      sum += weight;
-    std::uint64_t below = 0;
-    for (unsigned int i = 0; i < symbol_count; ++i) {
-      bounds_[i] = static_cast<std::uint16_t>(i * least_width + shared * below / sum);
-      below += weights[i];
-    }
-    bounds_[symbol_count] = fine_one;
-  }
-
   ProbabilityRange
   range(std::size_t symbol) const
   {

@@ -15,8 +15,8 @@ constexpr std::uint32_t top = std::uint32_t{1} << 24;
 constexpr std::uint32_t bottom = std::uint32_t{1} << 16;
 constexpr unsigned int alphabet_size = 256;
 
-/** \brief Entry s is the number of symbols below s, as far as scaling allows; every
- * symbol has a share of at least 1, also those that do not occur. */
+/** \brief Cumulative frequencies: entry s is the number of symbols below s, scaled. Every
+ * symbol has a frequency of at least 1, also if it does not occur. */
 using CumulativeTable = std::array<std::uint32_t, alphabet_size + 1>;
 
 CumulativeTable
@@ -34,7 +34,7 @@ makeTable(const std::vector<std::uint8_t>& symbols)
   return table;
 }
 
-/** \brief The interval that encoder and decoder narrow in step. */
+/** \brief The interval that encoder and decoder narrow with each symbol. */
 class Range {
 public:
   /** \brief Size of one count of a table's total. */
@@ -97,15 +97,15 @@ isTable(const CumulativeTable& table)
 
 /** \brief False if no row of that many symbols has the table.
  *
- * A table that was not scaled counts every symbol that occurs, and those that do not as
- * 1; one that was has a total of at least bottom / 2, and fewer than 256 counts of the
- * total before were of symbols that do not occur.
+ * A table that was not scaled has the count of each symbol that occurs, and 1 for each
+ * that does not. A scaled one has a total of at least bottom / 2, and less than 256 of
+ * the total before scaling were of symbols that do not occur.
  */
 bool
 allowsCount(const CumulativeTable& table, std::size_t count)
 {
   const std::uint32_t total = table[alphabet_size];
-  std::uint32_t certain = 0; // symbols with a share that none has that does not occur
+  std::uint32_t certain = 0; // counts of symbols that occur for certain
   for (unsigned int s = 0; s < alphabet_size; ++s)
     if (table[s + 1] - table[s] > 1)
       certain += table[s + 1] - table[s];
@@ -113,7 +113,7 @@ allowsCount(const CumulativeTable& table, std::size_t count)
          (total >= bottom / 2 && count > bottom - alphabet_size);
 }
 
-/** \brief For each count below the total the symbol whose share holds it. */
+/** \brief For each number below the total the symbol whose range it is in. */
 std::vector<std::uint8_t>
 symbolOfCount(const CumulativeTable& table)
 {

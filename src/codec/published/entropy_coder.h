@@ -14,8 +14,8 @@ namespace published {
  * them: 257 cumulative frequencies of four bytes, then a carryless range coder's
  * output.
  *
- * Written here because PCL's decoder believes all that it reads, and because it would
- * pull in PCL's io module. The bytes are the same.
+ * Not PCL's own coder, which does not check what it reads, and needs PCL's io module. The
+ * bytes are the same.
  */
 void
 encodeStaticRange(const std::vector<std::uint8_t>& symbols,
@@ -23,14 +23,13 @@ encodeStaticRange(const std::vector<std::uint8_t>& symbols,
 
 /** \brief Reads back what encodeStaticRange, or PCL, wrote.
  *
- * PCL writes no checksum; what stands in for it is redundancy: the table must be the
- * one that an encoder derives from these very symbols, and the last four bytes must be
- * the end of the range. A count that contradicts the table is refused before any symbol
- * is decoded.
+ * PCL writes no checksum. Instead the redundancy is checked: the table must be the one
+ * that an encoder derives from these symbols, and the last four bytes must be the end of
+ * the range. A count that contradicts the table is refused before any symbol is decoded.
  * \param[in,out] source where to read; its failure() tells if the bytes ended
  * \param[in] count number of symbols, checked by the caller against its limits
  * \param[out] symbols the symbols
- * \return false if the bytes are not the work of an encoder, or ended
+ * \return false if no encoder writes these bytes, or they ended
  */
 bool
 decodeStaticRange(ByteSource& source,

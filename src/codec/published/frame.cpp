@@ -17,7 +17,7 @@ namespace published {
 
 namespace {
 
-// What PCL's box arithmetic calls minValue; below it a box is not enlarged.
+// "minValue" in PCL's box arithmetic; a box is not enlarged by less.
 constexpr double box_tolerance = 1.1920928955078125e-7;
 
 /** \brief Writes the tree depth first, as PCL serializes it: for each branch node its
@@ -37,7 +37,7 @@ public:
   void
   write(unsigned int level)
   {
-    // Depth first meets the nodes of one level in their order.
+    // Depth first visits the nodes of one level in ascending order.
     const std::size_t index = next_[level]++;
     const std::uint64_t node = tree_.level(level).nodes[index];
     const std::uint8_t occupancy = tree_.level(level).occupancy[index];
@@ -74,9 +74,9 @@ public:
   /** \brief Reads a node and all below it; false if the symbols are not a tree or its
    * voxels too many.
    *
-   * A branch may have no children: where PCL enlarges an octree that holds no voxel of the
-   * frame yet, the old root stays below the new one. Such a branch is not kept, as the
-   * next frame reads the same of one that is not there.
+   * A branch may have no children: where PCL enlarges an octree that has no voxel of the
+   * frame yet, the old root stays below the new one. Such a branch is not kept, as to the
+   * next frame it is the same as one that is not there.
    */
   bool
   read(unsigned int level, std::uint64_t node)
@@ -171,7 +171,7 @@ readFailure(const ByteSource& source, const std::string& what)
   case ByteSource::Failure::None:
     break;
   }
-  return corrupt("its " + what + " are not an encoder's work");
+  return corrupt("invalid " + what);
 }
 
 /** \brief Reads the octree box of an I-frame and makes the grid of it. */
@@ -187,7 +187,7 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   if (source.failure() != ByteSource::Failure::None)
     return readFailure(source, "header");
 
-  // What the largest resolution makes of the lattice's end.
+  // The end of the lattice at the largest resolution.
   constexpr double largest_coordinate =
       largest_resolution * static_cast<double>(std::int64_t{1} << max_grid_depth);
   if (!(grid.resolution >= smallest_resolution &&
@@ -199,8 +199,8 @@ readGrid(ByteSource& source, VoxelGrid& grid)
     return corrupt("the box does not fit an octree of 1 to 21 levels");
   grid.depth = static_cast<unsigned int>(depth);
   grid.first_index = {0, 0, 0};
-  // PCL leaves a box alone that is within its tolerance of the octree's cube at both
-  // ends; doubles of the box's size add their rounding.
+  // PCL keeps a box that is within its tolerance of the octree's cube at both ends; to
+  // that adds the rounding of doubles of the box's size.
   const double cube = static_cast<double>(grid.size()) * grid.resolution;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double magnitude = std::max(std::abs(max[axis]), std::abs(grid.anchor[axis]));
@@ -212,8 +212,8 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   return {};
 }
 
-/** \brief Branches that a frame of so many voxels may have: what its voxels need, and some
- * without any. */
+/** \brief The most branches that a frame of so many voxels may have: those of its voxels,
+ * and some without voxels. */
 std::size_t
 mostBranches(std::uint64_t voxels, unsigned int depth)
 {
@@ -267,8 +267,8 @@ readSymbols(ByteSource& source,
              : readFailure(source, what);
 }
 
-/** \brief Makes the octree and its voxels of a frame's occupancy bytes; false if they are
- * not that of as many voxels. */
+/** \brief Makes the octree and its voxels of a frame's occupancy bytes; false if these are
+ * not an octree of that many voxels. */
 bool
 readTree(const std::vector<std::uint8_t>& symbols,
          const OccupancyTree* reference,
@@ -282,8 +282,8 @@ readTree(const std::vector<std::uint8_t>& symbols,
   return reader.read(0, 0) && reader.isComplete();
 }
 
-/** \brief Makes a frame that was coded whole the history. Nothing throws from here on, so
- * that what a frame fails by leaves the history as it was. */
+/** \brief Replaces the history with a frame that was coded whole. Nothing throws from here
+ * on, so that a frame that fails leaves the history as it was. */
 void
 remember(std::uint32_t frame_number,
          const VoxelGrid& grid,
@@ -396,9 +396,9 @@ decodeFrame(ByteSource& source,
                 " depends on the frame before it, which was not decoded"};
 
   if (statistics.is_i_frame && voxel_count != intensities.size())
-    return corrupt("its counts of voxels differ");
+    return corrupt("two different counts of voxels");
   if (occupancy.size() > mostBranches(intensities.size(), depth))
-    return corrupt("more branches than its voxels can have");
+    return corrupt("more branch nodes than its voxels can have");
   OccupancyTree tree;
   if (!readTree(occupancy,
                 statistics.is_i_frame ? nullptr : &history.tree,
@@ -413,7 +413,7 @@ decodeFrame(ByteSource& source,
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
   if (!isConsistent(frame))
-    return corrupt("it has voxels that cannot be");
+    return corrupt("inconsistent voxels");
 
   remember(statistics.frame_number, frame.grid, std::move(tree), history);
   order.decoded(statistics.frame_number, checksum, !frame.keys.empty());
