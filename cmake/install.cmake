@@ -3,8 +3,7 @@ include(CMakePackageConfigHelpers)
 
 set(PCL_EXT_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ext)
 
-# The codec's targets are a file of their own: whoever asks for COMPONENTS codec needs no
-# PCL.
+# The codec's targets are a file of their own: COMPONENTS codec needs no PCL.
 function(pcl_ext_install target file)
   install(
     TARGETS ${target}
@@ -28,8 +27,6 @@ set(PCL_EXT_HEADERS_WITH_PCL
     nodes
     octree
     impl
-    decoded_cloud_outliers.h
-    moved_points.h
     octree_pointcloud_intensity_compression.h
     point_intensity.h
     sensor_preprocessor.h)
@@ -42,6 +39,10 @@ endif()
 install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         ${left_out_headers})
 
+set(PCL_EXT_IS_SHARED OFF)
+if(BUILD_SHARED_LIBS)
+  set(PCL_EXT_IS_SHARED ON)
+endif()
 configure_package_config_file(cmake/pcl_ext-config.cmake.in pcl_ext-config.cmake
                               INSTALL_DESTINATION ${PCL_EXT_CONFIG_DIR})
 write_basic_package_version_file(pcl_ext-config-version.cmake

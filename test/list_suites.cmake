@@ -1,7 +1,10 @@
 # Writes a file for ctest with one test for each test suite of a program, whatever its tests
 # are instantiated with: cmake -DPROGRAM=... -DOUTPUT=... -P list_suites.cmake
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE lines
-                COMMAND_ERROR_IS_FATAL ANY)
+                RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM} --gtest_list_tests ended with ${result}")
+endif()
 string(REGEX MATCHALL "(^|\n)[^ \n]+\\." suites "${lines}")
 # Prefix/Suite. and Suite/0. are both of Suite.
 list(TRANSFORM suites REPLACE "\n|\\.$" "")

@@ -43,7 +43,7 @@ checkSettings(const CentralNodeSettings& settings)
                    std::chrono::duration<double>(settings.max_merge_age).count(),
                    "above 0 seconds");
   if (!settings.clock)
-    return invalid("clock", "empty", "there to tell the time");
+    return invalid("clock", "empty", "set");
   io::IntensityCompressionSettings codec;
   codec.resolution = settings.resolution;
   codec.decoder_limits = settings.decoder_limits;

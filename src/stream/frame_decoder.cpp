@@ -3,9 +3,9 @@
 #include "bytes/byte_source.h"
 #include "bytes/exceptions.h"
 #include "bytes/reread_allowance.h"
+#include "codec/frame_order.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
-#include "stream/frame_order.h"
 #include "stream/version1_decoder.h"
 #include "voxels/memory_rule.h"
 

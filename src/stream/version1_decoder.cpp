@@ -1,5 +1,6 @@
 #include "stream/version1_decoder.h"
 
+#include "bytes/checksum.h"
 #include "bytes/exceptions.h"
 
 #include <utility>
@@ -78,9 +79,9 @@ Version1Decoder::readFailure(const ByteSource& source)
 CompressionStatus
 Version1Decoder::checkSum(std::uint32_t checksum) const
 {
-  if (version1Checksum(header_.is_i_frame ? 0 : checksum_,
-                       checked_bytes_.data(),
-                       checked_bytes_.size()) == checksum)
+  if (chainedChecksum(header_.is_i_frame ? 0 : checksum_,
+                      checked_bytes_.data(),
+                      checked_bytes_.size()) == checksum)
     return {};
   return {CompressionCode::Corrupt,
           "frame " + std::to_string(header_.frame_number) + ": checksum mismatch"};

@@ -7,8 +7,8 @@
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
+#include "codec/frame_order.h"
 #include "codec/payload_coder.h"
-#include "stream/frame_order.h"
 #include "stream/version1_header.h"
 
 #include <algorithm>

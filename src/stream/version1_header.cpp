@@ -2,11 +2,9 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
+#include "bytes/checksum.h"
 #include "voxels/grid_fit.h"
 
-#include <zlib.h>
-
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -214,23 +212,6 @@ readDepthModel(const std::uint8_t* bytes, DepthModel& model)
 }
 
 std::uint32_t
-version1Checksum(std::uint32_t reference_checksum,
-                 const std::uint8_t* bytes,
-                 std::size_t size)
-{
-  const std::array<std::uint8_t, 4> prefix{
-      static_cast<std::uint8_t>(reference_checksum),
-      static_cast<std::uint8_t>(reference_checksum >> 8),
-      static_cast<std::uint8_t>(reference_checksum >> 16),
-      static_cast<std::uint8_t>(reference_checksum >> 24)};
-  auto checksum = crc32_z(0, prefix.data(), prefix.size());
-  // For a null pointer, as of no bytes, zlib returns the initial checksum.
-  if (size != 0)
-    checksum = crc32_z(checksum, bytes, size);
-  return static_cast<std::uint32_t>(checksum);
-}
-
-std::uint32_t
 writeVersion1Frame(const Version1Header& header,
                    const std::vector<std::uint8_t>& payload,
                    std::uint32_t reference_checksum,
@@ -250,7 +231,7 @@ writeVersion1Frame(const Version1Header& header,
   writer.raw(payload.data(), payload.size());
 
   const std::size_t checked_begin = begin + checksum_end;
-  const std::uint32_t checksum = version1Checksum(
+  const std::uint32_t checksum = chainedChecksum(
       reference_checksum, bytes.data() + checked_begin, bytes.size() - checked_begin);
   for (std::size_t i = 0; i < 4; ++i)
     bytes[checked_begin - 4 + i] = static_cast<std::uint8_t>(checksum >> (8 * i));

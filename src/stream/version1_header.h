@@ -83,12 +83,5 @@ readVersion1Header(ByteSource& source,
                    std::uint32_t& checksum,
                    std::vector<std::uint8_t>& checked_bytes);
 
-/** \brief Checksum of a frame: CRC-32 (ISO-HDLC) over the reference's checksum, four
- * bytes little-endian, and all bytes of the frame behind its own checksum. */
-std::uint32_t
-version1Checksum(std::uint32_t reference_checksum,
-                 const std::uint8_t* bytes,
-                 std::size_t size);
-
 } // namespace io
 } // namespace pcl_ext

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "bytes/byte_source.h"
+#include "bytes/checksum.h"
 #include "codec/published/frame.h"
 #include "support/forged_frames.h"
 
@@ -82,9 +83,9 @@ struct RowFrame {
   bool
   hasChecksumFor(std::uint32_t reference_checksum) const
   {
-    return checksum() == io::version1Checksum(reference_checksum,
-                                              bytes.data() + io::test::flags_offset,
-                                              bytes.size() - io::test::flags_offset);
+    return checksum() == io::chainedChecksum(reference_checksum,
+                                             bytes.data() + io::test::flags_offset,
+                                             bytes.size() - io::test::flags_offset);
   }
 
   /** \brief Header and payload; nothing if the header is none. */

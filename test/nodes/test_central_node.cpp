@@ -391,7 +391,7 @@ TEST(CentralNodeSettings, AreCheckedOneByOne)
   expectInvalid([](auto& settings) { settings.decoder_limits.max_frame_bytes = 0; },
                 "decoder_limits.max_frame_bytes is 0; it must be above 0");
   expectInvalid([](auto& settings) { settings.clock = nullptr; },
-                "clock is empty; it must be there to tell the time");
+                "clock is empty; it must be set");
 }
 
 } // namespace

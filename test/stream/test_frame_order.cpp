@@ -1,3 +1,4 @@
+#include "codec/frame_order.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -167,6 +168,18 @@ TEST(FrameOrder, ASenderWhoseFirstFrameIsLostIsFollowedFromALaterIFrame)
       ASSERT_EQ(received(decoder, second, i),
                 i < followed_from ? CompressionCode::OldFrame : CompressionCode::Ok)
           << i;
+  }
+}
+
+TEST(FrameOrder, HalfOfAllNumbersAreAboveTheLastOne)
+{
+  constexpr std::uint32_t half = std::uint32_t{1} << 31;
+  for (const std::uint32_t last : {5u, 0xfffffff0u}) {
+    FrameOrder order(true);
+    order.decoded(last, 1, true);
+    EXPECT_FALSE(order.isOld(last + half - 1, 2, false));
+    EXPECT_TRUE(order.isOld(last + half, 2, false));
+    EXPECT_TRUE(order.isOld(last - 1, 2, false));
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
+#include "bytes/checksum.h"
 #include "stream/version1_header.h"
 #include "support/voxel_frames.h"
 
@@ -67,7 +68,7 @@ constexpr std::size_t flags_offset = version1_magic_size + 1 + 4;
 inline Bytes
 withChecksum(Bytes bytes, std::uint32_t reference_checksum = 0)
 {
-  const std::uint32_t checksum = version1Checksum(
+  const std::uint32_t checksum = chainedChecksum(
       reference_checksum, bytes.data() + flags_offset, bytes.size() - flags_offset);
   for (std::size_t i = 0; i < 4; ++i)
     bytes[version1_magic_size + 1 + i] = static_cast<std::uint8_t>(checksum >> 8 * i);

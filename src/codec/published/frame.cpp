@@ -1,8 +1,8 @@
 #include "codec/published/frame.h"
 
 #include "bytes/byte_writer.h"
+#include "bytes/checksum.h"
 #include "codec/published/entropy_coder.h"
-#include "stream/version1_header.h"
 #include "voxels/child_masks.h"
 
 #include <algorithm>
@@ -153,9 +153,9 @@ checksumOf(const VoxelGrid* grid,
     for (const double coordinate : grid->anchor)
       writer.f64(coordinate);
   }
-  std::uint32_t checksum = version1Checksum(0, place.data(), place.size());
-  checksum = version1Checksum(checksum, occupancy.data(), occupancy.size());
-  return version1Checksum(checksum, intensities.data(), intensities.size());
+  std::uint32_t checksum = chainedChecksum(0, place.data(), place.size());
+  checksum = chainedChecksum(checksum, occupancy.data(), occupancy.size());
+  return chainedChecksum(checksum, intensities.data(), intensities.size());
 }
 
 CompressionStatus

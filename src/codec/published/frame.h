@@ -6,8 +6,8 @@
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
+#include "codec/frame_order.h"
 #include "codec/published/occupancy_tree.h"
-#include "stream/frame_order.h"
 
 #include <cstdint>
 #include <vector>

@@ -31,11 +31,11 @@ public:
   isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
 
   /** \brief Reports a decoded frame, which becomes the last one.
-   * \param[in] can_be_told true if its checksum identifies it, false for a frame without
+   * \param[in] is_identifiable true if its checksum identifies it, false for a frame without
    * voxels and stamp
    */
   void
-  decoded(std::uint32_t number, std::uint32_t checksum, bool can_be_told) noexcept;
+  decoded(std::uint32_t number, std::uint32_t checksum, bool is_identifiable) noexcept;
 
   /** \brief Reports the end of the input, which may be read again from its beginning. */
   void

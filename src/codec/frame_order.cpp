@@ -1,4 +1,4 @@
-#include "stream/frame_order.h"
+#include "codec/frame_order.h"
 
 namespace pcl_ext {
 namespace io {
@@ -38,12 +38,12 @@ FrameOrder::beginsAgain(std::uint32_t number, bool is_copy) const
 void
 FrameOrder::decoded(std::uint32_t number,
                     std::uint32_t checksum,
-                    bool can_be_told) noexcept
+                    bool is_identifiable) noexcept
 {
   last_ = {number, checksum, true};
   old_in_a_row_ = 0;
   has_input_ended_ = false;
-  const Frame known = can_be_told ? last_ : Frame();
+  const Frame known = is_identifiable ? last_ : Frame();
   known_[number % known_frames] = known;
   if (number == 1)
     first_ = known;

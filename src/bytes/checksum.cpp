@@ -1,0 +1,28 @@
+#include "bytes/checksum.h"
+
+#include <zlib.h>
+
+#include <array>
+
+namespace pcl_ext {
+namespace io {
+
+std::uint32_t
+chainedChecksum(std::uint32_t reference_checksum,
+                const std::uint8_t* bytes,
+                std::size_t size)
+{
+  const std::array<std::uint8_t, 4> prefix{
+      static_cast<std::uint8_t>(reference_checksum),
+      static_cast<std::uint8_t>(reference_checksum >> 8),
+      static_cast<std::uint8_t>(reference_checksum >> 16),
+      static_cast<std::uint8_t>(reference_checksum >> 24)};
+  auto checksum = crc32_z(0, prefix.data(), prefix.size());
+  // For a null pointer, as of no bytes, zlib returns the initial checksum.
+  if (size != 0)
+    checksum = crc32_z(checksum, bytes, size);
+  return static_cast<std::uint32_t>(checksum);
+}
+
+} // namespace io
+} // namespace pcl_ext
