@@ -147,6 +147,7 @@ readJpeg(const Bytes& bytes, DepthImage& image)
     image.depth[i] = static_cast<std::uint16_t>(std::lround(grey[i] * jpeg_step_mm));
 }
 
+/** \brief The first one is raw. */
 const std::vector<ImageCoder> coders = {
     {"raw 16 bits", copyRaw, readRaw},
     {"PNG 16 bits",
@@ -268,7 +269,8 @@ measureDepthImages(const measuring::InputStream& stream,
   std::vector<ImageRun> cropped;
   for (const ImageCoder& coder : coders) {
     whole.emplace_back(coder, "", frame_rate);
-    cropped.emplace_back(coder, " cropped", frame_rate);
+    if (&coder != &coders.front()) // raw is as large as the whole image
+      cropped.emplace_back(coder, " cropped", frame_rate);
   }
   pcl::PCLPointCloud2 cloud;
   pcl::PointCloud<pcl::PointXYZ> points;

@@ -83,9 +83,9 @@ def compression(results):
         "<h3>Depth images</h3>", tables.depth_image_table(results).html(),
         note("PNG: libpng, 16 bits of millimetres, lossless. JPEG: libjpeg-turbo, 8 bits, "
              "in steps of 51 mm up to 13 m, quality 90. The paper speaks of the driver's "
-             "default JPEG compression. The driver, IAI Kinect2, uses JPEG (quality 90) for "
-             "8-bit images only and TIFF or PNG, both lossless, for depth images of 16 bits "
-             "(kinect2_bridge.cpp), and the paper's size is that of the lossless image. "
+             "default JPEG compression, but the source of that driver, IAI Kinect2 "
+             "(kinect2_bridge.cpp), has JPEG (quality 90) for 8-bit images and TIFF or PNG, "
+             "both lossless, for 16-bit depth, and the paper's size is near that of PNG. "
              "Error: over the pixels with a return before and after. Wrong: off by more "
              "than 10 cm, lost or made up, of the pixels with a return before or after. "
              "Ratio: against 16 bytes for each cropped point."),

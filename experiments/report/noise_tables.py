@@ -3,16 +3,27 @@
 from noise_results import (AIM_AVERAGE_PRECISION, AIM_LET_THROUGH, BANDS, FILTER,
                            FILTER_OF_EACH, FILTER_THRESHOLDS, FILTER_WITHOUT_HISTORY,
                            METHODS, best_law, least_let_through)
-from page import DASH, Table, number, mean_of
+from page import DASH, Table, mean_of, number
 from results import CAMERAS, LIDAR, MERGED
 
-# Of the decisions' tables: heading, quantity, digits.
-DECISION = (("noise let through %", "let_through_percent", 1),
-            ("surfaces kept %", "surface_kept_percent", 1),
-            ("still kept %", "still_kept_percent", 1),
-            ("machines kept %", "machine_kept_percent", 1),
-            ("person kept %", "person_kept_percent", 1),
-            ("worst frame %", "person_worst_percent", 0))
+# Columns of a decision: heading, quantity, digits.
+SHARES = (("let through %", "let_through_percent", 1),
+          ("surfaces %", "surface_kept_percent", 1),
+          ("still %", "still_kept_percent", 1),
+          ("machines %", "machine_kept_percent", 1),
+          ("person %", "person_kept_percent", 1),
+          ("worst frame %", "person_worst_percent", 0))
+SCORES = (("precision", "precision", 3), ("recall", "recall", 3), ("F1", "f1", 3))
+
+
+def _headings(columns):
+    return [heading for heading, _, _ in columns]
+
+
+def _cells(results, columns, *subject, prefix=""):
+    """The values of columns, or dashes."""
+    return [mean_of(results.find(*subject, prefix + quantity), digits)
+            for _, quantity, digits in columns]
 
 
 def _is_met(met):
@@ -20,79 +31,64 @@ def _is_met(met):
 
 
 def _summary_row(results, name, sensor, method, resolution_cm):
-    def mean(quantity):
-        return results.mean("noise", sensor, method, resolution_cm, quantity)
-
-    def found(quantity, digits):
-        return mean_of(results.find("noise", sensor, method, resolution_cm, quantity),
-                         digits)
+    subject = ("noise", sensor, method, resolution_cm)
     law = best_law(results, sensor, resolution_cm)
-    precision = mean("average_precision")
-    let_through = mean("usual_let_through_percent")
-    of_law = least_let_through(results, sensor, resolution_cm)
-    return [name, found("noise_percent", 1),
-            number(results.mean("noise", sensor, law, resolution_cm,
-                                "average_precision"), 3) + f", {law}",
-            number(precision, 3), _is_met(precision >= AIM_AVERAGE_PRECISION),
-            number(of_law, 1), number(let_through, 1),
-            _is_met(let_through <= AIM_LET_THROUGH * of_law),
-            found("usual_person_kept_percent", 1),
-            found("usual_person_worst_percent", 0)]
+    of_law = results.mean("noise", sensor, law, resolution_cm, "average_precision")
+    precision = results.mean(*subject, "average_precision")
+    let_through = results.mean(*subject, "usual_let_through_percent")
+    least = least_let_through(results, sensor, resolution_cm)
+    return [name, mean_of(results.find(*subject, "noise_percent"), 1),
+            f"{number(of_law, 3)}, {law}", number(precision, 3),
+            _is_met(precision >= AIM_AVERAGE_PRECISION), number(least, 1),
+            number(let_through, 1), _is_met(let_through <= AIM_LET_THROUGH * least)
+            ] + _cells(results, SHARES[-2:], *subject, prefix="usual_")
 
 
 def summary_table(results):
-    """A row for each sensor, and for what is made of all."""
-    table = Table(
-        "Average precision (AP) of “this voxel is noise”, and how much noise is let "
-        "through where 95 % of the surfaces' voxels stay.",
-        ["sensor", "noise %", "AP, best law", "AP, filter", "0.9",
-         "let through %, best law", "let through %, filter", "a fifth",
-         "person kept %", "in the worst frame %"])
+    """A row for each sensor, and for all merged."""
+    table = Table("Noise detected by the best law and by the filter.",
+                  ["sensor", "noise %", "AP, best law", "AP, filter", "0.9",
+                   "let through %, best law", "let through %, filter", "a fifth",
+                   "person kept %", "in the worst frame %"])
     table.add_group("4 cm, filter on quadratic intensities")
     for sensor in CAMERAS:
         table.add_row(_summary_row(results, sensor, sensor, FILTER, 4))
-    table.add_group("4 cm, all six cameras merged")
-    table.add_row(_summary_row(results, "filter after", MERGED, FILTER, 4))
-    table.add_row(_summary_row(results, "filter before", MERGED, FILTER_OF_EACH, 4))
+    table.add_group("4 cm, all six cameras merged, filter before or after merging")
+    table.add_row(_summary_row(results, "after", MERGED, FILTER, 4))
+    table.add_row(_summary_row(results, "before", MERGED, FILTER_OF_EACH, 4))
     table.add_group("2 cm, filter on quadratic intensities")
     for sensor in results.sensors("noise", resolution_cm=2.0):
         table.add_row(_summary_row(results, sensor, sensor, FILTER, 2))
-    table.add_group("4 cm, the lidar's own intensities, which the filter is not made for")
+    table.add_group("4 cm, the lidar's own intensities, for which the filter is not meant")
     table.add_row(_summary_row(results, LIDAR, LIDAR, "filter on native", 4))
     return table
 
 
 def methods_table(results):
-    """All methods of all sensors, at their best threshold and where 95 % stay."""
-    table = Table(
-        "Each way to tell noise, on each sensor: at the threshold of the best F1, and at "
-        "the highest that keeps 95 % of the surfaces' voxels.",
-        ["sensor", "AP", "best threshold", "precision", "recall", "F1",
-         "95 % threshold", "let through %", "still %", "machines %", "person %",
-         "worst frame %"])
+    """All methods of all sensors, at their best threshold and where 95 % are kept."""
+    columns = (("AP", "average_precision", 3), ("best threshold", "best_threshold", 2),
+               *((heading, "best_" + quantity, digits)
+                 for heading, quantity, digits in SCORES),
+               ("95 % threshold", "usual_threshold", 2),
+               *((heading, "usual_" + quantity, digits)
+                 for heading, quantity, digits in SHARES))
+    table = Table("Each method on each sensor: at the threshold of the best F1, and at the "
+                  "highest that keeps 95 % of the surfaces' voxels.",
+                  ["sensor"] + _headings(columns))
     subjects = [(sensor, 4) for sensor in METHODS] + [
         (sensor, 2) for sensor in results.sensors("noise", resolution_cm=2.0)]
     for method in dict.fromkeys(name for names in METHODS.values() for name in names):
         table.add_group(method)
         for sensor, resolution_cm in subjects:
-            if method not in METHODS[sensor]:
-                continue
-            row = [sensor if resolution_cm == 4 else f"{sensor}, {resolution_cm} cm"]
-            for quantity, digits in (
-                    ("average_precision", 3), ("best_threshold", 2),
-                    ("best_precision", 3), ("best_recall", 3), ("best_f1", 3),
-                    ("usual_threshold", 2), ("usual_let_through_percent", 1),
-                    ("usual_still_kept_percent", 1), ("usual_machine_kept_percent", 1),
-                    ("usual_person_kept_percent", 1),
-                    ("usual_person_worst_percent", 0)):
-                row.append(mean_of(results.find("noise", sensor, method, resolution_cm,
-                                                  quantity), digits))
-            table.add_row(row)
+            if method in METHODS[sensor]:
+                name = sensor if resolution_cm == 4 else f"{sensor}, {resolution_cm} cm"
+                table.add_row([name] + _cells(results, columns, "noise", sensor, method,
+                                              resolution_cm))
     return table
 
 
 def noise_of_bands_table(results):
-    """How much of what lies at each distance is noise."""
+    """Share of noise at each distance."""
     table = Table("Noise % of the voxels, by their distance from the sensor.",
                   ["sensor"] + list(BANDS))
     for sensor in CAMERAS + (LIDAR,):
@@ -107,150 +103,123 @@ def noise_of_bands_table(results):
 
 
 def bands_table(results, caption, quantity, digits):
-    """A quantity by depth; a dash where a band has no surface or no noise."""
+    """A quantity by distance; a dash where a band has no surface or no noise."""
     table = Table(caption, ["sensor"] + list(BANDS))
+
+    def cell(band, sensor, method):
+        subject = ("noise_band:" + band, sensor, method, 4)
+        is_judged = all(results.mean(*subject, voxels) > 0
+                        for voxels in ("noise_voxels", "surface_voxels"))
+        return mean_of(results.find(*subject, quantity), digits) if is_judged else DASH
     for method in dict.fromkeys(name for sensor in CAMERAS + (LIDAR,)
                                 for name in METHODS[sensor]):
         table.add_group(method)
         for sensor in CAMERAS + (LIDAR,):
-            if method not in METHODS[sensor]:
-                continue
-            row = [sensor]
-            for band in BANDS:
-                def find(wanted, band=band, sensor=sensor, method=method):
-                    return results.find("noise_band:" + band, sensor, method, 4, wanted)
-                is_judged = all(results.mean("noise_band:" + band, sensor, method, 4,
-                                             voxels) > 0
-                                for voxels in ("noise_voxels", "surface_voxels"))
-                row.append(mean_of(find(quantity), digits) if is_judged else DASH)
-            table.add_row(row)
+            if method in METHODS[sensor]:
+                table.add_row([sensor] + [cell(band, sensor, method) for band in BANDS])
     return table
 
 
 def thresholds_table(results, sensor):
-    """A sensor's figures at each threshold of each method."""
-    table = Table("", ["threshold", "precision", "recall", "F1"]
-                  + [heading for heading, _, _ in DECISION])
+    """A sensor's values at each threshold of each method."""
+    table = Table("", ["threshold"] + _headings(SCORES + SHARES))
     prefix = "noise_threshold:"
-    thresholds = sorted(results.experiments(prefix), key=float)
     for method in METHODS[sensor]:
         table.add_group(method)
-        for threshold in thresholds:
-            def find(quantity, method=method, threshold=threshold):
-                return results.find(prefix + threshold, sensor, method, 4, quantity)
-            if find("surface_kept_percent") is None:
-                continue
-            table.add_row([threshold] + [mean_of(find(quantity), 3)
-                                         for quantity in ("precision", "recall", "f1")]
-                          + [mean_of(find(quantity), digits)
-                             for _, quantity, digits in DECISION])
+        for threshold in sorted(results.experiments(prefix), key=float):
+            subject = (prefix + threshold, sensor, method, 4)
+            if results.find(*subject, "surface_kept_percent"):
+                table.add_row([threshold] + _cells(results, SCORES + SHARES, *subject))
     return table
 
 
-def _person_row(results, experiment, sensor, method, prefix=""):
-    def find(quantity):
-        return results.find(experiment, sensor, method, 4, prefix + quantity)
-    frames = find("person_frames")
-    poor_frames = (f"{find('person_poor_frames').mean:.0f} of {frames.mean:.0f}"
-                   if frames and frames.mean else DASH)
-    return [sensor] + [mean_of(find(quantity), digits) for quantity, digits in (
-        ("let_through_percent", 1), ("still_kept_percent", 1),
-        ("machine_kept_percent", 1), ("person_kept_percent", 1),
-        ("person_worst_percent", 0))] + [poor_frames]
-
-
 def person_table(results):
-    """What the filter leaves of what moves, at thresholds that users set, and where as much
-    is left of all surfaces."""
-    table = Table(
-        "What stays of noise, of machines and of the person: at log-odds 0 (the default) "
-        "and 2.5, and at the log-odds that keep 95 % of the sensor's surfaces' voxels. "
-        "The worst frame, and frames in which less than 80 % of the person stays, are of "
-        "those with 20 of the person's voxels or more; –: the person is not seen.",
-        ["sensor", "noise %", "still %", "machines %", "person %", "worst frame %",
-         "frames below 80 %"])
+    """What the filter keeps of what moves, at thresholds that users set, and where as much is
+    kept of all surfaces."""
+    columns = (SHARES[0],) + SHARES[2:]
+    table = Table("Voxels kept of noise, of what stands still, of machines and of the person, "
+                  "at log-odds 0 (the default) and 2.5, and at those that keep 95 % of the "
+                  "surfaces' voxels. Frames below 80 %: frames in which less than that is "
+                  "kept of the person, of those with at least 20 of the person's voxels.",
+                  ["sensor"] + _headings(columns) + ["frames below 80 %"])
+
+    def add_rows(words, method, experiment, prefix):
+        table.add_group(f"{method}, {words}")
+        for sensor in CAMERAS:
+            subject = (experiment, sensor, method, 4)
+            frames, poor = (results.find(*subject, prefix + "person_" + quantity)
+                            for quantity in ("frames", "poor_frames"))
+            table.add_row([sensor] + _cells(results, columns, *subject, prefix=prefix)
+                          + [f"{poor.mean:.0f} of {frames.mean:.0f}"
+                             if frames and frames.mean else DASH])
     for method in (FILTER, FILTER_WITHOUT_HISTORY):
         for threshold in FILTER_THRESHOLDS:
-            table.add_group(f"{method}, log-odds {threshold}")
-            for sensor in CAMERAS:
-                table.add_row(_person_row(results, "noise_threshold:" + threshold, sensor,
-                                          method))
-    for method in (FILTER, FILTER_WITHOUT_HISTORY):
-        table.add_group(f"{method}, 95 % of the surfaces' voxels kept")
-        for sensor in CAMERAS:
-            table.add_row(_person_row(results, "noise", sensor, method, "usual_"))
+            add_rows(f"log-odds {threshold}", method, "noise_threshold:" + threshold, "")
+        add_rows("95 % of the surfaces' voxels kept", method, "noise", "usual_")
     return table
 
 
 def _family_and_setting(name):
-    """A filter's name, and how it is set."""
+    """A filter's name, and its setting."""
     family, _, setting = name.partition(" ")
     return ("VoxelOutlierRemoval", "on " + setting.split()[-1]) if family == "filter" \
         else (family, setting)
 
 
-def peers_table(results):
-    """PCL's filters against this library's."""
-    table = Table("PCL's filters on the centres of sensor 1's voxels, 4 cm, and this "
-                  "library's.",
-                  ["setting", "AP", "precision", "recall", "F1", "let through %",
-                   "still %", "machines %", "person %", "worst frame %"])
+def _add_by_family(table, methods, suffix, cells):
+    """A group for each filter, and a row for each of its settings."""
     last_family = None
-    for method in results.coders("noise_peers"):
+    for method in methods:
         family, setting = _family_and_setting(method)
         if family != last_family:
-            table.add_group(family)
+            table.add_group(family + suffix)
             last_family = family
+        table.add_row([setting] + cells(method))
 
-        def find(quantity, method=method):
-            return results.find("noise_peers", "1", method, 4, quantity)
-        table.add_row([setting, mean_of(find("average_precision"), 3)]
-                      + [mean_of(find("best_" + quantity), 3)
-                         for quantity in ("precision", "recall", "f1")]
-                      + [mean_of(find(f"usual_{quantity}_percent"), digits)
-                         for quantity, digits in (
-                             ("let_through", 1), ("still_kept", 1), ("machine_kept", 1),
-                             ("person_kept", 1), ("person_worst", 0))])
+
+def peers_table(results):
+    """PCL's filters against this library's."""
+    shares = (SHARES[0],) + SHARES[2:]
+    table = Table("PCL's filters on the centres of sensor 1's voxels, 4 cm, and this "
+                  "library's.", ["setting", "AP"] + _headings(SCORES + shares))
+
+    def cells(method):
+        subject = ("noise_peers", "1", method, 4)
+        return ([mean_of(results.find(*subject, "average_precision"), 3)]
+                + _cells(results, SCORES, *subject, prefix="best_")
+                + _cells(results, shares, *subject, prefix="usual_"))
+    _add_by_family(table, results.coders("noise_peers"), "", cells)
     return table
 
 
 def times_table(results):
     """Processor time of a frame."""
     table = Table("Processor time of a frame, milliseconds.",
-                  ["setting", "median", "longest", "times this library's on quadratic"])
+                  ["setting", "median", "longest", "÷ this library's on quadratic"])
     for sensor, resolution_cm in (("1", 4), ("5", 2)):
+        def value(method, quantity, sensor=sensor, cm=resolution_cm):
+            return results.mean("noise_time", sensor, method, cm, quantity)
+
+        def cells(method, value=value):
+            median = value(method, "median_ms")
+            return [number(median, 2), number(value(method, "longest_ms"), 2),
+                    number(median / value(methods[0], "median_ms"), 1)]
         methods = results.coders("noise_time", sensor=sensor,
                                  resolution_cm=float(resolution_cm))
-        own = results.mean("noise_time", sensor, methods[0], resolution_cm, "median_ms")
-        voxels = results.mean("noise_time", sensor, methods[0], resolution_cm, "voxels")
-        last_family = None
-        for method in methods:
-            family, setting = _family_and_setting(method)
-            if family != last_family:
-                table.add_group(f"{family}, sensor {sensor}, {resolution_cm} cm, "
-                                  f"{number(voxels, 0)} voxels")
-                last_family = family
-            median = results.mean("noise_time", sensor, method, resolution_cm,
-                                  "median_ms")
-            table.add_row([setting, number(median, 2),
-                           mean_of(results.find("noise_time", sensor, method,
-                                                  resolution_cm, "longest_ms"), 2),
-                           number(median / own, 1)])
+        _add_by_family(table, methods, f", sensor {sensor}, {resolution_cm} cm, "
+                       f"{number(value(methods[0], 'voxels'), 0)} voxels", cells)
     return table
 
 
 def bytes_table(results):
-    """What a stream shrinks by."""
-    table = Table("Sensor 1's stream, 4 cm, where the filter runs in its SensorNode; means "
-                  "of a frame.",
-                  ["filter", "voxels", "bytes", "less bytes %"])
+    """Bytes of a stream whose noise is removed."""
+    columns = (("voxels", "voxels", 0), ("bytes", "bytes", 0),
+               ("bytes saved %", "less_percent", 1))
+    table = Table("Sensor 1's stream, 4 cm; means of a frame.",
+                  ["filter"] + _headings(columns))
     prefix = "noise_bytes:"
     for coding in results.experiments(prefix):
         table.add_group(coding.replace(" ", ", "))
         for name in results.coders(prefix + coding):
-            def find(quantity, coding=coding, name=name):
-                return results.find(prefix + coding, "1", name, 4, quantity)
-            table.add_row([name, mean_of(find("voxels"), 0),
-                           mean_of(find("bytes"), 0),
-                           mean_of(find("less_percent"), 1)])
+            table.add_row([name] + _cells(results, columns, prefix + coding, "1", name, 4))
     return table

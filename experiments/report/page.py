@@ -117,10 +117,6 @@ def details(summary, blocks):
     return [f"<details><summary>{text(summary)}</summary>"] + blocks + ["</details>"]
 
 
-def bullets(sentences):
-    return "<ul>" + "".join(f"<li>{text(words)}</li>" for words in sentences) + "</ul>"
-
-
 def page(title, body):
     return ("<!DOCTYPE html>\n"
             '<html lang="en"><head><meta charset="utf-8">'

@@ -159,13 +159,13 @@ def depth_image_table(results):
                   ["coder", "paper, MB", "MB", "÷ paper", "ratio", "Mbit/s", "encode ms",
                    "decode ms", "depth error, mm RMS", "wrong pixels %"], paper_column=1)
 
-    def add_row(experiment, coder, resolution_cm, reported):
+    def add_row(experiment, coder, resolution_cm, reported, digits=2):
         def cell(quantity, digits):
             value = results.find(experiment, "1", coder, resolution_cm, quantity)
             return DASH if value is None else mean_and_deviation(value, digits)
         size = _scaled(results.value(experiment, "1", coder, resolution_cm, "bytes"), 1e-6)
         table.add_row([coder.replace(" cropped", ""),
-                       DASH if reported is None else number(reported, 2),
+                       DASH if reported is None else number(reported, digits),
                        mean_and_deviation(size, 4),
                        DASH if reported is None else number(size.mean / reported, 2)]
                       + [cell(quantity, digits) for quantity, digits in (
@@ -183,7 +183,7 @@ def depth_image_table(results):
             add_row("depth_image", coder, 0, None)
     table.add_group("for comparison, voxels of 4 cm with a count")
     for coder in CODERS:
-        add_row("compression", coder, 4, COMPRESSION[4]["KiB"][0] * 1024e-6)
+        add_row("compression", coder, 4, COMPRESSION[4]["KiB"][0] * 1024e-6, 4)
     return table
 
 
