@@ -65,6 +65,19 @@ TEST(DepthModel, PointSymbolsFollowTheLaw)
     }
 }
 
+TEST(DepthModel, NumbersAreRounded)
+{
+  VoxelGrid grid;
+  grid.resolution = 0.1;
+  grid.depth = 4;
+  IntensityScale scale;
+  scale.step = 1.5f;
+  const auto model = depthModelOf({1, 1.0, 255.0}, {0, 0, 0}, {1, 0, 0}, grid, scale);
+  ASSERT_TRUE(model);
+  EXPECT_EQ(model->step[0], 429496730); // 2^32 / 10 = 429496729.6
+  EXPECT_EQ(model->full_symbol, 43520u);
+}
+
 TEST(DepthModel, NoModelForNumbersOutOfRange)
 {
   const std::array<double, 3> sensor{};

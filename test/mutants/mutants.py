@@ -107,7 +107,8 @@ MUTANTS = [
     Mutant(VOXELIZING + "intensity_quantiser.cpp", "a scale that never shrinks",
            "lowest_ = 0.0;\n    highest_ = 0.0;", "lowest_ = 0.0;"),
     Mutant(VOXELIZING + "voxelizer.cpp", "a mean is a sum",
-           "voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);", ""),
+           "voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);",
+           "voxel_values_[i] /= 1.0;"),
 
     # Histories.
     Mutant(CONTEXT + "history.cpp", "an occupied voxel becomes less probable",
@@ -138,7 +139,8 @@ MUTANTS = [
 
     # New voxels.
     Mutant(FAST + "new_voxels.cpp", "new voxels outside of the grid",
-           "(in_grid & ~known) >> shift & 0xff)", "~known >> shift & 0xff)"),
+           "(in_grid & ~known) >> shift & 0xff)", "~known >> shift & 0xff)",
+           "isConsistent() refuses such voxels behind the payload"),
     Mutant(FAST + "new_voxels.cpp", "a new voxel that is known already",
            "(cells & closed >> shift) != 0 ||", "false ||"),
     Mutant(FAST + "new_voxels.cpp", "several new voxels of which there is one",

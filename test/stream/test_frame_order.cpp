@@ -183,6 +183,16 @@ TEST(FrameOrder, HalfOfAllNumbersAreAboveTheLastOne)
   }
 }
 
+TEST(FrameOrder, CopiesOfFramesBeforeARestartAreOld)
+{
+  FrameOrder order(true);
+  order.decoded(100, 7, true);
+  ASSERT_FALSE(order.isOld(1, 8, true)); // the sender was restarted
+  order.decoded(1, 8, true);
+  EXPECT_TRUE(order.isOld(100, 7, true));
+  EXPECT_FALSE(order.isOld(100, 9, true)); // another frame of that number
+}
+
 TEST(FrameOrder, OvertakenIFramesAreDropped)
 {
   // Frame 11 comes behind frame 23: decoding it would cost the frames up to 31.

@@ -47,6 +47,16 @@ TEST(IntensityQuantiser, SharesAreRoundedAndCappedAtOne)
   }
 }
 
+TEST(IntensityQuantiser, NegativeSharesAreZero)
+{
+  for (const auto format : {StreamFormat::Version1, StreamFormat::Published}) {
+    Stream stream(settingsOf(0.1, format), IntensityUnit::Share);
+    stream.add(Cloud{{0.05f, 0.05f, 0.05f, -3.0f}});
+    EXPECT_EQ(stream.frame.intensities.at(0), 0);
+    EXPECT_EQ(stream.statistics.intensities_out_of_range, 1u);
+  }
+}
+
 TEST(IntensityQuantiser, NativeIntensitiesAreMeansUnlessSumsAreWanted)
 {
   const Cloud cloud{{0.1f, 0.1f, 0.1f, 10.0f}, {0.2f, 0.2f, 0.2f, 30.0f}};

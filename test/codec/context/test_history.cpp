@@ -281,7 +281,7 @@ TEST(History, ForgetsVoxelsThatStayAway)
   blocks.assign({17});
   const auto framesAfter = [&](int occupied, bool is_i_frame, std::uint16_t threshold) {
     History history;
-    history.clear(8, threshold);
+    history.clear(8, static_cast<std::uint16_t>(threshold));
     for (int i = 0; i < occupied; ++i)
       history.update(blocks, {5}, nullptr, is_i_frame && i == 0);
     return framesUntilForgotten(history);
@@ -293,6 +293,20 @@ TEST(History, ForgetsVoxelsThatStayAway)
   EXPECT_GE(framesAfter(20, true, usual_threshold), 3 * noise);
   EXPECT_LE(framesAfter(1000, true, usual_threshold), 60);
   EXPECT_GT(framesAfter(20, true, 1000), framesAfter(20, true, usual_threshold));
+}
+
+TEST(History, KeepsVoxelsAtTheThreshold)
+{
+  // A voxel of a P-frame has 26000, and half of that after a frame without it.
+  for (const unsigned int threshold : {13000u, 13001u}) {
+    History history;
+    history.clear(8, static_cast<std::uint16_t>(threshold));
+    BlockList frame;
+    frame.assign({7});
+    history.update(frame, {5}, nullptr, false);
+    history.update(BlockList(), {}, nullptr, false);
+    EXPECT_EQ(history.recordCount(), threshold == 13000u ? 1u : 0u);
+  }
 }
 
 TEST(History, IsBoundedForRandomFrames)
