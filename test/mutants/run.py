@@ -6,7 +6,7 @@ A mutation that no test notices is either explained in mutants.py or a defect of
 the exit status is 1 then. Takes about half a minute for each mutation on one core.
 
     test/mutants/run.py                  # all of them, in build-mutants
-    test/mutants/run.py --only history   # those whose file or text contains a word
+    test/mutants/run.py --only history   # those whose file or name matches
 """
 
 import argparse
@@ -101,7 +101,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-mutants")
-    parser.add_argument("--only", default="", help="part of a mutant's file or text")
+    parser.add_argument("--only", default="", help="a regular expression for file and name")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
 
@@ -116,7 +116,7 @@ def main():
         sys.exit(f"the tests fail without a mutation: {failure}")
 
     chosen = [mutant for mutant in MUTANTS
-              if options.only in mutant.file or options.only in mutant.old + mutant.new]
+              if re.search(options.only, f"{mutant.file} {mutant.what}")]
     outcomes = {}
     for mutant in chosen:
         start = time.monotonic()
