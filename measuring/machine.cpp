@@ -5,7 +5,6 @@
 #include <pcl/pcl_config.h>
 
 #include <sys/utsname.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>

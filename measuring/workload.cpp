@@ -85,9 +85,9 @@ makePreprocessing(const Workload& workload, const InputStream& stream)
 }
 
 InputStream
-openCellStream(unsigned int sensor, std::size_t frames)
+openCellStream(unsigned int cell_sensor, std::size_t frames)
 {
-  return {openCell(sensor, frames, /* seed */ 1), cell::cropBox()};
+  return {openCell(cell_sensor, frames, /* seed */ 1), cell::cropBox()};
 }
 
 InputStream

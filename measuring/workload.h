@@ -89,7 +89,7 @@ makePreprocessing(const Workload& workload, const InputStream& stream);
 
 /** \brief The robot cell with its crop box. */
 InputStream
-openCellStream(unsigned int sensor, std::size_t frames);
+openCellStream(unsigned int cell_sensor, std::size_t frames);
 
 /** \brief The robot cell's lidar with the cell's crop box. */
 InputStream
