@@ -62,8 +62,8 @@ protected:
     EXPECT_EQ(map->size(), expected.size());
     std::size_t wrong = 0;
     for (auto leaf = expected.begin_leafs(); leaf != expected.end_leafs(); ++leaf) {
-      const auto* const node = map->search(leaf.getKey(), leaf.getDepth());
-      wrong += node == nullptr || node->getLogOdds() != leaf->getLogOdds() ? 1 : 0;
+      const auto* const found = map->search(leaf.getKey(), leaf.getDepth());
+      wrong += found == nullptr || found->getLogOdds() != leaf->getLogOdds() ? 1 : 0;
     }
     EXPECT_EQ(wrong, 0u);
   }
