@@ -15,13 +15,6 @@ namespace {
 
 namespace options = boost::program_options;
 
-template <typename SensorT>
-RuntimeSensor
-runtimeSensor(const SensorT& sensor)
-{
-  return {sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows};
-}
-
 /** \brief Reads x0,y0,z0,x1,y1,z1. */
 io::BoundingBox
 parseBox(const std::string& text)
@@ -60,6 +53,15 @@ lawChoices()
   return choices;
 }
 
+measuring::Choices<RuntimeSensor>
+sensorChoices()
+{
+  measuring::Choices<RuntimeSensor> choices;
+  for (const NamedSensor& named : named_sensors)
+    choices.emplace_back(named.name, named.sensor);
+  return choices;
+}
+
 options::options_description
 describeOptions(StreamOptions& result)
 {
@@ -87,13 +89,7 @@ describeOptions(StreamOptions& result)
          "auto (native if the input has an intensity, else count), count, quadratic, "
          "linear or native");
   option("sensor",
-         choice<RuntimeSensor>(
-             "sensor",
-             result.sensor,
-             {{"kinect_v2", runtimeSensor(KinectV2())},
-              {"kinect_v1", runtimeSensor(KinectV1())},
-              {"azure_kinect_nfov", runtimeSensor(AzureKinectNfovUnbinned())}})
-             ->default_value("kinect_v2"),
+         choice("sensor", result.sensor, sensorChoices())->default_value("kinect_v2"),
          "for quadratic and linear: kinect_v2, kinect_v1 or azure_kinect_nfov");
   option("format,f",
          choice<io::StreamFormat>("format",

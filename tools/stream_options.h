@@ -20,7 +20,7 @@ struct StreamOptions {
   std::uint32_t seed = 1;
   /** \brief None: native if the clouds have an intensity, else count. */
   std::optional<IntensityLaw> law;
-  RuntimeSensor sensor{70.6, 60.0, 512, 424};
+  RuntimeSensor sensor = runtimeSensor(KinectV2());
   std::optional<float> threshold; ///< least intensity that denoising keeps
   std::optional<io::BoundingBox> crop_box;
   io::IntensityCompressionSettings settings;

@@ -38,8 +38,7 @@ nodeSettings(double resolution, IntensityLaw law, io::Effort effort)
   settings.compression.resolution = resolution;
   settings.compression.effort = effort;
   settings.law = law;
-  settings.sensor.emplace(
-      KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows);
+  settings.sensor = runtimeSensor(KinectV2());
   settings.crop_box = cell::cropBox();
   return settings;
 }

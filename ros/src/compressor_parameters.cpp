@@ -14,13 +14,6 @@ using pcl_ext::IntensityLaw;
 using pcl_ext::RuntimeSensor;
 namespace io = pcl_ext::io;
 
-template <typename SensorT>
-RuntimeSensor
-runtimeSensor(const SensorT& sensor)
-{
-  return {sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows};
-}
-
 /** \brief The sensor, by its name or by its four numbers; nothing if none is set. */
 std::optional<RuntimeSensor>
 readSensor(ParameterReader& reader)
@@ -39,12 +32,10 @@ readSensor(ParameterReader& reader)
     if (numbers != 0)
       ParameterReader::refuse(
           "sensor", "'" + name + "'", "unset where one is set of " + all_numbers);
-    return reader.choice<RuntimeSensor>(
-        "sensor",
-        "",
-        {{"kinect_v2", runtimeSensor(pcl_ext::KinectV2())},
-         {"kinect_v1", runtimeSensor(pcl_ext::KinectV1())},
-         {"azure_kinect_nfov", runtimeSensor(pcl_ext::AzureKinectNfovUnbinned())}});
+    std::map<std::string, RuntimeSensor> sensors;
+    for (const auto& [sensor, sensor_name] : pcl_ext::named_sensors)
+      sensors.emplace(sensor_name, sensor);
+    return reader.choice("sensor", "", sensors);
   }
   if (numbers == 0)
     return std::nullopt;

@@ -61,9 +61,7 @@ TEST_F(Streams, LawsOfDepthGiveTheLibrarysVoxels)
 {
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Quadratic;
-  const pcl_ext::KinectV2 sensor;
-  settings.sensor.emplace(
-      sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
+  settings.sensor = pcl_ext::runtimeSensor(pcl_ext::KinectV2());
   settings.compression.resolution = 0.05;
   settings.compression.effort = io::Effort::Small;
   expectStream<pcl::PointXYZI>({{"intensity", "quadratic"},

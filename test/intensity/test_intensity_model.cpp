@@ -119,7 +119,9 @@ TEST(Sensor, FootprintMatchesAFaceCountedInPixels)
 
 TEST(Sensor, RuntimeSensorWithKinectFiguresIsTheKinect)
 {
-  const RuntimeSensor sensor(70.6, 60.0, 512, 424);
+  const RuntimeSensor sensor = pcl_ext::runtimeSensor(KinectV2());
+  EXPECT_EQ(sensor.fov_x_deg, 70.6);
+  EXPECT_EQ(sensor.fov_y_deg, 60.0);
   EXPECT_EQ(pixelFootprint(sensor), pixelFootprint(KinectV2()));
   const IntensityModel<RuntimeSensor, QuadraticLaw> runtime(0.04, sensor);
   const IntensityModel<KinectV2, QuadraticLaw> compiled(0.04);

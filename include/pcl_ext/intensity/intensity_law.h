@@ -47,6 +47,18 @@ needsSensor(IntensityLaw law)
   return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
 }
 
+/** \brief A sensor and its name on command lines and in parameter files. */
+struct NamedSensor {
+  RuntimeSensor sensor;
+  const char* name;
+};
+
+/** \brief The sensors that have a type. */
+inline constexpr std::array<NamedSensor, 3> named_sensors = {
+    {{runtimeSensor(KinectV2()), "kinect_v2"},
+     {runtimeSensor(KinectV1()), "kinect_v1"},
+     {runtimeSensor(AzureKinectNfovUnbinned()), "azure_kinect_nfov"}}};
+
 /** \brief Calls a visitor with the intensity model of a law; the only place where the
  * value of a law becomes a type.
  * \param[in] law the law

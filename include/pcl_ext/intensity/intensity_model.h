@@ -70,10 +70,10 @@ struct RuntimeSensor {
    * \param[in] image_rows height of the depth image, pixels, above 0
    * \throws std::invalid_argument if a parameter is outside its range
    */
-  RuntimeSensor(double horizontal_fov_deg,
-                double vertical_fov_deg,
-                unsigned int image_columns,
-                unsigned int image_rows)
+  constexpr RuntimeSensor(double horizontal_fov_deg,
+                          double vertical_fov_deg,
+                          unsigned int image_columns,
+                          unsigned int image_rows)
   : fov_x_deg(horizontal_fov_deg)
   , fov_y_deg(vertical_fov_deg)
   , columns(image_columns)
@@ -94,6 +94,16 @@ struct RuntimeSensor {
   unsigned int columns;
   unsigned int rows;
 };
+
+/** \brief The parameters of a sensor type.
+ * \tparam SensorT see KinectV2 for the contract
+ */
+template <typename SensorT>
+constexpr RuntimeSensor
+runtimeSensor(const SensorT& sensor)
+{
+  return RuntimeSensor(sensor.fov_x_deg, sensor.fov_y_deg, sensor.columns, sensor.rows);
+}
 
 /** \brief The sensor of laws that do not depend on it (count, native). */
 struct UnspecifiedSensor {};
