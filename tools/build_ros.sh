@@ -1,8 +1,8 @@
-#!/usr/bin/env bash
+#!/bin/sh
 # Installs what is missing, builds the library and the ROS package on it, in build-ros/.
-# Behind it, `source build-ros/devel/setup.bash` makes the nodes known to roslaunch.
+# After `source build-ros/devel/setup.bash` roslaunch finds the nodes.
 # Usage: tools/build_ros.sh [CMake arguments for the ROS package]
-set -euo pipefail
+set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build-ros
 jobs=${PCL_EXT_JOBS:-2}

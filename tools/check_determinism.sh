@@ -66,7 +66,7 @@ check() {
   echo "same bytes: $compiler ($lanes, $((SECONDS - start)) s)"
 }
 
-# Prints one line, or all that was said if something went wrong.
+# Prints one line, or the whole output if something failed.
 report() {
   local log=$out/$BASHPID.log
   if check "$@" > "$log" 2>&1; then

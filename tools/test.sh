@@ -1,7 +1,7 @@
-#!/usr/bin/env bash
+#!/bin/sh
 # Installs what is missing, builds everything and runs all tests.
 # Usage: tools/test.sh [ctest arguments]
-set -euo pipefail
+set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 
 "$root/tools/install_packages.sh" build

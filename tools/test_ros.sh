@@ -1,8 +1,8 @@
-#!/usr/bin/env bash
+#!/bin/sh
 # Installs what is missing, builds the library and the ROS package on it, and runs the
 # package's tests, each with a ROS master of its own.
 # Usage: tools/test_ros.sh [ctest arguments]
-set -euo pipefail
+set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 
 "$root/tools/build_ros.sh" -DPCL_EXT_ROS_BUILD_TESTS=ON \
