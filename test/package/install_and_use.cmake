@@ -1,15 +1,18 @@
 # Installs the library into an empty prefix, moves the prefix, and there builds and runs
 # projects with find_package(pcl_ext).
 # Usage: cmake -DSOURCE_DIR=... -DWORK_DIR=... -DLIBDIR=... -DGENERATOR=...
-#   -DCXX_COMPILER=... -DCXX_FLAGS=... [-DBUILD_DIR=...] [-DOPTIONS=...]
-#   [-DCODEC_ALONE=ON] [-DWITH_EXAMPLES=ON] -P install_and_use.cmake
-#   BUILD_DIR      a build tree; without it one is made with OPTIONS
-#   CODEC_ALONE    without pcl_ext::pcl_ext, as on a machine that has no PCL
-#   WITH_EXAMPLES  the examples are built and run, too
+#   -DCXX_COMPILER=... -DCXX_FLAGS=... [-DBUILD_DIR=... | -DAS_SUBDIRECTORY=ON |
+#   -DCODEC_ALONE=ON] [-DWITH_EXAMPLES=ON] -P install_and_use.cmake
+#   BUILD_DIR        an existing build tree
+#   AS_SUBDIRECTORY  static libraries, built by a project that adds this one as a
+#                    subdirectory
+#   CODEC_ALONE      without pcl_ext::pcl_ext, as on a machine that has no PCL
+#   WITH_EXAMPLES    the examples are built and run, too
 
 set(toolchain -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX_COMPILER}
               -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_BUILD_TYPE=Release)
 set(without_pcl -DCMAKE_DISABLE_FIND_PACKAGE_PCL=ON)
+set(packages ${SOURCE_DIR}/test/package)
 set(prefix ${WORK_DIR}/moved)
 
 function(run)
@@ -28,6 +31,11 @@ function(build_project source name)
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/${name})
 endfunction()
 
+function(run_program name)
+  run(${WORK_DIR}/${name})
+  message(STATUS "${output}")
+endfunction()
+
 function(expect_without text what)
   foreach(word ${ARGN})
     string(FIND "${text}" "${word}" position)
@@ -37,17 +45,43 @@ function(expect_without text what)
   endforeach()
 endfunction()
 
+# Expects that find_package(pcl_ext) with these arguments ends with a status and prints a
+# text.
+function(expect_find arguments status text)
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -S ${packages}/find -B ${WORK_DIR}/find ${toolchain}
+            -DCMAKE_PREFIX_PATH=${prefix} -DARGUMENTS=${arguments} ${ARGN}
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  string(REGEX REPLACE "[ \n]+" " " line "${output}")
+  string(FIND "${line}" "${text}" position)
+  if(NOT result EQUAL status OR position EQUAL -1)
+    message(FATAL_ERROR "find_package with '${arguments}' ended with ${result}, "
+                        "expected ${status} and '${text}':\n${output}")
+  endif()
+endfunction()
+
 file(REMOVE_RECURSE ${WORK_DIR})
 if(NOT BUILD_DIR)
   set(BUILD_DIR ${WORK_DIR}/build)
-  if(CODEC_ALONE)
-    list(APPEND OPTIONS -DPCL_EXT_WITH_PCL=OFF ${without_pcl})
-  else()
-    list(APPEND OPTIONS -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_TOOLS=OFF)
+  set(configure ${CMAKE_COMMAND} -B ${BUILD_DIR} ${toolchain} -DCMAKE_INSTALL_LIBDIR=${LIBDIR})
+  if(AS_SUBDIRECTORY)
+    list(APPEND configure -S ${packages}/subdirectory -DPCL_EXT_SOURCE_DIR=${SOURCE_DIR})
+    # Without options the parent project gets no rule of installation and no test.
+    run(${configure})
+    run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/installed)
+    file(GLOB_RECURSE unwanted ${WORK_DIR}/installed/* ${BUILD_DIR}/CTestTestfile.cmake)
+    if(unwanted)
+      message(FATAL_ERROR "the parent project got ${unwanted}")
+    endif()
+    run(${configure} -DPCL_EXT_INSTALL=ON)
+  elseif(CODEC_ALONE)
+    run(${configure} -S ${SOURCE_DIR} -DPCL_EXT_WITH_PCL=OFF ${without_pcl})
   endif()
-  run(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${BUILD_DIR} ${toolchain}
-      -DCMAKE_INSTALL_LIBDIR=${LIBDIR} ${OPTIONS})
   run(${CMAKE_COMMAND} --build ${BUILD_DIR})
+  if(AS_SUBDIRECTORY)
+    run_program(build/consumer)
+    run_program(build/codec_consumer)
+  endif()
 endif()
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/installed)
 # A path that was written into the installed files no longer exists.
@@ -61,11 +95,9 @@ foreach(target_file ${target_files})
 endforeach()
 
 # The codec is of use without PCL, whether the rest is installed or not.
-set(packages ${SOURCE_DIR}/test/package)
-build_project(${packages}/codec_stranger codec_stranger ${without_pcl}
+build_project(${packages}/codec_consumer codec_consumer ${without_pcl}
               -DINCLUDE_ALL_HEADERS=${CODEC_ALONE})
-run(${WORK_DIR}/codec_stranger/codec_stranger)
-message(STATUS "${output}")
+run_program(codec_consumer/codec_consumer)
 set(codec ${prefix}/${LIBDIR}/libpcl_ext_codec.so)
 if(EXISTS ${codec})
   run(readelf -W --dynamic --dyn-syms ${codec})
@@ -78,24 +110,19 @@ if(CODEC_ALONE)
     file(READ ${header} text)
     expect_without("${text}" ${header} "<pcl/")
   endforeach()
-  # The whole library is asked for, and is not there.
-  execute_process(
-    COMMAND ${CMAKE_COMMAND} -S ${packages}/stranger -B ${WORK_DIR}/stranger ${toolchain}
-            -DCMAKE_PREFIX_PATH=${prefix}
-    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  string(REGEX REPLACE "[ \n]+" " " output "${output}")
-  string(FIND "${output}" "component pcl_ext is not installed" position)
-  if(result EQUAL 0 OR position EQUAL -1)
-    message(FATAL_ERROR "COMPONENTS pcl_ext ended with ${result}:\n${output}")
-  endif()
+  expect_find("" 0 "found: codec." ${without_pcl})
+  expect_find("OPTIONAL_COMPONENTS pcl_ext" 0 "found: codec." ${without_pcl})
+  expect_find("COMPONENTS pcl_ext" 1 "component pcl_ext is not installed")
   return()
 endif()
 
-build_project(${packages}/stranger stranger)
-run(${WORK_DIR}/stranger/stranger)
-message(STATUS "${output}")
+expect_find("" 0 "found: codec pcl_ext.")
+expect_find("OPTIONAL_COMPONENTS foo" 0 "found: codec pcl_ext.")
+expect_find("COMPONENTS codec OPTIONAL_COMPONENTS pcl_ext" 0 "found: codec." ${without_pcl})
+expect_find("COMPONENTS codec foo" 1 "unknown component 'foo': the components are codec and")
+build_project(${packages}/consumer consumer)
+run_program(consumer/consumer)
 if(WITH_EXAMPLES)
   build_project(${SOURCE_DIR}/examples examples)
-  run(${WORK_DIR}/examples/02_sensor_to_denoised_cloud)
-  message(STATUS "${output}")
+  run_program(examples/02_sensor_to_denoised_cloud)
 endif()

@@ -1,4 +1,4 @@
-// A project that knows pcl_ext only by find_package.
+// The class and the preprocessor, used by another project.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
