@@ -72,19 +72,13 @@ checkedCount(const std::string& option,
   return static_cast<unsigned int>(count);
 }
 
-double
-checkedNumber(const std::string& option, double number, double lowest, double highest)
-{
-  checkRange(option, number, lowest, highest);
-  return number;
-}
-
 options::typed_value<double>*
 number(const std::string& option, double& result, double lowest, double highest)
 {
   return options::value<double>()->notifier(
       [option, &result, lowest, highest](double given) {
-        result = checkedNumber(option, given, lowest, highest);
+        checkRange(option, given, lowest, highest);
+        result = given;
       });
 }
 

@@ -27,7 +27,7 @@ runProgram(const std::string& name, const std::function<int()>& run);
 /** \brief Reads a program's command line.
  * \param[in] argc,argv of main
  * \param[in] description of the options, `help` among them
- * \param[in] positional option that arguments without a name belong to; empty: none
+ * \param[in] positional option that arguments without a name are values of; empty: none
  * \param[out] values the options that were given; variables bound to options are set
  * \return false if only the help was asked for, which is then printed
  * \throws std::exception with a message for the user if the command line is invalid
@@ -47,10 +47,6 @@ checkedCount(const std::string& option,
              std::int64_t count,
              std::int64_t lowest,
              std::int64_t highest);
-
-/** \copydoc checkedCount */
-double
-checkedNumber(const std::string& option, double number, double lowest, double highest);
 
 /** \brief The largest count that options take. */
 constexpr std::int64_t largest_count = std::numeric_limits<std::int32_t>::max();

@@ -31,7 +31,7 @@ using Preprocessing = std::function<PreprocessingStatistics(
 /** \brief Makes the preprocessing of one sensor.
  * \param[in] law intensity of a point; the shares of a voxel face are times full_face
  * \param[in] resolution voxel edge, metres
- * \param[in] sensor field of view and size of the depth image
+ * \param[in] sensor for laws that need one
  * \param[in] sensor_pose sensor -> world
  * \param[in] crop_box what to keep, world; none: everything
  * \return a function that throws std::runtime_error if a cloud cannot be preprocessed
@@ -40,7 +40,7 @@ template <typename CloudT>
 Preprocessing<CloudT>
 makePreprocessing(IntensityLaw law,
                   double resolution,
-                  const RuntimeSensor& sensor,
+                  const std::optional<RuntimeSensor>& sensor,
                   const Eigen::Isometry3d& sensor_pose,
                   const std::optional<io::BoundingBox>& crop_box)
 {

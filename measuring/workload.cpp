@@ -16,8 +16,7 @@ namespace measuring {
 namespace {
 
 /** \brief The sensors of the robot cell. */
-const RuntimeSensor sensor{
-    KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows};
+const RuntimeSensor kinect = runtimeSensor(KinectV2());
 
 } // namespace
 
@@ -48,6 +47,27 @@ coderName(const Variant& variant)
 }
 
 io::IntensityCompressionSettings
+compressionSettings(IntensityLaw law,
+                    const std::optional<RuntimeSensor>& sensor,
+                    io::IntensityCompressionSettings settings)
+{
+  if (law == IntensityLaw::Native)
+    return settings;
+  settings.aggregation = io::Aggregation::Sum;
+  if (settings.format == io::StreamFormat::Version1) {
+    if (settings.intensity_bits == 0 &&
+        settings.intensity_curve == io::IntensityCurve::Linear)
+      settings.intensity_bits = 8;
+    settings.intensity_range = full_face;
+    settings.depth_law =
+        visitIntensityModel(law, settings.resolution, sensor, [](const auto& model) {
+          return io::depthLawOf(model);
+        });
+  }
+  return settings;
+}
+
+io::IntensityCompressionSettings
 compressionSettings(const Workload& workload, const Variant& variant)
 {
   io::IntensityCompressionSettings settings;
@@ -55,16 +75,7 @@ compressionSettings(const Workload& workload, const Variant& variant)
   settings.i_frame_rate = workload.i_frame_rate;
   settings.effort = variant.effort;
   settings.format = variant.format;
-  settings.aggregation = io::Aggregation::Sum;
-  if (variant.format == io::StreamFormat::Version1) {
-    settings.intensity_bits = 8;
-    settings.intensity_range = full_face;
-    settings.depth_law = visitIntensityModel(
-        workload.law, workload.resolution, sensor, [](const auto& model) {
-          return io::depthLawOf(model);
-        });
-  }
-  return settings;
+  return compressionSettings(workload.law, kinect, settings);
 }
 
 void
@@ -79,7 +90,7 @@ makePreprocessing(const Workload& workload, const InputStream& stream)
 {
   return makePreprocessing<PositionCloud>(workload.law,
                                           workload.resolution,
-                                          sensor,
+                                          kinect,
                                           stream.clouds->sensorPose(),
                                           stream.crop_box);
 }

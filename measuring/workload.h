@@ -56,7 +56,19 @@ variantChoices();
 std::string
 coderName(const Variant& variant);
 
-/** \brief Settings for points that carry their intensity already.
+/** \brief Completes the settings for points whose intensity makePreprocessing() made.
+ * Nothing changes for native intensities. Those of the other laws are summed; version 1
+ * has 8 bits, unless the settings have another number or curve, and the law's depth model.
+ * \param[in] law of the preprocessing
+ * \param[in] sensor of the preprocessing
+ * \param[in] settings all that does not depend on the law
+ */
+io::IntensityCompressionSettings
+compressionSettings(IntensityLaw law,
+                    const std::optional<RuntimeSensor>& sensor,
+                    io::IntensityCompressionSettings settings);
+
+/** \brief The settings of a workload.
  *
  * No box: every coder chooses its own, as PCL's class does, and the published layout
  * then has the same voxels as version 1.

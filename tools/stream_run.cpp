@@ -1,10 +1,9 @@
 #include "stream_run.h"
 
-#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
-#include "measuring/preprocessing.h"
 #include "measuring/samples.h"
+#include "measuring/workload.h"
 
 #include <pcl/filters/passthrough.h>
 #include <pcl/io/pcd_io.h>
@@ -26,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using IntensityCloud = pcl::PointCloud<pcl::PointXYZI>;
+using measuring::IntensityCloud;
 using measuring::timeOf;
 using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
@@ -52,29 +51,14 @@ defaultThreshold(IntensityLaw law)
   return needsSensor(law) ? 64.0f : 2.0f;
 }
 
-/** \brief The preprocessed points carry their intensity, so the class takes it as the
- * points' own: summed for the laws of the paper, averaged for a native one. */
 io::IntensityCompressionSettings
-compressionSettings(const StreamOptions& options,
-                    IntensityLaw law,
-                    const std::optional<io::BoundingBox>& crop_box)
+settingsOf(const StreamOptions& options,
+           IntensityLaw law,
+           const std::optional<io::BoundingBox>& crop_box)
 {
   io::IntensityCompressionSettings settings = options.settings;
   settings.bounding_box = crop_box;
-  if (law == IntensityLaw::Native)
-    return settings;
-  settings.aggregation = io::Aggregation::Sum;
-  if (settings.format == io::StreamFormat::Version1) {
-    if (settings.intensity_bits == 0 &&
-        settings.intensity_curve == io::IntensityCurve::Linear)
-      settings.intensity_bits = 8;
-    settings.intensity_range = measuring::full_face;
-    settings.depth_law = visitIntensityModel(
-        law, settings.resolution, options.sensor, [](const auto& model) {
-          return io::depthLawOf(model);
-        });
-  }
-  return settings;
+  return measuring::compressionSettings(law, options.sensor, settings);
 }
 
 void
@@ -97,8 +81,8 @@ public:
            StreamReport& report)
   : preprocess_(measuring::makePreprocessing<pcl::PCLPointCloud2>(
         law, options.settings.resolution, options.sensor, sensor_pose, crop_box))
-  , encoder_(compressionSettings(options, law, crop_box))
-  , decoder_(compressionSettings(options, law, crop_box))
+  , encoder_(settingsOf(options, law, crop_box))
+  , decoder_(settingsOf(options, law, crop_box))
   , threshold_(options.threshold.value_or(defaultThreshold(law)))
   , report_(report)
   {}

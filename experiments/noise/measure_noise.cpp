@@ -1,6 +1,6 @@
 /** \file
- * \brief Measures how well noise is told from surfaces in the voxels of the robot cell: by
- * the paper's laws, by the library's filter and by PCL's.
+ * \brief Measures how well noise is distinguished from surfaces in the voxels of the
+ * robot cell: by the paper's laws, by the library's filter and by PCL's.
  */
 #include "filter_times.h"
 #include "measuring/command_line.h"
@@ -13,12 +13,7 @@
 
 #include <boost/program_options.hpp>
 
-#include <algorithm>
 #include <cstdint>
-#include <exception>
-#include <iostream>
-#include <limits>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -33,15 +28,15 @@ namespace options = boost::program_options;
 struct NoiseOptions {
   std::string part;                  ///< one of the parts, or all
   std::vector<unsigned int> sensors; ///< 1 to 6, and 7 for part laws
-  std::uint32_t frames = 300;
-  std::uint32_t seed = 1;
-  double resolution = 0.04; ///< voxel edge, metres
+  std::uint32_t frames = 0;
+  std::uint32_t seed = 0;
+  double resolution = 0.0;  ///< voxel edge, metres
   std::string results_file; ///< empty: standard output
 
   bool
-  wants(const std::string& wanted) const
+  includes(const std::string& one) const
   {
-    return part == "all" || part == wanted;
+    return part == "all" || part == one;
   }
 };
 
@@ -49,16 +44,19 @@ bool
 parse(int argc, const char* const* argv, NoiseOptions& result)
 {
   std::vector<std::int64_t> sensors;
-  std::int64_t frames = 0;
-  std::int64_t seed = 0;
+  measuring::Choices<std::string> parts;
+  for (const char* const part :
+       {"all", "bytes", "fused", "laws", "peers", "time", "weights"})
+    parts.emplace_back(part, part);
   options::options_description description(
-      "Measures how well noise is told from surfaces in the voxels of the robot cell, "
-      "and writes the results as CSV.\nUsage: measure_noise [options]\n\nOptions");
+      "Measures how well noise is distinguished from surfaces in the voxels of the "
+      "robot cell, and writes the results as CSV.\nUsage: measure_noise "
+      "[options]\n\nOptions");
   auto option = description.add_options();
-  option("help,h", "print this and stop");
+  option("help,h", "print this and exit");
   option(
       "part",
-      options::value(&result.part)->default_value("all"),
+      measuring::choice("part", result.part, parts)->default_value("all"),
       "laws (the paper's laws and the library's filter), peers (PCL's filters), time, "
       "bytes (of a stream whose noise is removed), weights (fit of the filter's), "
       "fused (all six cameras) or all");
@@ -66,11 +64,14 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
          options::value(&sensors)->multitoken()->default_value({1}, "1"),
          "sensors, 1 to 6, and 7, the lidar, for part laws");
   option("frames,n",
-         options::value(&frames)->default_value(result.frames),
+         measuring::count("frames", result.frames, 1)->default_value(300),
          "number of frames");
-  option("seed", options::value(&seed)->default_value(result.seed), "of the noise");
+  option("seed",
+         measuring::count("seed", result.seed, 0)->default_value(1),
+         "of the noise");
   option("resolution,r",
-         options::value(&result.resolution)->default_value(result.resolution),
+         measuring::number("resolution", result.resolution, 0.005, 1.0)
+             ->default_value(0.04, "0.04"),
          "voxel edge, metres, 0.005 to 1");
   option("results",
          options::value(&result.results_file),
@@ -78,21 +79,10 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
   options::variables_map values;
   if (!measuring::parseCommandLine(argc, argv, description, "", values))
     return false;
-  const std::vector<std::string> parts = {
-      "all", "bytes", "fused", "laws", "peers", "time", "weights"};
-  if (std::find(parts.begin(), parts.end(), result.part) == parts.end())
-    throw std::invalid_argument("there is no --part '" + result.part +
-                                "'; it is all, bytes, fused, laws, peers, time or "
-                                "weights");
-  constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   const unsigned int last_sensor =
       result.part == "laws" ? cell::RobotCell::lidar : cell::RobotCell::sensor_count;
   for (const std::int64_t sensor : sensors)
     result.sensors.push_back(measuring::checkedCount("sensor", sensor, 1, last_sensor));
-  result.frames = measuring::checkedCount("frames", frames, 1, most);
-  result.seed = measuring::checkedCount("seed", seed, 0, most);
-  if (!(result.resolution >= 0.005 && result.resolution <= 1.0))
-    throw std::invalid_argument("--resolution must be 0.005 to 1, metres");
   return true;
 }
 
@@ -125,7 +115,7 @@ measureSensor(unsigned int sensor,
   const std::string name = std::to_string(sensor);
   const auto [seed, frames, resolution] =
       std::tuple(options.seed, options.frames, options.resolution);
-  if (options.wants("laws")) {
+  if (options.includes("laws")) {
     if (sensor == cell::RobotCell::lidar)
       judgeStream("noise",
                   name,
@@ -141,18 +131,18 @@ measureSensor(unsigned int sensor,
                   options,
                   results);
   }
-  if (options.wants("peers"))
+  if (options.includes("peers"))
     judgeStream("noise_peers",
                 name,
                 LabelledStream(seed, sensor, resolution),
                 peerMethods(resolution),
                 options,
                 results);
-  if (options.wants("time"))
+  if (options.includes("time"))
     measureFilterTimes(seed, sensor, frames, resolution, results);
-  if (options.wants("bytes"))
+  if (options.includes("bytes"))
     measureStreamBytes(seed, sensor, frames, resolution, results);
-  if (options.wants("weights"))
+  if (options.includes("weights"))
     fitShellWeights(seed, sensor, frames, resolution, results);
 }
 
@@ -163,7 +153,7 @@ measure(const NoiseOptions& options)
   for (const unsigned int sensor : options.sensors)
     if (options.part != "fused")
       measureSensor(sensor, options, results);
-  if (options.wants("fused")) {
+  if (options.includes("fused")) {
     FusedStream stream(options.seed, options.resolution);
     judgeStream("noise", "merged", stream, mergedMethods(stream), options, results);
   }
@@ -175,14 +165,10 @@ measure(const NoiseOptions& options)
 int
 main(int argc, char** argv)
 {
-  try {
+  return measuring::runProgram("measure_noise", [argc, argv] {
     NoiseOptions options;
     if (parse(argc, argv, options))
       measure(options);
     return 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "measure_noise: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

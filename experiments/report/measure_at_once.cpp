@@ -10,10 +10,7 @@
 
 #include <boost/program_options.hpp>
 
-#include <cstdint>
-#include <exception>
-#include <iostream>
-#include <stdexcept>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -22,12 +19,13 @@ namespace {
 namespace options = boost::program_options;
 using pcl_ext::measuring::NodeFigures;
 using pcl_ext::measuring::RunAtOnce;
+using pcl_ext::measuring::Variant;
 using pcl_ext::report::ResultFile;
 using pcl_ext::report::Subject;
 
 struct AtOnceOptions {
   std::string file;
-  std::string coder;
+  Variant variant{};
   std::size_t frames = 0;
   double seconds = 0.0;
 };
@@ -39,32 +37,30 @@ parse(int argc, const char* const* argv, AtOnceOptions& result)
       "Runs the nodes of all sensors and a central one at once.\n"
       "Usage: measure_at_once [options] file\n\nOptions");
   auto option = description.add_options();
-  option("help,h", "print this and stop");
+  option("help,h", "print this and exit");
   option("file", options::value(&result.file)->required(), "CSV, for the results");
   option("coder",
-         options::value(&result.coder)->default_value("balanced"),
+         pcl_ext::measuring::choice(
+             "coder", result.variant, pcl_ext::measuring::variantChoices())
+             ->default_value("balanced"),
          "fast balanced small published");
-  std::int64_t frames = 0;
-  option("frames,n",
-         options::value(&frames)->default_value(60),
-         "clouds of each sensor, 3.5 MB each, which are repeated");
-  option("seconds", options::value(&result.seconds)->default_value(50.0), "to run");
-  options::variables_map values;
-  if (!pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values))
-    return false;
   // All clouds are held in memory: a thousand of each sensor are 21 GB.
-  result.frames = pcl_ext::measuring::checkedCount("frames", frames, 1, 1000);
-  if (!(result.seconds >= 0.1 && result.seconds <= 86400.0))
-    throw std::invalid_argument("--seconds must be 0.1 to 86400");
-  return true;
+  option("frames,n",
+         pcl_ext::measuring::count("frames", result.frames, 1, 1000)->default_value(60),
+         "clouds of each sensor, 3.5 MB each, which are repeated");
+  option("seconds",
+         pcl_ext::measuring::number("seconds", result.seconds, 0.1, 86400.0)
+             ->default_value(50.0),
+         "to run");
+  options::variables_map values;
+  return pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values);
 }
 
 void
 measure(const AtOnceOptions& options)
 {
   const pcl_ext::measuring::Workload workload;
-  const auto variant = pcl_ext::measuring::valueNamed(
-      "coder", options.coder, pcl_ext::measuring::variantChoices());
+  const Variant& variant = options.variant;
   ResultFile results(options.file);
   const Subject run_itself{"at_once_run", "", variant.name, workload.resolution};
   results.add(run_itself, "clouds", static_cast<double>(options.frames));
@@ -101,14 +97,10 @@ measure(const AtOnceOptions& options)
 int
 main(int argc, char** argv)
 {
-  try {
+  return pcl_ext::measuring::runProgram("measure_at_once", [argc, argv] {
     AtOnceOptions options;
     if (parse(argc, argv, options))
       measure(options);
     return 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "measure_at_once: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

@@ -13,8 +13,7 @@
 #include <boost/program_options.hpp>
 
 #include <algorithm>
-#include <cstdint>
-#include <exception>
+#include <cstddef>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
@@ -42,8 +41,9 @@ struct StreamOptions {
 /** \brief Frames of each of the 20 resolutions. */
 constexpr std::size_t most_frames_of_sweep = 100;
 
+/** \brief Prints what is measured next. */
 void
-tell(const std::string& what)
+printProgress(const std::string& what)
 {
   std::cerr << "measure_streams: " << what << '\n';
 }
@@ -75,7 +75,7 @@ measureSensor(unsigned int number,
               ResultFile& results)
 {
   const std::string sensor = std::to_string(number);
-  tell("sensor " + sensor);
+  printProgress("sensor " + sensor);
   pcl_ext::report::measureCropping(
       stream, {"cropping", sensor, "SensorPreprocessor", 0.04}, results);
   std::vector<StreamCoder> coders;
@@ -108,8 +108,7 @@ measureSensors(const StreamOptions& options, ResultFile& results)
 void
 measureLaws(const StreamOptions& options, ResultFile& results)
 {
-  using pcl_ext::KinectV2;
-  tell("laws of intensity");
+  printProgress("laws of intensity");
   const InputStream stream = pcl_ext::measuring::openCellStream(1, options.frames);
   std::vector<StreamCoder> coders;
   for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear})
@@ -117,8 +116,7 @@ measureLaws(const StreamOptions& options, ResultFile& results)
              {law == IntensityLaw::Quadratic ? "quadratic" : "linear", "1", "", 0.04},
              stream)) {
       coder.settings.law = law;
-      coder.settings.sensor.emplace(
-          KinectV2::fov_x_deg, KinectV2::fov_y_deg, KinectV2::columns, KinectV2::rows);
+      coder.settings.sensor = pcl_ext::runtimeSensor(pcl_ext::KinectV2());
       coders.push_back(coder);
     }
   pcl_ext::report::measureCoders(stream, RobotCell::frame_rate, coders, results);
@@ -128,7 +126,7 @@ measureLaws(const StreamOptions& options, ResultFile& results)
 void
 measureResolutions(const StreamOptions& options, ResultFile& results)
 {
-  tell("resolutions");
+  printProgress("resolutions");
   const InputStream stream = pcl_ext::measuring::openCellStream(
       1, std::min(options.frames, most_frames_of_sweep));
   std::vector<StreamCoder> coders;
@@ -146,20 +144,17 @@ parse(int argc, const char* const* argv, StreamOptions& result)
       "Measures the tables of experiments/report.sh.\n"
       "Usage: measure_streams [options] file\n\nOptions");
   auto option = description.add_options();
-  option("help,h", "print this and stop");
+  option("help,h", "print this and exit");
   option("file", options::value(&result.file)->required(), "CSV, for the results");
   option("machine",
          options::value(&result.machine_file),
          "file, for the description of the machine");
-  std::int64_t frames = 0;
   option("frames,n",
-         options::value(&frames)->default_value(1000),
+         pcl_ext::measuring::count("frames", result.frames, 1, 1000000)
+             ->default_value(1000),
          "of each sensor of the robot cell");
   options::variables_map values;
-  if (!pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values))
-    return false;
-  result.frames = pcl_ext::measuring::checkedCount("frames", frames, 1, 1000000);
-  return true;
+  return pcl_ext::measuring::parseCommandLine(argc, argv, description, "file", values);
 }
 
 void
@@ -177,7 +172,7 @@ measure(const StreamOptions& options)
   measureSensors(options, results);
   measureLaws(options, results);
   measureResolutions(options, results);
-  tell("depth images");
+  printProgress("depth images");
   pcl_ext::report::measureDepthImages(
       pcl_ext::measuring::openCellStream(1, options.frames),
       RobotCell::frame_rate,
@@ -190,14 +185,10 @@ measure(const StreamOptions& options)
 int
 main(int argc, char** argv)
 {
-  try {
+  return pcl_ext::measuring::runProgram("measure_streams", [argc, argv] {
     StreamOptions options;
     if (parse(argc, argv, options))
       measure(options);
     return 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "measure_streams: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

@@ -12,10 +12,8 @@
 #include <boost/program_options.hpp>
 
 #include <cmath>
-#include <exception>
 #include <fstream>
 #include <iomanip>
-#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -206,7 +204,7 @@ parse(int argc, const char* const* argv, std::string& folder)
   options::options_description description("Writes what the report's pictures show.\n"
                                            "Usage: sample_pictures folder\n\nOptions");
   auto option = description.add_options();
-  option("help,h", "print this and stop");
+  option("help,h", "print this and exit");
   option("folder", options::value(&folder)->required(), "folder for the CSV files");
   options::variables_map values;
   return pcl_ext::measuring::parseCommandLine(
@@ -218,7 +216,7 @@ parse(int argc, const char* const* argv, std::string& folder)
 int
 main(int argc, char** argv)
 {
-  try {
+  return pcl_ext::measuring::runProgram("sample_pictures", [argc, argv] {
     std::string folder;
     if (!parse(argc, argv, folder))
       return 0;
@@ -227,9 +225,5 @@ main(int argc, char** argv)
     writeCell(folder, cell);
     writeOctree(folder, cell);
     return 0;
-  }
-  catch (const std::exception& error) {
-    std::cerr << "sample_pictures: " << error.what() << '\n';
-    return 1;
-  }
+  });
 }

@@ -99,23 +99,20 @@ measureCropping(const measuring::InputStream& stream,
                 const Subject& subject,
                 ResultFile& results)
 {
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(subject.resolution)};
-  preprocessor.setSensorPose(stream.clouds->sensorPose());
-  if (stream.crop_box)
-    preprocessor.setCropBox(
-        Eigen::Map<const Eigen::Vector3d>(stream.crop_box->min.data()).cast<float>(),
-        Eigen::Map<const Eigen::Vector3d>(stream.crop_box->max.data()).cast<float>());
+  const auto preprocess =
+      measuring::makePreprocessing<pcl::PCLPointCloud2>(IntensityLaw::Count,
+                                                        subject.resolution,
+                                                        std::nullopt,
+                                                        stream.clouds->sensorPose(),
+                                                        stream.crop_box);
   pcl::PCLPointCloud2 cloud;
   measuring::IntensityCloud cropped;
   MeanAndDeviation cloud_points, points, cropped_points, cropping_ratio, kept_percent,
       preprocess_ms;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);
-    PreprocessingStatus status;
-    preprocess_ms.add(timeOf([&] { status = preprocessor.process(cloud, cropped); }));
-    if (!status.ok())
-      throw std::runtime_error(subject.sensor + ": " + status.message());
-    const PreprocessingStatistics& statistics = preprocessor.getStatistics();
+    PreprocessingStatistics statistics;
+    preprocess_ms.add(timeOf([&] { statistics = preprocess(cloud, cropped); }));
     const double all = static_cast<double>(statistics.points);
     const double finite = all - static_cast<double>(statistics.points_not_finite);
     const double inside = static_cast<double>(cropped.size());
