@@ -5,6 +5,7 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "simulator/crop_box.h"
 
@@ -43,15 +44,7 @@ public:
   {
     if (const auto status = preprocessor_.process(cloud, points_); !status.ok())
       throw std::runtime_error(status.message());
-    io::PointView view;
-    view.count = points_.size();
-    if (!points_.empty()) {
-      constexpr std::size_t stride = sizeof(pcl::PointXYZI) / sizeof(float);
-      view.coordinates = &points_.front().x;
-      view.coordinate_stride = stride;
-      view.intensities = &points_.front().intensity;
-      view.intensity_stride = stride;
-    }
+    const io::PointView view = pointViewWithIntensities(points_);
     if (const auto status = encoder_.voxelize(view, pose_, frame); !status.ok())
       throw std::runtime_error(status.message());
   }
