@@ -31,7 +31,7 @@ public:
     pcl::PointCloud<pcl::PointXYZRGBA>::Ptr decoded = cloud_out;
 
     encoder_->encodePointCloud(cloud, compressed_data);
-    // Where PCL's class returns nothing, this one says what came of it.
+    // PCL's class returns nothing here, this one a status.
     const auto status = decoder_->decodePointCloud(compressed_data, decoded);
     std::cout << cloud->size() << " points became " << decoded->size() << " voxels in "
               << encoder_->getStatistics().coding.bytes << " bytes " << status.message()

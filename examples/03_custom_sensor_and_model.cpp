@@ -1,4 +1,4 @@
-// A sensor that the library does not know, one whose figures come from a parameter
+// A sensor that has no type in the library, one whose figures come from a parameter
 // file, and an intensity model of one's own.
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 

@@ -38,7 +38,7 @@ LabelledLidar::read(std::uint32_t revolution, LabelledFrame& frame)
   const auto is_cloth = [&](std::size_t i) {
     return materials[i] == cell::Material::Cloth;
   };
-  // The later ones win, as in a camera's frame.
+  // The later ones replace the earlier ones, as in a camera's frame.
   markTruth(is_cloth, VoxelTruth::Person, frame);
   markTruth([&](std::size_t i) { return !is_cloth(i); }, VoxelTruth::Still, frame);
 

@@ -18,7 +18,7 @@ public:
   LabelledLidar(std::uint32_t seed, double resolution);
 
   /** \brief A revolution, from 0; they may be asked for in any order.
-   * \param[out] frame in lidar_laws. The cell does not tell who moves in a lidar's view:
+   * \param[out] frame in lidar_laws. What moves is not marked in a lidar's view:
    * all surfaces are Still, except what wears cloth, which only the person does.
    */
   void

@@ -62,7 +62,7 @@ LabelledStream::read(std::uint32_t number, LabelledFrame& frame)
 
   const io::VoxelFrame& voxels = frame.of(Law::Count);
   frame.truth.assign(voxels.size(), VoxelTruth::Noise);
-  // The later ones win.
+  // The later ones replace the earlier ones.
   for (const auto& [mover, truth] :
        {std::pair(cell::Mover::Machine, VoxelTruth::Machine),
         std::pair(cell::Mover::Person, VoxelTruth::Person),

@@ -59,7 +59,7 @@ struct LabelledFrame {
   }
 };
 
-/** \brief Says what is in the voxels of a frame that hold some of its points.
+/** \brief Sets the truth of the voxels that hold some of a frame's points.
  * \param[in] some voxels of these points alone, on the frame's grid
  * \param[in] truth what they are
  * \param[in,out] frame its voxels; their truth is set

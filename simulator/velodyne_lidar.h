@@ -88,7 +88,7 @@ struct LidarErrorModel {
   double nearest = 0.9;
   double farthest = 130.0;
 
-  /** \brief Probability that a return is missed whatever its strength. Free parameter. */
+  /** \brief Probability that a return of any strength is missed. Free parameter. */
   double random_loss = 0.003;
 
   /** \brief Returned signal, reflectivity * cos(incidence) / range^2 in 1/m^2, above which
@@ -98,16 +98,16 @@ struct LidarErrorModel {
   double lost_signal = 0.00005;
 
   /** \brief Step between neighbours of a ring that makes an echo of both, metres: below
-   * the first figure it is one surface, above the second the device tells the echoes
-   * apart and takes the stronger one. Free parameters. */
+   * the first figure it is one surface, above the second the device separates the
+   * echoes and takes the stronger one. Free parameters. */
   double smallest_mixed_step = 0.1;
   double largest_mixed_step = 0.8;
 
   /** \brief Share of the rays at such a step whose echo is mixed. Free parameter. */
   double mixed_share = 0.3;
 
-  /** \brief Range at which half of the intensity is lost although it is calibrated ([M]
-   * says that nothing is), metres. Free parameter. */
+  /** \brief Range at which half of the intensity is lost although it is calibrated ([M]:
+   * nothing is lost), metres. Free parameter. */
   double half_intensity_range = 30.0;
 
   /** \brief Standard deviation of the intensity, in its steps. Free parameter. */

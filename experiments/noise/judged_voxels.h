@@ -1,5 +1,5 @@
 /** \file
- * \brief How well a number tells voxels of noise from those of surfaces.
+ * \brief How well a score distinguishes voxels of noise from those of surfaces.
  */
 #pragma once
 

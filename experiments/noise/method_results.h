@@ -1,5 +1,5 @@
 /** \file
- * \brief How well each method tells noise from surfaces, as results.
+ * \brief How well each method distinguishes noise from surfaces, as results.
  */
 #pragma once
 

@@ -105,7 +105,7 @@ cameraMethods()
 std::vector<Method>
 mergedMethods(const FusedStream& stream)
 {
-  // Merged frames have no depth model that would tell the unit.
+  // The unit is set, as merged frames have no depth model that implies it.
   VoxelOutlierRemovalSettings shares;
   shares.unit = DensityUnit::Faces;
   std::vector<Method> methods = lawMethods();

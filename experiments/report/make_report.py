@@ -82,7 +82,7 @@ def compression(results):
         "<h3>All sensors</h3>", tables.all_sensors_table(results).html(),
         "<h3>Depth images</h3>", tables.depth_image_table(results).html(),
         note("PNG: libpng, 16 bits of millimetres, lossless. JPEG: libjpeg-turbo, 8 bits, "
-             "in steps of 51 mm up to 13 m, quality 90. The paper speaks of the driver's "
+             "in steps of 51 mm up to 13 m, quality 90. The paper names the driver's "
              "default JPEG compression, but the source of that driver, IAI Kinect2 "
              "(kinect2_bridge.cpp), has JPEG (quality 90) for 8-bit images and TIFF or PNG, "
              "both lossless, for 16-bit depth, and the paper's size is near that of PNG. "

@@ -1,4 +1,4 @@
-"""What the report says of noise: which methods there are, and which of them is best."""
+"""Methods and aims of the section on noise, and the best of the laws."""
 
 from results import CAMERAS, LIDAR, MERGED
 

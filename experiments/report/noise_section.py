@@ -29,7 +29,7 @@ def _summary(results):
                   "how well noise is detected by the three laws with a threshold, by this "
                   "library's VoxelOutlierRemoval (“the filter”), which uses a voxel's "
                   "neighbours and earlier frames, and by PCL's outlier filters. "
-                  "experiments/noise/README.md says where each fails."),
+                  "experiments/noise/README.md lists where each fails."),
         tables.summary_table(results).html(),
         note("AP: average precision, the area under precision over recall. Let through: "
              "noise that is kept at the threshold that keeps 95 % of the surfaces' voxels. "

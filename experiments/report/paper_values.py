@@ -8,7 +8,7 @@ calls a decoded voxel a point.
 
 FRAMES = 1000  # of each experiment, section 3
 
-# Section 3.1, Table 2: one Kinect V2, which of the six is not said.
+# Section 3.1, Table 2: one Kinect V2, which of the six is not stated.
 CROPPING = {
     "points": 217088,
     "KiB": 3392,

@@ -14,7 +14,7 @@ namespace report {
 
 /** \brief What a result is of. Names have no comma and no line end. */
 struct Subject {
-  std::string experiment; ///< the table that it belongs to
+  std::string experiment; ///< the table of the result
   std::string sensor;
   std::string coder;       ///< or the method
   double resolution = 0.0; ///< voxel edge, metres; 0 where there are no voxels

@@ -86,7 +86,7 @@ class Tables(unittest.TestCase):
 
 
 def noise_results(filter_precision="0.95"):
-    """Laws and filters of all sensors, with values that tell which is which."""
+    """Laws and filters of all sensors, with a different value for each."""
     lines = []
     for sensor, methods in METHODS.items():
         for place, method in enumerate(methods):

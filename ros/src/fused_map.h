@@ -70,7 +70,7 @@ public:
   }
 
 private:
-  /** \brief Position of a sensor; nothing if TF does not know it. */
+  /** \brief Position of a sensor; nothing if TF has no transform. */
   std::optional<octomap::point3d>
   findOrigin(const std::string& sensor_frame, pcl_ext::nodes::Time stamp) const;
 

@@ -48,7 +48,7 @@ public:
     return std::nullopt;
   }
 
-  /** \brief Waits until a key has a value; a failure of the test if it gets none. */
+  /** \brief Waits until a key has a value; a failure of the test if it does not. */
   void
   expectValue(const std::string& key, double expected) const
   {

@@ -36,7 +36,7 @@ public:
   explicit DirectStream(const pcl_ext::nodes::SensorNodeSettings& settings);
 
   /** \brief The bytes of the next frame; empty if there is none for this cloud.
-   * \param[in] cloud as the compressor gets it
+   * \param[in] cloud as the compressor receives it
    * \param[in] pose sensor -> world
    */
   Bytes

@@ -101,7 +101,7 @@ public:
               const std::vector<std::string>& arguments = {});
 
   /** \brief Number of connections over which the node publishes a topic. Asks the node, as
-   * the master knows subscriptions, not connections.
+   * the master lists subscriptions, not connections.
    * \param[in] topic full name
    */
   std::size_t

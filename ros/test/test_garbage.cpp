@@ -1,5 +1,5 @@
 /** \file
- * \brief Messages that are broken, hostile or of other formats.
+ * \brief Messages that are invalid or of other formats.
  */
 #include "stream_scenario.h"
 
@@ -16,27 +16,27 @@ namespace {
 
 class Garbage : public StreamScenario {
 protected:
-  Garbage() : attacker(node.advertise<CompressedPointCloud2>(compressed, 1000)) {}
+  Garbage() : second_sender(node.advertise<CompressedPointCloud2>(compressed, 1000)) {}
 
   void
-  startWithAttacker()
+  startWithSecondSender()
   {
     startBoth();
-    ASSERT_TRUE(waitForSubscribers(attacker, 2));
+    ASSERT_TRUE(waitForSubscribers(second_sender, 2));
   }
 
   /** \brief Publishes a frame and waits for it, as the frames of the compressor come over
    * another connection. */
   void
-  attack(const CompressedPointCloud2& frame)
+  inject(const CompressedPointCloud2& frame)
   {
     const std::size_t before = frames.count();
-    attacker.publish(frame);
+    second_sender.publish(frame);
     EXPECT_TRUE(frames.waitForCount(before + 1));
   }
 
   void
-  expectThatTheStreamGoesOn()
+  expectThatTheStreamContinues()
   {
     const std::size_t before = voxels.count();
     // After a broken frame the decompressor may need an I-frame.
@@ -64,14 +64,14 @@ protected:
     return frame ? *frame : CompressedPointCloud2();
   }
 
-  ros::Publisher attacker;
+  ros::Publisher second_sender;
   std::uint32_t next = 0; // number of the next cloud
 };
 
 TEST_F(Garbage, RandomBytesAsFrames)
 {
-  startWithAttacker();
-  expectThatTheStreamGoesOn();
+  startWithSecondSender();
+  expectThatTheStreamContinues();
   std::mt19937 random(2);
   CompressedPointCloud2 frame = goodFrame();
   ASSERT_TRUE(voxels.waitForCount(frames.count()));
@@ -80,17 +80,17 @@ TEST_F(Garbage, RandomBytesAsFrames)
     frame.compressed_data.resize(random() % 5000);
     for (std::uint8_t& byte : frame.compressed_data)
       byte = static_cast<std::uint8_t>(random());
-    attack(frame);
+    inject(frame);
   }
   decompressor_health.expectValue("frames failed", 100);
   EXPECT_EQ(voxels.count(), shown);
   decompressor_health.expectLevel(DiagnosticStatus::WARN);
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
 }
 
 TEST_F(Garbage, FramesThatAreCutOrChanged)
 {
-  startWithAttacker();
+  startWithSecondSender();
   std::mt19937 random(3);
   for (int i = 0; i < 30; ++i) {
     CompressedPointCloud2 frame = goodFrame();
@@ -99,46 +99,46 @@ TEST_F(Garbage, FramesThatAreCutOrChanged)
       bytes.resize(random() % bytes.size());
     else
       bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
-    attack(frame);
+    inject(frame);
   }
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
 }
 
 TEST_F(Garbage, RepeatedFramesInReverseOrder)
 {
-  startWithAttacker();
+  startWithSecondSender();
   std::vector<CompressedPointCloud2> sent;
   for (int i = 0; i < 6; ++i)
     sent.push_back(goodFrame());
   std::reverse(sent.begin(), sent.end());
   for (const CompressedPointCloud2& frame : sent)
-    attack(frame);
-  expectThatTheStreamGoesOn();
+    inject(frame);
+  expectThatTheStreamContinues();
 }
 
 TEST_F(Garbage, OtherFormatsAndOtherGlobalFrames)
 {
-  startWithAttacker();
+  startWithSecondSender();
   const CompressedPointCloud2 good = goodFrame();
   for (const char* const format : {"draco", "", "pcl_ext", "zlib; pcl_ext/version1"}) {
     CompressedPointCloud2 frame = good;
     frame.format = format;
-    attack(frame);
+    inject(frame);
   }
   for (const char* const frame_id : {"moon", "", "world2"}) {
     CompressedPointCloud2 frame = good;
     frame.header.frame_id = frame_id;
-    attack(frame);
+    inject(frame);
   }
   decompressor_health.expectValue("frames of other frame id or format", 7);
   decompressor_health.expectLevel(DiagnosticStatus::ERROR);
   EXPECT_EQ(decompressor_health.value("frames failed"), 0);
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
 }
 
 TEST_F(Garbage, WrongLayoutInTheMessageHasNoEffect)
 {
-  startWithAttacker();
+  startWithSecondSender();
   CompressedPointCloud2 frame = goodFrame();
   ASSERT_TRUE(voxels.waitForCount(1));
   const Voxels expected = voxelsIn(*voxels[0]);
@@ -148,11 +148,11 @@ TEST_F(Garbage, WrongLayoutInTheMessageHasNoEffect)
   frame.row_step = 1;
   frame.fields.clear();
   frame.header.stamp = ros::Time(5, 5);
-  attack(frame);
+  inject(frame);
   ASSERT_TRUE(voxels.waitForCount(2));
   EXPECT_TRUE(voxelsIn(*voxels[1]) == expected);
   EXPECT_EQ(voxels[1]->header.stamp, ros::Time(5, 5));
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
 }
 
 TEST_F(Garbage, TopicOfAnotherTypeDoesNotAffectOtherStreams)
@@ -162,7 +162,7 @@ TEST_F(Garbage, TopicOfAnotherTypeDoesNotAffectOtherStreams)
   text.data = "no frame";
   texts.publish(text);
   startBoth({}, {{"streams", listOf({compressed, texts.getTopic()})}});
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
   EXPECT_EQ(texts.getNumSubscribers(), 0u);
 }
 
@@ -208,7 +208,7 @@ TEST_F(Garbage, CloudsWithoutAFinitePointGiveFramesWithoutVoxels)
   sensor_msgs::PointCloud2 sent = cloud(next++);
   std::fill(sent.data.begin(), sent.data.end(), std::uint8_t{0xff}); // all NaN
   expectVoxels(sent, {});
-  expectThatTheStreamGoesOn();
+  expectThatTheStreamContinues();
 }
 
 } // namespace

@@ -97,7 +97,7 @@ protected:
   ros::Publisher requests_sent;
   Recorder<sensor_msgs::PointCloud2> shown;
   Recorder<std_msgs::Empty> requests;
-  io::FrameDecoder decoder;  // gets the same frames as the decompressor
+  io::FrameDecoder decoder;  // receives the same frames as the decompressor
   unsigned int failures = 0; // since the last decoded frame
 };
 
@@ -207,7 +207,7 @@ TEST_F(Losses, DecompressorThatRestartsGetsAnIFrameAsNewSubscriber)
   for (std::uint32_t i = 1; i < 4; ++i)
     ASSERT_TRUE(compress(cloud(i)));
   startDecompressor();
-  // The compressor may receive the first cloud before it is told of the subscriber.
+  // The compressor may receive the first cloud before it is notified of the subscriber.
   clouds.publish(cloud(4));
   expectClouds(5, 7);
 }
