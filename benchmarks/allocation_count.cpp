@@ -24,8 +24,8 @@ pcl_ext::measuring::allocationCount()
   return allocations;
 }
 
-// Those of arrays call these. Not inline: GCC would see malloc and delete, or new and
-// free, as a pair.
+// The operators of arrays call these. Not inline, as GCC would warn of malloc with delete
+// and of new with free.
 [[gnu::noinline]] void*
 operator new(std::size_t size)
 {

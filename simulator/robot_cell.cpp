@@ -86,7 +86,7 @@ RobotCell::surfaces(unsigned int sensor, std::uint32_t frame)
   changed_.clear();
   rays_.trace(
       movingMachines(frame / frame_rate), world_to_sensor, surfaces_, &changed_);
-  // Drawn last, so that what it draws on is what it shows.
+  // Drawn last, so that all pixels that it changes show the person.
   first_of_person_ = changed_.size();
   rays_.trace(walkingPerson(frame / frame_rate), world_to_sensor, surfaces_, &changed_);
   return surfaces_;

@@ -308,7 +308,7 @@ addPerson(Solids& solids, double time)
   const Vec feet(value[0], value[1], 0);
   const Vec ahead(std::cos(value[2]), std::sin(value[2]), 0);
   const Vec left(-ahead.y(), ahead.x(), 0);
-  // The stride follows the way, so that legs stand still when the person does.
+  // The swing depends on the distance walked: the legs rest when the person does.
   constexpr double stride = 1.4;
   constexpr double two_pi = 6.283185307179586;
   const double swing = 0.45 * std::sin(two_pi * value[1] / stride);

@@ -9,7 +9,7 @@ namespace cell {
 
 namespace {
 
-/** \brief Nothing nearer than this can be hit; keeps divisions by depth harmless. */
+/** \brief Least depth of a hit; no depth is divided by 0. */
 constexpr double nearest_depth = 0.05; // metres
 
 constexpr ImageBounds whole_plane = {-1e9, 1e9, -1e9, 1e9};
@@ -151,7 +151,7 @@ CapsuleTarget::meet(double x, double y) const
 {
   const Eigen::Vector3d ray(x, y, 1.0);
   Hit hit;
-  // The infinite cylinder first: its mantle is where most rays meet a capsule.
+  // The infinite cylinder first: most rays hit its lateral surface.
   const Eigen::Vector3d across = ray - ray.dot(axis_) * axis_;
   const Eigen::Vector3d from_across = from_ - from_.dot(axis_) * axis_;
   const double a = across.squaredNorm();

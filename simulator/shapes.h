@@ -26,8 +26,8 @@ enum class Material : std::uint8_t {
 /** \brief Share of the light that a surface scatters back when hit head-on, 0..1.
  *
  * Free parameters: ordinary values for matt surfaces. Bare steel and dark plastic are
- * low because they mirror or swallow the light, which is what makes depth cameras lose
- * them.
+ * low because they reflect specularly or absorb the light, so that depth cameras do not
+ * detect them.
  */
 double
 reflectivity(Material material);

@@ -149,7 +149,7 @@ findEdges(const ErrorModel& model,
     if (difference <= step || difference <= step_share * std::min(here, there) ||
         here <= 0.0f || there <= 0.0f)
       return;
-    // The edge runs through one of the two pixels, which one is the scene's chance.
+    // The edge runs through one of the two pixels; which one is random, but constant.
     if (mixSeeds(sensor_seed,
                  static_cast<std::uint32_t>(pixel),
                  static_cast<std::uint32_t>(neighbour)) &

@@ -63,7 +63,7 @@ def check_values(check):
         check.that(value.deviation >= 0.0 and value.samples > 0, key, "has no samples")
         check.that(value.samples > 1 or value.deviation == 0.0, key,
                    "has a deviation of one sample")
-        # Memory that others gave back can hide a little of what a node took.
+        # Memory that other nodes freed offsets a part of what a node allocated.
         least = -1.0 if key[4] == "memory_mb" else 0.0
         if key[4] not in SIGNED:
             check.that(value.mean >= least, key, "is negative")
@@ -271,7 +271,7 @@ def _check_bands(check, sensor):
 
 
 def check_person(check):
-    """What moves stays; not every sensor sees the person in a stream's first second."""
+    """Moving surfaces are kept; not every sensor sees the person in the first second."""
     seen = 0
     for sensor in CAMERAS:
         for quantity in ("machine_kept_percent", "person_kept_percent"):

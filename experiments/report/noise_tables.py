@@ -134,8 +134,8 @@ def thresholds_table(results, sensor):
 
 
 def person_table(results):
-    """What the filter keeps of what moves, at thresholds that users set, and where as much is
-    kept of all surfaces."""
+    """Shares of moving surfaces that the filter keeps, at thresholds that users set, and where
+    95 % of all surfaces are kept."""
     columns = (SHARES[0],) + SHARES[2:]
     table = Table("Voxels kept of noise, of what stands still, of machines and of the person, "
                   "at log-odds 0 (the default) and 2.5, and at those that keep 95 % of the "
