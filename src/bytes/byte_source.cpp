@@ -1,6 +1,7 @@
 #include "bytes/byte_source.h"
 
 #include "bytes/exceptions.h"
+#include "bytes/reserve_ahead.h"
 
 #include <algorithm>
 #include <array>
@@ -95,9 +96,7 @@ ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
   while (size > 0 && failure_ == Failure::None) {
     const std::size_t step = std::min(size, largest_step);
     const std::size_t old_size = bytes.size();
-    // With a reserve, so that a stream soon needs no reallocation.
-    if (bytes.capacity() < old_size + step)
-      bytes.reserve((old_size + step) / 4 * 5 + 4);
+    reserveAhead(bytes, old_size + step);
     bytes.resize(old_size + step);
     const auto got = static_cast<std::size_t>(
         buffer_.sgetn(reinterpret_cast<char*>(bytes.data() + old_size),

@@ -18,7 +18,7 @@ chainedChecksum(std::uint32_t reference_checksum,
       static_cast<std::uint8_t>(reference_checksum >> 16),
       static_cast<std::uint8_t>(reference_checksum >> 24)};
   auto checksum = crc32_z(0, prefix.data(), prefix.size());
-  // For a null pointer, as of no bytes, zlib returns the initial checksum.
+  // zlib returns the initial checksum for a null pointer, which no bytes may have.
   if (size != 0)
     checksum = crc32_z(checksum, bytes, size);
   return static_cast<std::uint32_t>(checksum);

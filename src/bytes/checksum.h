@@ -6,10 +6,10 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief CRC-32 (ISO-HDLC) over a checksum and bytes, which makes chains of frames.
- * \param[in] reference_checksum comes first, as four bytes little-endian
- * \param[in] bytes follow it; may be null if there are none
- * \param[in] size their number
+/** \brief CRC-32 (ISO-HDLC) of a checksum followed by bytes, which chains frames.
+ * \param[in] reference_checksum four bytes, little-endian
+ * \param[in] bytes the bytes; may be null if there are none
+ * \param[in] size number of bytes
  */
 std::uint32_t
 chainedChecksum(std::uint32_t reference_checksum,

@@ -1,6 +1,6 @@
 /** \file
- * \brief The only place of the codec with `try`: it also builds where a target or its
- * flags leave exceptions out, as for wasm32. Memory that runs out ends the program there.
+ * \brief Exception handling of the codec. Only here, so that the codec also builds without
+ * exceptions, as for wasm32. Without them running out of memory ends the program.
  */
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace pcl_ext {
 
-/** \brief What a function returns, or, if it throws, what another one does. */
+/** \brief Calls a function and returns its result; if it throws, the result of another. */
 template <typename FunctionT, typename FallbackT>
 auto
 callOrElse(FunctionT function, FallbackT fallback) -> decltype(function())
@@ -33,10 +33,10 @@ callOrElse(FunctionT function, FallbackT fallback) -> decltype(function())
 #endif
 }
 
-/** \brief What a function returns. If it throws, others return in its place:
+/** \brief Calls a function and returns its result, or, if it throws, that of a handler.
  * \param[in] function to call
- * \param[in] no_memory called where memory ran out, in the next one, too
- * \param[in] failed called with the text of any other exception; empty if it has none
+ * \param[in] no_memory handler of std::bad_alloc, also of one in the other handler
+ * \param[in] failed handler of other exceptions, called with their text, or an empty one
  */
 template <typename FunctionT, typename NoMemoryT, typename FailedT>
 auto
@@ -68,7 +68,8 @@ callOrElse(FunctionT function, NoMemoryT no_memory, FailedT failed)
 #endif
 }
 
-/** \brief What a function returns; if it throws, another one is called first. */
+/** \brief Calls a function and returns its result; if it throws, calls another one and
+ * rethrows. */
 template <typename FunctionT, typename CleanupT>
 auto
 callOrCleanUp(FunctionT function, CleanupT clean_up) -> decltype(function())

@@ -11,12 +11,12 @@ namespace io {
 namespace {
 
 constexpr std::uint64_t one_symbol = std::uint64_t{1} << 16;
-// Depth offsets are fractions of the point's symbol, in 2^-14.
+// Depth offsets are fractions of the point's symbol, in units of 2^-14.
 constexpr std::int64_t one_offset = std::int64_t{1} << 14;
 constexpr std::int64_t largest_offset = one_offset / 2;
 
 /** \brief Bit length of half a symbol, 0..7.
- * \param[in] exact the symbol, in 2^-16
+ * \param[in] exact the symbol, in units of 2^-16
  */
 std::uint32_t
 sizeOf(std::uint64_t exact)
@@ -26,9 +26,8 @@ sizeOf(std::uint64_t exact)
   return half == 0 ? 0 : highestBit(half) + 1;
 }
 
-/** \brief Class of a residual: by the symbol's size, where in the predicted symbol the
- * exact number is, and the roughness.
- * \param[in] exact predicted symbol, in 2^-16
+/** \brief Class of a residual: by size and fraction of the prediction, and the roughness.
+ * \param[in] exact prediction of the symbol, in units of 2^-16
  * \param[in] roughness 0..5
  */
 std::uint8_t
@@ -150,7 +149,7 @@ DepthSplit::observe(const std::vector<std::uint16_t>& numbers,
         classes_[i] == no_residual
             ? std::uint8_t{0}
             : static_cast<std::uint8_t>(std::min(residual(i, symbols[i]), 15u));
-    // A saturated symbol does not tell where its points are.
+    // The depth of the points cannot be derived from a saturated symbol.
     if (classes_[i] == no_residual || numbers[i] == 0 || symbols[i] == max_symbol_)
       continue;
     const auto centred = static_cast<std::int64_t>(numbers[i] * centre_symbols_[i]);

@@ -11,36 +11,36 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief What earlier frames tell of a voxel's depth. */
+/** \brief Prediction for a voxel with a depth model, from previous frames. */
 struct DepthPrediction {
-  bool is_known = false;      ///< else the members below are not used
+  bool is_known = false;      ///< if not, the members below are not used
   std::uint8_t roughness = 0; ///< running mean of the residual, in sixteenths
-  std::int16_t offset = 0;    ///< depth offset, in 2^-14 of a point's symbol
+  std::int16_t offset = 0;    ///< depth offset, in units of 2^-14 of a point's symbol
 };
 
-/** \brief What a frame tells of its voxels' depths, one element for each voxel. */
+/** \brief Observations of a frame with a depth model, one element for each voxel. */
 struct DepthObservations {
-  std::vector<std::int16_t> offsets;   ///< depth offsets, in 2^-14 of a point's symbol
-  std::vector<std::uint8_t> residuals; ///< at most 15
+  std::vector<std::int16_t> offsets;   ///< as DepthPrediction::offset
+  std::vector<std::uint8_t> residuals; ///< clamped to 15
 };
 
-/** \brief Splits intensity symbols that depend on depth into a number of points, which
- * is coded like a count, and a small residual (doc/bitstream.md, "Depth model").
+/** \brief Splits intensity symbols that depend on depth into a number of points, which is
+ * coded like a count, and a small residual (doc/bitstream.md, "Depth model").
  *
- * A voxel of n points at depth z has the intensity n I_p(z), but for the points' places
- * in the voxel: the depth offset, which stays about the same from frame to frame.
+ * A voxel of n points at depth z has an intensity of about n I_p(z). It differs by the depth
+ * offset of the points from the voxel's centre, which varies little from frame to frame.
  * Integers only.
  */
 class DepthSplit {
 public:
-  /** \brief Class of a voxel whose number is its symbol: a point there adds less than one
-   * to the symbol, which so does not tell the number of points. */
+  /** \brief Class of a voxel whose number is its symbol: a point adds less than one to the
+   * symbol there, so that the number of points cannot be derived. */
   static constexpr std::uint8_t no_residual = 0xff;
 
   /** \brief Classes of residuals are below this. */
   static constexpr std::uint8_t class_count = 192;
 
-  /** \brief Begins with a frame.
+  /** \brief Begins a frame.
    * \param[in] model symbol of a point by its depth
    * \param[in] frame the frame's blocks
    * \param[in] predictions one for each voxel, or none at all
@@ -52,13 +52,13 @@ public:
         const std::vector<DepthPrediction>& predictions,
         std::uint32_t max_symbol);
 
-  /** \brief The numbers of points, of the symbols; the encoder's. */
+  /** \brief Encoder only: derives the numbers from the symbols. */
   void
   numbersOf(const std::vector<std::uint16_t>& symbols,
             std::vector<std::uint16_t>& numbers) const;
 
-  /** \brief Predicts the symbols from the numbers; the functions below may be called
-   * then. */
+  /** \brief Predicts the symbols from the numbers; to be called before the functions
+   * below. */
   void
   predict(const std::vector<std::uint16_t>& numbers);
 
@@ -69,8 +69,8 @@ public:
     return classes_;
   }
 
-  /** \brief Where in its symbol a voxel's prediction is, 0..15, and the bit length of half
-   * the symbol, 0..7, in one number below 128. */
+  /** \brief Fraction of the prediction in sixteenths, 0..15, plus 16 times the bit length of
+   * half the symbol, 0..7. */
   std::uint32_t
   place(std::size_t voxel) const
   {
@@ -96,14 +96,14 @@ public:
 
   /** \brief The symbol of a residual.
    * \param[in] voxel index of the voxel
-   * \param[in] residual as residual() counts
+   * \param[in] residual as returned by residual()
    * \param[out] symbol the symbol
    * \return false if there is no such symbol
    */
   bool
   symbol(std::size_t voxel, std::uint32_t residual, std::uint16_t& symbol) const;
 
-  /** \brief What the frame tells of its voxels' depths, once the symbols are known. */
+  /** \brief Computes the observations of a frame whose symbols are known. */
   void
   observe(const std::vector<std::uint16_t>& numbers,
           const std::vector<std::uint16_t>& symbols,
@@ -111,8 +111,8 @@ public:
 
 private:
   std::uint32_t max_symbol_ = 0;
-  // By voxel: what a point adds to the symbol, in 2^-16, at the centre, and with the depth
-  // offset; and the class of the roughness.
+  // By voxel: what a point adds to the symbol, in units of 2^-16, at the centre, and with the
+  // depth offset; and the class of the roughness.
   std::vector<std::uint64_t> centre_symbols_;
   std::vector<std::uint64_t> point_symbols_;
   std::vector<std::uint8_t> roughness_;

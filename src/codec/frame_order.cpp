@@ -10,7 +10,7 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
     return false;
   if (number == last_.number + 1)
     return false;
-  // Decoding the last I-frame again is harmless; a file of one frame may be read twice.
+  // Decoding the last I-frame again does no harm, and a file of one frame may be read twice.
   if (is_i_frame && last_.isSame(number, checksum))
     return false;
   const bool is_copy = known_[number % known_frames].isSame(number, checksum) ||
@@ -18,7 +18,7 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
   const bool is_above = number != last_.number && number - last_.number < (1u << 31);
   if (is_above && !is_copy)
     return false;
-  if (is_i_frame && beginsAgain(number, is_copy))
+  if (is_i_frame && mayBeRestart(number, is_copy))
     return false;
   ++old_in_a_row_;
   return true;
@@ -26,7 +26,7 @@ FrameOrder::isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
 
 /** \brief True if an old I-frame may be the first frame of a restarted sender. */
 bool
-FrameOrder::beginsAgain(std::uint32_t number, bool is_copy) const
+FrameOrder::mayBeRestart(std::uint32_t number, bool is_copy) const
 {
   if (number == 1 && has_input_ended_)
     return true;

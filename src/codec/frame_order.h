@@ -16,7 +16,7 @@ namespace io {
 class FrameOrder {
 public:
   /** \param[in] are_numbers_sure true if a checksum protects the frame number; else the
-   * number may be damaged, and only copies of I-frames are old
+   * number may be damaged, and only copies of I-frames count as old
    */
   explicit FrameOrder(bool are_numbers_sure) : are_numbers_sure_(are_numbers_sure) {}
 
@@ -24,8 +24,8 @@ public:
    * \param[in] number of the frame
    * \param[in] checksum of the frame, which distinguishes frames of the same number
    * \param[in] is_i_frame whether it is an I-frame
-   * \return true if it must be dropped: it or a later frame was decoded, and nothing
-   * indicates that the sender was restarted
+   * \return true if it must be dropped: it or a later frame was decoded, and there is no
+   * sign that the sender was restarted
    */
   bool
   isOld(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
@@ -58,14 +58,14 @@ private:
   };
 
   bool
-  beginsAgain(std::uint32_t number, bool is_copy) const;
+  mayBeRestart(std::uint32_t number, bool is_copy) const;
 
   /** \brief Number of frames whose copies are detected. */
   static constexpr std::size_t known_frames = 256;
 
-  /** \brief After this many old frames without a new one between them an I-frame counts as
-   * the first one of a restarted sender: few if the I-frame is unknown, as late frames are
-   * single; many if it is a copy, as repeated frames come in a row. */
+  /** \brief After this many consecutive old frames an I-frame counts as the first one of a
+   * restarted sender: few if the I-frame is unknown, as single frames are late; many if it
+   * is a copy, as sequences of frames are repeated. */
   static constexpr unsigned int most_unknown_in_a_row = 2;
   static constexpr unsigned int most_copies_in_a_row = 24;
 

@@ -18,12 +18,12 @@ namespace fast {
 struct Workspace;
 } // namespace fast
 
-/** \brief The most voxels that a frame may have, whatever the limits: a voxel's place in
- * the history has 32 bits. */
+/** \brief The most voxels that a frame may have, also with higher limits, as places in the
+ * history have 32 bits. */
 constexpr std::size_t largest_frame = std::size_t{1} << 24;
 
-/** \brief The most records that a stream's history may have when a P-frame comes: an
- * encoder makes an I-frame instead, a decoder refuses the frame.
+/** \brief The most records that the history may have before a P-frame. If there are more, an
+ * encoder makes an I-frame instead, and a decoder refuses the frame.
  * \param[in] voxels of the frame for an encoder, the limit for a decoder
  */
 constexpr std::size_t
@@ -35,28 +35,27 @@ maxRecords(std::size_t voxels)
   return of_small_frames < of_large_frames ? of_small_frames : of_large_frames;
 }
 
-/** \brief Bytes of a payload by what they code. What a coder cannot tell apart counts as
- * occupancy. */
+/** \brief Bytes of a payload by what they code; as occupancy where a coder does not separate
+ * them. */
 struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
 };
 
-/** \brief Memory for a frame while it is coded; streams may take turns with one. See
+/** \brief Memory for a frame while it is coded; may be used by several streams in turn. See
  * CodingMemory. */
 class CodingWorkspace {
 public:
   CodingWorkspace();
   ~CodingWorkspace();
 
-  /** \brief That of effort fast, made at the first call; the other efforts have none. */
+  /** \brief That of effort fast, created by the first call; the other efforts need none. */
   fast::Workspace&
   fast();
 
-  /** \brief Ends a frame. Gives memory back that frames of long ago needed, and the last
-   * ones did not.
-   * \param[in] needed by the frame, in voxels and bytes
-   * \param[in] taken for it, likewise
+  /** \brief Ends a frame. Releases memory that recent frames did not need.
+   * \param[in] needed by the frame, voxels plus bytes
+   * \param[in] taken allocated for it, voxels plus bytes
    */
   void
   endFrame(std::size_t needed, std::size_t taken);
@@ -66,26 +65,26 @@ private:
   MemoryRule memory_rule_;
 };
 
-/** \brief Codes the voxels of one stream's frames as payloads, or decodes them; keeps the
- * stream's history. An instance is for one direction only. After an exception it can
+/** \brief Encodes or decodes the voxels of the frames of one stream as payloads, and keeps
+ * the history of the stream. An instance is for one direction. After an exception it may
  * only be destroyed. */
 class PayloadCoder {
 public:
   virtual ~PayloadCoder() = default;
 
-  /** \brief Finds which voxels of the next frame the history has a record of. encode() of
-   * a P-frame needs this of the same voxels, with nothing coded in between.
-   * \param[in,out] memory for the frame; that of encode()
-   * \param[in] frame consistent; it may be without voxels
+  /** \brief Finds the voxels of the next frame that have a record in the history. To be
+   * called before encode() of a P-frame, with the same voxels and memory.
+   * \param[in,out] memory for the frame
+   * \param[in] frame as isConsistent() demands; may be empty
    * \return number of its voxels that have a record
    */
   virtual std::size_t
   match(CodingWorkspace& memory, const VoxelFrame& frame) = 0;
 
-  /** \brief Appends the payload of the next frame of the stream, and learns the frame.
+  /** \brief Appends the payload of the next frame of the stream, and updates the history.
    * \param[in,out] memory for the frame
-   * \param[in] frame consistent; it may be without voxels
-   * \param[in] is_i_frame forget what was before; a P-frame is matched before
+   * \param[in] frame as isConsistent() demands; may be empty
+   * \param[in] is_i_frame code it without the history
    * \param[in,out] payload where to append
    */
   virtual PayloadSizes
@@ -94,17 +93,17 @@ public:
          bool is_i_frame,
          std::vector<std::uint8_t>& payload) = 0;
 
-  /** \brief Decodes what encode() appended. If that succeeds either learn() or discard()
-   * has to follow; if it fails the history is as it was.
+  /** \brief Inverse of encode(). After success either learn() or discard() has to be called;
+   * a failure does not change the history.
    * \param[in,out] memory for the frame, not to be used for others before learn() or
    * discard()
    * \param[in] begin first byte
-   * \param[in] end end of the payload, all of which must be used
+   * \param[in] end end of the payload
    * \param[in] voxel_count number of voxels of the frame
-   * \param[in] is_i_frame as for encode
-   * \param[in,out] frame its voxels are filled in; its other members are given
-   * \param[out] sizes as encode returns
-   * \return false if the bytes are no payload of that many voxels
+   * \param[in] is_i_frame as for encode()
+   * \param[in,out] frame its voxels are set; its other members are given
+   * \param[out] sizes as returned by encode()
+   * \return false if the bytes are not exactly one payload of that many voxels
    */
   virtual bool
   decode(CodingWorkspace& memory,
@@ -115,40 +114,40 @@ public:
          VoxelFrame& frame,
          PayloadSizes& sizes) = 0;
 
-  /** \brief Learns the frame that was decoded last. */
+  /** \brief Updates models and history with the frame that was decoded last. */
   virtual void
   learn() noexcept = 0;
 
-  /** \brief Leaves models and history as they were before the frame that was decoded
+  /** \brief Restores models and history to their state before the frame that was decoded
    * last. */
   virtual void
   discard() noexcept = 0;
 
-  /** \brief Gives back the memory that models and history do not need. */
+  /** \brief Releases memory that models and history do not need. */
   virtual void
   giveBackMemory() = 0;
 
-  /** \brief Number of voxels that the history has a record of. */
+  /** \brief Number of voxels with a record in the history. */
   virtual std::size_t
   recordCount() const = 0;
 };
 
-/** \brief The coders of one stream by effort, each made when it is first asked for. */
+/** \brief The coders of one stream by effort, each created on first use. */
 class PayloadCoders {
 public:
   /** \brief The coder of an effort. */
   PayloadCoder&
   of(Effort effort);
 
-  /** \brief Records of the coder of an effort, if there is one. */
+  /** \brief Number of records of the coder of an effort; 0 if there is none. */
   std::size_t
   recordCount(Effort effort) const;
 
-  /** \brief Ends all coders but that of an effort. */
+  /** \brief Destroys all coders but that of an effort. */
   void
   keepOnly(Effort effort) noexcept;
 
-  /** \brief Ends all coders, and with them their histories. */
+  /** \brief Destroys all coders and their histories. */
   void
   clear() noexcept;
 

@@ -9,15 +9,15 @@ namespace pcl_ext {
 
 namespace {
 
-constexpr std::int16_t mean_step = 16;       ///< a quarter of a density, in 2^-6
-constexpr std::int16_t forgotten_below = 16; ///< in 2^-6
+constexpr std::int16_t mean_step = 16; ///< a quarter of a density, in units of 2^-6
+constexpr std::int16_t forgotten_below = 16; ///< in units of 2^-6
 
 /** \brief Cells of a block whose x, y or z is below 2. */
 constexpr std::array<std::uint64_t, 3> low_cells = {
     0x00000000ffffffff, 0x00ff00ff00ff00ff, 0x3333333333333333};
 
-/** \brief Cells that a window has of the previous, the own and the next block along an axis:
- * first cell, number of cells, position in the window. */
+/** \brief Cells of the previous, the own and the next block along an axis that are in a
+ * window: first cell, number of cells, position in the window. */
 struct Span {
   std::size_t from, count, to;
 };
@@ -58,11 +58,11 @@ countRow(const Row& row, Row& count)
     count[lane] = static_cast<std::int16_t>(count[lane] + (row[lane] != 0 ? 1 : 0));
 }
 
-/** \brief Sums over the rows around one, for each z. */
+/** \brief Sums over the rows around a row, for each z. */
 struct RowSums {
   Row cross{};  ///< the four adjacent rows
   Row near{};   ///< 3 x 3 rows
-  Row far{};    ///< the other 16 of 5 x 5 rows; below 2^15 each
+  Row far{};    ///< the other 16 of 5 x 5 rows; sums are below 2^15
   Row counts{}; ///< number of the 5 x 5 that are not 0
 };
 
@@ -113,9 +113,9 @@ DensityBlocks::age()
     BlockCells& field = fields_[index];
     std::int16_t any = 0;
     for (std::size_t i = 0; i < means.size(); ++i) {
-      const auto fallen = static_cast<std::int16_t>(means[i] - (means[i] >> 2));
-      means[i] = fallen >= forgotten_below ? fallen : std::int16_t{0};
-      field[i] = static_cast<std::int16_t>(means[i] >> 5); // half of it
+      const auto mean = static_cast<std::int16_t>(means[i] - (means[i] >> 2));
+      means[i] = mean >= forgotten_below ? mean : std::int16_t{0};
+      field[i] = static_cast<std::int16_t>(means[i] >> 5); // half of the mean
       any = static_cast<std::int16_t>(any | means[i]);
     }
     if (any != 0) {
@@ -128,7 +128,7 @@ DensityBlocks::age()
     means_.pop_back();
     fields_.pop_back();
   }
-  listBlocks();
+  directory_.assign(keys_);
 }
 
 std::uint32_t
@@ -167,7 +167,7 @@ DensityBlocks::keepOnly(const std::vector<std::uint32_t>& kept)
   keys_.resize(next);
   means_.resize(next);
   fields_.resize(next);
-  listBlocks();
+  directory_.assign(keys_);
 }
 
 void
@@ -177,15 +177,7 @@ DensityBlocks::giveBackMemory()
   means_.shrink_to_fit();
   fields_.shrink_to_fit();
   directory_ = io::BlockDirectory();
-  listBlocks();
-}
-
-void
-DensityBlocks::listBlocks()
-{
-  directory_.clear(size());
-  for (const std::uint64_t key : keys_)
-    directory_.insert(key);
+  directory_.assign(keys_);
 }
 
 void

@@ -9,8 +9,8 @@
 
 namespace pcl_ext {
 
-/** \brief A number for each voxel of a block of 4 x 4 x 4; cells are numbered with z the
- * fastest, then y, then x. */
+/** \brief A number for each voxel of a block of 4 x 4 x 4. The index of a cell increases
+ * fastest with z, then with y. */
 using BlockCells = std::array<std::int16_t, 64>;
 
 /** \brief f around a block: its 4 x 4 x 4 voxels and two more on each side. Rows are along
@@ -71,7 +71,7 @@ public:
     return keys_.size();
   }
 
-  /** \brief Index of a block, which is added if there is none of this key. */
+  /** \brief Index of the block with a key, which is added if it does not exist. */
   std::uint32_t
   blockAt(std::uint64_t key);
 
@@ -103,13 +103,10 @@ public:
   collect(std::uint32_t block, std::uint64_t cells, DensityWindow& window) const;
 
 private:
-  void
-  listBlocks();
-
-  // Of each block.
+  // By block.
   std::vector<std::uint64_t> keys_;
-  std::vector<BlockCells> means_;  // running means of the densities, in 2^-6
-  std::vector<BlockCells> fields_; // f of VoxelOutlierRemoval, in 2^-2
+  std::vector<BlockCells> means_;  // running means of the densities, in units of 2^-6
+  std::vector<BlockCells> fields_; // f of VoxelOutlierRemoval, in units of 2^-2
   io::BlockDirectory directory_;
 };
 

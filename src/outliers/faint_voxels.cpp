@@ -23,9 +23,9 @@ lowestSymbol(const io::IntensityScale& scale, float min_intensity)
   return low;
 }
 
-/** \brief Copies the voxels that stay to the front of `to`, which may be `from`. It needs
- * space for one voxel more than stay, or for all.
- * \return number of voxels that stay */
+/** \brief Copies the remaining voxels to the front of `to`, which may be `from`. It needs
+ * space for one voxel more than remain, or for all.
+ * \return number of remaining voxels */
 std::size_t
 packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
 {
@@ -36,7 +36,7 @@ packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
   std::uint16_t* const kept_intensities = to.intensities.data();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Written in any case, as a branch would be unpredictable.
+    // Written in any case, as a branch would be mispredicted.
     const std::uint16_t intensity = intensities[i];
     kept_keys[kept] = keys[i];
     kept_intensities[kept] = intensity;
@@ -73,7 +73,7 @@ removeFaintVoxels(const io::VoxelFrame& frame,
   kept.grid = frame.grid;
   kept.intensity_scale = frame.intensity_scale;
   kept.depth_model = frame.depth_model;
-  // Counted first, so that only the memory that is kept is written.
+  // Counted first, so that no more memory is used than needed.
   kept.keys.resize(count + 1);
   kept.intensities.resize(count + 1);
   packVoxels(frame, lowest, kept);

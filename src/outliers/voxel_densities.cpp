@@ -7,7 +7,7 @@ namespace pcl_ext {
 
 namespace {
 
-constexpr std::uint32_t one_density = 256; // fixed point of numbers_
+constexpr std::uint32_t one_density = 256; // 1 in the fixed point of numbers_
 constexpr double face_density = 255.0;
 
 } // namespace
@@ -16,7 +16,7 @@ bool
 VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& first)
 {
   const bool were_faces = areFaces();
-  // Encoders omit a model that does not make the frame smaller.
+  // An encoder may omit the model of a frame.
   if (frame.depth_model && unit_ != DensityUnit::Points)
     takeDepthModel(frame, first);
   double face = face_density; // density 1 for each point
@@ -30,7 +30,7 @@ VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& fir
       const double intensity = scale_.value(static_cast<std::uint16_t>(symbol));
       const double density =
           std::clamp(face_density * intensity / face, 0.0, face_density);
-      // NaN gives the lowest density, as the voxel is occupied.
+      // NaN counts as the lowest density, as the voxel is occupied.
       numbers_[symbol] = static_cast<std::uint16_t>(
           density >= 0.0 ? std::lround(density * one_density) : 0);
     }

@@ -52,7 +52,7 @@ public:
   operator()(std::uint16_t symbol, const io::VoxelPosition& position) const;
 
 private:
-  static constexpr unsigned int depth_bits = 10; // of relative depths in factors_
+  static constexpr unsigned int depth_bits = 10; // resolution of factors_
 
   void
   takeDepthModel(const io::VoxelFrame& frame, const io::VoxelPosition& first);
@@ -63,12 +63,12 @@ private:
   DensityUnit unit_;
   float full_intensity_;
   std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
-  double model_face_ = 0.0;                   // intensity of a face according to it
+  double model_face_ = 0.0; // intensity of a covered face in that model
   io::IntensityScale scale_;
   double face_ = 0.0;                  // intensity of density 255
-  std::vector<std::uint16_t> numbers_; // by symbol, density before the factor, in 2^-8
-  std::vector<std::uint64_t> factors_; // by relative depth, in 2^-16
-  unsigned int exponent_ = 0;          // that factors_ are computed for
+  std::vector<std::uint16_t> numbers_; // density without factor by symbol, 2^8 is 1
+  std::vector<std::uint64_t> factors_; // by relative depth, 2^16 is 1
+  unsigned int exponent_ = 0;          // of factors_
   double resolution_ = 0.0;
 };
 

@@ -19,20 +19,20 @@ namespace {
 /** \brief e of VoxelOutlierRemoval, in faces. */
 constexpr float least_shell = 0.02f;
 
-/** \brief c of VoxelOutlierRemoval for some voxel edge, metres. */
+/** \brief c of VoxelOutlierRemoval for a voxel edge, metres. */
 float
 offsetOf(bool are_faces, double resolution)
 {
-  // Faces: maximum likelihood on sensor 2 of the robot cell with seed 2, at 4 cm; the
-  // maximum is within 0.2 at 2 to 6 cm and 0.6 at 8. Points: 0.4 to 1 below the maximum
-  // there; that of the six sensors is -0.3 to 0.8 from this value, at 4 cm. Above 4 cm the
-  // maximum for Points would remove 1 of 10 voxels of the surfaces at 8 cm and 1 of 3 at
-  // 20, as the counts of coarse voxels vary more than their local mean shows.
+  // Faces: the maximum likelihood on sensor 2 of the robot cell with seed 2 at 4 cm; the
+  // maximum differs by up to 0.2 at 2 to 6 cm, and by 0.6 at 8 cm. Points: 0.4 to 1 below
+  // that maximum; the maxima of the six sensors at 4 cm differ from this value by -0.3 to
+  // 0.8. Above 4 cm the maximum for Points would remove 1 of 10 voxels of the surfaces at
+  // 8 cm and 1 of 3 at 20 cm, as counts of coarse voxels vary more than their local mean.
   const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
   return are_faces ? 2.4f + edges : -2.5f - std::min(edges, 0.0f);
 }
 
-/** \brief exp(2 (log-odds - c)), to compare without a logarithm. */
+/** \brief exp(2 (log-odds - c)), which is compared without computing logarithms. */
 float
 evidenceOf(const NeighbourhoodSums& sums, float unit)
 {
@@ -128,7 +128,7 @@ public:
   std::size_t
   filter(io::VoxelFrame& frame)
   {
-    if (!canJudge(frame))
+    if (!isSupported(frame))
       return 0;
     beginFrame();
     learn(frame);
@@ -149,7 +149,7 @@ public:
   void
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds)
   {
-    if (!canJudge(frame)) {
+    if (!isSupported(frame)) {
       log_odds.assign(frame.size(), std::numeric_limits<float>::infinity());
       return;
     }
@@ -182,7 +182,7 @@ private:
   };
 
   bool
-  canJudge(const io::VoxelFrame& frame) const
+  isSupported(const io::VoxelFrame& frame) const
   {
     return has_valid_settings_ && isMadeFor(frame.grid.resolution);
   }
@@ -207,7 +207,7 @@ private:
   endFrame(std::size_t voxels)
   {
     const bool is_too_large = memory_rule_.shouldGiveBack(voxels + blocks_.size());
-    forget();
+    limitHistory();
     if (is_too_large) {
       blocks_.giveBackMemory();
       releaseFrame();
@@ -232,10 +232,10 @@ private:
     evidence_.resize(frame.size());
     first_voxels_.resize(masks_.size());
     std::uint32_t first = 0;
-    // In the frame's order, in which neighbours are close in memory.
+    // In the order of the frame, in which neighbours are close in memory.
     for (const std::uint32_t block : frame_blocks_) {
       first_voxels_[block] = first;
-      judge(block, evidence_.data() + first);
+      computeEvidence(block, evidence_.data() + first);
       first += bitCount(masks_[block]);
     }
   }
@@ -270,7 +270,7 @@ private:
    * \param[out] evidence of each voxel, in the order of the cells
    */
   void
-  judge(std::uint32_t block, float* evidence)
+  computeEvidence(std::uint32_t block, float* evidence)
   {
     blocks_.collect(block, masks_[block], window_);
     if (densities_.areFaces())
@@ -289,7 +289,7 @@ private:
 
   /** \brief Enforces the limit of blocks between frames. */
   void
-  forget()
+  limitHistory()
   {
     if (frame_blocks_.size() > settings_.max_blocks) {
       releaseMemory();

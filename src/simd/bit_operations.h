@@ -1,7 +1,7 @@
 /** \file
- * \brief Operations on bits, on memory order and on the cache that C++17 has no name for
- * and compilers do. What the compiler offers is used here and nowhere else; each function
- * has a portable version in plain C++ that the tests compare it with.
+ * \brief Operations on bits, byte order and the cache that compilers provide and C++17 does
+ * not. Compiler built-ins are used in this file only; each has a portable version in plain
+ * C++, which the tests compare it with.
  */
 #pragma once
 
@@ -12,8 +12,7 @@
 #include <intrin.h>
 #endif
 
-// For functions of a few instructions in loops whose state is to stay in registers: g++
-// inlines others only when it has decided on that.
+// For functions of a few instructions in loops whose state has to stay in registers.
 #if defined(__GNUC__)
 #define PCL_EXT_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else
@@ -28,7 +27,7 @@ constexpr bool is_big_endian = true;
 constexpr bool is_big_endian = false;
 #endif
 
-/** \brief Number of bits set, without the instruction that x86-64 may lack. */
+/** \brief Number of bits set, without the popcnt instruction, which x86-64 may lack. */
 constexpr unsigned int
 bitCount(std::uint64_t bits)
 {
@@ -38,7 +37,8 @@ bitCount(std::uint64_t bits)
   return static_cast<unsigned int>(bits * 0x0101010101010101 >> 56);
 }
 
-/** \brief 1 if any bit is set, else 0. Arithmetic, as g++ makes a branch of a comparison. */
+/** \brief 1 if any bit is set, else 0. By arithmetic, as g++ compiles comparisons to
+ * branches. */
 constexpr std::size_t
 isNotZero(std::uint64_t bits)
 {
@@ -136,7 +136,7 @@ replaceIfBelow(std::uint32_t& number,
                const std::uint8_t* other_pointer)
 {
 #if defined(__GNUC__) && defined(__x86_64__)
-  // Copies: as operands, members of an object would keep it in memory.
+  // Copies, as an object with members as operands would stay in memory.
   std::uint32_t local_number = number;
   const std::uint8_t* local_pointer = pointer;
   asm("cmp %[limit], %[number]\n\t"
@@ -154,8 +154,8 @@ replaceIfBelow(std::uint32_t& number,
 #endif
 }
 
-/** \brief Fetches memory that will be read soon into the cache; any address will do.
- * Always inline, as g++ drops calls of a function that only prefetches. */
+/** \brief Prefetches memory into the cache; any address is valid. Always inline, as g++
+ * removes calls of a function that only prefetches. */
 PCL_EXT_ALWAYS_INLINE void
 prefetch([[maybe_unused]] const void* address)
 {

@@ -1,8 +1,8 @@
 /** \file
- * \brief The vector instructions that every machine of this architecture has.
+ * \brief Lanes with the vector instructions that every machine of the architecture has.
  *
- * Include it only where PCL is not: what is compiled with other instructions than PCL
- * was may lay out Eigen's types in another way.
+ * Not to be included together with PCL: Eigen's types may have another layout with other
+ * instructions than PCL was compiled with.
  */
 #pragma once
 

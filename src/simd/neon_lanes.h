@@ -132,7 +132,7 @@ struct NeonLanes {
   static void
   storePairs(Ints low, Ints high, std::uint64_t* to)
   {
-    // As bytes: what the type of 64 bits is called differs from system to system.
+    // As bytes, as the name of the 64-bit type differs between systems.
     auto* const bytes = reinterpret_cast<std::uint8_t*>(to);
     vst1q_u8(bytes, vreinterpretq_u8_s32(vzip1q_s32(low, high)));
     vst1q_u8(bytes + 16, vreinterpretq_u8_s32(vzip2q_s32(low, high)));

@@ -9,12 +9,12 @@
 
 namespace pcl_ext {
 
-/** \brief Four floats or integers side by side, in plain C++: for machines without
- * vector instructions, and what the others must agree with to the last bit.
+/** \brief Four lanes of floats or integers in plain C++: for machines without vector
+ * instructions, and as the reference for the other lanes types, which have to give the same
+ * results to the last bit.
  *
- * Contract of a lanes type: the members below. Comparisons give a mask, all bits of a
- * lane set where they hold; they are false for NaN. Code that is to run at the full
- * speed of a machine takes the lanes as a template parameter.
+ * Contract of a lanes type: the members below. Comparisons return a mask with all bits set
+ * in lanes where they are true; they are false for NaN.
  */
 struct ScalarLanes {
   using Floats = std::array<float, 4>;
@@ -74,8 +74,8 @@ struct ScalarLanes {
     return each(values, values, [](float a, float) { return std::fabs(a); });
   }
 
-  /** \brief The nearest integers, by whatever the machine's rounding is set to; any
-   * integer for what is no 32-bit integer. */
+  /** \brief The nearest integers in the current rounding mode; any integer for numbers that
+   * do not fit 32 bits. */
   static Ints
   round(const Floats& values)
   {
@@ -134,7 +134,7 @@ struct ScalarLanes {
         values, values, [](std::uint32_t a, std::uint32_t) { return a << bits; });
   }
 
-  /** \brief Zeros come in from above. */
+  /** \brief Logical shift: the highest bits become 0. */
   template <int bits>
   static Ints
   shiftRight(const Ints& values)
@@ -143,7 +143,7 @@ struct ScalarLanes {
         values, values, [](std::uint32_t a, std::uint32_t) { return a >> bits; });
   }
 
-  /** \brief Bit i is set where lane i of a mask is. */
+  /** \brief Bit i is set if lane i of a mask is set. */
   static unsigned int
   bitsOf(const Ints& mask)
   {
@@ -165,7 +165,7 @@ struct ScalarLanes {
     std::memcpy(to, values.data(), sizeof(values));
   }
 
-  /** \brief Writes four numbers of 64 bits, made of a low and a high half. */
+  /** \brief Writes four 64-bit numbers, given as low and high halves. */
   static void
   storePairs(const Ints& low, const Ints& high, std::uint64_t* to)
   {
@@ -202,7 +202,7 @@ struct ScalarLanes {
     }
   }
 
-  /** \brief The inverse for points x, y, z, w: one of four floats for each lane. */
+  /** \brief Transposes four lanes of x, y, z, w to four points x, y, z, w. */
   static void
   transpose(Floats& x, Floats& y, Floats& z, Floats& w)
   {

@@ -164,7 +164,7 @@ private:
   static Floats
   loadPoint(const unsigned char* point)
   {
-    // Through integers, as bytes may be aligned like no float.
+    // As integers, as the bytes may not be aligned for floats.
     return _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(point)));
   }
 };

@@ -1,6 +1,6 @@
 /** \file
- * \brief Operations on rows of small integers that the codec of effort fast needs, with
- * SSE2 where there is SSE2, and in plain C++. Both give the same.
+ * \brief Operations on rows of small integers for effort fast, with SSE2 and in plain C++,
+ * with the same results.
  */
 #pragma once
 
@@ -16,7 +16,8 @@
 
 namespace pcl_ext {
 
-/** \brief Of eight numbers, which are below each of three limits, and which are 0xffff. */
+/** \brief Masks of those of eight numbers that are below each of three limits, and of those
+ * that are 0xffff. */
 using EightComparisons = std::array<unsigned int, 4>;
 
 /** \brief The functions below in plain C++. */
@@ -71,8 +72,8 @@ compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& l
 
 } // namespace portable
 
-/** \brief Index of the first of sixteen ends that is above number * 2^bits + offset,
- * which is below 2^15.
+/** \brief Index of the first of sixteen ends above number * 2^bits + offset, which must be
+ * below 2^15.
  * \param[in] ends sixteen of them, ascending, the last one 2^15; aligned to 16 bytes
  */
 template <unsigned int bits, std::uint32_t offset>
@@ -80,8 +81,8 @@ PCL_EXT_ALWAYS_INLINE unsigned int
 firstAbove(const std::uint16_t* ends, std::uint32_t number)
 {
 #if defined(__SSE2__)
-  // In 16 bits end - number - 1 - 2^15 is negative where end > number: one instruction
-  // less than a signed comparison, of which 2^15 is no operand.
+  // In 16 bits end - number - 1 - 2^15 is negative if end > number. That is one instruction
+  // less than a signed comparison, whose operand cannot be 2^15.
   constexpr std::uint32_t shift = offset + 1 + (std::uint32_t{1} << 15);
   const __m128i place = _mm_set1_epi16(static_cast<short>((number << bits) + shift));
   const auto* const values = reinterpret_cast<const __m128i*>(ends);
@@ -95,8 +96,8 @@ firstAbove(const std::uint16_t* ends, std::uint32_t number)
 #endif
 }
 
-/** \brief Moves ends towards what was counted, and sets the counts to 0: end i moves by
- * 2^-shift of its distance from (i + 1) least + unit * (sum of the counts up to i).
+/** \brief Adapts ends to counts, and sets the counts to 0: end i moves by 2^-shift of its
+ * distance to (i + 1) * least + unit * (sum of the counts up to i).
  * \param[in,out] ends sixteen of them; aligned to 16 bytes
  * \param[in,out] counts sixteen of them, at most 255 in all; aligned to 16 bytes
  */

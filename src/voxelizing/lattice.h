@@ -29,7 +29,7 @@ public:
   /** \brief A usable range of a lattice.
    * \param[in] grid its resolution and anchor are used
    * \param[in] begin lowest usable index on each axis
-   * \param[in] end one behind the highest usable index on each axis
+   * \param[in] end one above the highest usable index on each axis
    */
   Lattice(const VoxelGrid& grid,
           const std::array<std::int64_t, 3>& begin,

@@ -95,7 +95,7 @@ PlaceFinder::find(const PointView& points,
   const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
   const std::size_t stride = points.coordinate_stride;
   std::size_t i = begin;
-  // The locator reads a float behind z, which the last point may not have.
+  // The locator reads a float after z, which the last point may not have.
   if (locator_.isUseful() && stride >= 3)
     for (; i + 4 <= end && i + 4 < points.count; i += 4) {
       const auto* const quad =

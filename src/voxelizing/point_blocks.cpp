@@ -195,7 +195,7 @@ PointBlocks::findOccupied()
         nonZeroBytes(&voxels_[64 * std::size_t{keyed.block}]);
     first_voxels_[keyed.block] = voxels;
     voxels += bitCount(occupied);
-    // Written in any case and counted if occupied, as a branch would be unpredictable.
+    // Without a branch, which would be mispredicted: always written, counted if occupied.
     occupied_[occupied_count_] = {keyed.key, occupied, keyed.block};
     occupied_count_ += occupied != 0 ? 1 : 0;
   }

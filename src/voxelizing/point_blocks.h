@@ -20,9 +20,9 @@ namespace io {
  *
  * Blocks are found by a hash table with a limited number of probes. If all probed slots are
  * taken, a block takes the slot of another one; if that one occurs again it gets a second
- * entry, and the parts are united when the voxels are written. Thus a cloud made to collide
- * costs at most a sort of its points, and memory is proportional to the number of points,
- * not to the size of the grid.
+ * entry, and the parts are united when the voxels are written. Thus even a cloud constructed
+ * to collide costs at most a sort of its points, and memory is proportional to the number of
+ * points, not to the size of the grid.
  */
 class PointBlocks {
 public:
@@ -43,7 +43,7 @@ public:
   void
   add(const PlacedPoints& placed, std::size_t* added);
 
-  /** \brief True if there are so few points per block that SortedVoxels is faster.
+  /** \brief True if there are too few points per block, so that SortedVoxels is faster.
    * \param[in] points number of points added
    */
   bool

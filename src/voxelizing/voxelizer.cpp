@@ -158,7 +158,8 @@ private:
     if (!finder_.measureRange(points, range))
       return;
     VoxelGrid grid = finder_.grid();
-    // One unneeded level is a reserve; two are the trace of an outlier in a previous cloud.
+    // One level more than required is kept as a reserve. Two are due to an outlier in a
+    // previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
     if (!has_grid_ || is_far_too_large)
       grid = fitGrid(grid.resolution, range);
@@ -192,7 +193,7 @@ private:
     for (std::size_t i = 0; i < placed_.count; ++i) {
       const float intensity = usableIntensity(
           points.intensities[placed_.points[i] * points.intensity_stride], statistics);
-      // Without a branch, which would be unpredictable: the run is stored at each point and
+      // Without a branch, which would be mispredicted: the run is stored at each point and
       // overwritten while it continues.
       const bool goes_on = added[i] == run.added;
       last += goes_on ? 0 : 1;
@@ -216,7 +217,7 @@ private:
     return intensity;
   }
 
-  /** \brief For finite numbers; without a call of the mathematics library. */
+  /** \brief For finite numbers; without a library call. */
   static bool
   isWholeNumber(float number)
   {

@@ -7,7 +7,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Index of what a list does not have. */
+/** \brief Index of an element that does not exist. */
 constexpr std::size_t not_in_list = static_cast<std::size_t>(-1);
 
 /** \brief The key of an element of an ascending list. */
@@ -24,12 +24,11 @@ keyOf(const Element& element)
   return element.key;
 }
 
-/** \brief Finds elements of an ascending list by their keys, which are asked for in
- * ascending order. */
+/** \brief Finds elements of an ascending list by their keys, in ascending order. */
 template <class Element>
 class AscendingLookup {
 public:
-  /** \brief Of an empty list. */
+  /** \brief A lookup in an empty list. */
   AscendingLookup() = default;
 
   /** \param[in] elements ascending; they must outlive the lookup */
@@ -52,12 +51,13 @@ private:
   std::size_t next_ = 0;
 };
 
-/** \brief Walks two lists of ascending keys side by side, in the order of their keys.
- * \param[in] visit_first is called with the index of each element of the first list that
- * the second one does not have
- * \param[in] visit_second is called with the index of each element of the second list,
- * and that in the first one or not_in_list; false ends the walk
- * \return whether the walk came to its end
+/** \brief Visits the elements of two ascending lists in the order of their keys.
+ * \param[in] first,second the lists
+ * \param[in] visit_first called with the index of each element of the first list whose key
+ * is not in the second one
+ * \param[in] visit_second called with the index of each element of the second list, and that
+ * of the same key in the first one or not_in_list; returns false to stop
+ * \return false if visit_second stopped
  */
 template <class First, class Second, class VisitFirst, class VisitSecond>
 bool

@@ -11,23 +11,23 @@ namespace io {
 
 /** \brief Finds blocks by their Morton keys: a hash table with open addressing.
  *
- * The hash depends on a random number of this instance, so that no stream can be made
- * whose keys collide. What is coded does not depend on it.
+ * The hash depends on a random number of the instance, so that no stream can be constructed
+ * whose keys collide. Coded bytes do not depend on it.
  */
 class BlockDirectory {
 public:
   static constexpr std::uint32_t not_found = 0xffffffff;
 
-  /** \brief Removes all blocks, and reserves slots for some. */
+  /** \brief Removes all blocks, and reserves slots for a number of blocks. */
   void
   clear(std::size_t expected_blocks)
   {
-    // Where the number is not known yet, about as many as in the frame before.
+    // The number may not be known yet: at least as many as in the previous frame.
     const std::size_t blocks = std::max(expected_blocks, keys_.size());
     unsigned int bits = 4;
     while ((std::size_t{1} << bits) < 2 * blocks)
       ++bits;
-    // Hysteresis: the frames of a stream are about as large as each other.
+    // Reduced with hysteresis, as the sizes of frames vary little.
     if (slots_.size() < (std::size_t{1} << bits) ||
         slots_.size() > (std::size_t{64} << bits)) {
       slots_.assign(std::size_t{1} << bits, not_found);
@@ -49,6 +49,15 @@ public:
       grow();
     else
       place(static_cast<std::uint32_t>(keys_.size() - 1));
+  }
+
+  /** \brief Replaces all blocks by those with some keys, in this order. */
+  void
+  assign(const std::vector<std::uint64_t>& keys)
+  {
+    clear(keys.size());
+    for (const std::uint64_t key : keys)
+      insert(key);
   }
 
   /** \brief Index of a block, or not_found. */

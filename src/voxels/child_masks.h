@@ -6,14 +6,14 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Tables of the 256 masks of eight children: of an octree node, of the octants of
- * a block, of the cells of an octant. Bit c is child c = 4x + 2y + z. */
+/** \brief Tables of the 256 masks of eight children: those of an octree node, the octants of
+ * a block, or the cells of an octant. Bit c is child c = 4x + 2y + z. */
 struct ChildMasks {
-  std::array<std::uint8_t, 256> count{}; ///< children in a mask
-  /** \brief The children of a mask, ascending, then zeros. */
+  std::array<std::uint8_t, 256> count{}; ///< number of children in a mask
+  /** \brief The children in a mask, ascending, then zeros. */
   std::array<std::array<std::uint8_t, 8>, 256> children{};
-  /** \brief All children sorted by a mask: occupied ones first, then by the number of
-   * occupied face neighbours, then ascending. */
+  /** \brief All eight children, sorted: those in the mask first, then by decreasing number of
+   * face neighbours in the mask, then ascending. */
   std::array<std::array<std::uint8_t, 8>, 256> by_neighbours{};
   /** \brief Index of a child in `by_neighbours`. */
   std::array<std::array<std::uint8_t, 8>, 256> rank{};

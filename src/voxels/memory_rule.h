@@ -7,9 +7,9 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Decides when memory that is reused from frame to frame is released, so that the
- * memory of one large frame is not held for the rest of a stream, and alternating sizes do
- * not cause an allocation for each frame.
+/** \brief Decides when to release memory that is reused from frame to frame: the memory of a
+ * large frame is not kept for the rest of a stream, and alternating sizes do not cause an
+ * allocation for each frame.
  *
  * Sizes and the floor have the same unit, bytes or elements.
  */
@@ -18,7 +18,7 @@ public:
   /** \brief Number of frames that must need less before memory is released. */
   static constexpr std::size_t frames = 8;
 
-  /** \brief Memory of up to this multiple of what they needed is kept. */
+  /** \brief Memory of up to this multiple of what these frames needed is kept. */
   static constexpr std::size_t factor = 4;
 
   /** \brief Default of the floor, bytes. */
@@ -27,7 +27,7 @@ public:
   /** \param[in] floor memory up to this size is never released */
   explicit MemoryRule(std::size_t floor = default_floor) : floor_(floor) {}
 
-  /** \brief Call it once for each frame, also for those that failed.
+  /** \brief To be called once for each frame, also for one that failed.
    * \param[in] needed size that the current frame needed
    * \param[in] taken size that was allocated for it, if that may be more, as for a frame
    * that failed

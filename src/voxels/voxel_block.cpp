@@ -47,7 +47,7 @@ NeighbourCounts
 countNeighbours(std::uint64_t mask,
                 const std::array<std::uint64_t, face_count>& neighbours)
 {
-  // Two full adders and one for their results: six masks become three bits a cell.
+  // Three full adders add the bits of six masks for all cells at once.
   const auto across = [&](std::size_t face) {
     return occupiedAcross(mask, neighbours[face], face);
   };

@@ -11,9 +11,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A block is 4x4x4 voxels, the two lowest levels of the octree: the low six
- * bits of a voxel's Morton key are its cell in the block, and cell c is bit c of a
- * block's mask. */
+/** \brief A block is 4 x 4 x 4 voxels, the two lowest levels of the octree. The low six bits
+ * of a voxel's Morton key are its cell in the block, and cell c is bit c of a mask. */
 constexpr unsigned int block_key_bits = 6;
 constexpr unsigned int block_levels = 2;
 constexpr unsigned int block_cells = 64;
@@ -26,7 +25,7 @@ levelsAboveBlocks(unsigned int grid_depth)
   return grid_depth > block_levels ? grid_depth - block_levels : 0;
 }
 
-/** \brief The cells of a block that lie in a grid of some depth: all, or one octant. */
+/** \brief The cells of a block that are in a grid of some depth: all, or one octant. */
 constexpr std::uint64_t
 cellsInGrid(unsigned int grid_depth)
 {
@@ -71,7 +70,7 @@ struct BlockList {
   void
   clear();
 
-  /** \brief Appends a block above all others.
+  /** \brief Appends a block with a key above all others.
    * \param[in] key Morton key of the block
    * \param[in] mask its cells, not 0
    * \param[in] first_voxel number of voxels in the blocks before it
@@ -79,11 +78,11 @@ struct BlockList {
   void
   append(std::uint64_t key, std::uint64_t mask, std::uint32_t first_voxel);
 
-  /** \brief The blocks of ascending voxel keys. */
+  /** \brief Sets the blocks to those of ascending voxel keys. */
   void
   assign(const std::vector<std::uint64_t>& voxel_keys);
 
-  /** \brief The voxel keys of the blocks, ascending. */
+  /** \brief Lists the voxel keys of the blocks, ascending. */
   void
   voxelKeys(std::vector<std::uint64_t>& voxel_keys) const;
 };
@@ -96,7 +95,7 @@ constexpr std::size_t face_count = 6;
  * \param[in] face 0..5
  * \param[in] levels octree levels above the blocks, 0..19
  * \param[out] neighbour key of the neighbour
- * \return false if the block lies at that face of the grid
+ * \return false if the block is at that face of the grid
  */
 inline bool
 neighbourBlock(std::uint64_t key,
@@ -113,15 +112,15 @@ neighbourBlock(std::uint64_t key,
       axis_bits[axis_index] & ((std::uint64_t{1} << (3 * levels)) - 1);
   const std::uint64_t one = std::uint64_t{4} >> axis_index;
   const std::uint64_t position = key & axis;
-  // Carries and borrows run through the other axes' bits, which are 1 for the sum and 0
-  // for the difference.
+  // Carries and borrows pass the bits of the other axes, which are 1 for the sum and 0 for
+  // the difference.
   const std::uint64_t moved =
       is_below ? (position - one) & axis : ((position | ~axis) + one) & axis;
   neighbour = moved | (key & ~axis);
   return position != (is_below ? 0 : axis);
 }
 
-/** \brief For each axis the cells whose coordinate has its low bit (0) or high bit (1)
+/** \brief By axis and bit: the cells with the low (0) or high (1) bit of the coordinate
  * set. */
 constexpr std::array<std::array<std::uint64_t, 2>, 3>
 makeCellsWithBit()
@@ -148,7 +147,7 @@ occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face)
   const std::size_t axis = face % 3;
   const std::uint64_t low = cells_with_bit[axis][0];
   const std::uint64_t high = cells_with_bit[axis][1];
-  // What the coordinate's low bit and its high bit are worth in a cell's number.
+  // Difference of cell numbers for a coordinate's low and high bit.
   const unsigned int low_bit = 4u >> axis;
   const unsigned int high_bit = 8 * low_bit;
   if (face < 3)
@@ -167,8 +166,8 @@ cellsBeside(std::uint64_t cells)
          occupiedAcross(cells, 0, 4) | occupiedAcross(cells, 0, 5);
 }
 
-/** \brief How many of a cell's six face neighbours are occupied, for all cells of a
- * block: bit c of the three masks is the number of cell c, lowest bit first. */
+/** \brief Number of occupied face neighbours, 0..6, of each cell of a block: the three masks
+ * have one bit of the number each, lowest first. */
 struct NeighbourCounts {
   std::array<std::uint64_t, 3> bits{};
 
@@ -181,7 +180,7 @@ struct NeighbourCounts {
                                      (bits[2] >> cell & 1) << 2);
   }
 
-  /** \brief The cells with some number of occupied neighbours, 0..6. */
+  /** \brief The cells with a number of occupied neighbours, 0..6. */
   std::uint64_t
   cellsWith(std::uint32_t count) const
   {

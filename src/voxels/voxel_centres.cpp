@@ -10,8 +10,8 @@ namespace detail {
 
 namespace {
 
-// The loops below always cover a whole block, even if the frame has fewer voxels left:
-// with a constant number of iterations the compiler vectorises them.
+// The loops below have a constant number of iterations, also if fewer voxels are left, so
+// that the compiler vectorises them.
 constexpr std::size_t capacity = VoxelCentres::capacity;
 
 /** \brief Deepest grid whose keys fit 32 bits. */

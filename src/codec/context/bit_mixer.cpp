@@ -6,7 +6,8 @@ namespace context {
 
 LogisticTables::LogisticTables()
 {
-  // e^(1/256) in 2^-32; its powers are kept in 2^-18, so that no product overflows.
+  // e^(1/256) in units of 2^-32. Powers are in units of 2^-18, so that no product
+  // overflows.
   constexpr std::uint64_t factor = 0x10100802b;
   constexpr std::uint64_t one = std::uint64_t{1} << 18;
   std::uint64_t power = one;

@@ -18,8 +18,8 @@ public:
 
   LogisticTables();
 
-  /** \brief Probability in 2^-16 of a number on the logistic scale, held within -2047
-   * .. 2047. */
+  /** \brief Probability, in units of 2^-16, of a number on the logistic scale, which is
+   * clamped to -largest..largest. */
   std::int32_t
   squash(std::int32_t number) const
   {
@@ -30,7 +30,7 @@ public:
     return squash_[static_cast<std::size_t>(number + largest)];
   }
 
-  /** \brief ln(p / (1 - p)) of a probability in 2^-16, in 1/256. */
+  /** \brief ln(p / (1 - p)), in units of 1/256, of a probability p in units of 2^-16. */
   std::int32_t
   stretch(std::uint16_t probability) const
   {
@@ -47,14 +47,14 @@ const LogisticTables&
 logisticTables();
 
 /** \brief Mixes several probabilities of one bit into one: a weighted sum on the logistic
- * scale, whose weights learn from every bit (M. Mahoney, Adaptive weighing of context
+ * scale with weights that adapt to every bit (M. Mahoney, Adaptive weighing of context
  * models for lossless data compression, 2005). */
 template <std::size_t InputCount>
 struct MixerWeights {
   static constexpr std::int32_t one = 1 << 16;
 
-  /** \brief Weights in 2^-16. At the start the first is 0.4, and the others are 0.8
-   * together. */
+  /** \brief Weights in units of 2^-16. Initially the first is 0.4 and the others have a
+   * sum of 0.8. */
   std::array<std::int32_t, InputCount> weights = startingWeights();
 
   static constexpr std::array<std::int32_t, InputCount>
@@ -77,14 +77,14 @@ struct MixerWeights {
     return static_cast<std::int32_t>(sum >> 16);
   }
 
-  /** \brief Learns a bit.
+  /** \brief Adapts the weights to a bit.
    * \param[in] stretched the inputs
-   * \param[in] error bit - probability, in 2^-16
+   * \param[in] error bit - probability, in units of 2^-16
    */
   void
   learn(const std::array<std::int32_t, InputCount>& stretched, std::int32_t error)
   {
-    // Clamped so that no sum overflows, whatever the bits.
+    // Clamped so that no sum overflows for any sequence of bits.
     constexpr std::int32_t heaviest = 8 * one;
     for (std::size_t i = 0; i < InputCount; ++i) {
       const std::int64_t change =

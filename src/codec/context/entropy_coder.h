@@ -8,24 +8,26 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Writes bits of known probability as bytes: a range coder with two symbols
+/** \brief Encodes bits of given probability: a range coder with two symbols
  * (G. N. N. Martin, Range encoding, 1979; doc/bitstream_context.md, "Range coder").
  *
- * Its counterpart is BinaryRangeDecoder; code() has the same form on both, so that what
- * is coded is written once for both directions.
+ * code() has the same signature as in BinaryRangeDecoder, so that the stages of a frame are
+ * written once for both directions.
  */
 class BinaryRangeEncoder {
 public:
   static constexpr bool is_decoder = false;
 
-  /** \brief Starts a row of bits behind the bytes that are there. */
+  /** \brief Starts a row of bits.
+   * \param[in,out] bytes where to append
+   */
   explicit BinaryRangeEncoder(std::vector<std::uint8_t>& bytes)
   : bytes_(&bytes), begin_(bytes.size())
   {}
 
   /** \brief Writes a bit.
    * \param[in] bit the bit
-   * \param[in] probability of a 1, in 2^-16, 1..2^16 - 1
+   * \param[in] probability of a 1, in units of 2^-16, 1..2^16 - 1
    * \return the bit
    */
   bool
@@ -42,15 +44,16 @@ public:
     return bit;
   }
 
-  /** \brief Bytes that the bits so far have settled; the decoder counts the same. */
+  /** \brief Number of bytes that further bits change by a carry only; the decoder counts
+   * the same. */
   std::size_t
   settledBytes() const
   {
     return bytes_->size() - begin_;
   }
 
-  /** \brief Ends the row with as few bytes as tell it from all others; trailing zeros
-   * are left out, as reading behind the end gives zeros. */
+  /** \brief Ends the row with as few bytes as identify its interval. Trailing zeros are
+   * omitted, as the decoder reads zeros beyond the end. */
   void
   finish()
   {
@@ -78,8 +81,7 @@ private:
   {
     constexpr std::uint64_t carry = std::uint64_t{1} << 32;
     if (low_ >= carry) {
-      // The sum of what was written and what is to come stays below 1, so the carry
-      // ends within this row.
+      // The coded number is below 1, so the carry ends within this row.
       for (std::size_t i = bytes_->size(); ++(*bytes_)[--i] == 0;) {
       }
       low_ -= carry;
@@ -95,14 +97,14 @@ private:
   std::uint32_t range_ = 0xffffffff;
 };
 
-/** \brief Reads bits back that BinaryRangeEncoder wrote. Never reads behind its end. */
+/** \brief Decodes what BinaryRangeEncoder wrote. Never reads beyond the end. */
 class BinaryRangeDecoder {
 public:
   static constexpr bool is_decoder = true;
 
   /** \brief Reads a row of bits.
    * \param[in] begin first byte
-   * \param[in] end end of the row; behind it follow zeros
+   * \param[in] end end of the row, beyond which zeros are decoded
    */
   BinaryRangeDecoder(const std::uint8_t* begin, const std::uint8_t* end)
   : next_(begin), end_(end)
@@ -112,7 +114,7 @@ public:
   }
 
   /** \brief Reads a bit.
-   * \param[in] probability of a 1, as the encoder had it
+   * \param[in] probability of a 1, as given to the encoder
    */
   bool
   code(bool /*bit*/, std::uint32_t probability)
@@ -136,7 +138,7 @@ public:
     return 2 * words_ - 4;
   }
 
-  /** \brief True if no byte is left that was not read. */
+  /** \brief True if all bytes were read. */
   bool
   isAtEnd() const
   {
@@ -156,7 +158,7 @@ private:
 
   const std::uint8_t* next_;
   const std::uint8_t* end_;
-  std::size_t words_ = 0; // read, of 16 bits each
+  std::size_t words_ = 0; // of 16 bits, read so far
   std::uint32_t code_ = 0;
   std::uint32_t range_ = 0xffffffff;
 };

@@ -14,10 +14,8 @@ Frame::begin(const History& history)
   new_keys.clear();
   target_keys.clear();
   target_masks.clear();
-  // With room to grow, so that a stream soon needs no more memory.
   for (std::vector<std::uint64_t>* cells : {&occupied, &new_cells}) {
-    if (cells->capacity() < known.size())
-      cells->reserve(known.size() / 4 * 5 + 4);
+    reserveAhead(*cells, known.size());
     cells->assign(known.size(), 0);
   }
   directory.clear(known.size() + known.size() / 8);

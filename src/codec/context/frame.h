@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "bytes/reserve_ahead.h"
 #include "codec/context/history.h"
 #include "codec/depth_split.h"
 #include "voxels/block_directory.h"
@@ -15,10 +16,10 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief What a frame is coded with besides its voxels, the same on both sides. */
+/** \brief Parameters of coding a frame, the same in encoder and decoder. */
 struct FrameContext {
-  const History& history;        ///< of the frames before; empty in an I-frame
-  bool is_i_frame;               ///< all models are as at the start
+  const History& history;        ///< of the previous frames; empty for an I-frame
+  bool is_i_frame;               ///< all models are in their initial state
   unsigned int grid_depth;       ///< 1..21
   unsigned int symbol_bits;      ///< 1..16
   const DepthModel* depth_model; ///< null if intensities do not depend on depth
@@ -30,7 +31,7 @@ struct FrameContext {
   }
 };
 
-/** \brief The blocks of one frame while its occupancy is coded; what the stages hand on.
+/** \brief The blocks of a frame while its occupancy is coded; passed from stage to stage.
  * Kept from frame to frame so that its memory is reused. */
 struct Frame {
   /** \brief Occupied cells: of the blocks of the history, then of the new blocks. */
@@ -38,19 +39,19 @@ struct Frame {
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
   BlockDirectory directory;            ///< into `occupied`
 
-  // The encoder's: new voxels in each block of the history, and the new blocks,
-  // ascending. A decoder's are 0, and none.
+  // Encoder only: new voxels in each block of the history, and the new blocks, ascending.
+  // In a decoder new_cells is 0 and the others are empty.
   std::vector<std::uint64_t> new_cells;
   std::vector<std::uint64_t> target_keys;
   std::vector<std::uint64_t> target_masks;
 
-  /** \brief Begins with a frame of which nothing is known.
+  /** \brief Begins a frame to decode.
    * \param[in] history before the frame
    */
   void
   begin(const History& history);
 
-  /** \brief Begins with an encoder's frame: sorts its voxels into known and new ones.
+  /** \brief Begins a frame to encode: divides its voxels into known and new ones.
    * \param[in] history before the frame
    * \param[in] blocks of the frame
    * \return number of known voxels
@@ -63,19 +64,17 @@ struct Frame {
   collect(const History& history, BlockList& blocks) const;
 };
 
-/** \brief Copies numbers. Memory grows by more than it must, which assignment does not, so
- * that a stream's frames soon need no more. */
+/** \brief Copies numbers, with reserveAhead(). */
 inline void
 copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to)
 {
-  if (to.capacity() < from.size())
-    to.reserve(from.size() / 4 * 5 + 4);
+  reserveAhead(to, from.size());
   to.assign(from.begin(), from.end());
 }
 
 /** \brief The intensities of a frame's voxels while they are coded. */
 struct CodedIntensities {
-  /** \brief What is coded first: the number of points where the depth model can tell it,
+  /** \brief Coded first: the number of points where it can be derived from the depth model,
    * else the symbol itself. */
   std::vector<std::uint16_t> numbers;
   std::vector<std::uint16_t> symbols;

@@ -1,5 +1,6 @@
 #include "codec/context/history.h"
 
+#include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
 
@@ -13,7 +14,7 @@ namespace context {
 
 namespace {
 
-// Most voxels of an I-frame stay; most of those that P-frames bring are noise.
+// Most voxels of an I-frame are occupied again; most new voxels of P-frames are noise.
 constexpr std::uint16_t first_probability_i_frame = 52000;
 constexpr std::uint16_t first_probability_p_frame = 26000;
 constexpr std::uint8_t most_active = 7;
@@ -22,8 +23,8 @@ constexpr std::uint8_t first_activity_p_frame = 2;
 /** \brief Ages are counted up to this. */
 constexpr std::uint8_t oldest = 31;
 
-/** \brief Rates at which a probability moves to the newest frame, by age, as a shift: 1/2
- * for 2 frames, 1/4 up to the fifth, 1/8 up to the tenth, then 1/16. */
+/** \brief Adaptation rate of a probability by age, as a shift: 1/2 for two frames, 1/4 up to
+ * the fifth, 1/8 up to the tenth, then 1/16. */
 constexpr std::array<std::uint8_t, oldest + 1>
 makeRateShifts()
 {
@@ -67,7 +68,7 @@ History::predictDepths(const BlockList& frame,
   }
 }
 
-/** \brief How one frame changes the records. Without branches on whether a voxel is
+/** \brief Updates the records with one frame. Without branches on whether a voxel is
  * occupied, which would be mispredicted. */
 struct History::Learning {
   const std::uint16_t* numbers;
@@ -76,9 +77,9 @@ struct History::Learning {
   std::uint16_t forgotten_below;
   std::uint16_t first_probability;
 
-  /** \brief Another frame for the records of a block, in place.
+  /** \brief Updates the records of a block in place.
    * \param[in,out] record the first one
-   * \param[in] known the block's cells that have one
+   * \param[in] known the block's cells that have a record
    * \param[in] occupied the block's cells in the frame
    * \param[in] voxel index of the first of these
    * \return the known cells that are not forgotten
@@ -114,14 +115,14 @@ struct History::Learning {
     return kept;
   }
 
-  /** \brief Writes a block's records, but for those that are forgotten, and begins those
-   * of its new voxels.
+  /** \brief Copies the records of a block that are not forgotten, and adds those of its new
+   * voxels.
    * \param[in] record the first one, after learn()
-   * \param[in] known its cells that had one
-   * \param[in] block its cells that have one now, and those of the frame
-   * \param[in] voxel index of the first of these
+   * \param[in] known cells that had a record before the frame
+   * \param[in] block cells that have a record now, and those of the frame
+   * \param[in] voxel index of the first voxel of the frame in the block
    * \param[out] next where to write
-   * \return where the next block's go
+   * \return where to write the records of the next block
    */
   VoxelRecord*
   write(const VoxelRecord* record,
@@ -141,7 +142,7 @@ struct History::Learning {
     return next;
   }
 
-  /** \brief A number with the history's fraction bits; numbers have 16 bits with them. */
+  /** \brief A number with the history's fraction bits, 16 bits in all. */
   int
   fixedPoint(std::uint16_t number) const
   {
@@ -165,7 +166,7 @@ struct History::Learning {
     return record;
   }
 
-  /** \brief Learns whether the voxel is occupied in one more frame.
+  /** \brief Adapts the probability and the pattern of recent frames.
    * \param[in] is_occupied 1 or 0
    */
   static void
@@ -183,8 +184,8 @@ struct History::Learning {
   void
   learnIntensity(VoxelRecord& record, std::size_t voxel) const
   {
-    // Shifts of negative numbers round towards minus infinity; C++20 promises what all
-    // compilers do.
+    // Right shifts of negative numbers round towards minus infinity, in all compilers and
+    // by the standard since C++20.
     const int difference = fixedPoint(numbers[voxel]) - static_cast<int>(record.mean);
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);
     record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
@@ -206,14 +207,13 @@ struct History::Learning {
 void
 History::makeRoom(const BlockList& frame, bool is_i_frame)
 {
-  // At most every record stays and every voxel is new.
+  // Upper bound: all records are kept and all voxels are new.
   const std::size_t records = (is_i_frame ? 0 : record_count_) + frame.voxelCount();
   if (next_records_.size() < records)
     next_records_.resize(records);
   const std::size_t blocks = (is_i_frame ? 0 : blocks_.size()) + frame.size();
   next_blocks_.clear();
-  if (next_blocks_.capacity() < blocks)
-    next_blocks_.reserve(blocks / 4 * 5 + 4);
+  reserveAhead(next_blocks_, blocks);
 }
 
 void

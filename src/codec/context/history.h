@@ -15,26 +15,25 @@ namespace context {
 struct HistoryBlock {
   std::uint64_t key;          ///< Morton key of the block
   std::uint64_t known;        ///< cells that have a record, never 0
-  std::uint64_t last;         ///< of these, those that the last frame had
+  std::uint64_t last;         ///< known cells that are occupied in the last frame
   std::uint32_t first_record; ///< of the lowest known cell; the others follow in order
-  std::uint8_t activity;      ///< of new voxels in the last frames, 0..7
+  std::uint8_t activity;      ///< running mean of new voxels a frame, 0..7
 };
 
 /** \brief The record of one voxel. */
 struct VoxelRecord {
-  std::uint16_t probability; ///< running share of frames that had it, 2^16 is 1
+  std::uint16_t probability; ///< running mean of the occupancy, 2^16 is 1
   std::uint16_t mean;        ///< running mean of the number, fixed point
-  std::uint16_t deviation;   ///< mean distance from the mean, fixed point
+  std::uint16_t deviation;   ///< running mean of the distance from it, fixed point
   std::int16_t depth_offset; ///< running mean, see DepthPrediction
-  std::uint8_t recent;       ///< a bit for each frame, the last one lowest
+  std::uint8_t recent;       ///< occupancy in the last frames, the last one lowest
   std::uint8_t age;          ///< frames since the first, up to 31
   std::uint8_t roughness;    ///< running mean of the residual, in sixteenths
 };
 
-/** \brief What encoder and decoder remember of the frames since the last I-frame: for
- * each voxel with a record how often it was occupied, and with which intensity
- * (doc/bitstream_context.md, "History"). Integers only, so that it is the same on every
- * machine. */
+/** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder:
+ * occupancy and intensity of each voxel with a record (doc/bitstream_context.md,
+ * "History"). Integers only, so that it is the same on every machine. */
 class History {
 public:
   const std::vector<HistoryBlock>&
@@ -50,7 +49,7 @@ public:
     return records_.data();
   }
 
-  /** \brief What the records tell of the depths of a frame's voxels.
+  /** \brief Predicts the depths of a frame's voxels from the records.
    * \param[in] frame its blocks
    * \param[out] predictions one for each voxel
    */
@@ -65,7 +64,7 @@ public:
     return record_count_;
   }
 
-  /** \brief Bits behind the binary point of means and deviations: 4 for symbols of up
+  /** \brief Fraction bits of means and deviations: 4 for symbols of up
    * to 12 bits, fewer for larger ones. */
   unsigned int
   fractionBits() const
@@ -81,21 +80,20 @@ public:
   void
   clear(unsigned int symbol_bits, std::uint16_t forgotten_below);
 
-  /** \brief Takes the memory that update() will need for a frame, so that it cannot
+  /** \brief Allocates the memory that update() needs for a frame, so that it cannot
    * fail.
    * \param[in] frame its blocks
-   * \param[in] is_i_frame all records will be forgotten before
+   * \param[in] is_i_frame all records will be removed first
    */
   void
   makeRoom(const BlockList& frame, bool is_i_frame);
 
-  /** \brief Learns a frame.
+  /** \brief Updates the records with a frame.
    * \param[in] frame its blocks
-   * \param[in] numbers what was coded of its voxels' intensities: symbols, or numbers of
-   * points
+   * \param[in] numbers of its voxels, as coded: symbols, or numbers of points
    * \param[in] depths one element for each voxel; null without a depth model
-   * \param[in] is_i_frame its voxels start with a higher probability than those that a
-   * P-frame brings
+   * \param[in] is_i_frame its voxels start with a higher probability than new voxels of a
+   * P-frame
    */
   void
   update(const BlockList& frame,
@@ -103,7 +101,7 @@ public:
          const DepthObservations* depths,
          bool is_i_frame);
 
-  /** \brief Gives back the memory that the known voxels do not need. */
+  /** \brief Releases memory that the known voxels do not need. */
   void
   giveBackMemory();
 
@@ -111,8 +109,8 @@ private:
   struct Learning;
 
   std::vector<HistoryBlock> blocks_;
-  // Memory, of which the first `record_count_` elements are in use: a vector that shrinks
-  // and grows again writes what it grows by.
+  // The first `record_count_` elements are in use. Not resized to them, as growing again
+  // would initialise the elements.
   std::vector<VoxelRecord> records_;
   std::size_t record_count_ = 0;
   unsigned int fraction_bits_ = 4;

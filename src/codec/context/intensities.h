@@ -52,7 +52,7 @@ struct IntensityModels {
   DecisionModel<1> above;    ///< and is above it
   DecisionModel<1> farther;  ///< its distance is above the value so far
   DecisionModel<3> residual; ///< a residual is above the value so far
-  DecisionModel<1> escape;   ///< number of bits of what the above do not hold
+  DecisionModel<1> escape;   ///< number of bits of an escaped number
   DecisionModel<1> plain;    ///< bits of a plain number
 };
 
@@ -63,8 +63,8 @@ template <typename CodingT>
 class IntensityPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in] directory memory for one
-   * \param[in] context what both sides know before the frame
+   * \param[in,out] directory scratch memory
+   * \param[in] context of the frame
    */
   IntensityPass(CodingT& coding,
                 IntensityModels& models,
@@ -81,10 +81,10 @@ public:
 
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
-   * \param[in] is_plain whether the symbols are coded plain, as for noise; not used by a
-   * decoder
+   * \param[in] is_plain whether to code without expected values, as for noise; not used
+   * by a decoder
    * \param[in,out] symbols one for each voxel; the decoder fills them
-   * \return false if what was decoded are no symbols of that many bits
+   * \return false if the decoded numbers are not symbols of that many bits
    */
   bool
   run(const BlockList& frame, bool is_plain, std::vector<std::uint16_t>& symbols)
@@ -97,15 +97,15 @@ public:
   }
 
   /** \brief Codes the residuals of a depth model.
-   * \param[in] split has predicted the symbols from the numbers of points
-   * \param[in,out] symbols one for each voxel; the decoder gives the numbers of points
-   * and gets the symbols
-   * \return false if what was decoded are no symbols
+   * \param[in] split after predict()
+   * \param[in,out] symbols one for each voxel; a decoder replaces the numbers of points by
+   * the symbols
+   * \return false if the decoded numbers are not symbols
    */
   bool
   codeResiduals(const DepthSplit& split, std::vector<std::uint16_t>& symbols)
   {
-    std::uint32_t running_residual = 16; // average so far, in sixteenths
+    std::uint32_t running_residual = 16; // mean so far, in sixteenths
     for (std::size_t i = 0; i < symbols.size(); ++i) {
       const std::uint8_t residual_class = split.classes()[i];
       if (residual_class == DepthSplit::no_residual)
@@ -152,12 +152,12 @@ private:
   bool
   runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
   {
-    // Without a 0, as among counts of points, all numbers start at 1.
+    // Counts of points have no 0: unary codes then start at 1.
     const bool has_zero =
         coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
     lowest_ = has_zero ? 0 : 1;
     const std::vector<HistoryBlock>& known = history_.blocks();
-    [[maybe_unused]] SymbolNeighbours neighbours(frame, levels_, directory_);
+    [[maybe_unused]] IntensityNeighbours neighbours(frame, levels_, directory_);
     if constexpr (CodingT::is_mixing)
       neighbours.begin();
     AscendingLookup<HistoryBlock> lookup(known);
@@ -188,12 +188,13 @@ private:
     return true;
   }
 
-  /** \brief A symbol as its bits, the highest first: eight with a model, the others raw. */
+  /** \brief Codes the bits of a symbol, highest first: eight with a model, the others
+   * bypass it. */
   std::uint32_t
   codePlain(std::uint32_t symbol)
   {
     const unsigned int raw_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
-    std::uint32_t node = 1; // the bits so far behind a 1
+    std::uint32_t node = 1; // a 1, then the bits coded so far
     for (unsigned int bit = symbol_bits_; bit-- > raw_bits;)
       node = node << 1 | static_cast<std::uint32_t>(coding_.code(
                              models_.plain, {{node}}, (symbol >> bit & 1) != 0));
@@ -203,7 +204,7 @@ private:
     return node & max_symbol_;
   }
 
-  /** \brief Class of the average of the symbols before, 0..7; 0 at the first. */
+  /** \brief Class of the running mean of the previous symbols, 0..7; 0 for the first. */
   std::uint32_t
   runningClass() const
   {
@@ -254,7 +255,7 @@ private:
     return codeDistance(expected >> 4, deviation, has_mean, symbol);
   }
 
-  /** \brief A symbol that is expected to be small, in unary. */
+  /** \brief Codes a symbol that is expected to be small, in unary. */
   std::uint32_t
   codeCount(DecisionModel<4>::Contexts contexts, std::uint32_t symbol)
   {
@@ -272,7 +273,8 @@ private:
     return beyond == invalid ? invalid : IntensityModels::longest_count + beyond;
   }
 
-  /** \brief A symbol that is expected to be large, as its distance from the expected one. */
+  /** \brief Codes a symbol that is expected to be large, as its distance from the expected
+   * value. */
   std::uint32_t
   codeDistance(std::uint32_t expected,
                std::uint32_t deviation,
@@ -312,8 +314,9 @@ private:
     return high;
   }
 
-  /** \brief A number of 0 or more as an Elias gamma code whose length has a model.
-   * \param[in] kind of number, 0..2
+  /** \brief Codes an escaped number as an Elias gamma code whose length has a model.
+   * \param[in] kind of the number: 0 count, 1 distance, 2 residual
+   * \param[in] number 0 or more
    */
   std::uint32_t
   codeEscape(std::uint32_t kind, std::uint32_t number)
@@ -340,7 +343,7 @@ private:
   unsigned int symbol_bits_;
   std::uint32_t max_symbol_;
   std::uint32_t lowest_ = 0;
-  std::int32_t running_ = -1; // average of the symbols before, in sixteenths
+  std::int32_t running_ = -1; // mean of the previous symbols, in sixteenths
 };
 
 } // namespace context

@@ -13,30 +13,27 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Looks up the numbers of a voxel's face neighbours that are coded before it: those
- * below it on each axis. */
-class SymbolNeighbours {
+/** \brief Looks up the numbers of the face neighbours of a voxel that are coded before it:
+ * the lower one on each axis. */
+class IntensityNeighbours {
 public:
   /** \brief Classes are below this. */
   static constexpr std::uint32_t class_count = 12;
 
-  /** \brief Looks in a frame.
-   * \param[in] frame its blocks
+  /** \param[in] frame blocks of the frame
    * \param[in] levels octree levels above the blocks
-   * \param[in] directory memory for one of the blocks
+   * \param[in,out] directory scratch memory
    */
-  SymbolNeighbours(const BlockList& frame,
-                   unsigned int levels,
-                   BlockDirectory& directory)
+  IntensityNeighbours(const BlockList& frame,
+                      unsigned int levels,
+                      BlockDirectory& directory)
   : frame_(frame), levels_(levels), directory_(directory)
   {}
 
   void
   begin()
   {
-    directory_.clear(frame_.size());
-    for (const std::uint64_t key : frame_.keys)
-      directory_.insert(key);
+    directory_.assign(frame_.keys);
   }
 
   /** \brief Selects a block of the frame. */
@@ -54,7 +51,7 @@ public:
 
   /** \brief Class of the average number of a cell's lower neighbours; 0 if it has none.
    * \param[in] cell of the block
-   * \param[in] numbers of the frame's voxels, coded up to this one
+   * \param[in] numbers of the frame's voxels, of which those before this one are coded
    */
   std::uint32_t
   classOf(unsigned int cell, const std::vector<std::uint16_t>& numbers) const

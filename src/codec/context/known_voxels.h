@@ -23,7 +23,7 @@ struct KnownVoxelModels {
   DecisionModel<6> voxel; ///< a known voxel is occupied
 };
 
-/** \brief Codes which known voxels, those with a record in the history, are occupied, for
+/** \brief Codes the occupancy of the known voxels, which have a record in the history, for
  * either direction.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
@@ -48,7 +48,7 @@ public:
   {}
 
   /** \brief Codes the known voxels.
-   * \return how many are occupied
+   * \return number of occupied ones
    */
   std::size_t
   run()
@@ -67,17 +67,17 @@ public:
 private:
   using Contexts = DecisionModel<6>::Contexts;
 
-  /** \brief What has changed around a block since the last frame, among the voxels that
-   * are coded so far. */
+  /** \brief Changes in a block and around it since the last frame, as far as they are
+   * coded. */
   struct Surroundings {
-    NeighbourCounts before; // neighbours that the last frame had
-    NeighbourCounts came;   // those that are occupied now and were not
-    NeighbourCounts went;   // those that were and are not
+    NeighbourCounts before; // neighbours in the last frame
+    NeighbourCounts came;   // neighbours that are occupied now, but were not
+    NeighbourCounts went;   // neighbours that were occupied, but are not now
     std::array<std::uint64_t, face_count> came_around{};
     std::array<std::uint64_t, face_count> went_around{};
     std::uint64_t came_here = 0;
     std::uint64_t went_here = 0;
-    std::int32_t surprise = 0; // running mean of decision - probability
+    std::int32_t mean_error = 0; // running mean of decision - probability
   };
 
   std::uint64_t
@@ -105,13 +105,12 @@ private:
     return occupied;
   }
 
-  /** \brief Context of a record alone: its probability, its last two frames, its age and
-   * its mean. */
+  /** \brief Context from the record alone: probability, last two frames, age and mean. */
   std::uint32_t
   recordContext(std::size_t record) const
   {
     const VoxelRecord& known = history_.records()[record];
-    // Tables instead of branches, which would be mispredicted.
+    // By tables, as branches would be mispredicted.
     const std::uint32_t mean_class =
         mean_classes[std::min<std::uint32_t>(known.mean >> mean_shift_, 20)];
     return (((known.probability >> 11) * 4u + (known.recent & 3u)) * 3 +
@@ -120,7 +119,7 @@ private:
            mean_class;
   }
 
-  /** \brief Classes of a mean in quarters of a point: ends at 1.5, 2, 3 and 5 points. */
+  /** \brief Classes of a mean in quarters of a point: bounds at 1.5, 2, 3 and 5 points. */
   static constexpr std::array<std::uint8_t, 21> mean_classes = {
       0, 0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 4};
   static constexpr std::array<std::uint8_t, 6> age_classes = {0, 0, 1, 1, 1, 2};
@@ -166,8 +165,8 @@ private:
   {
     const auto probability =
         static_cast<std::int32_t>(history_.records()[record].probability);
-    around.surprise +=
-        ((is_occupied ? 0xffff - probability : -probability) - around.surprise) >> 2;
+    around.mean_error +=
+        ((is_occupied ? 0xffff - probability : -probability) - around.mean_error) >> 2;
     const bool was_occupied = (block.last & cell) != 0;
     if (is_occupied && !was_occupied) {
       around.came_here |= cell;
@@ -198,9 +197,9 @@ private:
     contexts.ways[1] =
         ((probability >> 11) * 7 + before) * 32 + came * 8 + went * 2 + (recent & 1);
     contexts.ways[2] = (recent * 4 + age_class) * 4 + (probability >> 14);
-    const auto surprise = static_cast<std::uint32_t>(
-        std::clamp((around.surprise + 0x10000) >> 13, 0, 15));
-    contexts.ways[3] = ((probability >> 11) * 16 + surprise) * 4 + (recent & 3);
+    const auto error_class = static_cast<std::uint32_t>(
+        std::clamp((around.mean_error + 0x10000) >> 13, 0, 15));
+    contexts.ways[3] = ((probability >> 11) * 16 + error_class) * 4 + (recent & 3);
     contexts.ways[4] = ((probability >> 12) * 16 + std::min(mean / 8, 15u)) * 8 +
                        std::min<std::uint32_t>(records[record].age / 4, 7u);
     contexts.ways[5] =

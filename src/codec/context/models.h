@@ -11,20 +11,20 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief The probability that a bit is 1, adapted to the bits before it: fast at first,
- * then slower (doc/bitstream_context.md, "Adaptive bits"). */
+/** \brief Adaptive probability that a bit is 1: fast at first, then slower
+ * (doc/bitstream_context.md, "Adaptive bits"). */
 struct AdaptiveBit {
   std::uint16_t probability = 0x8000; ///< of a 1, 2^16 is 1
   std::uint16_t count = 0;            ///< of bits so far, up to 16
 
-  /** \brief Learns a bit.
+  /** \brief Adapts to a bit.
    * \param[in] bit the bit
    * \param[in] shifts the rate after each number of bits, as 2^-shift; see learningShifts
    */
   void
   learn(bool bit, const std::array<std::uint8_t, 17>& shifts)
   {
-    // The limits keep the coder's intervals from being empty.
+    // The bounds prevent empty intervals in the range coder.
     constexpr std::int32_t least = 48;
     const std::int32_t target = bit ? 0x10000 - least : least;
     probability = static_cast<std::uint16_t>(
@@ -34,9 +34,9 @@ struct AdaptiveBit {
   }
 };
 
-/** \brief Rates of adaptation: 1/2, 1/4, 1/8 for four bits, 1/16 for ten, then the slowest
- * one.
- * \param[in] slowest_shift the rate of the long run, 2^-slowest_shift; 4..7
+/** \brief Rates of adaptation as shifts: 1/2, 1/4, 1/8 for four bits, 1/16 for ten, then the
+ * final one.
+ * \param[in] slowest_shift of the final rate, 2^-slowest_shift; 4..7
  */
 constexpr std::array<std::uint8_t, 17>
 learningShifts(std::uint8_t slowest_shift)
@@ -44,10 +44,9 @@ learningShifts(std::uint8_t slowest_shift)
   return {1, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, slowest_shift};
 }
 
-/** \brief One kind of decision that is coded as a bit, with an adaptive bit for each of
- * its contexts.
- * \tparam WayCount number of contexts that a decision has at a time, each of a row of
- * adaptive bits of its own. Without mixing only the first is used.
+/** \brief Model of one kind of binary decision: adaptive bits, selected by contexts.
+ * \tparam WayCount number of contexts of a decision, each of which selects from its own row
+ * of adaptive bits. Without mixing only the first is used.
  */
 template <std::size_t WayCount>
 class DecisionModel {
@@ -55,14 +54,14 @@ public:
   /** \brief The contexts of one decision. */
   struct Contexts {
     std::array<std::uint32_t, WayCount> ways; ///< index in each row
-    std::uint32_t weight_set = 0;             ///< which weights mix the rows
+    std::uint32_t weight_set = 0;             ///< index of the weights for mixing
   };
 
-  /** \brief A model as at an I-frame.
-   * \param[in] is_mixing all ways are used
-   * \param[in] slowest_shift see learningShifts; one more with mixing, as the weights
-   * adapt, too
-   * \param[in] sizes number of contexts in each way
+  /** \brief A model in its initial state, as at an I-frame.
+   * \param[in] is_mixing whether all contexts are used
+   * \param[in] slowest_shift see learningShifts; one more is used with mixing, as the
+   * weights adapt, too
+   * \param[in] sizes number of contexts in each row
    * \param[in] weight_sets number of sets of weights
    */
   DecisionModel(bool is_mixing,
@@ -102,10 +101,10 @@ private:
   std::array<std::uint8_t, 17> shifts_;
 };
 
-/** \brief Codes one decision with the probability of one context, and learns it.
- * \param[in] side BinaryRangeEncoder or BinaryRangeDecoder
- * \param[in] bit what was decided; not used by a decoder
- * \return what was decided
+/** \brief Codes one decision with the probability of one context, and adapts it.
+ * \param[in,out] side BinaryRangeEncoder or BinaryRangeDecoder
+ * \param[in] bit the decision; not used by a decoder
+ * \return the decision
  */
 template <typename SideT>
 bool
@@ -136,9 +135,9 @@ public:
     return side_;
   }
 
-  /** \brief Codes one decision and learns it.
-   * \param[in] bit what was decided; not used by a decoder
-   * \return what was decided
+  /** \brief Codes one decision and adapts its model.
+   * \param[in] bit the decision; not used by a decoder
+   * \return the decision
    */
   template <std::size_t WayCount>
   bool
@@ -149,7 +148,7 @@ public:
     return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
   }
 
-  /** \brief Codes a bit with probability 1/2. */
+  /** \brief Codes a bit that bypasses the models, with probability 1/2. */
   bool
   codeRaw(bool bit)
   {

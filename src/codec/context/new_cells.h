@@ -12,16 +12,16 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief A number clamped to a highest one, for contexts. */
+/** \brief A number clamped to an upper bound, for contexts. */
 constexpr std::uint32_t
 upTo(std::uint32_t number, std::uint32_t highest)
 {
   return std::min(number, highest);
 }
 
-/** \brief Class 0..8 of one of up to eight candidates, at least one of which is new: by
- * how many are left behind it as long as none was found, as the probability rises with
- * each that is not new; else by how many were found. */
+/** \brief Context 0..8 of one of up to eight candidates, at least one of which is new. As
+ * long as none was found it is the number of candidates left, as the probability rises with
+ * each that is not new; then the number of those found. */
 constexpr std::uint32_t
 candidateClass(std::uint32_t found, std::uint32_t left)
 {
@@ -31,12 +31,12 @@ candidateClass(std::uint32_t found, std::uint32_t left)
 /** \brief A block while its new voxels are coded. */
 struct NewVoxelBlock {
   std::uint64_t unknown = 0;  ///< cells without record
-  std::uint64_t occupied = 0; ///< known ones, and new ones so far
-  std::uint64_t target = 0;   ///< the encoder's: new ones
-  NeighbourCounts empty;      ///< known cells around a cell, in the block, now empty
-  NeighbourCounts full;       ///< occupied cells around a cell
-  std::uint8_t activity = 0;  ///< of the history
-  bool is_known = false;      ///< to the history
+  std::uint64_t occupied = 0; ///< occupied cells: known ones, and new ones coded so far
+  std::uint64_t target = 0;   ///< encoder only: all new cells
+  NeighbourCounts empty;      ///< known, but empty neighbours of a cell in the block
+  NeighbourCounts full;       ///< occupied neighbours of a cell
+  std::uint8_t activity = 0;  ///< see HistoryBlock
+  bool is_known = false;      ///< in the history
   std::array<std::uint64_t, face_count> neighbours{}; ///< occupied cells across faces
 };
 
@@ -50,13 +50,13 @@ struct NewCellModels {
   , more_cells(is_mixing, 5, {32})
   {}
 
-  DecisionModel<3> octant;       ///< new voxels are in an octant of a block
-  DecisionModel<1> more_octants; ///< and in another one
+  DecisionModel<3> octant;       ///< an octant has new voxels
+  DecisionModel<1> more_octants; ///< a further octant has new voxels
   DecisionModel<4> cell;         ///< a cell is a new voxel
-  DecisionModel<1> more_cells;   ///< and another one
+  DecisionModel<1> more_cells;   ///< a further cell is a new voxel
 };
 
-/** \brief Codes which cells of a block are new voxels, at least one of them, for either
+/** \brief Codes which cells of a block, at least one, are new voxels, for either
  * direction.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
@@ -67,9 +67,9 @@ public:
   : models_(models), is_i_frame_(is_i_frame ? 1 : 0)
   {}
 
-  /** \brief Codes the new voxels of a block, by octants. In a known block those with the
-   * most neighbours come first, and behind each with new voxels comes whether there is
-   * another one. */
+  /** \brief Codes the new voxels of a block by octants. In a known block octants with more
+   * neighbours are coded first, and after each octant with new voxels, whether there is a
+   * further one. */
   void
   run(CodingT& coding, NewVoxelBlock& block)
   {
@@ -85,7 +85,7 @@ public:
       ++left;
     }
     std::uint32_t found = 0;
-    bool is_one_left = true; // with new voxels
+    bool is_one_left = true; // an octant with new voxels that is not coded yet
     for (std::size_t octant_class = 6; octant_class-- > 0;)
       for (unsigned int octants = octants_of_class[octant_class]; octants != 0;
            octants &= octants - 1) {
@@ -113,7 +113,7 @@ public:
   }
 
 private:
-  /** \brief Class of an octant by how many occupied cells are around its own. */
+  /** \brief Class of an octant by the number of occupied neighbours of its cells. */
   static std::uint32_t
   neighbourClass(std::uint32_t neighbours)
   {
@@ -122,7 +122,7 @@ private:
     return classes[upTo(neighbours, 12)];
   }
 
-  /** \brief The encoder's: whether an octant behind the current one has new voxels. */
+  /** \brief Encoder only: whether an octant after the current one has new voxels. */
   static bool
   hasMoreOctants(const NewVoxelBlock& block,
                  unsigned int octants,
@@ -170,8 +170,8 @@ private:
         models_.octant, contexts, (block.target >> (8 * octant) & 0xff) != 0);
   }
 
-  /** \brief Codes which cells of a new block's octant are voxels, at least one of them.
-   * Each counts as a neighbour of those behind it. */
+  /** \brief Codes which cells of an octant of a new block, at least one, are voxels. Each
+   * counts as a neighbour of the following ones. */
   void
   codeManyCells(CodingT& coding, NewVoxelBlock& block, unsigned int octant)
   {
@@ -191,9 +191,9 @@ private:
     }
   }
 
-  /** \brief Codes which cells of a known block's octant are new voxels, at least one of
-   * them: those with the most neighbours first, and behind each new voxel whether there is
-   * another one. */
+  /** \brief Codes which cells of an octant of a known block, at least one, are new voxels:
+   * cells with more neighbours first, and after each new voxel, whether there is a further
+   * one. */
   void
   codeFewCells(CodingT& coding, NewVoxelBlock& block, unsigned int octant)
   {

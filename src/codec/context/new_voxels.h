@@ -24,14 +24,14 @@ struct NewVoxelModels {
   , cells(is_mixing)
   {}
 
-  DecisionModel<1> known_block; ///< new voxels are in a block of the history
-  DecisionModel<1> branch;      ///< new blocks are in a branch above blocks
+  DecisionModel<1> known_block; ///< a block of the history has new voxels
+  DecisionModel<1> branch;      ///< a branch above the blocks has new blocks
   DecisionModel<1> new_block;   ///< a block is new
   NewCellModels cells;
 };
 
-/** \brief Codes the voxels without record in the history, for either direction: those in
- * known blocks, then new blocks as a small octree.
+/** \brief Codes the voxels without a record in the history, for either direction: those in
+ * known blocks, then the new blocks as an octree.
  * \tparam CodingT SingleContextCoding or MixedContextCoding
  */
 template <typename CodingT>
@@ -58,7 +58,7 @@ public:
   {}
 
   /** \brief Codes the new voxels.
-   * \return false if what was decoded are no voxels, or more than there may be
+   * \return false if the decoded voxels are invalid or more than max_voxels
    */
   bool
   run()
@@ -70,18 +70,18 @@ public:
     const Range all{0, 0, history_.blocks().size(), 0, frame_.target_keys.size()};
     if (levels_ > 0)
       return codeBranch(all, levels_);
-    // A grid of one block, which is not to be both known and new.
+    // A grid of one block: it is new only if the history is empty.
     return history_.blocks().empty() && codeNewBlock(all);
   }
 
 private:
-  /** \brief Codes the new voxels of known blocks. Few of these have any, and most of
-   * them one. */
+  /** \brief Codes the new voxels of known blocks. Few blocks have any, and most of these
+   * one. */
   bool
   codeKnownBlocks()
   {
     const std::vector<HistoryBlock>& known = history_.blocks();
-    bool had_new_voxels = false; // the block before
+    bool had_new_voxels = false; // the previous block
     for (std::size_t i = 0; i < known.size(); ++i) {
       NewVoxelBlock block;
       block.unknown = cells_in_grid_ & ~known[i].known;
@@ -111,8 +111,8 @@ private:
     return true;
   }
 
-  /** \brief A branch of the octree, and what lies in it: blocks of the history, and of
-   * the encoder's target. */
+  /** \brief A branch of the octree with its blocks of the history and, in an encoder, its
+   * new blocks. */
   struct Range {
     std::uint64_t key;
     std::size_t known_begin;
@@ -121,8 +121,8 @@ private:
     std::size_t target_end;
   };
 
-  /** \brief Codes in which of a branch's eight parts new blocks are, and these parts.
-   * \param[in] branch at least one new block is in it
+  /** \brief Codes which of the eight parts of a branch have new blocks, and these parts.
+   * \param[in] branch with at least one new block
    * \param[in] levels octree levels from the branch to the blocks, 1..19
    */
   bool
@@ -134,7 +134,7 @@ private:
     Range part = branch;
     part.known_end = branch.known_begin;
     part.target_end = branch.target_begin;
-    std::uint32_t parts = 0; // with new blocks so far, one bit each
+    std::uint32_t parts = 0; // those with new blocks so far, one bit each
     for (unsigned int child = 0; child < 8; ++child) {
       part.key = branch.key << 3 | child;
       part.known_begin = part.known_end;
@@ -147,7 +147,7 @@ private:
         ++part.target_end;
       const bool is_known_block = levels == 1 && part.known_end > part.known_begin;
       const bool has_new_blocks = part.target_end > part.target_begin;
-      // At least one of the parts has new blocks: the last one if none before it has.
+      // At least one part has new blocks: it is the last one if no other has.
       const bool decision =
           (child == 7 && parts == 0) ||
           (!is_known_block &&
@@ -164,7 +164,7 @@ private:
     return true;
   }
 
-  /** \brief Which of the eight blocks of a branch are known and occupied. */
+  /** \brief The known and occupied blocks of the eight of a branch, one bit each. */
   std::uint32_t
   presentBlocks(const Range& branch) const
   {

@@ -11,8 +11,8 @@ namespace context {
 
 namespace {
 
-// Probabilities, in 2^-16, below which a record is forgotten: where it saves too few
-// bytes for the time that it takes.
+// Probabilities, in units of 2^-16, below which a record is removed, as it saves too few
+// bytes for its time.
 constexpr std::uint16_t forgotten_below_balanced = 3000;
 constexpr std::uint16_t forgotten_below_small = 1000;
 
@@ -37,7 +37,7 @@ Payload::contextOf(const VoxelFrame& frame, bool is_i_frame)
           frame.depth_model ? &*frame.depth_model : nullptr};
 }
 
-/** \brief Begins with the depth model; the frame's blocks are known. */
+/** \brief Begins with the depth model of a frame whose blocks are coded. */
 void
 Payload::splitByDepth(const FrameContext& context)
 {
@@ -97,7 +97,7 @@ Payload::encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payl
   return std::min(occupancy_bytes, payload.size() - begin);
 }
 
-/** \brief Codes the numbers, plain where that is smaller. */
+/** \brief Codes the numbers, plain if that is smaller. */
 template <typename CodingT>
 void
 Payload::encodeNumbers(CodingT& coding,
@@ -105,7 +105,7 @@ Payload::encodeNumbers(CodingT& coding,
                        std::vector<std::uint8_t>& payload)
 {
   std::vector<std::uint16_t>& numbers = intensities_.numbers;
-  // The payload so far, too, as a carry may change it.
+  // The payload is copied, too, as a carry may change bytes already written.
   IntensityModels& models_before = trial_models_.intensity;
   models_before = models_.intensity;
   payload_before_.assign(payload.begin(), payload.end());
@@ -121,7 +121,7 @@ Payload::encodeNumbers(CodingT& coding,
     coding = coding_before;
   };
   const std::size_t expected_size = run(false);
-  // Plain numbers are not worth a trial below a quarter of their bits.
+  // Plain coding is not tried if the result is below a quarter of the bits.
   const std::size_t bits = 8 * (expected_size - payload_before_.size());
   if (4 * bits < numbers.size() * context.symbol_bits)
     return;
@@ -185,7 +185,7 @@ Payload::decodeWith(const FrameContext& context,
     return false;
   occupancy_bytes =
       std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
-  intensities_.numbers.resize(voxel_count); // of any value, as all are decoded
+  intensities_.numbers.resize(voxel_count);
   IntensityPass numbers(coding, trial_models_.intensity, frame_.directory, context);
   if (!numbers.run(blocks_, false, intensities_.numbers))
     return false;
@@ -196,7 +196,7 @@ Payload::decodeWith(const FrameContext& context,
          coding.side().isAtEnd();
 }
 
-/** \brief Codes which voxels are occupied. \return false if they are more than given */
+/** \brief Codes which voxels are occupied. \return false if more than max_voxels */
 template <typename CodingT>
 bool
 Payload::codeOccupancy(CodingT& coding,
@@ -213,7 +213,7 @@ Payload::codeOccupancy(CodingT& coding,
   return new_voxels.run();
 }
 
-/** \brief Codes the residuals of a depth model, if there is one, behind the numbers. */
+/** \brief Codes the residuals of a depth model, if there is one, after the numbers. */
 template <typename CodingT>
 bool
 Payload::codeResiduals(CodingT& coding,
@@ -227,7 +227,7 @@ Payload::codeResiduals(CodingT& coding,
       .codeResiduals(intensities_.split, intensities_.symbols);
 }
 
-/** \brief Keeps all that learnHistory() needs of a frame. */
+/** \brief Stores what learnHistory() needs of a frame. */
 void
 Payload::prepareLearning(const VoxelFrame& frame, bool is_i_frame)
 {

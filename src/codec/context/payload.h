@@ -16,14 +16,13 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): each
- * decision that makes up a frame is a bit, coded with an adaptive probability of its
- * context. */
+/** \brief Payloads of the efforts balanced and small (doc/bitstream_context.md): a frame is a
+ * sequence of binary decisions, each coded with an adaptive probability of its context. */
 class Payload : public PayloadCoder {
 public:
-  /** \brief At the start of a stream.
-   * \param[in] is_mixing for small: mix the probabilities of several contexts of each
-   * decision; else, for balanced, use one
+  /** \brief A coder at the start of a stream.
+   * \param[in] is_mixing effort small: mix the probabilities of several contexts of each
+   * decision; else, for balanced, use one context
    */
   explicit Payload(bool is_mixing);
 
@@ -115,23 +114,24 @@ private:
 
   bool is_mixing_;
   std::uint16_t forgotten_below_;
-  Models fresh_models_; // as at an I-frame
+  Models fresh_models_; // initial state, as at an I-frame
   Models models_;
-  // What decoding learns, until the frame is learnt; an encoder's before a trial.
+  // In a decoder the models after the frame until learn(); in an encoder a copy from before
+  // a trial.
   Models trial_models_;
   History history_;
-  History empty_history_; // of I-frames, as a failure must not clear the other
+  History empty_history_; // for I-frames, as a failure must not clear history_
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   Frame frame_;
   CodedIntensities intensities_;
   DepthObservations depths_;
-  std::vector<std::uint8_t> payload_before_; // a trial
-  // What it is to change.
+  std::vector<std::uint8_t> payload_before_; // a copy from before a trial
+  // For learnHistory().
   unsigned int symbol_bits_ = 8;
   bool is_i_frame_ = true;
   bool has_depths_ = false;
-  bool has_models_ = false; // a decoder's, not yet learnt
+  bool has_models_ = false; // a decoder's trial_models_ are those after the frame
 };
 
 } // namespace context

@@ -21,7 +21,7 @@ ByteTable::set(const Weights& weights)
             ? probability_one
             : i + 1 + static_cast<std::uint32_t>(below * shared >> 32);
     ranges_[i] = start | (end - start) << 16;
-    // Slots that are filled too far are filled again with the next symbol.
+    // Slots written beyond `end` are overwritten by the next symbol.
     for (std::uint32_t slot = start; slot < end; slot += fill_size)
       std::memset(&symbols_[slot], static_cast<int>(i), fill_size);
     start = end;
@@ -36,7 +36,7 @@ struct OccupancyTables {
   static unsigned int
   index(unsigned int probability)
   {
-    // 1..7, 10, 14, .., 118, 120..127
+    // The probabilities are 1..7, 10, 14, .., 118, 120..127.
     return probability < 8     ? probability - 1
            : probability < 120 ? probability / 4 + 5
                                : probability - 85;
@@ -89,7 +89,7 @@ QuadModel::adapt()
 void
 QuadModel::setTable()
 {
-  // 2^8 in all, 1 at least.
+  // Their sum is 2^8; each is at least 1.
   std::array<std::uint32_t, number_count> shares;
   for (std::uint32_t i = 0; i < number_count; ++i)
     shares[i] = 1 + (252 * starts_[i + 1] >> 16) - (252 * starts_[i] >> 16);

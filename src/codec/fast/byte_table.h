@@ -17,7 +17,7 @@ public:
   using Weights = std::array<std::uint32_t, symbol_count>;
 
   /** \brief Sets the probabilities.
-   * \param[in] weights of the values; 2^32 in all, or a little less
+   * \param[in] weights of the values; their sum is 2^32 or a little less
    */
   void
   set(const Weights& weights);
@@ -36,14 +36,14 @@ public:
   }
 
 private:
-  static constexpr std::size_t fill_size = 16; ///< slots that are filled at once
+  static constexpr std::size_t fill_size = 16; ///< slots written at a time
 
   std::array<std::uint32_t, symbol_count> ranges_;
   std::array<std::uint8_t, probability_one + fill_size> symbols_;
 };
 
-/** \brief A probability, 2^16 is 1, quantised to one that there is a table of, in
- * multiples of 2^-7; coarser in the middle. */
+/** \brief The probability of the table for a probability, of which 2^16 is 1: in units of
+ * 2^-7, in coarser steps in the middle. */
 constexpr unsigned int
 tableProbability(unsigned int probability)
 {
@@ -51,14 +51,14 @@ tableProbability(unsigned int probability)
   return fine < 1 ? 1 : fine >= 8 && fine < 120 ? fine / 4 * 4 + 2 : fine;
 }
 
-/** \brief Table of the occupancy of eight voxels that are occupied with the same
- * probability, independent of each other.
+/** \brief Table of the occupancy pattern of eight voxels that are occupied independently with
+ * the same probability.
  * \param[in] probability 2^16 is 1
  */
 const ByteTable&
 occupancyTable(unsigned int probability);
 
-/** \brief How often each number 0..3 is in a byte of four, in 16 bits each. */
+/** \brief Counts of the numbers 0..3 among the four in a byte, in 16 bits each. */
 constexpr std::array<std::uint64_t, ByteTable::symbol_count>
 makeQuadCounts()
 {
@@ -71,8 +71,8 @@ makeQuadCounts()
 
 inline constexpr auto quad_counts = makeQuadCounts();
 
-/** \brief Adaptive probabilities of four numbers 0..3 in a byte, the first one lowest.
- * All four have the same probabilities, which change only when the model adapts. */
+/** \brief Adaptive probabilities of a quad: a byte of four numbers 0..3, the first one
+ * lowest. All four have the same probabilities. */
 class QuadModel {
 public:
   static constexpr unsigned int number_count = 4;
@@ -85,14 +85,14 @@ public:
     return table_;
   }
 
-  /** \brief Bytes until the table changes. */
+  /** \brief Number of quads until the table changes. */
   std::uint32_t
   untilAdapts() const
   {
     return left_;
   }
 
-  /** \brief Counts four numbers, and adapts when it is time. */
+  /** \brief Counts a quad, and adapts the probabilities at the end of a period. */
   void
   learn(unsigned int quad)
   {

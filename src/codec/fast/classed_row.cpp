@@ -11,7 +11,7 @@ namespace fast {
 
 namespace {
 
-/** \brief Codes the bits of a number below its highest one, up to 15 of them. */
+/** \brief Codes the bits of a number below its highest 1, up to 15 of them. */
 template <class Coder>
 unsigned int
 codeLowBits(Coder& coder, unsigned int bits, unsigned int number)

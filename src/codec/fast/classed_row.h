@@ -11,16 +11,16 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes rows of small numbers, each with a class that both sides have, such as
- * the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each class has
- * an adaptive model of its numbers up to 14; larger ones are escaped.
+/** \brief Codes rows of small numbers, each with a class that encoder and decoder know, such
+ * as the residuals of a depth model (doc/bitstream_fast.md, "Classed rows"). Each class has
+ * an adaptive model of numbers up to 14; larger ones are escaped.
  */
 class ClassedRow {
 public:
   static constexpr std::size_t class_count = 16;
 
-  /** \brief Appends a row and learns it.
-   * \param[in] is_first starts with new models, as at an I-frame
+  /** \brief Appends a row and adapts the models.
+   * \param[in] is_first start with initial models, as at an I-frame
    * \param[in] numbers the row, any length; the length is not written
    * \param[in] classes as many classes, 0..15
    * \param[in,out] bytes where to append
@@ -31,9 +31,9 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Reads a row; learn() makes it known.
+  /** \brief Reads a row; learn() then adapts the models.
    * \param[in] begin first byte
-   * \param[in] end behind the last byte
+   * \param[in] end one past the last byte
    * \param[in] is_first as for `encode`
    * \param[in] classes as for `encode`; their number is that of the row
    * \param[out] numbers the row
@@ -46,21 +46,21 @@ public:
          const std::vector<std::uint8_t>& classes,
          std::vector<std::uint16_t>& numbers);
 
-  /** \brief Learns the row that was decoded last. */
+  /** \brief Adapts the models to the row that was decoded last. */
   void
   learn() noexcept
   {
     models_ = next_models_;
   }
 
-  /** \brief Gives back the memory of the last row. */
+  /** \brief Releases the memory of the last row. */
   void
   giveBackMemory()
   {
     work_ = Workspace();
   }
 
-  /** \brief Forgets all rows, as at an I-frame. */
+  /** \brief Returns to the initial models, as at an I-frame. */
   void
   reset() noexcept
   {

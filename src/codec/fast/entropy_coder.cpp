@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t state_bytes = 4;
 
-/** \brief For each width w the number 2^43 / w, rounded up. Multiplying with it divides a
- * number x below 2^19 w exactly by w, as the error is below x / 2^43 < 1 / w. */
+// The reciprocal of a width w is 2^43 / w, rounded up. Multiplying by it divides a number x
+// below 2^19 w exactly by w, as the error is below x / 2^43 < 1 / w.
 constexpr unsigned int reciprocal_bits = 43;
 
 constexpr std::array<std::uint64_t, probability_one>
@@ -32,13 +32,13 @@ stateCount(Interleaving interleaving)
   return interleaving == Interleaving::One ? 1 : 4;
 }
 
-/** \brief Puts a symbol into a state; words are written from the last to the first. */
+/** \brief The state after a symbol; words are written from the last to the first. */
 inline std::uint32_t
 pushed(std::uint32_t state, std::uint32_t range, std::uint16_t*& words)
 {
   const std::uint32_t start = range & 0xffff;
   const std::uint32_t width = range >> 16;
-  // Without a branch: the word in front of the last one is written and overwritten.
+  // Without a branch: the word is written in any case, and overwritten if not needed.
   const std::uint32_t is_full = 1u - ((state - (width << 19)) >> 31);
   words[-1] = static_cast<std::uint16_t>(state);
   words -= is_full;
@@ -55,7 +55,7 @@ NibbleEncoder::cost(Mark begin) const
 {
   std::uint64_t sum = 0;
   for (const std::uint32_t* range = ranges_->data() + begin; range != next_; ++range) {
-    // The binary logarithm of the width, linear between powers of two.
+    // By the binary logarithm of the width, interpolated between powers of two.
     const std::uint32_t width = *range >> 16;
     const unsigned int power = highestBit(width);
     sum += 16 * (probability_bits - power) - ((width << 4 >> power) - 16);
@@ -113,7 +113,7 @@ NibbleDecoder::NibbleDecoder(const std::uint8_t* begin,
 : is_single_(interleaving == Interleaving::One)
 {
   const auto size = static_cast<std::size_t>(end - begin);
-  // Zeros for the symbols between two calls of isOverrun, each of which reads a word.
+  // Padding: each symbol between two calls of isOverrun may read a word.
   copy.assign(begin, end);
   copy.resize(size + 2 * slack + 4);
   next_ = copy.data();

@@ -14,19 +14,19 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief How many rANS states take turns: one costs fewer bytes, four less time
+/** \brief Number of interleaved rANS states: one takes fewer bytes, four less time
  * (doc/implementation_notes.md, "Four rANS states"). */
 enum class Interleaving { One, Four };
 
-/** \brief The interleaving of a row of so many elements: below this number the bytes of
- * three more states weigh more than the time. */
+/** \brief The interleaving of a row of so many elements. In a short row the bytes of three
+ * more states matter more than time. */
 constexpr Interleaving
 interleavingOf(std::size_t element_count)
 {
   return element_count < 1024 ? Interleaving::One : Interleaving::Four;
 }
 
-/** \brief No memory is prefetched while a row is coded. */
+/** \brief Prefetches nothing while a row is coded. */
 struct NoPrefetch {
   std::array<const void*, 0>
   operator()(std::size_t) const
@@ -35,18 +35,18 @@ struct NoPrefetch {
   }
 };
 
-/** \brief Nothing is done with the symbols of a row while it is coded. */
+/** \brief Does nothing with the symbols of a row while it is coded. */
 struct NoVisit {
   void
   operator()(unsigned int) const
   {}
 };
 
-/** \brief Collects symbols in the order in which they are decoded. rANS codes the last
- * symbol first, so that finish() makes the bytes when all are there.
+/** \brief Collects symbols in the order of decoding. rANS encodes the last symbol first, so
+ * that finish() generates the bytes.
  *
- * It has the same interface as NibbleDecoder, so that the stages of a frame are written
- * once for both directions.
+ * Same interface as NibbleDecoder, so that the stages of a frame are written once for both
+ * directions.
  */
 class NibbleEncoder {
 public:
@@ -100,7 +100,7 @@ public:
     return quad;
   }
 
-  /** \brief Codes a number below 2^count as it is; count 1..12. */
+  /** \brief Codes a number below 2^count that bypasses the models; count 1..12. */
   unsigned int
   codeBits(unsigned int count, unsigned int number)
   {
@@ -109,7 +109,7 @@ public:
     return number;
   }
 
-  /** \brief Codes nibbles, each with the model that its context chooses.
+  /** \brief Codes nibbles, each with the model of its context.
    * \param[in] contexts one for each nibble
    * \param[in] prefetched see NibbleDecoder
    */
@@ -146,7 +146,7 @@ public:
     return true;
   }
 
-  /** \brief Codes bytes of four numbers. */
+  /** \brief Codes quads. */
   bool
   codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
   {
@@ -155,7 +155,7 @@ public:
     return true;
   }
 
-  /** \brief A place among the symbols; differences count symbols. */
+  /** \brief Number of symbols before a position. */
   using Mark = std::size_t;
 
   Mark
@@ -164,11 +164,11 @@ public:
     return static_cast<Mark>(next_ - ranges_->data());
   }
 
-  /** \brief About how many sixteenths of a bit the symbols behind a mark cost. */
+  /** \brief Approximate cost of the symbols after a mark, in sixteenths of a bit. */
   std::uint64_t
   cost(Mark begin) const;
 
-  /** \brief Removes symbols between two marks. */
+  /** \brief Removes the symbols between two marks. */
   void
   erase(Mark begin, Mark end);
 
@@ -197,11 +197,10 @@ private:
   std::uint32_t* end_;
 };
 
-/** \brief Reads what NibbleEncoder wrote. Copies are cheap: a loop works on a copy, which
- * stays in registers.
+/** \brief Decodes what NibbleEncoder wrote. Loops use a copy, which stays in registers.
  *
- * Behind the end it reads zeros, but for `slack` symbols only: a loop has to ask
- * `isOverrun` at least that often.
+ * Behind the end it reads zeros, for at most `slack` symbols: loops have to check
+ * `isOverrun` that often.
  */
 class NibbleDecoder {
 public:
@@ -209,8 +208,8 @@ public:
   /** \brief Symbols that may be decoded between two calls of isOverrun. */
   static constexpr std::size_t slack = 64;
 
-  /** \brief Takes a copy of the bytes to read from.
-   * \param[in,out] copy memory for it, which must outlive the decoder
+  /** \brief Copies the bytes to decode.
+   * \param[in,out] copy memory for them, which must outlive the decoder
    */
   NibbleDecoder(const std::uint8_t* begin,
                 const std::uint8_t* end,
@@ -221,14 +220,15 @@ public:
   reserve(std::size_t)
   {}
 
-  /** \brief Whether more bytes were read than there are, or a first state is invalid. */
+  /** \brief Whether more bytes were read than there are, or an initial state is invalid. */
   bool
   isOverrun() const
   {
     return next_ > end_;
   }
 
-  /** \brief Whether all bytes are used up, as an encoder leaves them. */
+  /** \brief Whether all bytes were read and the states are those that an encoder starts
+   * with. */
   bool
   isAtEnd() const;
 
@@ -275,13 +275,13 @@ public:
     return number;
   }
 
-  /** \brief Decodes nibbles, each with the model that its context chooses. As no context
-   * depends on a nibble of the row, four nibbles are decoded at a time.
+  /** \brief Decodes nibbles, each with the model of its context. As no context depends on a
+   * nibble of the row, four nibbles are decoded at a time.
    * \param[in] contexts one for each nibble
-   * \param[out] nibbles with room for `count`
-   * \param[in] prefetched gives for the index of each nibble the addresses to prefetch
+   * \param[out] nibbles `count` of them
+   * \param[in] prefetched returns the addresses to prefetch with the i-th nibble
    * (doc/implementation_notes.md, "Prefetching")
-   * \return false if the bytes end before
+   * \return false if there are too few bytes
    */
   template <class Prefetched = NoPrefetch>
   bool
@@ -299,7 +299,7 @@ public:
   }
 
   /** \brief Decodes bytes with one table; see above.
-   * \param[in,out] visit is called with each byte, at little cost between two states
+   * \param[in,out] visit called with each byte, while the next state is computed
    */
   template <class Visit = NoVisit>
   bool
@@ -319,7 +319,7 @@ public:
     return is_whole;
   }
 
-  /** \brief Decodes bytes of four numbers; see above. */
+  /** \brief Decodes quads; see above. */
   bool
   codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
   {
@@ -363,7 +363,7 @@ private:
   }
 
   /** \brief Decodes symbols that do not depend on each other.
-   * \param[in] decode_one decodes the i-th
+   * \param[in] decode_one decodes the i-th symbol
    */
   template <class DecodeOne>
   bool
@@ -385,7 +385,7 @@ NibbleDecoder::decodeRow(std::uint8_t* symbols, std::size_t count, DecodeOne dec
 {
   NibbleDecoder coder = *this; // in registers
   std::size_t i = 0;
-  // As many at a time as there are states, so that the compiler need not rotate them.
+  // As many at a time as there are states, so that no registers are rotated.
   if (!coder.is_single_)
     for (; i + 4 <= count && !coder.isOverrun(); i += 4) {
       symbols[i] = static_cast<std::uint8_t>(decode_one(coder, i));

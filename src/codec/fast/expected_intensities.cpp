@@ -12,14 +12,14 @@ namespace fast {
 
 namespace {
 
-// In quads bins are 0, 1, 2, and 3 for any other bin.
+// In a quad 0..2 are bins, and 3 stands for all higher ones.
 constexpr unsigned int quad_escape = 3;
 
-/** \brief Statistics of voxels that are coded in quads are below this. */
+/** \brief Upper bound of the statistics of voxels that are coded in quads. */
 constexpr unsigned int quad_statistics_end =
     2 * symbol_statistics::fraction * symbol_statistics::deviation_count;
 
-/** \brief Statistics after the bins 0..2, for voxels that are coded in quads. */
+/** \brief Next statistics of voxels that are coded in quads, by statistics and bin 0..2. */
 constexpr std::array<std::uint16_t, quad_statistics_end * 4>
 makeNextQuadStatistics()
 {
@@ -63,7 +63,7 @@ bool
 ExpectedIntensities::areValid(const std::vector<std::uint16_t>& symbols) const
 {
   const auto highest = static_cast<std::uint16_t>(top_ + origin_);
-  // Comparisons rather than extremes: SSE2 has no extremes of unsigned numbers.
+  // By comparisons, as SSE2 has no minimum and maximum of unsigned numbers.
   std::uint16_t is_any_zero = 0;
   std::uint16_t is_any_above = 0;
   for (const std::uint16_t symbol : symbols) {
@@ -71,7 +71,7 @@ ExpectedIntensities::areValid(const std::vector<std::uint16_t>& symbols) const
     is_any_above =
         static_cast<std::uint16_t>(is_any_above | (symbol > highest ? 1 : 0));
   }
-  // Without a 0 the origin would have been 1.
+  // An encoder chooses origin 0 only if there is a 0.
   return is_any_above == 0 && (origin_ == 1 || is_any_zero != 0);
 }
 
@@ -134,7 +134,7 @@ ExpectedIntensities::codeQuads(Coder& coder,
     return false;
   std::uint32_t* const row_voxels = row.voxels.data();
   const std::uint32_t* voxels = row_voxels;
-  // Overwrites voxels of the row that are done.
+  // Overwrites coded voxels of the row.
   std::uint32_t* noted = row_voxels;
   const VoxelPlace* const places = places_;
   const std::uint16_t* const before = rows_.before.data();
@@ -194,7 +194,7 @@ ExpectedIntensities::codeKnown(Coder& coder,
   return true;
 }
 
-/** \brief Makes the next statistics of voxels that have some, and in a decoder their
+/** \brief Updates the statistics of voxels that have some and, in a decoder, sets their
  * symbols, as far as they are coded. */
 template <bool is_decoder, class Symbol>
 void
@@ -205,7 +205,7 @@ ExpectedIntensities::learnKnown(std::uint16_t* statistics, Symbol* symbols)
   const VoxelPlace* const places = places_;
   std::uint16_t* const known_statistics = known_statistics_.data();
   const std::uint8_t* const coded = coded_.data();
-  std::uint8_t* const bins = contexts_.data(); // in the memory of the contexts
+  std::uint8_t* const bins = contexts_.data(); // the contexts are not needed any more
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint16_t voxel_statistics = known_statistics[i];
     const auto bin = static_cast<std::uint16_t>(
@@ -221,7 +221,7 @@ ExpectedIntensities::learnKnown(std::uint16_t* statistics, Symbol* symbols)
     statistics[places[voxel]] = known_statistics[i];
     if constexpr (is_decoder)
       symbols[voxel] = static_cast<std::uint16_t>(bin + origin);
-    // Escaped ones, and those with low bits.
+    // Voxels with an escaped bin or with low bits.
     voxels[noted] = voxel;
     noted += ((coded[i] + 1u) | bin) >> 4 != 0 ? 1 : 0;
   }
@@ -242,7 +242,7 @@ ExpectedIntensities::codeFresh(Coder& coder_now,
   const VoxelPlace* const places = places_;
   auto& new_symbol = models.new_symbol[is_i_frame ? 1 : 0];
   std::size_t low = 0;
-  // Statistics of these voxels, as if they were one.
+  // Common statistics of these voxels.
   std::uint16_t running = symbol_statistics::first(2);
   for (std::size_t i = 0; i < rows_.fresh.count; ++i) {
     const std::uint32_t voxel = voxels[i];
@@ -254,7 +254,7 @@ ExpectedIntensities::codeFresh(Coder& coder_now,
                    std::min(bin - lowest, escape));
     bin = lowest + symbol;
     if (((symbol + 1) | bin) >> 4 != 0) {
-      // With a copy, so that the coder itself stays in registers.
+      // By a copy, so that the coder itself stays in registers.
       Coder copy = coder;
       if (symbol == escape && !codeWholeBin(copy, models, lowest, value, bin))
         return false;
@@ -273,7 +273,7 @@ ExpectedIntensities::codeFresh(Coder& coder_now,
     if (coder.isOverrun())
       return false;
   }
-  // Whether these voxels are coded in quads in the next frame.
+  // Decides whether such voxels of the next frame are coded in quads.
   const Row& quads = rows_.quads[IntensityRows::without_statistics];
   const std::size_t count = rows_.fresh.count + quads.count;
   low += quads.count - quads.noted;
@@ -283,7 +283,7 @@ ExpectedIntensities::codeFresh(Coder& coder_now,
   return true;
 }
 
-/** \brief Codes an escaped bin: none of the fifteen from `lowest` on. */
+/** \brief Codes an escaped bin, which is not one of the fifteen from `lowest` on. */
 template <class Coder>
 bool
 ExpectedIntensities::codeWholeBin(Coder& coder,
@@ -298,7 +298,7 @@ ExpectedIntensities::codeWholeBin(Coder& coder,
   return bin - lowest >= escape;
 }
 
-/** \brief Codes the low bits of a bin's value; a decoder makes the value. */
+/** \brief Codes the low bits of a value in a bin; a decoder sets the value. */
 template <class Coder>
 bool
 ExpectedIntensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
@@ -363,7 +363,7 @@ ExpectedIntensities::codeNotedBins(Coder& coder,
     const std::uint16_t voxel_statistics = rows_.before[voxel];
     const unsigned int lowest = symbol_statistics::lowestBin(voxel_statistics);
     unsigned int value = symbols[voxel] - origin_;
-    // A decoder has the bin so far in the place of the value.
+    // In a decoder the symbol is the bin as far as it is coded.
     unsigned int bin = Coder::is_decoder ? value : binOf(value);
     if (bin - lowest >= escape) {
       if (!codeWholeBin(coder, models, lowest, value, bin))

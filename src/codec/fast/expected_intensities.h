@@ -12,26 +12,26 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the intensity symbols of a frame with what the statistics of its voxels
- * let expect (doc/bitstream_fast.md, "Symbols"), row by row: voxels with a low mean, four
- * at a time; other voxels with statistics; voxels without; then bins that were escaped,
- * then low bits.
+/** \brief Codes the intensity symbols of a frame relative to the statistics of its voxels
+ * (doc/bitstream_fast.md, "Symbols"), row by row: voxels with a low mean, in quads; other
+ * voxels with statistics; voxels without statistics; then escaped bins and low bits.
  *
  * A Coder is NibbleEncoder or NibbleDecoder; a Symbol is constant for an encoder.
  */
 class ExpectedIntensities {
 public:
-  /** \brief Begins with a frame: sorts its voxels. Takes all memory that coding needs.
-   * \param[in] statistics those of the history, 64 a block
+  /** \brief Begins a frame: sorts its voxels, and allocates all memory.
+   * \param[in] frame its blocks and voxels
+   * \param[in] statistics of the history, 64 a block
    */
   void
   begin(const Frame& frame, const StatisticsTable& statistics);
 
-  /** \brief Codes the symbols, and their statistics learn them.
-   * \param[in] origin lowest value of the symbols, 0 or 1
+  /** \brief Codes the symbols, and updates the statistics.
+   * \param[in] origin lower bound of the symbols, 0 or 1
    * \param[in] bits of a symbol, 1..16
-   * \param[in,out] statistics those of the history
-   * \return false if the bytes are no such symbols; never in an encoder
+   * \param[in,out] statistics of the history
+   * \return false if the bytes are invalid; never in an encoder
    */
   template <class Coder, class Symbol>
   bool
@@ -43,11 +43,11 @@ public:
        StatisticsTable& statistics,
        Symbol* symbols);
 
-  /** \brief Gives the statistics back as they were at begin(). */
+  /** \brief Restores the statistics to their state at begin(). */
   void
   restore(const Frame& frame, StatisticsTable& statistics) const;
 
-  /** \brief Whether decoded symbols are what an encoder of this origin can have had. */
+  /** \brief Whether an encoder may have coded the decoded symbols with this origin. */
   bool
   areValid(const std::vector<std::uint16_t>& symbols) const;
 
@@ -112,15 +112,15 @@ private:
   binOf(unsigned int value) const;
 
   IntensityRows rows_;
-  const VoxelPlace* places_ = nullptr; ///< those of the frame
+  const VoxelPlace* places_ = nullptr; // of the frame
   // Of the row that is coded.
   std::vector<std::uint8_t> contexts_;
   std::vector<std::uint8_t> coded_;
   std::vector<std::uint16_t> known_statistics_;
-  unsigned int origin_ = 0;      // lowest value that is coded
-  unsigned int top_ = 0;         // highest one, less the origin
-  unsigned int top_bin_ = 0;     // its bin if it has one of its own, else above all
-  unsigned int highest_bin_ = 0; // highest that may occur
+  unsigned int origin_ = 0;      // lowest symbol
+  unsigned int top_ = 0;         // highest symbol minus the origin
+  unsigned int top_bin_ = 0;     // bin of top_ alone; above all bins if there is none
+  unsigned int highest_bin_ = 0; // highest valid bin
 };
 
 } // namespace fast

@@ -10,34 +10,34 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief One frame while it is coded: what its stages hand on. */
+/** \brief A frame while it is coded; passed from stage to stage. */
 struct Frame {
   bool is_i_frame = false;
   unsigned int depth = 0; ///< of the grid
   std::size_t voxel_count = 0;
 
-  /** \brief Occupied cells by block number of the history. In an encoder matchHistory()
-   * fills it; in a decoder it grows with each voxel that is decoded. */
+  /** \brief Occupied cells by block number of the history. An encoder sets it in
+   * matchHistory(), a decoder as voxels are decoded. */
   std::vector<std::uint64_t> occupied;
 
   /** \brief Voxels decoded so far. */
   std::size_t found_voxels = 0;
 
-  // Blocks that the history does not have, ascending.
+  // Blocks that are not in the history, ascending.
   std::vector<std::uint64_t> new_keys;
   std::vector<std::uint64_t> new_masks;
 
-  // From new voxels in known blocks. Of vectors with a count that many are in use.
+  // Set by NewVoxels. Vectors with a count are in use up to it.
   std::vector<std::uint8_t> octant_symbols; ///< by known block; 0 without new voxels
   std::size_t renewed_count = 0;
   std::vector<std::uint32_t>
-      renewed_blocks; ///< known blocks with new voxels: their index
+      renewed_blocks; ///< indices of known blocks with new voxels
 
-  // From the history's update: the frame's blocks, ascending.
+  // Set by HistoryUpdate: the blocks of the frame, ascending.
   std::size_t block_count = 0;
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
-  std::vector<std::uint32_t> numbers; ///< in the history
+  std::vector<std::uint32_t> numbers; ///< block numbers in the history
   std::vector<VoxelPlace> places;     ///< of the voxels, in Morton order
 
   /** \brief Makes room for blocks. */

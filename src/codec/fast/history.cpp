@@ -1,5 +1,6 @@
 #include "codec/fast/history.h"
 
+#include "bytes/reserve_ahead.h"
 #include "codec/fast/frame.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
@@ -13,18 +14,10 @@ namespace fast {
 
 namespace {
 
-template <class Vector>
-void
-reserve(Vector& vector, std::size_t size)
-{
-  if (vector.capacity() < size)
-    vector.reserve(size + size / 4);
-}
-
-/** \brief The blocks of a frame and those of the history behind it, as they grow. */
+/** \brief Builds the block lists of a frame and of the history after it. */
 class BlockLists {
 public:
-  /** \param[in] max_blocks number of blocks that there may be */
+  /** \param[in] max_blocks upper bound of the number of blocks */
   BlockLists(std::size_t max_blocks, History& after, Frame& frame)
   {
     frame.ensureBlocks(max_blocks);
@@ -39,8 +32,10 @@ public:
     kept_activity_ = after.activity.data();
   }
 
-  /** \brief Appends a block, without branches: what is not counted is overwritten.
-   * \param[in] is_kept 1 or 0
+  /** \brief Appends a block. Without branches: elements that are not counted are
+   * overwritten.
+   * \param[in] occupied cells of the frame; if 0 the block is not in the frame
+   * \param[in] is_kept 1 if the block is in the history after the frame, else 0
    */
   void
   append(std::uint64_t key,
@@ -97,11 +92,11 @@ voxel_past::firstProbability(unsigned int past)
 void
 History::reserveFor(const History& other)
 {
-  reserve(known, other.known.size());
-  reserve(spare_numbers, other.spare_numbers.size());
-  reserve(keys, other.keys.size());
-  reserve(numbers, other.numbers.size());
-  reserve(activity, other.activity.size());
+  reserveAhead(known, other.known.size());
+  reserveAhead(spare_numbers, other.spare_numbers.size());
+  reserveAhead(keys, other.keys.size());
+  reserveAhead(numbers, other.numbers.size());
+  reserveAhead(activity, other.activity.size());
   ensureSize(places, other.voxelCount());
 }
 
@@ -176,7 +171,8 @@ HistoryUpdate::removeForgotten(History& after)
   }
 }
 
-/** \brief New blocks take the numbers that became free last, then further ones. */
+/** \brief Assigns free numbers to new blocks, the last freed ones first, then further
+ * ones. */
 void
 HistoryUpdate::numberNewBlocks(const History& before, const Frame& frame)
 {
@@ -187,7 +183,7 @@ HistoryUpdate::numberNewBlocks(const History& before, const Frame& frame)
     new_numbers_[i] = i < spare ? before.spare_numbers[spare - 1 - i] : next++;
 }
 
-/** \brief Makes room for new blocks and new voxels. */
+/** \brief Allocates memory for new blocks and new voxels. */
 void
 HistoryUpdate::reserveNew(const History& before,
                           History& after,
@@ -201,7 +197,7 @@ HistoryUpdate::reserveNew(const History& before,
                                  static_cast<std::ptrdiff_t>(spare));
   after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
   ensureSize(statistics, after.known.size() * block_cells);
-  // New voxels come behind all others: no known voxel gets into their bucket.
+  // The bucket of new voxels has no others, and is placed after all buckets.
   std::uint32_t end = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     end = std::max(end, after.first[past] + after.size[past]);
@@ -223,8 +219,8 @@ HistoryUpdate::addNewVoxels(const History& before,
     known[number] |= cells;
     const std::uint32_t first = number * block_cells;
     const unsigned int count = bitCount(cells);
-    // Two at a time, the highest one twice if the count is odd: a loop over an even
-    // number is predicted better (doc/implementation_notes.md, "Branches").
+    // Two at a time, the highest one twice if the count is odd: such a loop is predicted
+    // better (doc/implementation_notes.md, "Branches").
     for (unsigned int done = 0; done < count; done += 2)
       for (unsigned int k = 0; k < 2; ++k) {
         const VoxelPlace added = first + lowestBit(cells);
@@ -245,8 +241,9 @@ HistoryUpdate::addNewVoxels(const History& before,
       static_cast<std::uint32_t>(place - after.places.data()) - after.first[past];
 }
 
-/** \brief Makes the ascending blocks of the frame, and those of the history behind it.
- * \return false if a new block is not new
+/** \brief Merges known and new blocks to the ascending blocks of the frame and of the history
+ * after it.
+ * \return false if a new block is in the history
  */
 bool
 HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
@@ -256,7 +253,7 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
   ensureSize(freed_numbers_, count + 1);
   std::uint32_t* const freed = freed_numbers_.data();
   std::size_t freed_count = 0;
-  // Pointers of their own: a stored byte might alias a vector's for the compiler.
+  // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint64_t* const known = after.known.data();
   const std::uint64_t* const all_occupied = frame.occupied.data();
   const std::uint64_t* const old_keys = before.keys.data();

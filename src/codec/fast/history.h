@@ -12,11 +12,11 @@ namespace fast {
 
 struct Frame;
 
-/** \brief A voxel's past: a 1, and below it a bit for each of the last frames, at most
- * seven, the last one lowest, that tells whether the voxel was occupied.
+/** \brief The past of a voxel: a 1, and below it its occupancy in the last frames, one bit
+ * for each of at most seven, the last one lowest.
  *
- * A voxel that an I-frame brings starts as if it had been occupied once before. That
- * keeps it apart from those that come with P-frames, most of which are noise.
+ * New voxels of an I-frame start as if they had been occupied once before, which
+ * distinguishes them from those of P-frames, most of which are noise.
  */
 namespace voxel_past {
 
@@ -24,14 +24,14 @@ constexpr std::size_t count = 256;
 constexpr unsigned int first_in_p_frame = 1;
 constexpr unsigned int first_in_i_frame = 3;
 
-/** \brief The past of a voxel that a frame brings. */
+/** \brief The initial past of a new voxel. */
 constexpr unsigned int
 first(bool is_i_frame)
 {
   return is_i_frame ? first_in_i_frame : first_in_p_frame;
 }
 
-/** \brief The past one frame on. */
+/** \brief The past after a further frame. */
 constexpr unsigned int
 next(unsigned int past, unsigned int is_occupied)
 {
@@ -39,27 +39,26 @@ next(unsigned int past, unsigned int is_occupied)
   return past < 128 ? longer : 128 | (longer & 127);
 }
 
-/** \brief Whether the voxel is forgotten: it was empty in all of the first four frames
- * after the P-frame that brought it, or in the last six. */
+/** \brief Whether a voxel is forgotten: it was empty in the first four frames after the
+ * P-frame in which it was new, or in the last six frames. */
 constexpr bool
 isForgotten(unsigned int past)
 {
   return past == 16 || (past >= 64 && (past & 63) == 0);
 }
 
-/** \brief Probability, 2^16 is 1, that a voxel with this past is occupied, before any was
- * coded: a running mean that starts at 0.4 and moves 1/2 of the way for two frames, 1/4
- * for three, then 1/8. */
+/** \brief Initial probability, 2^16 is 1, that a voxel with this past is occupied: a running
+ * mean that starts at 0.4 and has a rate of 1/2 for two frames, 1/4 for three, then 1/8. */
 std::uint32_t
 firstProbability(unsigned int past);
 
 } // namespace voxel_past
 
-/** \brief Where a voxel is: the number of its block times 64 plus its cell. */
+/** \brief Place of a voxel: the number of its block times 64 plus its cell. */
 using VoxelPlace = std::uint32_t;
 
-/** \brief Memory that begins with a cache line, so that the statistics of half a block
- * are one line. */
+/** \brief Allocates memory aligned to cache lines, so that the statistics of half a block are
+ * one line. */
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -99,7 +98,7 @@ struct CacheLineAllocator {
  * symbol_statistics. */
 using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
-/** \brief Makes a vector at least this long, with a quarter more to grow. */
+/** \brief Resizes a vector that is shorter than this, to a quarter more. */
 template <class Vector>
 void
 ensureSize(Vector& vector, std::size_t size)
@@ -108,26 +107,26 @@ ensureSize(Vector& vector, std::size_t size)
     vector.resize(size + size / 4);
 }
 
-/** \brief What encoder and decoder remember of the frames since the last I-frame
+/** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder
  * (doc/bitstream_fast.md, "History").
  *
- * Known voxels lie in buckets, one for each past, which each frame splits in two
- * (doc/implementation_notes.md, "Buckets"). Intensity statistics lie in rows of 64 a
- * block. A block keeps its number as long as it has known voxels.
+ * Known voxels are stored in buckets, one for each past, which each frame splits in two
+ * (doc/implementation_notes.md, "Buckets"), intensity statistics by block, 64 each. A block
+ * keeps its number as long as it has known voxels.
  */
 struct History {
-  /** \brief In the place of the statistics of a voxel that has none. */
+  /** \brief Statistics of a voxel that has none yet. */
   static constexpr std::uint16_t no_statistics = 0xffff;
 
   // By block number.
-  std::vector<std::uint64_t> known;         ///< cells that lie in a bucket
+  std::vector<std::uint64_t> known;         ///< cells that are in a bucket
   StatisticsTable statistics;               ///< 64 a block
-  std::vector<std::uint32_t> spare_numbers; ///< numbers that are free again
+  std::vector<std::uint32_t> spare_numbers; ///< free block numbers
 
   // Blocks with known voxels, ascending.
   std::vector<std::uint64_t> keys; ///< Morton keys of the blocks
   std::vector<std::uint32_t> numbers;
-  std::vector<std::uint8_t> activity; ///< which of the last 4 frames brought new voxels
+  std::vector<std::uint8_t> activity; ///< which of the last 4 frames had new voxels
 
   // Buckets.
   std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `places`
@@ -144,35 +143,35 @@ struct History {
     return count;
   }
 
-  /** \brief Takes the memory that assign() will need, so that it cannot fail. */
+  /** \brief Allocates the memory that assign() needs, so that it cannot fail. */
   void
   reserveFor(const History& other);
 
-  /** \brief Becomes another history, with its buckets closed up.
-   * \param[in,out] other its statistics are exchanged with these if they are taken
-   * \param[in] with_statistics whether the other one's statistics are taken, too
+  /** \brief Copies another history, without gaps between its buckets.
+   * \param[in,out] other the history to copy
+   * \param[in] with_statistics whether to exchange the statistics with those of `other`
    */
   void
   assign(History& other, bool with_statistics) noexcept;
 
-  /** \brief Forgets all voxels; their memory is kept. */
+  /** \brief Removes all voxels; their memory is kept. */
   void
   clear() noexcept;
 
-  /** \brief Gives back the memory that the known voxels do not need. */
+  /** \brief Releases memory that the known voxels do not need. */
   void
   giveBackMemory();
 };
 
-/** \brief Makes the history behind a frame, and the ascending blocks of the frame, once
- * its occupancy is coded. */
+/** \brief Computes the history after a frame whose occupancy is coded, and the ascending
+ * blocks of the frame. */
 class HistoryUpdate {
 public:
-  /** \brief Runs for one frame.
+  /** \brief Updates the history with one frame.
    * \param[in] before the history before the frame
-   * \param[in,out] after its buckets are filled with the known voxels
-   * \param[in,out] statistics new voxels get none
-   * \param[in,out] frame its voxels are coded; gets its blocks
+   * \param[in,out] after the history after it, with the buckets of known voxels
+   * \param[in,out] statistics set to no_statistics for new voxels
+   * \param[in,out] frame coded voxels; its blocks are set
    * \return false if a new block is in the history
    */
   bool

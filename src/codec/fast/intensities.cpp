@@ -9,7 +9,8 @@ namespace fast {
 
 namespace {
 
-/** \brief Symbols as their high eight bits, which have a model, and low bits. */
+/** \brief Codes symbols without statistics: the high eight bits with a model, the others
+ * bypass it. */
 template <class Coder, class Symbol>
 bool
 codePlain(
@@ -17,7 +18,7 @@ codePlain(
 {
   const unsigned int low_bits = bits > 8 ? bits - 8 : 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Of each symbol at most three are coded.
+    // Each symbol is coded as at most three of the coder's symbols.
     static_assert(3 * 16 <= NibbleDecoder::slack, "isOverrun is called often enough");
     if (i % 16 == 0 && coder.isOverrun())
       return false;
@@ -48,7 +49,8 @@ Intensities::encode(NibbleEncoder& coder,
   const NibbleEncoder::Mark start = coder.mark();
   models_before_ = models;
   encodeExpected(coder, models, frame, statistics, bits, symbols);
-  // Plain symbols take at least two of the coder's: not worth a trial below 5/4 each.
+  // Plain coding needs at least two of the coder's symbols for each symbol. It is not tried
+  // below 5/4.
   const NibbleEncoder::Mark end = coder.mark();
   if (4 * (end - start) < 5 * symbols.size())
     return;
@@ -58,7 +60,7 @@ Intensities::encode(NibbleEncoder& coder,
   coder.reserve(1 + 3 * symbols.size());
   coder.codeBits(1, 1);
   codePlain(coder, models, bits, symbols.size(), symbols.data());
-  // The statistics of an I-frame's voxels save bytes in the frames behind it.
+  // The statistics of an I-frame save bytes in the following frames.
   const std::uint64_t plain_cost = coder.cost(end);
   if (frame.is_i_frame ? 16 * plain_cost < 15 * expected_cost
                        : plain_cost < expected_cost) {

@@ -12,13 +12,13 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the intensity symbols of a frame (doc/bitstream_fast.md, "Symbols"): with
- * what the statistics of the voxels let expect, or plain where that is smaller. */
+/** \brief Codes the intensity symbols of a frame (doc/bitstream_fast.md, "Symbols"): relative
+ * to the statistics of the voxels, or plain if that is smaller. */
 class Intensities {
 public:
-  /** \brief Codes the symbols; models and statistics learn them.
+  /** \brief Codes the symbols, and updates models and statistics.
    * \param[in] frame its blocks and voxels
-   * \param[in,out] statistics those of the history, 64 a block
+   * \param[in,out] statistics of the history, 64 a block
    * \param[in] bits of a symbol, 1..16
    * \param[in] symbols one for each voxel
    */
@@ -30,8 +30,8 @@ public:
          unsigned int bits,
          const std::vector<std::uint16_t>& symbols);
 
-  /** \brief The reverse.
-   * \return false if the bytes are no such symbols; restore() undoes what was learnt
+  /** \brief Inverse of encode().
+   * \return false if the bytes are invalid; the caller then has to call restore()
    */
   bool
   decode(NibbleDecoder& coder,
@@ -41,7 +41,7 @@ public:
          unsigned int bits,
          std::vector<std::uint16_t>& symbols);
 
-  /** \brief Gives the statistics back as they were before the last frame. */
+  /** \brief Restores the statistics to their state before the last frame. */
   void
   restore(const Frame& frame, StatisticsTable& statistics) const
   {
@@ -58,7 +58,7 @@ private:
                  const std::vector<std::uint16_t>& symbols);
 
   ExpectedIntensities expected_;
-  Models models_before_; // an encoder's, before this frame
+  Models models_before_; // encoder only: before this frame
 };
 
 } // namespace fast

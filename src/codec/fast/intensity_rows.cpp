@@ -13,11 +13,11 @@ namespace fast {
 namespace {
 
 constexpr std::uint16_t eighth = symbol_statistics::deviation_count;
-// The low classes are of means below these, in eighths: 4, 10 and 16.
+// Upper bounds of the means of the low classes: 4, 10 and 16 eighths.
 constexpr std::array<std::uint16_t, 3> class_ends = {
     4 * eighth, 10 * eighth, 16 * eighth};
 
-/** \brief Appends those of eight voxels that a mask has; room for eight is needed. */
+/** \brief Appends those of eight voxels that are in a mask; writes eight in any case. */
 inline void
 appendVoxels(std::uint32_t*& row, std::uint32_t first, unsigned int mask)
 {
@@ -32,7 +32,7 @@ IntensityRows::sort(const Frame& frame, const StatisticsTable& statistics)
 {
   const std::size_t count = frame.voxel_count;
   const VoxelPlace* const places = frame.places.data();
-  ensureSize(before, count + 7); // compared in eights
+  ensureSize(before, count + 7); // compared eight at a time
   std::uint16_t* const all_before = before.data();
   for (std::size_t i = 0; i < count; ++i)
     all_before[i] = statistics[places[i]];
@@ -51,7 +51,7 @@ IntensityRows::sort(const Frame& frame, const StatisticsTable& statistics)
   begin(fresh);
   for (std::size_t i = 0; i < count; i += 8) {
     const unsigned int all = count - i < 8 ? (1u << (count - i)) - 1 : 0xff;
-    static_assert(History::no_statistics == 0xffff, "as compareEight() has it");
+    static_assert(History::no_statistics == 0xffff, "compared by compareEight()");
     const EightComparisons masks = compareEight(all_before + i, class_ends);
     const auto first = static_cast<std::uint32_t>(i);
     appendVoxels(low[0], first, masks[0] & all);
@@ -62,7 +62,7 @@ IntensityRows::sort(const Frame& frame, const StatisticsTable& statistics)
   }
   for (std::size_t i = 0; i < low_class_count; ++i) {
     end(quads[i], low[i]);
-    // Those that are no whole quad go to the next row, the last one first.
+    // Voxels of an incomplete quad are moved to the row `known`, the last one first.
     for (; i != without_statistics && quads[i].count % 4 != 0; --quads[i].count)
       *others++ = *--low[i];
   }

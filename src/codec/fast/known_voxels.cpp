@@ -1,5 +1,6 @@
 #include "codec/fast/known_voxels.h"
 
+#include "bytes/reserve_ahead.h"
 #include "codec/fast/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/voxel_block.h"
@@ -16,8 +17,8 @@ namespace {
 
 constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 
-/** \brief Sorts voxels into blocks, behind which comes one above all. \return their
- * number */
+/** \brief Groups voxels into blocks, followed by a key above all others as a sentinel.
+ * \return number of blocks */
 std::size_t
 collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
 {
@@ -28,7 +29,7 @@ collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
   std::uint64_t mask = 0;
   std::size_t count = 0;
   for (const std::uint64_t voxel : voxel_keys) {
-    // Without a branch: a block's key and mask are written again with each of its voxels.
+    // Without a branch: key and mask of a block are written again for each of its voxels.
     const std::uint64_t key = voxel >> block_key_bits;
     const std::uint64_t is_other = key != last ? 1 : 0;
     count += is_other;
@@ -42,18 +43,18 @@ collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
   return count;
 }
 
-/** \brief How far ahead of the voxels that are split others are prefetched. */
+/** \brief Distance of prefetching, voxels. */
 constexpr std::ptrdiff_t prefetched_voxels = 512;
 
-/** \brief The end of a bucket, where voxels are appended. */
+/** \brief End of a bucket, where voxels are appended. */
 VoxelPlace*
 endOf(History& history, unsigned int past)
 {
   return history.places.data() + history.first[past] + history.size[past];
 }
 
-/** \brief The probability of a past behind a frame: that before it counts as much as so
- * many voxels. */
+/** \brief The probability of a past after a frame; the previous one counts as `weight`
+ * voxels. */
 std::uint16_t
 nextProbability(std::uint16_t probability, std::uint32_t occupied, std::uint32_t count)
 {
@@ -62,8 +63,8 @@ nextProbability(std::uint16_t probability, std::uint32_t occupied, std::uint32_t
       (weight * probability + std::uint64_t{0xffff} * occupied) / (weight + count));
 }
 
-/** \brief Number of ones in the lowest two, four, six and eight bits of a byte, in eight
- * bits each. */
+/** \brief Number of ones in the lowest two, four, six and eight bits of a byte, in eight bits
+ * each. */
 constexpr std::array<std::uint32_t, 256>
 makePairCounts()
 {
@@ -79,15 +80,15 @@ constexpr auto pair_counts = makePairCounts();
 /** \brief Splits a bucket in two, eight voxels at a time. */
 struct BucketSplit {
   const VoxelPlace* from;  ///< the next voxels
-  const VoxelPlace* last;  ///< last voxel of all buckets
-  VoxelPlace* if_empty;    ///< where the next empty voxel goes; room for two is needed
-  VoxelPlace* if_occupied; ///< where the next occupied one goes; likewise
+  const VoxelPlace* last;  ///< the last voxel of all buckets
+  VoxelPlace* if_empty;    ///< where to store the next empty voxel; two are written
+  VoxelPlace* if_occupied; ///< the same for the next occupied voxel
 
-  /** \param[in] byte whether they are occupied, the first one lowest */
+  /** \param[in] byte occupancy of the eight voxels, the first one lowest */
   void
   operator()(unsigned int byte)
   {
-    // Buckets follow each other in memory.
+    // Buckets are contiguous in memory.
     prefetch(last - from > prefetched_voxels ? from + prefetched_voxels : last);
     const std::uint32_t occupied = pair_counts[byte];
     const std::uint32_t empty = 0x08060402 - occupied;
@@ -101,12 +102,12 @@ struct BucketSplit {
   }
 
 private:
-  /** \brief Puts two voxels into their buckets: both are stored to each, shifted so that
-   * the first one is one of it if any is; what does not belong there is overwritten.
-   * \param[in] first which of the eight
-   * \param[in] bits bit 5: whether the first of them is occupied
-   * \param[in] empty number of empty ones before them
-   * \param[in] occupied number of occupied ones before them
+  /** \brief Appends two voxels to their buckets. Both are stored in both buckets, shifted so
+   * that voxels of the bucket come first; others are overwritten later.
+   * \param[in] first index of the first of the two among the eight
+   * \param[in] bits bit 5: whether the first one is occupied
+   * \param[in] empty number of empty voxels before them
+   * \param[in] occupied number of occupied voxels before them
    */
   void
   putTwo(unsigned int first,
@@ -137,9 +138,7 @@ matchHistory(const History& history,
   const std::uint64_t* const frame_masks = frame.masks.data();
   frame.occupied.resize(history.known.size());
   for (auto* vector : {&frame.new_keys, &frame.new_masks}) {
-    // With room to grow, which resize() alone does not leave in a cleared vector.
-    if (vector->capacity() < count)
-      vector->reserve(count + count / 4);
+    reserveAhead(*vector, count);
     vector->resize(count);
   }
   std::uint64_t* const occupied = frame.occupied.data();
@@ -149,7 +148,7 @@ matchHistory(const History& history,
     frame.new_keys[new_count] = frame_keys[now];
     frame.new_masks[new_count++] = frame_masks[now++];
   };
-  // A walk of its own, without a branch on whether a known block is in the frame.
+  // Not by walkSideBySide(), which branches on whether a known block is in the frame.
   for (std::size_t i = 0; i < history.keys.size(); ++i) {
     const std::uint64_t key = history.keys[i];
     while (frame_keys[now] < key)
@@ -178,7 +177,7 @@ bool
 KnownVoxels::code(
     Coder& coder, Models& models, const History& before, History& after, Frame& frame)
 {
-  // A bucket is filled from up to two others.
+  // Each bucket is filled from up to two others.
   std::array<std::uint32_t, voxel_past::count> room{};
   std::size_t known = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
@@ -192,7 +191,7 @@ KnownVoxels::code(
     first += room[past];
   }
   after.size.fill(0);
-  // Two more, as BucketSplit stores two at a time.
+  // Two more, as BucketSplit writes two at a time.
   ensureSize(after.places, first + 2);
   coder.reserve(known / 8 + 7 * voxel_past::count);
   for (unsigned int past = 1; past < voxel_past::count; ++past)

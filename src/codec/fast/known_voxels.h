@@ -12,22 +12,22 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief For an encoder: sorts the voxels into blocks, and these into known and new
+/** \brief For an encoder: groups the voxels into blocks, and divides these into known and new
  * ones.
  * \param[in] history before the frame
  * \param[in] keys Morton keys of the voxels, ascending, at least one
- * \param[out] frame its occupied cells in known blocks, and the new blocks
+ * \param[out] frame occupied cells of known blocks, and the new blocks
  */
 void
 matchHistory(const History& history,
              const std::vector<std::uint64_t>& keys,
              Frame& frame);
 
-/** \brief Number of a matched frame's voxels that are known. */
+/** \brief Number of known voxels of a frame, after matchHistory(). */
 std::size_t
 knownVoxelCount(const History& history, const Frame& frame);
 
-/** \brief Codes which known voxels are occupied (doc/bitstream_fast.md, "Known voxels"),
+/** \brief Codes the occupancy of the known voxels (doc/bitstream_fast.md, "Known voxels")
  * bucket by bucket, and splits the buckets.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
@@ -36,9 +36,9 @@ class KnownVoxels {
 public:
   /** \brief Codes a frame.
    * \param[in] before the history before the frame
-   * \param[out] after gets the buckets behind it
-   * \param[in,out] frame in a decoder gets the occupied cells
-   * \return false if the bytes end; never in an encoder
+   * \param[out] after its buckets are set
+   * \param[in,out] frame a decoder sets the occupied cells
+   * \return false if there are too few bytes; never in an encoder
    */
   template <class Coder>
   bool
@@ -58,7 +58,7 @@ private:
               History& after,
               Frame& frame);
 
-  std::vector<std::uint8_t> occupancies_; // of a bucket, eight voxels in each
+  std::vector<std::uint8_t> occupancies_; // of a bucket, eight voxels in each byte
 };
 
 } // namespace fast

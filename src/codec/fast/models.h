@@ -10,7 +10,7 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Models of a byte that is coded as its low nibble, then the high one. */
+/** \brief Models of a byte that is coded as low nibble, then high nibble. */
 template <std::size_t contexts>
 struct ByteModels {
   std::array<NibbleModel, contexts> low;
@@ -29,7 +29,7 @@ codeByte(Coder& coder,
   return low | coder.code(models.high[low], byte >> 4) << 4;
 }
 
-/** \brief All adaptive probabilities of the effort fast; made as they are at an I-frame. */
+/** \brief All adaptive probabilities of effort fast, initially those of an I-frame. */
 struct Models {
   Models();
 
@@ -39,29 +39,29 @@ struct Models {
   // New voxels in known blocks.
   std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
   ByteModels<1> octants;              ///< masks of several octants
-  std::array<NibbleModel, 24> cell;   ///< by open cells and those with neighbours
+  std::array<NibbleModel, 24> cell;   ///< by numbers of near and of open cells
   ByteModels<1> cells;                ///< masks of several cells
 
-  // New blocks; the last index of each pair is 1 in an I-frame.
+  // New blocks; in pairs the second element is for I-frames.
   BitModel has_new_blocks;
-  std::array<ByteModels<1>, 4> node; ///< by the levels between children and blocks
+  std::array<ByteModels<1>, 4> node; ///< by levels between children and blocks
   std::array<ByteModels<1>, 2> new_block_octants;
-  std::array<ByteModels<16>, 2> new_block_cells; ///< low: by neighbours
+  std::array<ByteModels<16>, 2> new_block_cells; ///< low nibble: by neighbours
 
   // Intensities.
-  std::array<QuadModel, 4> quad;             ///< by the class of all four
-  std::array<NibbleModel, 4> quad_escape;    ///< by the class
-  std::array<NibbleModel, 125> known_symbol; ///< by the voxel's statistics
+  std::array<QuadModel, 4> quad;             ///< by class
+  std::array<NibbleModel, 4> quad_escape;    ///< by class
+  std::array<NibbleModel, 125> known_symbol; ///< by statistics of the voxel
   /** \brief Whether most voxels without statistics had low bins in the last frame. */
   bool new_bins_are_low = false;
-  /** \brief By the statistics of the voxels before; the second ones in I-frames. */
+  /** \brief By common statistics of the previous voxels; the second ones for I-frames. */
   std::array<std::array<NibbleModel, 125>, 2> new_symbol;
   NibbleModel escape_high;
-  std::array<NibbleModel, 8> escape_low; ///< by the high bits
+  std::array<NibbleModel, 8> escape_low; ///< by high bits
   ByteModels<1> plain;                   ///< high bits of plain symbols
 };
 
-/** \brief Models as they are at an I-frame. */
+/** \brief The initial models, as at an I-frame. */
 const Models&
 firstModels();
 

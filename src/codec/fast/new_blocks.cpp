@@ -11,7 +11,7 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief For an encoder: the masks of all nodes above the new blocks. */
+/** \brief For an encoder: collects the masks of all nodes above the new blocks. */
 void
 NewBlocks::collectNodes(const Frame& frame)
 {
@@ -24,7 +24,7 @@ NewBlocks::collectNodes(const Frame& frame)
     masks.clear();
     std::size_t count = 0;
     for (const std::uint64_t key : node_keys_) {
-      // Parents overwrite their children, of which there are no fewer.
+      // In place: parents overwrite children that were read.
       if (count == 0 || node_keys_[count - 1] != key >> 3) {
         node_keys_[count++] = key >> 3;
         masks.push_back(0);

@@ -10,16 +10,16 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the blocks that the history does not have (doc/bitstream_fast.md, "New
- * blocks"): the octree above them level by level, then their cells.
+/** \brief Codes the blocks that are not in the history (doc/bitstream_fast.md, "New blocks"):
+ * the octree above them level by level, then their cells.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
 class NewBlocks {
 public:
   /** \brief Codes a frame whose voxels in known blocks are coded.
-   * \param[in,out] frame in a decoder gets the new blocks
-   * \return false if the bytes are no such blocks, or of more voxels than the frame has;
+   * \param[in,out] frame a decoder sets the new blocks
+   * \return false if the bytes are invalid, or decode to more voxels than the frame has;
    * never in an encoder
    */
   template <class Coder>
@@ -38,10 +38,10 @@ private:
   static bool
   codeBlockCells(Coder& coder, Models& models, Frame& frame);
 
-  // Keys of a level's nodes and, in a decoder, of their children.
+  // Keys of the nodes of a level and, in a decoder, of their children.
   std::vector<std::uint64_t> node_keys_;
   std::vector<std::uint64_t> child_keys_;
-  std::vector<std::vector<std::uint8_t>> node_masks_; // an encoder's, by level
+  std::vector<std::vector<std::uint8_t>> node_masks_; // encoder only: by level
 };
 
 } // namespace fast

@@ -13,7 +13,7 @@ namespace fast {
 
 namespace {
 
-// Symbols of several octants or cells; below them is the rank of a single one.
+// Symbols for several octants or cells; lower symbols are the rank of a single one.
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
 
@@ -35,8 +35,8 @@ makeCellContexts()
 
 constexpr auto cell_contexts = makeCellContexts();
 
-/** \brief The two cache lines with the statistics of a block's voxels. A line without
- * occupied cells is replaced with the first block's; without branches. */
+/** \brief The two cache lines with the statistics of a block. A line without occupied cells
+ * is replaced by that of the first block, without branches. */
 inline std::array<const void*, 2>
 statisticsLines(const std::uint16_t* statistics,
                 std::uint32_t number,
@@ -77,7 +77,7 @@ NewVoxels::codeOctants(Coder& coder,
   coder.reserve(count);
   ensureSize(contexts_, count);
   ensureSize(frame.octant_symbols, count);
-  // Pointers of their own: a stored byte might alias a vector's for the compiler.
+  // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
   const std::uint64_t* const all_known = before.known.data();
@@ -92,7 +92,7 @@ NewVoxels::codeOctants(Coder& coder,
       const std::uint64_t known = all_known[number];
       const unsigned int octants = occupiedOctants(known_occupied & ~known);
       known_occupied &= known;
-      // Without a branch: every third block or so has new voxels.
+      // Without a branch: about every third block has new voxels.
       const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
       const unsigned int rank =
           child_masks
@@ -105,7 +105,8 @@ NewVoxels::codeOctants(Coder& coder,
     contexts[i] =
         static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
   }
-  // Prefetches statistics for the intensities (doc/implementation_notes.md, "Prefetching").
+  // Prefetches the statistics that the intensities need (doc/implementation_notes.md,
+  // "Prefetching").
   return coder.codeRow(
       models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
         return statisticsLines(all_statistics, numbers[i], occupied[numbers[i]]);
@@ -153,7 +154,7 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
     const unsigned int symbol = symbols[blocks[i]];
     const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
     const unsigned int rank = (symbol - 1) % 8;
-    // Written to both lists without a branch; one of them counts it.
+    // Without a branch: written to both lists, and counted in one.
     const unsigned int is_single = (symbol - several_octants) >> 31;
     *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
     octant += is_single;
@@ -193,7 +194,7 @@ NewVoxels::codeCells(Coder& coder,
   ensureSize(surroundings_, count);
   const VoxelPlace* const octants = octants_.data();
   const std::uint64_t* const all_known = before.known.data();
-  // An octant outside of the grid has no open cells, for which there is no symbol.
+  // Octants outside of the grid have no open cells, so that all their symbols are invalid.
   const std::uint64_t in_grid = cellsInGrid(frame.depth);
   std::uint64_t* const all_occupied = frame.occupied.data();
   std::uint8_t* const contexts = contexts_.data();
@@ -208,7 +209,7 @@ NewVoxels::codeCells(Coder& coder,
     const unsigned int near =
         static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
     const unsigned int near_count = child_masks.count[near];
-    // Without branches: all of it is hard to predict.
+    // Without branches, which would be mispredicted.
     if (!Coder::is_decoder) {
       const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
       const unsigned int below = (cells - 1) & 0xff;
@@ -235,8 +236,8 @@ NewVoxels::codeCells(Coder& coder,
   return codeSeveralCells(coder, models, several_count, before, frame);
 }
 
-/** \brief Puts single new voxels where their symbols say, in a decoder, and lists the
- * octants with several. \return false if a symbol is invalid */
+/** \brief Lists the octants with several new voxels and, in a decoder, sets the cells of
+ * single new voxels. \return false if a symbol is invalid */
 template <bool is_decoder>
 bool
 NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)
@@ -260,7 +261,7 @@ NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)
       const unsigned int end =
           child_masks.count[open] + several_cells * (1 - is_single);
       is_wrong |= (end - 1 - rank) | (several_cells - rank);
-      // All ones where the cell is not near.
+      // All ones if the cell is not near.
       const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
       const unsigned int cell =
           child_masks

@@ -13,7 +13,7 @@ namespace io {
 namespace fast {
 
 /** \brief Codes the new voxels in known blocks (doc/bitstream_fast.md, "New voxels in
- * known blocks"): which blocks and octants have any, then which cells.
+ * known blocks"): which blocks and octants have new voxels, then which cells they are.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
@@ -21,10 +21,10 @@ class NewVoxels {
 public:
   /** \brief Codes a frame whose known voxels are coded.
    * \param[in] before the history before the frame
-   * \param[in] statistics those of the history, only to prefetch them
-   * \param[in,out] frame in a decoder gets the occupied cells; in both directions the
-   * symbols of its octants, and which blocks have new voxels
-   * \return false if the bytes are no such voxels; never in an encoder
+   * \param[in] statistics of the history, only to prefetch them
+   * \param[in,out] frame a decoder sets the occupied cells; both directions set
+   * octant_symbols and renewed_blocks
+   * \return false if the bytes are invalid; never in an encoder
    */
   template <class Coder>
   bool
@@ -70,15 +70,15 @@ private:
                    const History& before,
                    Frame& frame);
 
-  /** \brief An octant's cells before its new voxels are coded. */
+  /** \brief Cells of an octant before its new voxels are coded. */
   struct Surroundings {
-    std::uint8_t near; ///< open cells beside an occupied one
+    std::uint8_t near; ///< open cells that share a face with an occupied cell
     std::uint8_t open; ///< cells of the grid that are not known
   };
 
-  // Of these vectors only so many elements are in use as a count says.
+  // Used up to a count, not resized to it.
   std::vector<std::uint8_t> contexts_; // of the row that is coded
-  // Blocks with several such octants, then octants with several new voxels.
+  // Blocks with new voxels in several octants, then octants with several new voxels.
   std::vector<std::uint32_t> several_;
   std::size_t octant_count_ = 0;
   std::vector<VoxelPlace> octants_; // first cells of octants with new voxels

@@ -14,12 +14,11 @@ namespace fast {
 constexpr unsigned int probability_bits = 12;
 constexpr std::uint32_t probability_one = 1u << probability_bits;
 
-/** \brief Where numbers are coded as a nibble, 0..14 are themselves; this symbol stands for
- * all others, which follow in another form. */
+/** \brief Symbol of a nibble that stands for all numbers above 14, which are then coded in
+ * another way. */
 constexpr unsigned int escape = 15;
 
-/** \brief The slots of a symbol, of 2^12 in all: `start` up to, not including,
- * `start + width`. */
+/** \brief The slots of a symbol among 2^12: from `start` to before `start + width`. */
 struct ProbabilityRange {
   std::uint32_t start;
   std::uint32_t width; ///< above 0
@@ -27,14 +26,14 @@ struct ProbabilityRange {
 
 /** \brief Adaptive probabilities of the sixteen values of a nibble.
  *
- * The symbols are counted, and after the first 4, the next 8, the next 16 and then each
- * 32 the probabilities move towards the counted ones: half of the way, then a quarter.
+ * The symbols are counted. After the first 4, the next 8, the next 16 and then after every
+ * 32 symbols the probabilities adapt to the counts, at a rate of 1/2, then 1/4.
  */
 class alignas(64) NibbleModel {
 public:
   static constexpr unsigned int symbol_count = 16;
 
-  /** \brief All symbols alike. */
+  /** \brief Starts with equal probabilities. */
   NibbleModel()
   {
     for (std::uint32_t i = 0; i <= symbol_count; ++i)
@@ -55,7 +54,7 @@ public:
     return firstAbove<fine_bits, (1u << fine_bits) - 1>(bounds_.data() + 1, slot);
   }
 
-  /** \brief Counts a symbol, and adapts when it is time. */
+  /** \brief Counts a symbol, and adapts at the end of a period. */
   void
   learn(std::size_t symbol)
   {
@@ -65,7 +64,7 @@ public:
   }
 
 private:
-  // Probabilities are stored in multiples of 2^-15.
+  // Probabilities are stored in units of 2^-15.
   static constexpr unsigned int fine_bits = 3;
   static constexpr std::uint32_t fine_one = 1u << 15;
   // The narrowest range: one slot.
@@ -78,7 +77,7 @@ private:
   std::uint8_t left_ = 4;
   std::uint8_t period_log2_ = 2;
   [[maybe_unused]] std::array<std::uint8_t, 12> unused_{}; // aligns bounds_[1]
-  /** \brief Where each symbol starts, and the one below it ends. */
+  /** \brief Start of each symbol, which is the end of the one below it. */
   std::array<std::uint16_t, symbol_count + 1> bounds_;
   std::array<std::uint8_t, symbol_count> counts_{};
 };
@@ -119,7 +118,7 @@ public:
     return slot >= probability_one - (ones_ >> 4) ? 1 : 0;
   }
 
-  /** \brief Moves 1/16 of the way to the bit. */
+  /** \brief Adapts to a bit at a rate of 1/16. */
   void
   learn(unsigned int bit)
   {

@@ -15,7 +15,7 @@ namespace {
 
 const History no_history;
 
-/** \brief Lists the voxels of the frame's blocks: their places, and for a decoder their
+/** \brief Lists the places of the voxels of the frame's blocks and, for a decoder, their
  * keys. */
 template <bool with_keys>
 void
@@ -38,7 +38,7 @@ expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
     const std::uint64_t block_key = block_keys[i] << block_key_bits;
     std::uint64_t mask = masks[i];
     const unsigned int cells = bitCount(mask);
-    // Eight at a time, whose number is predicted better; what is too much is overwritten.
+    // Eight at a time, as such a loop is predicted better; the excess is overwritten.
     for (unsigned int done = 0; done < cells; done += 8)
       for (unsigned int k = 0; k < 8; ++k, mask &= mask - 1) {
         const unsigned int cell = lowestBit(mask | no_cell);
@@ -215,7 +215,7 @@ Payload::decodeResiduals(const std::uint8_t* begin,
   return true;
 }
 
-/** \brief Codes which voxels are occupied, stage by stage, and makes the next history. */
+/** \brief Codes which voxels are occupied, stage by stage, and computes the next history. */
 template <class Coder>
 bool
 Payload::codeOccupancy(Coder& coder, Models& models)
@@ -225,7 +225,7 @@ Payload::codeOccupancy(Coder& coder, Models& models)
   frame.found_voxels = 0;
   if (Coder::is_decoder)
     frame.occupied.assign(before().known.size(), 0);
-  // Here, long before it changes in places: memory that is read in a row is faster.
+  // Copied here, sequentially, long before single elements change.
   after.known.assign(before().known.begin(), before().known.end());
   return work_->known_voxels.code(coder, models, before(), after, frame) &&
          work_->new_voxels.code(coder, models, before(), statistics(), frame) &&
@@ -289,7 +289,7 @@ Payload::statistics() noexcept
 void
 Payload::learnHistory() noexcept
 {
-  // In a P-frame the statistics changed where they are.
+  // In a P-frame the statistics were updated in place.
   history_.assign(work_->next_history, work_->frame.is_i_frame);
 }
 
@@ -297,7 +297,7 @@ void
 Payload::beginSplit(const VoxelFrame& frame)
 {
   depth_.blocks.assign(frame.keys);
-  // Without predictions: the history has no depth offsets.
+  // Without predictions, as the history has no depth offsets.
   depth_.split.begin(
       *frame.depth_model, depth_.blocks, {}, frame.intensity_scale.maxSymbol());
 }
@@ -310,8 +310,8 @@ Payload::forget() noexcept
   residuals_.reset();
 }
 
-/** \brief The classes of the row: where in its symbol a prediction is, and the symbol's
- * size, of which most are large. */
+/** \brief Collects the classes of the residuals: the fraction of the prediction, and the size
+ * of the symbol, of which most are large. */
 void
 Payload::collectClasses()
 {

@@ -21,8 +21,8 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Memory for a frame while it is coded, and what it changes until that is learnt.
- * Streams may take turns with one; nothing else in it outlives a frame. */
+/** \brief Memory for a frame while it is coded, and the state after it until learn(). May be
+ * used by several streams in turn. */
 struct Workspace {
   Frame frame;
   KnownVoxels known_voxels;
@@ -30,15 +30,15 @@ struct Workspace {
   NewBlocks new_blocks;
   HistoryUpdate history_update;
   Intensities intensities;
-  /** \brief A decoder's models behind the frame; exchanged with the coder's when the frame
-   * is learnt. */
+  /** \brief Decoder only: the models after the frame, exchanged with those of the stream by
+   * learn(). */
   std::unique_ptr<Models> models = std::make_unique<Models>();
-  /** \brief The history behind the frame; in a P-frame without statistics, which change in
-   * the coder's history. */
+  /** \brief The history after the frame; in a P-frame without statistics, which are updated
+   * in the history of the stream. */
   History next_history;
-  std::vector<std::uint32_t> ranges; ///< an encoder's symbols
-  std::vector<std::uint16_t> words;  ///< of its rANS states
-  std::vector<std::uint8_t> bytes;   ///< a decoder's
+  std::vector<std::uint32_t> ranges; ///< encoder only: symbols
+  std::vector<std::uint16_t> words;  ///< encoder only: words of the rANS states
+  std::vector<std::uint8_t> bytes;   ///< decoder only
 };
 
 /** \brief Payloads of the effort fast (doc/bitstream_fast.md). With a depth model, a
@@ -112,8 +112,8 @@ private:
   const History&
   before() const;
 
-  /** \brief Where the current frame's statistics are: those of the history are kept until
-   * an I-frame is known to be whole. */
+  /** \brief The statistics of the current frame: not those of the history in an I-frame, as
+   * it may be invalid. */
   StatisticsTable&
   statistics() noexcept;
 
@@ -126,7 +126,7 @@ private:
   void
   collectClasses();
 
-  /** \brief Forgets all frames, as an I-frame without voxels does. */
+  /** \brief Returns to the initial state, as an I-frame without voxels does. */
   void
   forget() noexcept;
 
@@ -140,7 +140,7 @@ private:
     std::vector<std::uint8_t> row_classes;
   };
 
-  /** \brief What a decoded frame is to change. */
+  /** \brief What learn() has to change for a decoded frame. */
   enum class Change { None, Everything, VoxelsOnly, Emptied };
 
   std::unique_ptr<Models> models_ = std::make_unique<Models>();

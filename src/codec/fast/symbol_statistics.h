@@ -10,13 +10,13 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Intensity values in bins that grow with them: 0..15 have a bin each, above that
- * there are eight bins an octave, and low bits tell the value within the bin. The highest
- * value of all, at which sensors saturate, has a bin of its own. */
+/** \brief Bins of intensity values: 0..15 have one each; above there are eight bins an
+ * octave, and low bits select the value within the bin. The highest value of all, at which
+ * sensors saturate, has a bin of its own. */
 namespace intensity_bins {
 
 constexpr unsigned int exact = 16;
-constexpr unsigned int highest = 113; ///< no bin is above
+constexpr unsigned int highest = 113; ///< the highest bin
 
 /** \brief Number of low bits of a bin, 0..12. */
 constexpr unsigned int
@@ -32,7 +32,7 @@ lowestValue(unsigned int bin)
   return bin < exact ? bin : (8 + bin % 8) << lowBits(bin);
 }
 
-/** \brief The bin of a value, the highest value of all excepted. */
+/** \brief The bin of a value other than the highest value of all. */
 inline unsigned int
 binOf(unsigned int value)
 {
@@ -44,11 +44,11 @@ binOf(unsigned int value)
 
 } // namespace intensity_bins
 
-/** \brief Running mean and mean deviation of a voxel's bins in 16 bits: the mean, in
- * eighths, in the higher ten, the deviation, in eighths, in the lower six. */
+/** \brief Running mean and mean deviation of the bins of a voxel in 16 bits: the mean in the
+ * higher ten, the deviation in the lower six, both in eighths. */
 namespace symbol_statistics {
 
-constexpr unsigned int fraction = 8; ///< 1 in eighths
+constexpr unsigned int fraction = 8; ///< 1, in eighths
 constexpr unsigned int deviation_count = 64;
 constexpr unsigned int mean_count = 1024;
 
@@ -72,7 +72,7 @@ first(unsigned int bin)
   return static_cast<std::uint16_t>(bin * fraction * deviation_count | deviation);
 }
 
-/** \brief The statistics after one more symbol; both move a quarter of the way. */
+/** \brief The statistics after a further symbol; both adapt at a rate of 1/4. */
 constexpr std::uint16_t
 next(std::uint16_t statistics, unsigned int bin)
 {
@@ -86,8 +86,8 @@ next(std::uint16_t statistics, unsigned int bin)
                                     ((clamped - old_deviation + 2) >> 2));
 }
 
-/** \brief The bin that symbol 0 of a voxel's model stands for. Up to a mean of 7 the model
- * has the bins 0..14, above that those around the mean. */
+/** \brief The bin of symbol 0 in the model of a voxel. The fifteen bins of the model are
+ * 0..14 up to a mean of 7, then those around the mean. */
 constexpr unsigned int
 lowestBin(std::uint16_t statistics)
 {
