@@ -10,8 +10,8 @@ namespace io {
 
 namespace {
 
-/** \brief The settings, or the defaults if they are invalid: what is made from those is
- * never used. */
+/** \brief The settings, or the defaults if they are invalid, to construct members that are
+ * then not used. */
 IntensityCompressionSettings
 usableSettings(const IntensityCompressionSettings& settings)
 {
@@ -42,7 +42,7 @@ CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& de
   settings.resolution = resolution;
   settings.depth_law = depth_law;
   CompressionStatus status = checkSettings(settings);
-  // What may throw comes before anything is changed.
+  // May throw, so it comes before the changes.
   Voxelizer voxelizer(usableSettings(settings), unit_);
   settings_ = settings;
   settings_status_ = std::move(status);
@@ -62,11 +62,11 @@ CloudEncoder::voxelize(const PointView& points,
     voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
     return CompressionStatus();
   };
-  const auto give_up = [this] {
+  const auto out_of_memory = [this] {
     encoder_.requestIFrame();
     return outOfMemoryStatus<CompressionStatus>();
   };
-  if (CompressionStatus status = callOrElse(voxelize, give_up); !status.ok())
+  if (CompressionStatus status = callOrElse(voxelize, out_of_memory); !status.ok())
     return status;
   frame.depth_model.reset();
   if (settings_.depth_law && settings_.format == StreamFormat::Version1)

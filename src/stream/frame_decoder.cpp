@@ -73,7 +73,7 @@ public:
     CompressionStatus status = decodeSafely(buffer, frame, work, frame_offset);
     const std::streambuf::off_type end = positionOf(buffer);
     if (begin >= 0 && end > begin)
-      goOnBehind(
+      seekBehindFrame(
           status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
     if (!status.ok()) {
       frame.keys.clear();
@@ -107,7 +107,8 @@ private:
   /** \brief Bytes that may be read again with any limits. */
   static constexpr std::size_t least_allowance = std::size_t{1} << 20;
 
-  /** \brief Decodes the next frame. Catches any exception, as those of the user's buffer. */
+  /** \brief Decodes the next frame. Catches all exceptions, those of the user's buffer
+   * included. */
   CompressionStatus
   decodeSafely(std::streambuf& buffer,
                VoxelFrame& frame,
@@ -124,22 +125,25 @@ private:
                       input_failed);
   }
 
-  /** \brief Moves the buffer to where the next call has to search.
+  /** \brief Moves the buffer to where the next call has to search: after the frame, or to
+   * its second byte if its size may be forged.
+   * \param[in] status of the frame
+   * \param[in,out] buffer after the bytes read
    * \param[in] begin position of the buffer before the call
    * \param[in] consumed bytes read by the call
    * \param[in] frame_offset offset of the frame in them
    */
   void
-  goOnBehind(const CompressionStatus& status,
-             std::streambuf& buffer,
-             std::streambuf::off_type begin,
-             std::size_t consumed,
-             std::size_t frame_offset)
+  seekBehindFrame(const CompressionStatus& status,
+                  std::streambuf& buffer,
+                  std::streambuf::off_type begin,
+                  std::size_t consumed,
+                  std::size_t frame_offset)
   {
     const std::size_t second_byte = frame_offset + 1;
     const std::size_t bytes_read = consumed - skipped_;
     if (mayHideFrames(status.code()) ||
-        (isPassedOver(status.code()) && !continuesWithFrame(buffer)))
+        (isOutOfOrder(status.code()) && !continuesWithFrame(buffer)))
       if (second_byte < consumed &&
           rereads_.take(bytes_read - std::min(bytes_read, second_byte))) {
         seekTo(buffer, begin, second_byte);
@@ -157,7 +161,7 @@ private:
     if (position < 0)
       return true;
     std::array<char, published::magic_size> next{};
-    // Where the buffer throws, the next call reports it.
+    // If the buffer throws, the next call reports it.
     const std::streamsize size =
         callOrElse([&] { return buffer.sgetn(next.data(), next.size()); },
                    [] { return std::streamsize{0}; });
@@ -170,9 +174,9 @@ private:
            begins(published::magic, published::magic_size);
   }
 
-  /** \brief True for failures of frames whose bytes are valid. */
+  /** \brief True for a frame that is old or lacks its reference. */
   static bool
-  isPassedOver(CompressionCode code)
+  isOutOfOrder(CompressionCode code)
   {
     return code == CompressionCode::MissingReference ||
            code == CompressionCode::OldFrame;
@@ -185,11 +189,11 @@ private:
   {
     return code != CompressionCode::Ok && code != CompressionCode::EndOfStream &&
            code != CompressionCode::NoFrame && code != CompressionCode::InputFailed &&
-           !isPassedOver(code);
+           !isOutOfOrder(code);
   }
 
-  /** \brief Read position of a buffer; -1 if it cannot seek, which some buffers report by an
-   * exception. */
+  /** \brief Read position of a buffer; -1 if it cannot seek, for which some buffers throw
+   * an exception. */
   static std::streambuf::off_type
   positionOf(std::streambuf& buffer)
   {
@@ -206,7 +210,7 @@ private:
       buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
                         std::ios_base::in);
     };
-    // A failure is that of a buffer that cannot seek; the status is not changed.
+    // Fails for a buffer that cannot seek; the status is not changed.
     callOrElse(seek, [] {});
   }
 
@@ -306,7 +310,7 @@ private:
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
     };
-    // Releasing is optional.
+    // Without memory for smaller copies the memory stays as it is.
     callOrElse(give_back, [] {});
   }
 

@@ -45,14 +45,14 @@ public:
         encodeFrame(frame, stamp, bytes);
       return status;
     };
-    // Without memory: the coders may have learnt what no decoder will.
-    const auto give_up = [&] {
+    // If memory runs out the state of the coders is undefined.
+    const auto out_of_memory = [&] {
       bytes.clear();
       coders_.clear();
       requestIFrame();
       return outOfMemoryStatus<CompressionStatus>();
     };
-    CompressionStatus status = callOrElse(encode, give_up);
+    CompressionStatus status = callOrElse(encode, out_of_memory);
     if (status.ok())
       followStream(frame);
     return status;
@@ -75,23 +75,25 @@ private:
     if (format_ == StreamFormat::Published) {
       if (stamp)
         return {CompressionCode::InvalidInput,
-                "the published layout carries no cloud header"};
+                "the published layout has no fields for stamp and frame_id"};
       if (frame.intensity_scale != IntensityScale())
         return {CompressionCode::InvalidInput,
-                "the published layout has intensities of 0 to 255 in steps of 1"};
+                "in the published layout intensities must be 0 to 255 in steps of 1"};
     }
     else if (frame.grid.anchor != VoxelGrid().anchor || leavesLattice(frame.grid))
-      return {CompressionCode::InvalidInput,
-              "stream version 1 has a grid anchored at the world origin, within 2^20 "
-              "voxels of it"};
+      return {
+          CompressionCode::InvalidInput,
+          "in stream version 1 the grid must be anchored at the world origin, within "
+          "2^20 voxels of it"};
     if (frame.size() > largest_frame)
       return {CompressionCode::InvalidInput,
-              "a frame of more than 2^24 voxels; it has " +
-                  std::to_string(frame.size())};
+              "the frame has " + std::to_string(frame.size()) +
+                  " voxels; at most 2^24 are supported"};
     if (stamp && stamp->frame_id.size() > max_frame_id_size)
       return {CompressionCode::InvalidInput,
-              "a frame_id of " + std::to_string(stamp->frame_id.size()) +
-                  " bytes is longer than " + std::to_string(max_frame_id_size)};
+              "frame_id has " + std::to_string(stamp->frame_id.size()) +
+                  " bytes; at most " + std::to_string(max_frame_id_size) +
+                  " are supported"};
     return {};
   }
 
@@ -104,15 +106,15 @@ private:
     statistics.voxels = frame.size();
     statistics.is_i_frame = isIFrameDue();
     if (format_ == StreamFormat::Published) {
-      // PCL's empty octree forgets its depth, so a frame without voxels stands alone
-      // and so does the frame behind it; the authors' encoder restarts there, too.
+      // PCL's empty octree loses its depth, so that a frame without voxels and the frame
+      // after it are I-frames, as in the authors' encoder.
       statistics.is_i_frame |=
           frame.grid != published_.grid || frame.keys.empty() || is_last_empty_;
       published::encodeFrame(
           frame, statistics.is_i_frame, published_, bytes, statistics);
     }
     else {
-      statistics.is_i_frame = statistics.is_i_frame || standsAlone(frame, stamp);
+      statistics.is_i_frame = statistics.is_i_frame || needsIFrame(frame, stamp);
       encodeVersion1(frame, stamp, bytes, statistics);
     }
     is_last_empty_ = frame.keys.empty();
@@ -121,7 +123,7 @@ private:
     statistics_ = statistics;
   }
 
-  /** \brief Gives memory back that frames of long ago needed, and the last ones did not. */
+  /** \brief Releases memory that recent frames did not need. */
   void
   followStream(const VoxelFrame& frame)
   {
@@ -133,28 +135,28 @@ private:
     bytes_of_payload_ = std::vector<std::uint8_t>();
     frame_without_model_ = VoxelFrame();
     if (format_ == StreamFormat::Version1)
-      // Without memory for a smaller copy it stays as it is.
+      // Without memory for smaller copies the memory stays as it is.
       callOrElse([this] { coder().giveBackMemory(); }, [] {});
   }
 
-  /** \brief True if a frame cannot be a P-frame, or would be no smaller as one. If not, it
+  /** \brief True if a frame cannot be a P-frame, or would not be smaller as one. If false, it
    * is matched with the history. */
   bool
-  standsAlone(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
+  needsIFrame(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
   {
     if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
         frame.depth_model.has_value() != has_depth_model_)
       return true;
-    // The change of a stamp far from the last one, as of the first in a stream, is too
-    // large for a P-frame's header.
+    // A large change of the stamp, as of the first one in a stream, takes more bytes in a
+    // P-frame's header than the stamp itself.
     constexpr std::int64_t far = std::int64_t{1} << 27;
     if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
       return true;
-    // Behind a moving sensor records pile up, which costs time and memory on both sides.
+    // A moving sensor leaves many records, which take time and memory in both directions.
     if (coder().recordCount() > maxRecords(frame.size()))
       return true;
-    // A history with few of the frame's voxels costs more bytes than it saves. encode()
-    // of a P-frame goes on with what is matched here.
+    // A history with few of the frame's voxels costs more bytes than it saves. The result of
+    // match() is used by encode().
     const std::size_t known = coder().match(work_, frame);
     return frame.size() >= 64 && 4 * known < frame.size();
   }
@@ -165,7 +167,7 @@ private:
     return coders_.of(effort_);
   }
 
-  /** \brief Change of the stamp since the last frame, wrapping round. */
+  /** \brief Change of the stamp since the last frame, modulo 2^64. */
   std::int64_t
   stampChange(const FrameStamp& stamp) const
   {
@@ -216,9 +218,9 @@ private:
     has_depth_model_ = frame.depth_model.has_value();
   }
 
-  /** \brief Encodes the payload; in an I-frame with a depth model also without it, as
-   * where most symbols are saturated and hide the number of points. What is smaller holds
-   * until the next I-frame. */
+  /** \brief Encodes the payload. An I-frame with a depth model is encoded with and without
+   * it, as the model does not help if most symbols are saturated. The smaller variant is
+   * used until the next I-frame. */
   PayloadSizes
   encodePayload(const VoxelFrame& frame, Version1Header& header)
   {
@@ -262,14 +264,14 @@ private:
 
   published::History published_;
 
-  // Of version 1: the frames before.
+  // Version 1: state after the previous frames.
   std::uint32_t frame_number_ = 0;
   std::uint32_t checksum_ = 0;
   VoxelGrid grid_;
   IntensityScale intensity_scale_;
-  bool has_depth_model_ = false;          // was given one
-  bool uses_depth_model_ = false;         // since the last I-frame
-  std::optional<DepthModel> depth_model_; // the decoder's
+  bool has_depth_model_ = false;          // the previous frame
+  bool uses_depth_model_ = false;         // encodePayload() since the last I-frame
+  std::optional<DepthModel> depth_model_; // that a decoder has
   VoxelFrame frame_without_model_;        // member so that its memory is reused
   std::string frame_id_;
   std::uint64_t stamp_ = 0;

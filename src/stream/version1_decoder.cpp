@@ -2,6 +2,7 @@
 
 #include "bytes/checksum.h"
 #include "bytes/exceptions.h"
+#include "codec/frame_failures.h"
 
 #include <utility>
 
@@ -22,13 +23,13 @@ Version1Decoder::decode(ByteSource& source,
   PayloadSizes sizes;
   prepareStamp();
   // If memory runs out the state of the coder is undefined.
-  const auto give_up = [this] {
+  const auto reset = [this] {
     forget();
-    // Without a history old frames do no harm.
+    // Without a history no P-frame lacks its reference because of an old I-frame.
     order_ = FrameOrder(true);
   };
   if (CompressionStatus status =
-          callOrCleanUp([&] { return decodePayload(work, frame, sizes); }, give_up);
+          callOrCleanUp([&] { return decodePayload(work, frame, sizes); }, reset);
       !status.ok())
     return status;
   const auto payload_size = static_cast<std::size_t>(header_.payload_size);
@@ -57,23 +58,17 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
           header_.is_i_frame ? CompressionStatus() : checkOrder(checksum);
       !status.ok()) {
     source.skip(payload_size);
-    return source.failure() == ByteSource::Failure::None ? status : readFailure(source);
+    return source.failure() == ByteSource::Failure::None
+               ? status
+               : failedRead(source, "a payload");
   }
   source.read(payload_size, checked_bytes_);
   memory_taken_ = checked_bytes_.size();
   if (source.failure() != ByteSource::Failure::None)
-    return readFailure(source);
+    return failedRead(source, "a payload");
   if (CompressionStatus status = checkSum(checksum); !status.ok())
     return status;
   return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
-}
-
-CompressionStatus
-Version1Decoder::readFailure(const ByteSource& source)
-{
-  if (source.failure() == ByteSource::Failure::LimitExceeded)
-    return {CompressionCode::LimitExceeded, "frame exceeds the limit on bytes"};
-  return {CompressionCode::Truncated, "the stream ends in a payload"};
 }
 
 CompressionStatus
@@ -83,8 +78,8 @@ Version1Decoder::checkSum(std::uint32_t checksum) const
                       checked_bytes_.data(),
                       checked_bytes_.size()) == checksum)
     return {};
-  return {CompressionCode::Corrupt,
-          "frame " + std::to_string(header_.frame_number) + ": checksum mismatch"};
+  return corruptFrame("checksum mismatch of frame " +
+                      std::to_string(header_.frame_number));
 }
 
 /** \brief Checks that a frame is not old, and that its reference was decoded. */
@@ -92,17 +87,11 @@ CompressionStatus
 Version1Decoder::checkOrder(std::uint32_t checksum)
 {
   if (order_.isOld(header_.frame_number, checksum, header_.is_i_frame))
-    return {CompressionCode::OldFrame,
-            "frame " + std::to_string(header_.frame_number) +
-                " is late or repeated; it was dropped"};
+    return oldFrame(header_.frame_number);
   if (header_.is_i_frame || (has_history_ && header_.frame_number - 1 == frame_number_))
     return {};
-  return {CompressionCode::MissingReference,
-          "P-frame " + std::to_string(header_.frame_number) +
-              " depends on the previous frame; " +
-              (has_history_
-                   ? "the last decoded frame is " + std::to_string(frame_number_)
-                   : "no frame was decoded")};
+  return missingReference(header_.frame_number,
+                          has_history_ ? std::optional(frame_number_) : std::nullopt);
 }
 
 /** \brief Decodes the payload without changing the history. */
@@ -125,18 +114,17 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
                     header_.is_i_frame,
                     frame,
                     sizes))
-    return {CompressionCode::Corrupt,
-            "the payload does not decode to " + std::to_string(header_.voxel_count) +
-                " voxels"};
+    return corruptFrame("the payload does not decode to " +
+                        std::to_string(header_.voxel_count) + " voxels");
   if (!isConsistent(frame)) {
     coder.discard();
-    return {CompressionCode::Corrupt, "the payload has invalid voxels"};
+    return corruptFrame("invalid voxels");
   }
   return {};
 }
 
 /** \brief Sets grid, scale and depth model of a frame.
- * \param[in,out] payload is moved behind the depth model
+ * \param[in,out] payload is moved after the depth model
  */
 CompressionStatus
 Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
@@ -146,15 +134,13 @@ Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
   frame.intensity_scale = is_i_frame ? header_.intensity_scale : intensity_scale_;
   frame.depth_model = is_i_frame ? std::nullopt : depth_model_;
   if (!is_i_frame && header_.effort != effort_)
-    return {CompressionCode::Corrupt,
-            "frame header: a P-frame of another effort than its I-frame"};
+    return corruptFrame("a P-frame of another effort than its I-frame");
   if (!header_.has_depth_model)
     return {};
   if (!is_i_frame && !depth_model_)
-    return {CompressionCode::Corrupt,
-            "frame header: a depth model, but none in the I-frame"};
+    return corruptFrame("a P-frame with a depth model, its I-frame without");
   if (!readDepthModel(payload, frame.depth_model.emplace()))
-    return {CompressionCode::Corrupt, "invalid depth model"};
+    return corruptFrame("invalid depth model");
   payload += depth_model_size;
   return {};
 }

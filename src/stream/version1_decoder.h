@@ -33,7 +33,7 @@ public:
    *
    * A frame that fails does not change the history. An exception does not change it, or
    * drops it until the next I-frame.
-   * \param[in,out] source behind the magic bytes
+   * \param[in,out] source after the magic bytes
    * \param[in,out] work scratch memory
    * \param[out] frame the voxels; unspecified on failure
    * \param[out] statistics of this frame, without its size
@@ -44,7 +44,7 @@ public:
          VoxelFrame& frame,
          CodedFrameStatistics& statistics);
 
-  /** \brief What the last decoded frame carried of a cloud's header, if anything. */
+  /** \brief Stamp and frame_id of the last decoded frame, if it has them. */
   const std::optional<FrameStamp>&
   stamp() const
   {
@@ -59,7 +59,7 @@ public:
     return memory_taken_;
   }
 
-  /** \brief Number of voxels in the history. */
+  /** \brief Number of records in the history. */
   std::size_t
   recordCount() const
   {
@@ -84,9 +84,6 @@ public:
 private:
   CompressionStatus
   readFrame(ByteSource& source, std::uint32_t& checksum);
-
-  static CompressionStatus
-  readFailure(const ByteSource& source);
 
   CompressionStatus
   checkOrder(std::uint32_t checksum);

@@ -3,6 +3,8 @@
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
 #include "bytes/checksum.h"
+#include "bytes/reserve_ahead.h"
+#include "codec/frame_failures.h"
 #include "voxels/grid_fit.h"
 
 #include <cmath>
@@ -16,7 +18,7 @@ namespace {
 
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
-// Without the text of the frame_id.
+// Without the frame_id.
 constexpr std::size_t most_header_bytes = 96;
 
 enum Flag : std::uint8_t {
@@ -26,17 +28,11 @@ enum Flag : std::uint8_t {
   frame_id_flag = 8
 };
 
-// Added to the bits of a companded scale, whose range follows.
+// Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
 
-// The effort is above the flags.
+// The effort is in the bits above the flags.
 constexpr unsigned int effort_shift = 4;
-
-CompressionStatus
-corrupt(const std::string& what)
-{
-  return {CompressionCode::Corrupt, "frame header: " + what};
-}
 
 std::uint8_t
 flagsOf(const Version1Header& header)
@@ -104,13 +100,12 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   grid.depth = source.u8();
   if (source.failure() != ByteSource::Failure::None)
     return {};
-  if (!(grid.resolution >= smallest_resolution &&
-        grid.resolution <= largest_resolution))
-    return corrupt("resolution outside 1e-6 to 1e6 m");
+  if (CompressionStatus status = checkResolution(grid.resolution); !status.ok())
+    return status;
   if (grid.depth < 1 || grid.depth > max_grid_depth)
-    return corrupt("grid depth outside 1 to 21");
+    return corruptFrame("grid depth outside 1 to 21");
   if (leavesLattice(grid))
-    return corrupt("grid outside the lattice");
+    return corruptFrame("grid outside the lattice");
   return {};
 }
 
@@ -126,11 +121,11 @@ readIntensityScale(ByteSource& source, IntensityScale& scale)
   if (source.failure() == ByteSource::Failure::None &&
       (!std::isfinite(scale.offset) || !std::isfinite(scale.step) ||
        !(scale.step > 0.0f) || scale.bits < 1 || scale.bits > 16))
-    return corrupt("invalid intensity scale");
-  // A scale whose levels are single numbers must be written as linear.
+    return corruptFrame("invalid intensity scale");
+  // A scale whose levels are single numbers has to be written as linear.
   if (source.failure() == ByteSource::Failure::None && is_companded &&
       scale.companded_range <= scale.maxSymbol())
-    return corrupt("companded scale with too small a range");
+    return corruptFrame("companded scale with too small a range");
   return {};
 }
 
@@ -139,7 +134,7 @@ readFrameId(ByteSource& source, std::string& frame_id)
 {
   const std::uint64_t size = source.varint();
   if (source.failure() == ByteSource::Failure::None && size > max_frame_id_size)
-    return corrupt("frame_id too long");
+    return corruptFrame("frame_id too long");
   for (std::uint64_t i = 0; i < size && source.failure() == ByteSource::Failure::None;
        ++i)
     frame_id.push_back(static_cast<char>(source.u8()));
@@ -170,18 +165,17 @@ readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 CompressionStatus
 checkFields(const Version1Header& header, const DecoderLimits& limits)
 {
-  if (header.voxel_count > limits.max_voxels)
-    return {CompressionCode::LimitExceeded,
-            "frame header: " + std::to_string(header.voxel_count) +
-                " voxels exceed the limit of " + std::to_string(limits.max_voxels)};
+  if (CompressionStatus status = checkVoxelCount(header.voxel_count, limits);
+      !status.ok())
+    return status;
   if (header.payload_size > limits.max_frame_bytes)
     return {CompressionCode::LimitExceeded,
             "frame header: payload exceeds the limit of " +
                 std::to_string(limits.max_frame_bytes) + " bytes"};
   if (!header.is_i_frame && header.stamp == std::numeric_limits<std::int64_t>::min())
-    return corrupt("invalid difference of stamps");
+    return corruptFrame("invalid difference of stamps");
   if (header.payload_size < (header.has_depth_model ? depth_model_size : 0))
-    return corrupt("payload smaller than its depth model");
+    return corruptFrame("payload smaller than its depth model");
   return {};
 }
 
@@ -218,11 +212,8 @@ writeVersion1Frame(const Version1Header& header,
                    std::vector<std::uint8_t>& bytes)
 {
   const std::size_t begin = bytes.size();
-  // With a reserve, so that a stream soon needs no reallocation.
-  const std::size_t end =
-      begin + most_header_bytes + header.frame_id.size() + payload.size();
-  if (bytes.capacity() < end)
-    bytes.reserve(end + end / 4);
+  reserveAhead(bytes,
+               begin + most_header_bytes + header.frame_id.size() + payload.size());
   ByteWriter writer(bytes);
   writer.raw(version1_magic, version1_magic_size);
   writer.u8(version);
@@ -256,7 +247,7 @@ readVersion1Header(ByteSource& source,
   source.recordTo(&checked_bytes);
   const std::uint8_t flags = source.u8();
   if (flags >> effort_shift > static_cast<int>(Effort::Small))
-    return corrupt("unknown flags");
+    return corruptFrame("unknown flags");
   header.effort = static_cast<Effort>(flags >> effort_shift);
   header.is_i_frame = (flags & i_frame_flag) != 0;
   header.has_depth_model = (flags & depth_model_flag) != 0;
@@ -264,11 +255,9 @@ readVersion1Header(ByteSource& source,
   if (status.ok() && source.failure() == ByteSource::Failure::None)
     status = checkFields(header, limits);
   source.recordTo(nullptr);
-  if (source.failure() == ByteSource::Failure::EndOfInput)
-    return {CompressionCode::Truncated, "the stream ends in a frame header"};
-  if (source.failure() == ByteSource::Failure::LimitExceeded)
-    return {CompressionCode::LimitExceeded, "frame exceeds the limit on bytes"};
-  return status;
+  return source.failure() != ByteSource::Failure::None
+             ? failedRead(source, "a frame header")
+             : status;
 }
 
 } // namespace io

@@ -56,7 +56,7 @@ readDepthModel(const std::uint8_t* bytes, DepthModel& model);
 
 /** \brief Writes a complete frame: header, payload and the checksum of both.
  * \param[in] header with the size of the payload
- * \param[in] payload the bytes behind the header
+ * \param[in] payload the bytes after the header
  * \param[in] reference_checksum checksum of the frame that this one depends on, 0 for
  * an I-frame; not written, but included in the checksum, so that a P-frame is not accepted
  * as the successor of another frame of the same number
@@ -70,11 +70,11 @@ writeVersion1Frame(const Version1Header& header,
                    std::vector<std::uint8_t>& bytes);
 
 /** \brief Reads and checks a frame header after the magic bytes.
- * \param[in,out] source behind the magic bytes
+ * \param[in,out] source after the magic bytes
  * \param[in] limits bounds on time and memory
  * \param[out] header the fields
  * \param[out] checksum the checksum in the header
- * \param[out] checked_bytes all bytes of the header behind the checksum
+ * \param[out] checked_bytes all bytes of the header after the checksum
  */
 CompressionStatus
 readVersion1Header(ByteSource& source,

@@ -30,7 +30,7 @@ struct InvalidFile {
 const std::vector<InvalidFile> files{
     {"ends_in_header", CompressionCode::Truncated, "ends in a frame header"},
     {"ends_in_payload", CompressionCode::Truncated, "ends in a payload"},
-    {"wrong_checksum", CompressionCode::Corrupt, "frame 1: checksum mismatch"},
+    {"wrong_checksum", CompressionCode::Corrupt, "checksum mismatch of frame 1"},
     {"unknown_version", CompressionCode::UnsupportedVersion, "stream version 2"},
     {"unknown_coder", CompressionCode::Corrupt, "unknown flags"},
     {"p_frame_alone", CompressionCode::MissingReference, "no frame was decoded"},

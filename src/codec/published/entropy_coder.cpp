@@ -37,7 +37,7 @@ makeTable(const std::vector<std::uint8_t>& symbols)
 /** \brief The interval that encoder and decoder narrow with each symbol. */
 class Range {
 public:
-  /** \brief Size of one count of a table's total. */
+  /** \brief Width of a frequency of 1. */
   std::uint32_t
   unit(std::uint32_t total) const
   {
@@ -51,8 +51,8 @@ public:
     size_ = unit * frequency;
   }
 
-  /** \brief True while the first byte of the interval is settled, or the interval has
-   * become so small that it must be cut off at the next carry. */
+  /** \brief True while the first byte is the same in the whole interval. An interval that is
+   * too small without that is cut off at the next carry. */
   bool
   hasByte()
   {
@@ -97,15 +97,15 @@ isTable(const CumulativeTable& table)
 
 /** \brief False if no row of that many symbols has the table.
  *
- * A table that was not scaled has the count of each symbol that occurs, and 1 for each
- * that does not. A scaled one has a total of at least bottom / 2, and less than 256 of
- * the total before scaling were of symbols that do not occur.
+ * In a table that was not scaled the frequency of a symbol is its count, or 1 if it does not
+ * occur. A scaled table has a total of at least bottom / 2, and before scaling symbols that
+ * do not occur contributed less than 256 to the total.
  */
 bool
 allowsCount(const CumulativeTable& table, std::size_t count)
 {
   const std::uint32_t total = table[alphabet_size];
-  std::uint32_t certain = 0; // counts of symbols that occur for certain
+  std::uint32_t certain = 0; // counts of symbols that must occur
   for (unsigned int s = 0; s < alphabet_size; ++s)
     if (table[s + 1] - table[s] > 1)
       certain += table[s + 1] - table[s];
@@ -113,7 +113,7 @@ allowsCount(const CumulativeTable& table, std::size_t count)
          (total >= bottom / 2 && count > bottom - alphabet_size);
 }
 
-/** \brief For each number below the total the symbol whose range it is in. */
+/** \brief For each number below the total, the symbol whose range contains it. */
 std::vector<std::uint8_t>
 symbolOfCount(const CumulativeTable& table)
 {

@@ -10,26 +10,28 @@ namespace pcl_ext {
 namespace io {
 namespace published {
 
-/** \brief Appends bytes, coded as pcl::StaticRangeCoder::encodeCharVectorToStream codes
- * them: 257 cumulative frequencies of four bytes, then a carryless range coder's
- * output.
+/** \brief Encodes symbols as pcl::StaticRangeCoder::encodeCharVectorToStream does: 257
+ * cumulative frequencies of four bytes, then the output of a carryless range coder.
  *
- * Not PCL's own coder, which does not check what it reads, and needs PCL's io module. The
- * bytes are the same.
+ * PCL's coder writes the same bytes, but does not check what it reads, and needs PCL's io
+ * module.
+ * \param[in] symbols any number of them, which is not coded
+ * \param[in,out] bytes where to append
  */
 void
 encodeStaticRange(const std::vector<std::uint8_t>& symbols,
                   std::vector<std::uint8_t>& bytes);
 
-/** \brief Reads back what encodeStaticRange, or PCL, wrote.
+/** \brief Inverse of encodeStaticRange.
  *
- * PCL writes no checksum. Instead the redundancy is checked: the table must be the one
- * that an encoder derives from these symbols, and the last four bytes must be the end of
- * the range. A count that contradicts the table is refused before any symbol is decoded.
- * \param[in,out] source where to read; its failure() tells if the bytes ended
- * \param[in] count number of symbols, checked by the caller against its limits
+ * The layout has no checksum, but redundancy, which is checked: the frequencies have to be
+ * those of the decoded symbols, and the last four bytes the end of the range. A count that
+ * does not fit the frequencies is refused before any symbol is decoded.
+ * \param[in,out] source where to read; after false its failure() distinguishes too few bytes
+ * from invalid ones
+ * \param[in] count number of symbols, within the caller's limits
  * \param[out] symbols the symbols
- * \return false if no encoder writes these bytes, or they ended
+ * \return false if there are too few bytes, or an encoder does not write them
  */
 bool
 decodeStaticRange(ByteSource& source,

@@ -7,6 +7,7 @@
 
 #include "bytes/byte_source.h"
 #include "codec/frame_order.h"
+#include "codec/published/frame_header.h"
 #include "codec/published/occupancy_tree.h"
 
 #include <cstdint>
@@ -16,11 +17,7 @@ namespace pcl_ext {
 namespace io {
 namespace published {
 
-/** \brief The six bytes that a frame of the published layout begins with. */
-constexpr char magic[] = "<HEAD>";
-constexpr std::size_t magic_size = sizeof(magic) - 1;
-
-/** \brief The last frame that was coded, which the next P-frame is a difference to. */
+/** \brief The last coded frame, which the next P-frame is coded relative to. */
 struct History {
   bool has_frame = false;
   std::uint32_t frame_number = 0; // of the last frame; the first frame is 1
@@ -32,9 +29,9 @@ struct History {
  * (doc/bitstream.md, "The published layout").
  * \param[in] frame intensities of 8 bits
  * \param[in] is_i_frame false only if the history holds a frame of the same grid
- * \param[in,out] history the frame before this one; becomes this frame, and stays
- * untouched if memory runs out
- * \param[out] bytes where to append
+ * \param[in,out] history the previous frame; replaced by this frame, and unchanged if
+ * memory runs out
+ * \param[in,out] bytes the frame is appended
  * \param[out] statistics of this frame
  */
 void
@@ -44,11 +41,11 @@ encodeFrame(const VoxelFrame& frame,
             std::vector<std::uint8_t>& bytes,
             CodedFrameStatistics& statistics);
 
-/** \brief Reads a frame, of which the magic bytes have been read.
- * \param[in,out] source behind the magic bytes
- * \param[in] limits what decoding may cost
- * \param[in,out] history the frame before this one; becomes this frame on success and
- * stays untouched otherwise, also if memory runs out or the source throws
+/** \brief Reads a frame after the magic bytes.
+ * \param[in,out] source after the magic bytes
+ * \param[in] limits bounds on time and memory
+ * \param[in,out] history the previous frame; replaced by this frame on success, and
+ * unchanged otherwise, also if memory runs out or the source throws
  * \param[in,out] order of the stream's frames
  * \param[out] frame the voxels; unspecified on failure
  * \param[out] statistics of this frame, without its size

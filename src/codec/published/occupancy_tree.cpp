@@ -9,7 +9,7 @@ namespace published {
 
 namespace {
 
-/** \brief Makes the parents of ascending children. */
+/** \brief Builds the parents of ascending children. */
 void
 buildParents(const std::vector<std::uint64_t>& children, OccupancyLevel& parents)
 {
@@ -59,7 +59,7 @@ OccupancyTree::build(const std::vector<std::uint64_t>& keys, unsigned int depth)
 std::size_t
 maxBranchNodes(std::uint64_t voxels, unsigned int depth)
 {
-  // In 64 bits on every machine.
+  // With 64 bits on every machine.
   constexpr std::uint64_t few = std::uint64_t{1} << 20;
   voxels = std::min(voxels, std::uint64_t{1} << 40);
   const std::uint64_t nodes =

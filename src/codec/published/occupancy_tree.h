@@ -14,7 +14,7 @@ namespace pcl_ext {
 namespace io {
 namespace published {
 
-/** \brief The branch nodes of one level of an octree, in Morton order. */
+/** \brief Branch nodes of one level of an octree, in Morton order. */
 struct OccupancyLevel {
   std::vector<std::uint64_t> nodes;    ///< upper bits of the voxels' Morton keys
   std::vector<std::uint8_t> occupancy; ///< bit i set: child i is occupied
@@ -40,22 +40,23 @@ struct OccupancyLevel {
   }
 };
 
-/** \brief An octree as its levels of occupancy bytes, without pointers.
+/** \brief An octree as levels of occupancy bytes, without pointers.
  *
- * Level 0 is the root alone; the children on the last level are voxels. An empty octree
- * has no nodes at all.
+ * Level 0 is the root; the children on the last level are voxels. An empty octree has no
+ * nodes.
  */
 class OccupancyTree {
 public:
-  /** \brief Makes the octree of a set of voxels.
+  /** \brief Builds the octree of a set of voxels.
    * \param[in] keys Morton keys, strictly ascending, below 8^depth
    * \param[in] depth number of levels, 1..max_grid_depth
    */
   void
   build(const std::vector<std::uint64_t>& keys, unsigned int depth);
 
-  /** \brief An octree of a number of levels, all of them empty; to be filled from the
-   * top. */
+  /** \brief Empties the octree; nodes may then be added to its levels.
+   * \param[in] depth number of levels, 1..max_grid_depth
+   */
   void
   reset(unsigned int depth);
 
@@ -82,14 +83,14 @@ private:
   std::array<OccupancyLevel, max_grid_depth> levels_;
 };
 
-/** \brief The most branch nodes that a decoder accepts in a frame of so many voxels: one a
- * level for each voxel while voxels are few, two each on average when they are many; and
- * one more a level for the branch without voxels that PCL may have grown an octree from. */
+/** \brief The most branch nodes that a decoder accepts in a frame of so many voxels: for each
+ * of up to 2^20 voxels one a level, for each further voxel two; and one more a level for the
+ * branch without voxels that remains where PCL enlarged an octree. */
 std::size_t
 maxBranchNodes(std::uint64_t voxels, unsigned int depth);
 
-/** \brief Tells the occupancy of nodes of a level, which are asked for in ascending order;
- * 0 for a node that is not there. */
+/** \brief Looks up the occupancy of nodes of a level in ascending order; 0 for a node that
+ * does not exist. */
 class OccupancyCursor {
 public:
   OccupancyCursor() = default;

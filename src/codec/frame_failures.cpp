@@ -1,0 +1,57 @@
+#include "codec/frame_failures.h"
+
+#include <pcl_ext/compression/voxel_grid.h>
+
+namespace pcl_ext {
+namespace io {
+
+CompressionStatus
+corruptFrame(const std::string& what)
+{
+  return {CompressionCode::Corrupt, "corrupt frame: " + what};
+}
+
+CompressionStatus
+oldFrame(std::uint32_t number)
+{
+  return {CompressionCode::OldFrame,
+          "frame " + std::to_string(number) + " is late or repeated; it was dropped"};
+}
+
+CompressionStatus
+missingReference(std::uint32_t number, const std::optional<std::uint32_t>& last_number)
+{
+  return {CompressionCode::MissingReference,
+          "P-frame " + std::to_string(number) + " depends on the previous frame; " +
+              (last_number ? "the last decoded frame is " + std::to_string(*last_number)
+                           : "no frame was decoded")};
+}
+
+CompressionStatus
+failedRead(const ByteSource& source, const std::string& part)
+{
+  if (source.failure() == ByteSource::Failure::LimitExceeded)
+    return {CompressionCode::LimitExceeded, "frame exceeds the limit on bytes"};
+  return {CompressionCode::Truncated, "the stream ends in " + part};
+}
+
+CompressionStatus
+checkVoxelCount(std::uint64_t count, const DecoderLimits& limits)
+{
+  if (count <= limits.max_voxels)
+    return {};
+  return {CompressionCode::LimitExceeded,
+          "frame header: " + std::to_string(count) + " voxels exceed the limit of " +
+              std::to_string(limits.max_voxels)};
+}
+
+CompressionStatus
+checkResolution(double resolution)
+{
+  if (resolution >= smallest_resolution && resolution <= largest_resolution)
+    return {};
+  return corruptFrame("resolution outside 1e-6 to 1e6 m");
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,48 @@
+/** \file
+ * \brief Statuses of frames that cannot be decoded, worded alike for both formats.
+ */
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/status.h>
+
+#include "bytes/byte_source.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+CompressionStatus
+corruptFrame(const std::string& what);
+
+/** \brief A late or repeated frame. */
+CompressionStatus
+oldFrame(std::uint32_t number);
+
+/** \brief A P-frame whose previous frame was not decoded.
+ * \param[in] number of the P-frame
+ * \param[in] last_number of the last decoded frame, if there is one
+ */
+CompressionStatus
+missingReference(std::uint32_t number, const std::optional<std::uint32_t>& last_number);
+
+/** \brief A read beyond the end of the input or beyond the limit on bytes.
+ * \param[in] source whose read failed
+ * \param[in] part of the frame in which it failed, with its article
+ */
+CompressionStatus
+failedRead(const ByteSource& source, const std::string& part);
+
+/** \brief Checks the number of voxels that a header declares. */
+CompressionStatus
+checkVoxelCount(std::uint64_t count, const DecoderLimits& limits);
+
+/** \brief Checks the voxel edge that a header declares. */
+CompressionStatus
+checkResolution(double resolution);
+
+} // namespace io
+} // namespace pcl_ext
