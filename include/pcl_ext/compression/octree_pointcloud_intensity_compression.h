@@ -1,9 +1,8 @@
 #pragma once
 
-#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/impl/cloud_streams.h>
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -14,7 +13,6 @@
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/memory.h>
 
-#include <cstdint>
 #include <iosfwd>
 #include <type_traits>
 #include <vector>
@@ -166,8 +164,8 @@ public:
 
   /** \brief Encodes the next cloud of the stream.
    *
-   * Points that are not finite, lie outside settings.bounding_box or further than 2^20
-   * voxels from the origin are counted and left out.
+   * Points that are not finite, outside settings.bounding_box or more than 2^20 voxels from
+   * the origin are counted and left out.
    * \param[in] cloud in the frame of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
    * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed or
@@ -182,7 +180,7 @@ public:
    * settings.decoder_limits. Bytes before the frame are skipped. If no frame is decoded, the
    * cloud is empty and the history unchanged, so that decoding recovers at the latest with
    * the next I-frame.
-   * \param[in,out] compressed_cloud where to read; positioned behind the frame afterwards.
+   * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
    * pointer gets a cloud
@@ -202,25 +200,25 @@ public:
   initialization()
   {}
 
-  /** \brief Makes the next encoded frame an I-frame, for a receiver that lost one. */
+  /** \brief Makes the next encoded frame an I-frame, for a receiver that lost a frame. */
   void
   requestIFrame()
   {
-    encoder_.requestIFrame();
+    streams_.requestIFrame();
   }
 
   /** \brief Statistics of the frame that was encoded or decoded last. */
   const FrameStatistics&
   getStatistics() const
   {
-    return statistics_;
+    return streams_.statistics();
   }
 
   /** \brief The settings in force, those of a profile included. */
   const IntensityCompressionSettings&
   getSettings() const
   {
-    return settings_;
+    return streams_.settings();
   }
 
   /** \brief The model that computes the intensity of a point. */
@@ -235,13 +233,13 @@ public:
   const VoxelFrame&
   getVoxelFrame() const
   {
-    return frame_;
+    return streams_.frame();
   }
 
 private:
   static_assert(detail::IsIntensityModel<IntensityModelT>::value,
-                "the second template argument is the intensity model; those that PCL's "
-                "class has there, leaf, branch and octree, follow it");
+                "the second template argument must be an intensity model; leaf, branch "
+                "and octree follow it");
 
   CompressionStatus
   encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
@@ -249,27 +247,18 @@ private:
   void
   finishFrame(const char* title)
   {
-    if (settings_.retain_octree)
+    if (getSettings().retain_octree)
       retainOctree();
-    if (settings_.show_statistics)
-      detail::printStatistics(title, statistics_);
+    streams_.showStatistics(title);
   }
 
   void
   retainOctree();
 
-  IntensityCompressionSettings settings_;
   IntensityModelT intensity_model_;
-  CloudEncoder encoder_;
-  FrameDecoder decoder_;
-  FrameStatistics statistics_;
+  detail::CloudStreams streams_;
   PointCloudPtr output_;
-
-  // Members so that their memory is reused.
-  VoxelFrame frame_;
-  std::vector<float> intensities_;
-  std::optional<FrameStamp> stamp_; // of what is encoded
-  std::vector<std::uint8_t> bytes_;
+  std::vector<float> intensities_; // a member so that its memory is reused
 };
 
 } // namespace io

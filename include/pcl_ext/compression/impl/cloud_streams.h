@@ -1,0 +1,114 @@
+/** \file
+ * \brief The part of OctreePointCloudIntensityCompression that does not depend on its
+ * template arguments.
+ */
+#pragma once
+
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/rigid_pose.h>
+#include <pcl_ext/status.h>
+
+#include <pcl/PCLHeader.h>
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace detail {
+
+/** \brief One stream of clouds in each direction, written to and read from iostreams. */
+class PCL_EXT_EXPORT CloudStreams {
+public:
+  /** \param[in] settings checked here; if they are invalid, encode() and decode() fail
+   * \param[in] model_law depth law of the intensity model, if its intensities depend on
+   * the depth; it replaces that of the settings
+   * \param[in] unit unit of the point intensities
+   */
+  CloudStreams(const IntensityCompressionSettings& settings,
+               const std::optional<DepthLaw>& model_law,
+               IntensityUnit unit);
+
+  const IntensityCompressionSettings&
+  settings() const
+  {
+    return settings_;
+  }
+
+  /** \brief Statistics of the frame that was encoded or decoded last. */
+  const FrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+  /** \brief The voxels that were encoded or decoded last. */
+  const VoxelFrame&
+  frame() const
+  {
+    return frame_;
+  }
+
+  void
+  setResolution(double resolution, const std::optional<DepthLaw>& model_law);
+
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  /** \brief InvalidSettings, InvalidInput without a cloud, or OutputFailed for an output
+   * that cannot be written. */
+  CompressionStatus
+  checkEncoding(bool has_cloud, const std::ostream& output) const;
+
+  /** \brief Encodes the next cloud.
+   * \param[in] points the cloud
+   * \param[in] sensor_pose sensor -> cloud, metres
+   * \param[in] header of the cloud; coded if the settings say so
+   * \param[in,out] output may be set to throw
+   */
+  CompressionStatus
+  encode(const PointView& points,
+         const SensorPose& sensor_pose,
+         const pcl::PCLHeader& header,
+         std::ostream& output);
+
+  /** \brief Decodes the next frame. Sets the input's end and fail bits at its end, as a
+   * read does.
+   * \param[in,out] input may be set to throw
+   */
+  CompressionStatus
+  decode(std::istream& input);
+
+  /** \brief Sets stamp and frame_id to those of the last decoded frame, if it has them. */
+  void
+  copyStampTo(pcl::PCLHeader& header) const;
+
+  /** \brief Prints the statistics through PCL's console, if the settings say so. */
+  void
+  showStatistics(const char* title) const;
+
+private:
+  IntensityCompressionSettings settings_;
+  CloudEncoder encoder_;
+  FrameDecoder decoder_;
+  FrameStatistics statistics_;
+  // Members so that their memory is reused.
+  VoxelFrame frame_;
+  std::optional<FrameStamp> stamp_; // of the encoded cloud
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace detail
+} // namespace io
+} // namespace pcl_ext

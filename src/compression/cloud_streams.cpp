@@ -1,0 +1,168 @@
+#include <pcl_ext/compression/impl/cloud_streams.h>
+
+#include <pcl/console/print.h>
+
+#include <exception>
+#include <istream>
+#include <ostream>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+namespace detail {
+
+namespace {
+
+IntensityCompressionSettings
+withDepthLaw(const IntensityCompressionSettings& settings,
+             const std::optional<DepthLaw>& model_law)
+{
+  IntensityCompressionSettings with_law = settings;
+  if (model_law)
+    with_law.depth_law = model_law;
+  return with_law;
+}
+
+CompressionStatus
+writeFrame(const std::vector<std::uint8_t>& bytes, std::ostream& output)
+{
+  bool is_written = false;
+  try {
+    output.write(reinterpret_cast<const char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size()));
+    output.flush();
+    is_written = output.good();
+  }
+  catch (const std::exception&) {
+    // An output that is set to throw; the status reports the failure.
+  }
+  if (is_written)
+    return {};
+  return {CompressionCode::OutputFailed,
+          "writing a frame of " + std::to_string(bytes.size()) +
+              " bytes to the output stream failed"};
+}
+
+CompressionStatus
+readFrame(std::istream& input, FrameDecoder& decoder, VoxelFrame& frame)
+{
+  if (input.rdbuf() == nullptr)
+    return {CompressionCode::InputFailed, "the input stream has no buffer"};
+  CompressionStatus status = decoder.decode(*input.rdbuf(), frame);
+  if (status.code() == CompressionCode::EndOfStream ||
+      status.code() == CompressionCode::NoFrame) {
+    try {
+      input.setstate(std::ios_base::eofbit | std::ios_base::failbit);
+    }
+    catch (const std::exception&) {
+      // An input that is set to throw; the bits are set nevertheless.
+    }
+  }
+  return status;
+}
+
+} // namespace
+
+CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
+                           const std::optional<DepthLaw>& model_law,
+                           IntensityUnit unit)
+: settings_(settings)
+, encoder_(withDepthLaw(settings, model_law), unit)
+, decoder_(settings.decoder_limits)
+{}
+
+void
+CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& model_law)
+{
+  encoder_.setResolution(resolution, model_law ? model_law : settings_.depth_law);
+  settings_.resolution = resolution;
+}
+
+CompressionStatus
+CloudStreams::checkEncoding(bool has_cloud, const std::ostream& output) const
+{
+  if (!encoder_.settingsStatus().ok())
+    return encoder_.settingsStatus();
+  if (!has_cloud)
+    return {CompressionCode::InvalidInput, "the cloud to encode is a null pointer"};
+  if (!output.good())
+    return {CompressionCode::OutputFailed,
+            "the output stream is in a failed state; clear() resets it"};
+  return {};
+}
+
+CompressionStatus
+CloudStreams::encode(const PointView& points,
+                     const SensorPose& sensor_pose,
+                     const pcl::PCLHeader& header,
+                     std::ostream& output)
+{
+  if (CompressionStatus status =
+          encoder_.voxelize(points, sensor_pose.cast<double>(), frame_);
+      !status.ok())
+    return status;
+  if (settings_.carry_header) {
+    if (!stamp_)
+      stamp_.emplace();
+    stamp_->stamp = header.stamp;
+    stamp_->frame_id = header.frame_id;
+  }
+  if (CompressionStatus status = encoder_.encode(frame_, stamp_, bytes_); !status.ok())
+    return status;
+  statistics_ = encoder_.statistics();
+  return writeFrame(bytes_, output);
+}
+
+CompressionStatus
+CloudStreams::decode(std::istream& input)
+{
+  if (!encoder_.settingsStatus().ok())
+    return encoder_.settingsStatus();
+  CompressionStatus status = readFrame(input, decoder_, frame_);
+  if (status.ok())
+    statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
+  return status;
+}
+
+void
+CloudStreams::copyStampTo(pcl::PCLHeader& header) const
+{
+  if (!decoder_.stamp())
+    return;
+  header.stamp = decoder_.stamp()->stamp;
+  header.frame_id = decoder_.stamp()->frame_id;
+}
+
+void
+CloudStreams::showStatistics(const char* title) const
+{
+  if (!settings_.show_statistics)
+    return;
+  const CodedFrameStatistics& coding = statistics_.coding;
+  PCL_INFO("*** POINTCLOUD %s ***\n", title);
+  PCL_INFO("Frame ID: %u\n", coding.frame_number);
+  PCL_INFO("Frame type: %s\n", coding.is_i_frame ? "Intra frame" : "Prediction frame");
+  if (statistics_.voxelization.points > 0) {
+    const VoxelizationStatistics& voxelization = statistics_.voxelization;
+    PCL_INFO("Number of points: %zu, of these not finite: %zu, outside the box: %zu, "
+             "outside the grid: %zu\n",
+             voxelization.points,
+             voxelization.points_not_finite,
+             voxelization.points_outside_box,
+             voxelization.points_outside_grid);
+    PCL_INFO("Compression ratio to 16 bytes a point: %.2f\n",
+             statistics_.compressionRatio());
+  }
+  PCL_INFO("Number of voxels: %zu\n", coding.voxels);
+  PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
+           "%zu)\n",
+           coding.bytes,
+           coding.header_bytes,
+           coding.occupancy_bytes,
+           coding.intensity_bytes);
+  PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
+}
+
+} // namespace detail
+} // namespace io
+} // namespace pcl_ext
