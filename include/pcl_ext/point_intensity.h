@@ -61,7 +61,7 @@ setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intens
 }
 
 /** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
- * \param[in] cloud has to stay as it is while the view is used
+ * \param[in] cloud must not change while the view is used
  */
 template <typename PointT>
 io::PointView

@@ -79,8 +79,8 @@ enum class CompressionCode {
   LimitExceeded,      ///< decoding would exceed a limit of DecoderLimits
   MissingReference,   ///< the frame depends on a frame that was not decoded
   InputFailed,        ///< the input stream failed while decoding
-  OldFrame,           ///< a late or repeated frame; it was dropped, the stream goes on
-  OutOfMemory         ///< memory ran out; the stream goes on with the next I-frame
+  OldFrame,           ///< a late or repeated frame, which was dropped
+  OutOfMemory         ///< memory ran out; the stream continues with the next I-frame
 };
 
 /** \brief Outcome of encoding or decoding a frame, returned where PCL returns void. */

@@ -20,7 +20,7 @@ public:
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 4; ++column)
         matrix_[row][column] = LanesT::all(move.rows[row][column]);
-      // Points within these are also finite.
+      // Clamped, so that points within the box are also finite.
       min_[row] = LanesT::all(std::max(move.min[row], -largest));
       max_[row] = LanesT::all(std::min(move.max[row], largest));
     }
@@ -44,7 +44,7 @@ public:
     Floats zeros = LanesT::all(0.0f);
     Ints is_kept = LanesT::all(-1);
     for (std::size_t row = 0; row < 3; ++row) {
-      // In the order in which Eigen multiplies a matrix and a vector.
+      // In the order of Eigen's product of matrix and vector.
       place[row] = LanesT::add(
           LanesT::add(LanesT::add(LanesT::multiply(matrix_[row][0], point[0]),
                                   LanesT::multiply(matrix_[row][1], point[1])),
@@ -57,7 +57,7 @@ public:
     }
     const Ints is_finite = LanesT::lessOrEqual(zeros, LanesT::all(0.0f));
     if constexpr (lanes == 4)
-      finite_ = LanesT::subtract(finite_, is_finite); // -1 where it is
+      finite_ = LanesT::subtract(finite_, is_finite); // -1 in lanes of finite points
     else
       finite_points_ += LanesT::bitsOf(is_finite) & 1;
     const unsigned int kept = LanesT::bitsOf(is_kept) & wanted;
@@ -87,7 +87,7 @@ private:
     LanesT::transpose(place[0], place[1], place[2], place[3]);
     std::array<float, 4> depths;
     LanesT::store(depth, depths.data());
-    // Always written, and counted if kept: a branch would be mispredicted too often.
+    // Without a branch, which would be mispredicted: written in any case, counted if kept.
     std::size_t count = moved_.count;
     for (std::uint32_t lane = 0; lane < lanes; ++lane) {
       LanesT::store(place[lane], output_ + count * moved_point_floats);
@@ -101,8 +101,8 @@ private:
   Floats matrix_[3][4];
   Floats min_[3];
   Floats max_[3];
-  Ints finite_ = LanesT::all(0); // points in each lane; those moved one at a time:
-  std::size_t finite_points_ = 0;
+  Ints finite_ = LanesT::all(0);  // number of finite points by lane
+  std::size_t finite_points_ = 0; // of those moved one at a time
   float* output_;
   MovedPoints& moved_;
 };
@@ -118,7 +118,7 @@ movePointsWith(const PointBytes& points,
 {
   PointMover<LanesT> mover(move, output, moved);
   std::size_t i = 0;
-  // Quads read a float behind z, which the last point need not have.
+  // Quads read a float after z, which the last point may not have.
   for (; i + 4 < points.count; i += 4)
     mover.template moveQuad<4>(
         points.first + i * points.stride, points.stride, static_cast<std::uint32_t>(i));

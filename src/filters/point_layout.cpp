@@ -58,7 +58,7 @@ checkField(const pcl::PCLPointCloud2& cloud, const pcl::PCLPointField& field)
     return {PreprocessingCode::InvalidField,
             "field '" + field.name + "' has the unknown datatype " +
                 std::to_string(field.datatype)};
-  // Some writers leave the count of a single number at 0.
+  // Some programs write a count of 0 for a single number.
   if (field.count > 1)
     return {PreprocessingCode::InvalidField,
             "field '" + field.name + "' holds " + std::to_string(field.count) +
@@ -82,13 +82,13 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
   if (width == 0 || height == 0)
     return {};
   if (cloud.point_step == 0)
-    return invalidLayout("a point has no bytes");
+    return invalidLayout("point_step is 0");
   if (cloud.is_bigendian != static_cast<std::uint8_t>(BOOST_ENDIAN_BIG_BYTE))
     return invalidLayout("the byte order is not that of this machine");
   if (width * cloud.point_step > cloud.row_step)
-    return invalidLayout(std::to_string(width) + " points of " +
-                         std::to_string(cloud.point_step) +
-                         " bytes do not fit rows of " + std::to_string(cloud.row_step));
+    return invalidLayout(
+        std::to_string(width) + " points of " + std::to_string(cloud.point_step) +
+        " bytes do not fit a row_step of " + std::to_string(cloud.row_step));
   // The last row may end with its last point. Division, as the product may overflow.
   const std::uint64_t last_row = width * cloud.point_step;
   if (cloud.data.size() < last_row ||

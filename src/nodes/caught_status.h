@@ -8,9 +8,9 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The exception that is being handled, as a status; to be called in a catch block.
- * Never throws: if there is no memory for the message, the status is OutOfMemory.
- * \param[in] code of every exception but std::bad_alloc
+/** \brief Converts the current exception to a status; to be called in a catch block. Does not
+ * throw: without memory for the message the status is OutOfMemory.
+ * \param[in] code for all exceptions but std::bad_alloc
  */
 template <typename StatusT>
 StatusT

@@ -77,7 +77,7 @@ public:
   , merged_voxels_(settings.resolution)
   {}
 
-  // Joined first: the threads use the members that are destroyed next.
+  // Joined first, as the threads use the other members.
   ~Implementation() { pool_.join(); }
 
   const CentralNodeStatus&
@@ -92,7 +92,7 @@ public:
     if (!settings_status_.ok())
       return settings_status_;
     if (name.empty())
-      return {CentralNodeCode::InvalidSettings, "a stream needs a name"};
+      return {CentralNodeCode::InvalidSettings, "the name of a stream is empty"};
     if (CentralNodeStatus status = checkMinIntensity(min_intensity); !status.ok())
       return status;
     const std::unique_lock<std::shared_mutex> lock(streams_mutex_);
@@ -101,7 +101,7 @@ public:
             .second;
     if (!is_new)
       return {CentralNodeCode::StreamExists,
-              "there is a stream '" + name + "' already"};
+              "the stream '" + name + "' exists already"};
     return {};
   }
 
@@ -143,9 +143,9 @@ public:
           std::optional<Time> stamp)
   {
     try {
-      return take(name, std::move(bytes), stamp);
+      return receiveOrThrow(name, std::move(bytes), stamp);
     }
-    catch (const std::bad_alloc&) { // from the message of a status
+    catch (const std::bad_alloc&) {
       return outOfMemoryStatus<CentralNodeStatus>();
     }
   }
@@ -197,11 +197,11 @@ public:
   }
 
 private:
-  /** \brief receive(); throws std::bad_alloc if there is no memory for a message. */
+  /** \brief As receive(), but throws std::bad_alloc without memory for a message. */
   CentralNodeStatus
-  take(const std::string& name,
-       std::vector<std::uint8_t> bytes,
-       std::optional<Time> stamp)
+  receiveOrThrow(const std::string& name,
+                 std::vector<std::uint8_t> bytes,
+                 std::optional<Time> stamp)
   {
     if (!settings_status_.ok())
       return settings_status_;
@@ -215,27 +215,29 @@ private:
     const auto admission = stream->admit(std::move(bytes),
                                          stamp,
                                          settings_.max_waiting_frames,
-                                         [this, stream] { askForTurn(*stream); });
+                                         [this, stream] { queueTurn(*stream); });
     if (admission == ReceivedStream::Admission::Waits)
       return {};
     countDone();
     if (admission == ReceivedStream::Admission::OutOfMemory)
       return outOfMemoryStatus<CentralNodeStatus>();
     return {CentralNodeCode::TooManyWaiting,
-            std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
-                "' wait to be decoded; another one was refused"};
+            "the frame was refused, as " +
+                std::to_string(settings_.max_waiting_frames) + " frames of '" + name +
+                "' are waiting"};
   }
 
-  /** \brief Queues a turn of a stream behind those of other streams. */
+  /** \brief Queues a turn of a stream after those of other streams. */
   void
-  askForTurn(ReceivedStream& stream)
+  queueTurn(ReceivedStream& stream)
   {
-    boost::asio::post(pool_, [this, &stream] { serve(stream); });
+    boost::asio::post(pool_, [this, &stream] { runTurn(stream); });
   }
 
-  /** \brief A stream's turn: one frame, so that streams share the threads evenly. */
+  /** \brief Decodes one frame of a stream, so that all streams get the same share of the
+   * threads. */
   void
-  serve(ReceivedStream& stream)
+  runTurn(ReceivedStream& stream)
   {
     for (;;) {
       stream.decodeNext(settings_.clock, listener_);
@@ -243,16 +245,16 @@ private:
       if (!stream.endTurn())
         return;
       try {
-        askForTurn(stream);
+        queueTurn(stream);
         return;
       }
       catch (const std::bad_alloc&) {
-        // No memory to queue the next turn: take it now, or it would never come.
+        // Without memory to queue the next turn it is run at once.
       }
     }
   }
 
-  /** \brief Counts a frame as decoded or failed. */
+  /** \brief Counts a frame that does not wait any more. */
   void
   countDone()
   {
@@ -266,7 +268,7 @@ private:
   {
     if (std::isnan(min_intensity))
       return {CentralNodeCode::InvalidSettings,
-              "min_intensity is not a number; it must be one"};
+              "min_intensity is nan; it must be a number"};
     return {};
   }
 
@@ -289,7 +291,7 @@ private:
   const CentralNodeStatus settings_status_;
   const FrameListener listener_;
   boost::asio::thread_pool
-      pool_; // joined before the members that its threads use are destroyed
+      pool_; // joined by the destructor, as its threads use the other members
 
   mutable std::shared_mutex streams_mutex_; // guards the map, not its streams
   std::map<std::string, ReceivedStream> streams_;

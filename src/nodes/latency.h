@@ -9,8 +9,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The stamp of a PCL header as a time; clamped to the largest one, as any stamp may
- * arrive. */
+/** \brief The stamp of a PCL header as a time; any stamp is valid and clamped to the largest
+ * time. */
 inline Time
 timeOfStamp(std::uint64_t microseconds)
 {

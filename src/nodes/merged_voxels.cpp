@@ -42,7 +42,7 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     voxelize(merged);
   }
   catch (...) {
-    giveBackMemory(); // the voxelizer may hold half a cloud
+    giveBackMemory(); // the voxelizer may contain a part of the points
     merged = io::VoxelFrame();
     throw;
   }

@@ -13,8 +13,8 @@
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief Merges the voxels of streams on a common grid, as CentralNode::merge says. For
- * one thread at a time. */
+/** \brief Merges the voxels of streams on a common grid, see CentralNode::merge. For one
+ * thread at a time. */
 class MergedVoxels {
 public:
   /** \param[in] resolution voxel edge of the common grid, metres */
@@ -43,7 +43,7 @@ private:
   voxelize(io::VoxelFrame& merged);
 
   double resolution_;
-  std::optional<io::Voxelizer> voxelizer_; // made at first use
+  std::optional<io::Voxelizer> voxelizer_; // created on first use
 
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.

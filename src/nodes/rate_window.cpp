@@ -14,7 +14,7 @@ systemTime()
 void
 RateWindow::add(const Frame& frame)
 {
-  // After a clock was set back, frames newer than its time would stay.
+  // If the clock was set back, frames newer than its time would not be removed.
   while (!frames_.empty() && frames_.back().ready > frame.ready)
     frames_.pop_back();
   while (!frames_.empty() &&
@@ -51,8 +51,8 @@ RateWindow::rates(Time now) const
     return rates;
   rates.mean_cycle_seconds /= static_cast<double>(frames);
   rates.mean_latency_seconds /= static_cast<double>(frames);
-  // N frames have N - 1 intervals; divided by the whole window, the rate of a new stream
-  // would be too low.
+  // From the N - 1 intervals of N frames: divided by the length of the window, the rate of
+  // a new stream would be too low.
   if (last > first) {
     const double seconds = std::chrono::duration<double>(last - first).count();
     rates.frames_per_second = static_cast<double>(frames - 1) / seconds;

@@ -28,7 +28,7 @@ public:
   rates(Time now) const;
 
 private:
-  // Bounds the memory where the clock stands still.
+  // Limits the memory if the clock does not advance.
   static constexpr std::size_t most_frames = 4096;
 
   std::deque<Frame> frames_; // by time

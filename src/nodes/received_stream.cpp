@@ -12,8 +12,8 @@ namespace nodes {
 
 namespace {
 
-/** \brief Scratch memory of one thread for decoding. All streams that the thread decodes
- * share it, so that it stays in the caches. */
+/** \brief Scratch memory of a thread for decoding, shared by all streams that it decodes, so
+ * that it stays in the caches. */
 struct DecodingMemory {
   io::CodingMemory coding;
   io::VoxelFrame decoded;
@@ -34,7 +34,7 @@ bytesOf(std::size_t voxels)
   return voxels * (sizeof(std::uint64_t) + sizeof(std::uint16_t));
 }
 
-/** \brief True if the bytes held no frame, so that none of the sender's is lost. */
+/** \brief True if the bytes contained no frame, so that no frame of the sender is lost. */
 bool
 wasNoFrame(io::CompressionCode code)
 {
@@ -92,25 +92,25 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
   catch (...) {
     status = caughtStatus<io::CompressionStatus>(io::CompressionCode::InputFailed);
   }
-  const bool is_shown = status.ok();
+  const bool has_voxels = status.ok();
   bool wants_i_frame = false;
-  // Only this thread changes what the listener gets, so it may be read without the lock.
-  const io::CompressionStatus* told = &status;
+  // Read below without the lock, as only this thread changes what is reported.
+  const io::CompressionStatus* reported = &status;
   if (status.code() == io::CompressionCode::OldFrame)
     wants_i_frame = countDropped();
-  else if (!is_shown) {
+  else if (!has_voxels) {
     wants_i_frame = countFailed(std::move(status), is_decoded);
-    told = &health_.last_failure;
+    reported = &health_.last_failure;
   }
 
   static const io::VoxelFrame no_voxels;
   static const io::CodedFrameStatistics no_statistics;
   if (listener)
     listener({health_.name,
-              is_shown ? latest_stamp_ : frame.stamp.value_or(Time(0)),
-              *told,
-              is_shown ? latest_ : no_voxels,
-              is_shown ? decoder_.statistics() : no_statistics,
+              has_voxels ? latest_stamp_ : frame.stamp.value_or(Time(0)),
+              *reported,
+              has_voxels ? latest_ : no_voxels,
+              has_voxels ? decoder_.statistics() : no_statistics,
               wants_i_frame});
 }
 
@@ -129,7 +129,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
   const std::size_t needed = bytesOf(decoded.size());
   try {
     if (is_decoded)
-      show(decoded, frame, start, clock);
+      makeLatest(decoded, frame, start, clock);
   }
   catch (...) {
     decoded = io::VoxelFrame();
@@ -144,10 +144,10 @@ ReceivedStream::decode(const WaitingFrame& frame,
 }
 
 void
-ReceivedStream::show(io::VoxelFrame& decoded,
-                     const WaitingFrame& frame,
-                     std::chrono::steady_clock::time_point start,
-                     const Clock& clock)
+ReceivedStream::makeLatest(io::VoxelFrame& decoded,
+                           const WaitingFrame& frame,
+                           std::chrono::steady_clock::time_point start,
+                           const Clock& clock)
 {
   const std::size_t outliers = removeOutliers(decoded);
   removeFaintVoxels(decoded, min_intensity_, kept_);
@@ -161,7 +161,7 @@ ReceivedStream::show(io::VoxelFrame& decoded,
 
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    // The last statement that may throw.
+    // The last statement that can throw.
     window_.add({now, frame.bytes.size(), cycle.count(), latencySeconds(stamp, now)});
     follow(coding.frame_number);
     ++health_.frames_decoded;
@@ -207,7 +207,7 @@ ReceivedStream::makeOutlierRemoval()
   outlier_removal_.reset();
   if (outlier_settings_)
     outlier_removal_.emplace(*outlier_settings_);
-  // They stay pending if there was no memory for the filter.
+  // Not reached without memory for the filter, which is then created for the next frame.
   are_outlier_settings_new_ = false;
 }
 
@@ -220,17 +220,17 @@ ReceivedStream::wantsIFrame(io::CompressionCode code)
   case io::CompressionCode::Truncated:
   case io::CompressionCode::InputFailed:
   case io::CompressionCode::OutOfMemory:
-    // The I-frame may take a frame or two to arrive; the request may also be lost.
+    // Repeated, as a request may be lost; not every time, as the I-frame takes a while.
     return failures_in_a_row_++ % 3 == 0;
   default:
-    return false; // an I-frame would not help
+    return false;
   }
 }
 
 void
 ReceivedStream::follow(std::uint32_t frame_number)
 {
-  // A number not above the last one is that of a sender that restarted.
+  // A number that is not above the last one means that the sender was restarted.
   if (last_number_ && frame_number > *last_number_) {
     const std::size_t missing = frame_number - *last_number_ - 1;
     if (missing > unnumbered_)
@@ -248,8 +248,8 @@ ReceivedStream::countDropped()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++health_.frames_dropped;
-  // A restarted sender has old numbers; if its first frame was lost, all others are
-  // dropped until it is asked for an I-frame.
+  // A restarted sender has old numbers. If its first frame was lost, all others are dropped
+  // until it sends an I-frame.
   const bool wants_i_frame = ++dropped_in_a_row_ % 3 == 0;
   health_.i_frame_requests += wants_i_frame ? 1 : 0;
   return wants_i_frame;
@@ -286,7 +286,7 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
     voxels = latest_;
   }
   catch (...) {
-    voxels = io::VoxelFrame(); // not keys without intensities
+    voxels = io::VoxelFrame(); // may have keys without intensities
     throw;
   }
   return LatestFrame{latest_stamp_, health_.frames_decoded};

@@ -58,9 +58,9 @@ public:
 
   /** \brief Takes a frame that arrived, or refuses it, and counts it.
    * \param[in] bytes the frame
-   * \param[in] stamp time of the cloud; none: that which the frame carries
-   * \param[in] max_waiting frames that may wait
-   * \param[in] ask_for_turn called if the stream needs a turn and has none; the frame is
+   * \param[in] stamp time of the cloud; none: that in the frame
+   * \param[in] max_waiting most frames that may wait
+   * \param[in] queue_turn called if the stream needs a turn and has none; the frame is
    * refused if that throws std::bad_alloc
    */
   template <typename AskT>
@@ -68,15 +68,15 @@ public:
   admit(std::vector<std::uint8_t> bytes,
         std::optional<Time> stamp,
         std::size_t max_waiting,
-        const AskT& ask_for_turn)
+        const AskT& queue_turn)
   {
-    // Locked until the turn is requested: the next frame relies on it.
+    // Locked until the turn is queued, as the next frame requires it.
     const std::lock_guard<std::mutex> lock(mutex_);
     ++health_.frames_received;
     health_.bytes += bytes.size();
     Admission admission = Admission::TooManyWait;
     if (waiting_.size() < max_waiting)
-      admission = queue({std::move(bytes), stamp, refused_behind_}, ask_for_turn);
+      admission = queue({std::move(bytes), stamp, refused_behind_}, queue_turn);
     if (admission == Admission::Waits) {
       refused_behind_ = 0;
       return admission;
@@ -88,20 +88,20 @@ public:
 
   /** \brief Decodes and denoises the first waiting frame; there must be one. An exception
    * becomes the status of the frame, which then has no voxels.
-   * \param[in] clock tells the time
-   * \param[in] listener told of the frame; may be empty
+   * \param[in] clock returns the current time
+   * \param[in] listener called with the frame; may be empty
    */
   void
   decodeNext(const Clock& clock, const FrameListener& listener);
 
   /** \brief Ends the stream's turn.
-   * \return true if another frame waits: the caller has to continue or to ask for a turn
+   * \return true if another frame waits: the caller has to continue or to queue a turn
    */
   bool
   endTurn();
 
-  /** \brief Copies the latest voxels, if they were decoded between two times. After a clock
-   * was set back, voxels may be newer than its time.
+  /** \brief Copies the latest voxels, if they were decoded between two times. If a clock was
+   * set back, voxels may be newer than its time.
    * \return nothing if they were not; `voxels` is unchanged then
    */
   std::optional<LatestFrame>
@@ -113,16 +113,16 @@ public:
 private:
   struct WaitingFrame {
     std::vector<std::uint8_t> bytes;
-    std::optional<Time> stamp; ///< none: that which the frame carries
-    /** \brief Frames that were refused between the frame before it and this one; they are
-     * counted as lost when this one is decoded. */
+    std::optional<Time> stamp; ///< none: that in the frame
+    /** \brief Frames that were refused since the previous frame; they are counted as lost
+     * when this one is decoded. */
     std::size_t refused_before;
   };
 
   /** \brief Appends a frame to the queue, or throws; mutex_ is locked. */
   template <typename AskT>
   Admission
-  queue(WaitingFrame frame, const AskT& ask_for_turn)
+  queue(WaitingFrame frame, const AskT& queue_turn)
   {
     try {
       waiting_.push_back(std::move(frame));
@@ -133,7 +133,7 @@ private:
     if (has_turn_)
       return Admission::Waits;
     try {
-      ask_for_turn();
+      queue_turn();
     }
     catch (const std::bad_alloc&) {
       waiting_.pop_back();
@@ -158,10 +158,10 @@ private:
   /** \brief Denoises a frame that was decoded and makes it the latest one, or throws and
    * leaves the latest one as it is. */
   void
-  show(io::VoxelFrame& decoded,
-       const WaitingFrame& frame,
-       std::chrono::steady_clock::time_point start,
-       const Clock& clock);
+  makeLatest(io::VoxelFrame& decoded,
+             const WaitingFrame& frame,
+             std::chrono::steady_clock::time_point start,
+             const Clock& clock);
 
   /** \brief Removes the outliers of a decoded frame, if a filter is set. A filter that
    * throws is replaced by a new one, as its history may be incomplete.
@@ -181,15 +181,15 @@ private:
   follow(std::uint32_t frame_number);
 
   /** \brief Counts a late or repeated frame.
-   * \return whether an I-frame is wanted
+   * \return whether to request an I-frame
    */
   bool
   countDropped();
 
   /** \brief Counts a frame that failed.
    * \param[in] status why
-   * \param[in] is_decoded it failed after it was decoded: the stream continues
-   * \return whether an I-frame is wanted
+   * \param[in] is_decoded whether it failed after decoding, so that the stream continues
+   * \return whether to request an I-frame
    */
   bool
   countFailed(io::CompressionStatus status, bool is_decoded);
@@ -207,7 +207,7 @@ private:
   std::atomic<float> min_intensity_;
 
   mutable std::mutex mutex_; // guards everything below
-  // Settings of the next filter, which decodeNext() makes.
+  // Settings of the next filter, which decodeNext() creates.
   std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
   bool are_outlier_settings_new_ = false;
   io::VoxelFrame latest_;
@@ -216,9 +216,9 @@ private:
   RateWindow window_;
   std::deque<WaitingFrame> waiting_; // the first one is decoded next
   bool has_turn_ = false;
-  std::size_t refused_behind_ = 0;           // since the last frame that was taken
+  std::size_t refused_behind_ = 0;           // since the last frame that waited
   std::optional<std::uint32_t> last_number_; // of the last decoded frame
-  std::size_t unnumbered_ = 0; // frames since then that failed or were refused
+  std::size_t unnumbered_ = 0; // frames that failed or were refused since then
 };
 
 } // namespace nodes

@@ -57,8 +57,8 @@ makeEncoder(const SensorNodeSettings& settings)
       });
 }
 
-/** \brief What comes before and behind voxelizing. Is made anew after memory ran out in
- * it. */
+/** \brief The stages before and after voxelizing. Created again after memory ran out in
+ * them. */
 struct Filters {
   explicit Filters(const SensorNodeSettings& settings)
   : preprocessor(makePreprocessor(settings))
@@ -72,7 +72,7 @@ struct Filters {
   pcl::PointCloud<pcl::PointXYZI> points; // member so that its memory is reused
 };
 
-/** \brief What exists only where the settings are valid. */
+/** \brief Members that exist only if the settings are valid. */
 struct Pipeline {
   explicit Pipeline(const SensorNodeSettings& settings)
   : encoder(makeEncoder(settings)), filters(std::in_place, settings)
@@ -118,7 +118,7 @@ public:
       if (pipeline_) {
         ++statistics_.clouds_refused;
         pipeline_->filters.reset();
-        // A frame that was encoded, but not counted, is not sent.
+        // A frame may have been encoded that is not returned.
         pipeline_->encoder.requestIFrame();
       }
       return status;
@@ -163,10 +163,10 @@ private:
       ++statistics_.clouds_refused;
       return status;
     }
-    // Made before anything is counted, as its message needs memory.
+    // Before the statistics are updated, as the message needs memory.
     if (!sensor_to_world)
       status = {SensorNodeCode::UsedLastTransform,
-                "no transform came with the cloud; used the last known one"};
+                "there is no transform for this cloud; the last one was used"};
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
@@ -192,9 +192,9 @@ private:
     }
     if (!last_transform_) {
       SensorNodeStatus status(SensorNodeCode::NoTransform,
-                              "no transform from the sensor to '" +
+                              "there is no transform from the sensor to '" +
                                   settings_.global_frame +
-                                  "' is known yet; the cloud is left out");
+                                  "' yet; the cloud was not encoded");
       ++statistics_.clouds_without_transform;
       return status;
     }
@@ -237,7 +237,7 @@ private:
       status = pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);
     }
     if (status.code() == io::CompressionCode::OutOfMemory)
-      throw std::bad_alloc(); // handled in one place
+      throw std::bad_alloc(); // handled by encode()
     if (!status.ok())
       return {SensorNodeCode::EncodingFailed, status.message()};
     return {};
@@ -252,7 +252,7 @@ private:
                  bytes,
                  cycle_seconds,
                  latencySeconds(timeOfStamp(cloud.header.stamp), now)});
-    // No exceptions from here on.
+    // Nothing below throws.
     ++statistics_.frames;
     statistics_.i_frames += frame.coding.is_i_frame ? 1 : 0;
     statistics_.cloud_bytes += cloud.data.size();

@@ -81,8 +81,8 @@ checkSettings(const SensorNodeSettings& settings)
         "from the transform and the law of the node");
   if (settings.outlier_removal && settings.law == IntensityLaw::Native)
     return invalid(
-        "outlier_removal is set and law is Native; native intensities do not "
-        "tell how densely points lie");
+        "outlier_removal is set and law is Native; the filter does not support "
+        "native intensities");
   if (settings.outlier_removal)
     if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
         !status.ok())
@@ -94,7 +94,7 @@ checkSettings(const SensorNodeSettings& settings)
                    std::to_string(VoxelOutlierRemoval::min_resolution) + " to " +
                    std::to_string(VoxelOutlierRemoval::max_resolution) + " for that");
   if (!settings.clock)
-    return invalid("clock is empty; it must tell the time");
+    return invalid("clock is empty; it must be set");
   if (settings.crop_box)
     if (const SensorNodeStatus status = checkCropBox(*settings.crop_box); !status.ok())
       return status;
@@ -105,9 +105,9 @@ checkSettings(const SensorNodeSettings& settings)
                    " or less, for frames to carry it");
   if (const io::CompressionStatus status = io::checkSettings(codecSettings(settings));
       !status.ok()) {
-    // If the settings are valid without the crop box, the bounding box at fault is that one.
-    const bool is_crop_boxs = io::checkSettings(settings.compression).ok();
-    return invalid((is_crop_boxs ? "crop_box as " : "") + status.message());
+    // If the settings are valid without the crop box, the invalid bounding box is that one.
+    const bool is_crop_box = io::checkSettings(settings.compression).ok();
+    return invalid((is_crop_box ? "crop_box as " : "") + status.message());
   }
   return {};
 }

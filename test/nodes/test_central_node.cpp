@@ -249,13 +249,13 @@ TEST(CentralNodeOrders, WrongOnesAreToldApart)
 
   CentralNodeStatus status = node.addStream("a", 2.0f);
   expectCode(status, CentralNodeCode::StreamExists);
-  EXPECT_EQ(status.message(), "there is a stream 'a' already");
+  EXPECT_EQ(status.message(), "the stream 'a' exists already");
   status = node.addStream("");
   expectCode(status, CentralNodeCode::InvalidSettings);
-  EXPECT_EQ(status.message(), "a stream needs a name");
+  EXPECT_EQ(status.message(), "the name of a stream is empty");
   status = node.addStream("b", nan_value);
   expectCode(status, CentralNodeCode::InvalidSettings);
-  EXPECT_EQ(status.message(), "min_intensity is not a number; it must be one");
+  EXPECT_EQ(status.message(), "min_intensity is nan; it must be a number");
   status = node.setMinIntensity("a", nan_value);
   expectCode(status, CentralNodeCode::InvalidSettings);
   for (const std::string name : {"b", "A", "a "}) {

@@ -276,7 +276,7 @@ protected:
     const CentralNodeStatus status = node.receive("a", stream.frames.at(index));
     expectCode(status, CentralNodeCode::TooManyWaiting);
     EXPECT_EQ(status.message(),
-              "3 frames of 'a' wait to be decoded; another one was refused");
+              "the frame was refused, as 3 frames of 'a' are waiting");
   }
 
   CodedStream stream = streamOf(16, 6);

@@ -85,7 +85,7 @@ TEST(SensorNodeTransforms, BeforeTheFirstOneNothingIsSent)
   Bytes bytes;
   EXPECT_EQ(
       link.node.encode(messageOf(seen), std::nullopt, bytes).message(),
-      "no transform from the sensor to 'cell' is known yet; the cloud is left out");
+      "there is no transform from the sensor to 'cell' yet; the cloud was not encoded");
   EXPECT_EQ(link.node.statistics().clouds_without_transform, 4u);
   EXPECT_EQ(link.node.statistics().clouds_refused, 0u);
   EXPECT_EQ(link.node.statistics().frames, 0u);
@@ -241,7 +241,7 @@ TEST(SensorNodeSettings, TheSensorIsCheckedAgainAsItsFiguresMayHaveBeenChanged)
     expectInvalid(
         law,
         [](auto& settings) { settings.sensor->fov_y_deg = nan_value; },
-        "sensor: field of view must lie between 0 and 180 degrees, got nan");
+        "sensor: field of view must be between 0 and 180 degrees, got nan");
   }
   // Others do not ask for one.
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
@@ -274,7 +274,7 @@ TEST(SensorNodeSettings, ThereMustBeAClock)
   expectInvalid(
       IntensityLaw::Count,
       [](auto& settings) { settings.clock = nullptr; },
-      "clock is empty; it must tell the time");
+      "clock is empty; it must be set");
 }
 
 TEST(SensorNodeSettings, TheCropBoxMustBeABox)

@@ -140,8 +140,8 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
   const nodes::SensorNode native(settings);
   EXPECT_EQ(native.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
   EXPECT_EQ(native.settingsStatus().message(),
-            "outlier_removal is set and law is Native; native intensities do not tell "
-            "how densely points lie");
+            "outlier_removal is set and law is Native; the filter does not support "
+            "native intensities");
   for (const auto law :
        {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;

@@ -18,9 +18,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief The depth law of an intensity model, for IntensityCompressionSettings; none if
- * its intensities do not depend on the depth, or not by a power of it. Decoded shares are
- * 255 for a full voxel face. */
+/** \brief The depth law of an intensity model, for IntensityCompressionSettings; none if its
+ * intensities are not a power of the depth. Decoded shares are 255 for a full voxel face. */
 template <typename IntensityModelT>
 std::optional<DepthLaw>
 depthLawOf([[maybe_unused]] const IntensityModelT& model)
@@ -35,14 +34,14 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
 
 /** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
  *
- * Puts together Voxelizer, DepthModel and FrameEncoder, and fits the grid again where an
- * I-frame is due. Needs no PCL. An instance serves one stream and one thread.
+ * Combines Voxelizer, DepthModel and FrameEncoder, and fits the grid again if an I-frame is
+ * due. Does not need PCL. An instance is for one stream and one thread.
  */
 class PCL_EXT_EXPORT CloudEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] settings checked here; see settingsStatus(). `sensor_pose` is not used,
-   * the pose comes with each cloud
+   * as voxelize() takes the pose of each cloud
    * \param[in] unit unit of the point intensities
    */
   CloudEncoder(const IntensityCompressionSettings& settings, IntensityUnit unit);
@@ -69,7 +68,7 @@ public:
   void
   setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
 
-  /** \brief Makes the next frame an I-frame, for a receiver that joined or lost one. */
+  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a frame. */
   void
   requestIFrame()
   {
@@ -79,7 +78,7 @@ public:
   /** \brief The first half of encoding: points -> voxels, which may be filtered before
    * they are encoded.
    * \param[in] points the cloud, in the frame of the grid
-   * \param[in] sensor_pose sensor -> grid, metres; used where there is a depth law
+   * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
    * \param[out] frame the voxels; its memory is reused
    * \return Ok; InvalidSettings; OutOfMemory, after which the next frame is an I-frame
    */
@@ -110,7 +109,7 @@ private:
   IntensityUnit unit_;
   Voxelizer voxelizer_;
   FrameEncoder encoder_;
-  VoxelizationStatistics voxelization_; // of the frame that is not encoded yet
+  VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;
 };
 

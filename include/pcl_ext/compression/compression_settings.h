@@ -40,20 +40,20 @@ enum class IntensityCurve {
   Companded ///< small numbers exact, then steps that grow, see compandedEdge
 };
 
-/** \brief An axis-aligned box in world coordinates, metres; both ends belong to it. */
+/** \brief An axis-aligned box in world coordinates, metres; both ends are included. */
 struct BoundingBox {
   std::array<double, 3> min{};
   std::array<double, 3> max{};
 };
 
-/** \brief Limits of what decoding may cost, for untrusted bytes. */
+/** \brief Limits of time and memory of decoding, for untrusted bytes. */
 struct DecoderLimits {
   /** \brief Bytes of one frame, and bytes skipped while looking for one. */
   std::size_t max_frame_bytes = std::size_t{1} << 24;
 
   /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values above
    * 2^24 count as 2^24. A frame takes less than 500 bytes of memory for each of its voxels,
-   * or 2000 and 16 MiB in a stream that was made to fill the history; the memory is released
+   * or 2000 and 16 MiB in a stream constructed to fill the history; the memory is released
    * a few frames later. retain_octree, which builds PCL's octree of pointers, at least
    * doubles this. */
   std::size_t max_voxels = std::size_t{1} << 20;
@@ -95,7 +95,8 @@ struct IntensityCompressionSettings {
   unsigned int intensity_bits = 0;
 
   /** \brief Linear or companded. The noise of a count grows with its square root, so that
-   * 3 or 4 companded bits suffice, and thresholds of 2 to 5 points decide as without loss.
+   * 3 or 4 companded bits suffice, and thresholds of 2 to 5 points have the same result as
+   * without loss.
    *
    * Companding applies to whole numbers of a step and keeps small ones exact: counts from 1
    * to 255 or intensity_range; shares in steps of 1/255 of the range; native whole numbers

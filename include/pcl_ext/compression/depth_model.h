@@ -49,7 +49,7 @@ struct DepthModel {
    * units of 2^-32. */
   std::array<std::int32_t, 3> step{};
 
-  /** \brief What a point at the centre of a voxel adds to its symbol, in units of 2^-16. */
+  /** \brief Symbol that a point at the centre of a voxel adds, in units of 2^-16. */
   std::uint64_t
   pointSymbol(const VoxelPosition& position) const
   {

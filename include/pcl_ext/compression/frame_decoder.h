@@ -17,12 +17,12 @@ namespace io {
 
 class CodingWorkspace;
 
-/** \brief Scratch memory for decoding a frame. Nothing in it outlasts the call.
+/** \brief Scratch memory for decoding a frame; used during a call only.
  *
- * Each decoder has its own unless decode() is given one. Decoders that one thread calls in
+ * Each decoder has its own unless decode() is given one. Decoders called by one thread in
  * turn can share one, which then stays in the processor's caches; with hundreds of streams
  * that saves time. CentralNode has one for each of its threads. Not for two calls at the
- * same time. What a large frame needed is released a few frames later.
+ * same time. Memory of a large frame is released a few frames later.
  */
 class PCL_EXT_EXPORT CodingMemory {
 public:
@@ -60,12 +60,12 @@ public:
   /** \brief Decodes the next frame found in a stream buffer.
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
-   * seek is left one byte behind the start of the failed frame, so that the next call
+   * seek is left one byte after the start of the failed frame, so that the next call
    * searches from there. The bytes of a buffer that cannot seek are lost, and so are bytes
    * that would be read again too often, as in a run of forged frame starts. A frame that
    * is old or lacks its reference is skipped completely if another frame, or nothing,
    * follows it.
-   * \param[in,out] source where to read; no byte behind the frame is consumed
+   * \param[in,out] source where to read; no byte after the frame is consumed
    * \param[out] frame the voxels; empty unless the status is Ok
    * \return Ok, or why there is no frame
    */
@@ -93,7 +93,7 @@ public:
          VoxelFrame& frame,
          CodingMemory& memory);
 
-  /** \brief What the last decoded frame carried of a cloud's header, if anything. */
+  /** \brief Stamp and frame_id of the last decoded frame, if it has them. */
   const std::optional<FrameStamp>&
   stamp() const;
 

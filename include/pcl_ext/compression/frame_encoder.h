@@ -30,7 +30,7 @@ public:
   FrameEncoder&
   operator=(FrameEncoder&&) noexcept;
 
-  /** \brief True if the next frame will be an I-frame, whatever its content. */
+  /** \brief True if the next frame will be an I-frame for any content. */
   bool
   isIFrameDue() const;
 
@@ -41,7 +41,7 @@ public:
   /** \brief Encodes the next frame of the stream. A frame may be empty and has at most
    * 2^24 voxels; a decoder with the default limits accepts 2^20.
    * \param[in] frame the voxels
-   * \param[in] stamp what to carry of the cloud's header, if anything; Version1 only
+   * \param[in] stamp stamp and frame_id of the cloud, to be coded if set; Version1 only
    * \param[out] bytes the encoded frame; empty unless the status is Ok
    * \return Ok; InvalidInput, which does not affect the stream; OutOfMemory, after which
    * the next frame is an I-frame

@@ -40,7 +40,7 @@ compandedEdge(unsigned int bits, std::uint32_t range, std::uint32_t level);
 
 /** \brief The number that a level is decoded as: the middle of its numbers, rounded down.
  *
- * It lies within the level, so that a decision "intensity >= threshold" is the same
+ * It is within the level, so that a comparison "intensity >= threshold" has the same result
  * before and after coding if the threshold is the edge of a level.
  *
  * \param[in] bits 1..15
@@ -78,13 +78,13 @@ struct IntensityScale {
     return companded_range != 0 ? companded_range : maxSymbol();
   }
 
-  /** \brief Intensity of a symbol, held within the range of float. */
+  /** \brief Intensity of a symbol, clamped to the range of float. */
   float
   value(std::uint16_t symbol) const
   {
     const std::uint32_t number =
         companded_range != 0 ? compandedMiddle(bits, companded_range, symbol) : symbol;
-    // The top of a scale may leave the range of float by rounding.
+    // The top of a scale may be outside the range of float due to rounding.
     constexpr double largest = std::numeric_limits<float>::max();
     const double intensity = static_cast<double>(offset) +
                              static_cast<double>(number) * static_cast<double>(step);
@@ -128,7 +128,7 @@ struct VoxelFrame {
 PCL_EXT_EXPORT bool
 isConsistent(const VoxelFrame& frame);
 
-/** \brief What a frame may carry of a cloud's header. */
+/** \brief The fields of a cloud's header that a frame may contain. */
 struct FrameStamp {
   std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL
   std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most

@@ -85,7 +85,7 @@ voxelPosition(std::uint64_t morton_key)
   return position;
 }
 
-/** \brief The cubic part of space in which a frame's voxels lie.
+/** \brief The cubic part of space that contains a frame's voxels.
  *
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
  * the anchor. The grid has 2^depth voxels along each axis, from `first_index` on. In
@@ -140,10 +140,10 @@ struct VoxelGrid {
   }
 };
 
-/** \brief What to add to the coordinates of a voxel's centre, metres, before looking up the
- * voxel that contains it in another grid. Where the centre lies on a face of the other
- * grid, as with voxels of twice the size, it belongs to the upper voxel, but rounded to
- * float it may be just below.
+/** \brief Offset to add to the coordinates of a voxel's centre, metres, to look up the voxel
+ * that contains it in another grid. If the centre is on a face of the other grid, as with
+ * voxels of twice the size, it is in the upper voxel, but rounded to float it may be just
+ * below.
  * \param[in] resolution voxel edge of the other grid, metres
  */
 constexpr float

@@ -27,7 +27,7 @@ struct PointView {
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
  * in double precision from the float coordinates. Points more than 2^20 voxels from the
  * anchor, outside the fixed box, or not finite are counted and left out. Memory is
- * proportional to the number of points, whatever their coordinates.
+ * proportional to the number of points, for any coordinates.
  *
  * Without a fixed box the grid is fitted to the points. It grows if later points require
  * it and does not change otherwise, as a changed grid requires an I-frame. The scale of

@@ -62,9 +62,9 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
                 bool needs_intensity,
                 PointLayout& layout);
 
-/** \brief Turns a sensor's cloud into the one that is compressed: drops points that are
- * not finite, gives each its intensity, moves it into the global frame and crops it;
- * one pass over the points (sections 2.2 and 2.5 of the paper).
+/** \brief Prepares a sensor's cloud for compression: removes points that are not finite,
+ * computes intensities, and transforms and crops the cloud in the global frame, in one pass
+ * over the points (sections 2.2 and 2.5 of the paper).
  *
  * The intensity is taken from the depth in the sensor's frame, before the point is
  * moved.

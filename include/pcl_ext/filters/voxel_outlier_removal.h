@@ -79,11 +79,11 @@ struct VoxelOutlierRemovalSettings {
    * independently; the last depth model is remembered in any case. */
   bool use_history = true;
 
-  /** \brief Most blocks of 4 x 4 x 4 voxels to remember between two frames, about 270
-   * bytes each. If there are more, only those of the last frame are remembered; if that
-   * frame alone has more, none are, and their memory is released. Any number. While a frame
-   * is filtered, its own blocks need as much in any case: up to 400 bytes per voxel if the
-   * voxels lie far apart. */
+  /** \brief Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes
+   * each; any number. If there are more, only those of the last frame are kept; if that frame
+   * alone has more, all are dropped, and their memory is released. While a frame is filtered,
+   * its own blocks take as much in any case: up to 400 bytes per voxel if the voxels are far
+   * apart. */
   std::size_t max_blocks = std::size_t{1} << 17;
 };
 
@@ -105,9 +105,9 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * previous frames: StatisticalOutlierRemoval and RadiusOutlierRemoval for voxels with an
  * intensity of the count, quadratic or linear law.
  *
- * For depth cameras, whose points lie close, and voxels no finer than these: with edges
- * below min_resolution or above max_resolution nothing is removed. Not for lidars: where
- * the rings are far apart most voxels of a surface have few neighbours and are removed.
+ * For depth cameras, whose points are close to each other: with voxel edges below
+ * min_resolution or above max_resolution nothing is removed. Not for lidars: between distant
+ * rings most voxels of a surface have few neighbours and are removed.
  *
  * The voxels of a surface have neighbours of the same surface, each about as dense as its
  * face is covered; a flying pixel has few neighbours, with a point or two each. The density
@@ -134,8 +134,8 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * 1e-6 of the threshold may differ between machines.
  *
  * With a depth model a face counts as covered from sure_points_per_square_metre on, so that
- * near limbs seen at a grazing angle are kept, which have few of the points that would
- * cover their faces, but more than noise. A frame without a model has that of the last one.
+ * near limbs seen at a grazing angle are kept, which have fewer points than would cover their
+ * faces, but more than noise. A frame without a model has that of the last one.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
  * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up to
@@ -156,8 +156,8 @@ public:
   static constexpr double sure_points_per_square_metre = 5625.0;
 
   /** \brief Supported voxel edges, metres. At 2 cm one pixel of a Kinect V2 covers a
-   * voxel's face at a depth of 7 m; with finer voxels those of distant surfaces and people
-   * lie apart as noise does. Coarser ones were not tested. */
+   * voxel's face at a depth of 7 m; finer voxels of distant surfaces and people are isolated
+   * like noise. Coarser ones were not tested. */
   static constexpr double min_resolution = 0.02;
   static constexpr double max_resolution = 0.2;
 

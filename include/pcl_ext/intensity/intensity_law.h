@@ -8,8 +8,8 @@
 
 namespace pcl_ext {
 
-/** \brief The laws that a program can choose from while it runs; see CountLaw,
- * QuadraticLaw, LinearLaw and NativeLaw. */
+/** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw, LinearLaw and
+ * NativeLaw. */
 enum class IntensityLaw {
   Count,     ///< the number of points in a voxel
   Quadratic, ///< share of a voxel face that they cover; needs the sensor

@@ -13,8 +13,7 @@ namespace pcl_ext {
 
 namespace detail {
 
-/** \brief Throws std::invalid_argument; where a program is built without exceptions, ends
- * it. */
+/** \brief Throws std::invalid_argument; in a build without exceptions aborts the program. */
 [[noreturn]] inline void
 throwInvalidArgument(const std::string& message)
 {
@@ -81,10 +80,9 @@ struct RuntimeSensor {
   {
     for (const double fov : {fov_x_deg, fov_y_deg})
       if (!(fov > 0.0 && fov < 180.0))
-        detail::throwInvalidArgument(
-            "field of view must lie between 0 and 180 degrees, "
-            "got " +
-            std::to_string(fov));
+        detail::throwInvalidArgument("field of view must be between 0 and 180 degrees, "
+                                     "got " +
+                                     std::to_string(fov));
     if (columns == 0 || rows == 0)
       detail::throwInvalidArgument("a sensor needs at least one column and one row");
   }

@@ -64,7 +64,7 @@ struct ReceivedFrame {
   const io::VoxelFrame& voxels;        ///< denoised; empty unless the status is Ok
   const io::CodedFrameStatistics& statistics; ///< before denoising; all 0 unless Ok
 
-  /** \brief The stream needs an I-frame; ask its sender for one. Set for the first frame
+  /** \brief True to request an I-frame from the sender of the stream. Set for the first frame
    * that fails and for every third after it until one is decoded; also for every third of
    * consecutive late frames, as all frames of a restarted sender may look late. */
   bool wants_i_frame;
@@ -80,8 +80,8 @@ struct LatestFrame {
  * come from several threads at once, those for one stream one at a time. Must not throw. */
 using FrameListener = std::function<void(const ReceivedFrame&)>;
 
-/** \brief What the central computer does: decodes many streams on all cores, denoises
- * them and merges them on a common grid (section 2.7 of the paper). Independent of ROS.
+/** \brief The central computer's part: decodes many streams on all cores, denoises them and
+ * merges them on a common grid (section 2.7 of the paper). Independent of ROS.
  *
  * Each stream has a decoder of its own; its frames are decoded in the order in which they
  * are received. Streams with waiting frames take turns of one frame each. All members are
@@ -95,7 +95,7 @@ class PCL_EXT_EXPORT CentralNode {
 public:
   /** \brief A node without streams.
    * \param[in] settings checked here; see settingsStatus()
-   * \param[in] listener told of every frame; may be empty
+   * \param[in] listener called for every frame; may be empty
    */
   explicit CentralNode(const CentralNodeSettings& settings,
                        FrameListener listener = FrameListener());
@@ -144,8 +144,7 @@ public:
   /** \brief Takes a stream's next frame, to decode it as soon as there is a thread.
    * \param[in] name of the stream
    * \param[in] bytes one frame of any format; any other bytes count as a failed frame
-   * \param[in] stamp time of the cloud, for the latency; none: that which the frame
-   * carries, if any
+   * \param[in] stamp time of the cloud, for the latency; none: that in the frame, if any
    * \return Ok if the frame waits to be decoded
    */
   CentralNodeStatus

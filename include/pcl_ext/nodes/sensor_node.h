@@ -62,8 +62,8 @@ struct SensorNodeSettings {
 
 /** \brief Outcome codes of SensorNode::encode. */
 enum class SensorNodeCode {
-  Ok,                ///< encoded, with the transform that came with it
-  UsedLastTransform, ///< encoded, with the last known transform, as none came with it
+  Ok,                ///< encoded, with the given transform
+  UsedLastTransform, ///< encoded, with the last transform, as none was given
   InvalidSettings,   ///< a setting is outside its range, or two contradict each other
   NoTransform,       ///< not encoded: no transform with this cloud or an earlier one
   InvalidTransform,  ///< not encoded: the transform is not a rigid transform
@@ -109,8 +109,8 @@ struct SensorNodeStatistics {
   }
 };
 
-/** \brief What the computer beside one sensor does: preprocesses each cloud, voxelizes and
- * compresses it (sections 2.2 to 2.6 of the paper). Independent of ROS.
+/** \brief The part of the computer at one sensor: preprocesses, voxelizes and compresses each
+ * cloud (sections 2.2 to 2.6 of the paper). Independent of ROS.
  *
  * An instance serves one sensor and one thread at a time. A moved-from instance may only be
  * destroyed or assigned to.
@@ -133,7 +133,7 @@ public:
 
   /** \brief Turns the sensor's next cloud into the stream's next frame.
    *
-   * The transform is used for this cloud, and for the following ones that come without one.
+   * The transform is used for this cloud, and for following ones without a transform.
    * Before the first transform nothing is encoded. Does not throw: after OutOfMemory the
    * next frame is an I-frame.
    * \param[in] cloud in the sensor's frame (x right, y down, z along the optical axis),
@@ -147,7 +147,7 @@ public:
          const std::optional<WorldPose>& sensor_to_world,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Makes the next frame an I-frame, for a receiver that joined or lost one. */
+  /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a frame. */
   void
   requestIFrame();
 

@@ -37,7 +37,7 @@ public:
 
   /** \brief Counts a point without an intensity (PCL's interface to add a point).
    *
-   * The sum stays as it is. OctreePointCloudIntensity adds points with
+   * The sum does not change. OctreePointCloudIntensity adds points with
    * addPointIntensity instead.
    */
   void

@@ -43,7 +43,7 @@ public:
 
   ~OctreePointCloudIntensity() override = default;
 
-  /** \brief The leaf of the voxel that a point lies in.
+  /** \brief The leaf of the voxel that contains a point.
    * \param[in] point any point, also outside the octree
    * \return the leaf, or nullptr if that voxel is empty
    */
@@ -102,7 +102,7 @@ public:
 
   using OctreeT::deserializeTree;
 
-  /** \brief Makes the octree of serialized occupancy bytes, with empty leaves.
+  /** \brief Rebuilds the octree from serialized occupancy bytes, with empty leaves.
    *
    * In PCL's double-buffered octree a leaf that existed two frames ago would keep its
    * content.

@@ -42,7 +42,7 @@ constexpr std::size_t moved_point_floats = 8;
  * \param[in] points the input
  * \param[in] move transformation and crop box
  * \param[out] output x, y, z and 1 of each point that was kept, moved_point_floats apart;
- * needs space for all points, and is unspecified behind those kept
+ * needs space for all points, and is unspecified beyond those kept
  * \param[out] moved indices and depths of the points that were kept
  */
 PCL_EXT_EXPORT void
