@@ -88,7 +88,7 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
   if (width * cloud.point_step > cloud.row_step)
     return invalidLayout(
         std::to_string(width) + " points of " + std::to_string(cloud.point_step) +
-        " bytes do not fit a row_step of " + std::to_string(cloud.row_step));
+        " bytes do not fit rows of " + std::to_string(cloud.row_step) + " bytes");
   // The last row may end with its last point. Division, as the product may overflow.
   const std::uint64_t last_row = width * cloud.point_step;
   if (cloud.data.size() < last_row ||
