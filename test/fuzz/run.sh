@@ -38,7 +38,7 @@ done
   targets=(cloud_layouts decode_any_bytes failing_memory frames round_trip sequences)
 tools/install_packages.sh build check fuzz
 export CMAKE_CXX_COMPILER_LAUNCHER=ccache
-# ccache does not know these lists for part of the command.
+# Files named on the command line that ccache would not hash.
 export CCACHE_EXTRAFILES=$root/test/fuzz/uninstrumented.txt:$root/test/fuzz/uncovered.txt
 
 configure_and_build() {
@@ -139,8 +139,8 @@ if [ "$valgrind" = yes ]; then
   echo
   echo "Under valgrind"
   folder=$build-valgrind
-  # MemorySanitizer would need a standard library that is instrumented, too. valgrind knows
-  # no AVX-512, and needs none.
+  # MemorySanitizer would need a standard library that is instrumented, too. valgrind has
+  # no AVX-512; nothing here uses it.
   configure_and_build "$folder" -DCMAKE_CXX_COMPILER=g++ \
     -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g -DNDEBUG"
   for target in "${targets[@]}"; do
