@@ -36,7 +36,7 @@ callOrElse(FunctionT function, FallbackT fallback) -> decltype(function())
 /** \brief Calls a function and returns its result, or, if it throws, that of a handler.
  * \param[in] function to call
  * \param[in] no_memory handler of std::bad_alloc, also of one in the other handler
- * \param[in] failed handler of other exceptions, called with their text, or an empty one
+ * \param[in] failed handler of other exceptions, called with their text
  */
 template <typename FunctionT, typename NoMemoryT, typename FailedT>
 auto
@@ -55,7 +55,7 @@ callOrElse(FunctionT function, NoMemoryT no_memory, FailedT failed)
       return failed(exception.what());
     }
     catch (...) {
-      return failed("");
+      return failed("unknown error");
     }
   }
   catch (...) {

@@ -1,6 +1,5 @@
 #include <pcl_ext/nodes/central_node.h>
 
-#include "nodes/caught_status.h"
 #include "nodes/merged_voxels.h"
 #include "nodes/received_stream.h"
 

@@ -3,6 +3,8 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "bytes/exceptions.h"
+
 #include <cstddef>
 
 namespace pcl_ext {
@@ -38,14 +40,12 @@ MergedVoxels::add(const ReceivedStream& stream, Time oldest, Time newest)
 void
 MergedVoxels::finish(io::VoxelFrame& merged)
 {
-  try {
-    voxelize(merged);
-  }
-  catch (...) {
-    giveBackMemory(); // the voxelizer may contain a part of the points
+  // After an exception the voxelizer may contain a part of the points.
+  const auto release = [&] {
+    giveBackMemory();
     merged = io::VoxelFrame();
-    throw;
-  }
+  };
+  callOrCleanUp([&] { voxelize(merged); }, release);
   if (memory_rule_.shouldGiveBack((coordinates_.size() + intensities_.size()) *
                                   sizeof(float)))
     giveBackMemory();

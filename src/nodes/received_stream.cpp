@@ -2,7 +2,7 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "nodes/caught_status.h"
+#include "bytes/exceptions.h"
 #include "nodes/latency.h"
 
 #include <utility>
@@ -84,14 +84,13 @@ ReceivedStream::decodeNext(const Clock& clock, const FrameListener& listener)
 {
   const auto start = std::chrono::steady_clock::now();
   const WaitingFrame frame = takeNext();
-  io::CompressionStatus status;
   bool is_decoded = false;
-  try {
-    status = decode(frame, start, clock, is_decoded);
-  }
-  catch (...) {
-    status = caughtStatus<io::CompressionStatus>(io::CompressionCode::InputFailed);
-  }
+  io::CompressionStatus status = callOrElse(
+      [&] { return decode(frame, start, clock, is_decoded); },
+      outOfMemoryStatus<io::CompressionStatus>,
+      [](const std::string& reason) {
+        return io::CompressionStatus(io::CompressionCode::InputFailed, reason);
+      });
   const bool has_voxels = status.ok();
   bool wants_i_frame = false;
   // Read below without the lock, as only this thread changes what is reported.
@@ -127,15 +126,12 @@ ReceivedStream::decode(const WaitingFrame& frame,
       decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
   is_decoded = status.ok();
   const std::size_t needed = bytesOf(decoded.size());
-  try {
-    if (is_decoded)
-      makeLatest(decoded, frame, start, clock);
-  }
-  catch (...) {
+  const auto release = [&] {
     decoded = io::VoxelFrame();
     kept_ = io::VoxelFrame();
-    throw;
-  }
+  };
+  if (is_decoded)
+    callOrCleanUp([&] { makeLatest(decoded, frame, start, clock); }, release);
   // A failed frame may have taken more memory than any other needs.
   const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
   if (memory.rule.shouldGiveBack(needed) || is_too_large)
@@ -187,15 +183,12 @@ ReceivedStream::removeOutliers(io::VoxelFrame& frame)
   makeOutlierRemoval();
   if (!outlier_removal_)
     return 0;
-  try {
-    return outlier_removal_->filter(frame);
-  }
-  catch (...) {
+  const auto replace_filter = [&] {
     outlier_removal_.reset();
     const std::lock_guard<std::mutex> lock(mutex_);
     are_outlier_settings_new_ = true;
-    throw;
-  }
+  };
+  return callOrCleanUp([&] { return outlier_removal_->filter(frame); }, replace_filter);
 }
 
 void
@@ -282,13 +275,8 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
   if (health_.frames_decoded == 0 || health_.last_decoded < oldest ||
       health_.last_decoded > newest)
     return std::nullopt;
-  try {
-    voxels = latest_;
-  }
-  catch (...) {
-    voxels = io::VoxelFrame(); // may have keys without intensities
-    throw;
-  }
+  // After an exception the copy may have keys without intensities.
+  callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });
   return LatestFrame{latest_stamp_, health_.frames_decoded};
 }
 

@@ -3,7 +3,7 @@
 #include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/point_intensity.h>
 
-#include "nodes/caught_status.h"
+#include "bytes/exceptions.h"
 #include "nodes/latency.h"
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
@@ -108,12 +108,7 @@ public:
          std::vector<std::uint8_t>& bytes)
   {
     bytes.clear();
-    try {
-      return encodeOrThrow(cloud, sensor_to_world, bytes);
-    }
-    catch (...) {
-      SensorNodeStatus status =
-          caughtStatus<SensorNodeStatus>(SensorNodeCode::EncodingFailed);
+    const auto refuse = [&](SensorNodeStatus status) {
       bytes.clear();
       if (pipeline_) {
         ++statistics_.clouds_refused;
@@ -122,7 +117,13 @@ public:
         pipeline_->encoder.requestIFrame();
       }
       return status;
-    }
+    };
+    return callOrElse([&] { return encodeOrThrow(cloud, sensor_to_world, bytes); },
+                      [&] { return refuse(outOfMemoryStatus<SensorNodeStatus>()); },
+                      [&](const std::string& reason) {
+                        return refuse(
+                            SensorNodeStatus(SensorNodeCode::EncodingFailed, reason));
+                      });
   }
 
   void

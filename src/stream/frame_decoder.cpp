@@ -117,8 +117,7 @@ private:
   {
     const auto input_failed = [](const std::string& reason) {
       return CompressionStatus(CompressionCode::InputFailed,
-                               "reading failed" +
-                                   (reason.empty() ? reason : ": " + reason));
+                               "reading failed: " + reason);
     };
     return callOrElse([&] { return decodeNext(buffer, frame, work, frame_offset); },
                       outOfMemoryStatus<CompressionStatus>,

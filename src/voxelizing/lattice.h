@@ -76,38 +76,14 @@ public:
   std::array<float, 3>
   lowestCoordinates() const
   {
-    std::array<float, 3> lowest;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto is_usable = [&](float coordinate) {
-        return positionOf(axis, coordinate) >= begin_[axis];
-      };
-      float coordinate = nearestCoordinate(axis, begin_[axis]);
-      while (is_usable(coordinate) && coordinate > std::numeric_limits<float>::lowest())
-        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::lowest());
-      while (!is_usable(coordinate))
-        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::max());
-      lowest[axis] = coordinate;
-    }
-    return lowest;
+    return outermostCoordinates(begin_, std::numeric_limits<float>::lowest());
   }
 
   /** \brief The highest float in the usable range of each axis, metres. */
   std::array<float, 3>
   highestCoordinates() const
   {
-    std::array<float, 3> highest;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto is_usable = [&](float coordinate) {
-        return positionOf(axis, coordinate) < end_[axis];
-      };
-      float coordinate = nearestCoordinate(axis, end_[axis]);
-      while (is_usable(coordinate) && coordinate < std::numeric_limits<float>::max())
-        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::max());
-      while (!is_usable(coordinate))
-        coordinate = std::nextafter(coordinate, std::numeric_limits<float>::lowest());
-      highest[axis] = coordinate;
-    }
-    return highest;
+    return outermostCoordinates(end_, std::numeric_limits<float>::max());
   }
 
 private:
@@ -117,6 +93,29 @@ private:
   positionOf(std::size_t axis, float coordinate) const
   {
     return (static_cast<double>(coordinate) - anchor_[axis]) / resolution_;
+  }
+
+  /** \brief The outermost usable float of each axis.
+   * \param[in] bounds begin_ or end_
+   * \param[in] outermost the outermost float
+   */
+  std::array<float, 3>
+  outermostCoordinates(const std::array<double, 3>& bounds, float outermost) const
+  {
+    std::array<float, 3> coordinates;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto is_usable = [&](float coordinate) {
+        const double position = positionOf(axis, coordinate);
+        return outermost < 0.0f ? position >= bounds[axis] : position < bounds[axis];
+      };
+      float coordinate = nearestCoordinate(axis, bounds[axis]);
+      while (is_usable(coordinate) && coordinate != outermost)
+        coordinate = std::nextafter(coordinate, outermost);
+      while (!is_usable(coordinate))
+        coordinate = std::nextafter(coordinate, -outermost);
+      coordinates[axis] = coordinate;
+    }
+    return coordinates;
   }
 
   /** \brief A float near a position. */
