@@ -62,13 +62,13 @@ ByteSource::skip(std::size_t size)
   }
   std::array<char, 4096> skipped;
   while (size > 0 && failure_ == Failure::None) {
-    const std::size_t step = std::min(size, skipped.size());
+    const std::size_t chunk = std::min(size, skipped.size());
     const auto got = static_cast<std::size_t>(
-        buffer_.sgetn(skipped.data(), static_cast<std::streamsize>(step)));
+        buffer_.sgetn(skipped.data(), static_cast<std::streamsize>(chunk)));
     remaining_ -= got;
     consumed_ += got;
     size -= got;
-    if (got < step)
+    if (got < chunk)
       fail(Failure::EndOfInput);
   }
 }
@@ -88,19 +88,19 @@ ByteSource::seekForward(std::size_t size)
 void
 ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
 {
-  constexpr std::size_t largest_step = std::size_t{1} << 16;
+  constexpr std::size_t largest_chunk = std::size_t{1} << 16;
   if (size > remaining_)
     fail(Failure::LimitExceeded);
-  else if (size > largest_step && failure_ == Failure::None && !mayHold(size))
+  else if (size > largest_chunk && failure_ == Failure::None && !mayHold(size))
     fail(Failure::EndOfInput);
   while (size > 0 && failure_ == Failure::None) {
-    const std::size_t step = std::min(size, largest_step);
+    const std::size_t chunk = std::min(size, largest_chunk);
     const std::size_t old_size = bytes.size();
-    reserveAhead(bytes, old_size + step);
-    bytes.resize(old_size + step);
+    reserveAhead(bytes, old_size + chunk);
+    bytes.resize(old_size + chunk);
     const auto got = static_cast<std::size_t>(
         buffer_.sgetn(reinterpret_cast<char*>(bytes.data() + old_size),
-                      static_cast<std::streamsize>(step)));
+                      static_cast<std::streamsize>(chunk)));
     bytes.resize(old_size + got);
     if (record_ != nullptr && record_ != &bytes)
       record_->insert(record_->end(),
@@ -109,7 +109,7 @@ ByteSource::read(std::size_t size, std::vector<std::uint8_t>& bytes)
     remaining_ -= got;
     consumed_ += got;
     size -= got;
-    if (got < step)
+    if (got < chunk)
       fail(Failure::EndOfInput);
   }
 }

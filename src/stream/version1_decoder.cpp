@@ -25,7 +25,7 @@ Version1Decoder::decode(ByteSource& source,
   // If memory runs out the state of the coder is undefined.
   const auto reset = [this] {
     forget();
-    // Without a history no P-frame lacks its reference because of an old I-frame.
+    // Without a history an old I-frame cannot break the references of later frames.
     order_ = FrameOrder(true);
   };
   if (CompressionStatus status =

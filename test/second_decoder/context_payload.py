@@ -91,7 +91,7 @@ class _Payload:
         while self.kinds.escape.read(self.bits, [17 * kind + b]):
             b += 1
             require(b <= 16, "a number has too many bits")
-        return ((1 << b) | self.bits.raw_bits(b)) - 1
+        return ((1 << b) | self.bits.bypass_bits(b)) - 1
 
 
 def _class_of(number: int, least: Sequence[int]) -> int:
@@ -310,7 +310,7 @@ class _NewBlocks:
         ]
 
     def read(self) -> None:
-        if not self._payload.bits.raw_bit():
+        if not self._payload.bits.bypass_bit():
             return
         levels = levels_above_blocks(self._payload.frame.depth)
         if levels:
@@ -364,9 +364,9 @@ class _Numbers:
     def read(self, keys: Sequence[int]) -> Dict[int, int]:
         """The number of each voxel."""
         bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
-        if bits.raw_bit():
+        if bits.bypass_bit():
             return {key: self._read_plain(bits, symbol_bits) for key in keys}
-        self._lowest = 0 if bits.raw_bit() else 1
+        self._lowest = 0 if bits.bypass_bit() else 1
         highest = self._payload.frame.highest_symbol
         numbers: Dict[int, int] = {}
         for key in keys:
@@ -385,7 +385,7 @@ class _Numbers:
         for _ in range(min(symbol_bits, 8)):
             node = 2 * node + self._payload.kinds.plain.read(bits, [node])
         for _ in range(symbol_bits - 8):
-            node = 2 * node + bits.raw_bit()
+            node = 2 * node + bits.bypass_bit()
         return node - (1 << symbol_bits)
 
     def _read_number(self, key: int, numbers: Dict[int, int]) -> int:
@@ -453,7 +453,7 @@ class _Numbers:
             distance = 1 + (t if t < 28 else 28 + self._payload.escape(1))
             upper += distance if above else -distance
             require(upper >= 0, "a number is below 0")
-        return upper << k | bits.raw_bits(k)
+        return upper << k | bits.bypass_bits(k)
 
 
 class _Symbols:

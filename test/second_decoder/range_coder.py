@@ -38,15 +38,15 @@ class RangeDecoder:
             self._code = self._code << 16 | self._next_bytes(2)
         return bit
 
-    def raw_bit(self) -> int:
+    def bypass_bit(self) -> int:
         """A bit that is 0 as often as 1."""
         return self.bit(1 << 15)
 
-    def raw_bits(self, size: int) -> int:
-        """A number of raw bits, the highest first."""
+    def bypass_bits(self, size: int) -> int:
+        """A number of bypass bits, the highest first."""
         number = 0
         for _ in range(size):
-            number = 2 * number + self.raw_bit()
+            number = 2 * number + self.bypass_bit()
         return number
 
     def require_end(self) -> None:

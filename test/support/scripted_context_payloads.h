@@ -99,8 +99,8 @@ public:
   void
   beginNumbers()
   {
-    coding.codeRaw(false);
-    coding.codeRaw(false);
+    coding.codeBypass(false);
+    coding.codeBypass(false);
   }
 
   /** \brief An I-frame's first number above 0, as decisions to go on.
@@ -154,7 +154,7 @@ public:
           bits,
           IntensityModels::longest_escape);
     while (bits-- > 0)
-      coding.codeRaw(((number + 1) >> bits & 1) != 0);
+      coding.codeBypass(((number + 1) >> bits & 1) != 0);
   }
 
   /** \brief The payload; the frame is learnt. */
@@ -170,7 +170,7 @@ public:
   Bytes
   finish()
   {
-    coding.side().finish();
+    coding.coder().finish();
     return bytes_;
   }
 

@@ -89,7 +89,7 @@ public:
   bool
   run(const BlockList& frame, bool is_plain, std::vector<std::uint16_t>& symbols)
   {
-    if (!coding_.codeRaw(is_plain))
+    if (!coding_.codeBypass(is_plain))
       return runExpected(frame, symbols);
     for (std::uint16_t& symbol : symbols)
       symbol = static_cast<std::uint16_t>(codePlain(symbol));
@@ -153,8 +153,8 @@ private:
   runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
   {
     // Counts of points have no 0: unary codes then start at 1.
-    const bool has_zero =
-        coding_.codeRaw(std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
+    const bool has_zero = coding_.codeBypass(
+        std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
     lowest_ = has_zero ? 0 : 1;
     const std::vector<HistoryBlock>& known = history_.blocks();
     [[maybe_unused]] IntensityNeighbours neighbours(frame, levels_, directory_);
@@ -193,14 +193,14 @@ private:
   std::uint32_t
   codePlain(std::uint32_t symbol)
   {
-    const unsigned int raw_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
+    const unsigned int bypass_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
     std::uint32_t node = 1; // a 1, then the bits coded so far
-    for (unsigned int bit = symbol_bits_; bit-- > raw_bits;)
+    for (unsigned int bit = symbol_bits_; bit-- > bypass_bits;)
       node = node << 1 | static_cast<std::uint32_t>(coding_.code(
                              models_.plain, {{node}}, (symbol >> bit & 1) != 0));
-    for (unsigned int bit = raw_bits; bit-- > 0;)
+    for (unsigned int bit = bypass_bits; bit-- > 0;)
       node = node << 1 |
-             static_cast<std::uint32_t>(coding_.codeRaw((symbol >> bit & 1) != 0));
+             static_cast<std::uint32_t>(coding_.codeBypass((symbol >> bit & 1) != 0));
     return node & max_symbol_;
   }
 
@@ -282,13 +282,13 @@ private:
                std::uint32_t symbol)
   {
     // Bits well below the deviation are noise.
-    unsigned int raw_bits = 0;
-    while (raw_bits < 12 && deviation >> (4 + raw_bits) > 6)
-      ++raw_bits;
-    const std::uint32_t context = std::min(deviation >> raw_bits >> 3, 13u) * 4 +
-                                  (raw_bits > 0 ? 2 : 0) + (has_mean ? 1 : 0);
-    const std::uint32_t middle = expected >> raw_bits;
-    std::uint32_t high = symbol >> raw_bits;
+    unsigned int bypass_bits = 0;
+    while (bypass_bits < 12 && deviation >> (4 + bypass_bits) > 6)
+      ++bypass_bits;
+    const std::uint32_t context = std::min(deviation >> bypass_bits >> 3, 13u) * 4 +
+                                  (bypass_bits > 0 ? 2 : 0) + (has_mean ? 1 : 0);
+    const std::uint32_t middle = expected >> bypass_bits;
+    std::uint32_t high = symbol >> bypass_bits;
     if (coding_.code(models_.differs, {{context}}, high != middle)) {
       const bool is_above = coding_.code(models_.above, {{context}}, high > middle);
       const std::uint32_t row =
@@ -308,9 +308,9 @@ private:
     }
     else
       high = middle;
-    for (unsigned int bit = raw_bits; bit-- > 0;)
+    for (unsigned int bit = bypass_bits; bit-- > 0;)
       high = high << 1 |
-             static_cast<std::uint32_t>(coding_.codeRaw((symbol >> bit & 1) != 0));
+             static_cast<std::uint32_t>(coding_.codeBypass((symbol >> bit & 1) != 0));
     return high;
   }
 
@@ -331,7 +331,7 @@ private:
     std::uint32_t value = 1;
     for (; bits > 0; --bits)
       value = value << 1 | static_cast<std::uint32_t>(
-                               coding_.codeRaw((target >> (bits - 1) & 1) != 0));
+                               coding_.codeBypass((target >> (bits - 1) & 1) != 0));
     return value - 1;
   }
 

@@ -102,37 +102,37 @@ private:
 };
 
 /** \brief Codes one decision with the probability of one context, and adapts it.
- * \param[in,out] side BinaryRangeEncoder or BinaryRangeDecoder
+ * \param[in,out] coder BinaryRangeEncoder or BinaryRangeDecoder
  * \param[in] bit the decision; not used by a decoder
  * \return the decision
  */
-template <typename SideT>
+template <typename CoderT>
 bool
-codeAdaptively(SideT& side,
+codeAdaptively(CoderT& coder,
                AdaptiveBit& prediction,
                const std::array<std::uint8_t, 17>& shifts,
                bool bit)
 {
-  const bool decision = side.code(bit, prediction.probability);
+  const bool decision = coder.code(bit, prediction.probability);
   prediction.learn(decision, shifts);
   return decision;
 }
 
 /** \brief Codes decisions with the probability of their first context.
- * \tparam SideT BinaryRangeEncoder or BinaryRangeDecoder
+ * \tparam CoderT BinaryRangeEncoder or BinaryRangeDecoder
  */
-template <typename SideT>
+template <typename CoderT>
 class SingleContextCoding {
 public:
-  static constexpr bool is_decoder = SideT::is_decoder;
+  static constexpr bool is_decoder = CoderT::is_decoder;
   static constexpr bool is_mixing = false;
 
-  explicit SingleContextCoding(const SideT& side) : side_(side) {}
+  explicit SingleContextCoding(const CoderT& coder) : coder_(coder) {}
 
-  SideT&
-  side()
+  CoderT&
+  coder()
   {
-    return side_;
+    return coder_;
   }
 
   /** \brief Codes one decision and adapts its model.
@@ -145,37 +145,37 @@ public:
        const typename DecisionModel<WayCount>::Contexts& contexts,
        bool bit)
   {
-    return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
+    return codeAdaptively(coder_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
   }
 
   /** \brief Codes a bit that bypasses the models, with probability 1/2. */
   bool
-  codeRaw(bool bit)
+  codeBypass(bool bit)
   {
-    return side_.code(bit, 0x8000);
+    return coder_.code(bit, 0x8000);
   }
 
 private:
-  SideT side_;
+  CoderT coder_;
 };
 
 /** \brief Codes decisions with the probabilities of all their contexts, mixed.
- * \tparam SideT BinaryRangeEncoder or BinaryRangeDecoder
+ * \tparam CoderT BinaryRangeEncoder or BinaryRangeDecoder
  */
-template <typename SideT>
+template <typename CoderT>
 class MixedContextCoding {
 public:
-  static constexpr bool is_decoder = SideT::is_decoder;
+  static constexpr bool is_decoder = CoderT::is_decoder;
   static constexpr bool is_mixing = true;
 
-  explicit MixedContextCoding(const SideT& side)
-  : side_(side), tables_(&logisticTables())
+  explicit MixedContextCoding(const CoderT& coder)
+  : coder_(coder), tables_(&logisticTables())
   {}
 
-  SideT&
-  side()
+  CoderT&
+  coder()
   {
-    return side_;
+    return coder_;
   }
 
   /** \brief As SingleContextCoding::code. */
@@ -186,7 +186,8 @@ public:
        bool bit)
   {
     if constexpr (WayCount == 1)
-      return codeAdaptively(side_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
+      return codeAdaptively(
+          coder_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
     else {
       std::array<std::int32_t, WayCount> stretched;
       for (std::size_t way = 0; way < WayCount; ++way)
@@ -194,7 +195,7 @@ public:
             tables_->stretch(model.bit(way, contexts.ways[way]).probability);
       MixerWeights<WayCount>& weights = model.weights(contexts.weight_set);
       const std::int32_t probability = tables_->squash(weights.mix(stretched));
-      const bool decision = side_.code(bit, static_cast<std::uint32_t>(probability));
+      const bool decision = coder_.code(bit, static_cast<std::uint32_t>(probability));
       weights.learn(stretched, (decision ? 1 << 16 : 0) - probability);
       for (std::size_t way = 0; way < WayCount; ++way)
         model.bit(way, contexts.ways[way]).learn(decision, model.shifts());
@@ -203,13 +204,13 @@ public:
   }
 
   bool
-  codeRaw(bool bit)
+  codeBypass(bool bit)
   {
-    return side_.code(bit, 0x8000);
+    return coder_.code(bit, 0x8000);
   }
 
 private:
-  SideT side_;
+  CoderT coder_;
   const LogisticTables* tables_;
 };
 

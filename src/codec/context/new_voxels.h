@@ -65,7 +65,7 @@ public:
   {
     if (!codeKnownBlocks())
       return false;
-    if (!coding_.codeRaw(!frame_.target_keys.empty()))
+    if (!coding_.codeBypass(!frame_.target_keys.empty()))
       return true;
     const Range all{0, 0, history_.blocks().size(), 0, frame_.target_keys.size()};
     if (levels_ > 0)

@@ -90,10 +90,10 @@ Payload::encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payl
   const std::size_t begin = payload.size();
   CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
   codeOccupancy(coding, models_, context, intensities_.numbers.size());
-  const std::size_t occupancy_bytes = coding.side().settledBytes();
+  const std::size_t occupancy_bytes = coding.coder().settledBytes();
   encodeNumbers(coding, context, payload);
   codeResiduals(coding, models_.intensity, context);
-  coding.side().finish();
+  coding.coder().finish();
   return std::min(occupancy_bytes, payload.size() - begin);
 }
 
@@ -184,7 +184,7 @@ Payload::decodeWith(const FrameContext& context,
   if (blocks_.voxelCount() != voxel_count)
     return false;
   occupancy_bytes =
-      std::min(coding.side().settledBytes(), static_cast<std::size_t>(end - begin));
+      std::min(coding.coder().settledBytes(), static_cast<std::size_t>(end - begin));
   intensities_.numbers.resize(voxel_count);
   IntensityPass numbers(coding, trial_models_.intensity, frame_.directory, context);
   if (!numbers.run(blocks_, false, intensities_.numbers))
@@ -193,7 +193,7 @@ Payload::decodeWith(const FrameContext& context,
   if (context.depth_model != nullptr)
     splitByDepth(context);
   return codeResiduals(coding, trial_models_.intensity, context) &&
-         coding.side().isAtEnd();
+         coding.coder().isAtEnd();
 }
 
 /** \brief Codes which voxels are occupied. \return false if more than max_voxels */
