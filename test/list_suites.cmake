@@ -1,5 +1,5 @@
-# Writes a file for ctest with one test for each test suite of a program, whatever its tests
-# are instantiated with: cmake -DPROGRAM=... -DOUTPUT=... -P list_suites.cmake
+# Writes a file for ctest with one test for each test suite of a program, with all of its
+# instantiations: cmake -DPROGRAM=... -DOUTPUT=... -P list_suites.cmake
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE lines
                 RESULT_VARIABLE result)
 if(NOT result EQUAL 0)

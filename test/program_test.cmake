@@ -1,5 +1,5 @@
 # A test that runs a program, and passes if that ends with an exit status and prints
-# something; the property PASS_REGULAR_EXPRESSION would pass whatever the status.
+# something. The property PASS_REGULAR_EXPRESSION would ignore the exit status.
 #   name     of the test
 #   status   the exit status
 #   output   regular expression that standard output and errors match

@@ -2,6 +2,7 @@
 #include "bytes/byte_writer.h"
 #include "bytes/checksum.h"
 #include "stream/version1_header.h"
+#include "support/bitwise_crc.h"
 
 #include <gtest/gtest.h>
 
@@ -161,23 +162,11 @@ TEST(ByteSource, ReadsInStepsWhatArrives)
   EXPECT_LT(read.capacity(), std::size_t{1} << 20);
 }
 
-/** \brief CRC-32 as ISO 3309 has it, a bit at a time. */
-std::uint32_t
-bitwiseCrc(const Bytes& bytes)
-{
-  std::uint32_t crc = 0xffffffff;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = (crc & 1) != 0 ? crc >> 1 ^ 0xedb88320 : crc >> 1;
-  }
-  return ~crc;
-}
-
 TEST(ChainedChecksum, IsCrc32OverTheReferenceAndTheBytes)
 {
   const std::string digits = "123456789";
-  ASSERT_EQ(bitwiseCrc(Bytes(digits.begin(), digits.end())), 0xcbf43926u);
+  ASSERT_EQ(pcl_ext::io::test::bitwiseCrc(Bytes(digits.begin(), digits.end())),
+            0xcbf43926u);
   // "1234" as the reference's checksum, the rest as bytes.
   const Bytes rest(digits.begin() + 4, digits.end());
   EXPECT_EQ(chainedChecksum(0x34333231, rest.data(), rest.size()), 0xcbf43926u);
@@ -186,7 +175,8 @@ TEST(ChainedChecksum, IsCrc32OverTheReferenceAndTheBytes)
     const Bytes row = randomBytes(9, count);
     Bytes checked{0x78, 0x56, 0x34, 0x12};
     checked.insert(checked.end(), row.begin(), row.end());
-    EXPECT_EQ(chainedChecksum(0x12345678, row.data(), row.size()), bitwiseCrc(checked));
+    EXPECT_EQ(chainedChecksum(0x12345678, row.data(), row.size()),
+              pcl_ext::io::test::bitwiseCrc(checked));
   }
 }
 

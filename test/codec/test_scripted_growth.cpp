@@ -64,7 +64,7 @@ TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
     script.newBlock(true, 3);
     script.plainSymbols(2, 3);
   });
-  // Both known voxels are there, of which the header tells one.
+  // Both known voxels are occupied; the header has one voxel.
   const Bytes forged = stream.pFrame(1, [](FastScript& script) {
     script.knownVoxels(3, 2, 3);
     script.octants(false, 0);
@@ -79,8 +79,8 @@ TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
 
 TEST(ScriptedGrowth, NoBytesBehindMoreKnownVoxelsThanThereMayBe)
 {
-  // The context coder reads nothing but ones: both known voxels, of which the header tells
-  // one, and then every block of the grid.
+  // The context coder reads nothing but ones: both known voxels, although the header has
+  // one voxel, and then every block of the grid.
   for (const Effort effort : {Effort::Balanced, Effort::Small}) {
     VoxelFrame frame = emptyFrame(8);
     frame.keys = {0, 1};

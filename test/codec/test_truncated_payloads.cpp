@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <functional>
 #include <random>
 #include <set>
@@ -145,8 +144,8 @@ expectScriptRefused(const ScriptedStream& stream,
   states.states = count < 1024 ? 1 : 4;
   const Bytes whole = script.rans(states).bytes;
   ASSERT_GT(whole.size(), 600u);
-  for (std::ptrdiff_t size = 20; size < 600; size += 2) {
-    const Bytes payload(whole.begin(), whole.begin() + size);
+  for (std::size_t size = 20; size < 600; size += 2) {
+    const Bytes payload = prefixOf(whole, size);
     const Bytes bytes = is_i_frame ? stream.otherIFrame(depth, 16, count, payload)
                                    : stream.frame(false, count, payload);
     const FencedMemory fences;
@@ -325,8 +324,8 @@ expectRefusedBehindShortFrames(std::mt19937_64& random,
   for (std::size_t i = 0; i + 1 < stream.size(); ++i)
     ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
   // The shortest first: memory stays as large as it was.
-  for (std::ptrdiff_t size = 16; size < 250; size += 2) {
-    parts.payload.assign(whole.begin(), whole.begin() + size);
+  for (std::size_t size = 16; size < 250; size += 2) {
+    parts.payload = prefixOf(whole, size);
     EXPECT_EQ(decoded(decoder, putTogetherSized(parts, reference), back),
               CompressionCode::Corrupt);
   }
@@ -350,11 +349,9 @@ TEST(TruncatedPayloads, BehindShortFrames)
     expectRefusedBehindShortFrames(random, block, 1);
 }
 
-TEST(TruncatedPayloads, Rests)
+TEST(TruncatedPayloads, Residuals)
 {
-  RoomStream::Settings settings;
-  settings.depth_model = roomDepthModel(settings.depth, settings.bits);
-  RoomStream room(settings);
+  RoomStream room(roomSettings(8, 60, true));
   const VoxelFrame first = room.next();
   expectTruncationsRefused(fastStream({first}));
   expectTruncationsRefused(fastStream({first, room.next()}));
@@ -363,9 +360,7 @@ TEST(TruncatedPayloads, Rests)
 TEST(TruncatedPayloads, ContextCoder)
 {
   for (const Effort effort : {Effort::Balanced, Effort::Small}) {
-    RoomStream::Settings settings;
-    settings.width = 20;
-    RoomStream room(settings);
+    RoomStream room(roomSettings(8, 20));
     FrameEncoder encoder(StreamFormat::Version1, 1000, effort);
     std::vector<Bytes> stream;
     for (int i = 0; i < 2; ++i) {

@@ -12,7 +12,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -210,27 +209,19 @@ TEST(HeaderPassthrough, OffCostsNothingAndLeavesTheOutputsHeaderAlone)
   }
 }
 
-TEST(HeaderPassthrough, ALongFrameIdIsRefusedAndTheStreamGoesOn)
+TEST(HeaderPassthrough, ALongFrameIdIsRefused)
 {
   Compression compression(settingsThatCarryHeaders());
   const auto cloud = randomCloud<pcl::PointXYZI>(23, 50);
-  cloud->header.frame_id = std::string(1024, 'a');
+  encodeFrame(compression, cloud);
+  cloud->header.frame_id = std::string(1025, 'a');
   std::stringstream stream;
-  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
-  const std::string bytes = stream.str();
-  cloud->header.frame_id.push_back('b');
-  const CompressionStatus status = compression.encodePointCloud(cloud, stream);
-  expectCode(status, CompressionCode::InvalidInput);
-  EXPECT_NE(status.message().find("frame_id"), std::string::npos) << status.message();
-  EXPECT_EQ(stream.str(), bytes);
-  cloud->header.frame_id = "short";
-  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
+  expectCode(compression.encodePointCloud(cloud, stream),
+             CompressionCode::InvalidInput);
+  EXPECT_TRUE(stream.str().empty());
+  cloud->header.frame_id.pop_back();
+  encodeFrame(compression, cloud);
   EXPECT_FALSE(compression.getStatistics().coding.is_i_frame);
-  Cloud::Ptr decoded;
-  for (const std::string& frame_id : {std::string(1024, 'a'), std::string("short")}) {
-    ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
-    EXPECT_EQ(decoded->header.frame_id, frame_id);
-  }
 }
 
 } // namespace

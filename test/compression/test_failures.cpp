@@ -21,7 +21,6 @@
 #include <stdexcept>
 #include <streambuf>
 #include <string>
-#include <vector>
 
 namespace {
 
@@ -38,8 +37,7 @@ constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 /** \brief A sink that takes some bytes and then fails as a function says. */
 class FailingSink : public std::streambuf {
 public:
-  explicit FailingSink(
-      std::size_t capacity, std::function<void()> on_failure = [] {})
+  FailingSink(std::size_t capacity, std::function<void()> on_failure)
   : capacity_(capacity), on_failure_(std::move(on_failure))
   {}
 
@@ -186,53 +184,32 @@ expectOutputFailure(std::ostream& broken)
   EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
 }
 
-TEST(CompressionOutput, AStreamThatTakesTooFewBytesIsReported)
+TEST(CompressionOutput, FailuresAreReported)
 {
-  for (const std::size_t capacity : {0u, 10u}) {
-    FailingSink sink(capacity);
-    std::ostream stream(&sink);
-    expectOutputFailure(stream);
-  }
-}
-
-TEST(CompressionOutput, AStreamSetToThrowIsReported)
-{
-  FailingSink sink(10);
-  std::ostream stream(&sink);
-  stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
-  expectOutputFailure(stream);
-}
-
-TEST(CompressionOutput, ABufferThatThrowsIsReported)
-{
-  for (const bool is_set_to_throw : {false, true}) {
-    FailingSink sink(10, [] { throw std::runtime_error("disk full"); });
-    std::ostream stream(&sink);
-    if (is_set_to_throw)
-      stream.exceptions(std::ios_base::badbit);
-    expectOutputFailure(stream);
-  }
-}
-
-TEST(CompressionOutput, AStreamThatCannotFlushIsReported)
-{
-  SinkThatCannotFlush sink;
-  std::ostream stream(&sink);
-  expectOutputFailure(stream);
-}
-
-TEST(CompressionOutput, AStreamWithoutABufferIsReported)
-{
-  std::ostream stream(nullptr);
-  expectOutputFailure(stream);
-}
-
-TEST(CompressionOutput, AStreamThatFailedBeforeIsReported)
-{
-  std::ostringstream stream;
-  stream.setstate(std::ios_base::failbit);
-  expectOutputFailure(stream);
-  EXPECT_TRUE(stream.str().empty());
+  for (const std::size_t capacity : {0u, 10u})
+    for (const bool is_set_to_throw : {false, true})
+      for (const bool throws : {false, true}) {
+        SCOPED_TRACE(std::to_string(capacity) +
+                     (is_set_to_throw ? ", exceptions" : "") +
+                     (throws ? ", throws" : ""));
+        FailingSink sink(capacity, [throws] {
+          if (throws)
+            throw std::runtime_error("disk full");
+        });
+        std::ostream stream(&sink);
+        if (is_set_to_throw)
+          stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
+        expectOutputFailure(stream);
+      }
+  SinkThatCannotFlush cannot_flush;
+  std::ostream unflushed(&cannot_flush);
+  expectOutputFailure(unflushed);
+  std::ostream without_buffer(nullptr);
+  expectOutputFailure(without_buffer);
+  std::ostringstream failed_before;
+  failed_before.setstate(std::ios_base::failbit);
+  expectOutputFailure(failed_before);
+  EXPECT_TRUE(failed_before.str().empty());
 }
 
 TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)

@@ -8,7 +8,6 @@
 
 #include <Eigen/Geometry>
 
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -22,7 +21,7 @@ using pcl_ext::test::MemoryUse;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float largest = std::numeric_limits<float>::max();
 
-/** \brief Coordinates of rooms, and what is none. */
+/** \brief Usual coordinates and special values. */
 float
 anyCoordinate(std::mt19937_64& random)
 {

@@ -4,6 +4,8 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "support/naive_preprocessing.h"
+
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/point_cloud.h>
@@ -60,27 +62,8 @@ expectInvalidSettings(SensorPreprocessor<IntensityModelT>& preprocessor,
 
 TEST(SensorPreprocessorSettings, PoseMustBeARotationAndATranslation)
 {
-  Eigen::Isometry3d scaled = Eigen::Isometry3d::Identity();
-  scaled.linear() *= 1.01;
-  Eigen::Isometry3d sheared = Eigen::Isometry3d::Identity();
-  sheared.linear()(0, 1) = 0.1;
-  Eigen::Isometry3d mirrored = Eigen::Isometry3d::Identity();
-  mirrored.linear()(2, 2) = -1.0;
-  Eigen::Isometry3d collapsed = Eigen::Isometry3d::Identity();
-  collapsed.linear().setZero();
-  Eigen::Isometry3d nan_rotation = Eigen::Isometry3d::Identity();
-  nan_rotation.linear()(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  Eigen::Isometry3d nan_translation = Eigen::Isometry3d::Identity();
-  nan_translation.translation().y() = std::numeric_limits<double>::quiet_NaN();
-  Eigen::Isometry3d far_translation = Eigen::Isometry3d::Identity();
-  far_translation.translation().z() = std::numeric_limits<double>::infinity();
-  for (const Eigen::Isometry3d& pose : {scaled,
-                                        sheared,
-                                        mirrored,
-                                        collapsed,
-                                        nan_rotation,
-                                        nan_translation,
-                                        far_translation}) {
+  for (const Eigen::Isometry3d& pose :
+       pcl_ext::test::invalidPoses<Eigen::Isometry3d>(Eigen::Isometry3d::Identity())) {
     SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(0.04)};
     preprocessor.setSensorPose(pose);
     expectInvalidSettings(preprocessor, "pose");

@@ -163,7 +163,7 @@ changed(std::uint32_t number, FuzzInput& input)
   return change < 192 ? change % 16u : input.number<std::uint32_t>();
 }
 
-/** \brief Makes the cloud claim something that its layout is not. */
+/** \brief Changes a field of the cloud so that it may contradict the layout. */
 inline void
 falsify(pcl::PCLPointCloud2& cloud, FuzzInput& input)
 {

@@ -1,5 +1,5 @@
 /** \file
- * Fuzz target: whatever the bytes, decoding ends, stays within its limits, and a frame is
+ * Fuzz target: for any bytes decoding ends, stays within its limits, and a frame is
  * either whole or not there.
  *
  * The bytes are a stream as it is. No fuzzer guesses a checksum; the target `frames`, which

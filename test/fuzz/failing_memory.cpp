@@ -77,7 +77,7 @@ public:
       has_thrown = true;
     }
     const bool has_run_out = failing && failing->hasFailed();
-    // Before anything else: whoever reports a broken promise needs memory.
+    // First of all: the report of a broken promise needs memory.
     failing.reset();
     require(!has_thrown);
     return has_run_out;
@@ -135,7 +135,7 @@ decodeWithFailures(const SentStream& stream, FuzzInput& input)
         require(status.ok() || !sent.is_i_frame);
       }
     }
-    // What depended on a frame that was not decoded is none of the decoder's.
+    // A frame whose reference was not decoded must not be decoded.
     require(!status.ok() || (is_decodable && isSame(sent, frame, decoder.stamp())));
     is_behind_predecessor = status.ok();
   }
@@ -185,13 +185,9 @@ std::vector<std::pair<std::array<std::int64_t, 3>, float>>
 voxelsOf(const VoxelFrame& frame)
 {
   std::vector<std::pair<std::array<std::int64_t, 3>, float>> voxels;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const VoxelPosition position = voxelPosition(frame.keys[i]);
-    voxels.push_back({{std::int64_t{frame.grid.first_index[0]} + position.x,
-                       std::int64_t{frame.grid.first_index[1]} + position.y,
-                       std::int64_t{frame.grid.first_index[2]} + position.z},
-                      frame.intensity_scale.value(frame.intensities[i])});
-  }
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    voxels.emplace_back(test::latticeIndex(frame, i),
+                        frame.intensity_scale.value(frame.intensities[i]));
   std::sort(voxels.begin(), voxels.end());
   return voxels;
 }

@@ -210,7 +210,7 @@ changeVersion1(RowFrame& frame, Random& random)
     changeDepthModel(parts->payload, random);
   else
     changeBytes(parts->payload, smallLimits().max_frame_bytes);
-  // Sizes lie now and then.
+  // Sizes are wrong now and then.
   if (random.oneOf(16))
     change(parts->header.payload_size, random);
   else

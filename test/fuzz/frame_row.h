@@ -27,7 +27,7 @@ struct RowFrame {
   static constexpr std::size_t no_id = ~std::size_t{0};
 
   Bytes bytes;
-  std::size_t id = no_id;        ///< tells the frames of a row apart; copies share it
+  std::size_t id = no_id;        ///< of the frame in its row; copies share it
   std::size_t reference = no_id; ///< id of the frame that it depends on
 
   /** \brief True if there are flags, a number and a place for a checksum. */

@@ -52,7 +52,7 @@ struct Choices {
 
   std::size_t points_per_cloud;
   Effort effort;
-  /** \brief Frames that each cloud makes, so that frames know each other. */
+  /** \brief Frames of each cloud, so that P-frames have known voxels. */
   std::size_t repetitions;
 };
 
@@ -137,7 +137,7 @@ requireRoundTrip(StreamFormat format,
   require(decoded.keys == frame.keys && decoded.intensities == frame.intensities);
   require(decoded.intensity_scale == frame.intensity_scale);
   require(decoder.statistics().occupancy_bytes == encoder.statistics().occupancy_bytes);
-  // The published layout knows a grid by its box, not by its place on a lattice.
+  // The published layout stores the box of a grid, not its place on a lattice.
   // A depth model that costs bytes is left out; what was offered decides the same again.
   if (format == StreamFormat::Version1)
     require(decoded.grid == frame.grid &&

@@ -9,8 +9,8 @@
  * itself, and unless so many frames were refused in a row that the decoder takes the sender
  * for one that began again.
  *
- * What must be decoded: the frame behind the one that was decoded last, whatever was refused
- * in between; an I-frame with a higher number that is no copy; the first I-frame that a
+ * What must be decoded: the frame behind the one that was decoded last, also if others were
+ * refused in between; an I-frame with a higher number that is no copy; the first I-frame that a
  * decoder meets; and at the end the first two frames of a sender that starts again.
  *
  * The published layout has no checksum: once a damaged frame of it has passed, or a P-frame
@@ -92,7 +92,7 @@ public:
       require(!contains(history.decoded_since_start, sent) || is_successor ||
               (sent.is_i_frame && history.last == &sent) ||
               sent.sensor_frame.voxels.keys
-                  .empty() || // which nothing tells from another one
+                  .empty() || // the same to the byte as another one
               (sent.number == 1 && history.has_input_ended) ||
               history.refused_in_a_row >= refused_until_restart);
       accept(sent);
@@ -258,15 +258,6 @@ struct Position {
   }
 };
 
-/** \brief One bit of a frame is wrong. */
-Bytes
-flipped(Bytes bytes, std::size_t bit)
-{
-  bit %= 8 * bytes.size();
-  bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ 1u << bit % 8);
-  return bytes;
-}
-
 } // namespace
 
 extern "C" int
@@ -274,7 +265,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   FuzzInput input(data, size);
   const std::uint8_t kinds = input.byte();
-  // Mostly two of a kind, which are the harder to tell apart.
+  // Mostly two of a kind, whose frames are more similar.
   const std::uint8_t second_kind = input.byte();
   Position positions[] = {
       {&senderOf(kinds, 0)},
@@ -305,7 +296,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     case 5:
       receiver.deliverDamaged(
           position.nextFrame(),
-          flipped(position.nextFrame().bytes, input.number<std::uint16_t>()),
+          test::flipped(position.nextFrame().bytes, input.number<std::uint16_t>()),
           false);
       break;
     case 6: {

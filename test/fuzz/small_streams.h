@@ -12,7 +12,6 @@
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -77,10 +76,8 @@ sensorFrames(const StreamKind& kind,
   std::vector<SensorFrame> frames;
   for (std::size_t i = 0; i < count; ++i) {
     SensorFrame frame{voxels, std::nullopt};
-    if (i == 7) {
-      frame.voxels.keys.clear();
-      frame.voxels.intensities.clear();
-    }
+    if (i == 7)
+      io::test::clearVoxels(frame.voxels);
     // A name that does not fit into a short string, which would take no memory.
     if (kind.format == io::StreamFormat::Version1 && i % 3 != 2)
       frame.stamp =
@@ -110,7 +107,7 @@ struct SentStream {
   std::vector<SentFrame> frames;
 
   SentStream() = default;
-  SentStream(const SentStream&) = delete; // frames know each other by address
+  SentStream(const SentStream&) = delete; // frames have pointers to each other
   SentStream(SentStream&&) = delete;
 };
 
@@ -171,7 +168,7 @@ isSame(const SentFrame& sent,
       decoded.grid.resolution != voxels.grid.resolution ||
       decoded.grid.depth != voxels.grid.depth)
     return false;
-  // The published layout knows a grid by its box, not by its place on a lattice.
+  // The published layout stores the box of a grid, not its place on a lattice.
   if (sent.kind->format == io::StreamFormat::Published)
     return !stamp;
   const std::optional<io::FrameStamp>& expected = sent.sensor_frame.stamp;

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 namespace {
 
@@ -240,7 +239,7 @@ TEST(IntensityModel, DepthsBehindTheSensorCountAsZero)
   EXPECT_EQ(count(-1.0f), 1.0f);
 }
 
-TEST(IntensityModel, DepthThatIsNoNumberIsSeenInWhatUsesDepthOnly)
+TEST(IntensityModel, NanDepthGivesNanWhereDepthIsUsed)
 {
   const IntensityModel<KinectV2, QuadraticLaw> quadratic(0.04);
   const IntensityModel<KinectV2, LinearLaw> linear(0.04);

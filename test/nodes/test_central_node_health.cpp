@@ -57,7 +57,7 @@ TEST_F(HealthOfOneStream, CountsFramesBytesAndVoxels)
   expectCounts(".....", 0);
 }
 
-TEST_F(HealthOfOneStream, ALateJoinerAsksAtOnceAndThenWithEveryThirdFailure)
+TEST_F(HealthOfOneStream, ALateReceiverRequestsAnIFrameAtEveryThirdFailure)
 {
   const CodedStream stream = streamOf(12, 10);
   sendFrames(stream, {1, 2, 3, 4, 5, 6, 7, 8, 9});
@@ -111,7 +111,7 @@ TEST_F(HealthOfOneStream, AFrameThatFailsIsNotLost)
   expectCounts(".ixx..i..", 0);
 }
 
-TEST_F(HealthOfOneStream, MessagesWithoutAFrameAreNobodysFrames)
+TEST_F(HealthOfOneStream, MessagesWithoutAFrameAreNotCountedAsLost)
 {
   const CodedStream stream = streamOf(9, 4);
   sendAndWait(node, "a", Bytes());
@@ -132,7 +132,7 @@ TEST_F(HealthOfOneStream, MessagesWithoutAFrameAreNobodysFrames)
   expectCounts("x.x.xixx.", 1);
 }
 
-TEST_F(HealthOfOneStream, ASenderThatBeginsAgainHasLostNothing)
+TEST_F(HealthOfOneStream, ARestartedSenderHasLostNoFrames)
 {
   const CodedStream first = streamOf(6, 30, 1);
   const CodedStream second = streamOf(9, 4, 2);
@@ -149,7 +149,7 @@ TEST_F(HealthOfOneStream, ASenderThatBeginsAgainHasLostNothing)
   expectCounts("..........d.", 1);
 }
 
-TEST_F(HealthOfOneStream, AVersionThatIsNotKnownNeedsMoreThanAnIFrame)
+TEST_F(HealthOfOneStream, AnUnknownVersionRequestsNoIFrame)
 {
   const CodedStream stream = streamOf(3);
   Bytes newer = stream.frames[1];
@@ -188,10 +188,7 @@ TEST_F(HealthOfOneStream, RatesAreOfTheFramesThatWereDecoded)
 
 TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)
 {
-  CodedStream::Settings settings;
-  settings.frames = 3;
-  settings.first_stamp = 50000000; // 50 s, then 1 ms later each
-  const CodedStream stream(settings);
+  const CodedStream stream = stampedStream(3, 50000000); // 50 s, then 1 ms later each
   clock.set(50200ms);
   sendAndWait(node, "a", stream.frames[0]); // carried
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.2);
@@ -203,17 +200,14 @@ TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, (0.2 + 0.4 + 0.4) / 3);
 }
 
-TEST_F(HealthOfOneStream, StampsThatNoClockTellsAreSafe)
+TEST_F(HealthOfOneStream, StampsOutOfRangeAreSafe)
 {
   // Nanoseconds where PCL has microseconds, and the last number there is.
   for (const std::uint64_t stamp :
        std::vector<std::uint64_t>{1700000000000000000, ~std::uint64_t{0}}) {
-    CodedStream::Settings settings;
-    settings.frames = 1;
-    settings.first_stamp = stamp;
     clock.set(clock.clock()() + 10s);
-    sendAndWait(node, "a", CodedStream(settings).frames[0]);
-    EXPECT_GT(listener.heard("a").back().stamp,
+    sendFrames(stampedStream(1, stamp), {0});
+    EXPECT_GT(recorder.frames("a").back().stamp,
               Time(std::chrono::hours(24 * 365 * 290)));
     EXPECT_LT(onlyHealth(node).rates.mean_latency_seconds, -9e9);
     clock.set(clock.clock()() + 10s);
@@ -221,19 +215,16 @@ TEST_F(HealthOfOneStream, StampsThatNoClockTellsAreSafe)
   sendAndWait(node, "a", streamOf(1).frames[0], Time::min());
   EXPECT_GT(onlyHealth(node).rates.max_latency_seconds, 9e9);
   sendAndWait(node, "a", streamOf(1).frames[0], Time::max());
-  EXPECT_EQ(listener.heard("a").back().stamp, Time::max());
+  EXPECT_EQ(recorder.frames("a").back().stamp, Time::max());
 }
 
 TEST_F(HealthOfOneStream, WithoutAnyStampThereIsNoLatency)
 {
   clock.set(1700000000s);
   sendFrames(streamOf(1), {0});
-  // Nor is 0 one, which is what clouds have that were never stamped.
+  // 0 is what clouds have that were never stamped.
   sendAndWait(node, "a", streamOf(1).frames[0], Time(0));
-  CodedStream::Settings settings;
-  settings.frames = 1;
-  settings.first_stamp = 0;
-  sendFrames(CodedStream(settings), {0});
+  sendFrames(stampedStream(1, 0), {0});
   EXPECT_EQ(onlyHealth(node).frames_decoded, 3u);
   EXPECT_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.0);
   EXPECT_EQ(onlyHealth(node).rates.max_latency_seconds, 0.0);
@@ -250,8 +241,8 @@ TEST(CentralNodeHealth, IsInTheOrderOfNames)
   EXPECT_EQ(names, (std::vector<std::string>{"B", "a", "b", "c10", "c9"}));
 }
 
-/** \brief A stream whose first frame is held up in the listener. */
-class HeldUpStream : public ::testing::Test {
+/** \brief A stream whose first frame is blocked in the listener. */
+class BlockedStream : public ::testing::Test {
 protected:
   static CentralNodeSettings
   settingsWithFewWaiting()
@@ -261,14 +252,22 @@ protected:
     return settings;
   }
 
-  HeldUpStream()
+  BlockedStream()
   {
     node.addStream("a");
     send(node, "a", stream.frames[0]);
     gate.waitForArrivals(1);
   }
 
-  ~HeldUpStream() override { gate.open(); }
+  ~BlockedStream() override { gate.open(); }
+
+  /** \brief Sends frames 1 to 3, which wait. */
+  void
+  fillQueue()
+  {
+    for (const std::size_t index : {1u, 2u, 3u})
+      send(node, "a", stream.frames[index]);
+  }
 
   void
   expectRefused(std::size_t index)
@@ -280,23 +279,22 @@ protected:
   }
 
   CodedStream stream = streamOf(16, 6);
-  Listener listener;
+  FrameRecorder recorder;
   Gate gate;
   CentralNode node{settingsWithFewWaiting(), [this](const ReceivedFrame& frame) {
-                     listener.listener()(frame);
+                     recorder.listener()(frame);
                      gate.pass();
                    }};
 };
 
-TEST_F(HeldUpStream, RefusesFramesWhileTooManyWait)
+TEST_F(BlockedStream, RefusesFramesWhileTooManyWait)
 {
-  for (const std::size_t index : {1u, 2u, 3u})
-    send(node, "a", stream.frames[index]);
+  fillQueue();
   for (const std::size_t index : {4u, 5u})
     expectRefused(index);
   StreamHealth health = onlyHealth(node);
   EXPECT_EQ(health.frames_received, 6u);
-  EXPECT_EQ(health.frames_decoded, 1u); // and is held up in the listener
+  EXPECT_EQ(health.frames_decoded, 1u); // and is blocked in the listener
   EXPECT_EQ(health.frames_refused, 2u);
   EXPECT_EQ(health.frames_failed, 0u); // three wait
   std::uint64_t bytes = 0;
@@ -311,23 +309,22 @@ TEST_F(HeldUpStream, RefusesFramesWhileTooManyWait)
   EXPECT_EQ(health.frames_refused, 2u);
   // Those that were taken are decoded in their order, and there is room again.
   for (std::size_t i = 0; i < 4; ++i)
-    pcl_ext::io::test::expectSameFrame(listener.heard("a").at(i).voxels,
+    pcl_ext::io::test::expectSameFrame(recorder.frames("a").at(i).voxels,
                                        stream.decoded[i]);
   sendAndWait(node, "a", stream.frames[6]);
-  EXPECT_EQ(listener.course("a"), ".....");
+  EXPECT_EQ(recorder.outcomes("a"), ".....");
 }
 
-TEST_F(HeldUpStream, ARefusedFrameIsNotLost)
+TEST_F(BlockedStream, ARefusedFrameIsNotLost)
 {
   // It is refused before those that wait are decoded, and is missing behind them.
-  for (const std::size_t index : {1u, 2u, 3u})
-    send(node, "a", stream.frames[index]);
+  fillQueue();
   expectRefused(4);
   gate.open();
   node.waitUntilDecoded();
   sendAndWait(node, "a", stream.frames[5]);
   sendAndWait(node, "a", stream.frames[6]);
-  EXPECT_EQ(listener.course("a"), "....i.");
+  EXPECT_EQ(recorder.outcomes("a"), "....i.");
   StreamHealth health = onlyHealth(node);
   EXPECT_EQ(health.frames_lost, 0u);
   EXPECT_EQ(health.frames_failed, 1u);
@@ -337,10 +334,9 @@ TEST_F(HeldUpStream, ARefusedFrameIsNotLost)
   EXPECT_EQ(onlyHealth(node).frames_lost, 4u);
 }
 
-TEST_F(HeldUpStream, FramesThatAreLostBeforeARefusedOneAreCounted)
+TEST_F(BlockedStream, FramesThatAreLostBeforeARefusedOneAreCounted)
 {
-  for (const std::size_t index : {1u, 2u, 3u})
-    send(node, "a", stream.frames[index]);
+  fillQueue();
   expectRefused(5); // 4 is lost
   gate.open();
   node.waitUntilDecoded();
@@ -348,15 +344,14 @@ TEST_F(HeldUpStream, FramesThatAreLostBeforeARefusedOneAreCounted)
   EXPECT_EQ(onlyHealth(node).frames_lost, 1u);
 }
 
-TEST_F(HeldUpStream, AnotherStreamIsNeitherHeldUpNorRefused)
+TEST_F(BlockedStream, OtherStreamsAreNotAffected)
 {
   node.addStream("b");
-  for (const std::size_t index : {1u, 2u, 3u})
-    send(node, "a", stream.frames[index]);
+  fillQueue();
   send(node, "b", stream.frames[0]);
   gate.waitForArrivals(2);
-  EXPECT_EQ(listener.course("a"), ".");
-  EXPECT_EQ(listener.course("b"), ".");
+  EXPECT_EQ(recorder.outcomes("a"), ".");
+  EXPECT_EQ(recorder.outcomes("b"), ".");
   EXPECT_EQ(node.health().at(1).frames_decoded, 1u);
 }
 

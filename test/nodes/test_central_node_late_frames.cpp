@@ -33,14 +33,14 @@ TEST_F(LateFrames, AreDroppedAndTheStreamGoesOn)
 {
   const CodedStream stream = streamOf(5);
   sendFrames(stream, {0, 1, 2, 1});
-  const HeardFrame dropped = listener.heard("a").back();
+  const RecordedFrame dropped = recorder.frames("a").back();
   EXPECT_EQ(dropped.code, CompressionCode::OldFrame);
   EXPECT_EQ(dropped.voxels.size(), 0u);
   EXPECT_EQ(dropped.statistics.voxels, 0u);
   expectSameFrame(latestVoxels(node), stream.decoded[2]);
   EXPECT_TRUE(onlyHealth(node).in_sync);
   sendFrames(stream, {3, 3, 4});
-  expectSameFrame(listener.heard("a").back().voxels, stream.decoded[4]);
+  expectSameFrame(recorder.frames("a").back().voxels, stream.decoded[4]);
   expectCounts("...d.d.", 0);
   EXPECT_TRUE(onlyHealth(node).last_failure.ok());
 }
@@ -68,17 +68,17 @@ TEST_F(LateFrames, NeitherResumeAStreamNorBreakIt)
   EXPECT_TRUE(onlyHealth(node).in_sync);
 }
 
-TEST_F(LateFrames, ThreeInARowAskForAnIFrameAsOfASenderThatBeganAgain)
+TEST_F(LateFrames, ThreeInARowRequestAnIFrame)
 {
   const CodedStream first = streamOf(20);
   const CodedStream second = streamOf(13, 10, 2);
   sendFrames(first, numbersFrom(0, 20));
   sendFrames(second, numbersFrom(1, 13)); // its first I-frame is lost
   expectCounts(std::string(20, '.') + "ddDddDddD...", 0);
-  expectSameFrame(listener.heard("a").back().voxels, second.decoded[12]);
+  expectSameFrame(recorder.frames("a").back().voxels, second.decoded[12]);
 }
 
-TEST_F(LateFrames, ThatComeBetweenOthersAskForNothing)
+TEST_F(LateFrames, BetweenOtherFramesRequestNothing)
 {
   const CodedStream stream = streamOf(8);
   sendFrames(stream, {0, 1, 0, 1, 2, 1, 2, 3, 2, 3, 4, 3, 4, 5});

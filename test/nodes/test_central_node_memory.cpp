@@ -1,6 +1,6 @@
 /** \file
- * \brief A CentralNode without memory: each single allocation fails in turn, and the stream
- * that it was for goes on.
+ * \brief A CentralNode of which each allocation fails in turn: the failure is reported and
+ * the streams go on.
  */
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
@@ -13,11 +13,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <new>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -30,13 +28,14 @@ using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::test::Exemption;
+using pcl_ext::test::failEachAllocation;
 using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::worldVoxels;
 
 constexpr float min_intensity = 2.0f;
 constexpr unsigned int i_frame_rate = 6;
 
-/** \brief It remembers frames, so that a wrong memory would show. */
+/** \brief With a history, so that a wrong one is noticed. */
 VoxelOutlierRemovalSettings
 removalSettings()
 {
@@ -45,23 +44,23 @@ removalSettings()
   return settings;
 }
 
-/** \brief A node of one thread that is held up until it is told to go on. Its stream "a" is
- * denoised, its stream "b" is not. */
-class HeldUpNode {
+/** \brief A node of one thread that is blocked until goOn(). Its stream "a" is denoised,
+ * its stream "b" is not. */
+class BlockedNode {
 public:
-  HeldUpNode()
+  BlockedNode()
   {
     node.addStream("a", min_intensity);
     node.setOutlierRemoval("a", removalSettings());
     node.addStream("b");
-    node.addStream("held up");
+    node.addStream("blocked");
   }
 
-  /** \brief Holds the thread up; to be called once. */
+  /** \brief Blocks the thread; to be called once. */
   void
   hold()
   {
-    send(node, "held up", Bytes());
+    send(node, "blocked", Bytes());
     gate_.waitForArrivals(1);
   }
 
@@ -82,7 +81,7 @@ public:
     return {};
   }
 
-  Listener listener;
+  FrameRecorder recorder;
 
 private:
   static CentralNodeSettings
@@ -100,61 +99,63 @@ private:
 public:
   CentralNode node{settingsOfOneThread(), [this](const ReceivedFrame& frame) {
                      const Exemption exemption;
-                     if (frame.stream == "held up") {
+                     if (frame.stream == "blocked") {
                        gate_.pass();
                        return;
                      }
-                     listener.listener()(frame);
-                     // Takes memory that Boost.Asio has kept for the next turn.
+                     recorder.listener()(frame);
+                     // Uses memory that Boost.Asio keeps for the next handler.
                      if (goes_on_)
-                       send(node, "held up", Bytes());
+                       send(node, "blocked", Bytes());
                    }}; // its thread uses what is above
 };
 
-/** \brief What a filter may have gone through where memory ran out in a frame. */
+/** \brief The possible states of a filter behind a frame in which memory ran out. */
 enum class FilterSaw { Frame, NoFrame, BeganAnew };
 
-/** \brief Whether what was shown of "a" is what a filter makes of it. */
+/** \brief Whether the frames of "a" are those of a filter in one of these states. */
 bool
-isShown(const std::vector<HeardFrame>& heard, const CodedStream& stream, FilterSaw saw)
+isShown(const std::vector<RecordedFrame>& recorded,
+        const CodedStream& stream,
+        FilterSaw saw)
 {
   VoxelOutlierRemoval removal(removalSettings());
-  for (std::size_t i = 0; i < heard.size(); ++i) {
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
     VoxelFrame expected = stream.decoded.at(i);
-    const bool is_ok = heard[i].code == CompressionCode::Ok;
-    const bool ran_out = heard[i].code == CompressionCode::OutOfMemory;
+    const bool is_ok = recorded[i].code == CompressionCode::Ok;
+    const bool ran_out = recorded[i].code == CompressionCode::OutOfMemory;
     if (is_ok || (ran_out && saw == FilterSaw::Frame))
       removal.filter(expected);
     if (ran_out && saw == FilterSaw::BeganAnew)
       removal.reset();
     removeFaintVoxels(expected, min_intensity);
-    if (is_ok && (heard[i].voxels.keys != expected.keys ||
-                  heard[i].voxels.intensities != expected.intensities))
+    if (is_ok && (recorded[i].voxels.keys != expected.keys ||
+                  recorded[i].voxels.intensities != expected.intensities))
       return false;
   }
   return true;
 }
 
 void
-expectShownRight(const HeldUpNode& held, const CodedStream& stream)
+expectShownRight(const BlockedNode& held, const CodedStream& stream)
 {
-  const std::vector<HeardFrame> heard_a = held.listener.heard("a");
-  EXPECT_TRUE(isShown(heard_a, stream, FilterSaw::Frame) ||
-              isShown(heard_a, stream, FilterSaw::NoFrame) ||
-              isShown(heard_a, stream, FilterSaw::BeganAnew))
-      << held.listener.course("a");
-  const std::vector<HeardFrame> heard_b = held.listener.heard("b");
-  for (std::size_t i = 0; i < heard_b.size(); ++i)
-    if (heard_b[i].code == CompressionCode::Ok)
-      expectSameFrame(heard_b[i].voxels, stream.decoded.at(i));
+  const std::vector<RecordedFrame> recorded_a = held.recorder.frames("a");
+  EXPECT_TRUE(isShown(recorded_a, stream, FilterSaw::Frame) ||
+              isShown(recorded_a, stream, FilterSaw::NoFrame) ||
+              isShown(recorded_a, stream, FilterSaw::BeganAnew))
+      << held.recorder.outcomes("a");
+  const std::vector<RecordedFrame> recorded_b = held.recorder.frames("b");
+  for (std::size_t i = 0; i < recorded_b.size(); ++i)
+    if (recorded_b[i].code == CompressionCode::Ok)
+      expectSameFrame(recorded_b[i].voxels, stream.decoded.at(i));
   for (const std::string name : {"a", "b"}) {
     VoxelFrame last;
-    for (const HeardFrame& heard : held.listener.heard(name))
-      if (heard.code == CompressionCode::Ok)
-        last = heard.voxels;
+    for (const RecordedFrame& recorded : held.recorder.frames(name))
+      if (recorded.code == CompressionCode::Ok)
+        last = recorded.voxels;
       else {
-        EXPECT_EQ(heard.voxels.size(), 0u);
-        EXPECT_EQ(heard.statistics.voxels, 0u);
+        EXPECT_EQ(recorded.voxels.size(), 0u);
+        EXPECT_EQ(recorded.statistics.voxels, 0u);
       }
     const VoxelFrame latest = latestVoxels(held.node, name);
     EXPECT_EQ(latest.keys, last.keys);
@@ -163,39 +164,39 @@ expectShownRight(const HeldUpNode& held, const CodedStream& stream)
 }
 
 std::size_t
-countOf(CompressionCode code, const std::vector<HeardFrame>& heard)
+countOf(CompressionCode code, const std::vector<RecordedFrame>& recorded)
 {
   return static_cast<std::size_t>(
-      std::count_if(heard.begin(), heard.end(), [&](const HeardFrame& frame) {
+      std::count_if(recorded.begin(), recorded.end(), [&](const RecordedFrame& frame) {
         return frame.code == code;
       }));
 }
 
 void
-expectHealth(const HeldUpNode& held, const std::string& name, std::size_t frames)
+expectHealth(const BlockedNode& held, const std::string& name, std::size_t frames)
 {
-  const std::vector<HeardFrame> heard = held.listener.heard(name);
-  ASSERT_EQ(heard.size(), frames);
+  const std::vector<RecordedFrame> recorded = held.recorder.frames(name);
+  ASSERT_EQ(recorded.size(), frames);
   const StreamHealth health = held.health(name);
   EXPECT_EQ(health.frames_received, frames);
-  EXPECT_EQ(health.frames_decoded, countOf(CompressionCode::Ok, heard));
+  EXPECT_EQ(health.frames_decoded, countOf(CompressionCode::Ok, recorded));
   EXPECT_EQ(health.frames_failed, frames - health.frames_decoded);
   EXPECT_EQ(health.frames_refused, 0u);
   EXPECT_EQ(health.frames_lost, 0u);
   EXPECT_EQ(health.i_frame_requests,
-            static_cast<std::size_t>(
-                std::count_if(heard.begin(), heard.end(), [](const HeardFrame& frame) {
+            static_cast<std::size_t>(std::count_if(
+                recorded.begin(), recorded.end(), [](const RecordedFrame& frame) {
                   return frame.wants_i_frame;
                 })));
   // Where memory ran out behind the decoder, the next frame does not lack this one.
   for (std::size_t i = 0; i + 1 < frames; ++i)
-    if (heard[i].code == CompressionCode::OutOfMemory) {
-      EXPECT_EQ(heard[i].wants_i_frame, heard[i + 1].code != CompressionCode::Ok);
+    if (recorded[i].code == CompressionCode::OutOfMemory) {
+      EXPECT_EQ(recorded[i].wants_i_frame, recorded[i + 1].code != CompressionCode::Ok);
     }
-  const std::size_t failures = countOf(CompressionCode::OutOfMemory, heard);
-  // What fails for want of the frame that failed before is told apart.
+  const std::size_t failures = countOf(CompressionCode::OutOfMemory, recorded);
+  // A frame that lacks its reference fails with another code.
   EXPECT_EQ(health.frames_failed,
-            failures + countOf(CompressionCode::MissingReference, heard));
+            failures + countOf(CompressionCode::MissingReference, recorded));
   EXPECT_EQ(health.last_failure.message().empty(), failures == 0);
 }
 
@@ -207,7 +208,7 @@ expectHealth(const HeldUpNode& held, const std::string& name, std::size_t frames
 bool
 failInDecoding(const CodedStream& stream, std::size_t before, std::size_t number)
 {
-  HeldUpNode held;
+  BlockedNode held;
   for (std::size_t i = 0; i < before; ++i) {
     sendAndWait(held.node, "a", stream.frames[i]);
     sendAndWait(held.node, "b", stream.frames[i]);
@@ -224,7 +225,7 @@ failInDecoding(const CodedStream& stream, std::size_t before, std::size_t number
   }
   std::size_t failures = 0;
   for (const std::string name : {"a", "b"})
-    failures += countOf(CompressionCode::OutOfMemory, held.listener.heard(name));
+    failures += countOf(CompressionCode::OutOfMemory, held.recorder.frames(name));
   EXPECT_LE(failures, has_failed ? 1u : 0u);
   expectShownRight(held, stream);
   for (std::size_t i = before + 2; i < stream.frames.size(); ++i)
@@ -235,15 +236,15 @@ failInDecoding(const CodedStream& stream, std::size_t before, std::size_t number
   for (const std::string name : {"a", "b"}) {
     expectHealth(held, name, stream.frames.size());
     // At the latest from the next I-frame on.
-    const std::vector<HeardFrame> heard = held.listener.heard(name);
-    for (std::size_t i = i_frame_rate; i < heard.size(); ++i)
-      EXPECT_EQ(heard[i].code, CompressionCode::Ok);
+    const std::vector<RecordedFrame> recorded = held.recorder.frames(name);
+    for (std::size_t i = i_frame_rate; i < recorded.size(); ++i)
+      EXPECT_EQ(recorded[i].code, CompressionCode::Ok);
     EXPECT_TRUE(held.health(name).in_sync);
   }
   return has_failed;
 }
 
-TEST(CentralNodeMemory, AFrameThatFindsNoneFailsAndTheStreamsGoOn)
+TEST(CentralNodeMemory, FailuresWhileDecodingAreReported)
 {
   const CodedStream stream = streamOf(9, i_frame_rate);
   for (const std::size_t before : {0u, 3u}) {
@@ -257,40 +258,32 @@ TEST(CentralNodeMemory, AFrameThatFindsNoneFailsAndTheStreamsGoOn)
   }
 }
 
-TEST(CentralNodeMemory, WhateverElseIsThrownIsTheStatusOfItsFrameToo)
+using CentralNodeExceptions = OneStream;
+
+TEST_F(CentralNodeExceptions, AreReportedAsStatus)
 {
   const CodedStream stream = streamOf(3);
-  Listener listener;
-  CentralNodeSettings settings = centralSettings();
-  std::atomic<bool> is_clock_broken{false};
-  settings.clock = [&] {
-    if (is_clock_broken)
-      throw std::runtime_error("the clock is broken");
-    return Time(1);
-  };
-  CentralNode node(settings, listener.listener());
-  node.addStream("a");
-  sendAndWait(node, "a", stream.frames[0]);
-  is_clock_broken = true;
-  sendAndWait(node, "a", stream.frames[1]);
-  is_clock_broken = false;
+  sendFrames(stream, {0});
+  clock.setBroken(true);
+  sendFrames(stream, {1});
+  clock.setBroken(false);
   expectSameFrame(latestVoxels(node), stream.decoded[0]);
   const StreamHealth health = onlyHealth(node);
   EXPECT_EQ(health.last_failure.code(), CompressionCode::InputFailed);
   EXPECT_EQ(health.last_failure.message(), "the clock is broken");
   EXPECT_TRUE(health.in_sync);
   // It was decoded, so that the next one does not lack it.
-  sendAndWait(node, "a", stream.frames[2]);
-  EXPECT_EQ(listener.course("a"), ".x.");
-  EXPECT_EQ(listener.heard("a").at(1).voxels.size(), 0u);
-  expectSameFrame(listener.heard("a").at(2).voxels, stream.decoded[2]);
+  sendFrames(stream, {2});
+  EXPECT_EQ(recorder.outcomes("a"), ".x.");
+  EXPECT_EQ(recorder.frames("a").at(1).voxels.size(), 0u);
+  expectSameFrame(recorder.frames("a").at(2).voxels, stream.decoded[2]);
 }
 
-TEST(CentralNodeMemory, AFrameThatIsReceivedWithoutAnyIsRefusedAndSaidSo)
+TEST(CentralNodeMemory, FailuresInReceiveRefuseTheFrame)
 {
   const CodedStream stream = streamOf(14, i_frame_rate);
   for (std::size_t refused = 0; refused < 12; ++refused) {
-    HeldUpNode held;
+    BlockedNode held;
     held.hold();
     for (std::size_t i = 0; i < refused; ++i)
       send(held.node, "a", stream.frames[i]);
@@ -312,7 +305,7 @@ TEST(CentralNodeMemory, AFrameThatIsReceivedWithoutAnyIsRefusedAndSaidSo)
     for (std::size_t i = refused + 1; i < 14; ++i)
       send(held.node, "a", stream.frames[i]);
     held.goOn();
-    EXPECT_EQ(held.listener.course("a"), "..............");
+    EXPECT_EQ(held.recorder.outcomes("a"), "..............");
     expectShownRight(held, stream);
     const StreamHealth health = held.health("a");
     EXPECT_EQ(health.frames_refused, refusals);
@@ -321,7 +314,7 @@ TEST(CentralNodeMemory, AFrameThatIsReceivedWithoutAnyIsRefusedAndSaidSo)
   }
 }
 
-TEST(CentralNodeMemory, ARefusalIsSaidWithoutMemoryForItsMessage)
+TEST(CentralNodeMemory, RefusalsNeedNoMemoryForTheirMessage)
 {
   CentralNode node(centralSettings());
   const std::string long_name(100, 'n');
@@ -331,41 +324,18 @@ TEST(CentralNodeMemory, ARefusalIsSaidWithoutMemoryForItsMessage)
   expectCode(status, CentralNodeCode::OutOfMemory);
 }
 
-/** \brief Repeats a call of the user until none of its allocations fails.
- * \return number of those that failed
- */
-template <typename CallT>
-std::size_t
-failInEach(const CallT& call)
-{
-  for (std::size_t number = 1;; ++number) {
-    const FailingAllocation failing(number);
-    bool has_thrown = false;
-    try {
-      call();
-    }
-    catch (const std::bad_alloc&) {
-      has_thrown = true;
-    }
-    const Exemption exemption;
-    EXPECT_EQ(has_thrown, failing.hasFailed());
-    if (!failing.hasFailed())
-      return number - 1;
-  }
-}
-
-TEST(CentralNodeMemory, CallsThatThrowForWantOfItLeaveTheNodeAsItWas)
+TEST(CentralNodeMemory, CallsThatThrowLeaveTheNodeUnchanged)
 {
   const CodedStream stream = streamOf(4);
-  HeldUpNode held;
+  BlockedNode held;
   const std::string name = "a stream whose name is no short one";
   std::optional<CentralNodeStatus> added;
-  EXPECT_GT(failInEach([&] { added = held.node.addStream(name); }), 1u);
+  EXPECT_GT(failEachAllocation([&] { added = held.node.addStream(name); }), 1u);
   expectCode(*added, CentralNodeCode::Ok); // not there already
   for (std::size_t i = 0; i < 4; ++i) {
     sendAndWait(held.node, name, stream.frames[i]);
     VoxelFrame latest;
-    std::size_t throws = failInEach([&] {
+    std::size_t throws = failEachAllocation([&] {
       try {
         held.node.latestVoxels(name, latest);
       }
@@ -377,14 +347,14 @@ TEST(CentralNodeMemory, CallsThatThrowForWantOfItLeaveTheNodeAsItWas)
     EXPECT_GT(throws, 0u);
     expectSameFrame(latest, stream.decoded[i]);
     VoxelFrame merged;
-    throws = failInEach([&] { held.node.merge(merged); });
+    throws = failEachAllocation([&] { held.node.merge(merged); });
     EXPECT_GT(throws, 0u);
     VoxelFrame expected;
     held.node.merge(expected);
     expectSameFrame(merged, expected);
     EXPECT_EQ(worldVoxels(merged).size(), stream.decoded[i].size());
     std::vector<StreamHealth> health;
-    EXPECT_GT(failInEach([&] { health = held.node.health(); }), 0u);
+    EXPECT_GT(failEachAllocation([&] { health = held.node.health(); }), 0u);
     EXPECT_EQ(health.at(0).name, "a");
     EXPECT_EQ(health.at(1).name, name);
     EXPECT_EQ(health.at(1).frames_decoded, i + 1);

@@ -101,13 +101,13 @@ TEST(CentralNodeMemoryUse, LargeFramesAreShownAndMerged)
   EXPECT_GT(keptByNode(frames, true), keptByNode(frames, false) + 10 * floor_of_rule);
 }
 
-TEST(CentralNodeMemoryUse, BehindLargeFramesItIsGivenBackWithinSomeFrames)
+TEST(CentralNodeMemoryUse, IsReleasedSomeFramesAfterALargeOne)
 {
   EXPECT_LT(keptByNode(largeThenSmall(2, 10), false), floor_of_rule);
   EXPECT_LT(keptByNode(largeThenSmall(1, 10), false), floor_of_rule);
 }
 
-TEST(CentralNodeMemoryUse, OfMergingItIsGivenBackToo)
+TEST(CentralNodeMemoryUse, OfMergingIsReleased)
 {
   EXPECT_LT(keptByNode(largeThenSmall(2, 10), true), 2 * floor_of_rule);
 }
@@ -126,7 +126,7 @@ TEST(CentralNodeMemoryUse, AFrameThatFailsKeepsNone)
   EXPECT_LT(keptByNode(frames, false), floor_of_rule);
 }
 
-TEST(CentralNodeMemoryUse, OfAStreamThatEndedAThreadKeepsNone)
+TEST(CentralNodeMemoryUse, ThreadsKeepNoneOfAnEndedStream)
 {
   const std::vector<Bytes> large = largeThenSmall(1, 0);
   const std::vector<Bytes> small = largeThenSmall(0, 10);

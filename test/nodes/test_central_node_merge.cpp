@@ -17,7 +17,6 @@
 #include <map>
 #include <random>
 #include <string>
-#include <vector>
 
 namespace {
 
@@ -79,10 +78,11 @@ streamsOfManyGrids()
   return streams;
 }
 
-TEST(Merging, SumsTheVoxelsOfAllStreamsOnTheCommonGrid)
+using Merging = OneStream;
+
+TEST_F(Merging, SumsTheVoxelsOfAllStreamsOnTheCommonGrid)
 {
   const std::map<std::string, CodedStream> streams = streamsOfManyGrids();
-  CentralNode node(centralSettings());
   for (const auto& [name, stream] : streams)
     node.addStream(name);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -111,17 +111,15 @@ expectOneToOne(const CodedStream& stream, IndexOf index_of)
   const VoxelFrame& frame = stream.decoded[0];
   WorldVoxels expected;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const auto position = pcl_ext::io::voxelPosition(frame.keys[i]);
-    expected[{index_of(frame.grid.first_index[0] + std::int64_t{position.x}),
-              index_of(frame.grid.first_index[1] + std::int64_t{position.y}),
-              index_of(frame.grid.first_index[2] + std::int64_t{position.z})}] =
+    const auto index = pcl_ext::io::test::latticeIndex(frame, i);
+    expected[{index_of(index[0]), index_of(index[1]), index_of(index[2])}] =
         static_cast<double>(frame.intensity_scale.value(frame.intensities[i]));
   }
   ASSERT_EQ(expected.size(), frame.size());
   EXPECT_EQ(mergedVoxels(node), expected);
 }
 
-TEST(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
+TEST_F(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
 {
   // Where PCL anchors its lattice for boxes that are an odd number of voxels wide.
   CodedStream::Settings settings;
@@ -142,13 +140,12 @@ TEST(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
                  [](std::int64_t index) { return 2 * index + 1; });
 }
 
-TEST(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
+TEST_F(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
 {
   const CodedStream first = streamOf(3, 30, 1);
   const CodedStream second = streamOf(3, 30, 2);
-  CentralNode node(centralSettings());
-  for (const std::string name : {"a", "b", "silent"})
-    node.addStream(name);
+  node.addStream("b");
+  node.addStream("silent");
   sendAndWait(node, "a", first.frames[0]);
   EXPECT_EQ(mergedVoxels(node), worldVoxels(first.decoded[0]));
   sendAndWait(node, "b", second.frames[0]);
@@ -159,10 +156,9 @@ TEST(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
   EXPECT_EQ(mergedVoxels(node), expected);
 }
 
-TEST(Merging, NoiseIsRemovedBefore)
+TEST_F(Merging, NoiseIsRemovedBefore)
 {
   const CodedStream stream = streamOf(1);
-  CentralNode node(centralSettings());
   WorldVoxels expected;
   for (const float threshold : {2.0f, 3.0f, 5.0f}) {
     const std::string name = "above " + std::to_string(threshold);
@@ -175,16 +171,12 @@ TEST(Merging, NoiseIsRemovedBefore)
   EXPECT_EQ(mergedVoxels(node), expected);
 }
 
-TEST(Merging, OfNothingIsAFrameWithoutVoxels)
+TEST_F(Merging, OfNothingIsAFrameWithoutVoxels)
 {
-  CentralNode node(centralSettings());
-  EXPECT_TRUE(mergedVoxels(node).empty());
-  node.addStream("a");
   EXPECT_TRUE(mergedVoxels(node).empty());
   const VoxelFrame frame = streamOf(1).decoded[0];
   VoxelFrame without_voxels = frame;
-  without_voxels.keys.clear();
-  without_voxels.intensities.clear();
+  pcl_ext::io::test::clearVoxels(without_voxels);
   sendAndWait(node, "a", codedAlone(without_voxels));
   EXPECT_TRUE(mergedVoxels(node).empty());
   sendAndWait(node, "a", codedAlone(frame));
@@ -193,7 +185,7 @@ TEST(Merging, OfNothingIsAFrameWithoutVoxels)
   EXPECT_TRUE(mergedVoxels(node).empty());
 }
 
-TEST(Merging, StreamsTakePartUntilTheyAreTooOld)
+TEST(MaxMergeAge, StreamsTakePartUntilTheyAreTooOld)
 {
   const CodedStream first = streamOf(2, 30, 1);
   const CodedStream second = streamOf(2, 30, 2);
@@ -225,7 +217,7 @@ TEST(Merging, StreamsTakePartUntilTheyAreTooOld)
   EXPECT_EQ(mergedVoxels(node), worldVoxels(first.decoded[1]));
 }
 
-TEST(Merging, AnAgeWithoutEndKeepsAllStreams)
+TEST(MaxMergeAge, MayBeUnlimited)
 {
   const CodedStream stream = streamOf(1);
   FakeClock clock;
@@ -238,13 +230,12 @@ TEST(Merging, AnAgeWithoutEndKeepsAllStreams)
   EXPECT_EQ(mergedVoxels(node), worldVoxels(stream.decoded[0]));
 }
 
-TEST(Merging, CountsAreExactUpToTheEndOfSixteenBits)
+TEST_F(Merging, CountsAreExactUpToTheEndOfSixteenBits)
 {
   VoxelFrame frame = pcl_ext::io::test::emptyFrame(5);
   frame.keys = {0, 77, 78, 4000, 32767};
   frame.intensities = {255, 1, 0, 100, 254};
   const Bytes bytes = codedAlone(frame);
-  CentralNode node(centralSettings());
   for (unsigned int streams = 1; streams <= 257; ++streams) {
     const std::string name = std::to_string(streams);
     node.addStream(name);
@@ -266,10 +257,9 @@ TEST(Merging, CountsAreExactUpToTheEndOfSixteenBits)
     EXPECT_NEAR(merged.at(index), 258.0 * intensity, 258.0 * 255.0 / 65535.0);
 }
 
-TEST(Merging, FractionsAreWithinAPartOfTheLargest)
+TEST_F(Merging, FractionsAreWithinAPartOfTheLargest)
 {
   std::mt19937_64 random(5);
-  CentralNode node(centralSettings());
   WorldVoxels expected;
   for (const float step : {0.1f, 0.7f, 1e-3f}) {
     VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 3000, 10);
@@ -290,10 +280,9 @@ TEST(Merging, FractionsAreWithinAPartOfTheLargest)
   }
 }
 
-TEST(Merging, IntensitiesMayBeNegative)
+TEST_F(Merging, IntensitiesMayBeNegative)
 {
   std::mt19937_64 random(6);
-  CentralNode node(centralSettings());
   WorldVoxels expected;
   for (const float offset : {-32.0f, -200.0f, 0.0f}) {
     VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 1000);
@@ -306,15 +295,13 @@ TEST(Merging, IntensitiesMayBeNegative)
   EXPECT_EQ(mergedVoxels(node), expected);
 }
 
-TEST(Merging, AFarStreamThatLeavesDoesNotSpoilTheGrid)
+TEST_F(Merging, TheGridShrinksWhenAFarStreamEnds)
 {
   VoxelFrame near = pcl_ext::io::test::emptyFrame(4);
   near.keys = {1, 2, 3};
   near.intensities = {1, 2, 3};
   VoxelFrame far = near;
   far.grid.first_index = {900000, -900000, 5};
-  FakeClock clock;
-  CentralNode node(settingsWith(clock));
   node.addStream("near");
   node.addStream("far");
   sendAndWait(node, "near", codedAlone(near));

@@ -39,7 +39,7 @@ atLogOdds(float min_log_odds)
   return settings;
 }
 
-/** \brief What a stream's frame is to become. */
+/** \brief A frame without its outliers, of which there must be some. */
 VoxelFrame
 filtered(VoxelFrame frame, VoxelOutlierRemoval& removal)
 {
@@ -88,12 +88,12 @@ filteredStreams(std::size_t frames)
   return streams;
 }
 
-TEST(CentralNodeOutliers, EachStreamIsFilteredByItselfBeforeThresholdAndMerging)
+TEST(CentralNodeOutliers, EachStreamHasAFilterBeforeThresholdAndMerging)
 {
   constexpr std::size_t frames = 12;
   const std::map<std::string, FilteredStream> streams = filteredStreams(frames);
-  Listener listener;
-  CentralNode node(centralSettings(), listener.listener());
+  FrameRecorder recorder;
+  CentralNode node(centralSettings(), recorder.listener());
   std::map<std::string, VoxelOutlierRemoval> removals;
   for (const auto& [name, stream] : streams) {
     expectCode(node.addStream(name, stream.min_intensity), CentralNodeCode::Ok);
@@ -115,7 +115,7 @@ TEST(CentralNodeOutliers, EachStreamIsFilteredByItselfBeforeThresholdAndMerging)
       const std::size_t outliers = stream.coded.decoded[i].size() - expected.size();
       const std::size_t faint = removeFaintVoxels(expected, stream.min_intensity);
       EXPECT_EQ(faint > 0, stream.min_intensity > 0.0f);
-      expectSameFrame(listener.heard(name).at(i).voxels, expected);
+      expectSameFrame(recorder.frames(name).at(i).voxels, expected);
       expectSameFrame(latestVoxels(node, name), expected);
       addVoxels(expected, 0.04, merged_voxels);
       for (const StreamHealth& health : node.health())
@@ -135,12 +135,11 @@ TEST(CentralNodeOutliers, EachStreamIsFilteredByItselfBeforeThresholdAndMerging)
   }
 }
 
-TEST(CentralNodeOutliers, AChangeHoldsFromTheNextFrameOnAndBeginsAnew)
+using CentralNodeOutliersOfOneStream = OneStream;
+
+TEST_F(CentralNodeOutliersOfOneStream, AChangeHoldsFromTheNextFrameOnAndResetsTheFilter)
 {
   const CodedStream stream = streamOf(16);
-  Listener listener;
-  CentralNode node(centralSettings(), listener.listener());
-  node.addStream("a");
   node.addStream("b");
   std::optional<VoxelOutlierRemovalSettings> in_force;
   std::optional<VoxelOutlierRemoval> removal;
@@ -176,33 +175,30 @@ TEST(CentralNodeOutliers, AChangeHoldsFromTheNextFrameOnAndBeginsAnew)
       if (filtered(stream.decoded[i], remembering).keys != expected.keys)
         ++frames_that_show_it;
     }
-    expectSameFrame(listener.heard("a").back().voxels, expected);
-    expectSameFrame(listener.heard("b").back().voxels, stream.decoded[i]);
+    expectSameFrame(recorder.frames("a").back().voxels, expected);
+    expectSameFrame(recorder.frames("b").back().voxels, stream.decoded[i]);
     EXPECT_EQ(node.health()[0].outliers_removed,
               stream.decoded[i].size() - expected.size());
   }
   EXPECT_GT(frames_that_show_it, 0u);
 }
 
-TEST(CentralNodeOutliers, FramesThatFailDoNotReachTheFilterWhichGoesOn)
+TEST_F(CentralNodeOutliersOfOneStream, FramesThatFailDoNotReachTheFilter)
 {
   const CodedStream stream = streamOf(12, 6);
-  Listener listener;
-  CentralNode node(centralSettings(), listener.listener());
-  node.addStream("a");
   const VoxelOutlierRemovalSettings settings = atLogOdds(2.5f);
   node.setOutlierRemoval("a", settings);
   VoxelOutlierRemoval removal(settings);
   for (const std::size_t i : {0u, 1u, 3u, 4u, 6u, 7u, 8u}) {
     sendAndWait(node, "a", Bytes(20, 7));
     sendAndWait(node, "a", stream.frames[i]);
-    const HeardFrame heard = listener.heard("a").back();
+    const RecordedFrame recorded = recorder.frames("a").back();
     if (i == 3 || i == 4) { // 2 is missing, until the I-frame
-      EXPECT_EQ(heard.code, CompressionCode::MissingReference);
-      EXPECT_EQ(heard.voxels.size(), 0u);
+      EXPECT_EQ(recorded.code, CompressionCode::MissingReference);
+      EXPECT_EQ(recorded.voxels.size(), 0u);
       continue;
     }
-    expectSameFrame(heard.voxels, filtered(stream.decoded[i], removal));
+    expectSameFrame(recorded.voxels, filtered(stream.decoded[i], removal));
   }
   EXPECT_EQ(onlyHealth(node).frames_decoded, 5u);
   // A filter that had begun anew at the I-frame would have kept others.
@@ -210,17 +206,15 @@ TEST(CentralNodeOutliers, FramesThatFailDoNotReachTheFilterWhichGoesOn)
   std::size_t differing = 0;
   for (const std::size_t i : {6u, 7u, 8u})
     differing += filtered(stream.decoded[i], fresh).keys !=
-                         listener.heard("a").at(2 * i - 3).voxels.keys
+                         recorder.frames("a").at(2 * i - 3).voxels.keys
                      ? 1
                      : 0;
   EXPECT_GT(differing, 0u);
 }
 
-TEST(CentralNodeOutliers, AFrameThatFailsLeavesTheHealthOfTheOneBefore)
+TEST_F(CentralNodeOutliersOfOneStream, AFrameThatFailsLeavesTheHealthOfTheOneBefore)
 {
   const CodedStream stream = streamOf(1);
-  CentralNode node(centralSettings());
-  node.addStream("a");
   node.setOutlierRemoval("a", atLogOdds(0.0f));
   sendAndWait(node, "a", stream.frames[0]);
   const std::size_t removed = onlyHealth(node).outliers_removed;
@@ -232,12 +226,9 @@ TEST(CentralNodeOutliers, AFrameThatFailsLeavesTheHealthOfTheOneBefore)
   EXPECT_EQ(onlyHealth(node).outliers_removed, 0u);
 }
 
-TEST(CentralNodeOutliers, WrongOrdersAreToldApartAndChangeNothing)
+TEST_F(CentralNodeOutliersOfOneStream, InvalidCallsAreReportedAndChangeNothing)
 {
   const CodedStream stream = streamOf(6);
-  Listener listener;
-  CentralNode node(centralSettings(), listener.listener());
-  node.addStream("a");
   node.setOutlierRemoval("a", atLogOdds(0.5f));
   VoxelOutlierRemoval removal(atLogOdds(0.5f));
   constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -247,7 +238,7 @@ TEST(CentralNodeOutliers, WrongOrdersAreToldApartAndChangeNothing)
   wrong[2].unit = static_cast<DensityUnit>(17);
   for (std::size_t i = 0; i < stream.frames.size(); ++i) {
     sendAndWait(node, "a", stream.frames[i]);
-    expectSameFrame(listener.heard("a").back().voxels,
+    expectSameFrame(recorder.frames("a").back().voxels,
                     filtered(stream.decoded[i], removal));
     const VoxelOutlierRemovalSettings& settings = wrong[i % wrong.size()];
     const CentralNodeStatus status = node.setOutlierRemoval("a", settings);
@@ -268,7 +259,7 @@ TEST(CentralNodeOutliers, WrongOrdersAreToldApartAndChangeNothing)
             unusable.settingsStatus().message());
 }
 
-TEST(CentralNodeOutliers, WhatWasSeenIsForgottenWhereTheResolutionChanges)
+TEST_F(CentralNodeOutliersOfOneStream, AChangeOfResolutionResetsTheFilter)
 {
   std::vector<CodedStream> parts;
   for (const double resolution : {0.04, 0.05, 0.04}) {
@@ -277,16 +268,13 @@ TEST(CentralNodeOutliers, WhatWasSeenIsForgottenWhereTheResolutionChanges)
     settings.resolution = resolution;
     parts.emplace_back(settings);
   }
-  Listener listener;
-  CentralNode node(centralSettings(), listener.listener());
-  node.addStream("a");
   node.setOutlierRemoval("a", atLogOdds(0.0f));
   for (const CodedStream& part : parts) {
     // As a sender that begins again.
     VoxelOutlierRemoval removal(atLogOdds(0.0f));
     for (std::size_t i = 0; i < part.frames.size(); ++i) {
       sendAndWait(node, "a", part.frames[i]);
-      expectSameFrame(listener.heard("a").back().voxels,
+      expectSameFrame(recorder.frames("a").back().voxels,
                       filtered(part.decoded[i], removal));
     }
   }

@@ -50,18 +50,32 @@ manyStreams()
   return streams;
 }
 
+/** \brief Sends each stream from a thread of its own. */
+void
+sendFromThreads(CentralNode& node, const std::vector<CodedStream>& streams)
+{
+  std::vector<std::thread> senders;
+  for (std::size_t i = 0; i < streams.size(); ++i)
+    senders.emplace_back([&, i] {
+      for (const Bytes& frame : streams[i].frames)
+        send(node, nameOf(i), frame);
+    });
+  for (std::thread& sender : senders)
+    sender.join();
+}
+
 CentralNodeSettings
 settingsOfManyThreads()
 {
   CentralNodeSettings settings = centralSettings();
   settings.threads = 4;
   settings.max_waiting_frames = stream_count * frame_count;
-  // However slow the machine is.
+  // Independent of the speed of the machine.
   settings.max_merge_age = Time::max();
   return settings;
 }
 
-/** \brief A thread that does something over and over until it is told to stop. */
+/** \brief A thread that repeats a function until its destruction. */
 class Repeating {
 public:
   template <typename WorkT>
@@ -85,18 +99,18 @@ private:
 };
 
 void
-expectWholeStream(const std::vector<HeardFrame>& heard, const CodedStream& stream)
+expectWholeStream(const std::vector<RecordedFrame>& recorded, const CodedStream& stream)
 {
-  ASSERT_EQ(heard.size(), stream.frames.size());
-  for (std::size_t i = 0; i < heard.size(); ++i) {
-    EXPECT_EQ(heard[i].code, CompressionCode::Ok);
-    expectSameFrame(heard[i].voxels, stream.decoded[i]);
+  ASSERT_EQ(recorded.size(), stream.frames.size());
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    EXPECT_EQ(recorded[i].code, CompressionCode::Ok);
+    expectSameFrame(recorded[i].voxels, stream.decoded[i]);
   }
 }
 
 constexpr float threshold = 3.0f;
 
-/** \brief Each frame is judged by itself, however often a filter begins anew. */
+/** \brief Frames are filtered independently, so that a reset of the filter has no effect. */
 VoxelOutlierRemovalSettings
 removalWithoutHistory()
 {
@@ -106,27 +120,27 @@ removalWithoutHistory()
 }
 
 /** \brief The same where each frame may have been denoised.
- * \param[in] remove denoises a frame and tells how many voxels went
+ * \param[in] remove denoises a frame and returns the number of voxels removed
  */
 template <typename RemoveT>
 void
-expectWholeStreamOrFiltered(const std::vector<HeardFrame>& heard,
+expectWholeStreamOrFiltered(const std::vector<RecordedFrame>& recorded,
                             const CodedStream& stream,
                             RemoveT remove)
 {
   CodedStream filtered = stream;
-  ASSERT_EQ(heard.size(), stream.frames.size());
-  for (std::size_t i = 0; i < heard.size(); ++i)
-    if (heard[i].voxels.size() != stream.decoded[i].size()) {
+  ASSERT_EQ(recorded.size(), stream.frames.size());
+  for (std::size_t i = 0; i < recorded.size(); ++i)
+    if (recorded[i].voxels.size() != stream.decoded[i].size()) {
       EXPECT_GT(remove(filtered.decoded[i]), 0u);
     }
-  expectWholeStream(heard, filtered);
+  expectWholeStream(recorded, filtered);
 }
 
-TEST(CentralNodeThreads, EachStreamIsDecodedInItsOrderAndToldByOneThreadAtATime)
+TEST(CentralNodeThreads, FramesOfAStreamAreReportedInOrderByOneThreadAtATime)
 {
   const std::vector<CodedStream> streams = manyStreams();
-  Listener listener;
+  FrameRecorder recorder;
   std::map<std::string, std::atomic<int>> tellers;
   for (std::size_t i = 0; i < stream_count; ++i)
     tellers[nameOf(i)] = 0;
@@ -135,30 +149,23 @@ TEST(CentralNodeThreads, EachStreamIsDecodedInItsOrderAndToldByOneThreadAtATime)
     std::atomic<int>& count = tellers.at(frame.stream);
     if (++count != 1)
       is_one_at_a_time = false;
-    listener.listener()(frame);
+    recorder.listener()(frame);
     --count;
   });
   for (std::size_t i = 0; i < stream_count; ++i)
     node.addStream(nameOf(i));
-  std::vector<std::thread> senders;
-  for (std::size_t i = 0; i < stream_count; ++i)
-    senders.emplace_back([&, i] {
-      for (const Bytes& frame : streams[i].frames)
-        send(node, nameOf(i), frame);
-    });
-  for (std::thread& sender : senders)
-    sender.join();
+  sendFromThreads(node, streams);
   node.waitUntilDecoded();
   EXPECT_TRUE(is_one_at_a_time);
   for (std::size_t i = 0; i < stream_count; ++i)
-    expectWholeStream(listener.heard(nameOf(i)), streams[i]);
+    expectWholeStream(recorder.frames(nameOf(i)), streams[i]);
 }
 
-TEST(CentralNodeThreads, EverythingMayBeAskedWhileFramesArrive)
+TEST(CentralNodeThreads, AllMethodsMayBeCalledWhileFramesArrive)
 {
   const std::vector<CodedStream> streams = manyStreams();
-  Listener listener;
-  CentralNode node(settingsOfManyThreads(), listener.listener());
+  FrameRecorder recorder;
+  CentralNode node(settingsOfManyThreads(), recorder.listener());
   for (std::size_t i = 0; i < stream_count; ++i)
     node.addStream(nameOf(i));
   {
@@ -196,49 +203,42 @@ TEST(CentralNodeThreads, EverythingMayBeAskedWhileFramesArrive)
         node.addStream("another " + std::to_string(added++));
     });
     const Repeating waiting([&] { node.waitUntilDecoded(); });
-    std::vector<std::thread> senders;
-    for (std::size_t i = 0; i < stream_count; ++i)
-      senders.emplace_back([&, i] {
-        for (const Bytes& frame : streams[i].frames)
-          send(node, nameOf(i), frame);
-      });
-    for (std::thread& sender : senders)
-      sender.join();
+    sendFromThreads(node, streams);
     node.waitUntilDecoded();
   }
   WorldVoxels expected;
   for (std::size_t i = 0; i < stream_count; ++i) {
-    const std::vector<HeardFrame> heard = listener.heard(nameOf(i));
+    const std::vector<RecordedFrame> recorded = recorder.frames(nameOf(i));
     if (i == 2)
-      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+      expectWholeStreamOrFiltered(recorded, streams[i], [](VoxelFrame& frame) {
         return removeFaintVoxels(frame, threshold);
       });
     else if (i == 3)
-      expectWholeStreamOrFiltered(heard, streams[i], [](VoxelFrame& frame) {
+      expectWholeStreamOrFiltered(recorded, streams[i], [](VoxelFrame& frame) {
         return VoxelOutlierRemoval(removalWithoutHistory()).filter(frame);
       });
     else
-      expectWholeStream(heard, streams[i]);
-    addVoxels(heard.back().voxels, 0.04, expected);
+      expectWholeStream(recorded, streams[i]);
+    addVoxels(recorded.back().voxels, 0.04, expected);
   }
   VoxelFrame merged;
   node.merge(merged);
   EXPECT_EQ(worldVoxels(merged), expected);
 }
 
-TEST(CentralNodeThreads, TheListenerMayGiveOrders)
+TEST(CentralNodeThreads, TheListenerMayCallTheNode)
 {
   const CodedStream stream = streamOf(frame_count);
-  Listener listener;
+  FrameRecorder recorder;
   std::unique_ptr<CentralNode> node;
   std::atomic<std::size_t> merged_voxels{0};
   node = std::make_unique<CentralNode>(
       settingsOfManyThreads(), [&](const ReceivedFrame& frame) {
-        listener.listener()(frame);
+        recorder.listener()(frame);
         if (frame.stream == "relayed")
           return;
         // Each frame is sent on to another stream.
-        const std::size_t index = listener.heard("first").size() - 1;
+        const std::size_t index = recorder.frames("first").size() - 1;
         node->addStream("relayed");
         send(*node, "relayed", stream.frames[index]);
         VoxelFrame voxels;
@@ -254,20 +254,20 @@ TEST(CentralNodeThreads, TheListenerMayGiveOrders)
   for (const Bytes& frame : stream.frames)
     send(*node, "first", frame);
   node->waitUntilDecoded();
-  expectWholeStream(listener.heard("first"), stream);
-  expectWholeStream(listener.heard("relayed"), stream);
+  expectWholeStream(recorder.frames("first"), stream);
+  expectWholeStream(recorder.frames("relayed"), stream);
   EXPECT_GT(merged_voxels, 0u);
 }
 
 TEST(CentralNodeThreads, DestructionWaitsForTheFramesThatWait)
 {
   const std::vector<CodedStream> streams = manyStreams();
-  Listener listener;
+  FrameRecorder recorder;
   Gate gate;
   auto node = std::make_unique<CentralNode>(settingsOfManyThreads(),
                                             [&](const ReceivedFrame& frame) {
                                               gate.pass();
-                                              listener.listener()(frame);
+                                              recorder.listener()(frame);
                                             });
   for (std::size_t i = 0; i < stream_count; ++i) {
     node->addStream(nameOf(i));
@@ -279,7 +279,7 @@ TEST(CentralNodeThreads, DestructionWaitsForTheFramesThatWait)
   gate.open();
   destroyer.join();
   for (std::size_t i = 0; i < stream_count; ++i)
-    expectWholeStream(listener.heard(nameOf(i)), streams[i]);
+    expectWholeStream(recorder.frames(nameOf(i)), streams[i]);
 }
 
 TEST(CentralNodeThreads, FramesOfOneStreamFromManyThreadsAreAllCounted)
@@ -287,8 +287,8 @@ TEST(CentralNodeThreads, FramesOfOneStreamFromManyThreadsAreAllCounted)
   const CodedStream stream = streamOf(8, 1); // I-frames, which come in any order
   CentralNodeSettings settings = settingsOfManyThreads();
   settings.max_waiting_frames = 2;
-  Listener listener;
-  CentralNode node(settings, listener.listener());
+  FrameRecorder recorder;
+  CentralNode node(settings, recorder.listener());
   node.addStream("a");
   std::atomic<std::size_t> taken{0};
   std::vector<std::thread> senders;
@@ -306,7 +306,7 @@ TEST(CentralNodeThreads, FramesOfOneStreamFromManyThreadsAreAllCounted)
   const std::size_t good = health.frames_decoded + health.frames_dropped;
   EXPECT_EQ(good, taken);
   EXPECT_EQ(good + health.frames_failed + health.frames_refused, 4 * 9u);
-  EXPECT_EQ(listener.heard("a").size(), good + health.frames_failed);
+  EXPECT_EQ(recorder.frames("a").size(), good + health.frames_failed);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 /** \file
- * \brief In which order a CentralNode serves streams whose frames wait: in turn.
+ * \brief The order in which a CentralNode decodes waiting frames: streams take turns.
  */
 #include <pcl_ext/nodes/central_node.h>
 
@@ -19,16 +19,16 @@ namespace {
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 
-/** \brief A node that decodes nothing until it is let go, so that frames of several
- * streams wait at once; it tells in which order they are served. */
+/** \brief A node that is blocked until frames of several streams wait, and records the order
+ * in which they are decoded. */
 class WaitingStreams {
 public:
   explicit WaitingStreams(unsigned int threads) : node_(settingsOf(threads), listener())
   {
     // A stream of its own holds each thread.
     for (unsigned int i = 0; i < threads; ++i) {
-      node_.addStream("held up " + std::to_string(i));
-      send(node_, "held up " + std::to_string(i), Bytes());
+      node_.addStream("blocked " + std::to_string(i));
+      send(node_, "blocked " + std::to_string(i), Bytes());
     }
     gate_.waitForArrivals(threads);
   }
@@ -64,7 +64,7 @@ private:
   listener()
   {
     return [this](const ReceivedFrame& frame) {
-      if (frame.stream.find("held up") == 0) {
+      if (frame.stream.find("blocked") == 0) {
         gate_.pass();
         return;
       }
@@ -133,7 +133,7 @@ TEST(CentralNodeTurns, StreamsTakeTurnsUntilTheirFramesAreDone)
             "a");
 }
 
-TEST(CentralNodeTurns, AStreamThatComesBackStandsBehindThoseThatWait)
+TEST(CentralNodeTurns, AReturningStreamIsServedAfterWaitingOnes)
 {
   const CodedStream stream = streamOf(3);
   WaitingStreams streams(1);

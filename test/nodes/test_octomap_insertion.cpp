@@ -94,19 +94,27 @@ onRow(std::uint32_t x)
           static_cast<float>(3.5 * resolution)};
 }
 
-TEST(OctomapInsertion, AVoxelCountsAsFarAsItCanBeTrusted)
+/** \brief Expects the log-odds of voxels of that row that follow each other. */
+void
+expectRow(const OcTree& map,
+          std::uint32_t x,
+          const std::vector<std::optional<float>>& log_odds)
+{
+  for (const std::optional<float>& expected : log_odds) {
+    EXPECT_EQ(logOddsAt(map, onRow(x)), expected) << "voxel " << x;
+    ++x;
+  }
+}
+
+const std::optional<float> unknown;
+
+TEST(OctomapInsertion, LogOddsAreScaledByTheIntensity)
 {
   OcTree map(resolution);
   insertVoxels(rowFrom(10, {1, 2, 3, 4, 8, 255}), 4.0f, std::nullopt, map);
   const float hit = map.getProbHitLog();
-  EXPECT_EQ(logOddsAt(map, onRow(10)), 0.25f * hit);
-  EXPECT_EQ(logOddsAt(map, onRow(11)), 0.5f * hit);
-  EXPECT_EQ(logOddsAt(map, onRow(12)), 0.75f * hit);
-  EXPECT_EQ(logOddsAt(map, onRow(13)), hit);
-  EXPECT_EQ(logOddsAt(map, onRow(14)), hit);
-  EXPECT_EQ(logOddsAt(map, onRow(15)), hit);
-  EXPECT_EQ(logOddsAt(map, onRow(16)), std::nullopt);
-  EXPECT_EQ(logOddsAt(map, onRow(9)), std::nullopt);
+  expectRow(
+      map, 9, {unknown, 0.25f * hit, 0.5f * hit, 0.75f * hit, hit, hit, hit, unknown});
 }
 
 TEST(OctomapInsertion, SumsUpInMapsOfAnyResolution)
@@ -143,18 +151,16 @@ TEST(OctomapInsertion, LaterFramesAddToEarlierOnes)
   EXPECT_EQ(logOddsAt(map, onRow(6)), map.getClampingThresMaxLog());
 }
 
-TEST(OctomapInsertion, RaysClearWhatWentAway)
+TEST(OctomapInsertion, RaysClearFreeSpace)
 {
   OcTree map(resolution);
   const point3d sensor = onRow(2);
   insertVoxels(rowFrom(20, {9, 9}), 1.0f, sensor, map);
   const float hit = map.getProbHitLog();
   const float miss = map.getProbMissLog();
-  EXPECT_EQ(logOddsAt(map, onRow(20)), hit);
-  EXPECT_EQ(logOddsAt(map, onRow(21)), hit); // behind another voxel of the frame
-  for (std::uint32_t x = 3; x < 20; ++x)
-    EXPECT_EQ(logOddsAt(map, onRow(x)), miss) << "voxel " << x; // by two rays, once
-  EXPECT_EQ(logOddsAt(map, onRow(22)), std::nullopt);
+  // Once for both rays; the second hit is behind another voxel of the frame.
+  expectRow(map, 3, std::vector<std::optional<float>>(17, miss));
+  expectRow(map, 20, {hit, hit, unknown});
   // The voxels are gone, and the rays go on behind them.
   insertVoxels(rowFrom(40, {9}), 1.0f, sensor, map);
   EXPECT_EQ(logOddsAt(map, onRow(20)), hit + miss);
@@ -178,25 +184,20 @@ TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
   // The ray to the last voxel goes through all others.
   insertVoxels(rowFrom(20, {1, 2, 1, 200}), 100.0f, onRow(2), map);
   const float hit = map.getProbHitLog();
-  EXPECT_EQ(logOddsAt(map, onRow(20)), 1.0f / 100.0f * hit);
-  EXPECT_EQ(logOddsAt(map, onRow(21)), 2.0f / 100.0f * hit);
-  EXPECT_EQ(logOddsAt(map, onRow(23)), hit);
+  expectRow(
+      map, 20, {1.0f / 100.0f * hit, 2.0f / 100.0f * hit, 1.0f / 100.0f * hit, hit});
 }
 
-TEST(OctomapInsertion, AVoxelThatIsWorthNothingSaysNothing)
+TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)
 {
   OcTree map(resolution);
   insertVoxels(rowFrom(20, {0, 9}), 1.0f, onRow(2), map);
   // A node of log-odds 0 would count as occupied.
-  EXPECT_EQ(logOddsAt(map, onRow(20)), std::nullopt);
-  EXPECT_EQ(logOddsAt(map, onRow(21)), map.getProbHitLog());
-  EXPECT_EQ(logOddsAt(map, onRow(19)), map.getProbMissLog());
-
+  expectRow(map, 19, {map.getProbMissLog(), unknown, map.getProbHitLog()});
   VoxelFrame negative = rowFrom(30, {0, 50});
   negative.intensity_scale.offset = -20.0f;
   insertVoxels(negative, 10.0f, std::nullopt, map);
-  EXPECT_EQ(logOddsAt(map, onRow(30)), std::nullopt);
-  EXPECT_EQ(logOddsAt(map, onRow(31)), map.getProbHitLog());
+  expectRow(map, 30, {unknown, map.getProbHitLog()});
 }
 
 TEST(OctomapInsertion, InnerNodesAreUpToDate)

@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cstddef>
-#include <limits>
 
 namespace {
 
@@ -20,16 +19,21 @@ frameAt(Time ready, std::size_t bytes = 100, double cycle = 0.01, double latency
 }
 
 void
-expectNothing(const StreamRates& rates)
+expectRates(const StreamRates& rates, const StreamRates& expected)
 {
-  EXPECT_EQ(rates.frames_per_second, 0.0);
-  EXPECT_EQ(rates.bytes_per_second, 0.0);
-  EXPECT_EQ(rates.mean_cycle_seconds, 0.0);
-  EXPECT_EQ(rates.max_cycle_seconds, 0.0);
-  EXPECT_EQ(rates.mean_latency_seconds, 0.0);
-  EXPECT_EQ(rates.max_latency_seconds, 0.0);
+  EXPECT_DOUBLE_EQ(rates.frames_per_second, expected.frames_per_second);
+  EXPECT_DOUBLE_EQ(rates.bytes_per_second, expected.bytes_per_second);
+  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, expected.mean_cycle_seconds);
+  EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, expected.max_cycle_seconds);
+  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, expected.mean_latency_seconds);
+  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, expected.max_latency_seconds);
 }
 
+void
+expectNothing(const StreamRates& rates)
+{
+  expectRates(rates, StreamRates());
+}
 TEST(RateWindow, WithoutFramesAllIsZero)
 {
   expectNothing(RateWindow().rates(0s));
@@ -40,13 +44,7 @@ TEST(RateWindow, OneFrameHasAMeanButNoRate)
 {
   RateWindow window;
   window.add(frameAt(5s, 1000, 0.25, 0.5));
-  const StreamRates rates = window.rates(5s);
-  EXPECT_EQ(rates.frames_per_second, 0.0);
-  EXPECT_EQ(rates.bytes_per_second, 0.0);
-  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.25);
-  EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.25);
-  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, 0.5);
-  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, 0.5);
+  expectRates(window.rates(5s), {0.0, 0.0, 0.25, 0.25, 0.5, 0.5});
 }
 
 TEST(RateWindow, RatesComeFromTheSpacesBetweenFrames)
@@ -56,13 +54,8 @@ TEST(RateWindow, RatesComeFromTheSpacesBetweenFrames)
   window.add(frameAt(10250ms, 100, 0.4, 0.2));
   window.add(frameAt(10500ms, 300, 0.1, 0.7));
   // Five frames a second would come of the first second, two of the window.
-  const StreamRates rates = window.rates(10900ms);
-  EXPECT_DOUBLE_EQ(rates.frames_per_second, 4.0);
-  EXPECT_DOUBLE_EQ(rates.bytes_per_second, 800.0); // of those behind the spaces
-  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.2);
-  EXPECT_DOUBLE_EQ(rates.max_cycle_seconds, 0.4);
-  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, 0.4);
-  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, 0.7);
+  // Bytes are those of the frames behind the spaces.
+  expectRates(window.rates(10900ms), {4.0, 800.0, 0.2, 0.4, 0.4, 0.7});
 }
 
 TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
@@ -80,7 +73,7 @@ TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
   expectNothing(window.rates(5s + 1ns));
 }
 
-TEST(RateWindow, AFrameThatIsAddedMakesOldOnesForgotten)
+TEST(RateWindow, AddingAFrameRemovesOldOnes)
 {
   RateWindow window;
   window.add(frameAt(1s, 100, 0.5));
@@ -104,10 +97,7 @@ TEST(RateWindow, FramesOfOneMomentHaveNoRate)
   RateWindow window;
   window.add(frameAt(1s, 100, 0.1));
   window.add(frameAt(1s, 100, 0.3));
-  const StreamRates rates = window.rates(1s);
-  EXPECT_EQ(rates.frames_per_second, 0.0);
-  EXPECT_EQ(rates.bytes_per_second, 0.0);
-  EXPECT_DOUBLE_EQ(rates.mean_cycle_seconds, 0.2);
+  expectRates(window.rates(1s), {0.0, 0.0, 0.2, 0.3, 0.02, 0.02});
 }
 
 TEST(RateWindow, LatenciesOfAClockThatIsBehindAreNegative)
@@ -119,7 +109,7 @@ TEST(RateWindow, LatenciesOfAClockThatIsBehindAreNegative)
   EXPECT_DOUBLE_EQ(window.rates(2s).max_latency_seconds, -0.25);
 }
 
-TEST(RateWindow, AClockThatWasSetBackBeginsAnew)
+TEST(RateWindow, AClockSetBackRestartsTheWindow)
 {
   RateWindow window;
   window.add(frameAt(1000s, 100, 0.9));
@@ -132,7 +122,7 @@ TEST(RateWindow, AClockThatWasSetBackBeginsAnew)
   expectNothing(window.rates(1001s));
 }
 
-TEST(RateWindow, AClockThatWasSetBackALittleForgetsItsFutureToo)
+TEST(RateWindow, AClockSetBackALittleForgetsLaterFrames)
 {
   RateWindow window;
   window.add(frameAt(10000ms));
@@ -147,7 +137,7 @@ TEST(RateWindow, AClockThatWasSetBackALittleForgetsItsFutureToo)
   }
 }
 
-TEST(RateWindow, AClockThatStandsStillDoesNotMakeItGrow)
+TEST(RateWindow, MemoryIsBoundedWhileTheClockStands)
 {
   RateWindow window;
   window.add(frameAt(1s, 100, 100.0));

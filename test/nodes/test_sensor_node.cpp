@@ -1,6 +1,6 @@
 /** \file
- * \brief What a SensorNode sends: the voxels of each cloud with its transform, whatever
- * the law and the format.
+ * \brief What a SensorNode sends: the bytes that preprocessor and compression make of each
+ * cloud with its transform.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -11,16 +11,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <limits>
 #include <optional>
-#include <ostream>
 #include <set>
 #include <string>
-#include <tuple>
-#include <utility>
 #include <vector>
-
 namespace {
 
 using pcl_ext::IntensityLaw;
@@ -41,138 +36,8 @@ using pcl_ext::io::IntensityCompressionSettings;
 using pcl_ext::io::OctreePointCloudIntensityCompression;
 using pcl_ext::io::StreamFormat;
 using pcl_ext::io::VoxelFrame;
-using pcl_ext::test::NaiveVoxel;
-using pcl_ext::test::NaiveVoxels;
 using pcl_ext::test::naiveVoxels;
-using pcl_ext::test::WorldVoxels;
 using pcl_ext::test::worldVoxels;
-
-/** \brief A law, and what it makes of points and voxels. */
-struct LawCase {
-  const char* name;
-  IntensityLaw law;
-  PointIntensity intensity_of_point;
-  double unit_factor; ///< from the sum of a voxel's points to what is decoded
-  bool is_mean;       ///< in Version1
-
-  /** \brief Of a voxel as it would be without quantisation. */
-  double
-  intensityOf(const NaiveVoxel& voxel, StreamFormat format) const
-  {
-    const bool takes_mean = is_mean && format == StreamFormat::Version1;
-    const double value = takes_mean ? voxel.mean() : unit_factor * voxel.sum;
-    return std::min(value, 255.0);
-  }
-};
-
-std::ostream&
-operator<<(std::ostream& output, const LawCase& law)
-{
-  return output << law.name;
-}
-
-class SensorNodeLaws
-: public ::testing::TestWithParam<std::tuple<LawCase, StreamFormat>> {
-protected:
-  const LawCase&
-  law() const
-  {
-    return std::get<0>(GetParam());
-  }
-
-  StreamFormat
-  format() const
-  {
-    return std::get<1>(GetParam());
-  }
-
-  SensorNodeSettings
-  settings() const
-  {
-    SensorNodeSettings settings = settingsOf(law().law);
-    settings.compression.format = format();
-    settings.compression.bounding_box = wide_box;
-    return settings;
-  }
-
-  void
-  expectVoxels(const VoxelFrame& frame, const NaiveVoxels& expected) const
-  {
-    const WorldVoxels voxels = worldVoxels(frame);
-    ASSERT_EQ(voxels.size(), expected.size());
-    double below = 0.0;
-    double above = 0.0;
-    for (const auto& [index, voxel] : expected) {
-      const auto found = voxels.find(index);
-      ASSERT_NE(found, voxels.end());
-      const double error = found->second - law().intensityOf(voxel, format());
-      below = std::min(below, error);
-      above = std::max(above, error);
-    }
-    // Counts are exact; else steps are 1, and the published layout cuts them off.
-    const double rounding = law().law == IntensityLaw::Count ? 0.0 : 1e-3;
-    const double half_step = law().law == IntensityLaw::Count ? 0.0 : 0.5;
-    const bool is_cut_off = format() == StreamFormat::Published;
-    EXPECT_GE(below, -(is_cut_off ? 2.0 : 1.0) * half_step - rounding);
-    EXPECT_LE(above, (is_cut_off ? 0.0 : half_step) + rounding);
-  }
-};
-
-INSTANTIATE_TEST_SUITE_P(
-    All,
-    SensorNodeLaws,
-    ::testing::Combine(
-        ::testing::Values(
-            LawCase{"Count", IntensityLaw::Count, naiveCount, 1.0, false},
-            LawCase{"Quadratic", IntensityLaw::Quadratic, naiveQuadratic, 255.0, false},
-            LawCase{"Linear", IntensityLaw::Linear, naiveLinear, 255.0, false},
-            LawCase{"Native", IntensityLaw::Native, naiveNative, 1.0, true}),
-        ::testing::Values(StreamFormat::Version1, StreamFormat::Published)),
-    [](const auto& test) {
-      return std::string(std::get<0>(test.param).name) +
-             (std::get<1>(test.param) == StreamFormat::Version1 ? "Version1"
-                                                                : "Published");
-    });
-
-TEST_P(SensorNodeLaws, FramesHoldTheVoxelsOfCloudsThatComeWithTheirTransforms)
-{
-  SensorNode node(settings());
-  FrameDecoder decoder;
-  for (unsigned int frame = 0; frame < 5; ++frame) {
-    SCOPED_TRACE("frame " + std::to_string(frame));
-    const WorldPose pose = poseOf(frame);
-    Cloud seen = cloudSeenFrom(pose, 10 + frame);
-    seen[3].y = std::numeric_limits<float>::quiet_NaN();
-    const Bytes bytes = encoded(node, messageOf(seen), pose);
-    const Cloud preprocessed =
-        naivelyPreprocessed(seen, pose, law().intensity_of_point, wide_box);
-    ASSERT_EQ(preprocessed.size(), seen.size() - 1);
-    expectVoxels(decodedWith(decoder, bytes), naiveVoxels(preprocessed, resolution));
-  }
-}
-
-TEST_P(SensorNodeLaws, CropsInTheWorld)
-{
-  SensorNodeSettings cropped = settings();
-  cropped.crop_box = narrow_box;
-  SensorNode node(cropped);
-  FrameDecoder decoder;
-  for (unsigned int frame = 0; frame < 3; ++frame) {
-    const WorldPose pose = poseOf(frame);
-    const Cloud seen = cloudSeenFrom(pose, 20 + frame);
-    const Cloud preprocessed =
-        naivelyPreprocessed(seen, pose, law().intensity_of_point, narrow_box);
-    ASSERT_GT(preprocessed.size(), 100u);
-    ASSERT_LT(preprocessed.size(), seen.size() - 100);
-    const Bytes bytes = encoded(node, messageOf(seen), pose);
-    expectVoxels(decodedWith(decoder, bytes), naiveVoxels(preprocessed, resolution));
-    const SensorNodeStatistics statistics = node.statistics();
-    EXPECT_EQ(statistics.preprocessing.points, seen.size());
-    EXPECT_EQ(statistics.preprocessing.points_cropped,
-              seen.size() - preprocessed.size());
-    EXPECT_EQ(statistics.frame.voxelization.points_used, preprocessed.size());
-  }
-}
 
 /** \brief Shares of a voxel face that the points bring along. */
 struct GivenShare {
@@ -189,8 +54,8 @@ struct GivenShare {
   }
 };
 
-/** \brief A third of a turn about a diagonal, at a place that floats hold: what goes
- * through the clouds' floats is then what the node knows in double. */
+/** \brief A third of a turn about a diagonal, at a place that floats hold: clouds, which
+ * have their pose in floats, lose nothing of it. */
 WorldPose
 exactPose(unsigned int frame)
 {
@@ -202,8 +67,8 @@ exactPose(unsigned int frame)
   return pose;
 }
 
-/** \brief Expects the bytes of a node's stream to be those of the pipeline that a program
- * would write itself. */
+/** \brief Expects the bytes of a node's stream to be those of a preprocessor and the
+ * compression class. */
 template <typename PreprocessingModelT, typename CompressionModelT>
 void
 expectBytesOfPipeline(const SensorNodeSettings& settings,
@@ -213,13 +78,21 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
   SensorNode node(settings);
   SensorPreprocessor<PreprocessingModelT> preprocessor(preprocessing_model);
   IntensityCompressionSettings codec = settings.compression;
+  if (settings.crop_box) {
+    preprocessor.setCropBox(
+        Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
+        Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
+    codec.bounding_box = settings.crop_box;
+  }
   codec.depth_law = depth_law;
   OctreePointCloudIntensityCompression<pcl::PointXYZI, CompressionModelT> compression(
       codec);
   for (unsigned int frame = 0; frame < 6; ++frame) {
     SCOPED_TRACE("frame " + std::to_string(frame));
     const WorldPose pose = exactPose(frame);
-    pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(pose, 30 + frame / 2), frame);
+    Cloud seen = cloudSeenFrom(pose, 30 + frame / 2);
+    seen[3].y = std::numeric_limits<float>::quiet_NaN();
+    pcl::PCLPointCloud2 message = messageOf(seen, frame);
     const Bytes bytes = encoded(node, message, pose);
 
     message.header.frame_id = settings.global_frame;
@@ -228,6 +101,14 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
     ASSERT_TRUE(preprocessor.process(message, *preprocessed).ok());
     const std::string expected = pcl_ext::test::encodeFrame(compression, preprocessed);
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), expected);
+    const SensorNodeStatistics statistics = node.statistics();
+    EXPECT_EQ(statistics.preprocessing.points, seen.size());
+    EXPECT_EQ(statistics.preprocessing.points_not_finite, 1u);
+    EXPECT_EQ(statistics.preprocessing.points_cropped,
+              seen.size() - 1 - preprocessed->size());
+    EXPECT_EQ(statistics.preprocessing.points_cropped > 100,
+              settings.crop_box.has_value());
+    EXPECT_EQ(statistics.frame.voxelization.points_used, preprocessed->size());
   }
 }
 
@@ -237,33 +118,37 @@ TEST(SensorNode, BytesAreThoseOfThePipeline)
   using Linear = IntensityModel<RuntimeSensor, pcl_ext::LinearLaw>;
   const Quadratic quadratic(resolution, runtimeKinect());
   const Linear linear(resolution, runtimeKinect());
-  for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small})
-    for (const unsigned int bits : {0u, 4u}) {
-      SCOPED_TRACE("effort " + std::to_string(static_cast<int>(effort)) + ", bits " +
-                   std::to_string(bits));
-      const auto settingsWith = [&](IntensityLaw law) {
-        SensorNodeSettings settings = settingsOf(law);
-        settings.compression.effort = effort;
-        settings.compression.intensity_bits = bits;
-        settings.compression.carry_header = true;
-        settings.global_frame = "cell";
-        return settings;
-      };
-      expectBytesOfPipeline<CountIntensity, CountIntensity>(
-          settingsWith(IntensityLaw::Count), CountIntensity(resolution), std::nullopt);
-      expectBytesOfPipeline<NativeIntensity, NativeIntensity>(
-          settingsWith(IntensityLaw::Native),
-          NativeIntensity(resolution),
-          std::nullopt);
-      expectBytesOfPipeline<Quadratic, GivenShare>(
-          settingsWith(IntensityLaw::Quadratic),
-          quadratic,
-          DepthLaw{2, quadratic.cutOffDepth(), 255.0});
-      expectBytesOfPipeline<Linear, GivenShare>(
-          settingsWith(IntensityLaw::Linear),
-          linear,
-          DepthLaw{1, linear.cutOffDepth(), 255.0});
-    }
+  std::vector<SensorNodeSettings> cases(5);
+  cases[0].compression.effort = Effort::Fast;
+  cases[1].compression.effort = Effort::Small;
+  cases[2].compression.intensity_bits = 4;
+  cases[3].crop_box = narrow_box;
+  cases[4].compression.format = StreamFormat::Published;
+  cases[4].crop_box = narrow_box;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    SCOPED_TRACE("case " + std::to_string(i));
+    const auto settingsWith = [&](IntensityLaw law) {
+      SensorNodeSettings settings = cases[i];
+      settings.law = law;
+      settings.sensor = runtimeKinect();
+      settings.compression.resolution = resolution;
+      settings.compression.carry_header =
+          settings.compression.format == StreamFormat::Version1;
+      settings.global_frame = "cell";
+      return settings;
+    };
+    expectBytesOfPipeline<CountIntensity, CountIntensity>(
+        settingsWith(IntensityLaw::Count), CountIntensity(resolution), std::nullopt);
+    expectBytesOfPipeline<NativeIntensity, NativeIntensity>(
+        settingsWith(IntensityLaw::Native), NativeIntensity(resolution), std::nullopt);
+    expectBytesOfPipeline<Quadratic, GivenShare>(
+        settingsWith(IntensityLaw::Quadratic),
+        quadratic,
+        DepthLaw{2, quadratic.cutOffDepth(), 255.0});
+    expectBytesOfPipeline<Linear, GivenShare>(settingsWith(IntensityLaw::Linear),
+                                              linear,
+                                              DepthLaw{1, linear.cutOffDepth(), 255.0});
+  }
 }
 
 TEST(SensorNode, ReadsTheIntensityFieldOfTheSettings)

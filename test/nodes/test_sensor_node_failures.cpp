@@ -6,6 +6,7 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "support/message_layouts.h"
+#include "support/naive_preprocessing.h"
 #include "support/sensor_clouds.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,8 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
-
 namespace {
 
 using pcl_ext::IntensityLaw;
@@ -112,25 +113,10 @@ TEST(SensorNodeTransforms, TheLastOneHoldsForCloudsThatComeWithout)
   EXPECT_EQ(link.node.statistics().clouds_without_transform, 0u);
 }
 
-std::vector<WorldPose>
-brokenPoses()
-{
-  std::vector<WorldPose> poses(8, poseOf(3));
-  poses[0].linear() *= 1.01;
-  poses[1].linear()(0, 1) += 0.1;
-  poses[2].linear().col(2) *= -1.0; // a mirror
-  poses[3].linear().setZero();
-  poses[4].linear()(1, 1) = nan_value;
-  poses[5].translation().y() = nan_value;
-  poses[6].translation().z() = -infinity;
-  poses[7].translation().x() = 1e300; // beyond the floats
-  return poses;
-}
-
 TEST(SensorNodeTransforms, ABrokenOneIsRefusedAndTheLastGoodOneStays)
 {
   const Cloud seen = cloudSeenFrom(poseOf(3), 1);
-  for (const WorldPose& broken : brokenPoses()) {
+  for (const WorldPose& broken : pcl_ext::test::invalidPoses(poseOf(3))) {
     Link link;
     expectLeftOut(link.node, messageOf(seen), broken, SensorNodeCode::InvalidTransform);
     // Nor is it taken for one that is known.
@@ -199,144 +185,112 @@ expectInvalid(const SensorNodeSettings& settings, const std::string& message)
   EXPECT_EQ(node.statistics().rates.frames_per_second, 0.0);
 }
 
+/** \brief A change of valid settings, and the message that refuses them. */
+struct InvalidSettings {
+  std::function<void(SensorNodeSettings&)> change;
+  std::string message;
+};
+
 void
-expectInvalid(IntensityLaw law,
-              const std::function<void(SensorNodeSettings&)>& spoil,
-              const std::string& message)
+expectInvalid(IntensityLaw law, const std::vector<InvalidSettings>& cases)
 {
-  SensorNodeSettings settings = settingsOf(law);
-  EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
-  spoil(settings);
-  expectInvalid(settings, message);
+  for (const InvalidSettings& invalid : cases) {
+    SensorNodeSettings settings = settingsOf(law);
+    EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
+    invalid.change(settings);
+    expectInvalid(settings, invalid.message);
+  }
 }
 
-TEST(SensorNodeSettings, DefaultsAreFineForTheCount)
-{
-  const SensorNode node{SensorNodeSettings()};
-  expectCode(node.settingsStatus(), SensorNodeCode::Ok);
-}
+const BoundingBox too_wide_box{{-1e6, 0, 0}, {1e6, 1, 1}};
 
-TEST(SensorNodeSettings, TheLawMustBeOneAndHaveItsSensor)
+TEST(SensorNodeSettings, InvalidOnesAreReported)
 {
+  expectCode(SensorNode(SensorNodeSettings()).settingsStatus(), SensorNodeCode::Ok);
+  const std::string too_wide =
+      "bounding_box is 2000000.000000 m wide; it must be no wider than 2^21 - 1 voxels";
   expectInvalid(
       IntensityLaw::Count,
-      [](auto& settings) { settings.law = static_cast<IntensityLaw>(7); },
-      "law is 7; it must be Count, Quadratic, Linear or Native");
+      {{[](auto& settings) { settings.law = static_cast<IntensityLaw>(7); },
+        "law is 7; it must be Count, Quadratic, Linear or Native"},
+       {[](auto& settings) { settings.clock = nullptr; },
+        "clock is empty; it must be set"},
+       {[](auto& settings) { settings.crop_box = too_wide_box; },
+        "crop_box as " + too_wide},
+       {[](auto& settings) { settings.compression.bounding_box = too_wide_box; },
+        too_wide},
+       {[](auto& settings) { settings.compression.resolution = 0.0; },
+        "resolution is 0; it must be 1e-6 to 1e6 metres"},
+       {[](auto& settings) { settings.compression.resolution = nan_value; },
+        "resolution is nan; it must be 1e-6 to 1e6 metres"},
+       {[](auto& settings) { settings.compression.intensity_bits = 17; },
+        "intensity_bits is 17; it must be 1 to 16, or 0 for automatic"},
+       {[](auto& settings) {
+          settings.compression.format = StreamFormat::Published;
+          settings.compression.carry_header = true;
+        },
+        "carry_header is on; it must be off in the published layout"}});
+}
+
+TEST(SensorNodeSettings, DepthLawsNeedASensor)
+{
   for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear})
     expectInvalid(
         law,
-        [](auto& settings) { settings.sensor.reset(); },
-        "sensor is not set; the quadratic and the linear law need its field of view "
-        "and "
-        "size");
-}
-
-TEST(SensorNodeSettings, TheSensorIsCheckedAgainAsItsFiguresMayHaveBeenChanged)
-{
-  for (const IntensityLaw law : {IntensityLaw::Quadratic, IntensityLaw::Linear}) {
-    expectInvalid(
-        law,
-        [](auto& settings) { settings.sensor->columns = 0; },
-        "sensor: a sensor needs at least one column and one row");
-    expectInvalid(
-        law,
-        [](auto& settings) { settings.sensor->fov_y_deg = nan_value; },
-        "sensor: field of view must be between 0 and 180 degrees, got nan");
-  }
-  // Others do not ask for one.
+        {{[](auto& settings) { settings.sensor.reset(); },
+          "sensor is not set; the quadratic and the linear law need its field of view "
+          "and size"},
+         {[](auto& settings) { settings.sensor->columns = 0; },
+          "sensor: a sensor needs at least one column and one row"},
+         {[](auto& settings) { settings.sensor->fov_y_deg = nan_value; },
+          "sensor: field of view must be between 0 and 180 degrees, got nan"}});
+  // Others do not use it.
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.sensor = runtimeKinect();
   settings.sensor->rows = 0;
   EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
 }
 
-TEST(SensorNodeSettings, PoseAndLawOfDepthAreTheNodes)
+TEST(SensorNodeSettings, SensorPoseAndDepthLawMustNotBeSet)
 {
   const std::string message =
       "compression.sensor_pose or compression.depth_law is set; they follow from the "
       "transform and the law of the node";
-  expectInvalid(
-      IntensityLaw::Count,
-      [](auto& settings) {
-        settings.compression.sensor_pose = pcl_ext::io::SensorPose::Identity();
-      },
-      message);
-  expectInvalid(
-      IntensityLaw::Quadratic,
-      [](auto& settings) {
-        settings.compression.depth_law = pcl_ext::io::DepthLaw{2, 14.0, 255.0};
-      },
-      message);
-}
-
-TEST(SensorNodeSettings, ThereMustBeAClock)
-{
-  expectInvalid(
-      IntensityLaw::Count,
-      [](auto& settings) { settings.clock = nullptr; },
-      "clock is empty; it must be set");
+  const std::vector<InvalidSettings> cases = {
+      {[](auto& settings) {
+         settings.compression.sensor_pose = pcl_ext::io::SensorPose::Identity();
+       },
+       message},
+      {[](auto& settings) {
+         settings.compression.depth_law = pcl_ext::io::DepthLaw{2, 14.0, 255.0};
+       },
+       message}};
+  expectInvalid(IntensityLaw::Count, cases);
+  expectInvalid(IntensityLaw::Quadratic, cases);
 }
 
 TEST(SensorNodeSettings, TheCropBoxMustBeABox)
 {
-  const auto expectBadBox = [](const BoundingBox& box, const std::string& extent) {
-    expectInvalid(
-        IntensityLaw::Count,
-        [&](auto& settings) { settings.crop_box = box; },
-        "crop_box is " + extent +
-            "; it must be finite, with min below max on each axis");
-  };
-  expectBadBox({{0, 1, 0}, {1, 1, 1}}, "1.000000 to 1.000000");
-  expectBadBox({{0, 0, 2}, {1, 1, 1}}, "2.000000 to 1.000000");
-  expectBadBox({{nan_value, 0, 0}, {1, 1, 1}}, "nan to 1.000000");
-  expectBadBox({{0, 0, 0}, {1, 1, infinity}}, "0.000000 to inf");
-  expectBadBox({{0, -infinity, 0}, {1, 1, 1}}, "-inf to 1.000000");
-}
-
-TEST(SensorNodeSettings, ACropBoxThatNoGridHoldsIsToldByItsName)
-{
-  const BoundingBox wide{{-1e6, 0, 0}, {1e6, 1, 1}};
-  const std::string message =
-      "bounding_box is 2000000.000000 m wide; it must be no wider than 2^21 - 1 voxels";
-  expectInvalid(
-      IntensityLaw::Count,
-      [&](auto& settings) { settings.crop_box = wide; },
-      "crop_box as " + message);
-  expectInvalid(
-      IntensityLaw::Count,
-      [&](auto& settings) { settings.compression.bounding_box = wide; },
-      message);
-  // With a grid of its own it may be as wide as it likes.
+  const std::vector<std::pair<BoundingBox, std::string>> cases = {
+      {{{0, 1, 0}, {1, 1, 1}}, "1.000000 to 1.000000"},
+      {{{0, 0, 2}, {1, 1, 1}}, "2.000000 to 1.000000"},
+      {{{nan_value, 0, 0}, {1, 1, 1}}, "nan to 1.000000"},
+      {{{0, 0, 0}, {1, 1, infinity}}, "0.000000 to inf"},
+      {{{0, -infinity, 0}, {1, 1, 1}}, "-inf to 1.000000"}};
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-  settings.crop_box = wide;
+  for (const auto& [box, extent] : cases) {
+    settings.crop_box = box;
+    expectInvalid(settings,
+                  "crop_box is " + extent +
+                      "; it must be finite, with min below max on each axis");
+  }
+  // Where the grid does not follow from it, it may be as wide as it likes.
+  settings.crop_box = too_wide_box;
   settings.compression.bounding_box = BoundingBox{{0, 0, 0}, {1, 1, 1}};
   EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
 }
 
-TEST(SensorNodeSettings, ThoseOfTheCodecAreCheckedToo)
-{
-  expectInvalid(
-      IntensityLaw::Count,
-      [](auto& settings) { settings.compression.resolution = 0.0; },
-      "resolution is 0; it must be 1e-6 to 1e6 metres");
-  expectInvalid(
-      IntensityLaw::Linear,
-      [](auto& settings) { settings.compression.resolution = nan_value; },
-      "resolution is nan; it must be 1e-6 to 1e6 metres");
-  expectInvalid(
-      IntensityLaw::Count,
-      [](auto& settings) { settings.compression.intensity_bits = 17; },
-      "intensity_bits is 17; it must be 1 to 16, or 0 for automatic");
-  expectInvalid(
-      IntensityLaw::Count,
-      [](auto& settings) {
-        settings.compression.format = StreamFormat::Published;
-        settings.compression.carry_header = true;
-      },
-      "carry_header is on; it must be off in the published layout");
-}
-
-TEST(SensorNodeSettings, ANameThatNoFrameCarriesIsOnlyRefusedWhereItIsCarried)
+TEST(SensorNodeSettings, ALongGlobalFrameIsRefusedOnlyWhereItIsCarried)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.global_frame = std::string(1025, 'w');

@@ -1,10 +1,11 @@
 /** \file
- * \brief A SensorNode without memory: each single allocation fails in turn, and the next
- * frame that goes out is right and needs none before it.
+ * \brief A SensorNode of which each allocation fails in turn: the failure is reported, and
+ * the next frame is a correct I-frame.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "support/fake_clock.h"
 #include "support/sensor_clouds.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -12,9 +13,6 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 namespace {
@@ -138,7 +136,7 @@ expectGoesOn(const SensorNodeSettings& settings)
   }
 }
 
-TEST(SensorNodeMemory, ACloudThatFindsNoneIsLeftOutAndTheStreamBeginsAnew)
+TEST(SensorNodeMemory, FailuresOfEveryEffort)
 {
   for (const Effort effort : {Effort::Fast, Effort::Balanced, Effort::Small}) {
     SCOPED_TRACE(static_cast<int>(effort));
@@ -150,7 +148,7 @@ TEST(SensorNodeMemory, ACloudThatFindsNoneIsLeftOutAndTheStreamBeginsAnew)
   }
 }
 
-TEST(SensorNodeMemory, SoItIsWithAFilterThatRemembersFramesAndADepthModel)
+TEST(SensorNodeMemory, FailuresWithOutlierRemovalAndDepthModel)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
   settings.crop_box = BoundingBox{{-1, -1, -1}, {1, 1, 1}};
@@ -158,29 +156,25 @@ TEST(SensorNodeMemory, SoItIsWithAFilterThatRemembersFramesAndADepthModel)
   expectGoesOn(settings);
 }
 
-TEST(SensorNodeMemory, SoItIsInThePublishedLayoutAndWithTheSensorsOwnIntensities)
+TEST(SensorNodeMemory, FailuresInThePublishedLayoutWithNativeIntensities)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
   settings.compression.format = StreamFormat::Published;
   expectGoesOn(settings);
 }
 
-TEST(SensorNodeMemory, AFrameThatWasEncodedButNotCountedIsNotSent)
+TEST(SensorNodeMemory, AnExceptionOfTheClockDropsTheFrame)
 {
   const std::vector<pcl::PCLPointCloud2> clouds = messages();
-  bool is_clock_broken = false;
+  FakeClock clock;
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-  settings.clock = [&] {
-    if (is_clock_broken)
-      throw std::runtime_error("the clock is broken");
-    return Time(1);
-  };
+  settings.clock = clock.clock();
   SensorNode node(settings);
   FrameDecoder decoder;
   decodedWith(decoder, encoded(node, clouds[0], poseOf(0)));
-  is_clock_broken = true;
+  clock.setBroken(true);
   expectLeftOut(node, clouds[1], poseOf(0), SensorNodeCode::EncodingFailed);
-  is_clock_broken = false;
+  clock.setBroken(false);
   const VoxelFrame voxels = decodedWith(decoder, encoded(node, clouds[2], poseOf(0)));
   EXPECT_TRUE(decoder.statistics().is_i_frame);
   WorldVoxels counts;

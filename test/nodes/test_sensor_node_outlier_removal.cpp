@@ -4,28 +4,33 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "simulator/robot_cell.h"
+#include "support/sensor_clouds.h"
 
 #include <pcl/conversions.h>
+#include <pcl/PCLPointCloud2.h>
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace {
 
-using pcl_ext::IntensityLaw;
 using namespace pcl_ext;
-
+using nodes::test::decodedWith;
+using nodes::test::encoded;
+using nodes::test::expectCode;
+using nodes::test::runtimeKinect;
 nodes::SensorNodeSettings
 settingsOf(IntensityLaw law)
 {
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.08;
   settings.law = law;
-  settings.sensor.emplace(70.6, 60.0, 512u, 424u);
+  settings.sensor = runtimeKinect();
   settings.crop_box = io::BoundingBox{{0.0, 0.0, 0.1}, {10.0, 10.0, 4.0}};
   return settings;
 }
@@ -51,24 +56,12 @@ private:
   cell::RobotCell cell_{1};
 };
 
-std::vector<std::uint8_t>
-encoded(nodes::SensorNode& node,
-        const pcl::PointCloud<pcl::PointXYZ>& cloud,
-        const WorldPose& pose)
+pcl::PCLPointCloud2
+messageOf(const pcl::PointCloud<pcl::PointXYZ>& cloud)
 {
   pcl::PCLPointCloud2 message;
   pcl::toPCLPointCloud2(cloud, message);
-  std::vector<std::uint8_t> bytes;
-  EXPECT_TRUE(node.encode(message, pose, bytes).ok());
-  return bytes;
-}
-
-io::VoxelFrame
-decoded(io::FrameDecoder& decoder, const std::vector<std::uint8_t>& bytes)
-{
-  io::VoxelFrame frame;
-  EXPECT_TRUE(decoder.decode(bytes.data(), bytes.size(), frame).ok());
-  return frame;
+  return message;
 }
 
 TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
@@ -84,12 +77,12 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
     io::FrameDecoder filtered_decoder;
     CellCamera camera;
     for (std::uint32_t i = 0; i < 5; ++i) {
-      const auto cloud = camera.capture(i);
+      const pcl::PCLPointCloud2 cloud = messageOf(camera.capture(i));
       const auto bytes = encoded(plain, cloud, camera.pose());
       const auto filtered_bytes = encoded(filtering, cloud, camera.pose());
       EXPECT_LT(filtered_bytes.size(), bytes.size());
-      io::VoxelFrame expected = decoded(plain_decoder, bytes);
-      const io::VoxelFrame voxels = decoded(filtered_decoder, filtered_bytes);
+      io::VoxelFrame expected = decodedWith(plain_decoder, bytes);
+      const io::VoxelFrame voxels = decodedWith(filtered_decoder, filtered_bytes);
       // The receiver's filter sees what the sensor's does.
       const std::size_t removed = removal.filter(expected);
       EXPECT_GT(removed, 0u);
@@ -109,14 +102,22 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
     settings.outlier_removal.emplace().unit = unit;
     nodes::SensorNode node(settings);
     CellCamera camera;
-    encoded(node, camera.capture(0), camera.pose());
+    encoded(node, messageOf(camera.capture(0)), camera.pose());
     return node.statistics().outliers_removed;
   };
   EXPECT_EQ(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Faces));
   EXPECT_NE(removedBy(DensityUnit::Automatic), removedBy(DensityUnit::Points));
 }
 
-TEST(SensorNodeOutlierRemoval, ResolutionsThatTheFilterIsNotMadeForAreRefused)
+void
+expectInvalid(const nodes::SensorNodeSettings& settings, const std::string& message)
+{
+  const nodes::SensorNode node(settings);
+  expectCode(node.settingsStatus(), nodes::SensorNodeCode::InvalidSettings);
+  EXPECT_EQ(node.settingsStatus().message(), message);
+}
+
+TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
 {
   nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.outlier_removal.emplace();
@@ -125,11 +126,10 @@ TEST(SensorNodeOutlierRemoval, ResolutionsThatTheFilterIsNotMadeForAreRefused)
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   }
   settings.compression.resolution = 0.01;
-  const nodes::SensorNode node(settings);
-  EXPECT_EQ(node.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
-  EXPECT_EQ(node.settingsStatus().message(),
-            "outlier_removal is set and compression.resolution is 0.010000; it must be "
-            "0.020000 to 0.200000 for that");
+  expectInvalid(
+      settings,
+      "outlier_removal is set and compression.resolution is 0.010000; it must be "
+      "0.020000 to 0.200000 for that");
 }
 
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
@@ -137,21 +137,17 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
   nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
   EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   settings.outlier_removal.emplace();
-  const nodes::SensorNode native(settings);
-  EXPECT_EQ(native.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
-  EXPECT_EQ(native.settingsStatus().message(),
-            "outlier_removal is set and law is Native; the filter does not support "
-            "native intensities");
+  expectInvalid(settings,
+                "outlier_removal is set and law is Native; the filter does not support "
+                "native intensities");
   for (const auto law :
        {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
     settings.outlier_removal->full_intensity = -1.0f;
-    const nodes::SensorNode invalid(settings);
-    EXPECT_EQ(invalid.settingsStatus().code(), nodes::SensorNodeCode::InvalidSettings);
-    EXPECT_EQ(
-        invalid.settingsStatus().message(),
+    expectInvalid(
+        settings,
         "outlier_removal: full_intensity is -1.000000; it must be a finite number "
         "above 0");
   }
@@ -192,7 +188,7 @@ TEST(SensorNodeOutlierRemoval, TheReceiverKeepsTheLastDepthModel)
     auto cloud = camera.capture(i);
     if (i >= 3)
       leavePoints(cloud, 40);
-    io::VoxelFrame frame = decoded(decoder, encoded(node, cloud, pose));
+    io::VoxelFrame frame = decodedWith(decoder, encoded(node, messageOf(cloud), pose));
     if (i == 0)
       first_grid = frame.grid;
     ASSERT_EQ(frame.depth_model.has_value(), i < 3);

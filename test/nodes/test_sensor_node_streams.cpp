@@ -108,27 +108,6 @@ TEST(SensorNodeStreams, AReceiverThatJoinsLateIsServedByARequest)
   EXPECT_FALSE(late.statistics().is_i_frame);
 }
 
-TEST(SensorNodeStreams, FramesCarryTheStampAndTheGlobalFrameIfAskedTo)
-{
-  for (const bool carries : {true, false}) {
-    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-    settings.compression.carry_header = carries;
-    settings.global_frame = "cell floor";
-    SensorNode node(settings);
-    FrameDecoder decoder;
-    for (const std::uint64_t stamp :
-         std::vector<std::uint64_t>{1600000000000000, 1600000000033333, 5}) {
-      const Cloud cloud = cloudSeenFrom(poseOf(0), 1);
-      decodedWith(decoder, encoded(node, messageOf(cloud, stamp), poseOf(0)));
-      ASSERT_EQ(decoder.stamp().has_value(), carries);
-      if (carries) {
-        EXPECT_EQ(decoder.stamp()->stamp, stamp);
-        EXPECT_EQ(decoder.stamp()->frame_id, "cell floor"); // not "sensor"
-      }
-    }
-  }
-}
-
 TEST(SensorNodeStreams, AMovedNodeGoesOnWithItsStream)
 {
   SensorNode first(settingsOf(IntensityLaw::Count));

@@ -5,11 +5,14 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/voxel_frames.h"
+
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -69,16 +72,14 @@ template <typename PointT>
 void
 expectVoxel(const PointT& point, const io::VoxelFrame& frame, std::size_t voxel)
 {
-  const io::VoxelPosition position = io::voxelPosition(frame.keys[voxel]);
-  EXPECT_EQ(point.x, static_cast<float>(frame.grid.centre(0, position.x)));
-  EXPECT_EQ(point.y, static_cast<float>(frame.grid.centre(1, position.y)));
-  EXPECT_EQ(point.z, static_cast<float>(frame.grid.centre(2, position.z)));
+  EXPECT_EQ((std::array<float, 3>{point.x, point.y, point.z}),
+            io::test::centreOf(frame, voxel));
   if constexpr (has_intensity_field<PointT>) {
     EXPECT_EQ(point.intensity, frame.intensity_scale.value(frame.intensities[voxel]));
   }
 }
 
-/** \brief Clouds of a stream on both ways. */
+/** \brief Filters the clouds of a stream and, with another decoder, its frames. */
 template <typename PointT, typename IntensityModelT>
 void
 expectSameAsFrames(const io::IntensityCompressionSettings& settings,

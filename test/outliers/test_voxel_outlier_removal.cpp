@@ -143,7 +143,7 @@ struct Sensor {
   io::DepthLaw law;
 };
 
-/** \brief Density as the documentation tells it, from a voxel's place in the world. */
+/** \brief Density as it is documented, from a voxel's place in the world. */
 BruteForce::Density
 densityBefore(const Sensor& sensor)
 {

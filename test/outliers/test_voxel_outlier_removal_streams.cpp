@@ -328,7 +328,7 @@ TEST(VoxelOutlierRemoval, RemembersTheLastFrameWhereThereIsNoRoomForMore)
   expectSame(scoresOf(narrow, third), scoresOf(roomy, third), 0.0f);
 }
 
-TEST(VoxelOutlierRemoval, GivesBackTheMemoryOfFramesThatItDoesNotRemember)
+TEST(VoxelOutlierRemoval, ReleasesTheMemoryOfForgottenFrames)
 {
   std::mt19937_64 random(19);
   const io::VoxelFrame large = scattered(random, 50000);
@@ -356,8 +356,7 @@ TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
   EXPECT_GT(removal.filter(frame), 0u);
   EXPECT_GT(removal.rememberedBlocks(), 0u);
   for (int i = 0; i < 20; ++i) {
-    frame.keys.clear();
-    frame.intensities.clear();
+    io::test::clearVoxels(frame);
     EXPECT_EQ(removal.filter(frame), 0u);
   }
   EXPECT_EQ(removal.rememberedBlocks(), 0u);

@@ -1,4 +1,4 @@
-"""What a payload's coder is told of its frame, and what it tells.
+"""Input and output of a payload's coder.
 
 doc/bitstream.md, "Payload".
 """
@@ -9,7 +9,7 @@ from typing import List, Optional
 from depth_model import DepthModel
 
 MOST_VOXELS = 1 << 20
-"""Of a frame: this decoder's limit, and the library's unless it is told another."""
+"""Of a frame: this decoder's limit, and the library's default."""
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,11 @@
 
     python3 decode_golden_streams.py test/data/golden test/data/golden_earlier
 
-An implementation made from the documents alone: that it finds the voxels which the
-library's encoder was given shows that the documents say all there is to say. Each line
-of checksums.txt is a frame: stream, I or P, number of voxels, checksum of the voxels
-(hexadecimal), stamp or -. The first frame of each stream must be refused when it is
-cut off, when a bit is another one, and when it is not there. Ends with 1 at the first
-difference.
+An implementation of the documents alone: decoding the voxels that the library's encoder
+was given shows that the documents are complete. Each line of checksums.txt is a frame:
+stream, I or P, number of voxels, checksum of the voxels (hexadecimal), stamp or -. The
+first frame of each stream must be refused when it is cut off, when a bit is inverted,
+and when it is missing. Ends with 1 at the first difference.
 """
 
 import sys
@@ -36,7 +35,7 @@ def voxel_checksum(frame: Frame) -> int:
 
 
 def line_of(name: str, frame: Frame) -> str:
-    """A frame as checksums.txt tells of it."""
+    """The line of a frame in checksums.txt."""
     kind = "I" if frame.is_i_frame else "P"
     stamp = "-" if frame.stamp is None else str(frame.stamp)
     voxels, checksum = len(frame.voxels.keys), voxel_checksum(frame)
@@ -44,7 +43,7 @@ def line_of(name: str, frame: Frame) -> str:
 
 
 def require_stream(name: str, stream: bytes, lines: List[str]) -> None:
-    """Refuses a stream that is not the one that the lines tell of."""
+    """Refuses a stream whose frames differ from the lines."""
     reader = ByteReader(stream)
     decoder = FrameDecoder()
     for index, line in enumerate(lines):

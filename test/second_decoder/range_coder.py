@@ -9,7 +9,7 @@ from invalid_frame import require
 
 
 class RangeDecoder:
-    """Reads bits whose probabilities both ends know."""
+    """Reads bits of known probabilities."""
 
     def __init__(self, payload: bytes) -> None:
         self._payload = payload

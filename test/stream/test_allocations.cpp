@@ -47,10 +47,7 @@ cases()
 std::vector<VoxelFrame>
 room(bool has_depth_model)
 {
-  RoomStream::Settings settings;
-  settings.width = 100;
-  if (has_depth_model)
-    settings.depth_model = roomDepthModel(settings.depth, settings.bits);
+  RoomStream::Settings settings = roomSettings(8, 100, has_depth_model);
   RoomStream stream(settings);
   // The first second has the largest frames: a frame that is larger than all before it
   // may take memory.
@@ -134,7 +131,7 @@ TEST(Allocations, CompandingAllocatesNothingWhileTheScaleStays)
     VoxelFrame frame;
     float sum = 0.0f;
     const Cloud cloud = cloudOf(3);
-    const PointView view{&cloud[0].x, 4, &cloud[0].intensity, 4, cloud.size()};
+    const PointView view = viewOf(cloud);
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < 10; ++i) {
       const MemoryUse memory_use;

@@ -46,18 +46,20 @@ INSTANTIATE_TEST_SUITE_P(BothFormats,
                          testing::ValuesIn(all_formats),
                          [](const auto& format) { return nameOf(format.param); });
 
-TEST_P(FrameOrders, LateCopiesAreDroppedAndCostNothing)
+TEST_P(FrameOrders, CopiesAreDroppedAndCostNothing)
 {
   const EncodedFrames stream = sent(GetParam(), 90, 10);
-  for (std::size_t delay = 1; delay < 60; ++delay) {
+  for (std::size_t delay = 0; delay < 60; ++delay) {
     FrameDecoder decoder;
     for (std::size_t i = 0; i < stream.bytes.size(); ++i) {
-      ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok)
-          << i << ", delay " << delay;
-      if (i >= delay) {
-        ASSERT_EQ(received(decoder, stream, i - delay), CompressionCode::OldFrame)
-            << i << ", delay " << delay;
-      }
+      SCOPED_TRACE("frame " + std::to_string(i) + ", delay " + std::to_string(delay));
+      ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+      if (i < delay)
+        continue;
+      // An I-frame right behind itself may be that of a sender that begins again.
+      const bool is_decoded_again = delay == 0 && i % 10 == 0;
+      ASSERT_EQ(received(decoder, stream, i - delay),
+                is_decoded_again ? CompressionCode::Ok : CompressionCode::OldFrame);
     }
   }
 }
@@ -73,26 +75,6 @@ TEST_P(FrameOrders, SomeCopiesInARowCostNothing)
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::OldFrame);
   for (std::size_t i = 40; i < 60; ++i)
     ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
-}
-
-TEST_P(FrameOrders, APFrameTwiceIsAnOldFrame)
-{
-  const EncodedFrames stream = sent(GetParam(), 3, 10);
-  FrameDecoder decoder;
-  for (const std::size_t i : {0u, 1u})
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
-  EXPECT_EQ(received(decoder, stream, 1), CompressionCode::OldFrame);
-  EXPECT_EQ(received(decoder, stream, 0), CompressionCode::OldFrame);
-  EXPECT_EQ(received(decoder, stream, 2), CompressionCode::Ok);
-}
-
-TEST_P(FrameOrders, AnIFrameRightBehindItselfIsDecodedAgain)
-{
-  const EncodedFrames stream = sent(GetParam(), 2, 10);
-  FrameDecoder decoder;
-  for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(received(decoder, stream, 0), CompressionCode::Ok);
-  EXPECT_EQ(received(decoder, stream, 1), CompressionCode::Ok);
 }
 
 TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
@@ -223,8 +205,8 @@ TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
 
 TEST(FrameOrder, LossAndReorderingNeverGiveAWrongFrame)
 {
-  // What is Ok is the frame itself, as received() checks, whatever the order; and the next
-  // frame of the stream is always Ok.
+  // received() checks that a decoded frame is the one that was sent; the frame behind the
+  // last decoded one is always decoded.
   for (const StreamFormat format : all_formats) {
     const EncodedFrames stream = sent(format, 60, 7);
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {

@@ -1,6 +1,6 @@
 /** \file
- * \brief The streams in test/data/golden decode to the voxels that their checksums tell,
- * and are written the same today. See write_test_streams.cpp for how they were made. Those
+ * \brief The streams in test/data/golden decode to the voxels of their checksums, and are
+ * written the same today. See write_test_streams.cpp for how they were made. Those
  * in test/data/golden_earlier, of encoders that chose otherwise where the format leaves a
  * choice, decode for ever.
  */
@@ -31,7 +31,7 @@ bytesOf(const std::string& folder, const std::string& name)
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/** \brief What checksums.txt tells of a frame. */
+/** \brief A frame in checksums.txt. */
 struct ExpectedFrame {
   bool is_i_frame;
   std::size_t voxels;

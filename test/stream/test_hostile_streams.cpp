@@ -51,10 +51,10 @@ private:
   std::size_t bytes_read_ = 0;
 };
 
-/** \brief The payload size that a frame header claims. */
+/** \brief The payload size in a forged frame header. */
 enum class Claim { AllThatFollows, HalfOfIt, Little };
 
-/** \brief Frame headers, one behind the other, that claim what follows as payload. */
+/** \brief Frame headers, one behind the other, whose payload would be what follows. */
 Bytes
 manyHeaders(std::size_t size, bool are_i_frames, Claim claim)
 {
@@ -174,7 +174,7 @@ TEST(HostileStreams, DecodersReleaseTheMemoryOfAHugeFrame)
       {
         VoxelFrame frame;
         decoder->decode(bytes.data(), bytes.size(), frame);
-        EXPECT_GE(memory_use.peak(), 2 * huge); // else the test is void
+        EXPECT_GE(memory_use.peak(), 2 * huge); // else nothing is tested
         heldBehind(*decoder, frame, stream);
         EXPECT_LE(memory_use.live(), 2 * usually_held + (1u << 16));
       }
@@ -243,7 +243,7 @@ TEST(HostileStreams, AnotherFormatReleasesTheMemoryOfTheFirst)
     }
 }
 
-TEST(HostileStreams, FramesThatClaimManyVoxelsKeepNoMemory)
+TEST(HostileStreams, FramesWithAForgedVoxelCountKeepNoMemory)
 {
   constexpr std::size_t huge = std::size_t{1} << 17;
   for (const bool is_i_frame : {false, true}) {

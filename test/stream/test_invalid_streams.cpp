@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -62,13 +61,6 @@ decodedExact(FrameDecoder& decoder, const Bytes& bytes, VoxelFrame& frame)
   return status.code();
 }
 
-Bytes
-flipped(Bytes bytes, std::size_t bit)
-{
-  bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ 1u << bit % 8);
-  return bytes;
-}
-
 /** \brief Fields of a frame of the published layout in which a flip may go unseen: the
  * number of an I-frame, and the last bits of its octree's box. */
 std::string
@@ -121,8 +113,7 @@ TEST_F(InvalidStreams, EveryTruncationIsRefused)
     for (const bool is_i_frame : {true, false}) {
       const Bytes& whole = is_i_frame ? stream.i_frame : stream.p_frame;
       for (std::size_t size = 0; size < whole.size(); ++size) {
-        const Bytes bytes(whole.begin(),
-                          whole.begin() + static_cast<std::ptrdiff_t>(size));
+        const Bytes bytes = prefixOf(whole, size);
         const std::size_t magic = stream.format == StreamFormat::Version1 ? 4 : 6;
         ASSERT_EQ(decodedExact(decoder, bytes, back),
                   size == 0      ? CompressionCode::EndOfStream

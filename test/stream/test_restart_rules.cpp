@@ -9,7 +9,6 @@
 
 #include <random>
 #include <set>
-#include <vector>
 
 namespace {
 

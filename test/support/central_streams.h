@@ -1,6 +1,6 @@
 /** \file
- * \brief Coded streams, a listener that remembers and one that can be held up, for the
- * tests of CentralNode.
+ * \brief Coded streams, listeners that record frames or block, and fixtures for the tests of
+ * CentralNode.
  */
 #pragma once
 
@@ -9,6 +9,7 @@
 #include <pcl_ext/nodes/central_node.h>
 
 #include "support/fake_clock.h"
+#include "support/status_codes.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
@@ -31,6 +32,7 @@ namespace test {
 using io::CompressionCode;
 using io::VoxelFrame;
 using io::test::Bytes;
+using pcl_ext::test::expectCode;
 
 /** \brief Frames of one sender, and what FrameDecoder makes of each. */
 struct CodedStream {
@@ -49,11 +51,9 @@ struct CodedStream {
 
   explicit CodedStream(const Settings& settings)
   {
-    io::test::RoomStream::Settings room_settings;
+    io::test::RoomStream::Settings room_settings =
+        io::test::roomSettings(6, 14, false, settings.bits);
     room_settings.seed = settings.seed;
-    room_settings.depth = 6;
-    room_settings.width = 14;
-    room_settings.bits = settings.bits;
     room_settings.depth_model = settings.depth_model;
     io::test::RoomStream room(room_settings);
     io::FrameEncoder encoder(settings.format, settings.i_frame_rate, settings.effort);
@@ -90,8 +90,18 @@ streamOf(std::size_t frames, unsigned int i_frame_rate = 30, std::uint64_t seed 
   return CodedStream(settings);
 }
 
-/** \brief A frame as the listener was told of it. */
-struct HeardFrame {
+/** \brief A stream whose frames carry stamps, which are 1000 apart. */
+inline CodedStream
+stampedStream(std::size_t frames, std::uint64_t first_stamp)
+{
+  CodedStream::Settings settings;
+  settings.frames = frames;
+  settings.first_stamp = first_stamp;
+  return CodedStream(settings);
+}
+
+/** \brief A frame as it was given to the listener. */
+struct RecordedFrame {
   Time stamp;
   CompressionCode code;
   VoxelFrame voxels;
@@ -99,56 +109,56 @@ struct HeardFrame {
   bool wants_i_frame;
 };
 
-/** \brief Remembers all that it is told; any number of threads may tell it. */
-class Listener {
+/** \brief Records the frames that a listener is given, in any thread. */
+class FrameRecorder {
 public:
   FrameListener
   listener()
   {
     return [this](const ReceivedFrame& frame) {
       const std::lock_guard<std::mutex> lock(mutex_);
-      heard_[frame.stream].push_back({frame.stamp,
-                                      frame.status.code(),
-                                      frame.voxels,
-                                      frame.statistics,
-                                      frame.wants_i_frame});
+      frames_[frame.stream].push_back({frame.stamp,
+                                       frame.status.code(),
+                                       frame.voxels,
+                                       frame.statistics,
+                                       frame.wants_i_frame});
     };
   }
 
-  /** \brief What it was told of a stream until now. */
-  std::vector<HeardFrame>
-  heard(const std::string& stream) const
+  /** \brief Frames of a stream until now. */
+  std::vector<RecordedFrame>
+  frames(const std::string& stream) const
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = heard_.find(stream);
-    return found == heard_.end() ? std::vector<HeardFrame>() : found->second;
+    const auto found = frames_.find(stream);
+    return found == frames_.end() ? std::vector<RecordedFrame>() : found->second;
   }
 
   /** \brief One letter for each frame: '.' decoded; 'i' failed and wants an I-frame;
    * 'x' failed; 'D' dropped and wants an I-frame; 'd' dropped. */
   std::string
-  course(const std::string& stream) const
+  outcomes(const std::string& stream) const
   {
-    std::string course;
-    for (const HeardFrame& frame : heard(stream)) {
+    std::string outcomes;
+    for (const RecordedFrame& frame : frames(stream)) {
       if (frame.code == CompressionCode::Ok) {
         EXPECT_FALSE(frame.wants_i_frame);
-        course += '.';
+        outcomes += '.';
       }
       else if (frame.code == CompressionCode::OldFrame)
-        course += frame.wants_i_frame ? 'D' : 'd';
+        outcomes += frame.wants_i_frame ? 'D' : 'd';
       else
-        course += frame.wants_i_frame ? 'i' : 'x';
+        outcomes += frame.wants_i_frame ? 'i' : 'x';
     }
-    return course;
+    return outcomes;
   }
 
 private:
   mutable std::mutex mutex_;
-  std::map<std::string, std::vector<HeardFrame>> heard_;
+  std::map<std::string, std::vector<RecordedFrame>> frames_;
 };
 
-/** \brief Holds up the threads that come by until it is opened. */
+/** \brief Blocks threads until it is opened. */
 class Gate {
 public:
   void
@@ -160,7 +170,7 @@ public:
     changed_.wait(lock, [this] { return is_open_; });
   }
 
-  /** \brief Returns when as many threads have come by since it was made. */
+  /** \brief Returns when so many calls of pass() have begun. */
   void
   waitForArrivals(std::size_t arrivals)
   {
@@ -202,15 +212,7 @@ settingsWith(const FakeClock& clock)
   return settings;
 }
 
-inline void
-expectCode(const CentralNodeStatus& status, CentralNodeCode code)
-{
-  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
-      << status.message();
-  EXPECT_EQ(status.message().empty(), code == CentralNodeCode::Ok);
-}
-
-/** \brief Hands a frame over that must be taken. */
+/** \brief Hands over a frame that must be accepted. */
 inline void
 send(CentralNode& node,
      const std::string& stream,
@@ -220,7 +222,7 @@ send(CentralNode& node,
   expectCode(node.receive(stream, bytes, stamp), CentralNodeCode::Ok);
 }
 
-/** \brief Hands a frame over and waits until it is decoded, or has failed. */
+/** \brief Hands over a frame and waits until it is decoded, or has failed. */
 inline void
 sendAndWait(CentralNode& node,
             const std::string& stream,
@@ -249,7 +251,7 @@ onlyHealth(const CentralNode& node)
   return health.empty() ? StreamHealth() : health.front();
 }
 
-/** \brief A node with one stream "a", which is fed message by message. */
+/** \brief A node with one stream "a" and a clock that stands at 0. */
 class OneStream : public ::testing::Test {
 protected:
   OneStream() { node.addStream("a"); }
@@ -261,17 +263,18 @@ protected:
       sendAndWait(node, "a", stream.frames.at(index));
   }
 
-  /** \brief Expects a course, as Listener tells it, and the counts of its letters; no
+  /** \brief Expects outcomes, as of FrameRecorder, and their counts in the health; no
    * frame waits. */
   void
-  expectCounts(const std::string& course, std::size_t frames_lost)
+  expectCounts(const std::string& outcomes, std::size_t frames_lost)
   {
-    EXPECT_EQ(listener.course("a"), course);
+    EXPECT_EQ(recorder.outcomes("a"), outcomes);
     const auto countOf = [&](char letter) {
-      return static_cast<std::size_t>(std::count(course.begin(), course.end(), letter));
+      return static_cast<std::size_t>(
+          std::count(outcomes.begin(), outcomes.end(), letter));
     };
     const StreamHealth health = onlyHealth(node);
-    EXPECT_EQ(health.frames_received, course.size());
+    EXPECT_EQ(health.frames_received, outcomes.size());
     EXPECT_EQ(health.frames_decoded, countOf('.'));
     EXPECT_EQ(health.frames_failed, countOf('i') + countOf('x'));
     EXPECT_EQ(health.frames_dropped, countOf('d') + countOf('D'));
@@ -281,8 +284,8 @@ protected:
   }
 
   FakeClock clock;
-  Listener listener;
-  CentralNode node{settingsWith(clock), listener.listener()};
+  FrameRecorder recorder;
+  CentralNode node{settingsWith(clock), recorder.listener()};
 };
 
 } // namespace test

@@ -1,11 +1,12 @@
 /** \file
- * \brief Random clouds, a voxelizer that is a map and nothing more, and what the tests
- * of the compression class do with both.
+ * \brief Random clouds, a simple voxelizer, and round trips through the compression class.
  */
 #pragma once
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/point_intensity.h>
+
+#include "support/status_codes.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -19,7 +20,6 @@
 #include <random>
 #include <sstream>
 #include <string>
-#include <vector>
 
 namespace pcl_ext {
 namespace test {
@@ -172,8 +172,7 @@ settingsWith(double resolution)
   return settings;
 }
 
-/** \brief One frame through an encoder and a decoder that know nothing of each other.
- */
+/** \brief One frame through an encoder and a new decoder. */
 template <typename CompressionT>
 typename CompressionT::PointCloudPtr
 roundTrip(CompressionT& encoder, const typename CompressionT::PointCloudConstPtr& cloud)
@@ -198,16 +197,6 @@ roundTrip(double resolution, const typename pcl::PointCloud<PointT>::ConstPtr& c
   return roundTrip(encoder, cloud);
 }
 
-/** \brief Expects a code, and a message with everything but success. */
-inline void
-expectCode(const io::CompressionStatus& status, io::CompressionCode code)
-{
-  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
-      << status.message();
-  EXPECT_EQ(status.ok(), code == io::CompressionCode::Ok);
-  EXPECT_TRUE(status.ok() || !status.message().empty());
-}
-
 /** \brief The bytes of one frame. */
 template <typename CompressionT>
 std::string
@@ -220,7 +209,7 @@ encodeFrame(CompressionT& encoder,
   return stream.str();
 }
 
-/** \brief Decodes bytes into a cloud that is full of something else. */
+/** \brief Decodes bytes into a cloud that has other points. */
 template <typename CompressionT>
 io::CompressionStatus
 decodeBytes(CompressionT& decoder,

@@ -7,19 +7,24 @@
 
 #include <atomic>
 #include <memory>
+#include <stdexcept>
 
 namespace pcl_ext {
 namespace nodes {
 namespace test {
 
-/** \brief A clock that goes when it is told to; any number of threads may ask it. */
+/** \brief A clock that is set by the test and read by any thread. */
 class FakeClock {
 public:
   /** \brief The clock as settings take it; may outlive this. */
   Clock
   clock() const
   {
-    return [now = now_] { return Time(now->load()); };
+    return [now = now_, is_broken = is_broken_] {
+      if (*is_broken)
+        throw std::runtime_error("the clock is broken");
+      return Time(now->load());
+    };
   }
 
   void
@@ -28,7 +33,16 @@ public:
     now_->store(now.count());
   }
 
+  /** \brief Has the clock throw an exception, or not. */
+  void
+  setBroken(bool is_broken)
+  {
+    *is_broken_ = is_broken;
+  }
+
 private:
+  std::shared_ptr<std::atomic<bool>> is_broken_ =
+      std::make_shared<std::atomic<bool>>(false);
   std::shared_ptr<std::atomic<Time::rep>> now_ =
       std::make_shared<std::atomic<Time::rep>>(0);
 };

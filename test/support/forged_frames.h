@@ -14,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -60,6 +61,32 @@ putTogetherSized(Parts parts, std::uint32_t reference_checksum = 0)
 {
   parts.header.payload_size = parts.payload.size();
   return putTogether(parts, reference_checksum);
+}
+
+/** \brief The answer of a decoder to a forged frame behind the first frame of a stream.
+ * Refused, it must leave the stream as it was.
+ * \param[in] next the stream's frames behind the first one
+ * \param[in] expected what these are decoded to
+ */
+inline CompressionCode
+answerTo(const Bytes& forged,
+         const Bytes& first,
+         const std::vector<Bytes>& next,
+         const std::vector<VoxelFrame>& expected)
+{
+  FrameDecoder decoder;
+  VoxelFrame back;
+  EXPECT_EQ(decoded(decoder, first, back), CompressionCode::Ok);
+  const CompressionCode answer = decoded(decoder, forged, back);
+  if (answer == CompressionCode::Ok) {
+    EXPECT_TRUE(isConsistent(back));
+    return answer;
+  }
+  for (std::size_t i = 0; i < next.size(); ++i) {
+    EXPECT_EQ(decoded(decoder, next[i], back), CompressionCode::Ok);
+    expectSameVoxels(back, expected[i]);
+  }
+  return answer;
 }
 
 constexpr std::size_t flags_offset = version1_magic_size + 1 + 4;

@@ -77,10 +77,8 @@ goldenRoom(const std::string& name,
   RoomStream room(settings);
   for (std::uint64_t i = 0; i < 12; ++i) {
     GoldenFrame frame{room.next(), std::nullopt};
-    if (i == 3 || i == 4 || i == 10) { // nothing is seen, on a P- and an I-frame, too
-      frame.frame.keys.clear();
-      frame.frame.intensities.clear();
-    }
+    if (i == 3 || i == 4 || i == 10) // nothing is seen, on a P- and an I-frame, too
+      clearVoxels(frame.frame);
     if (has_stamps && i != 7)
       frame.stamp = FrameStamp{1700000000000000 + 49987 * i - (i == 9 ? 1000000 : 0),
                                i < 6 ? "sensor" : "a longer name of a frame"};
@@ -176,7 +174,7 @@ goldenLargeRests(const std::string& name, Effort effort)
   model.origin = std::int64_t{1} << 32;
   model.step = {0, 0, 0};
   for (int i = 0; i < 24; ++i) {
-    // Depth offsets are learnt, behind which the model tells other numbers of points.
+    // Depth offsets are learnt; a model of another size then gives other numbers of points.
     model.full_symbol = i < 20 ? 1u << 23 : i < 22 ? (1u << 24) - 1 : 100;
     frame.depth_model = model;
     for (std::uint16_t& symbol : frame.intensities)

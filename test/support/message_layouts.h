@@ -16,9 +16,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
-#include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -112,7 +109,7 @@ valueOf(const std::string& field, std::size_t point)
   return -77.0;
 }
 
-/** \brief A cloud of a layout, every byte that belongs to no field set to rubbish. */
+/** \brief A cloud of a layout; bytes that belong to no field are 0xa5. */
 inline PCLPointCloud2
 makeMessage(const std::vector<PCLPointField>& fields,
             std::uint32_t point_step,

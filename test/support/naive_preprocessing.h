@@ -15,7 +15,9 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
+#include <vector>
 
 namespace pcl_ext {
 namespace test {
@@ -36,6 +38,24 @@ kinectShare(double depth, double resolution)
   const double positive_depth = std::max(depth, 0.0);
   return std::min(
       footprint * positive_depth * positive_depth / (resolution * resolution), 1.0);
+}
+
+/** \brief Poses that are no rotation and translation by floats. */
+template <typename PoseT>
+std::vector<PoseT>
+invalidPoses(const PoseT& valid)
+{
+  constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+  std::vector<PoseT> poses(8, valid);
+  poses[0].linear() *= 1.01;
+  poses[1].linear()(0, 1) += 0.1;
+  poses[2].linear().col(2) *= -1.0; // a mirror
+  poses[3].linear().setZero();
+  poses[4].linear()(1, 1) = nan_value;
+  poses[5].translation().y() = nan_value;
+  poses[6].translation().z() = -std::numeric_limits<double>::infinity();
+  poses[7].translation().x() = 1e300; // beyond the floats
+  return poses;
 }
 
 inline double

@@ -5,6 +5,8 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/voxel_frames.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +18,7 @@
 
 namespace pcl_ext {
 
-/** \brief Of a voxel; of any grid, whose voxels may lie beyond 32 bits. */
+/** \brief Index of a voxel; those of large grids need more than 32 bits. */
 using LatticeIndex = std::array<std::int64_t, 3>;
 
 /** \brief Voxels by their index on the lattice, with symbols. */
@@ -61,12 +63,8 @@ scoresOf(VoxelOutlierRemoval& removal, const io::VoxelFrame& frame)
   removal.score(frame, log_odds);
   EXPECT_EQ(log_odds.size(), frame.size());
   Scores scores;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const io::VoxelPosition at = io::voxelPosition(frame.keys[i]);
-    scores[{std::int64_t{at.x} + frame.grid.first_index[0],
-            std::int64_t{at.y} + frame.grid.first_index[1],
-            std::int64_t{at.z} + frame.grid.first_index[2]}] = log_odds[i];
-  }
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    scores[io::test::latticeIndex(frame, i)] = log_odds[i];
   return scores;
 }
 

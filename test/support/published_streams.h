@@ -1,6 +1,6 @@
 /** \file
- * \brief Clouds of points for streams of the published layout, and how to tell whether a
- * frame is what PCL's own octree makes of them.
+ * \brief Clouds for streams of the published layout, and the comparison of frames with what
+ * PCL's own octree makes of them.
  *
  * \warning One translation unit per program may include this, as published_reference.h.
  */
@@ -35,13 +35,6 @@ inline Bytes
 bytesOf(const std::string& text)
 {
   return {text.begin(), text.end()};
-}
-
-inline float
-uniform(std::mt19937_64& random, double low, double high)
-{
-  return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) *
-                                      0x1p-53);
 }
 
 /** \brief Points in a box, a few of them on its faces; intensities are whole numbers,
@@ -81,10 +74,9 @@ expectSameCloud(const VoxelFrame& frame, const Cloud& expected)
 {
   ASSERT_EQ(frame.size(), expected.size());
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const VoxelPosition position = voxelPosition(frame.keys[i]);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(0, position.x)), expected[i].x);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(1, position.y)), expected[i].y);
-    ASSERT_EQ(static_cast<float>(frame.grid.centre(2, position.z)), expected[i].z);
+    const std::array<float, 3> centre = centreOf(frame, i);
+    ASSERT_EQ(centre,
+              (std::array<float, 3>{expected[i].x, expected[i].y, expected[i].z}));
     ASSERT_EQ(frame.intensity_scale.value(frame.intensities[i]), expected[i].intensity);
   }
 }

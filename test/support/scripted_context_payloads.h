@@ -67,7 +67,7 @@ public:
     return newVoxels();
   }
 
-  /** \brief The same with blocks that are said to be new, whatever the history knows. */
+  /** \brief The same with a block that is coded as new even if it is known. */
   bool
   occupancyWithNewBlock(const BlockList& blocks, std::uint64_t key, std::uint64_t mask)
   {

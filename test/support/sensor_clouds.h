@@ -11,6 +11,7 @@
 
 #include "support/cloud_streams.h"
 #include "support/naive_preprocessing.h"
+#include "support/status_codes.h"
 #include "support/world_voxels.h"
 
 #include <pcl/conversions.h>
@@ -22,7 +23,6 @@
 
 #include <Eigen/Geometry>
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -35,10 +35,8 @@ namespace test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Bytes = std::vector<std::uint8_t>;
+using pcl_ext::test::expectCode;
 using pcl_ext::test::naivelyPreprocessed;
-using pcl_ext::test::naiveNative;
-using pcl_ext::test::PointIntensity;
-
 constexpr double resolution = 0.04;
 
 // 2^6 voxels wide about the origin, so that PCL's lattice for it is the world's.
@@ -98,18 +96,6 @@ messageOf(const Cloud& cloud, std::uint64_t stamp = 0)
 }
 
 inline double
-naiveQuadratic(const pcl::PointXYZI& point)
-{
-  return pcl_ext::test::kinectShare(static_cast<double>(point.z), resolution);
-}
-
-inline double
-naiveLinear(const pcl::PointXYZI& point)
-{
-  return std::sqrt(naiveQuadratic(point));
-}
-
-inline double
 naiveCount(const pcl::PointXYZI&)
 {
   return 1.0;
@@ -133,16 +119,7 @@ settingsOf(IntensityLaw law)
   return settings;
 }
 
-inline void
-expectCode(const SensorNodeStatus& status, SensorNodeCode code)
-{
-  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
-      << status.message();
-  EXPECT_EQ(status.message().empty(), code == SensorNodeCode::Ok);
-}
-
-/** \brief Encodes a cloud that comes with its transform into bytes that held something
- * else. */
+/** \brief Encodes a cloud with its transform; earlier bytes are replaced. */
 inline Bytes
 encoded(SensorNode& node, const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
 {
@@ -163,7 +140,7 @@ decodedWith(io::FrameDecoder& decoder, const Bytes& bytes)
   return frame;
 }
 
-/** \brief Expects a cloud to be left out, whatever the bytes held before. */
+/** \brief Expects a cloud to be left out, and no bytes. */
 inline void
 expectLeftOut(SensorNode& node,
               const pcl::PCLPointCloud2& cloud,

@@ -6,7 +6,10 @@
  */
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstddef>
+#include <new>
 
 namespace pcl_ext {
 namespace test {
@@ -45,7 +48,7 @@ private:
 /** \brief While it lives, one allocation of all threads fails, or all from it on. */
 class FailingAllocation {
 public:
-  /** \param[in] number 1 is the next one
+  /** \param[in] number 1 is the next one; 0: none fails
    * \param[in] do_later_ones_fail whether all behind it fail, too
    */
   explicit FailingAllocation(std::size_t number, bool do_later_ones_fail = false);
@@ -82,6 +85,64 @@ public:
   FencedMemory&
   operator=(const FencedMemory&) = delete;
 };
+
+/** \brief Has each allocation of each frame of a stream fail, alone and with all later ones.
+ * \param[in] run called with a frame, the number of the allocation, and whether later ones
+ * fail, too; false if the frame has fewer allocations
+ * \param[in] step from one allocation to the next where later ones fail, too
+ */
+template <typename RunT>
+void
+expectFailuresHandled(std::size_t frame_count, std::size_t step, const RunT& run)
+{
+  std::size_t failures = 0;
+  for (const bool do_later_ones_fail : {false, true})
+    for (std::size_t frame = 0; frame < frame_count; ++frame)
+      for (std::size_t n = 1; run(frame, n, do_later_ones_fail);
+           n += do_later_ones_fail ? step : 1) {
+        ++failures;
+        if (::testing::Test::HasFailure())
+          FAIL() << "allocation " << n << " of frame " << frame;
+      }
+  EXPECT_GT(failures, 100u);
+}
+
+/** \brief Repeats a call, of which first the first allocation fails, then the second, until
+ * none does. It must throw std::bad_alloc where one fails.
+ * \param[in] check called after each failure
+ * \return number of failures
+ */
+template <typename CallT, typename CheckT>
+std::size_t
+failEachAllocation(const CallT& call, const CheckT& check)
+{
+  for (std::size_t number = 1;; ++number) {
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(number);
+      bool has_thrown = false;
+      try {
+        call();
+      }
+      catch (const std::bad_alloc&) {
+        has_thrown = true;
+      }
+      const Exemption exemption;
+      has_failed = failing.hasFailed();
+      EXPECT_EQ(has_thrown, has_failed);
+    }
+    if (!has_failed)
+      return number - 1;
+    check();
+  }
+}
+
+template <typename CallT>
+std::size_t
+failEachAllocation(const CallT& call)
+{
+  return failEachAllocation(call, [] {});
+}
 
 } // namespace test
 } // namespace pcl_ext

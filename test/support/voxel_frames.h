@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <random>
 #include <set>
@@ -50,6 +50,13 @@ below(std::mt19937_64& random, std::uint64_t end)
   return random() % end;
 }
 
+inline float
+uniform(std::mt19937_64& random, double low, double high)
+{
+  return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) *
+                                      0x1p-53);
+}
+
 /** \brief A frame of a grid about the origin, without voxels. */
 inline VoxelFrame
 emptyFrame(unsigned int depth, unsigned int bits = 8)
@@ -61,6 +68,34 @@ emptyFrame(unsigned int depth, unsigned int bits = 8)
       static_cast<std::int32_t>(-(std::int64_t{1} << (depth - 1))));
   frame.intensity_scale.bits = bits;
   return frame;
+}
+
+inline void
+clearVoxels(VoxelFrame& frame)
+{
+  frame.keys.clear();
+  frame.intensities.clear();
+}
+
+/** \brief Index of a voxel on the lattice of its frame's grid. */
+inline std::array<std::int64_t, 3>
+latticeIndex(const VoxelFrame& frame, std::size_t voxel)
+{
+  const VoxelPosition position = voxelPosition(frame.keys[voxel]);
+  const auto& first = frame.grid.first_index;
+  return {std::int64_t{first[0]} + position.x,
+          std::int64_t{first[1]} + position.y,
+          std::int64_t{first[2]} + position.z};
+}
+
+/** \brief Centre of a voxel as a cloud has it, metres. */
+inline std::array<float, 3>
+centreOf(const VoxelFrame& frame, std::size_t voxel)
+{
+  const VoxelPosition position = voxelPosition(frame.keys[voxel]);
+  return {static_cast<float>(frame.grid.centre(0, position.x)),
+          static_cast<float>(frame.grid.centre(1, position.y)),
+          static_cast<float>(frame.grid.centre(2, position.z))};
 }
 
 /** \brief Replaces the voxels of a frame by a set, with random intensities; half of
@@ -152,6 +187,22 @@ inline void
 append(const Bytes& bytes, Bytes& stream)
 {
   stream.insert(stream.end(), bytes.begin(), bytes.end());
+}
+
+/** \brief The first bytes of a frame. */
+inline Bytes
+prefixOf(const Bytes& bytes, std::size_t size)
+{
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+/** \brief Bytes with one bit inverted; bits are counted modulo their number. */
+inline Bytes
+flipped(Bytes bytes, std::size_t bit)
+{
+  bit %= 8 * bytes.size();
+  bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ 1u << bit % 8);
+  return bytes;
 }
 
 /** \brief A seekable buffer of bytes. */

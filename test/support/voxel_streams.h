@@ -13,7 +13,6 @@
 #include <map>
 #include <optional>
 #include <random>
-#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -60,8 +59,7 @@ public:
       const std::uint64_t key = below(random_, end);
       voxels[key] = symbolOf(key, 1);
     }
-    frame_.keys.clear();
-    frame_.intensities.clear();
+    clearVoxels(frame_);
     for (const auto& [key, symbol] : voxels) {
       frame_.keys.push_back(key);
       frame_.intensities.push_back(symbol);
@@ -103,7 +101,7 @@ private:
   std::map<std::uint64_t, Voxel> scene_;
 };
 
-/** \brief A quadratic depth model for a grid of some depth: along x a point is worth from
+/** \brief A depth model for a grid of some depth: along x a point is worth from
  * little up to a third of the scale. */
 inline DepthModel
 roomDepthModel(unsigned int depth, unsigned int bits, std::uint8_t exponent = 2)
@@ -114,6 +112,22 @@ roomDepthModel(unsigned int depth, unsigned int bits, std::uint8_t exponent = 2)
   model.origin = std::int64_t{1} << 30;
   model.step = {static_cast<std::int32_t>((std::int64_t{3} << 30) >> depth), 1000, -77};
   return model;
+}
+
+/** \brief Settings of a room that a sensor sees, with depth model or without. */
+inline RoomStream::Settings
+roomSettings(unsigned int depth,
+             std::uint32_t width,
+             bool has_depth_model = false,
+             unsigned int bits = 8)
+{
+  RoomStream::Settings settings;
+  settings.depth = depth;
+  settings.width = width;
+  settings.bits = bits;
+  if (has_depth_model)
+    settings.depth_model = roomDepthModel(depth, bits);
+  return settings;
 }
 
 } // namespace test

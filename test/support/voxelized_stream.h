@@ -5,6 +5,8 @@
 
 #include <pcl_ext/compression/voxelizer.h>
 
+#include "support/voxel_frames.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,6 +41,20 @@ settingsOf(double resolution, StreamFormat format = StreamFormat::Version1)
   return settings;
 }
 
+/** \brief What a voxelizer reads of a cloud. */
+inline PointView
+viewOf(const Cloud& cloud)
+{
+  PointView view;
+  view.count = cloud.size();
+  if (!cloud.empty()) {
+    view.coordinates = &cloud[0].x;
+    view.intensities = &cloud[0].intensity;
+    view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
+  }
+  return view;
+}
+
 /** \brief A voxelizer and what it made of the last cloud. */
 class Stream {
 public:
@@ -50,14 +66,7 @@ public:
   const VoxelFrame&
   add(const Cloud& cloud, bool may_shrink = false)
   {
-    PointView view;
-    view.count = cloud.size();
-    if (!cloud.empty()) {
-      view.coordinates = &cloud[0].x;
-      view.intensities = &cloud[0].intensity;
-      view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
-    }
-    statistics = voxelizer_.voxelize(view, may_shrink, frame);
+    statistics = voxelizer_.voxelize(viewOf(cloud), may_shrink, frame);
     EXPECT_TRUE(isConsistent(frame));
     EXPECT_EQ(statistics.points, cloud.size());
     EXPECT_EQ(statistics.voxels, frame.size());
@@ -72,14 +81,9 @@ public:
   values() const
   {
     std::map<LatticeIndex, float> values;
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      const VoxelPosition position = voxelPosition(frame.keys[i]);
-      const auto& first = frame.grid.first_index;
-      values[{std::int64_t{first[0]} + position.x,
-              std::int64_t{first[1]} + position.y,
-              std::int64_t{first[2]} + position.z}] =
+    for (std::size_t i = 0; i < frame.size(); ++i)
+      values[latticeIndex(frame, i)] =
           frame.intensity_scale.value(frame.intensities[i]);
-    }
     return values;
   }
 
@@ -129,13 +133,6 @@ sumOf(const std::vector<float>& intensities)
   for (const float intensity : intensities)
     sum += double{intensity};
   return sum;
-}
-
-inline float
-uniform(std::mt19937_64& random, double low, double high)
-{
-  return static_cast<float>(low + (high - low) * static_cast<double>(random() >> 11) *
-                                      0x1p-53);
 }
 
 inline Cloud

@@ -1,5 +1,5 @@
 /** \file
- * \brief The voxels of a frame as a map, whatever its grid.
+ * \brief The voxels of a frame as a map that does not depend on the grid.
  */
 #pragma once
 

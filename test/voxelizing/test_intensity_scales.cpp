@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -66,13 +65,8 @@ expectSymbolsToHold(IntensityUnit unit,
         const VoxelFrame& frame = stream.add(cloud);
         const auto voxels = naiveVoxels(cloud, resolution);
         ASSERT_EQ(frame.size(), voxels.size());
-        const auto& first = frame.grid.first_index;
         for (std::size_t i = 0; i < frame.size(); ++i) {
-          const VoxelPosition position = voxelPosition(frame.keys[i]);
-          const Intensities& intensities =
-              voxels.at({std::int64_t{first[0]} + position.x,
-                         std::int64_t{first[1]} + position.y,
-                         std::int64_t{first[2]} + position.z});
+          const Intensities& intensities = voxels.at(latticeIndex(frame, i));
           const SymbolInterval interval(frame.intensity_scale, frame.intensities[i]);
           ASSERT_GE(intensity_of(intensities), interval.low);
           ASSERT_LE(intensity_of(intensities), interval.high);

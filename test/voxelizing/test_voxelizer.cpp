@@ -51,7 +51,7 @@ TEST(Voxelizer, CountsAreThoseOfANaiveVoxelizer)
       EXPECT_EQ(stream.statistics.points_used, cloud.size());
       EXPECT_EQ(stream.frame.grid.anchor, (std::array<double, 3>{0.0, 0.0, 0.0}));
       for (const Point& point : cloud) {
-        // Whatever the rounding: no point is further than half an edge from a centre.
+        // In spite of rounding no point is further than half an edge from a centre.
         const auto index = std::floor(double{point.x} / resolution);
         EXPECT_LE(std::abs((index + 0.5) * resolution - double{point.x}),
                   resolution * (0.5 + 1e-9));
@@ -278,7 +278,7 @@ TEST(Voxelizer, AFixedBoxFixesTheGrid)
   }
 }
 
-/** \brief Boxes as people set them, and as a random number generator does. */
+/** \brief Usual boxes and random ones. */
 std::vector<BoundingBox>
 boxes()
 {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 #include <set>
 #include <vector>
@@ -43,11 +44,8 @@ expectCentres(const VoxelFrame& frame)
   std::size_t next = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
     ASSERT_LT(next, frame.size());
-    const VoxelPosition position = voxelPosition(frame.keys[next]);
     // To the last bit.
-    ASSERT_EQ(x, static_cast<float>(frame.grid.centre(0, position.x)));
-    ASSERT_EQ(y, static_cast<float>(frame.grid.centre(1, position.y)));
-    ASSERT_EQ(z, static_cast<float>(frame.grid.centre(2, position.z)));
+    ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next));
     ASSERT_EQ(intensity, frame.intensity_scale.value(frame.intensities[next]));
     ++next;
   });

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <random>
-#include <vector>
 
 namespace {
 
@@ -220,11 +219,8 @@ TEST(History, MatchesTheSpecification)
         both.update(frame, has_depths ? &depths : nullptr, is_i_frame);
         ASSERT_NO_FATAL_FAILURE(expectSame(both.history, both.simple));
         walk(random, i % 7 == 0 ? 100 : 15, frame);
-        if (i % 11 == 10) {
-          frame.keys.clear();
-          frame.intensities.clear();
-          setVoxels(random, {}, frame);
-        }
+        if (i % 11 == 10)
+          clearVoxels(frame);
       }
     }
 }

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <string>
 #include <vector>
 
 namespace {
@@ -83,23 +82,11 @@ private:
     return frame(expected_, is_i_frame, 1, payload);
   }
 
-  /** \brief Refused, a frame must leave the stream as it was. */
   CompressionCode
   answerTo(const Bytes& bytes) const
   {
-    FrameDecoder decoder;
-    VoxelFrame back;
-    EXPECT_EQ(decoded(decoder, i_frame_, back), CompressionCode::Ok);
-    const CompressionCode answer = decoded(decoder, bytes, back);
-    if (answer == CompressionCode::Ok) {
-      EXPECT_TRUE(isConsistent(back));
-      return answer;
-    }
-    EXPECT_EQ(decoded(decoder, p_frame_, back), CompressionCode::Ok);
-    expectSameVoxels(back, expected_);
-    return answer;
+    return pcl_ext::io::test::answerTo(bytes, i_frame_, {p_frame_}, {expected_});
   }
-
   VoxelFrame expected_;
   ContextState before_p_frame_;
   Bytes i_frame_;
@@ -241,66 +228,70 @@ modelOfPoints(std::uint32_t symbol)
   return model;
 }
 
-TEST(ScriptedContextPayloads, RestsThatAreNone)
-{
-  const Stream stream(3, 64 * 7 + 5);
-  VoxelFrame like = emptyFrame(3, 8);
-  like.keys = {0};
-  like.depth_model = modelOfPoints(100);
-  DepthSplit split;
-  const BlockList blocks = blocksOf(like.keys);
-  split.begin(*like.depth_model, blocks, {}, 255);
-  split.predict({1});
-  ASSERT_EQ(split.residual(0, 100), 0u);
-  const auto rest = [&](std::uint32_t end, const Choices& escape) {
-    return stream.answerToIFrame(like, [&](ContextScript& script) {
+/** \brief I-frames of one voxel of one point, with a residual. */
+class ResidualPayload {
+public:
+  /** \param[in] point_symbol what a point is worth */
+  ResidualPayload(unsigned int bits, std::uint16_t point_symbol)
+  : like_(emptyFrame(3, bits))
+  {
+    like_.keys = {0};
+    like_.depth_model = modelOfPoints(point_symbol);
+    DepthSplit split;
+    split.begin(*like_.depth_model,
+                blocksOf(like_.keys),
+                {},
+                like_.intensity_scale.maxSymbol());
+    split.predict({1});
+    EXPECT_EQ(split.residual(0, point_symbol), 0u);
+    class_ = split.classes()[0];
+  }
+
+  /** \param[in] end first decision of the residual that is a no; 32: an escape follows */
+  CompressionCode
+  answer(std::uint32_t end, const Choices& escape) const
+  {
+    return stream_.answerToIFrame(like_, [&](ContextScript& script) {
       script.beginNumbers();
       script.firstNumber(1);
       script.unary(script.state.intensity.residual,
-                   split.classes()[0] * IntensityModels::longest_residual,
+                   class_ * IntensityModels::longest_residual,
                    0,
                    end,
                    IntensityModels::longest_residual);
       escape(script);
     });
-  };
-  const auto escape = [](std::uint32_t number) {
-    return [=](ContextScript& script) { script.escape(2, number - 32); };
-  };
-  EXPECT_EQ(rest(31, [](auto&) {}), ok);
-  EXPECT_EQ(rest(32, escape(199)), ok);      // symbol 0
-  EXPECT_EQ(rest(32, escape(201)), corrupt); // -1
-  EXPECT_EQ(rest(32, escape(310)), ok);      // 255
-  EXPECT_EQ(rest(32, escape(312)), corrupt); // 256
-  for (const std::uint32_t large : {509u, 511u, 512u, 65535u, 65536u + 20, 131000u})
-    EXPECT_EQ(rest(32, escape(large)), corrupt) << large;
-  EXPECT_EQ(rest(32, [](auto& script) { script.longEscape(2); }), corrupt);
-}
+  }
 
-TEST(ScriptedContextPayloads, RestsOfSeventeenBits)
+private:
+  const Stream stream_{3, 64 * 7 + 5};
+  VoxelFrame like_;
+  std::uint32_t class_ = 0;
+};
+
+Choices
+escapedResidual(std::uint32_t residual)
 {
-  // The longest escape that there is: of a symbol 0 where 40000 was expected.
-  const Stream stream(3, 64 * 7 + 5);
-  VoxelFrame like = emptyFrame(3, 16);
-  like.keys = {0};
-  like.depth_model = modelOfPoints(40000);
-  DepthSplit split;
-  split.begin(*like.depth_model, blocksOf(like.keys), {}, 65535);
-  split.predict({1});
-  for (const std::uint32_t rest : {79999u, 80001u})
-    EXPECT_EQ(stream.answerToIFrame(
-                  like,
-                  [&](ContextScript& script) {
-                    script.beginNumbers();
-                    script.firstNumber(1);
-                    script.unary(script.state.intensity.residual,
-                                 split.classes()[0] * IntensityModels::longest_residual,
-                                 0,
-                                 IntensityModels::longest_residual,
-                                 IntensityModels::longest_residual);
-                    script.escape(2, rest - IntensityModels::longest_residual);
-                  }),
-              rest == 79999 ? ok : corrupt);
+  return [=](ContextScript& script) { script.escape(2, residual - 32); };
 }
 
+TEST(ScriptedContextPayloads, ResidualsOutOfRange)
+{
+  const ResidualPayload payload(8, 100);
+  EXPECT_EQ(payload.answer(31, [](auto&) {}), ok);
+  EXPECT_EQ(payload.answer(32, escapedResidual(199)), ok);      // symbol 0
+  EXPECT_EQ(payload.answer(32, escapedResidual(201)), corrupt); // -1
+  EXPECT_EQ(payload.answer(32, escapedResidual(310)), ok);      // 255
+  EXPECT_EQ(payload.answer(32, escapedResidual(312)), corrupt); // 256
+  for (const std::uint32_t large : {509u, 511u, 512u, 65535u, 65536u + 20, 131000u})
+    EXPECT_EQ(payload.answer(32, escapedResidual(large)), corrupt) << large;
+  EXPECT_EQ(payload.answer(32, [](auto& script) { script.longEscape(2); }), corrupt);
+}
+TEST(ScriptedContextPayloads, ResidualsOfSeventeenBits)
+{
+  // The longest escape: of a symbol 0 where 40000 was expected.
+  const ResidualPayload payload(16, 40000);
+  EXPECT_EQ(payload.answer(32, escapedResidual(79999)), ok);
+  EXPECT_EQ(payload.answer(32, escapedResidual(80001)), corrupt);
+}
 } // namespace

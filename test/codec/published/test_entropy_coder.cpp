@@ -37,7 +37,7 @@ randomRow(std::uint64_t seed, std::size_t count, unsigned int alphabet, double s
   return row;
 }
 
-/** \brief Rows that a coder might stumble over. */
+/** \brief Rows at the limits of the coder. */
 std::vector<Bytes>
 rows()
 {
@@ -203,7 +203,7 @@ TEST(StaticRangeCoder, CountsThatContradictTheTableAreRefusedEarly)
     for (const std::size_t count : counts)
       EXPECT_EQ(consumed(bytes, count), table_size) << row.size() << ", " << count;
   }
-  // A table that was scaled tells at least that.
+  // A scaled table bounds the count, too.
   Bytes bytes;
   encodeStaticRange(Bytes(65281, 255), bytes);
   EXPECT_EQ(consumed(bytes, 65280), table_size);

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/point_intensity.h>
 
 #include "support/published_streams.h"
 
@@ -18,18 +19,6 @@ using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 using pcl_ext::PublishedReference;
 using pcl_ext::PublishedReferenceDecoder;
-
-PointView
-viewOf(const Cloud& cloud)
-{
-  PointView view;
-  view.coordinates = cloud.empty() ? nullptr : cloud[0].data;
-  view.intensities = cloud.empty() ? nullptr : &cloud[0].intensity;
-  view.coordinate_stride = view.intensity_stride =
-      sizeof(pcl::PointXYZI) / sizeof(float);
-  view.count = cloud.size();
-  return view;
-}
 
 /** \brief The bytes but for the octree's box: its corners are sums that PCL and this
  * library take in different orders, so that their last bits may differ. */
@@ -95,7 +84,7 @@ public:
   send(const Cloud& cloud)
   {
     const VoxelizationStatistics voxelized =
-        voxelizer_.voxelize(viewOf(cloud), false, frame_);
+        voxelizer_.voxelize(pcl_ext::pointViewWithIntensities(cloud), false, frame_);
     ASSERT_EQ(voxelized.points_used, cloud.size());
     ours = encoded(encoder_, frame_);
     reference = reference_.encode(cloud);
@@ -179,7 +168,7 @@ expectLaw(const LawT& law)
   Voxelizer voxelizer(settingsOf(scene), LawT::unit);
   FrameEncoder encoder(StreamFormat::Published, 3);
   VoxelFrame frame;
-  voxelizer.voxelize(viewOf(cloud), false, frame);
+  voxelizer.voxelize(pcl_ext::pointViewWithIntensities(cloud), false, frame);
   expectSameBytes(encoded(encoder, frame), reference.encode(shown), true);
   EXPECT_GT(*std::max_element(frame.intensities.begin(), frame.intensities.end()), 0);
 }

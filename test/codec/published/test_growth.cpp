@@ -13,7 +13,6 @@
 #include <random>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace {
 
@@ -225,7 +224,7 @@ public:
   }
 
 private:
-  // Occupancy by the way to the branch, with a bit above it that tells its length.
+  // Occupancy by the path to the branch, with a bit above it that marks its length.
   using Branches = std::map<std::uint64_t, std::uint8_t>;
 
   void

@@ -13,18 +13,16 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <new>
 #include <random>
 #include <stdexcept>
 #include <streambuf>
-#include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::published;
 using namespace pcl_ext::io::test;
-using pcl_ext::test::FailingAllocation;
+using pcl_ext::test::failEachAllocation;
 
 /** \brief A stream of the published layout: an I-frame and P-frames. */
 EncodedFrames
@@ -130,22 +128,13 @@ TEST(PublishedHistory, IsUnchangedWhenEncodingRunsOutOfMemory)
   for (std::size_t i = 0; i < sent.frames.size(); ++i) {
     const published::History before = history;
     Bytes bytes;
-    std::size_t failures = 0;
-    for (bool is_done = false; !is_done;) {
+    const auto encode = [&] {
       bytes = Bytes(); // without memory of its own
       CodedFrameStatistics statistics;
-      try {
-        const FailingAllocation failing(failures + 1);
-        published::encodeFrame(sent.frames[i], i == 0, history, bytes, statistics);
-        is_done = true;
-      }
-      catch (const std::bad_alloc&) {
-        ++failures;
-      }
-      if (!is_done)
-        expectSameHistory(history, before);
-    }
-    EXPECT_GT(failures, 10u);
+      published::encodeFrame(sent.frames[i], i == 0, history, bytes, statistics);
+    };
+    EXPECT_GT(failEachAllocation(encode, [&] { expectSameHistory(history, before); }),
+              10u);
     EXPECT_EQ(bytes, sent.bytes[i]);
   }
 }
@@ -157,30 +146,20 @@ TEST(PublishedHistory, IsUnchangedWhenDecodingRunsOutOfMemory)
   for (std::size_t i = 0; i < sent.frames.size(); ++i) {
     const published::History before = history;
     VoxelFrame back;
-    std::size_t failures = 0;
-    for (bool is_done = false; !is_done;) {
+    CompressionStatus status;
+    const auto decode = [&] {
       FrameOrder order(false);
       MemoryBuffer buffer(sent.bytes[i].data() + published::magic_size,
                           sent.bytes[i].size() - published::magic_size);
       ByteSource source(buffer, sent.bytes[i].size());
       back = VoxelFrame();
       CodedFrameStatistics statistics;
-      CompressionStatus status;
-      try {
-        const FailingAllocation failing(failures + 1);
-        status = published::decodeFrame(
-            source, DecoderLimits(), history, order, back, statistics);
-        is_done = true;
-      }
-      catch (const std::bad_alloc&) {
-        ++failures;
-      }
-      if (is_done)
-        EXPECT_TRUE(status.ok()) << status.message();
-      else
-        expectSameHistory(history, before);
-    }
-    EXPECT_GT(failures, 10u);
+      status = published::decodeFrame(
+          source, DecoderLimits(), history, order, back, statistics);
+    };
+    EXPECT_GT(failEachAllocation(decode, [&] { expectSameHistory(history, before); }),
+              10u);
+    EXPECT_TRUE(status.ok()) << status.message();
     expectSameVoxels(back, sent.frames[i]);
   }
 }

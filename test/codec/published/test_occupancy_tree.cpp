@@ -19,8 +19,8 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::published;
 using namespace pcl_ext::io::test;
 
-/** \brief An octree as anybody would write it: the occupancy of each node by its path
- * from the root, the first three bits highest. */
+/** \brief A level of a simple octree: the occupancy of each node by its path from the root,
+ * the first three bits highest. */
 using NaiveLevel = std::map<std::uint64_t, std::uint8_t>;
 
 std::vector<NaiveLevel>

@@ -1,0 +1,28 @@
+/** \file
+ * \brief CRC-32 a bit at a time, as its definition has it.
+ */
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+/** \brief CRC-32 (ISO-HDLC). */
+inline std::uint32_t
+bitwiseCrc(const std::vector<std::uint8_t>& bytes)
+{
+  std::uint32_t remainder = 0xffffffff;
+  for (const std::uint8_t byte : bytes) {
+    remainder ^= byte;
+    for (int bit = 0; bit < 8; ++bit)
+      remainder = remainder >> 1 ^ ((remainder & 1) != 0 ? 0xedb88320 : 0);
+  }
+  return ~remainder;
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext

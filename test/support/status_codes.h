@@ -1,0 +1,22 @@
+/** \file
+ * \brief Checks of statuses, which all classes report in the same way.
+ */
+#pragma once
+
+#include <gtest/gtest.h>
+
+namespace pcl_ext {
+namespace test {
+
+/** \brief Expects a code, and a message with everything but success. */
+template <typename StatusT, typename CodeT>
+void
+expectCode(const StatusT& status, CodeT code)
+{
+  EXPECT_EQ(static_cast<int>(status.code()), static_cast<int>(code))
+      << status.message();
+  EXPECT_EQ(status.message().empty(), code == CodeT::Ok);
+}
+
+} // namespace test
+} // namespace pcl_ext
