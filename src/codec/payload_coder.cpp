@@ -20,7 +20,7 @@ CodingWorkspace::fast()
 void
 CodingWorkspace::endFrame(std::size_t needed, std::size_t taken)
 {
-  if (memory_rule_.shouldGiveBack(needed, taken))
+  if (memory_rule_.shouldRelease(needed, taken))
     fast_.reset();
 }
 

@@ -43,7 +43,7 @@ struct PayloadSizes {
 };
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn. See
- * CodingMemory. */
+ * DecodingMemory. */
 class CodingWorkspace {
 public:
   CodingWorkspace();
@@ -125,7 +125,7 @@ public:
 
   /** \brief Releases memory that models and history do not need. */
   virtual void
-  giveBackMemory() = 0;
+  releaseMemory() = 0;
 
   /** \brief Number of voxels with a record in the history. */
   virtual std::size_t

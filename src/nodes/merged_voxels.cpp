@@ -42,17 +42,17 @@ MergedVoxels::finish(io::VoxelFrame& merged)
 {
   // After an exception the voxelizer may contain a part of the points.
   const auto release = [&] {
-    giveBackMemory();
+    releaseMemory();
     merged = io::VoxelFrame();
   };
   callOrCleanUp([&] { voxelize(merged); }, release);
-  if (memory_rule_.shouldGiveBack((coordinates_.size() + intensities_.size()) *
-                                  sizeof(float)))
-    giveBackMemory();
+  if (memory_rule_.shouldRelease((coordinates_.size() + intensities_.size()) *
+                                 sizeof(float)))
+    releaseMemory();
 }
 
 void
-MergedVoxels::giveBackMemory()
+MergedVoxels::releaseMemory()
 {
   voxelizer_.reset();
   frame_ = io::VoxelFrame();

@@ -34,7 +34,7 @@ public:
 
 private:
   void
-  giveBackMemory();
+  releaseMemory();
 
   void
   appendCentres(const io::VoxelFrame& frame);

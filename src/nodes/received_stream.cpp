@@ -14,16 +14,16 @@ namespace {
 
 /** \brief Scratch memory of a thread for decoding, shared by all streams that it decodes, so
  * that it stays in the caches. */
-struct DecodingMemory {
-  io::CodingMemory coding;
+struct ThreadMemory {
+  io::DecodingMemory coding;
   io::VoxelFrame decoded;
   io::MemoryRule rule; ///< for `decoded`
 };
 
-DecodingMemory&
+ThreadMemory&
 memoryOfThread()
 {
-  thread_local DecodingMemory memory;
+  thread_local ThreadMemory memory;
   return memory;
 }
 
@@ -119,7 +119,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
                        const Clock& clock,
                        bool& is_decoded)
 {
-  DecodingMemory& memory = memoryOfThread();
+  ThreadMemory& memory = memoryOfThread();
   io::VoxelFrame& decoded = memory.decoded;
   const std::size_t capacity = decoded.keys.capacity();
   io::CompressionStatus status =
@@ -134,7 +134,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
     callOrCleanUp([&] { makeLatest(decoded, frame, start, clock); }, release);
   // A failed frame may have taken more memory than any other needs.
   const bool is_too_large = !is_decoded && decoded.keys.capacity() > capacity;
-  if (memory.rule.shouldGiveBack(needed) || is_too_large)
+  if (memory.rule.shouldRelease(needed) || is_too_large)
     decoded = io::VoxelFrame();
   return status;
 }
@@ -169,11 +169,11 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     latest_stamp_ = stamp;
   }
   // Either of the two swapped frames may be too large.
-  if (memory_rule_.shouldGiveBack(bytesOf(latest_.size())))
-    frames_to_give_back_ = 2;
-  if (frames_to_give_back_ == 0)
+  if (memory_rule_.shouldRelease(bytesOf(latest_.size())))
+    frames_to_release_ = 2;
+  if (frames_to_release_ == 0)
     return;
-  --frames_to_give_back_;
+  --frames_to_release_;
   kept_ = io::VoxelFrame();
 }
 

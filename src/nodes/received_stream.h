@@ -197,9 +197,9 @@ private:
   // Used by decodeNext() only.
   io::FrameDecoder decoder_;
   std::optional<VoxelOutlierRemoval> outlier_removal_;
-  io::VoxelFrame kept_;                  // swapped with latest_, to reuse memory
-  io::MemoryRule memory_rule_;           // for both
-  unsigned int frames_to_give_back_ = 0; // of kept_ and latest_
+  io::VoxelFrame kept_;                // swapped with latest_, to reuse memory
+  io::MemoryRule memory_rule_;         // for both
+  unsigned int frames_to_release_ = 0; // of kept_ and latest_
   // Since the last frame that was decoded.
   std::size_t failures_in_a_row_ = 0; // frames that need an I-frame to recover
   std::size_t dropped_in_a_row_ = 0;

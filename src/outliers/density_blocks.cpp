@@ -171,7 +171,7 @@ DensityBlocks::keepOnly(const std::vector<std::uint32_t>& kept)
 }
 
 void
-DensityBlocks::giveBackMemory()
+DensityBlocks::releaseMemory()
 {
   keys_.shrink_to_fit();
   means_.shrink_to_fit();

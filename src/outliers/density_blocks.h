@@ -91,7 +91,7 @@ public:
 
   /** \brief Releases unused memory. */
   void
-  giveBackMemory();
+  releaseMemory();
 
   /** \brief Copies f around some cells of a block.
    * \param[in] block index of the block

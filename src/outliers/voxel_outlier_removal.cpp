@@ -165,7 +165,7 @@ public:
   reset()
   {
     grid_.clear(); // so that learn() starts without a history
-    releaseMemory();
+    releaseAll();
   }
 
   std::size_t
@@ -206,10 +206,10 @@ private:
   void
   endFrame(std::size_t voxels)
   {
-    const bool is_too_large = memory_rule_.shouldGiveBack(voxels + blocks_.size());
+    const bool is_too_large = memory_rule_.shouldRelease(voxels + blocks_.size());
     limitHistory();
     if (is_too_large) {
-      blocks_.giveBackMemory();
+      blocks_.releaseMemory();
       releaseFrame();
     }
     is_interrupted_ = false;
@@ -292,7 +292,7 @@ private:
   limitHistory()
   {
     if (frame_blocks_.size() > settings_.max_blocks) {
-      releaseMemory();
+      releaseAll();
       return;
     }
     if (!settings_.use_history) {
@@ -307,7 +307,7 @@ private:
 
   /** \brief Drops all blocks and releases the memory. */
   void
-  releaseMemory()
+  releaseAll()
   {
     blocks_ = DensityBlocks();
     releaseFrame();

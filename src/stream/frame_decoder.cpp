@@ -297,20 +297,20 @@ private:
       taken = version1_.memoryTaken();
     }
     work.endFrame(needed, taken);
-    if (memory_rule_.shouldGiveBack(needed, taken))
-      giveBackMemory(frame);
+    if (memory_rule_.shouldRelease(needed, taken))
+      releaseMemory(frame);
   }
 
   void
-  giveBackMemory(VoxelFrame& frame)
+  releaseMemory(VoxelFrame& frame)
   {
-    const auto give_back = [&] {
-      version1_.giveBackMemory();
+    const auto release = [&] {
+      version1_.releaseMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
     };
     // Without memory for smaller copies the memory stays as it is.
-    callOrElse(give_back, [] {});
+    callOrElse(release, [] {});
   }
 
   DecoderLimits limits_;
@@ -329,11 +329,11 @@ private:
   MemoryRule memory_rule_;
 };
 
-CodingMemory::CodingMemory() : workspace_(std::make_unique<CodingWorkspace>()) {}
-CodingMemory::~CodingMemory() = default;
-CodingMemory::CodingMemory(CodingMemory&&) noexcept = default;
-CodingMemory&
-CodingMemory::operator=(CodingMemory&&) noexcept = default;
+DecodingMemory::DecodingMemory() : workspace_(std::make_unique<CodingWorkspace>()) {}
+DecodingMemory::~DecodingMemory() = default;
+DecodingMemory::DecodingMemory(DecodingMemory&&) noexcept = default;
+DecodingMemory&
+DecodingMemory::operator=(DecodingMemory&&) noexcept = default;
 
 FrameDecoder::FrameDecoder(const DecoderLimits& limits)
 : implementation_(std::make_unique<Implementation>(limits))
@@ -361,7 +361,7 @@ CompressionStatus
 FrameDecoder::decode(const std::uint8_t* bytes,
                      std::size_t size,
                      VoxelFrame& frame,
-                     CodingMemory& memory)
+                     DecodingMemory& memory)
 {
   MemoryBuffer buffer(bytes, size);
   return implementation_->decode(buffer, frame, *memory.workspace_);

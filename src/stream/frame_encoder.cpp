@@ -130,13 +130,13 @@ private:
     const std::size_t needed =
         frame.size() + bytes_of_payload_.size() + coders_.recordCount(effort_);
     work_.endFrame(needed, needed);
-    if (!memory_rule_.shouldGiveBack(needed))
+    if (!memory_rule_.shouldRelease(needed))
       return;
     bytes_of_payload_ = std::vector<std::uint8_t>();
     frame_without_model_ = VoxelFrame();
     if (format_ == StreamFormat::Version1)
       // Without memory for smaller copies the memory stays as it is.
-      callOrElse([this] { coder().giveBackMemory(); }, [] {});
+      callOrElse([this] { coder().releaseMemory(); }, [] {});
   }
 
   /** \brief True if a frame cannot be a P-frame, or would not be smaller as one. If false, it

@@ -191,7 +191,7 @@ Version1Decoder::forget() noexcept
 }
 
 void
-Version1Decoder::giveBackMemory()
+Version1Decoder::releaseMemory()
 {
   checked_bytes_ = std::vector<std::uint8_t>();
   if (!has_history_) {
@@ -199,7 +199,7 @@ Version1Decoder::giveBackMemory()
     return;
   }
   coders_.keepOnly(effort_);
-  coders_.of(effort_).giveBackMemory();
+  coders_.of(effort_).releaseMemory();
 }
 
 } // namespace io

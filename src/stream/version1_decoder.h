@@ -79,7 +79,7 @@ public:
 
   /** \brief Releases memory that the history does not need. */
   void
-  giveBackMemory();
+  releaseMemory();
 
 private:
   CompressionStatus

@@ -32,8 +32,8 @@ public:
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
   {
-    if (is_interrupted_ || memory_rule_.shouldGiveBack(points.count)) {
-      giveBackMemory();
+    if (is_interrupted_ || memory_rule_.shouldRelease(points.count)) {
+      releaseMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
     }
@@ -61,7 +61,7 @@ private:
 
   /** \brief Releases memory of earlier clouds. */
   void
-  giveBackMemory()
+  releaseMemory()
   {
     blocks_ = PointBlocks();
     sorted_voxels_ = SortedVoxels();

@@ -35,7 +35,7 @@ public:
    * `frames` frames needed, this one included, and should be released now
    */
   bool
-  shouldGiveBack(std::size_t needed, std::size_t taken = 0)
+  shouldRelease(std::size_t needed, std::size_t taken = 0)
   {
     last_[next_] = needed;
     next_ = (next_ + 1) % frames;

@@ -20,7 +20,7 @@ namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::CodingMemory;
+using pcl_ext::io::DecodingMemory;
 using pcl_ext::io::Effort;
 using pcl_ext::io::FrameDecoder;
 using pcl_ext::io::FrameEncoder;
@@ -32,7 +32,7 @@ using pcl_ext::io::test::RoomStream;
 using pcl_ext::io::test::takeApart;
 using pcl_ext::test::MemoryUse;
 
-/** \brief Below it nothing is given back, bytes. */
+/** \brief Below it nothing is released, bytes. */
 constexpr std::size_t floor_of_rule = std::size_t{1} << 16;
 
 /** \brief I-frames of one sender: some large ones, and small ones behind them. */
@@ -61,7 +61,7 @@ keptByDecoders(const Streams& streams)
 {
   const MemoryUse memory_use;
   std::vector<FrameDecoder> decoders(streams.size());
-  CodingMemory memory;
+  DecodingMemory memory;
   for (std::size_t i = 0; i < streams.size(); ++i)
     for (const Bytes& bytes : streams[i]) {
       VoxelFrame voxels;

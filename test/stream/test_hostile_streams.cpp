@@ -190,7 +190,7 @@ TEST(HostileStreams, OtherStreamsReleaseTheSharedMemoryOfAHugeFrame)
   FrameEncoder encoder(kind.format, 1, kind.effort);
   const Bytes bytes = encoded(encoder, distantVoxels(huge));
   const std::vector<Bytes> stream = smallStream(kind, 9);
-  CodingMemory memory;
+  DecodingMemory memory;
   FrameDecoder other;
   VoxelFrame frame;
   const MemoryUse memory_use;

@@ -1,5 +1,5 @@
 /** \file
- * \brief When memory that frames reuse is given back.
+ * \brief When memory that frames reuse is released.
  */
 #include "voxels/memory_rule.h"
 
@@ -16,13 +16,13 @@ using pcl_ext::io::MemoryRule;
 
 constexpr std::size_t large = 1000000;
 
-/** \brief One letter for each frame: 'g' give back, '.' keep. */
+/** \brief One letter for each frame: 'r' release, '.' keep. */
 std::string
 answersOf(MemoryRule& rule, const std::vector<std::size_t>& frames)
 {
   std::string answers;
   for (const std::size_t needed : frames)
-    answers += rule.shouldGiveBack(needed) ? 'g' : '.';
+    answers += rule.shouldRelease(needed) ? 'r' : '.';
   return answers;
 }
 
@@ -36,7 +36,7 @@ TEST(MemoryRule, ReleasesWhenEightFramesNeededLessThanAQuarter)
 {
   MemoryRule rule(0);
   EXPECT_EQ(answersOf(rule, {large}), ".");
-  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(8, large / 4 - 1)), ".......g");
+  EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(8, large / 4 - 1)), ".......r");
   // What is left is right for them.
   EXPECT_EQ(answersOf(rule, std::vector<std::size_t>(40, large / 4 - 1)), kept(40));
 }
@@ -57,7 +57,7 @@ TEST(MemoryRule, OneFrameOfEightKeepsTheMemory)
     frames.push_back(i % 8 == 0 ? large : 1);
   EXPECT_EQ(answersOf(rule, frames), kept(80));
   // With this one eight in a row did without.
-  EXPECT_EQ(answersOf(rule, {1}), "g");
+  EXPECT_EQ(answersOf(rule, {1}), "r");
 }
 
 TEST(MemoryRule, NothingBelowTheFloorIsReleased)
@@ -67,7 +67,7 @@ TEST(MemoryRule, NothingBelowTheFloorIsReleased)
   frames.front() = large;
   EXPECT_EQ(answersOf(rule, frames), kept(30));
   frames.front() = large + 1;
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(21));
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(21));
 }
 
 TEST(MemoryRule, TheDefaultFloorIs64KiB)
@@ -77,7 +77,7 @@ TEST(MemoryRule, TheDefaultFloorIs64KiB)
   frames.front() = 65536;
   EXPECT_EQ(answersOf(rule, frames), kept(20));
   frames.front() = 65537;
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(11));
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(11));
 }
 
 TEST(MemoryRule, FollowsDecreasingNeeds)
@@ -87,7 +87,7 @@ TEST(MemoryRule, FollowsDecreasingNeeds)
   frames.insert(frames.end(), 8, 2000);
   frames.insert(frames.end(), 8, 400);
   frames.insert(frames.end(), 8, 0);
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "g" + kept(7) + "g" + kept(7) + "g");
+  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(7) + "r" + kept(7) + "r");
 }
 
 TEST(MemoryRule, ReleasesALaterPeak)
@@ -96,7 +96,7 @@ TEST(MemoryRule, ReleasesALaterPeak)
   for (int i = 0; i < 3; ++i) {
     std::vector<std::size_t> frames(9, 10);
     frames.front() = large;
-    EXPECT_EQ(answersOf(rule, frames), kept(8) + "g");
+    EXPECT_EQ(answersOf(rule, frames), kept(8) + "r");
   }
 }
 

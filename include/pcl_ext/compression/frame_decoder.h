@@ -24,13 +24,13 @@ class CodingWorkspace;
  * that saves time. CentralNode has one for each of its threads. Not for two calls at the
  * same time. Memory of a large frame is released a few frames later.
  */
-class PCL_EXT_EXPORT CodingMemory {
+class PCL_EXT_EXPORT DecodingMemory {
 public:
-  CodingMemory();
-  ~CodingMemory();
-  CodingMemory(CodingMemory&&) noexcept;
-  CodingMemory&
-  operator=(CodingMemory&&) noexcept;
+  DecodingMemory();
+  ~DecodingMemory();
+  DecodingMemory(DecodingMemory&&) noexcept;
+  DecodingMemory&
+  operator=(DecodingMemory&&) noexcept;
 
 private:
   friend class FrameDecoder;
@@ -91,7 +91,7 @@ public:
   decode(const std::uint8_t* bytes,
          std::size_t size,
          VoxelFrame& frame,
-         CodingMemory& memory);
+         DecodingMemory& memory);
 
   /** \brief Stamp and frame_id of the last decoded frame, if it has them. */
   const std::optional<FrameStamp>&

@@ -272,7 +272,7 @@ History::update(const BlockList& frame,
 }
 
 void
-History::giveBackMemory()
+History::releaseMemory()
 {
   next_blocks_ = std::vector<HistoryBlock>();
   next_records_ = std::vector<VoxelRecord>();

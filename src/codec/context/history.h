@@ -103,7 +103,7 @@ public:
 
   /** \brief Releases memory that the known voxels do not need. */
   void
-  giveBackMemory();
+  releaseMemory();
 
 private:
   struct Learning;

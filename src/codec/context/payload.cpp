@@ -257,9 +257,9 @@ Payload::learnHistory() noexcept
 }
 
 void
-Payload::giveBackMemory()
+Payload::releaseMemory()
 {
-  history_.giveBackMemory();
+  history_.releaseMemory();
   blocks_ = BlockList();
   frame_ = Frame();
   intensities_ = CodedIntensities();

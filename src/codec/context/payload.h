@@ -52,7 +52,7 @@ public:
   {}
 
   void
-  giveBackMemory() override;
+  releaseMemory() override;
 
   std::size_t
   recordCount() const override

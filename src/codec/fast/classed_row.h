@@ -55,7 +55,7 @@ public:
 
   /** \brief Releases the memory of the last row. */
   void
-  giveBackMemory()
+  releaseMemory()
   {
     work_ = Workspace();
   }

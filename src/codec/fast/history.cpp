@@ -131,7 +131,7 @@ History::clear() noexcept
 }
 
 void
-History::giveBackMemory()
+History::releaseMemory()
 {
   places.resize(voxelCount());
   statistics.resize(known.size() * block_cells);

@@ -160,7 +160,7 @@ struct History {
 
   /** \brief Releases memory that the known voxels do not need. */
   void
-  giveBackMemory();
+  releaseMemory();
 };
 
 /** \brief Computes the history after a frame whose occupancy is coded, and the ascending

@@ -255,10 +255,10 @@ Payload::discard() noexcept
 }
 
 void
-Payload::giveBackMemory()
+Payload::releaseMemory()
 {
-  history_.giveBackMemory();
-  residuals_.giveBackMemory();
+  history_.releaseMemory();
+  residuals_.releaseMemory();
   depth_ = DepthWork();
 }
 

@@ -70,7 +70,7 @@ public:
   discard() noexcept override;
 
   void
-  giveBackMemory() override;
+  releaseMemory() override;
 
   std::size_t
   recordCount() const override
