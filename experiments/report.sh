@@ -82,7 +82,7 @@ measure_noise() {
 }
 measure_noise laws 300 --part laws --sensor 1 2 3 4 5 6 7
 measure_noise laws_2cm 60 --part laws --sensor 1 --resolution 0.02
-measure_noise fused 300 --part fused
+measure_noise merged 300 --part merged
 measure_noise peers 60 --part peers
 measure_noise time 60 --part time
 # The sensor with the most voxels.

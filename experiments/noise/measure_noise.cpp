@@ -46,7 +46,7 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
   std::vector<std::int64_t> sensors;
   measuring::Choices<std::string> parts;
   for (const char* const part :
-       {"all", "bytes", "fused", "laws", "peers", "time", "weights"})
+       {"all", "bytes", "merged", "laws", "peers", "time", "weights"})
     parts.emplace_back(part, part);
   options::options_description description(
       "Measures how well noise is distinguished from surfaces in the voxels of the "
@@ -59,7 +59,7 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
       measuring::choice("part", result.part, parts)->default_value("all"),
       "laws (the paper's laws and the library's filter), peers (PCL's filters), time, "
       "bytes (of a stream whose noise is removed), weights (fit of the filter's), "
-      "fused (all six cameras) or all");
+      "merged (all six cameras) or all");
   option("sensor",
          options::value(&sensors)->multitoken()->default_value({1}, "1"),
          "sensors, 1 to 6, and 7, the lidar, for part laws");
@@ -151,10 +151,10 @@ measure(const NoiseOptions& options)
 {
   report::ResultFile results(options.results_file);
   for (const unsigned int sensor : options.sensors)
-    if (options.part != "fused")
+    if (options.part != "merged")
       measureSensor(sensor, options, results);
-  if (options.includes("fused")) {
-    FusedStream stream(options.seed, options.resolution);
+  if (options.includes("merged")) {
+    MergedStream stream(options.seed, options.resolution);
     judgeStream("noise", "merged", stream, mergedMethods(stream), options, results);
   }
   results.close();

@@ -63,7 +63,7 @@ filterWithoutHistory(VoxelOutlierRemovalSettings settings)
 }
 
 Method
-sensorsAloneMethod(const FusedStream& stream)
+sensorsAloneMethod(const MergedStream& stream)
 {
   const auto removals =
       std::make_shared<std::vector<VoxelOutlierRemoval>>(cell::RobotCell::sensor_count);
@@ -103,7 +103,7 @@ cameraMethods()
 }
 
 std::vector<Method>
-mergedMethods(const FusedStream& stream)
+mergedMethods(const MergedStream& stream)
 {
   // The unit is set, as merged frames have no depth model that implies it.
   VoxelOutlierRemovalSettings shares;

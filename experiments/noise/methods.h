@@ -3,8 +3,8 @@
  */
 #pragma once
 
-#include "fused_stream.h"
 #include "judged_voxels.h"
+#include "merged_stream.h"
 #include "simulator/labelled_stream.h"
 
 #include <functional>
@@ -33,7 +33,7 @@ cameraMethods();
  * \param[in] stream that the frames to judge are of; it must live as long
  */
 std::vector<Method>
-mergedMethods(const FusedStream& stream);
+mergedMethods(const MergedStream& stream);
 
 /** \brief A lidar's own intensity and its counts, and the filter on each, which is meant
  * for neither. */

@@ -1,6 +1,6 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
-#include "fused_map.h"
+#include "merged_map.h"
 #include "message_conversions.h"
 #include "node_parameters.h"
 #include "parameter_reader.h"
@@ -89,11 +89,11 @@ readNoise(ParameterReader& reader)
   return noise;
 }
 
-/** \brief True if FusedMap can write its unfinished file. */
+/** \brief True if MergedMap can write its unfinished file. */
 bool
 canWriteBeside(const std::string& path)
 {
-  const std::string unfinished = FusedMap::unfinishedPath(path);
+  const std::string unfinished = MergedMap::unfinishedPath(path);
   if (!std::ofstream(unfinished, std::ios::binary))
     return false;
   std::error_code failure;

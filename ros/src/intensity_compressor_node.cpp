@@ -198,12 +198,12 @@ private:
       report.raise(DiagnosticStatus::ERROR, "Clouds without transform are dropped");
     if (counts_.clouds_missed > reported_counts_.clouds_missed)
       report.raise(DiagnosticStatus::WARN,
-                   "Clouds arrive faster than they are compressed");
+                   "Clouds are missing: lost on the way or dropped from the queue");
     if (now.clouds_refused > before.clouds_refused)
       report.raise(DiagnosticStatus::ERROR, "Clouds are refused");
     if (last_transforms >
         before.frames_with_last_transform + reported_counts_.latest_transforms)
-      report.raise(DiagnosticStatus::WARN, "The last known transform is used");
+      report.raise(DiagnosticStatus::WARN, "A transform of another time is used");
 
     report.addRates(now.rates);
     report.add("compression ratio", now.compressionRatio());

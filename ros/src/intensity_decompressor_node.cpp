@@ -4,8 +4,8 @@
  */
 #include <pcl_ext/nodes/central_node.h>
 
-#include "fused_map.h"
 #include "health_report.h"
+#include "merged_map.h"
 #include "message_conversions.h"
 #include "node_main.h"
 #include "node_parameters.h"
@@ -112,13 +112,13 @@ public:
     if (!map_)
       return 0;
     // Rays would take longer than the time that roslaunch gives a node to stop.
-    updateMap(FusedMap::Rays::No);
+    updateMap(MergedMap::Rays::No);
     // ROS's console is shut down.
     if (map_->size() == 0) {
       std::cout << "The map is empty and is not written\n";
       return 0;
     }
-    const FusedMap::Written written = map_->write();
+    const MergedMap::Written written = map_->write();
     (written.ok ? std::cout : std::cerr) << written.message << '\n';
     return written.ok ? 0 : 1;
   }
@@ -180,7 +180,7 @@ private:
       map_timer_ = map_node.createWallTimer(
           ros::WallDuration(1.0 / parameters_.map.rate),
           boost::function<void(const ros::WallTimerEvent&)>(
-              [this](const ros::WallTimerEvent&) { updateMap(FusedMap::Rays::Yes); }));
+              [this](const ros::WallTimerEvent&) { updateMap(MergedMap::Rays::Yes); }));
   }
 
   /** \brief Passes a frame to the central node if it is in the global frame. */
@@ -272,10 +272,10 @@ private:
 
   /** \brief Inserts the frames since the last call into the map. */
   void
-  updateMap(FusedMap::Rays rays)
+  updateMap(MergedMap::Rays rays)
   {
     for (const auto& stream : streams_) {
-      if (rays == FusedMap::Rays::Yes && !ros::ok())
+      if (rays == MergedMap::Rays::Yes && !ros::ok())
         break; // run() inserts the others
       map_->insertLatest(stream->topic, stream->sensor_frame, rays, *central_node_);
     }
@@ -291,8 +291,8 @@ private:
       response.message = "There is no map, as ~map_path is not set";
       return true;
     }
-    updateMap(FusedMap::Rays::Yes);
-    const FusedMap::Written written = map_->write();
+    updateMap(MergedMap::Rays::Yes);
+    const MergedMap::Written written = map_->write();
     response.success = written.ok ? 1 : 0;
     response.message = written.message;
     return true;
@@ -375,7 +375,7 @@ private:
   const DecompressorParameters parameters_ = readDecompressorParameters();
   std::vector<std::unique_ptr<Stream>> streams_;
   std::unordered_map<std::string, Stream*> streams_by_topic_;
-  std::optional<FusedMap> map_; // used by callbacks of map_queue_ only
+  std::optional<MergedMap> map_; // used by callbacks of map_queue_ only
 
   // Separate, as a map with rays can take longer than frames can wait.
   ros::CallbackQueue map_queue_;

@@ -39,7 +39,7 @@ public:
     static_assert(lanes == 1 || lanes == 4, "one point or all");
     constexpr unsigned int wanted = (1u << lanes) - 1;
     Floats point[3];
-    LanesT::loadPoints(points, stride, point[0], point[1], point[2]);
+    loadPoints<LanesT>(points, stride, point[0], point[1], point[2]);
     Floats place[4];
     Floats zeros = LanesT::all(0.0f);
     Ints is_kept = LanesT::all(-1);

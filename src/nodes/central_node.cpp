@@ -2,6 +2,7 @@
 
 #include "nodes/merged_voxels.h"
 #include "nodes/received_stream.h"
+#include "stream/setting_checks.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
@@ -14,7 +15,6 @@
 #include <new>
 #include <optional>
 #include <shared_mutex>
-#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -29,9 +29,8 @@ CentralNodeStatus
 checkSettings(const CentralNodeSettings& settings)
 {
   const auto invalid = [](const char* name, const auto& value, const char* demand) {
-    std::ostringstream message;
-    message << name << " is " << value << "; it must be " << demand;
-    return CentralNodeStatus(CentralNodeCode::InvalidSettings, message.str());
+    return CentralNodeStatus(CentralNodeCode::InvalidSettings,
+                             io::invalidMessage(name, value, demand));
   };
   if (settings.threads > most_threads)
     return invalid("threads", settings.threads, "0 to 1024");

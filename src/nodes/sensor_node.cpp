@@ -8,38 +8,47 @@
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
 
+#include <functional>
 #include <new>
 #include <type_traits>
 #include <utility>
-#include <variant>
 
 namespace pcl_ext {
 namespace nodes {
 
 namespace {
 
-/** \brief The preprocessors of the laws to choose from. */
-using Preprocessor =
-    std::variant<SensorPreprocessor<CountIntensity>,
-                 SensorPreprocessor<IntensityModel<RuntimeSensor, QuadraticLaw>>,
-                 SensorPreprocessor<IntensityModel<RuntimeSensor, LinearLaw>>,
-                 SensorPreprocessor<NativeIntensity>>;
+/** \brief SensorPreprocessor::process with the preprocessor of the law that was chosen. */
+using Preprocess =
+    std::function<PreprocessingStatus(const Eigen::Isometry3d& sensor_pose,
+                                      const pcl::PCLPointCloud2& cloud,
+                                      pcl::PointCloud<pcl::PointXYZI>& points,
+                                      PreprocessingStatistics& statistics)>;
 
-Preprocessor
-makePreprocessor(const SensorNodeSettings& settings)
+Preprocess
+makePreprocess(const SensorNodeSettings& settings)
 {
   return visitIntensityModel(
       settings.law,
       settings.compression.resolution,
       settings.sensor,
-      [&](const auto& model) -> Preprocessor {
+      [&](const auto& model) -> Preprocess {
         SensorPreprocessor<std::decay_t<decltype(model)>> preprocessor(model);
         preprocessor.setIntensityField(settings.intensity_field);
         if (settings.crop_box)
           preprocessor.setCropBox(
               Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
               Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
-        return preprocessor;
+        return [preprocessor](const Eigen::Isometry3d& sensor_pose,
+                              const pcl::PCLPointCloud2& cloud,
+                              pcl::PointCloud<pcl::PointXYZI>& points,
+                              PreprocessingStatistics& statistics) mutable {
+          preprocessor.setSensorPose(sensor_pose);
+          PreprocessingStatus status = preprocessor.process(cloud, points);
+          if (status.ok())
+            statistics = preprocessor.getStatistics();
+          return status;
+        };
       });
 }
 
@@ -61,13 +70,13 @@ makeEncoder(const SensorNodeSettings& settings)
  * them. */
 struct Filters {
   explicit Filters(const SensorNodeSettings& settings)
-  : preprocessor(makePreprocessor(settings))
+  : preprocess(makePreprocess(settings))
   {
     if (settings.outlier_removal)
       outlier_removal.emplace(removalSettings(settings));
   }
 
-  Preprocessor preprocessor;
+  Preprocess preprocess;
   std::optional<VoxelOutlierRemoval> outlier_removal;
   pcl::PointCloud<pcl::PointXYZI> points; // member so that its memory is reused
 };
@@ -205,17 +214,14 @@ private:
   SensorNodeStatus
   preprocess(const pcl::PCLPointCloud2& cloud, PreprocessingStatistics& statistics)
   {
-    return std::visit(
-        [&](auto& preprocessor) -> SensorNodeStatus {
-          preprocessor.setSensorPose(Eigen::Isometry3d(*last_transform_));
-          const PreprocessingStatus status =
-              preprocessor.process(cloud, pipeline_->filters->points);
-          if (!status.ok())
-            return {SensorNodeCode::InvalidCloud, status.message()};
-          statistics = preprocessor.getStatistics();
-          return {};
-        },
-        pipeline_->filters->preprocessor);
+    const PreprocessingStatus status =
+        pipeline_->filters->preprocess(Eigen::Isometry3d(*last_transform_),
+                                       cloud,
+                                       pipeline_->filters->points,
+                                       statistics);
+    if (!status.ok())
+      return {SensorNodeCode::InvalidCloud, status.message()};
+    return {};
   }
 
   SensorNodeStatus

@@ -1,9 +1,9 @@
 #include "nodes/sensor_node_settings.h"
 
+#include "stream/setting_checks.h"
 #include "stream/version1_header.h"
 
-#include <cmath>
-#include <cstddef>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -25,17 +25,23 @@ checkSensor(const RuntimeSensor& sensor)
   return {};
 }
 
-SensorNodeStatus
-checkCropBox(const io::BoundingBox& box)
+bool
+isKnown(IntensityLaw law)
 {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (!std::isfinite(box.min[axis]) || !std::isfinite(box.max[axis]) ||
-        !(box.min[axis] < box.max[axis]))
-      return {SensorNodeCode::InvalidSettings,
-              "crop_box is " + std::to_string(box.min[axis]) + " to " +
-                  std::to_string(box.max[axis]) +
-                  "; it must be finite, with min below max on each axis"};
-  return {};
+  return std::any_of(
+      intensity_laws.begin(),
+      intensity_laws.end(),
+      [law](const NamedIntensityLaw& known) { return known.law == law; });
+}
+
+/** \brief The names of all laws, for messages. */
+std::string
+lawNames()
+{
+  std::string names;
+  for (const NamedIntensityLaw& known : intensity_laws)
+    names += (names.empty() ? "" : ", ") + nameOf(known.law);
+  return names;
 }
 
 } // namespace
@@ -65,10 +71,9 @@ checkSettings(const SensorNodeSettings& settings)
   const auto invalid = [](const std::string& message) {
     return SensorNodeStatus(SensorNodeCode::InvalidSettings, message);
   };
-  if (settings.law != IntensityLaw::Count && settings.law != IntensityLaw::Quadratic &&
-      settings.law != IntensityLaw::Linear && settings.law != IntensityLaw::Native)
-    return invalid("law is " + std::to_string(static_cast<int>(settings.law)) +
-                   "; it must be Count, Quadratic, Linear or Native");
+  if (!isKnown(settings.law))
+    return invalid(io::invalidMessage(
+        "law", static_cast<int>(settings.law), "one of " + lawNames()));
   if (needsSensor(settings.law) && !settings.sensor)
     return invalid("sensor is not set; the quadratic and the linear law need its field "
                    "of view and size");
@@ -96,8 +101,9 @@ checkSettings(const SensorNodeSettings& settings)
   if (!settings.clock)
     return invalid("clock is empty; it must be set");
   if (settings.crop_box)
-    if (const SensorNodeStatus status = checkCropBox(*settings.crop_box); !status.ok())
-      return status;
+    if (const std::string fault = io::boxFault("crop_box", *settings.crop_box);
+        !fault.empty())
+      return invalid(fault);
   if (settings.compression.carry_header &&
       settings.global_frame.size() > io::max_frame_id_size)
     return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +

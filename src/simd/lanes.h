@@ -24,4 +24,24 @@ using NativeLanes = NeonLanes;
 using NativeLanes = ScalarLanes;
 #endif
 
+/** \brief Reads x, y and z of four points; four floats are read of each.
+ * \param[in] points x of the first; need not be aligned
+ * \param[in] stride bytes from one x to the next
+ * \param[out] x,y,z one lane a point
+ */
+template <typename LanesT>
+void
+loadPoints(const unsigned char* points,
+           std::size_t stride,
+           typename LanesT::Floats& x,
+           typename LanesT::Floats& y,
+           typename LanesT::Floats& z)
+{
+  x = LanesT::loadPoint(points);
+  y = LanesT::loadPoint(points + stride);
+  z = LanesT::loadPoint(points + 2 * stride);
+  typename LanesT::Floats w = LanesT::loadPoint(points + 3 * stride);
+  LanesT::transpose(x, y, z, w);
+}
+
 } // namespace pcl_ext

@@ -150,17 +150,6 @@ struct NeonLanes {
   }
 
   static void
-  loadPoints(
-      const unsigned char* points, std::size_t stride, Floats& x, Floats& y, Floats& z)
-  {
-    x = loadPoint(points);
-    y = loadPoint(points + stride);
-    z = loadPoint(points + 2 * stride);
-    Floats w = loadPoint(points + 3 * stride);
-    transpose(x, y, z, w);
-  }
-
-  static void
   transpose(Floats& x, Floats& y, Floats& z, Floats& w)
   {
     const float32x4_t low_xz = vzip1q_f32(x, z);
@@ -173,7 +162,6 @@ struct NeonLanes {
     w = vzip2q_f32(high_xz, high_yw);
   }
 
-private:
   static Floats
   loadPoint(const unsigned char* point)
   {

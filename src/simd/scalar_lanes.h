@@ -184,22 +184,13 @@ struct ScalarLanes {
     return bits;
   }
 
-  /** \brief Reads x, y and z of four points; four floats are read of each.
-   * \param[in] points x of the first; need not be aligned
-   * \param[in] stride bytes from one x to the next
-   * \param[out] x,y,z one lane a point
-   */
-  static void
-  loadPoints(
-      const unsigned char* points, std::size_t stride, Floats& x, Floats& y, Floats& z)
+  /** \brief Reads four floats of a point, which need not be aligned. */
+  static Floats
+  loadPoint(const unsigned char* point)
   {
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      float point[3];
-      std::memcpy(point, points + lane * stride, sizeof(point));
-      x[lane] = point[0];
-      y[lane] = point[1];
-      z[lane] = point[2];
-    }
+    Floats floats;
+    std::memcpy(floats.data(), point, sizeof(floats));
+    return floats;
   }
 
   /** \brief Transposes four lanes of x, y, z, w to four points x, y, z, w. */

@@ -144,23 +144,11 @@ struct Sse2Lanes {
   }
 
   static void
-  loadPoints(
-      const unsigned char* points, std::size_t stride, Floats& x, Floats& y, Floats& z)
-  {
-    x = loadPoint(points);
-    y = loadPoint(points + stride);
-    z = loadPoint(points + 2 * stride);
-    Floats w = loadPoint(points + 3 * stride);
-    transpose(x, y, z, w);
-  }
-
-  static void
   transpose(Floats& x, Floats& y, Floats& z, Floats& w)
   {
     _MM_TRANSPOSE4_PS(x, y, z, w);
   }
 
-private:
   static Floats
   loadPoint(const unsigned char* point)
   {

@@ -2,8 +2,10 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/rigid_pose.h>
 
+#include "stream/setting_checks.h"
+
 #include <cmath>
-#include <sstream>
+#include <string>
 
 namespace pcl_ext {
 namespace io {
@@ -14,26 +16,19 @@ template <typename ValueT>
 CompressionStatus
 invalid(const char* field, const ValueT& value, const char* demand)
 {
-  std::ostringstream message;
-  message << field << " is " << value << "; it must be " << demand;
-  return {CompressionCode::InvalidSettings, message.str()};
+  return {CompressionCode::InvalidSettings, invalidMessage(field, value, demand)};
 }
 
 CompressionStatus
 checkBox(const BoundingBox& box, double resolution)
 {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!std::isfinite(box.min[axis]) || !std::isfinite(box.max[axis]) ||
-        !(box.min[axis] < box.max[axis]))
-      return invalid("bounding_box",
-                     std::to_string(box.min[axis]) + " to " +
-                         std::to_string(box.max[axis]),
-                     "finite, with min below max on each axis");
+  if (const std::string fault = boxFault("bounding_box", box); !fault.empty())
+    return {CompressionCode::InvalidSettings, fault};
+  for (std::size_t axis = 0; axis < 3; ++axis)
     if ((box.max[axis] - box.min[axis]) / resolution > std::exp2(max_grid_depth) - 1.0)
       return invalid("bounding_box",
                      std::to_string(box.max[axis] - box.min[axis]) + " m wide",
                      "no wider than 2^21 - 1 voxels");
-  }
   return {};
 }
 

@@ -68,7 +68,7 @@ public:
          std::uint32_t* voxels) const
   {
     Floats point[3];
-    LanesT::loadPoints(points, stride, point[0], point[1], point[2]);
+    loadPoints<LanesT>(points, stride, point[0], point[1], point[2]);
     Ints position[3];
     Ints certain = LanesT::all(-1);
     for (std::size_t axis = 0; axis < 3; ++axis) {

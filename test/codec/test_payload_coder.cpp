@@ -179,7 +179,7 @@ TEST_P(PayloadCoding, OddFramesComeBackWithADepthModel)
     }
 }
 
-TEST_P(PayloadCoding, RoomsComeBack)
+TEST_P(PayloadCoding, StreamsOfARoomAreDecodedUnchanged)
 {
   CodingWorkspace work;
   for (const bool has_depth_model : {false, true})

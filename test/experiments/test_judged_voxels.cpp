@@ -116,7 +116,7 @@ TEST(JudgedVoxels, WithoutNoiseThereIsNothingToFind)
   EXPECT_DOUBLE_EQ(voxels.noiseShare(), 0.0);
 }
 
-TEST(JudgedVoxels, WithoutSurfacesEverythingMayGo)
+TEST(JudgedVoxels, WithoutSurfacesAnyThresholdIsValid)
 {
   const JudgedVoxels voxels = judged({{1, VoxelTruth::Noise}, {2, VoxelTruth::Noise}});
   EXPECT_DOUBLE_EQ(voxels.averagePrecision(), 1.0);

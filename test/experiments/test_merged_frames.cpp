@@ -1,4 +1,4 @@
-#include "noise/fused_stream.h"
+#include "noise/merged_stream.h"
 
 #include <gtest/gtest.h>
 

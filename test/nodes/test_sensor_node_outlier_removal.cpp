@@ -6,7 +6,6 @@
 #include "simulator/robot_cell.h"
 #include "support/sensor_clouds.h"
 
-#include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
 
 #include <gtest/gtest.h>
@@ -23,6 +22,7 @@ using namespace pcl_ext;
 using nodes::test::decodedWith;
 using nodes::test::encoded;
 using nodes::test::expectCode;
+using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
 nodes::SensorNodeSettings
 settingsOf(IntensityLaw law)
@@ -55,14 +55,6 @@ public:
 private:
   cell::RobotCell cell_{1};
 };
-
-pcl::PCLPointCloud2
-messageOf(const pcl::PointCloud<pcl::PointXYZ>& cloud)
-{
-  pcl::PCLPointCloud2 message;
-  pcl::toPCLPointCloud2(cloud, message);
-  return message;
-}
 
 TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 {

@@ -88,7 +88,7 @@ private:
   std::map<LatticeIndex, int> field_; // in 2^-2
 };
 
-TEST(VoxelOutlierRemoval, ScoresAreThoseOfTheFormula)
+TEST(VoxelOutlierRemoval, LogOddsAreThoseOfTheFormula)
 {
   for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
     std::mt19937_64 random(3);
@@ -110,7 +110,7 @@ TEST(VoxelOutlierRemoval, ScoresAreThoseOfTheFormula)
   }
 }
 
-TEST(VoxelOutlierRemoval, ScoresMoveWithTheVoxelEdge)
+TEST(VoxelOutlierRemoval, LogOddsDependOnTheVoxelEdge)
 {
   std::mt19937_64 random(4);
   io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
@@ -241,7 +241,7 @@ TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
       }
 }
 
-TEST(VoxelOutlierRemoval, FilterRemovesWhatScoresLower)
+TEST(VoxelOutlierRemoval, FilterRemovesLowerLogOdds)
 {
   std::mt19937_64 random(9);
   std::vector<io::VoxelFrame> frames;

@@ -56,21 +56,21 @@ compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>&
   typename L::Floats x;
   typename L::Floats y;
   typename L::Floats z;
-  L::loadPoints(reinterpret_cast<const unsigned char*>(points.data()),
-                4 * sizeof(float),
-                x,
-                y,
-                z);
+  pcl_ext::loadPoints<L>(reinterpret_cast<const unsigned char*>(points.data()),
+                         4 * sizeof(float),
+                         x,
+                         y,
+                         z);
   keepFloats(L::add(x, y));
   keepFloats(L::subtract(x, y));
   keepFloats(L::multiply(x, y));
   keepFloats(L::absolute(x));
   typename L::Floats small[3];
-  L::loadPoints(reinterpret_cast<const unsigned char*>(small_points.data()),
-                4 * sizeof(float),
-                small[0],
-                small[1],
-                small[2]);
+  pcl_ext::loadPoints<L>(reinterpret_cast<const unsigned char*>(small_points.data()),
+                         4 * sizeof(float),
+                         small[0],
+                         small[1],
+                         small[2]);
   const typename L::Ints whole = L::round(small[0]);
   keepInts(whole);
   keepFloats(L::toFloats(whole));

@@ -150,7 +150,7 @@ TEST(RobotCell, RefusesSensorsThatAreNotThere)
   EXPECT_THROW(cell.capture(7, 0, frame), std::out_of_range);
 }
 
-TEST(RobotCell, CloudIsOrganisedInMillimetresAndKnowsItsTruth)
+TEST(RobotCell, CloudIsOrganisedInMillimetresWithTheTruthOfEachPoint)
 {
   RobotCell cell;
   const RayGrid rays;

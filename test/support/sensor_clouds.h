@@ -85,8 +85,9 @@ cloudSeenFrom(const WorldPose& pose,
   return cloud;
 }
 
-inline pcl::PCLPointCloud2
-messageOf(const Cloud& cloud, std::uint64_t stamp = 0)
+template <typename PointT>
+pcl::PCLPointCloud2
+messageOf(const pcl::PointCloud<PointT>& cloud, std::uint64_t stamp = 0)
 {
   pcl::PCLPointCloud2 message;
   pcl::toPCLPointCloud2(cloud, message);

@@ -20,8 +20,9 @@ upTo(std::uint32_t number, std::uint32_t highest)
 }
 
 /** \brief Context 0..8 of one of up to eight candidates, at least one of which is new. As
- * long as none was found it is the number of candidates left, as the probability rises with
- * each that is not new; then the number of those found. */
+ * long as none was found it is 7 less the number of candidates left, at least 0, as the
+ * probability rises with each that is not new; then 6 plus the number of those found, at
+ * most 8. */
 constexpr std::uint32_t
 candidateClass(std::uint32_t found, std::uint32_t left)
 {

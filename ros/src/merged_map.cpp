@@ -1,4 +1,4 @@
-#include "fused_map.h"
+#include "merged_map.h"
 
 #include <pcl_ext/nodes/octomap_insertion.h>
 
@@ -12,7 +12,7 @@
 
 namespace pcl_ext_ros {
 
-FusedMap::FusedMap(const DecompressorParameters& parameters)
+MergedMap::MergedMap(const DecompressorParameters& parameters)
 : parameters_(parameters.map), tree_(parameters.node.resolution)
 {
   for (const StreamParameters& stream : parameters.streams)
@@ -21,10 +21,10 @@ FusedMap::FusedMap(const DecompressorParameters& parameters)
 }
 
 void
-FusedMap::insertLatest(const std::string& stream,
-                       const std::string& sensor_frame,
-                       Rays rays,
-                       const pcl_ext::nodes::CentralNode& central_node)
+MergedMap::insertLatest(const std::string& stream,
+                        const std::string& sensor_frame,
+                        Rays rays,
+                        const pcl_ext::nodes::CentralNode& central_node)
 {
   const auto frame = central_node.latestVoxels(stream, voxels_);
   std::size_t& last_frame = last_frames_[stream];
@@ -41,7 +41,7 @@ FusedMap::insertLatest(const std::string& stream,
 }
 
 std::optional<octomap::point3d>
-FusedMap::findOrigin(const std::string& sensor_frame, pcl_ext::nodes::Time stamp) const
+MergedMap::findOrigin(const std::string& sensor_frame, pcl_ext::nodes::Time stamp) const
 {
   std_msgs::Header header;
   header.stamp = toRosTime(stamp);
@@ -59,14 +59,14 @@ FusedMap::findOrigin(const std::string& sensor_frame, pcl_ext::nodes::Time stamp
 }
 
 void
-FusedMap::completeRound()
+MergedMap::completeRound()
 {
   tree_.updateInnerOccupancy();
   tree_.prune();
 }
 
-FusedMap::Written
-FusedMap::write() const
+MergedMap::Written
+MergedMap::write() const
 {
   const std::string unfinished = unfinishedPath(parameters_.path);
   bool is_complete = false;

@@ -22,9 +22,9 @@ void
 mergeFrames(const std::vector<LabelledFrame>& frames, LabelledFrame& merged);
 
 /** \brief The six cameras of the robot cell, merged. */
-class FusedStream {
+class MergedStream {
 public:
-  FusedStream(std::uint32_t seed, double resolution);
+  MergedStream(std::uint32_t seed, double resolution);
 
   /** \brief A frame, from 0, as mergeFrames() has it. */
   void

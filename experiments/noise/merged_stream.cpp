@@ -1,4 +1,4 @@
-#include "fused_stream.h"
+#include "merged_stream.h"
 
 #include <algorithm>
 
@@ -61,7 +61,7 @@ mergeFrames(const std::vector<LabelledFrame>& frames, LabelledFrame& merged)
   }
 }
 
-FusedStream::FusedStream(std::uint32_t seed, double resolution)
+MergedStream::MergedStream(std::uint32_t seed, double resolution)
 : frames_(cell::RobotCell::sensor_count)
 {
   for (unsigned int sensor = 1; sensor <= cell::RobotCell::sensor_count; ++sensor)
@@ -69,7 +69,7 @@ FusedStream::FusedStream(std::uint32_t seed, double resolution)
 }
 
 void
-FusedStream::read(std::uint32_t number, LabelledFrame& merged)
+MergedStream::read(std::uint32_t number, LabelledFrame& merged)
 {
   // All sensors have the grid of the crop box.
   for (std::size_t i = 0; i < streams_.size(); ++i)

@@ -1,5 +1,5 @@
 /** \file
- * \brief When an encoder of version 1 begins anew with an I-frame although none is due.
+ * \brief When an encoder of version 1 sends an I-frame although none is due.
  */
 #include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
@@ -37,7 +37,7 @@ sharing(std::mt19937_64& random,
 
 /** \brief Whether the second of two frames is an I-frame. */
 bool
-restarts(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
+isSecondAnIFrame(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
 {
   FrameEncoder encoder(StreamFormat::Version1, 1000, effort);
   FrameDecoder decoder;
@@ -50,45 +50,46 @@ restarts(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
   return encoder.statistics().is_i_frame;
 }
 
-TEST(RestartRules, RestartsWhenFewVoxelsAreKnown)
+TEST(UnscheduledIFrames, AreSentWhenFewVoxelsAreKnown)
 {
   std::mt19937_64 random(1);
   const VoxelFrame first = randomFrame(random, 7, 1000);
   for (const Effort effort : all_efforts) {
-    const auto restartsWith = [&](std::size_t shared, std::size_t count) {
-      return restarts(first, sharing(random, first, shared, count), effort);
+    const auto isIFrameWith = [&](std::size_t shared, std::size_t count) {
+      return isSecondAnIFrame(first, sharing(random, first, shared, count), effort);
     };
-    EXPECT_TRUE(restartsWith(0, 1000));
-    EXPECT_TRUE(restartsWith(249, 1000));
-    EXPECT_FALSE(restartsWith(250, 1000));
-    EXPECT_FALSE(restartsWith(1000, 1000));
-    EXPECT_TRUE(restartsWith(15, 64));
-    EXPECT_FALSE(restartsWith(16, 64));
+    EXPECT_TRUE(isIFrameWith(0, 1000));
+    EXPECT_TRUE(isIFrameWith(249, 1000));
+    EXPECT_FALSE(isIFrameWith(250, 1000));
+    EXPECT_FALSE(isIFrameWith(1000, 1000));
+    EXPECT_TRUE(isIFrameWith(15, 64));
+    EXPECT_FALSE(isIFrameWith(16, 64));
     // Of few voxels the I-frame's header alone would cost more.
-    EXPECT_FALSE(restartsWith(0, 63));
-    EXPECT_FALSE(restartsWith(0, 1));
+    EXPECT_FALSE(isIFrameWith(0, 63));
+    EXPECT_FALSE(isIFrameWith(0, 1));
   }
-  EXPECT_FALSE(restarts(first, emptyFrame(7), Effort::Balanced));
-  EXPECT_TRUE(restarts(emptyFrame(7), first, Effort::Balanced));
+  EXPECT_FALSE(isSecondAnIFrame(first, emptyFrame(7), Effort::Balanced));
+  EXPECT_TRUE(isSecondAnIFrame(emptyFrame(7), first, Effort::Balanced));
 }
 
-TEST(RestartRules, RestartsWhenTheHistoryIsTooLarge)
+TEST(UnscheduledIFrames, AreSentWhenTheHistoryIsTooLarge)
 {
   // A sensor that sees much, then almost nothing: its history is as large as before, and
   // costs time for nothing.
   std::mt19937_64 random(2);
-  const auto restartsAfter = [&](std::size_t records, std::size_t voxels) {
+  const auto isIFrameAfter = [&](std::size_t records, std::size_t voxels) {
     const VoxelFrame first = randomFrame(random, 8, records);
-    return restarts(first, sharing(random, first, voxels, voxels), Effort::Balanced);
+    return isSecondAnIFrame(
+        first, sharing(random, first, voxels, voxels), Effort::Balanced);
   };
   const std::size_t few = 100;
-  EXPECT_FALSE(restartsAfter(maxRecords(few), few));
-  EXPECT_TRUE(restartsAfter(maxRecords(few) + 1, few));
-  EXPECT_FALSE(restartsAfter(maxRecords(0), 0));
-  EXPECT_TRUE(restartsAfter(maxRecords(0) + 1, 0));
+  EXPECT_FALSE(isIFrameAfter(maxRecords(few), few));
+  EXPECT_TRUE(isIFrameAfter(maxRecords(few) + 1, few));
+  EXPECT_FALSE(isIFrameAfter(maxRecords(0), 0));
+  EXPECT_TRUE(isIFrameAfter(maxRecords(0) + 1, 0));
 }
 
-TEST(RestartRules, DecodersWithTheSameLimitAcceptEveryFrame)
+TEST(UnscheduledIFrames, DecodersWithTheSameLimitAcceptEveryFrame)
 {
   // Voxels that wander as fast as they can without an I-frame.
   std::mt19937_64 random(3);
@@ -108,7 +109,7 @@ TEST(RestartRules, DecodersWithTheSameLimitAcceptEveryFrame)
   EXPECT_LT(i_frames, 13u);
 }
 
-TEST(RestartRules, ADepthModelComesAndGoesWithIFrames)
+TEST(UnscheduledIFrames, ADepthModelComesAndGoesWithIFrames)
 {
   std::mt19937_64 random(4);
   const VoxelFrame plain = randomFrame(random, 6, 200);
@@ -116,10 +117,11 @@ TEST(RestartRules, ADepthModelComesAndGoesWithIFrames)
   modelled.depth_model = roomDepthModel(6, 8);
   VoxelFrame other = plain;
   other.depth_model = roomDepthModel(6, 8, 1);
-  EXPECT_TRUE(restarts(plain, modelled, Effort::Balanced));
-  EXPECT_TRUE(restarts(modelled, plain, Effort::Balanced));
-  EXPECT_FALSE(restarts(modelled, modelled, Effort::Balanced));
-  EXPECT_FALSE(restarts(modelled, other, Effort::Balanced)); // a sensor that moves
+  EXPECT_TRUE(isSecondAnIFrame(plain, modelled, Effort::Balanced));
+  EXPECT_TRUE(isSecondAnIFrame(modelled, plain, Effort::Balanced));
+  EXPECT_FALSE(isSecondAnIFrame(modelled, modelled, Effort::Balanced));
+  EXPECT_FALSE(
+      isSecondAnIFrame(modelled, other, Effort::Balanced)); // a sensor that moves
 }
 
 } // namespace

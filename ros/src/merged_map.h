@@ -17,7 +17,7 @@ namespace pcl_ext_ros {
 
 /** \brief The OctoMap of the voxels of all streams, and its file. For one thread at a
  * time. */
-class FusedMap {
+class MergedMap {
 public:
   /** \brief Whether the map takes rays from the sensors whose frame is known. */
   enum class Rays { Yes, No };
@@ -31,7 +31,7 @@ public:
   /** \brief An empty map.
    * \param[in] parameters of the decompressor; the path is not empty
    */
-  explicit FusedMap(const DecompressorParameters& parameters);
+  explicit MergedMap(const DecompressorParameters& parameters);
 
   /** \brief Inserts the latest frame of a stream, unless it is in the map already; see
    * pcl_ext::nodes::insertVoxels. Call completeRound() after the frames of all streams.
