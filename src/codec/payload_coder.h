@@ -40,6 +40,7 @@ maxRecords(std::size_t voxels)
 struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
+  std::size_t attributes = 0; ///< of the supplement
 };
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn. See

@@ -69,7 +69,8 @@ CloudEncoder::voxelize(const PointView& points,
   if (CompressionStatus status = callOrElse(voxelize, out_of_memory); !status.ok())
     return status;
   frame.depth_model.reset();
-  if (settings_.depth_law && settings_.format == StreamFormat::Version1)
+  if (settings_.depth_law && settings_.format == StreamFormat::Version1 &&
+      frame.hasIntensities())
     frame.depth_model = depthModelOf(*settings_.depth_law,
                                      elementsOf(sensor_pose.translation()),
                                      elementsOf(sensor_pose.linear().col(2)),

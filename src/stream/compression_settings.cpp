@@ -3,6 +3,7 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include "stream/setting_checks.h"
+#include "voxels/grid_fit.h"
 
 #include <cmath>
 #include <string>
@@ -34,11 +35,13 @@ checkBox(const BoundingBox& box, double resolution)
 
 /** \brief Checks that the box intersects the lattice of version 1. */
 CompressionStatus
-checkBoxOnLattice(const BoundingBox& box, double resolution)
+checkBoxOnLattice(const BoundingBox& box,
+                  double resolution,
+                  const std::array<double, 3>& origin)
 {
   const double end = std::exp2(max_grid_depth - 1) * resolution;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (box.min[axis] >= end || box.max[axis] < -end)
+    if (box.min[axis] >= origin[axis] + end || box.max[axis] < origin[axis] - end)
       return invalid("bounding_box",
                      std::to_string(box.min[axis]) + " to " +
                          std::to_string(box.max[axis]),
@@ -74,6 +77,10 @@ checkPublished(const IntensityCompressionSettings& settings)
     return invalid("intensity_curve", "companded", "linear in the published layout");
   if (settings.carry_header)
     return invalid("carry_header", "on", "off in the published layout");
+  if (settings.keep_points)
+    return invalid("keep_points", "on", "off in the published layout");
+  if (settings.origin)
+    return invalid("origin", "set", "automatic in the published layout");
   return {};
 }
 
@@ -95,10 +102,20 @@ checkSettings(const IntensityCompressionSettings& settings)
   if (settings.intensity_bits > 16)
     return invalid(
         "intensity_bits", settings.intensity_bits, "1 to 16, or 0 for automatic");
+  if (settings.colour_bits > 8)
+    return invalid("colour_bits", settings.colour_bits, "1 to 8, or 0 for no colour");
+  if (settings.origin && !isOrigin(*settings.origin))
+    return invalid("origin",
+                   std::to_string((*settings.origin)[0]) + " " +
+                       std::to_string((*settings.origin)[1]) + " " +
+                       std::to_string((*settings.origin)[2]),
+                   "within 2e12 m of the world's origin");
   if (settings.decoder_limits.max_frame_bytes == 0)
     return invalid("decoder_limits.max_frame_bytes", 0, "above 0");
   if (settings.decoder_limits.max_voxels == 0)
     return invalid("decoder_limits.max_voxels", 0, "above 0");
+  if (settings.decoder_limits.max_points == 0)
+    return invalid("decoder_limits.max_points", 0, "above 0");
   if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
     return invalid("sensor_pose", "not rigid", "a rotation and a translation");
   if (settings.depth_law)
@@ -112,8 +129,12 @@ checkSettings(const IntensityCompressionSettings& settings)
       return status;
   if (settings.format == StreamFormat::Published)
     return checkPublished(settings);
-  return settings.bounding_box
-             ? checkBoxOnLattice(*settings.bounding_box, settings.resolution)
+  if (settings.bounding_box &&
+      !isOrigin(originFor(settings.resolution, *settings.bounding_box)))
+    return invalid("bounding_box", "too far", "within 2e12 m of the world's origin");
+  return settings.bounding_box && settings.origin
+             ? checkBoxOnLattice(
+                   *settings.bounding_box, settings.resolution, *settings.origin)
              : CompressionStatus();
 }
 

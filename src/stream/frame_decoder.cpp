@@ -75,10 +75,8 @@ public:
     if (begin >= 0 && end > begin)
       seekBehindFrame(
           status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
-    if (!status.ok()) {
-      frame.keys.clear();
-      frame.intensities.clear();
-    }
+    if (!status.ok())
+      frame.clearVoxels();
     followStream(status, frame, work);
     return status;
   }
@@ -308,6 +306,8 @@ private:
       version1_.releaseMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
+      frame.colours.shrink_to_fit();
+      frame.point_counts.shrink_to_fit();
     };
     // Without memory for smaller copies the memory stays as it is.
     callOrElse(release, [] {});

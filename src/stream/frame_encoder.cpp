@@ -3,11 +3,15 @@
 #include "bytes/exceptions.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
+#include "codec/supplement/cells.h"
+#include "codec/supplement/supplement.h"
 #include "stream/version1_header.h"
+#include "voxels/ascending_keys.h"
 #include "voxels/grid_fit.h"
 #include "voxels/memory_rule.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -49,6 +53,7 @@ public:
     const auto out_of_memory = [&] {
       bytes.clear();
       coders_.clear();
+      supplement_.reset();
       requestIFrame();
       return outOfMemoryStatus<CompressionStatus>();
     };
@@ -71,7 +76,8 @@ private:
     if (!isConsistent(frame))
       return {CompressionCode::InvalidInput,
               "the voxel frame is inconsistent: keys must ascend within the grid, with "
-              "one intensity symbol within the scale for each"};
+              "one intensity symbol within the scale for each, and so for colours and "
+              "numbers of points where it has them"};
     if (format_ == StreamFormat::Published) {
       if (stamp)
         return {CompressionCode::InvalidInput,
@@ -79,12 +85,13 @@ private:
       if (frame.intensity_scale != IntensityScale())
         return {CompressionCode::InvalidInput,
                 "in the published layout intensities must be 0 to 255 in steps of 1"};
+      if (frame.colour_bits > 0 || frame.has_point_counts)
+        return {CompressionCode::InvalidInput,
+                "the published layout has no fields for colours and numbers of points"};
     }
-    else if (frame.grid.anchor != VoxelGrid().anchor || leavesLattice(frame.grid))
-      return {
-          CompressionCode::InvalidInput,
-          "in stream version 1 the grid must be anchored at the world origin, within "
-          "2^20 voxels of it"};
+    else if (!isOrigin(frame.grid.anchor) || leavesLattice(frame.grid))
+      return {CompressionCode::InvalidInput,
+              "in stream version 1 the grid must be within 2^20 voxels of its origin"};
     if (frame.size() > largest_frame)
       return {CompressionCode::InvalidInput,
               "the frame has " + std::to_string(frame.size()) +
@@ -133,6 +140,10 @@ private:
     if (!memory_rule_.shouldRelease(needed))
       return;
     bytes_of_payload_ = std::vector<std::uint8_t>();
+    cells_ = VoxelFrame();
+    last_keys_ = std::vector<std::uint64_t>();
+    if (supplement_)
+      supplement_->releaseMemory();
     frame_without_model_ = VoxelFrame();
     if (format_ == StreamFormat::Version1)
       // Without memory for smaller copies the memory stays as it is.
@@ -145,7 +156,9 @@ private:
   needsIFrame(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
   {
     if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
-        frame.depth_model.has_value() != has_depth_model_)
+        frame.depth_model.has_value() != has_depth_model_ ||
+        frame.colour_bits != content_.colour_bits ||
+        frame.has_point_counts != content_.has_point_counts)
       return true;
     // A large change of the stamp, as of the first one in a stream, takes more bytes in a
     // P-frame's header than the stamp itself.
@@ -155,10 +168,43 @@ private:
     // A moving sensor leaves many records, which take time and memory in both directions.
     if (coder().recordCount() > maxRecords(frame.size()))
       return true;
+    if (content_.refinement_levels > 0 && comeAgain(frame.keys)) {
+      is_refinement_useful_ = false;
+      return true;
+    }
     // A history with few of the frame's voxels costs more bytes than it saves. The result of
     // match() is used by encode().
-    const std::size_t known = coder().match(work_, frame);
-    return frame.size() >= 64 && 4 * known < frame.size();
+    const VoxelFrame& coded = cellsOrVoxels(frame);
+    const std::size_t known = coder().match(work_, coded);
+    const bool are_new = 4 * known < coded.size();
+    if (content_.refinement_levels == 0)
+      is_refinement_useful_ = are_new;
+    return coded.size() >= 64 && are_new;
+  }
+
+  /** \brief True if half of the voxels were in the last frame, too: then a history of them
+   * is worth more than a refinement. */
+  bool
+  comeAgain(const std::vector<std::uint64_t>& keys) const
+  {
+    std::size_t known = 0;
+    AscendingLookup<std::uint64_t> lookup(last_keys_);
+    for (const std::uint64_t key : keys)
+      known += lookup.find(key) != not_in_list ? 1 : 0;
+    return !keys.empty() && 2 * known >= keys.size();
+  }
+
+  /** \brief What the coder of voxels codes: with a refinement the cells. */
+  const VoxelFrame&
+  cellsOrVoxels(const VoxelFrame& frame)
+  {
+    if (content_.refinement_levels == 0)
+      return frame;
+    cells_.grid = frame.grid;
+    cells_.grid.depth -= content_.refinement_levels;
+    cells_.intensity_scale.bits = 0;
+    supplement::cellsOf(frame.keys, content_.refinement_levels, cells_.keys);
+    return cells_;
   }
 
   PayloadCoder&
@@ -201,8 +247,16 @@ private:
       frame_id_ = stamp->frame_id;
       stamp_ = stamp->stamp;
     }
+    if (header.is_i_frame)
+      chooseContent(frame);
+    header.content = content_;
     header.voxel_count = frame.size();
-    const PayloadSizes sizes = encodePayload(frame, header);
+    const VoxelFrame& coded = cellsOrVoxels(frame);
+    header.cell_count = coded.size();
+    PayloadSizes sizes = encodePayload(coded, header);
+    const std::size_t supplement_begin = bytes_of_payload_.size();
+    encodeSupplement(frame, coded, header, sizes);
+    header.supplement_size = bytes_of_payload_.size() - supplement_begin;
     header.payload_size = bytes_of_payload_.size();
     checksum_ = writeVersion1Frame(
         header, bytes_of_payload_, header.is_i_frame ? 0 : checksum_, bytes);
@@ -212,10 +266,46 @@ private:
     statistics.bytes = bytes.size();
     statistics.header_bytes = bytes.size() - bytes_of_payload_.size();
     statistics.occupancy_bytes = sizes.occupancy;
-    statistics.intensity_bytes = bytes_of_payload_.size() - sizes.occupancy;
+    statistics.attribute_bytes = sizes.attributes;
+    statistics.intensity_bytes =
+        bytes_of_payload_.size() - sizes.occupancy - sizes.attributes;
     grid_ = frame.grid;
     intensity_scale_ = frame.intensity_scale;
     has_depth_model_ = frame.depth_model.has_value();
+  }
+
+  /** \brief Chooses what is in the supplements until the next I-frame. */
+  void
+  chooseContent(const VoxelFrame& frame)
+  {
+    content_.colour_bits = frame.colour_bits;
+    content_.has_point_counts = frame.has_point_counts;
+    content_.refinement_levels =
+        is_refinement_useful_ ? supplement::chooseRefinement(frame) : 0;
+  }
+
+  /** \brief Appends the supplement to the payload, if the content has one. */
+  void
+  encodeSupplement(const VoxelFrame& frame,
+                   const VoxelFrame& cells,
+                   Version1Header& header,
+                   PayloadSizes& sizes)
+  {
+    header.point_count = std::accumulate(
+        frame.point_counts.begin(), frame.point_counts.end(), std::uint64_t{0});
+    if (content_.refinement_levels > 0 && i_frame_rate_ > 1)
+      last_keys_.assign(frame.keys.begin(), frame.keys.end());
+    if (!content_.isAny() || frame.keys.empty()) {
+      if (supplement_ && header.is_i_frame)
+        supplement_->reset();
+      return;
+    }
+    if (!supplement_)
+      supplement_ = std::make_unique<supplement::SupplementCoder>();
+    const supplement::Sizes added = supplement_->encode(
+        content_, frame, cells.keys, effort_, header.is_i_frame, bytes_of_payload_);
+    sizes.occupancy += added.refinement;
+    sizes.attributes = added.attributes;
   }
 
   /** \brief Encodes the payload. An I-frame with a depth model is encoded with and without
@@ -273,11 +363,16 @@ private:
   bool uses_depth_model_ = false;         // encodePayload() since the last I-frame
   std::optional<DepthModel> depth_model_; // that a decoder has
   VoxelFrame frame_without_model_;        // member so that its memory is reused
+  supplement::Content content_;
+  bool is_refinement_useful_ = true;                        // by the previous frames
+  std::vector<std::uint64_t> last_keys_;                    // with a refinement
+  std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
   PayloadCoders coders_;
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
+  VoxelFrame cells_;
   std::vector<std::uint8_t> bytes_of_payload_;
   CodingWorkspace work_;
   MemoryRule memory_rule_;

@@ -36,7 +36,8 @@ Version1Decoder::decode(ByteSource& source,
   statistics.frame_number = header_.frame_number;
   statistics.is_i_frame = header_.is_i_frame;
   statistics.occupancy_bytes = sizes.occupancy;
-  statistics.intensity_bytes = payload_size - sizes.occupancy;
+  statistics.attribute_bytes = sizes.attributes;
+  statistics.intensity_bytes = payload_size - sizes.occupancy - sizes.attributes;
   statistics.header_bytes = version1_magic_size + source.consumed() - payload_size;
   learn(checksum, frame);
   return {};
@@ -104,26 +105,79 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
   const std::uint8_t* const end = payload + header_.payload_size;
   if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
     return status;
-  PayloadCoder& coder = coders_.of(header_.effort);
-  if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
-    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
-  if (!coder.decode(work,
-                    payload,
-                    end,
-                    static_cast<std::size_t>(header_.voxel_count),
-                    header_.is_i_frame,
-                    frame,
-                    sizes))
-    return corruptFrame("the payload does not decode to " +
+  const std::uint8_t* const supplement = end - header_.supplement_size;
+  if (CompressionStatus status = decodeVoxels(work, payload, supplement, frame, sizes);
+      !status.ok())
+    return status;
+  if (!decodeSupplement(supplement, end, frame, sizes)) {
+    coders_.of(header_.effort).discard();
+    return corruptFrame("the supplement does not decode to " +
                         std::to_string(header_.voxel_count) + " voxels");
+  }
   if (!isConsistent(frame)) {
-    coder.discard();
+    coders_.of(header_.effort).discard();
     return corruptFrame("invalid voxels");
   }
   return {};
 }
 
-/** \brief Sets grid, scale and depth model of a frame.
+/** \brief Decodes the voxels, or with a refinement their cells. */
+CompressionStatus
+Version1Decoder::decodeVoxels(CodingWorkspace& work,
+                              const std::uint8_t* begin,
+                              const std::uint8_t* end,
+                              VoxelFrame& frame,
+                              PayloadSizes& sizes)
+{
+  PayloadCoder& coder = coders_.of(header_.effort);
+  if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
+    return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
+  const bool is_refined = header_.content.refinement_levels > 0;
+  const std::uint64_t count = is_refined ? header_.cell_count : header_.voxel_count;
+  if (coder.decode(work,
+                   begin,
+                   end,
+                   static_cast<std::size_t>(count),
+                   header_.is_i_frame,
+                   is_refined ? cells_ : frame,
+                   sizes))
+    return {};
+  return corruptFrame("the payload does not decode to " + std::to_string(count) +
+                      (is_refined ? " cells" : " voxels"));
+}
+
+bool
+Version1Decoder::decodeSupplement(const std::uint8_t* begin,
+                                  const std::uint8_t* end,
+                                  VoxelFrame& frame,
+                                  PayloadSizes& sizes)
+{
+  if (!header_.content.isAny())
+    return true;
+  if (header_.voxel_count == 0) {
+    frame.clearVoxels();
+    return begin == end;
+  }
+  if (!supplement_)
+    supplement_ = std::make_unique<supplement::SupplementCoder>();
+  supplement::Sizes supplement_sizes;
+  const bool is_whole =
+      supplement_->decode(begin,
+                          end,
+                          header_.content,
+                          cells_.keys,
+                          header_.effort,
+                          header_.is_i_frame,
+                          static_cast<std::size_t>(header_.voxel_count),
+                          header_.point_count,
+                          frame,
+                          supplement_sizes);
+  sizes.occupancy += supplement_sizes.refinement;
+  sizes.attributes = supplement_sizes.attributes;
+  return is_whole;
+}
+
+/** \brief Sets all of a frame but what its voxels are.
  * \param[in,out] payload is moved after the depth model
  */
 CompressionStatus
@@ -135,10 +189,46 @@ Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
   frame.depth_model = is_i_frame ? std::nullopt : depth_model_;
   if (!is_i_frame && header_.effort != effort_)
     return corruptFrame("a P-frame of another effort than its I-frame");
-  if (!header_.has_depth_model)
-    return {};
-  if (!is_i_frame && !depth_model_)
+  if (CompressionStatus status = prepareContent(frame); !status.ok())
+    return status;
+  return header_.has_depth_model ? prepareDepthModel(payload, frame)
+                                 : CompressionStatus();
+}
+
+/** \brief Sets what a frame has besides its voxels. */
+CompressionStatus
+Version1Decoder::prepareContent(VoxelFrame& frame)
+{
+  if (!header_.is_i_frame) {
+    const bool has_colours = header_.content.colour_bits > 0;
+    header_.content.colour_bits = content_.colour_bits;
+    if (header_.content != content_ || has_colours != (content_.colour_bits > 0))
+      return corruptFrame("a P-frame of another content than its I-frame");
+  }
+  frame.colour_bits = header_.content.colour_bits;
+  frame.has_point_counts = header_.content.has_point_counts;
+  if (!frame.hasIntensities())
+    frame.intensities.clear();
+  if (frame.colour_bits == 0)
+    frame.colours.clear();
+  if (!frame.has_point_counts)
+    frame.point_counts.clear();
+  if (header_.content.refinement_levels > 0) {
+    cells_.grid = frame.grid;
+    cells_.grid.depth -= header_.content.refinement_levels;
+    cells_.intensity_scale.bits = 0;
+  }
+  return {};
+}
+
+CompressionStatus
+Version1Decoder::prepareDepthModel(const std::uint8_t*& payload,
+                                   VoxelFrame& frame) const
+{
+  if (!header_.is_i_frame && !depth_model_)
     return corruptFrame("a P-frame with a depth model, its I-frame without");
+  if (!frame.hasIntensities() || header_.content.refinement_levels > 0)
+    return corruptFrame("a depth model without intensities that it predicts");
   if (!readDepthModel(payload, frame.depth_model.emplace()))
     return corruptFrame("invalid depth model");
   payload += depth_model_size;
@@ -167,6 +257,11 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   effort_ = header_.effort;
   coders_.of(effort_).learn();
   coders_.keepOnly(effort_);
+  content_ = header_.content;
+  if (supplement_ && content_.isAny() && !frame.keys.empty())
+    supplement_->learn();
+  else if (supplement_ && header_.is_i_frame)
+    supplement_->reset();
   if (header_.has_frame_id || header_.is_i_frame)
     frame_id_.swap(header_.frame_id);
   if (header_.is_i_frame)
@@ -187,6 +282,7 @@ void
 Version1Decoder::forget() noexcept
 {
   coders_.clear();
+  supplement_.reset();
   has_history_ = false;
 }
 
@@ -200,6 +296,9 @@ Version1Decoder::releaseMemory()
   }
   coders_.keepOnly(effort_);
   coders_.of(effort_).releaseMemory();
+  if (supplement_)
+    supplement_->releaseMemory();
+  cells_ = VoxelFrame();
 }
 
 } // namespace io

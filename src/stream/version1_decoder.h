@@ -9,6 +9,7 @@
 #include "bytes/byte_source.h"
 #include "codec/frame_order.h"
 #include "codec/payload_coder.h"
+#include "codec/supplement/supplement.h"
 #include "stream/version1_header.h"
 
 #include <algorithm>
@@ -27,6 +28,7 @@ public:
   explicit Version1Decoder(const DecoderLimits& limits) : limits_(limits)
   {
     limits_.max_voxels = std::min(limits.max_voxels, largest_frame);
+    limits_.max_points = std::min(limits.max_points, 16 * limits_.max_voxels);
   }
 
   /** \brief Reads and decodes a frame after the magic bytes.
@@ -95,7 +97,26 @@ private:
   decodePayload(CodingWorkspace& work, VoxelFrame& frame, PayloadSizes& sizes);
 
   CompressionStatus
+  decodeVoxels(CodingWorkspace& work,
+               const std::uint8_t* begin,
+               const std::uint8_t* end,
+               VoxelFrame& frame,
+               PayloadSizes& sizes);
+
+  bool
+  decodeSupplement(const std::uint8_t* begin,
+                   const std::uint8_t* end,
+                   VoxelFrame& frame,
+                   PayloadSizes& sizes);
+
+  CompressionStatus
   prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame);
+
+  CompressionStatus
+  prepareContent(VoxelFrame& frame);
+
+  CompressionStatus
+  prepareDepthModel(const std::uint8_t*& payload, VoxelFrame& frame) const;
 
   void
   prepareStamp();
@@ -117,7 +138,9 @@ private:
   std::string frame_id_;
   std::uint64_t last_stamp_ = 0;
   std::optional<FrameStamp> stamp_;
+  supplement::Content content_;
   PayloadCoders coders_;
+  std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
 
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
@@ -125,6 +148,7 @@ private:
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
+  VoxelFrame cells_; // with a refinement
 };
 
 } // namespace io

@@ -19,29 +19,62 @@ namespace {
 constexpr std::uint8_t version = 1;
 constexpr std::size_t checksum_end = version1_magic_size + 1 + 4;
 // Without the frame_id.
-constexpr std::size_t most_header_bytes = 96;
+constexpr std::size_t most_header_bytes = 160;
 
 enum Flag : std::uint8_t {
   i_frame_flag = 1,
   depth_model_flag = 2,
   stamp_flag = 4,
-  frame_id_flag = 8
+  frame_id_flag = 8,
+  origin_flag = 64,
+  content_flag = 128
+};
+
+// In the field that describes the content; below them are the levels of the refinement.
+enum ContentFlag : std::uint8_t {
+  colours_flag = 32,
+  point_counts_flag = 64,
+  no_intensities_flag = 128
 };
 
 // Set in the number of bits of a companded scale, whose range follows.
 constexpr std::uint8_t companded_flag = 0x80;
 
-// The effort is in the bits above the flags.
+// The effort is between the flags, in two bits.
 constexpr unsigned int effort_shift = 4;
+constexpr unsigned int effort_mask = 3;
+
+bool
+hasOrigin(const Version1Header& header)
+{
+  return header.grid.anchor != VoxelGrid().anchor;
+}
+
+/** \brief The field that describes the content; 0: intensities only. */
+std::uint8_t
+contentFieldOf(const Version1Header& header)
+{
+  unsigned int field = header.content.refinement_levels;
+  if (header.content.colour_bits > 0)
+    field |= colours_flag;
+  if (header.content.has_point_counts)
+    field |= point_counts_flag;
+  if (header.is_i_frame && header.intensity_scale.bits == 0)
+    field |= no_intensities_flag;
+  return static_cast<std::uint8_t>(field);
+}
 
 std::uint8_t
 flagsOf(const Version1Header& header)
 {
-  return static_cast<std::uint8_t>((header.is_i_frame ? i_frame_flag : 0) |
-                                   (header.has_depth_model ? depth_model_flag : 0) |
-                                   (header.stamp ? stamp_flag : 0) |
-                                   (header.has_frame_id ? frame_id_flag : 0) |
-                                   static_cast<int>(header.effort) << effort_shift);
+  int flags = static_cast<int>(header.effort) << effort_shift;
+  flags |= header.is_i_frame ? i_frame_flag : 0;
+  flags |= header.has_depth_model ? depth_model_flag : 0;
+  flags |= header.stamp ? stamp_flag : 0;
+  flags |= header.has_frame_id ? frame_id_flag : 0;
+  flags |= header.is_i_frame && hasOrigin(header) ? origin_flag : 0;
+  flags |= contentFieldOf(header) != 0 ? content_flag : 0;
+  return static_cast<std::uint8_t>(flags);
 }
 
 /** \brief Resets a header, but keeps the memory of the frame_id. */
@@ -71,12 +104,20 @@ writeFields(const Version1Header& header, ByteWriter& writer)
 {
   writer.u8(flagsOf(header));
   writer.u32(header.frame_number);
+  if (contentFieldOf(header) != 0)
+    writer.u8(contentFieldOf(header));
   if (header.is_i_frame) {
     writer.f64(header.grid.resolution);
     for (const std::int32_t index : header.grid.first_index)
       writer.i32(index);
     writer.u8(static_cast<std::uint8_t>(header.grid.depth));
-    writeIntensityScale(header.intensity_scale, writer);
+    if (hasOrigin(header))
+      for (const double coordinate : header.grid.anchor)
+        writer.f64(coordinate);
+    if (header.content.colour_bits > 0)
+      writer.u8(static_cast<std::uint8_t>(header.content.colour_bits));
+    if (header.intensity_scale.bits > 0)
+      writeIntensityScale(header.intensity_scale, writer);
   }
   if (header.stamp && header.is_i_frame)
     writer.u64(static_cast<std::uint64_t>(*header.stamp));
@@ -87,17 +128,25 @@ writeFields(const Version1Header& header, ByteWriter& writer)
     writer.raw(header.frame_id.data(), header.frame_id.size());
   }
   writer.varint(header.voxel_count);
+  if (header.content.refinement_levels > 0)
+    writer.varint(header.cell_count);
+  if (header.content.has_point_counts)
+    writer.varint(header.point_count);
   writer.varint(header.payload_size);
+  if (header.content.isAny())
+    writer.varint(header.supplement_size);
 }
 
 CompressionStatus
-readGrid(ByteSource& source, VoxelGrid& grid)
+readGrid(ByteSource& source, bool has_origin, VoxelGrid& grid)
 {
   grid = VoxelGrid();
   grid.resolution = source.f64();
   for (std::int32_t& index : grid.first_index)
     index = source.i32();
   grid.depth = source.u8();
+  for (std::size_t axis = 0; has_origin && axis < 3; ++axis)
+    grid.anchor[axis] = source.f64();
   if (source.failure() != ByteSource::Failure::None)
     return {};
   if (CompressionStatus status = checkResolution(grid.resolution); !status.ok())
@@ -106,6 +155,8 @@ readGrid(ByteSource& source, VoxelGrid& grid)
     return corruptFrame("grid depth outside 1 to 21");
   if (leavesLattice(grid))
     return corruptFrame("grid outside the lattice");
+  if (has_origin && (!isOrigin(grid.anchor) || grid.anchor == VoxelGrid().anchor))
+    return corruptFrame("invalid origin");
   return {};
 }
 
@@ -142,22 +193,73 @@ readFrameId(ByteSource& source, std::string& frame_id)
 }
 
 CompressionStatus
+readContent(ByteSource& source, Version1Header& header)
+{
+  const std::uint8_t field = source.u8();
+  header.content.refinement_levels = field & (colours_flag - 1u);
+  header.content.has_point_counts = (field & point_counts_flag) != 0;
+  header.content.colour_bits = (field & colours_flag) != 0 ? 1 : 0; // I: follow
+  if ((field & no_intensities_flag) != 0)
+    header.intensity_scale.bits = 0;
+  if (source.failure() == ByteSource::Failure::None &&
+      (field == 0 || header.content.refinement_levels >= max_grid_depth ||
+       (!header.is_i_frame && header.intensity_scale.bits == 0)))
+    return corruptFrame("invalid content");
+  return {};
+}
+
+/** \brief Reads the fields of an I-frame only, but for the stamp. */
+CompressionStatus
+readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
+{
+  if (CompressionStatus status =
+          readGrid(source, (flags & origin_flag) != 0, header.grid);
+      !status.ok())
+    return status;
+  if (header.content.refinement_levels >= header.grid.depth &&
+      source.failure() == ByteSource::Failure::None)
+    return corruptFrame("cells larger than the grid");
+  if (header.content.colour_bits > 0) {
+    header.content.colour_bits = source.u8();
+    if (source.failure() == ByteSource::Failure::None &&
+        (header.content.colour_bits < 1 || header.content.colour_bits > 8))
+      return corruptFrame("bits of a colour outside 1 to 8");
+  }
+  return header.intensity_scale.bits > 0
+             ? readIntensityScale(source, header.intensity_scale)
+             : CompressionStatus();
+}
+
+/** \brief Reads how much of what there is. */
+void
+readCounts(ByteSource& source, Version1Header& header)
+{
+  header.voxel_count = source.varint();
+  if (header.content.refinement_levels > 0)
+    header.cell_count = source.varint();
+  if (header.content.has_point_counts)
+    header.point_count = source.varint();
+  header.payload_size = source.varint();
+  if (header.content.isAny())
+    header.supplement_size = source.varint();
+}
+
+CompressionStatus
 readFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 {
   header.frame_number = source.u32();
   CompressionStatus status;
-  if (header.is_i_frame)
-    status = readGrid(source, header.grid);
+  if ((flags & content_flag) != 0)
+    status = readContent(source, header);
   if (status.ok() && header.is_i_frame)
-    status = readIntensityScale(source, header.intensity_scale);
+    status = readIFrameFields(source, flags, header);
   if (status.ok() && (flags & stamp_flag) != 0)
     header.stamp = header.is_i_frame ? static_cast<std::int64_t>(source.u64())
                                      : source.signedVarint();
   header.has_frame_id = (flags & frame_id_flag) != 0;
   if (status.ok() && header.has_frame_id)
     status = readFrameId(source, header.frame_id);
-  header.voxel_count = source.varint();
-  header.payload_size = source.varint();
+  readCounts(source, header);
   return status;
 }
 
@@ -172,10 +274,25 @@ checkFields(const Version1Header& header, const DecoderLimits& limits)
     return {CompressionCode::LimitExceeded,
             "frame header: payload exceeds the limit of " +
                 std::to_string(limits.max_frame_bytes) + " bytes"};
+  if (header.point_count > limits.max_points)
+    return {CompressionCode::LimitExceeded,
+            "frame header: " + std::to_string(header.point_count) +
+                " points exceed the limit of " + std::to_string(limits.max_points)};
+  if (header.cell_count > header.voxel_count ||
+      (header.cell_count == 0 && header.content.refinement_levels > 0 &&
+       header.voxel_count > 0))
+    return corruptFrame("invalid number of cells");
+  if (header.content.has_point_counts &&
+      (header.point_count < header.voxel_count ||
+       (header.voxel_count == 0 && header.point_count > 0)))
+    return corruptFrame("invalid number of points");
   if (!header.is_i_frame && header.stamp == std::numeric_limits<std::int64_t>::min())
     return corruptFrame("invalid difference of stamps");
-  if (header.payload_size < (header.has_depth_model ? depth_model_size : 0))
+  const std::size_t model_size = header.has_depth_model ? depth_model_size : 0;
+  if (header.payload_size < model_size)
     return corruptFrame("payload smaller than its depth model");
+  if (header.supplement_size > header.payload_size - model_size)
+    return corruptFrame("payload smaller than its supplement");
   return {};
 }
 
@@ -246,10 +363,12 @@ readVersion1Header(ByteSource& source,
   checked_bytes.clear();
   source.recordTo(&checked_bytes);
   const std::uint8_t flags = source.u8();
-  if (flags >> effort_shift > static_cast<int>(Effort::Small))
-    return corruptFrame("unknown flags");
-  header.effort = static_cast<Effort>(flags >> effort_shift);
+  const unsigned int effort = flags >> effort_shift & effort_mask;
   header.is_i_frame = (flags & i_frame_flag) != 0;
+  if (effort > static_cast<unsigned int>(Effort::Small) ||
+      (!header.is_i_frame && (flags & origin_flag) != 0))
+    return corruptFrame("unknown flags");
+  header.effort = static_cast<Effort>(effort);
   header.has_depth_model = (flags & depth_model_flag) != 0;
   CompressionStatus status = readFields(source, flags, header);
   if (status.ok() && source.failure() == ByteSource::Failure::None)

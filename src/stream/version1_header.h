@@ -6,6 +6,7 @@
 #include <pcl_ext/status.h>
 
 #include "bytes/byte_source.h"
+#include "codec/supplement/content.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -31,12 +32,17 @@ struct Version1Header {
   Effort effort = Effort::Balanced;
   std::uint32_t frame_number = 0;    // a P-frame depends on the frame before it
   VoxelGrid grid;                    // I only
-  IntensityScale intensity_scale;    // I only
+  IntensityScale intensity_scale;    // I only; bits 0: no intensities
+  supplement::Content content;       // P: without the colour bits
   std::optional<std::int64_t> stamp; // P: difference to the previous frame
   bool has_frame_id = false;         // P: only if it has changed
   std::string frame_id;              // empty if absent
   std::uint64_t voxel_count = 0;
-  std::uint64_t payload_size = 0; // bytes
+  std::uint64_t payload_size = 0; // bytes, those of the supplement included
+  // Depend on the content:
+  std::uint64_t cell_count = 0;
+  std::uint64_t point_count = 0;
+  std::uint64_t supplement_size = 0; // bytes
 };
 
 /** \brief Size of a depth model in the payload, bytes. */

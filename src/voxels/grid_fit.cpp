@@ -8,6 +8,16 @@ namespace pcl_ext {
 namespace io {
 
 bool
+isOrigin(const std::array<double, 3>& origin)
+{
+  // The end of the lattice at the largest resolution.
+  constexpr double farthest = largest_resolution * 2.0 * lattice_end;
+  return std::all_of(origin.begin(), origin.end(), [](double coordinate) {
+    return std::abs(coordinate) <= farthest; // NaN fails
+  });
+}
+
+bool
 leavesLattice(const VoxelGrid& grid)
 {
   for (const std::int32_t index : grid.first_index)
@@ -62,10 +72,9 @@ unite(const LatticeRange& first, const LatticeRange& second)
 }
 
 VoxelGrid
-fitGrid(double resolution, const LatticeRange& range)
+fitGrid(const VoxelGrid& lattice, const LatticeRange& range)
 {
-  VoxelGrid grid;
-  grid.resolution = resolution;
+  VoxelGrid grid = lattice;
   grid.depth = requiredDepth(range);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t extent =
@@ -78,19 +87,34 @@ fitGrid(double resolution, const LatticeRange& range)
 }
 
 VoxelGrid
-gridOfBox(double resolution, const BoundingBox& box)
+gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
 {
-  const auto index = [resolution](double coordinate) {
-    return static_cast<std::int32_t>(std::clamp(std::floor(coordinate / resolution),
-                                                static_cast<double>(-lattice_end),
-                                                static_cast<double>(lattice_end - 1)));
-  };
   LatticeRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto index = [&](double coordinate) {
+      const double position = (coordinate - lattice.anchor[axis]) / lattice.resolution;
+      return static_cast<std::int32_t>(
+          std::clamp(std::floor(position),
+                     static_cast<double>(-lattice_end),
+                     static_cast<double>(lattice_end - 1)));
+    };
     range.lowest[axis] = index(box.min[axis]);
     range.highest[axis] = index(box.max[axis]);
   }
-  return fitGrid(resolution, range);
+  return fitGrid(lattice, range);
+}
+
+std::array<double, 3>
+originFor(double resolution, const BoundingBox& box)
+{
+  std::array<double, 3> origin{};
+  const double end = static_cast<double>(lattice_end) * resolution;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (box.min[axis] < -end || box.max[axis] >= end)
+      origin[axis] =
+          std::round((box.min[axis] / 2.0 + box.max[axis] / 2.0) / resolution) *
+          resolution;
+  return origin;
 }
 
 VoxelGrid

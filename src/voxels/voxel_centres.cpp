@@ -126,6 +126,10 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
   else
     computeCentres<std::uint64_t>(frame_.grid, keys, count, centres);
   const IntensityScale& scale = frame_.intensity_scale;
+  if (!frame_.hasIntensities()) {
+    centres.intensity.fill(0.0f);
+    return count;
+  }
   const std::uint16_t* const symbols = frame_.intensities.data() + begin;
   if (scale.companded_range == 0)
     computeIntensities(scale, symbols, count, centres.intensity);

@@ -23,9 +23,10 @@ bool
 isScale(const IntensityScale& scale)
 {
   return std::isfinite(scale.offset) && std::isfinite(scale.step) &&
-         scale.step > 0.0f && scale.bits >= 1 && scale.bits <= 16 &&
-         (scale.companded_range == 0 || (scale.companded_range > scale.maxSymbol() &&
-                                         scale.companded_range <= 65535));
+         scale.step > 0.0f && scale.bits <= 16 &&
+         (scale.companded_range == 0 ||
+          (scale.bits > 0 && scale.companded_range > scale.maxSymbol() &&
+           scale.companded_range <= 65535));
 }
 
 /** \brief True if keys are strictly ascending and below `end`, which is at most 2^63. */
@@ -51,6 +52,22 @@ areSymbols(const std::vector<std::uint16_t>& symbols, unsigned int bits)
   for (const std::uint16_t symbol : symbols)
     all = static_cast<std::uint16_t>(all | symbol);
   return all >> bits == 0;
+}
+
+bool
+areColours(const std::vector<VoxelColour>& colours, unsigned int bits)
+{
+  unsigned int all = 0;
+  for (const VoxelColour& colour : colours)
+    all |= unsigned{colour.r} | colour.g | colour.b;
+  return bits <= 8 && all >> bits == 0;
+}
+
+/** \brief True if there are as many values as voxels, or none if a frame has none. */
+bool
+isCount(std::size_t values, bool has_values, std::size_t voxels)
+{
+  return values == (has_values ? voxels : 0);
 }
 
 } // namespace
@@ -87,12 +104,18 @@ bool
 isConsistent(const VoxelFrame& frame)
 {
   if (!isGrid(frame.grid) || !isScale(frame.intensity_scale) ||
-      (frame.depth_model && !isConsistent(*frame.depth_model)) ||
-      frame.keys.size() != frame.intensities.size())
+      (frame.depth_model &&
+       (!frame.hasIntensities() || !isConsistent(*frame.depth_model))) ||
+      !isCount(frame.intensities.size(), frame.hasIntensities(), frame.size()) ||
+      !isCount(frame.colours.size(), frame.colour_bits > 0, frame.size()) ||
+      !isCount(frame.point_counts.size(), frame.has_point_counts, frame.size()))
     return false;
   return frame.keys.empty() ||
          (areKeys(frame.keys, std::uint64_t{1} << (3 * frame.grid.depth)) &&
-          areSymbols(frame.intensities, frame.intensity_scale.bits));
+          areSymbols(frame.intensities, frame.intensity_scale.bits) &&
+          areColours(frame.colours, frame.colour_bits) &&
+          std::find(frame.point_counts.begin(), frame.point_counts.end(), 0u) ==
+              frame.point_counts.end());
 }
 
 } // namespace io

@@ -23,6 +23,7 @@ smallLimits()
   io::DecoderLimits limits;
   limits.max_frame_bytes = std::size_t{1} << 13;
   limits.max_voxels = std::size_t{1} << 10;
+  limits.max_points = std::size_t{1} << 12;
   return limits;
 }
 
@@ -31,7 +32,8 @@ inline void
 requireReason(const io::CompressionStatus& status, const io::VoxelFrame& frame)
 {
   require(!status.ok() && !status.message().empty());
-  require(frame.keys.empty() && frame.intensities.empty());
+  require(frame.keys.empty() && frame.intensities.empty() && frame.colours.empty() &&
+          frame.point_counts.empty());
 }
 
 /** \brief Requires what isConsistent() checks, once more, and the small limits. */
@@ -40,12 +42,23 @@ requireWhole(const io::VoxelFrame& frame)
 {
   require(isConsistent(frame));
   require(frame.size() <= smallLimits().max_voxels);
-  require(frame.keys.size() == frame.intensities.size());
+  const auto isWhole = [&](const auto& values, bool is_there) {
+    return values.size() == (is_there ? frame.size() : 0);
+  };
+  require(isWhole(frame.intensities, frame.intensity_scale.bits > 0));
+  require(isWhole(frame.colours, frame.colour_bits > 0));
+  require(isWhole(frame.point_counts, frame.has_point_counts));
   for (std::size_t i = 0; i < frame.size(); ++i) {
     require(i == 0 || frame.keys[i - 1] < frame.keys[i]);
     require(frame.keys[i] >> (3 * frame.grid.depth) == 0);
-    require(frame.intensities[i] <= frame.intensity_scale.maxSymbol());
   }
+  for (const std::uint16_t symbol : frame.intensities)
+    require(symbol <= frame.intensity_scale.maxSymbol());
+  for (const io::VoxelColour& colour : frame.colours)
+    require((colour.r | colour.g | colour.b) >> frame.colour_bits == 0);
+  for (const std::uint32_t count : frame.point_counts)
+    require(count > 0);
+  require(frame.pointCount() <= smallLimits().max_points);
 }
 
 /** \brief Decodes a stream to its end.

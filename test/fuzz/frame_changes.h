@@ -150,6 +150,33 @@ changeScale(io::IntensityScale& scale, Random& random)
 }
 
 inline void
+changeContent(io::Version1Header& header, Random& random)
+{
+  switch (random.below(7)) {
+  case 0:
+    header.content.refinement_levels = static_cast<unsigned int>(random.below(22));
+    break;
+  case 1:
+    header.content.colour_bits = static_cast<unsigned int>(random.below(10));
+    break;
+  case 2:
+    header.content.has_point_counts = !header.content.has_point_counts;
+    break;
+  case 3:
+    change(header.cell_count, random);
+    break;
+  case 4:
+    change(header.point_count, random);
+    break;
+  case 5:
+    changeBits<double, std::uint64_t>(header.grid.anchor[random.below(3)], random);
+    break;
+  default:
+    change(header.supplement_size, random);
+  }
+}
+
+inline void
 changeHeader(Parts& parts, Random& random)
 {
   io::Version1Header& header = parts.header;
@@ -189,6 +216,9 @@ changeHeader(Parts& parts, Random& random)
   case 9:
     header.has_frame_id = !header.has_frame_id;
     header.frame_id.assign(random.below(random.oneOf(8) ? 1100 : 30), 'f');
+    break;
+  case 10:
+    changeContent(header, random);
     break;
   default:
     change(header.voxel_count, random);

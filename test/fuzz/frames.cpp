@@ -56,7 +56,7 @@ void
 requireFreshFrames(FrameDecoder& decoder, const LastFrame& last)
 {
   const SentStream& stream =
-      freshStreams()[last.is_published ? 3 : std::size_t{last.flags} >> 4];
+      freshStreams()[last.is_published ? 3 : std::size_t{last.flags} >> 4 & 3];
   std::uint32_t checksum = 0;
   for (std::uint32_t i = 0; i < stream.frames.size(); ++i) {
     const SentFrame& sent = stream.frames[i];

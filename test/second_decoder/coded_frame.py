@@ -3,8 +3,8 @@
 doc/bitstream.md, "Payload".
 """
 
-from dataclasses import dataclass
-from typing import List, Optional
+from dataclasses import dataclass, field
+from typing import List, Optional, Tuple
 
 from depth_model import DepthModel
 
@@ -30,7 +30,9 @@ class CodedFrame:
 
 @dataclass(frozen=True)
 class Voxels:
-    """Occupied voxels: Morton keys, ascending, and the symbol of each."""
+    """Occupied voxels: Morton keys, ascending, and what the content has of each."""
 
     keys: List[int]
     symbols: List[int]
+    colours: List[Tuple[int, int, int]] = field(default_factory=list)
+    point_counts: List[int] = field(default_factory=list)

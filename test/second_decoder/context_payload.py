@@ -549,7 +549,9 @@ def decode_context_payload(
             "there are fewer voxels than the header says",
         )
         keys = sorted(payload.occupied)
-        numbers = _Numbers(payload).read(keys)
+        numbers = dict.fromkeys(keys, 0)
+        if frame.symbol_bits:
+            numbers = _Numbers(payload).read(keys)
         reader = _Symbols(payload)
         symbols = reader.read(keys, numbers)
         seen = reader.seen
@@ -558,4 +560,5 @@ def decode_context_payload(
     after = history.after_frame(
         seen, frame.is_i_frame, frame.effort, frame.symbol_bits, has_model
     )
-    return Voxels(keys, [symbols[key] for key in keys]), ContextMemory(after, kinds)
+    coded = [symbols[key] for key in keys] if frame.symbol_bits else []
+    return Voxels(keys, coded), ContextMemory(after, kinds)

@@ -20,13 +20,17 @@ from invalid_frame import InvalidFrame
 
 
 def voxel_checksum(frame: Frame) -> int:
-    """FNV-1a with 64 bits over 64-bit numbers: grid, scale, keys and symbols."""
+    """FNV-1a with 64 bits over 64-bit numbers: grid, scale, keys and what voxels have."""
     x, y, z = (index % (1 << 32) for index in frame.grid.first_index)
     numbers = [x, y, z, frame.grid.depth]
     numbers += (frame.scale.bits, frame.scale.number_range or 0)
     numbers.append(len(frame.voxels.keys))
-    for key, symbol in zip(frame.voxels.keys, frame.voxels.symbols):
-        numbers += (key, symbol)
+    for i, key in enumerate(frame.voxels.keys):
+        numbers.append(key)
+        numbers += frame.voxels.symbols[i : i + 1]
+        for colour in frame.voxels.colours[i : i + 1]:
+            numbers += colour
+        numbers += frame.voxels.point_counts[i : i + 1]
     checksum = 0xCBF29CE484222325
     for number in numbers:
         for byte in number.to_bytes(8, "little"):

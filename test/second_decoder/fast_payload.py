@@ -39,6 +39,10 @@ def _decode_numbers(
     rans = RansDecoder(source, frame.voxel_count)
     occupancy = FastOccupancyReader(rans, frame, models, memory.history).read()
     keys = sorted(occupancy.known + occupancy.brought)
+    if not frame.symbol_bits:
+        rans.require_end()
+        after = replace(memory, history=occupancy.history, models=models)
+        return Voxels(keys, []), after
     reader = FastSymbolReader(rans, frame, models, memory.history.moments, memory.few)
     symbols, steps = reader.read(keys)
     rans.require_end()

@@ -13,6 +13,7 @@ from fast_payload import FastMemory, decode_fast_payload
 from frame_header import (
     MAGIC,
     ByteReader,
+    Content,
     FrameHeader,
     Grid,
     IntensityScale,
@@ -20,6 +21,7 @@ from frame_header import (
     require_checksum,
 )
 from invalid_frame import InvalidFrame, require
+from supplement import SupplementMemory, decode_supplement
 
 MOST_BYTES = 16 << 20
 
@@ -32,11 +34,13 @@ class Kept:
     checksum: int
     grid: Grid
     scale: IntensityScale
+    content: Content
     effort: int
     depth_model: Optional[DepthModel]
     stamp: int
     frame_id: bytes
     memory: Union[ContextMemory, FastMemory]
+    supplement_memory: SupplementMemory
 
 
 def _memory_at_start(effort: int) -> Union[ContextMemory, FastMemory]:
@@ -90,14 +94,25 @@ class FrameDecoder:
                 header.checksum,
                 header.grid,
                 header.scale,
+                header.content,
                 header.effort,
                 None,
                 header.stamp or 0,
                 header.frame_id or b"",
                 _memory_at_start(header.effort),
+                SupplementMemory(),
             )
         kept = self._frame_before(header)
         require(header.effort == kept.effort, "a P-frame has another effort")
+        colour_bits = kept.content.colour_bits if header.content.colour_bits else 0
+        has_intensities = kept.content.has_intensities
+        require(
+            replace(
+                header.content, colour_bits=colour_bits, has_intensities=has_intensities
+            )
+            == kept.content,
+            "a P-frame has another content",
+        )
         return replace(
             kept,
             number=header.number,
@@ -115,17 +130,25 @@ class FrameDecoder:
             reader = ByteReader(payload)
             model = read_depth_model(reader)
             payload = payload[reader.at :]
+            require(
+                kept.content.has_intensities and not kept.content.levels,
+                "a depth model without intensities",
+            )
+        require(header.supplement_size <= len(payload), "the supplement is too large")
+        supplement = payload[len(payload) - header.supplement_size :]
+        payload = payload[: len(payload) - header.supplement_size]
         require(header.voxel_count <= 8**kept.grid.depth, "the grid has fewer voxels")
         require(
             bool(header.voxel_count) or not payload,
             "a frame without voxels has a payload",
         )
+        levels = kept.content.levels
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
-            header.voxel_count,
-            kept.scale.bits,
-            kept.grid.depth,
+            header.cell_count if levels else header.voxel_count,
+            0 if levels else kept.scale.bits,
+            kept.grid.depth - levels,
             model,
         )
         memory: Union[ContextMemory, FastMemory]
@@ -133,7 +156,21 @@ class FrameDecoder:
             voxels, memory = decode_fast_payload(payload, coded, kept.memory)
         else:
             voxels, memory = decode_context_payload(payload, coded, kept.memory)
-        self._kept = replace(kept, depth_model=model, memory=memory)
+        voxels, supplement_memory = decode_supplement(
+            supplement,
+            header,
+            kept.content,
+            kept.grid.depth,
+            kept.scale.bits,
+            voxels,
+            kept.supplement_memory,
+        )
+        self._kept = replace(
+            kept,
+            depth_model=model,
+            memory=memory,
+            supplement_memory=supplement_memory,
+        )
         return Frame(
             header.is_i_frame,
             header.number,

@@ -6,7 +6,7 @@ doc/bitstream.md, "Frame header" and "What a frame says".
 import math
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Optional, Tuple
 
 from invalid_frame import InvalidFrame, require
@@ -16,7 +16,23 @@ VERSION = 1
 CHECKED_FROM = 9
 """Bytes of magic, version and checksum; the checksum covers what follows them."""
 
-_I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID = 1, 2, 4, 8
+_I_FRAME, _DEPTH_MODEL, _STAMP, _FRAME_ID, _ORIGIN, _CONTENT = 1, 2, 4, 8, 64, 128
+_COLOURS, _POINT_COUNTS, _NO_INTENSITIES = 32, 64, 128
+
+
+@dataclass(frozen=True)
+class Content:
+    """What frames have."""
+
+    levels: int = 0
+    colour_bits: int = 0
+    """In a P-frame 1, whatever those of its I-frame are."""
+    has_point_counts: bool = False
+    has_intensities: bool = True
+
+    @property
+    def has_supplement(self) -> bool:
+        return bool(self.levels or self.colour_bits or self.has_point_counts)
 
 
 @dataclass(frozen=True)
@@ -26,6 +42,7 @@ class Grid:
     resolution: float
     first_index: Tuple[int, int, int]
     depth: int
+    origin: Tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -42,6 +59,9 @@ class IntensityScale:
         return (1 << self.bits) - 1
 
 
+NO_INTENSITIES = IntensityScale(0.0, 1.0, 0, None)
+
+
 @dataclass(frozen=True)
 class FrameHeader:
     """A header as it is written; what only I-frames have is None in P-frames."""
@@ -51,13 +71,17 @@ class FrameHeader:
     has_depth_model: bool
     effort: int
     number: int
+    content: Content
     grid: Optional[Grid]
     scale: Optional[IntensityScale]
     stamp: Optional[int]
     """The stamp in an I-frame, its change in a P-frame."""
     frame_id: Optional[bytes]
     voxel_count: int
+    cell_count: int
+    point_count: int
     payload_size: int
+    supplement_size: int
 
 
 class ByteReader:
@@ -98,7 +122,7 @@ def from_zigzag(code: int) -> int:
     return -((code + 1) // 2) if code % 2 else code // 2
 
 
-def _grid(reader: ByteReader) -> Grid:
+def _grid(reader: ByteReader, has_origin: bool) -> Grid:
     resolution, x, y, z, depth = reader.numbers("d3iB")
     require(1e-6 <= resolution <= 1e6, "the resolution is none")
     require(1 <= depth <= 21, "the depth is none of 1..21")
@@ -107,7 +131,31 @@ def _grid(reader: ByteReader) -> Grid:
             -(1 << 20) <= first and first + (1 << depth) <= 1 << 20,
             "the grid leaves the lattice",
         )
-    return Grid(resolution, (x, y, z), depth)
+    if not has_origin:
+        return Grid(resolution, (x, y, z), depth)
+    origin = reader.numbers("3d")
+    require(all(abs(o) <= 1e6 * (1 << 21) for o in origin), "the origin is none")
+    require(any(origin), "the origin is the world's")
+    return Grid(resolution, (x, y, z), depth, (origin[0], origin[1], origin[2]))
+
+
+def _content(reader: ByteReader, is_i_frame: bool) -> Content:
+    (field,) = reader.numbers("B")
+    require(field != 0, "the content is none")
+    require(field & 31 <= 20, "the refinement has too many levels")
+    require(is_i_frame or not field & _NO_INTENSITIES, "the content is an I-frame's")
+    return Content(
+        field & 31,
+        1 if field & _COLOURS else 0,
+        bool(field & _POINT_COUNTS),
+        not field & _NO_INTENSITIES,
+    )
+
+
+def _colour_bits(reader: ByteReader) -> int:
+    (bits,) = reader.numbers("B")
+    require(1 <= bits <= 8, "the bits of a colour are none of 1..8")
+    return bits
 
 
 def _scale(reader: ByteReader) -> IntensityScale:
@@ -129,10 +177,19 @@ def read_header(reader: ByteReader) -> FrameHeader:
     version, checksum, flags, number = reader.numbers("BIBI")
     require(version == VERSION, f"stream version {version} is unknown")
     is_i_frame = bool(flags & _I_FRAME)
-    effort = flags >> 4
+    effort = flags >> 4 & 3
     require(effort <= 2, f"effort {effort} is unknown")
-    grid = _grid(reader) if is_i_frame else None
-    scale = _scale(reader) if is_i_frame else None
+    require(is_i_frame or not flags & _ORIGIN, "a P-frame has an origin")
+    content = _content(reader, is_i_frame) if flags & _CONTENT else Content()
+    grid = scale = None
+    if is_i_frame:
+        grid = _grid(reader, bool(flags & _ORIGIN))
+        require(content.levels < grid.depth, "cells are larger than the grid")
+        if content.colour_bits:
+            content = replace(content, colour_bits=_colour_bits(reader))
+        scale = NO_INTENSITIES
+        if content.has_intensities:
+            scale = _scale(reader)
     stamp = None
     if flags & _STAMP:
         stamp = reader.numbers("Q")[0] if is_i_frame else from_zigzag(reader.varint())
@@ -142,19 +199,33 @@ def read_header(reader: ByteReader) -> FrameHeader:
         size = reader.varint()
         require(size <= 1024, "the frame_id is too long")
         frame_id = reader.bytes(size)
-    voxel_count, payload_size = reader.varint(), reader.varint()
+    voxel_count = reader.varint()
+    cell_count = reader.varint() if content.levels else 0
+    require(cell_count <= voxel_count, "there are more cells than voxels")
+    require(
+        not content.levels or bool(cell_count) == bool(voxel_count),
+        "voxels are in no cell",
+    )
+    point_count = reader.varint() if content.has_point_counts else 0
+    payload_size = reader.varint()
+    supplement_size = reader.varint() if content.has_supplement else 0
+    require(supplement_size <= payload_size, "the supplement is too large")
     return FrameHeader(
         checksum,
         is_i_frame,
         bool(flags & _DEPTH_MODEL),
         effort,
         number,
+        content,
         grid,
         scale,
         stamp,
         frame_id,
         voxel_count,
+        cell_count,
+        point_count,
         payload_size,
+        supplement_size,
     )
 
 

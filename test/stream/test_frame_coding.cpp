@@ -199,7 +199,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
       bad.resize(20, good);
       bad[17].grid.first_index[0] = (1 << 20) - 15;
       bad[18].grid.first_index[2] = -(1 << 20) - 1;
-      bad[19].grid.anchor[0] = 1.0;
+      bad[19].grid.anchor[0] = 1e13;
     }
     else {
       bad.resize(20, good);

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 
@@ -44,7 +45,14 @@ public:
     add(frame.keys.size());
     for (std::size_t i = 0; i < frame.size(); ++i) {
       add(frame.keys[i]);
-      add(frame.intensities[i]);
+      if (frame.hasIntensities())
+        add(frame.intensities[i]);
+      if (frame.colour_bits > 0)
+        for (const std::uint8_t channel :
+             {frame.colours[i].r, frame.colours[i].g, frame.colours[i].b})
+          add(channel);
+      if (frame.has_point_counts)
+        add(frame.point_counts[i]);
     }
   }
 
@@ -184,6 +192,53 @@ goldenLargeRests(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Rooms with colours and numbers of points, with and without intensities. */
+inline GoldenStream
+goldenColours(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 6, {}};
+  std::mt19937_64 random(37);
+  for (const unsigned int colour_bits : {1u, 5u, 8u}) {
+    RoomStream::Settings settings;
+    settings.depth = 6;
+    settings.width = 24;
+    settings.noise = 5;
+    RoomStream room(settings);
+    for (int i = 0; i < 14; ++i) {
+      GoldenFrame golden{room.next(), std::nullopt};
+      if (i == 9) // nothing is seen
+        clearVoxels(golden.frame);
+      addColours(random, colour_bits, golden.frame);
+      if (colour_bits != 1)
+        addPointCounts(random, golden.frame);
+      if (colour_bits == 5)
+        removeIntensities(golden.frame);
+      stream.frames.push_back(golden);
+    }
+  }
+  return stream;
+}
+
+/** \brief Voxels that are alone, which are coded within cells: points of a surface, and
+ * some parts with many. */
+inline GoldenStream
+goldenFineVoxels(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 3, {}};
+  std::mt19937_64 random(41);
+  for (const unsigned int bits : {0u, 8u, 13u})
+    for (int i = 0; i < 4; ++i) {
+      GoldenFrame golden{fineFrame(random, bits), std::nullopt};
+      golden.frame.grid.anchor = {16777216.0, -33554432.5, 0.0};
+      if (bits != 8)
+        addPointCounts(random, golden.frame);
+      if (bits != 13)
+        addColours(random, 7, golden.frame);
+      stream.frames.push_back(golden);
+    }
+  return stream;
+}
+
 /** \brief All golden streams; each name is a file's. */
 inline std::vector<GoldenStream>
 goldenStreams()
@@ -223,6 +278,8 @@ goldenStreams()
     streams.push_back(goldenLargeRoom(std::string(prefix) + "large_room", effort));
     streams.push_back(goldenDense(std::string(prefix) + "dense", effort));
     streams.push_back(goldenLargeRests(std::string(prefix) + "large_rests", effort));
+    streams.push_back(goldenColours(std::string(prefix) + "colours", effort));
+    streams.push_back(goldenFineVoxels(std::string(prefix) + "fine_voxels", effort));
   }
   return streams;
 }

@@ -73,8 +73,7 @@ emptyFrame(unsigned int depth, unsigned int bits = 8)
 inline void
 clearVoxels(VoxelFrame& frame)
 {
-  frame.keys.clear();
-  frame.intensities.clear();
+  frame.clearVoxels();
 }
 
 /** \brief Index of a voxel on the lattice of its frame's grid. */
@@ -174,6 +173,10 @@ expectSameVoxels(const VoxelFrame& frame, const VoxelFrame& expected)
   EXPECT_EQ(frame.keys, expected.keys);
   EXPECT_EQ(frame.intensities, expected.intensities);
   EXPECT_TRUE(frame.intensity_scale == expected.intensity_scale);
+  EXPECT_EQ(frame.colour_bits, expected.colour_bits);
+  EXPECT_TRUE(frame.colours == expected.colours);
+  EXPECT_EQ(frame.has_point_counts, expected.has_point_counts);
+  EXPECT_EQ(frame.point_counts, expected.point_counts);
 }
 
 inline void

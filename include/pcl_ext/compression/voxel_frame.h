@@ -59,7 +59,7 @@ compandedMiddle(unsigned int bits, std::uint32_t range, std::uint32_t level);
 struct IntensityScale {
   float offset = 0.0f;   ///< intensity of number 0
   float step = 1.0f;     ///< intensity from one number to the next, above 0
-  unsigned int bits = 8; ///< symbols are below 2^bits; 1..16
+  unsigned int bits = 8; ///< symbols are below 2^bits; 1..16, or 0: no intensities
 
   /** \brief The highest number of a companded scale, 2^bits..65535; 0: a linear scale. */
   std::uint32_t companded_range = 0;
@@ -105,14 +105,62 @@ struct IntensityScale {
   }
 };
 
-/** \brief One frame of a stream: the occupied voxels of a grid and an intensity for
- * each. */
+/** \brief Colour of a voxel; its channels are below 2^colour_bits of the frame. */
+struct VoxelColour {
+  std::uint8_t r = 0;
+  std::uint8_t g = 0;
+  std::uint8_t b = 0;
+
+  bool
+  operator==(const VoxelColour& other) const
+  {
+    return r == other.r && g == other.g && b == other.b;
+  }
+};
+
+/** \brief One frame of a stream: the occupied voxels of a grid, and for each what the
+ * stream has of its intensity, colour and number of points. */
 struct VoxelFrame {
   VoxelGrid grid;
-  IntensityScale intensity_scale;
-  std::optional<DepthModel> depth_model;  ///< where intensities depend on depth
-  std::vector<std::uint64_t> keys;        ///< Morton keys, strictly ascending
-  std::vector<std::uint16_t> intensities; ///< a symbol of intensity_scale for each key
+  IntensityScale intensity_scale;        ///< bits 0: no intensities
+  std::optional<DepthModel> depth_model; ///< where intensities depend on depth
+  unsigned int colour_bits = 0;          ///< of a channel, 1..8; 0: no colours
+  bool has_point_counts = false;
+  std::vector<std::uint64_t> keys; ///< Morton keys, strictly ascending
+  /** \brief A symbol of intensity_scale for each key; empty without intensities. */
+  std::vector<std::uint16_t> intensities;
+  std::vector<VoxelColour> colours;        ///< one for each key; empty without colours
+  std::vector<std::uint32_t> point_counts; ///< likewise; 1 or more
+
+  /** \brief Whether voxels have intensities. */
+  bool
+  hasIntensities() const
+  {
+    return intensity_scale.bits > 0;
+  }
+
+  /** \brief Colour of a voxel in channels of 0 to 255; the frame has to have colours. */
+  VoxelColour
+  fullColour(std::size_t voxel) const
+  {
+    const unsigned int highest = (1u << colour_bits) - 1;
+    const auto full = [highest](unsigned int channel) {
+      return static_cast<std::uint8_t>((2 * 255 * channel + highest) / (2 * highest));
+    };
+    const VoxelColour& colour = colours[voxel];
+    return {full(colour.r), full(colour.g), full(colour.b)};
+  }
+
+  /** \brief Number of points that a decoded cloud has: one for each voxel, or as many as
+   * it had. */
+  std::size_t
+  pointCount() const
+  {
+    std::size_t points = 0;
+    for (const std::uint32_t count : point_counts)
+      points += count;
+    return has_point_counts ? points : size();
+  }
 
   /** \brief Number of occupied voxels. */
   std::size_t
@@ -120,11 +168,21 @@ struct VoxelFrame {
   {
     return keys.size();
   }
+
+  /** \brief Removes all voxels. */
+  void
+  clearVoxels()
+  {
+    keys.clear();
+    intensities.clear();
+    colours.clear();
+    point_counts.clear();
+  }
 };
 
-/** \brief True if a frame is valid: as many intensities as keys, keys strictly ascending
- * and within the grid, symbols within the scale, all parameters within their ranges.
- * Encoders refuse a frame that is not. */
+/** \brief True if a frame is valid: keys strictly ascending and within the grid, as many
+ * intensities, colours and numbers of points as keys or none, all of them and all
+ * parameters within their ranges. Encoders refuse a frame that is not. */
 PCL_EXT_EXPORT bool
 isConsistent(const VoxelFrame& frame);
 

@@ -90,7 +90,8 @@ voxelPosition(std::uint64_t morton_key)
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
  * the anchor. The grid has 2^depth voxels along each axis, from `first_index` on. In
  * stream version 1 the anchor is the world origin, so that the voxels coincide with those
- * of a map; in the published layout it is the lower corner of PCL's octree.
+ * of a map, or for far clouds another corner of those voxels; in the published layout it is
+ * the lower corner of PCL's octree.
  */
 struct VoxelGrid {
   double resolution = 0.0;                   ///< voxel edge d_v, metres

@@ -66,7 +66,10 @@ Payload::encode(CodingWorkspace& /*memory*/,
     blocks_.assign(frame.keys);
     frame_.match(context.history, blocks_);
   }
-  copyNumbers(frame.intensities, intensities_.symbols);
+  if (frame.hasIntensities())
+    copyNumbers(frame.intensities, intensities_.symbols);
+  else
+    intensities_.symbols.assign(frame.size(), 0);
   if (context.depth_model != nullptr) {
     splitByDepth(context);
     intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
@@ -91,7 +94,8 @@ Payload::encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payl
   CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
   codeOccupancy(coding, models_, context, intensities_.numbers.size());
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
-  encodeNumbers(coding, context, payload);
+  if (context.symbol_bits > 0)
+    encodeNumbers(coding, context, payload);
   codeResiduals(coding, models_.intensity, context);
   coding.coder().finish();
   return std::min(occupancy_bytes, payload.size() - begin);
@@ -161,7 +165,8 @@ Payload::decode(CodingWorkspace& /*memory*/,
   }
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
-  copyNumbers(intensities_.symbols, frame.intensities);
+  if (frame.hasIntensities())
+    copyNumbers(intensities_.symbols, frame.intensities);
   prepareLearning(frame, is_i_frame);
   has_models_ = voxel_count != 0 || is_i_frame;
   return true;
@@ -186,8 +191,10 @@ Payload::decodeWith(const FrameContext& context,
   occupancy_bytes =
       std::min(coding.coder().settledBytes(), static_cast<std::size_t>(end - begin));
   intensities_.numbers.resize(voxel_count);
-  IntensityPass numbers(coding, trial_models_.intensity, frame_.directory, context);
-  if (!numbers.run(blocks_, false, intensities_.numbers))
+  if (context.symbol_bits == 0)
+    std::fill(intensities_.numbers.begin(), intensities_.numbers.end(), 0);
+  else if (!IntensityPass(coding, trial_models_.intensity, frame_.directory, context)
+                .run(blocks_, false, intensities_.numbers))
     return false;
   copyNumbers(intensities_.numbers, intensities_.symbols);
   if (context.depth_model != nullptr)

@@ -108,8 +108,9 @@ Payload::encodeVoxels(const VoxelFrame& frame,
   NibbleEncoder coder(work.ranges);
   codeOccupancy(coder, *models_);
   expandBlocks<false>(work.frame, nullptr);
-  work.intensities.encode(
-      coder, *models_, work.frame, statistics(), frame.intensity_scale.bits, symbols);
+  if (frame.hasIntensities())
+    work.intensities.encode(
+        coder, *models_, work.frame, statistics(), frame.intensity_scale.bits, symbols);
   coder.finish(interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
   learnHistory();
@@ -162,7 +163,7 @@ Payload::decode(CodingWorkspace& memory,
   if (!decodeVoxels(begin, residuals, frame))
     return false;
   if (frame.depth_model && !decodeResiduals(residuals, end, is_i_frame, frame)) {
-    work_->intensities.restore(work_->frame, statistics());
+    restoreStatistics();
     return false;
   }
   change_ = frame.depth_model ? Change::Everything : Change::VoxelsOnly;
@@ -182,17 +183,17 @@ Payload::decodeVoxels(const std::uint8_t* begin,
   if (coder.isOverrun() || !codeOccupancy(coder, *work.models))
     return false;
   expandBlocks<true>(work.frame, &frame.keys);
-  if (work.intensities.decode(coder,
-                              *work.models,
-                              work.frame,
-                              statistics(),
-                              frame.intensity_scale.bits,
-                              frame.intensities) &&
+  if ((!frame.hasIntensities() || work.intensities.decode(coder,
+                                                          *work.models,
+                                                          work.frame,
+                                                          statistics(),
+                                                          frame.intensity_scale.bits,
+                                                          frame.intensities)) &&
       coder.isAtEnd()) {
     history_.reserveFor(work.next_history);
     return true;
   }
-  work.intensities.restore(work.frame, statistics());
+  restoreStatistics();
   return false;
 }
 
@@ -251,7 +252,7 @@ void
 Payload::discard() noexcept
 {
   if (change_ == Change::VoxelsOnly || change_ == Change::Everything)
-    work_->intensities.restore(work_->frame, statistics());
+    restoreStatistics();
 }
 
 void
@@ -272,6 +273,7 @@ Payload::beginFrame(CodingWorkspace& memory,
   work_->frame.is_i_frame = is_i_frame;
   work_->frame.depth = frame.grid.depth;
   work_->frame.voxel_count = voxel_count;
+  has_intensities_ = frame.hasIntensities();
 }
 
 const History&
@@ -284,6 +286,14 @@ StatisticsTable&
 Payload::statistics() noexcept
 {
   return work_->frame.is_i_frame ? work_->next_history.statistics : history_.statistics;
+}
+
+/** \brief Undoes what decoding the intensities changed. */
+void
+Payload::restoreStatistics() noexcept
+{
+  if (has_intensities_)
+    work_->intensities.restore(work_->frame, statistics());
 }
 
 void

@@ -118,6 +118,9 @@ private:
   statistics() noexcept;
 
   void
+  restoreStatistics() noexcept;
+
+  void
   learnHistory() noexcept;
 
   void
@@ -148,6 +151,7 @@ private:
   ClassedRow residuals_;
   Workspace* work_ = nullptr; // of the current frame
   Change change_ = Change::None;
+  bool has_intensities_ = true; // of the current frame
   DepthWork depth_;
 };
 

@@ -191,6 +191,10 @@ decodeFrame(ByteSource& source,
   frame.intensities.assign(intensities.begin(), intensities.end());
   frame.intensity_scale = IntensityScale();
   frame.depth_model.reset();
+  frame.colour_bits = 0;
+  frame.colours.clear();
+  frame.has_point_counts = false;
+  frame.point_counts.clear();
   if (!isConsistent(frame))
     return corruptFrame("invalid voxels");
 

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+/** \brief For how many of the lowest levels of the octree its voxels are better coded within
+ * cells of 2^levels voxels along each axis.
+ *
+ * 0 unless most voxels are alone among their siblings, and voxels are no larger than 5 mm:
+ * those are within the noise of sensors, and do not come again in the next frame.
+ * \param[in] frame consistent
+ * \return 0..depth of the grid - 1
+ */
+unsigned int
+chooseRefinement(const VoxelFrame& frame);
+
+/** \brief The cells of voxels.
+ * \param[in] keys Morton keys of the voxels, ascending
+ * \param[in] levels of the octree within a cell
+ * \param[out] cells their keys, strictly ascending
+ */
+void
+cellsOf(const std::vector<std::uint64_t>& keys,
+        unsigned int levels,
+        std::vector<std::uint64_t>& cells);
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,31 @@
+#pragma once
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+/** \brief What of a frame its supplement has. */
+struct Content {
+  unsigned int refinement_levels = 0; ///< of the octree within a cell, 0..20; 0: none
+  unsigned int colour_bits = 0;       ///< of a channel, 1..8; 0: no colours
+  bool has_point_counts = false;
+
+  /** \brief Whether there is a supplement. */
+  bool
+  isAny() const
+  {
+    return refinement_levels > 0 || colour_bits > 0 || has_point_counts;
+  }
+
+  bool
+  operator!=(const Content& other) const
+  {
+    return refinement_levels != other.refinement_levels ||
+           colour_bits != other.colour_bits ||
+           has_point_counts != other.has_point_counts;
+  }
+};
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,94 @@
+#pragma once
+
+#include "codec/fast/entropy_coder.h"
+#include "codec/fast/nibble_model.h"
+#include "simd/bit_operations.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+/** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their context,
+ * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers").
+ * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
+ */
+template <class Coder>
+class NumberCoding {
+public:
+  static constexpr bool is_decoder = Coder::is_decoder;
+
+  /** \param[in,out] lengths model of the lengths of large numbers */
+  NumberCoding(Coder& coder, fast::NibbleModel& lengths)
+  : coder_(coder), lengths_(lengths)
+  {}
+
+  /** \brief Codes a number.
+   * \param[in,out] model of its context
+   * \param[in] number below 2^31; not used by a decoder
+   * \return the number; of forged bytes below 2^33
+   */
+  std::uint64_t
+  code(fast::NibbleModel& model, std::uint32_t number)
+  {
+    coder_.reserve(8);
+    const unsigned int symbol = coder_.code(model, std::min(number, fast::escape));
+    return symbol < fast::escape ? symbol
+                                 : fast::escape + codeLarge(number - fast::escape);
+  }
+
+  /** \brief Codes a number below 2^count as it is; count 0..64. */
+  std::uint64_t
+  codeBits(std::uint64_t number, unsigned int count)
+  {
+    coder_.reserve(8);
+    std::uint64_t coded = 0;
+    while (count > 0) {
+      const unsigned int part = std::min(count, fast::probability_bits);
+      count -= part;
+      const auto target =
+          static_cast<unsigned int>(number >> count & ((1u << part) - 1));
+      coded = coded << part | coder_.codeBits(part, target);
+    }
+    return coded;
+  }
+
+  /** \brief Codes a bit. */
+  bool
+  codeBit(fast::BitModel& model, bool bit)
+  {
+    coder_.reserve(1);
+    return coder_.code(model, bit ? 1u : 0u) != 0;
+  }
+
+  /** \brief Whether more bytes were read than there are. To be asked at least every eight
+   * calls of code() and codeBits(), or every 63 of codeBit(). */
+  bool
+  isOverrun() const
+  {
+    return coder_.isOverrun();
+  }
+
+private:
+  /** \brief Codes the bits of a number's successor: how many they are, then those below
+   * the highest one. */
+  std::uint64_t
+  codeLarge(std::uint32_t number)
+  {
+    const std::uint32_t target = number + 1;
+    const unsigned int target_length = Coder::is_decoder ? 0 : highestBit(target);
+    unsigned int length = 2 * coder_.code(lengths_, target_length / 2);
+    length += coder_.codeBits(1, target_length & 1);
+    const auto high = std::uint64_t{1} << length;
+    return (high | codeBits(target & (high - 1), length)) - 1;
+  }
+
+  Coder& coder_;
+  fast::NibbleModel& lengths_;
+};
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

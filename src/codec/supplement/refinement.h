@@ -1,0 +1,207 @@
+#pragma once
+
+#include "codec/fast/nibble_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+/** \brief Models of the voxels within cells (doc/bitstream_supplement.md, "Refinement"). */
+struct RefinementModels {
+  static constexpr std::size_t largest_count = 14;
+  static constexpr std::size_t count_classes = 16;
+
+  /** \brief A cell's number of voxels, by that of the cell before. */
+  std::array<fast::NibbleModel, count_classes> count;
+  /** \brief How many of 2..14 voxels are in the lower half, by axis. */
+  std::array<std::array<fast::NibbleModel, largest_count + 1>, 3> split;
+  /** \brief How many of more voxels: 0 none, 1 all, 2 some; by axis. */
+  std::array<fast::NibbleModel, 3> split_kind;
+  /** \brief Bits of a single voxel: by level and axis, the same bit of the single voxel
+   * before, and whether all higher bits of the axis were as there. */
+  std::array<std::array<fast::BitModel, 4>, 63> single;
+};
+
+/** \brief Codes the voxels of cells, each a cube of 2^levels voxels along its axes, for
+ * either direction.
+ *
+ * A cell is divided in half along x, y and z in turn, and the number of voxels in the lower
+ * half is coded, until a single voxel is left, whose remaining bits follow.
+ * \tparam CodingT a NumberCoding
+ */
+template <typename CodingT>
+class RefinementPass {
+public:
+  /** \brief A pass over one frame.
+   * \param[in] levels of a cell, 1..20
+   * \param[in] models_singles whether the bits of single voxels have models, which takes
+   * fewer bytes and more time; else they are raw
+   */
+  RefinementPass(CodingT& coding,
+                 RefinementModels& models,
+                 unsigned int levels,
+                 bool models_singles)
+  : coding_(coding)
+  , models_(models)
+  , cell_bits_(3 * levels)
+  , models_singles_(models_singles)
+  {}
+
+  /** \brief Codes the voxels.
+   * \param[in] cells keys of the cells, ascending
+   * \param[in] voxel_count number of voxels of all cells, at least one of each
+   * \param[in,out] keys of the voxels, ascending; the decoder fills them
+   * \return false if what was decoded are no voxels, or not that many
+   */
+  template <class KeysT>
+  bool
+  run(const std::vector<std::uint64_t>& cells, std::size_t voxel_count, KeysT& keys)
+  {
+    if constexpr (CodingT::is_decoder)
+      keys.resize(voxel_count);
+    keys_ = keys.data();
+    std::size_t begin = 0;
+    std::size_t count_class = 0;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::uint64_t first_key = cells[i] << cell_bits_;
+      std::size_t count = 0;
+      if constexpr (!CodingT::is_decoder) {
+        const std::uint64_t last_key =
+            first_key + ((std::uint64_t{1} << cell_bits_) - 1);
+        while (begin + count < voxel_count && keys_[begin + count] <= last_key)
+          ++count;
+      }
+      const std::uint64_t further = coding_.code(models_.count[count_class],
+                                                 static_cast<std::uint32_t>(count) - 1);
+      const std::size_t cells_behind = cells.size() - 1 - i;
+      if (further >= voxel_count - begin - cells_behind)
+        return false;
+      count = std::size_t{1} + static_cast<std::size_t>(further);
+      if (!codeHalves(first_key, cell_bits_, begin, count))
+        return false;
+      count_class = std::min(count, RefinementModels::count_classes) - 1;
+      begin += count;
+    }
+    return begin == voxel_count;
+  }
+
+private:
+  /** \brief Codes the voxels of a part of a cell.
+   * \param[in] first_key of the part
+   * \param[in] bits of a voxel's key within the part
+   * \param[in] begin index of its first voxel
+   * \param[in] count number of its voxels, 1 or more
+   */
+  bool
+  codeHalves(std::uint64_t first_key,
+             unsigned int bits,
+             std::size_t begin,
+             std::size_t count)
+  {
+    while (count > 1) {
+      if ((bits < 32 && count > std::size_t{1} << bits) || coding_.isOverrun())
+        return false;
+      const std::uint64_t upper_key = first_key + (std::uint64_t{1} << --bits);
+      std::size_t lower = 0;
+      if constexpr (!CodingT::is_decoder)
+        lower = countBelow(upper_key, begin, count);
+      lower = codeLowerCount(bits % 3, count, lower);
+      if (lower > count ||
+          (lower != 0 && lower != count && !codeHalves(first_key, bits, begin, lower)))
+        return false;
+      if (lower != count) {
+        first_key = upper_key;
+        begin += lower;
+        count -= lower;
+      }
+    }
+    if (coding_.isOverrun())
+      return false;
+    codeSingle(first_key, bits, begin);
+    return !coding_.isOverrun();
+  }
+
+  /** \brief Number of voxels below a key. */
+  std::size_t
+  countBelow(std::uint64_t key, std::size_t begin, std::size_t count) const
+  {
+    const std::uint64_t* const first = keys_ + begin;
+    constexpr std::size_t few = 8;
+    if (count > few)
+      return static_cast<std::size_t>(std::lower_bound(first, first + count, key) -
+                                      first);
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < count; ++i) // without branches
+      below += first[i] < key ? 1 : 0;
+    return below;
+  }
+
+  /** \brief How many of several voxels are in the lower half. */
+  std::size_t
+  codeLowerCount(unsigned int axis, std::size_t count, std::size_t lower)
+  {
+    if (count <= RefinementModels::largest_count)
+      return static_cast<std::size_t>(std::min<std::uint64_t>(
+          coding_.code(models_.split[axis][count], static_cast<std::uint32_t>(lower)),
+          count + 1));
+    const std::uint64_t kind = coding_.code(models_.split_kind[axis],
+                                            lower == 0       ? 0
+                                            : lower == count ? 1
+                                                             : 2);
+    if (kind < 2)
+      return kind == 0 ? 0 : count;
+    unsigned int bits = 1;
+    while (count >> bits != 0)
+      ++bits;
+    return static_cast<std::size_t>(coding_.codeBits(lower, bits));
+  }
+
+  /** \brief The bits of a voxel that is alone in its part. */
+  void
+  codeSingle(std::uint64_t first_key, unsigned int bits, std::size_t index)
+  {
+    std::uint64_t key = CodingT::is_decoder ? 0 : keys_[index] - first_key;
+    key = models_singles_ ? codeModelled(key, bits) : coding_.codeBits(key, bits);
+    if constexpr (CodingT::is_decoder)
+      keys_[index] = first_key + key;
+  }
+
+  std::uint64_t
+  codeModelled(std::uint64_t key, unsigned int bits)
+  {
+    std::uint64_t coded = 0;
+    unsigned int same_axes = 7; // those all of whose higher bits are last_single_'s
+    for (unsigned int bit = bits; bit-- > 0;) {
+      const unsigned int axis = 1u << bit % 3;
+      const auto last = static_cast<unsigned int>(last_single_ >> bit & 1);
+      const unsigned int is_same = (same_axes & axis) != 0 ? 1 : 0;
+      const bool decision = coding_.codeBit(models_.single[bit][2 * last + is_same],
+                                            (key >> bit & 1) != 0);
+      coded = coded << 1 | (decision ? 1 : 0);
+      if (decision != (last != 0))
+        same_axes &= ~axis;
+    }
+    last_single_ = (last_single_ & ~((std::uint64_t{1} << bits) - 1)) | coded;
+    return coded;
+  }
+
+  CodingT& coding_;
+  RefinementModels& models_;
+  unsigned int cell_bits_;
+  bool models_singles_;
+  using Key =
+      std::conditional_t<CodingT::is_decoder, std::uint64_t, const std::uint64_t>;
+  Key* keys_ = nullptr;
+  std::uint64_t last_single_ = 0;
+};
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,228 @@
+#include "codec/supplement/supplement.h"
+
+#include "bytes/byte_source.h"
+#include "bytes/byte_writer.h"
+#include "codec/fast/entropy_coder.h"
+#include "codec/supplement/numbers.h"
+#include "simd/bit_operations.h"
+
+#include <algorithm>
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+Sizes
+SupplementCoder::encode(const Content& content,
+                        const VoxelFrame& frame,
+                        const std::vector<std::uint64_t>& cells,
+                        Effort effort,
+                        bool is_i_frame,
+                        std::vector<std::uint8_t>& bytes)
+{
+  *next_models_ = is_i_frame ? Models() : *models_;
+  const fast::Interleaving interleaving = fast::interleavingOf(frame.size());
+  Sizes sizes;
+  if (content.refinement_levels > 0) {
+    fast::NibbleEncoder coder(ranges_);
+    coder.reserve(4 * frame.size()); // about what it takes
+    codeRefinement(coder, content, cells, effort, frame.size(), frame.keys);
+    bytes_.clear();
+    coder.finish(interleaving, words_, bytes_);
+    const std::size_t begin = bytes.size();
+    ByteWriter writer(bytes);
+    writer.varint(bytes_.size());
+    writer.raw(bytes_.data(), bytes_.size());
+    sizes.refinement = bytes.size() - begin;
+  }
+  const std::size_t begin = bytes.size();
+  fast::NibbleEncoder coder(ranges_);
+  codeAttributes(coder, content, is_i_frame, 0, frame);
+  coder.finish(interleaving, words_, bytes);
+  sizes.attributes = bytes.size() - begin;
+  learn();
+  return sizes;
+}
+
+bool
+SupplementCoder::decode(const std::uint8_t* begin,
+                        const std::uint8_t* end,
+                        const Content& content,
+                        const std::vector<std::uint64_t>& cells,
+                        Effort effort,
+                        bool is_i_frame,
+                        std::size_t voxel_count,
+                        std::uint64_t point_count,
+                        VoxelFrame& frame,
+                        Sizes& sizes)
+{
+  *next_models_ = is_i_frame ? Models() : *models_;
+  const fast::Interleaving interleaving = fast::interleavingOf(voxel_count);
+  sizes = {0, static_cast<std::size_t>(end - begin)};
+  if (content.refinement_levels > 0) {
+    MemoryBuffer buffer(begin, sizes.attributes);
+    ByteSource source(buffer, sizes.attributes);
+    const std::uint64_t size = source.varint();
+    if (source.failure() != ByteSource::Failure::None ||
+        size > sizes.attributes - source.consumed())
+      return false;
+    begin += source.consumed();
+    fast::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
+    if (coder.isOverrun() ||
+        !codeRefinement(coder, content, cells, effort, voxel_count, frame.keys) ||
+        !coder.isAtEnd())
+      return false;
+    begin += size;
+    sizes.refinement = sizes.attributes - static_cast<std::size_t>(end - begin);
+    sizes.attributes -= sizes.refinement;
+  }
+  fast::NibbleDecoder coder(begin, end, interleaving, bytes_);
+  return !coder.isOverrun() &&
+         codeAttributes(coder, content, is_i_frame, point_count, frame) &&
+         coder.isAtEnd();
+}
+
+template <class Coder, class KeysT>
+bool
+SupplementCoder::codeRefinement(Coder& coder,
+                                const Content& content,
+                                const std::vector<std::uint64_t>& cells,
+                                Effort effort,
+                                std::size_t voxel_count,
+                                KeysT& keys)
+{
+  NumberCoding<Coder> coding(coder, next_models_->lengths);
+  return RefinementPass<NumberCoding<Coder>>(coding,
+                                             next_models_->refinement,
+                                             content.refinement_levels,
+                                             effort != Effort::Fast)
+      .run(cells, voxel_count, keys);
+}
+
+/** \brief Codes all but the voxels. */
+template <class Coder, class FrameT>
+bool
+SupplementCoder::codeAttributes(Coder& coder,
+                                const Content& content,
+                                bool is_i_frame,
+                                std::uint64_t point_count,
+                                FrameT& frame)
+{
+  NumberCoding<Coder> coding(coder, next_models_->lengths);
+  if constexpr (Coder::is_decoder) {
+    if (content.refinement_levels > 0)
+      frame.intensities.resize(frame.hasIntensities() ? frame.size() : 0);
+    frame.point_counts.resize(content.has_point_counts ? frame.size() : 0);
+    frame.colours.resize(content.colour_bits > 0 ? frame.size() : 0);
+  }
+  changes_history_ = false;
+  if (content.refinement_levels > 0 && !codeIntensities(coding, frame))
+    return false;
+  if (content.has_point_counts &&
+      !codePointCounts(coding, point_count, frame.point_counts))
+    return false;
+  return content.colour_bits == 0 || codeColours(coding, content, is_i_frame, frame);
+}
+
+/** \brief Codes intensities, each as a residual of the mean of the last ones. */
+template <class CodingT, class FrameT>
+bool
+SupplementCoder::codeIntensities(CodingT& coding, FrameT& frame)
+{
+  if (!frame.hasIntensities())
+    return true;
+  const auto highest = static_cast<std::int32_t>(frame.intensity_scale.maxSymbol());
+  ResidualCoding<CodingT> residuals(coding, next_models_->intensities, highest);
+  std::int32_t mean = 8 * highest; // in sixteenths
+  for (auto& intensity : frame.intensities) {
+    std::int32_t value = intensity;
+    if (!residuals.code((mean + 8) / 16, value))
+      return false;
+    if constexpr (CodingT::is_decoder)
+      intensity = static_cast<std::uint16_t>(value);
+    mean += (16 * value - mean) / 2;
+  }
+  return true;
+}
+
+/** \brief Codes numbers of points, of which most are as large as those before. */
+template <class CodingT, class CountsT>
+bool
+SupplementCoder::codePointCounts(CodingT& coding,
+                                 std::uint64_t point_count,
+                                 CountsT& counts)
+{
+  std::uint64_t sum = 0;
+  std::size_t last_class = 0;
+  for (auto& count : counts) {
+    const std::uint64_t further =
+        coding.code(next_models_->point_counts[last_class], count - 1);
+    if constexpr (CodingT::is_decoder) {
+      constexpr std::uint64_t most = 0xffffffff;
+      sum += further + 1;
+      if (further >= most || sum > point_count || coding.isOverrun())
+        return false;
+      count = static_cast<std::uint32_t>(further + 1);
+    }
+    last_class =
+        std::min<std::size_t>(highestBit(count), next_models_->point_counts.size() - 1);
+  }
+  return !CodingT::is_decoder || sum == point_count;
+}
+
+template <class CodingT, class FrameT>
+bool
+SupplementCoder::codeColours(CodingT& coding,
+                             const Content& content,
+                             bool is_i_frame,
+                             FrameT& frame)
+{
+  static const ColourHistory no_history;
+  // Where most voxels are alone they rarely come again.
+  const bool is_sparse = content.refinement_levels > 0;
+  ColourPass<CodingT> pass(coding,
+                           next_models_->colours,
+                           content.colour_bits,
+                           is_i_frame || is_sparse ? no_history : history_);
+  if (is_sparse)
+    return pass.runSparse(frame.colours);
+  blocks_.assign(frame.keys);
+  LowerNeighbours neighbours(blocks_, levelsAboveBlocks(frame.grid.depth), directory_);
+  neighbours.begin();
+  if (!pass.runDense(blocks_, neighbours, frame.keys, frame.colours))
+    return false;
+  history_.prepare(frame, is_i_frame);
+  changes_history_ = true;
+  return true;
+}
+
+void
+SupplementCoder::learn() noexcept
+{
+  models_.swap(next_models_);
+  if (changes_history_)
+    history_.learn();
+  changes_history_ = false;
+}
+
+void
+SupplementCoder::reset() noexcept
+{
+  *models_ = Models();
+  history_.clear();
+}
+
+void
+SupplementCoder::releaseMemory()
+{
+  history_.releaseMemory();
+  blocks_ = BlockList();
+  directory_ = BlockDirectory();
+  ranges_ = std::vector<std::uint32_t>();
+  words_ = std::vector<std::uint16_t>();
+  bytes_ = std::vector<std::uint8_t>();
+}
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,145 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "codec/supplement/colour_history.h"
+#include "codec/supplement/colours.h"
+#include "codec/supplement/content.h"
+#include "codec/supplement/refinement.h"
+#include "codec/supplement/residuals.h"
+#include "voxels/block_directory.h"
+#include "voxels/voxel_block.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace supplement {
+
+/** \brief Bytes of a supplement by what they code. */
+struct Sizes {
+  std::size_t refinement = 0;
+  std::size_t attributes = 0;
+};
+
+/** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
+ * within cells, then their intensities if there are cells, numbers of points and colours
+ * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
+ * exception it can only be destroyed. */
+class SupplementCoder {
+public:
+  /** \brief Appends the supplement of the next frame of the stream, and learns the frame.
+   * \param[in] content at least one thing
+   * \param[in] frame consistent, and not without voxels
+   * \param[in] cells those of the voxels, if the content has levels
+   * \param[in] effort for the refinement
+   * \param[in] is_i_frame forget what was before
+   * \param[in,out] bytes where to append
+   */
+  Sizes
+  encode(const Content& content,
+         const VoxelFrame& frame,
+         const std::vector<std::uint64_t>& cells,
+         Effort effort,
+         bool is_i_frame,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
+   * nothing if it is not.
+   * \param[in] begin first byte
+   * \param[in] end behind the last byte; all must be used
+   * \param[in] content as for encode
+   * \param[in] cells as for encode
+   * \param[in] effort as for encode
+   * \param[in] is_i_frame as for encode
+   * \param[in] voxel_count number of voxels, 1 or more
+   * \param[in] point_count number of points, if the content has them
+   * \param[in,out] frame grid and scale are given; without levels also keys and
+   * intensities; the rest is set
+   * \param[out] sizes as encode returns
+   * \return false if the bytes are no such supplement
+   */
+  bool
+  decode(const std::uint8_t* begin,
+         const std::uint8_t* end,
+         const Content& content,
+         const std::vector<std::uint64_t>& cells,
+         Effort effort,
+         bool is_i_frame,
+         std::size_t voxel_count,
+         std::uint64_t point_count,
+         VoxelFrame& frame,
+         Sizes& sizes);
+
+  /** \brief Learns the frame that was decoded last. */
+  void
+  learn() noexcept;
+
+  /** \brief Forgets all frames, as an I-frame without voxels does. */
+  void
+  reset() noexcept;
+
+  /** \brief Releases the memory that models and history do not need. */
+  void
+  releaseMemory();
+
+private:
+  /** \brief Models as at an I-frame. */
+  struct Models {
+    fast::NibbleModel lengths; ///< of large numbers
+    RefinementModels refinement;
+    ResidualModels intensities;
+    /** \brief By the number of bits of the last one. */
+    std::array<fast::NibbleModel, 8> point_counts;
+    ColourModels colours;
+  };
+
+  template <class Coder, class KeysT>
+  bool
+  codeRefinement(Coder& coder,
+                 const Content& content,
+                 const std::vector<std::uint64_t>& cells,
+                 Effort effort,
+                 std::size_t voxel_count,
+                 KeysT& keys);
+
+  template <class Coder, class FrameT>
+  bool
+  codeAttributes(Coder& coder,
+                 const Content& content,
+                 bool is_i_frame,
+                 std::uint64_t point_count,
+                 FrameT& frame);
+
+  template <class CodingT, class FrameT>
+  bool
+  codeIntensities(CodingT& coding, FrameT& frame);
+
+  template <class CodingT, class CountsT>
+  bool
+  codePointCounts(CodingT& coding, std::uint64_t point_count, CountsT& counts);
+
+  template <class CodingT, class FrameT>
+  bool
+  codeColours(CodingT& coding, const Content& content, bool is_i_frame, FrameT& frame);
+
+  std::unique_ptr<Models> models_ = std::make_unique<Models>();
+  std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
+  ColourHistory history_;
+  bool changes_history_ = false;
+  // Of the current frame; members so that their memory is reused.
+  BlockList blocks_;
+  BlockDirectory directory_;
+  std::vector<std::uint32_t> ranges_;
+  std::vector<std::uint16_t> words_;
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace supplement
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,275 @@
+/** \file
+ * \brief Frames with a supplement: colours, numbers of points, voxels within cells, no
+ * intensities. What is encoded is decoded, whatever is combined; what is not whole is
+ * refused and changes nothing.
+ */
+#include "codec/supplement/cells.h"
+#include "support/status_codes.h"
+#include "support/supplement_frames.h"
+#include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief What a stream's frames have. */
+struct ContentCase {
+  bool is_fine;
+  bool has_intensities;
+  unsigned int colour_bits;
+  bool has_point_counts;
+};
+
+std::vector<ContentCase>
+allContents()
+{
+  std::vector<ContentCase> contents;
+  for (const bool is_fine : {false, true})
+    for (const bool has_intensities : {false, true})
+      for (const unsigned int colour_bits : {0u, 1u, 5u, 8u})
+        for (const bool has_point_counts : {false, true})
+          contents.push_back({is_fine, has_intensities, colour_bits, has_point_counts});
+  return contents;
+}
+
+std::string
+descriptionOf(const ContentCase& content)
+{
+  return std::string(content.is_fine ? "fine" : "room") +
+         (content.has_intensities ? ", intensities" : "") + ", colour bits " +
+         std::to_string(content.colour_bits) +
+         (content.has_point_counts ? ", points" : "");
+}
+
+/** \brief Some frames of a stream, one of them without voxels. */
+std::vector<VoxelFrame>
+framesOf(const ContentCase& content)
+{
+  std::mt19937_64 random(11);
+  RoomStream room(roomSettings(6, 20));
+  std::vector<VoxelFrame> frames;
+  for (int i = 0; i < 7; ++i) {
+    VoxelFrame frame = content.is_fine ? fineFrame(random, 8) : room.next();
+    if (i == 4)
+      frame.clearVoxels();
+    if (!content.has_intensities)
+      removeIntensities(frame);
+    if (content.colour_bits > 0)
+      addColours(random, content.colour_bits, frame);
+    if (content.has_point_counts)
+      addPointCounts(random, frame);
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+TEST(Supplements, WhatIsEncodedIsDecoded)
+{
+  for (const ContentCase& content : allContents())
+    for (const Effort effort : all_efforts) {
+      SCOPED_TRACE(descriptionOf(content) + ", " + nameOf(effort));
+      FrameEncoder encoder(StreamFormat::Version1, 3, effort);
+      FrameDecoder decoder;
+      for (const VoxelFrame& frame : framesOf(content)) {
+        const Bytes bytes = encoded(encoder, frame);
+        VoxelFrame after;
+        ASSERT_EQ(decoded(decoder, bytes, after), CompressionCode::Ok);
+        expectSameFrame(after, frame);
+        const CodedFrameStatistics& coded = encoder.statistics();
+        EXPECT_EQ(coded.header_bytes + coded.occupancy_bytes + coded.intensity_bytes +
+                      coded.attribute_bytes,
+                  bytes.size());
+      }
+    }
+}
+
+TEST(Supplements, FramesWithoutOneHaveTheBytesThatTheyHadBefore)
+{
+  // Nothing is paid for what is not there: the flags of the header, byte 9, are unchanged.
+  FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
+  RoomStream room(roomSettings(6, 20));
+  const Bytes bytes = encoded(encoder, room.next());
+  EXPECT_EQ(bytes[9], 1); // an I-frame of effort fast
+  EXPECT_EQ(encoder.statistics().attribute_bytes, 0u);
+}
+
+TEST(Supplements, ColoursOfAnUnchangedRoomCostNearlyNothing)
+{
+  std::mt19937_64 random(5);
+  RoomStream room(roomSettings(6, 20));
+  VoxelFrame frame = room.next();
+  addColours(random, 6, frame);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  encoded(encoder, frame);
+  const std::size_t first = encoder.statistics().attribute_bytes;
+  for (int i = 0; i < 12; ++i)
+    encoded(encoder, frame);
+  EXPECT_LT(10 * encoder.statistics().attribute_bytes, first);
+}
+
+TEST(Supplements, ACutOrChangedFrameIsRefusedAndLeavesTheStreamDecodable)
+{
+  for (const ContentCase& content :
+       {ContentCase{false, false, 5, true}, ContentCase{true, true, 7, true}})
+    for (const Effort effort : all_efforts) {
+      SCOPED_TRACE(descriptionOf(content) + ", " + nameOf(effort));
+      const std::vector<VoxelFrame> frames = framesOf(content);
+      FrameEncoder encoder(StreamFormat::Version1, 30, effort);
+      FrameDecoder decoder;
+      VoxelFrame after;
+      ASSERT_EQ(decoded(decoder, encoded(encoder, frames[0]), after),
+                CompressionCode::Ok);
+      const Bytes second = encoded(encoder, frames[1]);
+      for (std::size_t size = 0; size < second.size(); size += 1 + size / 16)
+        EXPECT_NE(decoded(decoder, prefixOf(second, size), after), CompressionCode::Ok);
+      for (std::size_t bit = 0; bit < 8 * second.size(); bit += 1 + bit / 64)
+        EXPECT_NE(decoded(decoder, flipped(second, bit), after), CompressionCode::Ok);
+      ASSERT_EQ(decoded(decoder, second, after), CompressionCode::Ok);
+      expectSameFrame(after, frames[1]);
+    }
+}
+
+TEST(Supplements, MorePointsThanTheLimitAreRefusedByTheHeader)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame frame = randomFrame(random, 4, 10);
+  frame.has_point_counts = true;
+  frame.point_counts.assign(frame.size(), 2000000);
+  FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
+  const Bytes bytes = encoded(encoder, frame);
+  VoxelFrame after;
+  FrameDecoder decoder;
+  EXPECT_EQ(decoded(decoder, bytes, after), CompressionCode::LimitExceeded);
+  DecoderLimits limits;
+  limits.max_points = frame.pointCount();
+  limits.max_voxels = std::size_t{1} << 21;
+  FrameDecoder patient(limits);
+  EXPECT_EQ(decoded(patient, bytes, after), CompressionCode::Ok);
+  expectSameFrame(after, frame);
+}
+
+TEST(Supplements, InconsistentFramesAreNotEncoded)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame good = randomFrame(random, 4, 10);
+  addColours(random, 4, good);
+  addPointCounts(random, good);
+  FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
+  Bytes bytes;
+  const auto code_of = [&](const auto& change) {
+    VoxelFrame frame = good;
+    change(frame);
+    return encoder.encode(frame, std::nullopt, bytes).code();
+  };
+  EXPECT_EQ(code_of([](VoxelFrame&) {}), CompressionCode::Ok);
+  constexpr CompressionCode refused = CompressionCode::InvalidInput;
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.colours.pop_back(); }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.colours[3].g = 16; }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.colour_bits = 0; }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.colour_bits = 9; }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.point_counts[0] = 0; }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.point_counts.clear(); }), refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.intensity_scale.bits = 0; }),
+            refused);
+  EXPECT_EQ(code_of([](VoxelFrame& frame) { frame.intensities.clear(); }), refused);
+  FrameEncoder published(StreamFormat::Published, 30, Effort::Fast);
+  EXPECT_EQ(published.encode(good, std::nullopt, bytes).code(), refused);
+}
+
+TEST(Supplements, PointsAreLimitedByTheLimitOnVoxels)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame frame = randomFrame(random, 4, 10);
+  frame.has_point_counts = true;
+  frame.point_counts.assign(frame.size(), 16);
+  FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
+  DecoderLimits limits;
+  limits.max_voxels = frame.size();
+  VoxelFrame after;
+  FrameDecoder decoder(limits);
+  EXPECT_EQ(decoded(decoder, encoded(encoder, frame), after), CompressionCode::Ok);
+  ++frame.point_counts[0];
+  encoder.requestIFrame();
+  EXPECT_EQ(decoded(decoder, encoded(encoder, frame), after),
+            CompressionCode::LimitExceeded);
+}
+
+TEST(Supplements, ADepthModelNeedsIntensities)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame frame = randomFrame(random, 4, 10);
+  frame.depth_model = roomDepthModel(4, 8);
+  EXPECT_TRUE(isConsistent(frame));
+  removeIntensities(frame);
+  EXPECT_FALSE(isConsistent(frame));
+}
+
+TEST(Refinement, StaysWhereAFrameHasNoVoxels)
+{
+  std::mt19937_64 random(7);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Fast);
+  std::vector<bool> is_i_frame;
+  for (int i = 0; i < 6; ++i) {
+    VoxelFrame frame = fineFrame(random, 8);
+    if (i % 3 == 2)
+      frame.clearVoxels();
+    encoded(encoder, frame);
+    is_i_frame.push_back(encoder.statistics().is_i_frame);
+  }
+  EXPECT_FALSE(is_i_frame[2]);
+  EXPECT_FALSE(is_i_frame[5]);
+}
+
+TEST(Refinement, IsChosenWhereVoxelsAreAlone)
+{
+  std::mt19937_64 random(7);
+  const VoxelFrame fine = fineFrame(random, 8);
+  const unsigned int levels = supplement::chooseRefinement(fine);
+  EXPECT_GE(levels, 4u);
+  EXPECT_LE(levels, 8u);
+  VoxelFrame surface = RoomStream(roomSettings(7, 45)).next();
+  surface.grid.resolution = fine.grid.resolution;
+  ASSERT_GE(surface.size(), 1024u);
+  EXPECT_EQ(supplement::chooseRefinement(surface), 0u);
+  // Large voxels come again, however sparse they are.
+  VoxelFrame other = fine;
+  other.grid.resolution = 0.0051;
+  EXPECT_EQ(supplement::chooseRefinement(other), 0u);
+  other = fine;
+  other.keys.resize(1023);
+  EXPECT_EQ(supplement::chooseRefinement(other), 0u);
+}
+
+TEST(Refinement, CellsAreTheKeysWithoutTheirLowestLevels)
+{
+  std::vector<std::uint64_t> cells;
+  supplement::cellsOf({0, 7, 8, 63, 64, 4096}, 2, cells);
+  EXPECT_EQ(cells, (std::vector<std::uint64_t>{0, 1, 64}));
+  supplement::cellsOf({}, 2, cells);
+  EXPECT_TRUE(cells.empty());
+}
+
+TEST(Refinement, EndsWhereVoxelsComeAgain)
+{
+  // The voxels of a frame that is repeated are known: a history is smaller than cells.
+  std::mt19937_64 random(7);
+  const VoxelFrame fine = fineFrame(random, 8);
+  FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
+  const std::size_t with_cells = encoded(encoder, fine).size();
+  for (int i = 0; i < 8; ++i)
+    encoded(encoder, fine);
+  EXPECT_FALSE(encoder.statistics().is_i_frame);
+  EXPECT_LT(4 * encoder.statistics().bytes, with_cells);
+}
+
+} // namespace
