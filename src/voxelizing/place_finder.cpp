@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -16,13 +18,15 @@ constexpr std::size_t prefetch_distance = 2048;
 VoxelGrid
 initialGrid(const IntensityCompressionSettings& settings)
 {
-  if (settings.bounding_box)
-    return settings.format == StreamFormat::Published
-               ? pclGridOfBox(settings.resolution, *settings.bounding_box)
-               : gridOfBox(settings.resolution, *settings.bounding_box);
+  if (settings.bounding_box && settings.format == StreamFormat::Published)
+    return pclGridOfBox(settings.resolution, *settings.bounding_box);
   VoxelGrid grid;
   grid.resolution = settings.resolution;
-  return grid;
+  if (settings.origin && settings.format == StreamFormat::Version1)
+    grid.anchor = *settings.origin;
+  else if (settings.bounding_box)
+    grid.anchor = originFor(settings.resolution, *settings.bounding_box);
+  return settings.bounding_box ? gridOfBox(grid, *settings.bounding_box) : grid;
 }
 
 /** \brief The usable range is a fixed grid, or the whole lattice. */
@@ -47,17 +51,71 @@ PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
 , lattice_(makeLattice(grid_, box_.has_value()))
 , locator_(grid_, box_)
 {
-  if (box_)
-    return;
-  usable_min_ = lattice_.lowestCoordinates();
-  usable_max_ = lattice_.highestCoordinates();
+  if (!box_)
+    setLattice();
 }
 
 void
 PlaceFinder::setGrid(const VoxelGrid& grid)
 {
+  const bool has_other_lattice = grid.anchor != grid_.anchor;
   grid_ = grid;
   locator_ = QuadLocator<NativeLanes>(grid_, box_);
+  if (has_other_lattice)
+    setLattice();
+}
+
+void
+PlaceFinder::setLattice()
+{
+  lattice_ = makeLattice(grid_, false);
+  usable_min_ = lattice_.lowestCoordinates();
+  usable_max_ = lattice_.highestCoordinates();
+}
+
+bool
+PlaceFinder::findBetterOrigin(const PointView& points,
+                              std::array<double, 3>& origin) const
+{
+  // The median of some points, so that a few far ones do not matter.
+  constexpr std::size_t most_samples = 1023;
+  const std::size_t step = points.count / most_samples + 1;
+  std::array<std::vector<float>, 3> samples;
+  for (std::size_t i = 0; i < points.count; i += step) {
+    const float* const point = points.coordinates + i * points.coordinate_stride;
+    if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        samples[axis].push_back(point[axis]);
+  }
+  if (samples[0].empty())
+    return false;
+  VoxelGrid other = grid_;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto middle =
+        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
+    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
+    other.anchor[axis] =
+        std::round(static_cast<double>(*middle) / grid_.resolution) * grid_.resolution;
+  }
+  PlaceFinder finder = *this;
+  finder.setGrid(other);
+  origin = other.anchor;
+  // Each move costs an I-frame, so that a few points more are not worth it.
+  const std::size_t least_gain = 1 + points.count / 16;
+  return isOrigin(origin) && finder.countPointsOnLattice(points) >=
+                                 countPointsOnLattice(points) + least_gain;
+}
+
+std::size_t
+PlaceFinder::countPointsOnLattice(const PointView& points) const
+{
+  std::size_t count = 0;
+  LatticeIndex index;
+  for (std::size_t i = 0; i < points.count; ++i)
+    count += lattice_.indexOf(points.coordinates + i * points.coordinate_stride, index)
+                 ? 1
+                 : 0;
+  return count;
 }
 
 bool

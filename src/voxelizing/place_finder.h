@@ -36,6 +36,14 @@ public:
   void
   setGrid(const VoxelGrid& grid);
 
+  /** \brief Finds an origin with clearly more points on its lattice than with the present one; not
+   * with a fixed box.
+   * \param[out] origin a corner of a voxel of the world's origin amid the points
+   * \return false if there is none
+   */
+  bool
+  findBetterOrigin(const PointView& points, std::array<double, 3>& origin) const;
+
   /** \brief Lattice range of the usable points; not with a fixed box.
    * \return false if there are none
    */
@@ -56,6 +64,12 @@ public:
        VoxelizationStatistics& statistics) const;
 
 private:
+  void
+  setLattice();
+
+  std::size_t
+  countPointsOnLattice(const PointView& points) const;
+
   bool
   isInBox(const float* point) const;
 

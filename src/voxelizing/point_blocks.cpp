@@ -44,7 +44,7 @@ PointBlocks::reset()
 }
 
 void
-PointBlocks::clear()
+PointBlocks::clear(std::size_t /*expected*/, bool /*keeps_handles*/)
 {
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)

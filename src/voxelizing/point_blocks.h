@@ -32,9 +32,9 @@ public:
   void
   reset();
 
-  /** \brief Removes all points. */
+  /** \brief Removes all points. Handles are kept in any case. */
   void
-  clear();
+  clear(std::size_t expected = 0, bool keeps_handles = true);
 
   /** \brief Adds points.
    * \param[in] placed the points

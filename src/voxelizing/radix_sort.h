@@ -1,5 +1,7 @@
 #pragma once
 
+#include "voxels/ascending_keys.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -10,7 +12,7 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Sorts entries by their member `key`, ascending; stable.
+/** \brief Sorts keys, or entries by their member `key`, ascending; stable.
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
  * the counters fit the first-level cache.
@@ -30,7 +32,7 @@ radixSort(std::vector<EntryT>& entries,
   const unsigned int digit_bits = (key_bits + passes - 1) / passes;
   const std::size_t digit_mask = (std::size_t{1} << digit_bits) - 1;
   const auto digit_of = [&](const EntryT& entry, unsigned int shift) {
-    return static_cast<std::size_t>(entry.key >> shift) & digit_mask;
+    return static_cast<std::size_t>(keyOf(entry) >> shift) & digit_mask;
   };
   spare.resize(entries.size());
 
@@ -48,14 +50,14 @@ radixSort(std::vector<EntryT>& entries,
   }
 }
 
-/** \brief Number of bits of the largest `key`, at least 1. */
+/** \brief Number of bits of the largest key, at least 1. */
 template <typename EntryT>
 unsigned int
 usedBits(const std::vector<EntryT>& entries)
 {
   std::uint64_t all_bits = 0;
   for (const EntryT& entry : entries)
-    all_bits |= entry.key;
+    all_bits |= keyOf(entry);
   unsigned int bits = 1;
   while (bits < 64 && all_bits >> bits != 0)
     ++bits;

@@ -13,16 +13,17 @@ namespace io {
  * nearly empty: sorts the points by their voxels. */
 class SortedVoxels {
 public:
-  /** \brief Removes all points. */
+  /** \brief Removes all points.
+   * \param[in] expected number of points to come, at most
+   * \param[in] keeps_handles whether voxelOf() will be called; else sorting takes half the
+   * memory
+   */
   void
-  clear()
-  {
-    points_.clear();
-  }
+  clear(std::size_t expected, bool keeps_handles);
 
   /** \brief Adds points.
    * \param[in] placed the points
-   * \param[out] added handles of the points, for voxelOf()
+   * \param[out] added handles of the points, for voxelOf(), if they are kept
    */
   void
   add(const PlacedPoints& placed, std::size_t* added);
@@ -61,8 +62,18 @@ private:
     std::uint32_t added;
   };
 
+  template <typename EntryT>
+  void
+  writeSorted(const std::vector<EntryT>& sorted,
+              std::vector<std::uint64_t>& keys,
+              std::vector<std::uint32_t>& counts);
+
+  bool keeps_handles_ = true;
+  // One of the two pairs is used.
   std::vector<Point> points_;
   std::vector<Point> spare_points_;
+  std::vector<std::uint64_t> point_keys_;
+  std::vector<std::uint64_t> spare_keys_;
   std::vector<std::uint32_t> voxel_of_;
   std::size_t occupied_blocks_ = 0;
 };

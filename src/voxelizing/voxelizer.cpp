@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace pcl_ext {
@@ -20,11 +21,17 @@ class Voxelizer::Implementation {
 public:
   Implementation(const IntensityCompressionSettings& settings, IntensityUnit unit)
   : quantiser_(settings, unit)
+  , has_intensities_(unit != IntensityUnit::None ||
+                     settings.format == StreamFormat::Published)
+  , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
+  , keeps_points_(settings.keep_points)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
               settings.format != StreamFormat::Published))
   , has_fixed_grid_(settings.bounding_box.has_value())
+  , has_fixed_origin_(has_fixed_grid_ || settings.origin ||
+                      settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
   , finder_(settings)
   {}
@@ -36,6 +43,8 @@ public:
       releaseMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
+      frame.colours.shrink_to_fit();
+      frame.point_counts.shrink_to_fit();
     }
     // If memory runs out within the call, the next one starts with empty containers.
     is_interrupted_ = true;
@@ -50,13 +59,48 @@ private:
   {
     if (!has_fixed_grid_ && (!has_grid_ || may_refit))
       adaptGrid(points, may_refit);
+    if (may_refit)
+      points_off_lattice_ = 0;
     VoxelizationStatistics statistics;
+    voxelizeOnGrid(points, may_refit, frame, statistics);
+    // Points that no origin so far had on its lattice are not looked at again.
+    if (!has_fixed_origin_ && statistics.points_outside_grid > points_off_lattice_) {
+      if (moveOrigin(points))
+        voxelizeOnGrid(points, may_refit, frame, statistics);
+      points_off_lattice_ = statistics.points_outside_grid;
+    }
+    statistics.voxels = frame.size();
+    return statistics;
+  }
+
+  void
+  voxelizeOnGrid(const PointView& points,
+                 bool may_refit,
+                 VoxelFrame& frame,
+                 VoxelizationStatistics& statistics)
+  {
     // The first cloud is sorted, as it may be sparse.
     if (points_per_block_ < min_points_per_block ||
         !voxelizeWith(blocks_, points, may_refit, frame, statistics))
       voxelizeWith(sorted_voxels_, points, may_refit, frame, statistics);
-    statistics.voxels = frame.size();
-    return statistics;
+  }
+
+  /** \brief Moves the origin to where more points are on its lattice, if there is such a
+   * place. */
+  bool
+  moveOrigin(const PointView& points)
+  {
+    std::array<double, 3> origin{};
+    if (!finder_.findBetterOrigin(points, origin))
+      return false;
+    VoxelGrid grid;
+    grid.resolution = finder_.grid().resolution;
+    grid.anchor = origin;
+    finder_.setGrid(grid);
+    blocks_.reset();
+    has_grid_ = false;
+    adaptGrid(points, false);
+    return true;
   }
 
   /** \brief Releases memory of earlier clouds. */
@@ -66,6 +110,8 @@ private:
     blocks_ = PointBlocks();
     sorted_voxels_ = SortedVoxels();
     runs_ = std::vector<Run>();
+    coloured_points_ = std::vector<ColouredPoint>();
+    colour_sums_ = std::vector<ColourSum>();
     voxel_counts_ = std::vector<std::uint32_t>();
     voxel_values_ = std::vector<double>();
   }
@@ -105,6 +151,11 @@ private:
       points_per_block_ = statistics.points_used / voxels.occupiedBlocks();
     frame.grid = finder_.grid();
     statistics.intensities_out_of_range = quantise(voxels, points, may_refit, frame);
+    quantiseColours(voxels, points, frame);
+    frame.has_point_counts = keeps_points_;
+    frame.point_counts.clear();
+    if (keeps_points_)
+      frame.point_counts.assign(voxel_counts_.begin(), voxel_counts_.end());
     return true;
   }
 
@@ -115,6 +166,12 @@ private:
            bool may_refit,
            VoxelFrame& frame)
   {
+    if (!has_intensities_) {
+      frame.intensity_scale = IntensityScale();
+      frame.intensity_scale.bits = 0;
+      frame.intensities.clear();
+      return 0;
+    }
     if (points.intensities != nullptr)
       sumIntensities(voxels, frame.size());
     else if (!is_mean_ && quantiser_.takesCounts())
@@ -133,7 +190,8 @@ private:
   {
     statistics = VoxelizationStatistics();
     statistics.points = points.count;
-    voxels.clear();
+    const bool has_runs = has_intensities_ && points.intensities != nullptr;
+    voxels.clear(points.count, has_runs || hasColours(points));
     startRuns(points);
     std::array<std::size_t, PlacedPoints::capacity> added;
     for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
@@ -142,8 +200,10 @@ private:
       voxels.add(placed_, added.data());
       if (voxels.areTooSparse(i))
         return Collected::TooSparse;
-      if (points.intensities != nullptr)
+      if (has_intensities_ && points.intensities != nullptr)
         addRuns(points, added.data(), statistics);
+      if (hasColours(points))
+        addColours(points, added.data());
     }
     statistics.points_used = points.count - statistics.points_not_finite -
                              statistics.points_outside_box -
@@ -162,9 +222,9 @@ private:
     // previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
     if (!has_grid_ || is_far_too_large)
-      grid = fitGrid(grid.resolution, range);
+      grid = fitGrid(grid, range);
     else if (!containsRange(grid, range))
-      grid = fitGrid(grid.resolution, unite(rangeOf(grid), range));
+      grid = fitGrid(grid, unite(rangeOf(grid), range));
     has_grid_ = true;
     if (grid == finder_.grid())
       return;
@@ -179,8 +239,58 @@ private:
     run_ = Run();
     last_run_ = 0;
     // Not made smaller, as growing again would initialise all elements.
-    if (points.intensities != nullptr && runs_.size() <= points.count)
+    if (has_intensities_ && points.intensities != nullptr &&
+        runs_.size() <= points.count)
       runs_.resize(points.count + 1);
+    coloured_points_.clear();
+  }
+
+  bool
+  hasColours(const PointView& points) const
+  {
+    return colour_bits_ > 0 && points.colours != nullptr;
+  }
+
+  void
+  addColours(const PointView& points, const std::size_t* added)
+  {
+    const auto* const colours = static_cast<const unsigned char*>(points.colours);
+    for (std::size_t i = 0; i < placed_.count; ++i) {
+      ColouredPoint point{added[i], 0};
+      std::memcpy(&point.colour,
+                  colours + placed_.points[i] * points.colour_stride,
+                  sizeof(point.colour));
+      coloured_points_.push_back(point);
+    }
+  }
+
+  /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
+  template <typename VoxelsT>
+  void
+  quantiseColours(const VoxelsT& voxels, const PointView& points, VoxelFrame& frame)
+  {
+    frame.colours.clear();
+    frame.colour_bits = hasColours(points) ? colour_bits_ : 0;
+    if (frame.colour_bits == 0)
+      return;
+    colour_sums_.assign(frame.size(), ColourSum());
+    for (const ColouredPoint& point : coloured_points_) {
+      ColourSum& sum = colour_sums_[voxels.voxelOf(point.added)];
+      sum.r += point.colour >> 16 & 0xff;
+      sum.g += point.colour >> 8 & 0xff;
+      sum.b += point.colour & 0xff;
+    }
+    const std::uint64_t highest = (1u << colour_bits_) - 1;
+    frame.colours.reserve(frame.size());
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      const std::uint64_t full_scale = 255 * std::uint64_t{voxel_counts_[i]};
+      const auto quantised = [&](std::uint64_t sum) {
+        return static_cast<std::uint8_t>((2 * sum * highest + full_scale) /
+                                         (2 * full_scale));
+      };
+      const ColourSum& sum = colour_sums_[i];
+      frame.colours.push_back({quantised(sum.r), quantised(sum.g), quantised(sum.b)});
+    }
   }
 
   void
@@ -239,10 +349,26 @@ private:
       voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);
   }
 
+  struct ColouredPoint {
+    std::size_t added; ///< handle of the point
+    std::uint32_t colour;
+  };
+
+  struct ColourSum {
+    std::uint64_t r = 0;
+    std::uint64_t g = 0;
+    std::uint64_t b = 0;
+  };
+
   IntensityQuantiser quantiser_;
+  bool has_intensities_;
+  unsigned int colour_bits_;
+  bool keeps_points_;
   bool is_native_;
   bool is_mean_;
   bool has_fixed_grid_;
+  bool has_fixed_origin_;
+  std::size_t points_off_lattice_ = 0; // in the worst cloud since the last refit
   bool has_grid_;
   PlaceFinder finder_;
   PointBlocks blocks_;
@@ -255,6 +381,8 @@ private:
   Run run_;
   std::vector<Run> runs_;    // the first is not used
   std::size_t last_run_ = 0; // of runs_, further elements are unused
+  std::vector<ColouredPoint> coloured_points_;
+  std::vector<ColourSum> colour_sums_;
   std::vector<std::uint32_t> voxel_counts_;
   std::vector<double> voxel_values_;
   bool is_interrupted_ = false;

@@ -18,9 +18,9 @@ using Positions = std::vector<VoxelPosition>;
 /** \brief Adds points as the voxelizer does, and compares what comes out with a map. */
 template <typename VoxelsT>
 void
-expectVoxels(VoxelsT& voxels, const Positions& positions)
+expectVoxels(VoxelsT& voxels, const Positions& positions, bool keeps_handles = true)
 {
-  voxels.clear();
+  voxels.clear(positions.size(), keeps_handles);
   std::vector<std::size_t> added(positions.size());
   for (std::size_t begin = 0; begin < positions.size();
        begin += PlacedPoints::capacity) {
@@ -56,7 +56,7 @@ expectVoxels(VoxelsT& voxels, const Positions& positions)
     ASSERT_EQ(counts[i], count);
     ++i;
   }
-  for (std::size_t point = 0; point < positions.size(); ++point)
+  for (std::size_t point = 0; keeps_handles && point < positions.size(); ++point)
     ASSERT_EQ(keys[voxels.voxelOf(added[point])], mortonKey(positions[point]));
 }
 
@@ -93,6 +93,16 @@ TYPED_TEST(VoxelSets, AreThoseOfAMap)
       expectVoxels(voxels, randomPositions(seed, 3000, 0, size));
   expectVoxels(voxels, {});
   expectVoxels(voxels, randomPositions(8, 1000, grid_end - 50, 50));
+}
+
+TYPED_TEST(VoxelSets, AreTheSameWithoutHandlesOfThePoints)
+{
+  TypeParam voxels;
+  for (std::uint64_t seed = 1; seed < 4; ++seed)
+    for (const std::uint32_t size : {1u, 30u, grid_end}) {
+      expectVoxels(voxels, randomPositions(seed, 3000, 0, size), false);
+      expectVoxels(voxels, randomPositions(seed, 500, 0, size), true);
+    }
 }
 
 TYPED_TEST(VoxelSets, CountBeyondAByte)

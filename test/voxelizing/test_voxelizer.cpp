@@ -202,14 +202,14 @@ TEST(Voxelizer, FarPointsAreCountedAndTakeNoMemory)
   EXPECT_LT(memory_use.largest(), 100000u);
 }
 
-TEST(Voxelizer, ABoxBeyondTheLatticeHoldsNothing)
+TEST(Voxelizer, ABoxFarFromTheWorldsOriginHasOneOfItsOwn)
 {
   IntensityCompressionSettings settings = settingsOf(0.01);
   settings.bounding_box =
       BoundingBox{{1e8, 1e8, 1e8}, {1e8 + 100, 1e8 + 100, 1e8 + 100}};
   Stream stream(settings);
   stream.add({{1e8f, 1e8f, 1e8f}, {0.0f, 0.0f, 0.0f}});
-  EXPECT_EQ(stream.statistics.points_outside_grid, 1u);
+  EXPECT_EQ(stream.statistics.points_used, 1u);
   EXPECT_EQ(stream.statistics.points_outside_box, 1u);
 }
 

@@ -24,7 +24,9 @@ TEST(GridFit, HoldsTheRangeInItsMiddle)
       range.highest[axis] =
           static_cast<std::int32_t>(std::min(lowest + extent, lattice_end - 1));
     }
-    const VoxelGrid grid = fitGrid(0.5, range);
+    VoxelGrid lattice;
+    lattice.resolution = 0.5;
+    const VoxelGrid grid = fitGrid(lattice, range);
     EXPECT_FALSE(leavesLattice(grid));
     EXPECT_TRUE(containsRange(grid, range));
     std::int64_t widest = 0;

@@ -57,6 +57,10 @@ struct DecoderLimits {
    * a few frames later. retain_octree, which builds PCL's octree of pointers, at least
    * doubles this. */
   std::size_t max_voxels = std::size_t{1} << 20;
+
+  /** \brief Points of one frame, where the stream has the number of points of each voxel;
+   * a decoded cloud has as many. Values above 16 max_voxels count as that. */
+  std::size_t max_points = std::size_t{1} << 24;
 };
 
 /** \brief All settings of a compression, with their units, defaults and ranges. */
@@ -104,6 +108,21 @@ struct IntensityCompressionSettings {
    * for all numbers, the scale is linear. Version1 only.
    */
   IntensityCurve intensity_curve = IntensityCurve::Linear;
+
+  /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the mean
+   * colour of its points. Where clouds have no colour it has no effect. Version1 only;
+   * Published: not coded. */
+  unsigned int colour_bits = 6;
+
+  /** \brief Code the number of points of each voxel, so that a decoded cloud has as many
+   * points as the encoded one: each of them at its voxel's centre, and with its voxel's
+   * intensity, which for sums is that of all of them. Version1 only. */
+  bool keep_points = false;
+
+  /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
+   * automatic, which is the world's origin, or for clouds further out a corner of its
+   * voxels amid the points. Version1 only. */
+  std::optional<std::array<double, 3>> origin;
 
   /** \brief Fixed box, world coordinates, metres; points outside are counted and left
    * out. None: the grid follows the points. min < max on each axis. */

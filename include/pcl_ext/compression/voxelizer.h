@@ -12,22 +12,30 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A view of points: x, y, z as consecutive floats, metres, and an intensity. Both may
- * be in the same array or in two. */
+/** \brief A view of points: x, y, z as consecutive floats, metres, an intensity and a
+ * colour. All may be in the same array or in several. */
 struct PointView {
   const float* coordinates = nullptr; ///< x of the first point
   std::size_t coordinate_stride = 0;  ///< floats from one x to the next
   const float* intensities = nullptr; ///< intensity of the first point; null: all are 1
   std::size_t intensity_stride = 0;   ///< floats from one intensity to the next
   std::size_t count = 0;              ///< number of points
+  /** \brief Colour of the first point: 32 bits in the machine's order, red, green and
+   * blue from bit 16, 8 and 0 on, as PCL's field rgba; null: no colours. */
+  const void* colours = nullptr;
+  std::size_t colour_stride = 0; ///< bytes from one colour to the next
 };
 
-/** \brief Converts clouds to the occupied voxels of a grid, each with one intensity.
+/** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean
+ * colour of its points and their number, as the settings say.
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
  * in double precision from the float coordinates. Points more than 2^20 voxels from the
  * anchor, outside the fixed box, or not finite are counted and left out. Memory is
  * proportional to the number of points, for any coordinates.
+ *
+ * The anchor is the world's origin, unless the settings have another one or clouds lie
+ * further out: then it is a corner of a voxel of the world's origin amid the points.
  *
  * Without a fixed box the grid is fitted to the points. It grows if later points require
  * it and does not change otherwise, as a changed grid requires an I-frame. The scale of
@@ -37,7 +45,7 @@ class PCL_EXT_EXPORT Voxelizer {
 public:
   /** \brief A voxelizer for the clouds of one stream.
    * \param[in] settings as accepted by checkSettings; those of the grid, the box, the
-   * aggregation, the intensity coding and the format are used
+   * aggregation, the coding of intensities, colours and points, and the format are used
    * \param[in] unit unit of the point intensities
    */
   Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit);

@@ -127,7 +127,8 @@ pixelFootprint(const SensorT& sensor)
 enum class IntensityUnit {
   Points, ///< whole points; a voxel has the number of its points
   Share,  ///< a share of a full voxel face, 0..1; a voxel has 255 times its share
-  Native  ///< the unit of the sensor's own intensity, which a voxel has, too
+  Native, ///< the unit of the sensor's own intensity, which a voxel has, too
+  None    ///< voxels have no intensity
 };
 
 /** \brief Every point counts one: I_p = 1 (section 2.5.1 of the paper).
@@ -341,6 +342,24 @@ modelAtResolution(const ModelT& model, [[maybe_unused]] double resolution)
   else
     return model;
 }
+
+/** \brief No intensity: for clouds of types without the field. In the published layout,
+ * which always has intensities, voxels have the number of their points. */
+struct NoIntensity {
+  static constexpr IntensityUnit unit = IntensityUnit::None;
+  static constexpr bool uses_depth = false;
+  static constexpr bool uses_native = false;
+
+  NoIntensity() = default;
+
+  explicit NoIntensity(double /*resolution*/) {}
+
+  float
+  operator()(float /*depth*/, float /*native*/) const
+  {
+    return 1.0f;
+  }
+};
 
 /** \brief Counts points, for any sensor. */
 using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;

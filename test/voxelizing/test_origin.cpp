@@ -1,0 +1,178 @@
+/** \file
+ * \brief Clouds far from the world's origin: the origin of the lattice moves to where the
+ * points are.
+ */
+#include <pcl_ext/compression/voxelizer.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+using Points = std::vector<std::array<float, 3>>;
+
+/** \brief Points within some metres of a place. */
+Points
+pointsAt(const std::array<double, 3>& place, std::size_t count, double width)
+{
+  std::mt19937_64 random(23);
+  Points points(count);
+  for (auto& point : points)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      point[axis] = uniform(random, place[axis] - width, place[axis] + width);
+  return points;
+}
+
+PointView
+viewOf(const Points& points)
+{
+  PointView view;
+  view.coordinates = points[0].data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  return view;
+}
+
+/** \brief Largest distance, metres, from a point to the centre of its voxel on an axis. */
+double
+largestError(const Points& points, const VoxelFrame& frame)
+{
+  double largest = 0.0;
+  for (const auto& point : points) {
+    double nearest = 1e30;
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
+      const VoxelPosition at = voxelPosition(frame.keys[voxel]);
+      double error = 0.0;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        error = std::max(error,
+                         std::abs(static_cast<double>(point[axis]) -
+                                  frame.grid.centre(axis,
+                                                    axis == 0   ? at.x
+                                                    : axis == 1 ? at.y
+                                                                : at.z)));
+      nearest = std::min(nearest, error);
+    }
+    largest = std::max(largest, nearest);
+  }
+  return largest;
+}
+
+VoxelizationStatistics
+voxelize(Voxelizer& voxelizer, const Points& points, VoxelFrame& frame)
+{
+  return voxelizer.voxelize(viewOf(points), false, frame);
+}
+
+// UTM coordinates of a town: 20 km and more beyond the lattice of 1 cm at the origin.
+constexpr std::array<double, 3> town{600123.0, 6643210.0, 120.0};
+
+TEST(Origin, OfFarCloudsIsAmidTheirPointsAtACornerOfAVoxelOfTheWorld)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.01;
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  const Points points = pointsAt(town, 300, 30.0);
+  VoxelFrame frame;
+  const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
+  EXPECT_EQ(statistics.points_used, points.size());
+  EXPECT_EQ(statistics.points_outside_grid, 0u);
+  ASSERT_TRUE(isConsistent(frame));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(frame.grid.anchor[axis], town[axis], 30.0);
+    const double voxels = frame.grid.anchor[axis] / settings.resolution;
+    EXPECT_NEAR(voxels, std::round(voxels), 1e-4);
+  }
+  EXPECT_LE(largestError(points, frame), settings.resolution / 2.0 + 1e-6);
+}
+
+TEST(Origin, OfNearCloudsIsThatOfTheWorld)
+{
+  IntensityCompressionSettings settings;
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  Points points = pointsAt({10.0, -20.0, 3.0}, 100, 30.0);
+  points[5] = {1e6f, 0.0f, 0.0f}; // one far outlier does not matter
+  VoxelFrame frame;
+  const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
+  EXPECT_EQ(statistics.points_outside_grid, 1u);
+  EXPECT_EQ(frame.grid.anchor, VoxelGrid().anchor);
+}
+
+TEST(Origin, FollowsASensorThatLeavesTheLattice)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.01; // the lattice ends at 10486 m
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  std::array<double, 3> anchor{};
+  unsigned int origins = 1;
+  for (double x = 10400.0; x < 10700.0; x += 20.0) {
+    const Points points = pointsAt({x, 0.0, 0.0}, 200, 20.0);
+    VoxelFrame frame;
+    const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
+    EXPECT_EQ(statistics.points_used, points.size()) << x;
+    origins += frame.grid.anchor != anchor ? 1 : 0;
+    anchor = frame.grid.anchor;
+  }
+  EXPECT_EQ(origins, 2u);
+}
+
+TEST(Origin, DoesNotMoveForAFewPointsMore)
+{
+  // Clouds wider than the lattice: no origin has all of their points.
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.0001; // the lattice ends at 105 m
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  VoxelFrame frame;
+  std::array<double, 3> anchor{};
+  unsigned int origins = 0;
+  for (int cloud = 0; cloud < 20; ++cloud) {
+    const double wander = 0.5 * (cloud % 3);
+    const Points points = pointsAt({wander, -wander, 0.0}, 2000, 150.0);
+    EXPECT_GT(voxelize(voxelizer, points, frame).points_outside_grid, 0u);
+    origins += cloud == 0 || frame.grid.anchor != anchor ? 1 : 0;
+    anchor = frame.grid.anchor;
+  }
+  EXPECT_LE(origins, 2u);
+}
+
+TEST(Origin, OfTheSettingsIsKept)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.01;
+  settings.origin = {600000.0, 6640000.0, 0.0};
+  ASSERT_TRUE(checkSettings(settings).ok());
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  VoxelFrame frame;
+  voxelize(voxelizer, pointsAt(town, 100, 5.0), frame);
+  EXPECT_EQ(frame.grid.anchor, *settings.origin);
+  EXPECT_EQ(frame.size(), 100u);
+  // Points off its lattice are counted, not followed.
+  const VoxelizationStatistics statistics =
+      voxelize(voxelizer, pointsAt({0.0, 0.0, 0.0}, 100, 5.0), frame);
+  EXPECT_EQ(statistics.points_outside_grid, 100u);
+  EXPECT_EQ(frame.grid.anchor, *settings.origin);
+}
+
+TEST(Origin, OfAFarBoxIsInTheBox)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.01;
+  settings.bounding_box = BoundingBox{{town[0] - 10.0, town[1] - 10.0, town[2] - 10.0},
+                                      {town[0] + 10.0, town[1] + 10.0, town[2] + 10.0}};
+  ASSERT_TRUE(checkSettings(settings).ok());
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  const Points points = pointsAt(town, 100, 9.0);
+  VoxelFrame frame;
+  EXPECT_EQ(voxelize(voxelizer, points, frame).points_used, points.size());
+  EXPECT_LE(largestError(points, frame), settings.resolution / 2.0 + 1e-6);
+}
+
+} // namespace
