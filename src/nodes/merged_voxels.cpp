@@ -83,7 +83,7 @@ MergedVoxels::appendCentres(const io::VoxelFrame& frame)
   const float margin = io::faceMargin(resolution_);
   io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
     coordinates_.insert(coordinates_.end(), {x + margin, y + margin, z + margin});
-    intensities_.push_back(intensity);
+    intensities_.push_back(frame.hasIntensities() ? intensity : 1.0f);
   });
 }
 

@@ -1,5 +1,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "voxels/keep_voxels.h"
+
 #include <algorithm>
 
 namespace pcl_ext {
@@ -45,14 +47,26 @@ packVoxels(const io::VoxelFrame& from, std::uint32_t lowest, io::VoxelFrame& to)
   return kept;
 }
 
+/** \brief True if voxels have more than intensities, for which packVoxels() is not. */
+bool
+hasMore(const io::VoxelFrame& frame)
+{
+  return frame.colour_bits > 0 || frame.has_point_counts;
+}
+
 } // namespace
 
 std::size_t
 removeFaintVoxels(io::VoxelFrame& frame, float min_intensity)
 {
+  if (!frame.hasIntensities())
+    return 0;
   const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
   if (lowest == 0)
     return 0;
+  if (hasMore(frame))
+    return io::keepVoxels(
+        frame, [&](std::size_t i) { return frame.intensities[i] >= lowest; });
   const std::size_t kept = packVoxels(frame, lowest, frame);
   const std::size_t removed = frame.size() - kept;
   frame.keys.resize(kept);
@@ -65,6 +79,10 @@ removeFaintVoxels(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept)
 {
+  if (!frame.hasIntensities() || hasMore(frame)) {
+    kept = frame;
+    return removeFaintVoxels(kept, min_intensity);
+  }
   const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
   const auto count = static_cast<std::size_t>(
       std::count_if(frame.intensities.begin(),
@@ -73,6 +91,10 @@ removeFaintVoxels(const io::VoxelFrame& frame,
   kept.grid = frame.grid;
   kept.intensity_scale = frame.intensity_scale;
   kept.depth_model = frame.depth_model;
+  kept.colour_bits = 0;
+  kept.has_point_counts = false;
+  kept.colours.clear();
+  kept.point_counts.clear();
   // Counted first, so that no more memory is used than needed.
   kept.keys.resize(count + 1);
   kept.intensities.resize(count + 1);

@@ -3,6 +3,7 @@
 
 #include "outliers/density_blocks.h"
 #include "outliers/voxel_densities.h"
+#include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
 #include "voxels/voxel_block.h"
 
@@ -133,16 +134,11 @@ public:
     beginFrame();
     learn(frame);
     const float least = std::exp(2.0f * (settings_.min_log_odds - offset_));
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      frame.keys[kept] = frame.keys[i];
-      frame.intensities[kept] = frame.intensities[i];
-      kept += evidence_[indexOf(places_[i])] < least ? 0 : 1;
-    }
-    const std::size_t removed = frame.size() - kept;
-    frame.keys.resize(kept);
-    frame.intensities.resize(kept);
-    endFrame(kept + removed);
+    const std::size_t voxels = frame.size();
+    const std::size_t removed = io::keepVoxels(frame, [&](std::size_t i) {
+      return !(evidence_[indexOf(places_[i])] < least);
+    });
+    endFrame(voxels);
     return removed;
   }
 
@@ -184,7 +180,8 @@ private:
   bool
   isSupported(const io::VoxelFrame& frame) const
   {
-    return has_valid_settings_ && isMadeFor(frame.grid.resolution);
+    return has_valid_settings_ && frame.hasIntensities() &&
+           isMadeFor(frame.grid.resolution);
   }
 
   std::size_t

@@ -145,8 +145,8 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * large frame is released a few frames later. If memory runs out std::bad_alloc is thrown
  * and the next frame is filtered without a history.
  *
- * With settings that checkSettings() refuses, and for frames of other edges, nothing is
- * removed and all log-odds are plus infinity. Instances are independent; calls of one
+ * With settings that checkSettings() refuses, and for frames of other edges or without
+ * intensities, nothing is removed and all log-odds are plus infinity. Instances are independent; calls of one
  * instance must not overlap. A moved-from instance may only be assigned to or destroyed.
  */
 class PCL_EXT_EXPORT VoxelOutlierRemoval {
@@ -211,31 +211,39 @@ private:
  *   pcl_ext::removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
  * \endcode
  * \tparam CloudT a pcl::PointCloud
- * \param[in,out] cloud as decodePointCloud() filled it, point i being voxel i of the frame;
+ * \param[in,out] cloud as decodePointCloud() filled it, in the order of the frame's voxels;
  * points may have been moved since, and further fields be set. The points that stay keep
  * their order; if any is removed, the cloud becomes one row, else it is not changed
  * \param[in] frame that the cloud was decoded from, as getVoxelFrame() returns it after
  * decodePointCloud()
  * \param[in,out] removal the filter of this stream
- * \return number of points removed; std::nullopt if the numbers of points and voxels
- * differ: then the cloud is not changed, and the filter has not seen the frame
+ * \return number of points removed; std::nullopt if the cloud has another number of points
+ * than the frame: then the cloud is not changed, and the filter has not seen the frame
  */
 template <typename CloudT>
 std::optional<std::size_t>
 removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& removal)
 {
-  if (cloud.size() != frame.size())
+  if (cloud.size() != frame.pointCount())
     return std::nullopt;
   io::VoxelFrame kept = frame;
-  const std::size_t removed = removal.filter(kept);
-  if (removed == 0)
-    return removed;
-  std::size_t next = 0; // of the voxels that stay, which are in the frame's order
-  for (std::size_t i = 0; i < frame.size() && next < kept.size(); ++i)
-    if (frame.keys[i] == kept.keys[next])
-      cloud.points[next++] = cloud.points[i];
-  cloud.resize(next);
-  cloud.width = static_cast<std::uint32_t>(next);
+  if (removal.filter(kept) == 0)
+    return 0;
+  std::size_t next = 0;  // of the voxels that stay, which are in the frame's order
+  std::size_t point = 0; // of the voxel
+  std::size_t points_kept = 0;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const std::size_t end =
+        point + (frame.has_point_counts ? frame.point_counts[i] : 1);
+    const bool is_kept = next < kept.size() && frame.keys[i] == kept.keys[next];
+    next += is_kept ? 1 : 0;
+    for (; point < end; ++point)
+      if (is_kept)
+        cloud.points[points_kept++] = cloud.points[point];
+  }
+  const std::size_t removed = cloud.size() - points_kept;
+  cloud.resize(points_kept);
+  cloud.width = static_cast<std::uint32_t>(points_kept);
   cloud.height = 1;
   return removed;
 }
