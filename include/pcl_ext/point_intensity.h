@@ -1,11 +1,15 @@
 #pragma once
 
+#include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxelizer.h>
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -14,6 +18,10 @@ namespace pcl_ext {
 /** \brief True if the point type has a field `intensity` registered with PCL. */
 template <typename PointT>
 constexpr bool has_intensity_field = pcl::traits::has_intensity<PointT>::value;
+
+/** \brief True if the point type has a field `rgb` or `rgba` registered with PCL. */
+template <typename PointT>
+constexpr bool has_colour_field = pcl::traits::has_color<PointT>::value;
 
 /** \brief The intensity field of a point, or `absent` if its type has none. */
 template <typename PointT>
@@ -60,6 +68,39 @@ setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intens
     point.intensity = detail::fieldValue<decltype(point.intensity)>(intensity);
 }
 
+namespace detail {
+
+/** \brief Offset of a point's colour, bytes. */
+template <typename PointT>
+constexpr std::size_t
+colourOffset()
+{
+  if constexpr (pcl::traits::has_field<PointT, pcl::fields::rgba>::value)
+    return pcl::traits::offset<PointT, pcl::fields::rgba>::value;
+  else
+    return pcl::traits::offset<PointT, pcl::fields::rgb>::value;
+}
+
+} // namespace detail
+
+/** \brief Sets the colour field of a point, if its type has one; opaque.
+ * \param[in] colour channels of 0 to 255
+ */
+template <typename PointT>
+void
+setColour([[maybe_unused]] PointT& point,
+          [[maybe_unused]] const io::VoxelColour& colour)
+{
+  if constexpr (has_colour_field<PointT>) {
+    const std::uint32_t packed = 0xff000000u | std::uint32_t{colour.r} << 16 |
+                                 std::uint32_t{colour.g} << 8 | colour.b;
+    std::memcpy(reinterpret_cast<unsigned char*>(&point) +
+                    detail::colourOffset<PointT>(),
+                &packed,
+                sizeof(packed));
+  }
+}
+
 /** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
  * \param[in] cloud must not change while the view is used
  */
@@ -74,6 +115,14 @@ pointViewOf(const pcl::PointCloud<PointT>& cloud)
   if (!cloud.empty()) {
     view.coordinates = &cloud.front().x;
     view.coordinate_stride = sizeof(PointT) / sizeof(float);
+  }
+  if constexpr (has_colour_field<PointT>) {
+    // Also of an empty cloud, whose frame then has colours as the stream's others have.
+    view.colours = cloud.empty()
+                       ? reinterpret_cast<const unsigned char*>(&cloud)
+                       : reinterpret_cast<const unsigned char*>(&cloud.front()) +
+                             detail::colourOffset<PointT>();
+    view.colour_stride = sizeof(PointT);
   }
   return view;
 }

@@ -7,25 +7,52 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-IntensityCompressionSettings
-settingsOfProfile(pcl::io::compression_Profiles_e profile,
-                  bool show_statistics,
-                  double octree_resolution,
-                  unsigned int i_frame_rate)
+namespace {
+
+/** \brief The effort of a profile: the smallest streams of those that take no longer than
+ * PCL's class, in both directions, on clouds of depth cameras and lidars. */
+Effort
+effortOf(pcl::io::compression_Profiles_e profile)
 {
+  switch (profile) {
+  case pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR:
+    return Effort::Balanced;
+  case pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR:
+    return Effort::Small;
+  default:
+    return Effort::Fast;
+  }
+}
+
+} // namespace
+
+IntensityCompressionSettings
+settingsOfArguments(pcl::io::compression_Profiles_e profile,
+                    bool show_statistics,
+                    const ProfileArguments& arguments)
+{
+  ProfileArguments used = arguments;
+  const int index = static_cast<int>(profile);
+  const bool is_profile =
+      index >= 0 && index < static_cast<int>(pcl::io::COMPRESSION_PROFILE_COUNT);
+  if (is_profile) {
+    const auto& configuration = pcl::io::compressionProfiles_[index];
+    used = {configuration.iFrameRate,
+            configuration.octreeResolution,
+            configuration.pointResolution,
+            configuration.doVoxelGridDownSampling,
+            configuration.doColorEncoding,
+            configuration.colorBitResolution};
+  }
   IntensityCompressionSettings settings;
   settings.show_statistics = show_statistics;
-  settings.resolution = octree_resolution;
-  settings.i_frame_rate = i_frame_rate;
-  // Values outside the enumeration count as MANUAL_CONFIGURATION.
-  const int index = static_cast<int>(profile);
-  if (index >= 0 && index < static_cast<int>(pcl::io::COMPRESSION_PROFILE_COUNT)) {
-    const auto& configuration = pcl::io::compressionProfiles_[index];
-    settings.resolution = configuration.octreeResolution;
-    settings.i_frame_rate = configuration.iFrameRate;
-    if (profile >= pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR)
-      settings.effort = Effort::Small;
-  }
+  settings.keep_points = !used.do_voxel_grid_down_sampling;
+  settings.resolution =
+      settings.keep_points ? used.point_resolution : used.octree_resolution;
+  settings.i_frame_rate = used.i_frame_rate;
+  settings.colour_bits = used.do_color_encoding ? used.color_bit_resolution : 0;
+  if (is_profile)
+    settings.effort = effortOf(profile);
   return settings;
 }
 
@@ -57,7 +84,8 @@ octreeBox(const VoxelGrid& grid)
   const double side = static_cast<double>(grid.size()) * grid.resolution;
   OctreeBox box{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double voxels = std::abs(static_cast<double>(grid.first_index[axis])) +
+    const double voxels = std::abs(grid.anchor[axis]) / grid.resolution +
+                          std::abs(static_cast<double>(grid.first_index[axis])) +
                           static_cast<double>(grid.size());
     const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * voxels;
     box.min[axis] = grid.lowerCorner(axis) - rounding * grid.resolution;

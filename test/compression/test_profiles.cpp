@@ -27,20 +27,20 @@ struct ProfileCase {
 };
 
 const std::vector<ProfileCase> all_profiles = {
-    {pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Balanced},
-    {pcl::io::LOW_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Balanced},
-    {pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Balanced},
-    {pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Balanced},
-    {pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Balanced},
-    {pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Balanced},
-    {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Small},
-    {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Small},
-    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Small},
-    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Small},
+    {pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
+    {pcl::io::LOW_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
+    {pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
+    {pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
+    {pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
+    {pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
+    {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
+    {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
+    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Balanced},
+    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
     {pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Small},
-    {pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Small}};
+    {pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast}};
 
-TEST(CompressionProfiles, ProfilesSetWhatPclsProfilesSet)
+TEST(CompressionProfiles, ProfilesKeepWhatPclsProfilesKeep)
 {
   ASSERT_EQ(all_profiles.size(),
             static_cast<std::size_t>(pcl::io::COMPRESSION_PROFILE_COUNT));
@@ -50,14 +50,19 @@ TEST(CompressionProfiles, ProfilesSetWhatPclsProfilesSet)
     const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
         test_case.profile, false, 0.5, 0.123, true, 7, false, 2);
     SCOPED_TRACE("profile " + std::to_string(test_case.profile));
-    EXPECT_EQ(compression.getSettings().resolution, pcls.octreeResolution);
-    EXPECT_EQ(compression.getSettings().i_frame_rate, pcls.iFrameRate);
-    EXPECT_EQ(compression.getSettings().effort, test_case.effort);
-    EXPECT_EQ(compression.getResolution(), pcls.octreeResolution);
-    EXPECT_EQ(compression.getIntensityModel().resolution(), pcls.octreeResolution);
-    EXPECT_FALSE(compression.getSettings().show_statistics);
-    EXPECT_EQ(compression.getSettings().format, StreamFormat::Version1);
-    EXPECT_TRUE(checkSettings(compression.getSettings()).ok());
+    const IntensityCompressionSettings& settings = compression.getSettings();
+    const double edge =
+        pcls.doVoxelGridDownSampling ? pcls.octreeResolution : pcls.pointResolution;
+    EXPECT_EQ(settings.resolution, edge);
+    EXPECT_EQ(settings.keep_points, !pcls.doVoxelGridDownSampling);
+    EXPECT_EQ(settings.colour_bits,
+              pcls.doColorEncoding ? pcls.colorBitResolution : 0u);
+    EXPECT_EQ(settings.i_frame_rate, pcls.iFrameRate);
+    EXPECT_EQ(settings.effort, test_case.effort);
+    EXPECT_EQ(compression.getResolution(), edge);
+    EXPECT_FALSE(settings.show_statistics);
+    EXPECT_EQ(settings.format, StreamFormat::Version1);
+    EXPECT_TRUE(checkSettings(settings).ok());
   }
 }
 
@@ -66,17 +71,30 @@ TEST(CompressionProfiles, ManualConfigurationTakesTheArguments)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION, true, 0.5, 0.123, true, 7, false, 2);
   EXPECT_EQ(compression.getSettings().resolution, 0.123);
+  EXPECT_FALSE(compression.getSettings().keep_points);
+  EXPECT_EQ(compression.getSettings().colour_bits, 0u);
   EXPECT_EQ(compression.getSettings().i_frame_rate, 7u);
   EXPECT_EQ(compression.getSettings().effort, Effort::Balanced);
   EXPECT_TRUE(compression.getSettings().show_statistics);
   EXPECT_EQ(compression.getResolution(), 0.123);
 }
 
+TEST(CompressionProfiles, ManualConfigurationWithoutDownSamplingKeepsThePoints)
+{
+  const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
+      pcl::io::MANUAL_CONFIGURATION, false, 0.002, 0.05, false, 7, true, 3);
+  EXPECT_EQ(compression.getSettings().resolution, 0.002);
+  EXPECT_TRUE(compression.getSettings().keep_points);
+  EXPECT_EQ(compression.getSettings().colour_bits, 3u);
+}
+
 TEST(CompressionProfiles, ManualConfigurationHasPclsDefaults)
 {
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION);
-  EXPECT_EQ(compression.getSettings().resolution, 0.01);
+  EXPECT_EQ(compression.getSettings().resolution, 0.001);
+  EXPECT_TRUE(compression.getSettings().keep_points);
+  EXPECT_EQ(compression.getSettings().colour_bits, 6u);
   EXPECT_EQ(compression.getSettings().i_frame_rate, 30u);
 }
 
@@ -85,7 +103,7 @@ TEST(CompressionProfiles, TheDefaultIsPclsDefault)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression;
   const auto& pcls =
       pcl::io::compressionProfiles_[pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR];
-  EXPECT_EQ(compression.getSettings().resolution, pcls.octreeResolution);
+  EXPECT_EQ(compression.getSettings().resolution, pcls.pointResolution);
   EXPECT_EQ(compression.getSettings().i_frame_rate, pcls.iFrameRate);
   EXPECT_FALSE(compression.getSettings().show_statistics);
 }
@@ -94,7 +112,7 @@ TEST(CompressionProfiles, AnInvalidManualResolutionIsReportedNotThrown)
 {
   for (const double resolution : {0.0, -1.0, infinity, not_a_number}) {
     OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
-        pcl::io::MANUAL_CONFIGURATION, false, 0.001, resolution);
+        pcl::io::MANUAL_CONFIGURATION, false, resolution);
     std::stringstream stream;
     pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
     CompressionStatus status = compression.encodePointCloud(cloud, stream);

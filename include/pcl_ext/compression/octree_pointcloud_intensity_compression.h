@@ -21,10 +21,10 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief The default intensity model of a point type: native if the type has an
- * intensity, else count. */
+ * intensity, else none. */
 template <typename PointT>
 using DefaultIntensityModel =
-    std::conditional_t<has_intensity_field<PointT>, NativeIntensity, CountIntensity>;
+    std::conditional_t<has_intensity_field<PointT>, NativeIntensity, NoIntensity>;
 
 namespace detail {
 
@@ -43,14 +43,13 @@ struct IsIntensityModel<ModelT,
 /** \brief Compresses streams of point clouds into voxels with an intensity; replaces
  * pcl::io::OctreePointCloudCompression.
  *
- * Encoding assigns the points to the voxels of a grid and keeps one intensity for each
- * voxel; decoding returns one point at the centre of each occupied voxel, with that
- * intensity if the point type has such a field. A point moves by at most half a voxel's
- * diagonal; colour and other fields are not coded.
+ * Encoding assigns the points to the voxels of a grid and keeps an intensity and the mean
+ * colour of each voxel, if the point type has such fields; decoding returns one point at the
+ * centre of each occupied voxel, or as many as the voxel had. A point moves by at most half
+ * a voxel's diagonal; normals and other fields are not coded.
  *
- * Intended differences to PCL's class: both calls return a status; the position of a point
- * within its voxel is not coded; an empty cloud is an ordinary frame; the grid is anchored
- * at the world origin; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding
+ * Intended differences to PCL's class: both calls return a status; an empty cloud is an
+ * ordinary frame; the grid is anchored at the world origin unless clouds lie far from it; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding
  * never hangs, throws or allocates without bound.
  *
  * The library has no instantiations of this template: they are built with the flags of the
@@ -96,19 +95,20 @@ public:
                                            BranchT,
                                            pcl::octree::OctreeBase<LeafT, BranchT>>;
 
-  /** \brief PCL's constructor: its arguments, order and defaults.
+  /** \brief PCL's constructor: its arguments, order and defaults, and what they mean.
    *
-   * A profile sets resolution and I-frame rate as in PCL, and the effort: balanced for
-   * ONLINE, small for OFFLINE. The arguments after show_statistics are used by
-   * MANUAL_CONFIGURATION only.
+   * Where PCL keeps every point, voxels have the edge to which PCL keeps the points, and
+   * as many points as were in them. A profile also sets the effort: the smallest streams of
+   * those that take no longer than PCL's class. The arguments after show_statistics are used
+   * by MANUAL_CONFIGURATION only.
    * \param[in] profile compression profile
    * \param[in] show_statistics print the statistics of each frame on PCL's console
-   * \param[in] point_resolution not used: points become voxels
-   * \param[in] octree_resolution voxel edge, metres, above 0
-   * \param[in] do_voxel_grid_down_sampling not used: always done
+   * \param[in] point_resolution voxel edge, metres, without down-sampling
+   * \param[in] octree_resolution voxel edge, metres, with down-sampling
+   * \param[in] do_voxel_grid_down_sampling decode one point for each voxel
    * \param[in] i_frame_rate frames from one I-frame to the next
-   * \param[in] do_color_encoding not used: colour is not coded
-   * \param[in] color_bit_resolution not used
+   * \param[in] do_color_encoding code the colour of point types that have one
+   * \param[in] color_bit_resolution bits of a colour channel, 1..8
    */
   OctreePointCloudIntensityCompression(
       pcl::io::compression_Profiles_e profile =
@@ -120,14 +120,16 @@ public:
       unsigned int i_frame_rate = 30,
       bool do_color_encoding = true,
       unsigned char color_bit_resolution = 6)
-  : OctreePointCloudIntensityCompression(detail::settingsOfProfile(
-        profile, show_statistics, octree_resolution, i_frame_rate))
-  {
-    static_cast<void>(point_resolution);
-    static_cast<void>(do_voxel_grid_down_sampling);
-    static_cast<void>(do_color_encoding);
-    static_cast<void>(color_bit_resolution);
-  }
+  : OctreePointCloudIntensityCompression(
+        detail::settingsOfArguments(profile,
+                                    show_statistics,
+                                    {i_frame_rate,
+                                     octree_resolution,
+                                     point_resolution,
+                                     do_voxel_grid_down_sampling,
+                                     do_color_encoding,
+                                     color_bit_resolution}))
+  {}
 
   /** \brief All settings by name, and a model constructed from the resolution.
    * \param[in] settings checked here; if a value is out of range, every call to

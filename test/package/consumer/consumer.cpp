@@ -13,7 +13,7 @@ main()
   for (std::size_t i = 0; i < cloud->size(); ++i)
     (*cloud)[i].x = 0.01f * static_cast<float>(i);
   pcl_ext::io::OctreePointCloudIntensityCompression<pcl::PointNormal> compression(
-      pcl::io::MANUAL_CONFIGURATION, false, 0.1, 0.1);
+      pcl::io::MANUAL_CONFIGURATION, false, 0.1, 0.1, true);
   std::stringstream bytes;
   pcl::PointCloud<pcl::PointNormal>::Ptr decoded;
   const auto encoded = compression.encodePointCloud(cloud, bytes);

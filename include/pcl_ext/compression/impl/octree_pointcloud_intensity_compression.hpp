@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
+#include <algorithm>
 #include <exception>
 #include <new>
 
@@ -38,16 +39,18 @@ computeIntensities(const pcl::PointCloud<PointT>& cloud,
   }
 }
 
-/** \brief One point at the centre of each voxel of a frame, in its order. */
+/** \brief A point at the centre of each voxel of a frame, in its order, or as many as the
+ * voxel had. */
 template <typename PointT>
 void
 fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
-  cloud.resize(frame.size());
+  cloud.resize(frame.pointCount());
   // Static: g++ would build a local one member by member for each point, and copying it
   // immediately afterwards stalls the processor.
   static const PointT blank = PointT();
   PointT* next = cloud.points.data();
+  std::size_t voxel = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
     PointT& point = *next++;
     point = blank;
@@ -55,6 +58,11 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     point.y = y;
     point.z = z;
     setNativeIntensity(point, intensity);
+    if (frame.colour_bits > 0)
+      setColour(point, frame.fullColour(voxel));
+    if (frame.has_point_counts)
+      next = std::fill_n(next, frame.point_counts[voxel] - 1, point);
+    ++voxel;
   });
   cloud.width = static_cast<std::uint32_t>(cloud.size());
   cloud.height = 1;
@@ -141,7 +149,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   PointView view = pointViewOf(*cloud);
   const SensorPose pose = detail::sensorPose(
       getSettings(), cloud->sensor_origin_, cloud->sensor_orientation_);
-  if (!detail::counts_points<IntensityModelT> && !cloud->empty()) {
+  if (IntensityModelT::unit != IntensityUnit::None &&
+      !detail::counts_points<IntensityModelT> && !cloud->empty()) {
     detail::computeIntensities(*cloud, pose, intensity_model_, intensities_);
     view.intensities = intensities_.data();
     view.intensity_stride = 1;
@@ -213,7 +222,9 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const VoxelPosition position = voxelPosition(frame.keys[i]);
     LeafT* leaf = this->createLeaf(position.x, position.y, position.z);
-    leaf->addPointIntensity(frame.intensity_scale.value(frame.intensities[i]));
+    leaf->addPointIntensity(frame.hasIntensities()
+                                ? frame.intensity_scale.value(frame.intensities[i])
+                                : 1.0f);
   }
 }
 

@@ -18,12 +18,26 @@ namespace pcl_ext {
 namespace io {
 namespace detail {
 
-/** \brief The settings that correspond to PCL's constructor arguments. */
+/** \brief The arguments of PCL's constructor that a profile replaces, with PCL's names, as in
+ * pcl::io::configurationProfile_t. */
+struct ProfileArguments {
+  unsigned int i_frame_rate;
+  double octree_resolution;
+  double point_resolution;
+  bool do_voxel_grid_down_sampling;
+  bool do_color_encoding;
+  unsigned char color_bit_resolution;
+};
+
+/** \brief The settings that correspond to the arguments of PCL's constructor.
+ * \param[in] profile values outside the enumeration count as MANUAL_CONFIGURATION
+ * \param[in] show_statistics see IntensityCompressionSettings
+ * \param[in] arguments used with MANUAL_CONFIGURATION
+ */
 PCL_EXT_EXPORT IntensityCompressionSettings
-settingsOfProfile(pcl::io::compression_Profiles_e profile,
-                  bool show_statistics,
-                  double octree_resolution,
-                  unsigned int i_frame_rate);
+settingsOfArguments(pcl::io::compression_Profiles_e profile,
+                    bool show_statistics,
+                    const ProfileArguments& arguments);
 
 /** \brief The resolution of the settings, or the default if they are invalid, as PCL's
  * octree accepts no other. */

@@ -1,0 +1,187 @@
+/** \file
+ * \brief Colours and points through the class, for PCL's types that have a colour.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <random>
+#include <sstream>
+#include <string>
+
+namespace {
+
+using namespace pcl_ext::io;
+
+/** \brief Points on a plane, more than a voxel of 1 cm apart, whose colours are all
+ * different. */
+template <typename PointT>
+typename pcl::PointCloud<PointT>::Ptr
+colouredPlane()
+{
+  typename pcl::PointCloud<PointT>::Ptr cloud(new pcl::PointCloud<PointT>);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x) {
+      PointT point;
+      point.x = 0.0223f * static_cast<float>(x);
+      point.y = 0.0223f * static_cast<float>(y);
+      point.z = 1.0f;
+      point.r = static_cast<std::uint8_t>(6 * x);
+      point.g = static_cast<std::uint8_t>(6 * y);
+      point.b = static_cast<std::uint8_t>(3 * (x + y));
+      cloud->push_back(point);
+    }
+  return cloud;
+}
+
+template <typename PointT>
+class Colours : public ::testing::Test {};
+
+using ColouredTypes = ::testing::Types<pcl::PointXYZRGB,
+                                       pcl::PointXYZRGBA,
+                                       pcl::PointXYZRGBNormal,
+                                       pcl::PointXYZRGBL>;
+TYPED_TEST_SUITE(Colours, ColouredTypes, );
+
+TYPED_TEST(Colours, ComeBackToTheirBits)
+{
+  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
+  const auto cloud = colouredPlane<TypeParam>();
+  for (const unsigned int bits : {1u, 4u, 6u, 8u}) {
+    IntensityCompressionSettings settings;
+    settings.resolution = 0.01;
+    settings.colour_bits = bits;
+    Compression encoder(settings);
+    Compression decoder;
+    const int most = static_cast<int>(std::lround(127.5 / (std::exp2(bits) - 1.0)));
+    for (int frame = 0; frame < 3; ++frame) {
+      std::stringstream stream;
+      ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
+      typename Compression::PointCloudPtr decoded;
+      ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+      ASSERT_EQ(decoded->size(), cloud->size());
+      for (const TypeParam& point : *decoded) {
+        const auto x = static_cast<std::size_t>(std::lround(point.x / 0.0223f));
+        const auto y = static_cast<std::size_t>(std::lround(point.y / 0.0223f));
+        const TypeParam& original = (*cloud)[40 * y + x];
+        EXPECT_LE(std::abs(point.r - original.r), most);
+        EXPECT_LE(std::abs(point.g - original.g), most);
+        EXPECT_LE(std::abs(point.b - original.b), most);
+        EXPECT_EQ(point.a, 255);
+      }
+    }
+  }
+}
+
+TYPED_TEST(Colours, AreBlackWhereTheProfileHasNone)
+{
+  OctreePointCloudIntensityCompression<TypeParam> compression(
+      pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  std::stringstream stream;
+  ASSERT_TRUE(compression.encodePointCloud(colouredPlane<TypeParam>(), stream).ok());
+  EXPECT_EQ(compression.getStatistics().coding.attribute_bytes, 0u);
+  typename pcl::PointCloud<TypeParam>::Ptr decoded;
+  ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+  for (const TypeParam& point : *decoded)
+    EXPECT_EQ(point.r + point.g + point.b, 0);
+}
+
+TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)
+{
+  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
+  Compression compression{IntensityCompressionSettings()};
+  const auto cloud = colouredPlane<TypeParam>();
+  const typename Compression::PointCloudPtr empty(new pcl::PointCloud<TypeParam>);
+  for (int frame = 0; frame < 4; ++frame) {
+    std::stringstream stream;
+    ASSERT_TRUE(
+        compression.encodePointCloud(frame % 2 == 1 ? empty : cloud, stream).ok());
+    EXPECT_EQ(compression.getStatistics().coding.is_i_frame, frame == 0) << frame;
+  }
+}
+
+TEST(FarOrigin, RetainedOctreesAnswerForTheirPoints)
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 200; ++i)
+    cloud->push_back({500000.0f + 0.5f * static_cast<float>(i % 20),
+                      500000.0f + 0.5f * static_cast<float>(i / 20),
+                      0.0f});
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  settings.retain_octree = true;
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(settings);
+  std::stringstream stream;
+  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
+  for (const pcl::PointXYZ& point : *cloud)
+    EXPECT_TRUE(compression.isVoxelOccupiedAtPoint(point));
+}
+
+TEST(KeptPoints, AreAsManyAsBeforeAndWithinHalfAVoxelOfTheirPlace)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> coordinate(0.0f, 0.05f);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 3000; ++i)
+    cloud->push_back({coordinate(random), coordinate(random), coordinate(random)});
+  // Points are kept to 5 mm.
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
+      pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  std::stringstream stream;
+  ASSERT_TRUE(compression.encodePointCloud(cloud, stream).ok());
+  pcl::PointCloud<pcl::PointXYZ>::Ptr decoded;
+  ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+  ASSERT_EQ(decoded->size(), cloud->size());
+  EXPECT_EQ(decoded->width, decoded->size());
+  // Rounded to the centres of their voxels both are the same set of points.
+  const auto sorted = [](pcl::PointCloud<pcl::PointXYZ>& points) {
+    for (pcl::PointXYZ& point : points)
+      for (float* axis : {&point.x, &point.y, &point.z})
+        *axis = (std::floor(*axis / 0.005f) + 0.5f) * 0.005f;
+    std::sort(points.begin(), points.end(), [](const auto& first, const auto& second) {
+      return std::tie(first.x, first.y, first.z) <
+             std::tie(second.x, second.y, second.z);
+    });
+  };
+  sorted(*cloud);
+  sorted(*decoded);
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    EXPECT_NEAR((*cloud)[i].x, (*decoded)[i].x, 1e-6f);
+    EXPECT_NEAR((*cloud)[i].y, (*decoded)[i].y, 1e-6f);
+    EXPECT_NEAR((*cloud)[i].z, (*decoded)[i].z, 1e-6f);
+  }
+}
+
+TEST(NoIntensityModel, OfTypesWithoutTheFieldCostsNothing)
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 500; ++i)
+    cloud->push_back({0.003f * static_cast<float>(i), 0.0f, 1.0f});
+  IntensityCompressionSettings settings;
+  OctreePointCloudIntensityCompression<pcl::PointXYZ> without(settings);
+  OctreePointCloudIntensityCompression<pcl::PointXYZ, pcl_ext::CountIntensity> with(
+      settings);
+  std::stringstream stream;
+  std::stringstream stream_with;
+  ASSERT_TRUE(without.encodePointCloud(cloud, stream).ok());
+  ASSERT_TRUE(with.encodePointCloud(cloud, stream_with).ok());
+  EXPECT_LE(without.getStatistics().coding.intensity_bytes, 1u);
+  EXPECT_LT(stream.str().size(), stream_with.str().size());
+  // A receiver of intensities gets none from it, and counts from the other one.
+  OctreePointCloudIntensityCompression<pcl::PointXYZI> receiver;
+  pcl::PointCloud<pcl::PointXYZI>::Ptr decoded;
+  ASSERT_TRUE(receiver.decodePointCloud(stream, decoded).ok());
+  EXPECT_EQ((*decoded)[0].intensity, 0.0f);
+  OctreePointCloudIntensityCompression<pcl::PointXYZI> counting_receiver;
+  ASSERT_TRUE(counting_receiver.decodePointCloud(stream_with, decoded).ok());
+  EXPECT_GT((*decoded)[0].intensity, 0.0f);
+}
+
+} // namespace
