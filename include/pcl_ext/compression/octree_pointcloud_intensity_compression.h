@@ -49,8 +49,9 @@ struct IsIntensityModel<ModelT,
  * a voxel's diagonal; normals and other fields are not coded.
  *
  * Intended differences to PCL's class: both calls return a status; an empty cloud is an
- * ordinary frame; the grid is anchored at the world origin unless clouds lie far from it; iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding
- * never hangs, throws or allocates without bound.
+ * ordinary frame; the grid is anchored at the world origin unless clouds lie far from it;
+ * iFrameRate = N means every N-th frame (PCL: every N+1-th); decoding never hangs, throws or
+ * allocates without bound.
  *
  * The library has no instantiations of this template: they are built with the flags of the
  * program, so that memory of clouds and octrees is allocated and freed in the same way.
@@ -231,7 +232,8 @@ public:
   }
 
   /** \brief The voxels that were encoded or decoded last. After decodePointCloud voxel i is
-   * point i of the cloud. */
+   * point i of the cloud, unless the frame has numbers of points: then each voxel has that
+   * many points, in the same order. */
   const VoxelFrame&
   getVoxelFrame() const
   {

@@ -146,8 +146,9 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * and the next frame is filtered without a history.
  *
  * With settings that checkSettings() refuses, and for frames of other edges or without
- * intensities, nothing is removed and all log-odds are plus infinity. Instances are independent; calls of one
- * instance must not overlap. A moved-from instance may only be assigned to or destroyed.
+ * intensities, nothing is removed and all log-odds are plus infinity. Instances are
+ * independent; calls of one instance must not overlap. A moved-from instance may only be
+ * assigned to or destroyed.
  */
 class PCL_EXT_EXPORT VoxelOutlierRemoval {
 public:

@@ -139,12 +139,20 @@ TEST(Supplements, ACutOrChangedFrameIsRefusedAndLeavesTheStreamDecodable)
     }
 }
 
-TEST(Supplements, MorePointsThanTheLimitAreRefusedByTheHeader)
+/** \brief Ten voxels of so many points each. */
+VoxelFrame
+frameWithPoints(std::uint32_t points)
 {
   std::mt19937_64 random(3);
   VoxelFrame frame = randomFrame(random, 4, 10);
   frame.has_point_counts = true;
-  frame.point_counts.assign(frame.size(), 2000000);
+  frame.point_counts.assign(frame.size(), points);
+  return frame;
+}
+
+TEST(Supplements, MorePointsThanTheLimitAreRefusedByTheHeader)
+{
+  VoxelFrame frame = frameWithPoints(2000000);
   FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
   const Bytes bytes = encoded(encoder, frame);
   VoxelFrame after;
@@ -188,10 +196,7 @@ TEST(Supplements, InconsistentFramesAreNotEncoded)
 
 TEST(Supplements, PointsAreLimitedByTheLimitOnVoxels)
 {
-  std::mt19937_64 random(3);
-  VoxelFrame frame = randomFrame(random, 4, 10);
-  frame.has_point_counts = true;
-  frame.point_counts.assign(frame.size(), 16);
+  VoxelFrame frame = frameWithPoints(16);
   FrameEncoder encoder(StreamFormat::Version1, 30, Effort::Fast);
   DecoderLimits limits;
   limits.max_voxels = frame.size();
