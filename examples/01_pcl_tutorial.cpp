@@ -33,9 +33,9 @@ public:
     encoder_->encodePointCloud(cloud, compressed_data);
     // PCL's class returns nothing here, this one a status.
     const auto status = decoder_->decodePointCloud(compressed_data, decoded);
-    std::cout << cloud->size() << " points became " << decoded->size() << " voxels in "
-              << encoder_->getStatistics().coding.bytes << " bytes " << status.message()
-              << '\n';
+    std::cout << cloud->size() << " points were decoded as " << decoded->size()
+              << " in " << encoder_->getStatistics().coding.bytes << " bytes "
+              << status.message() << '\n';
     return status.ok() && !decoded->empty();
   }
 

@@ -155,11 +155,12 @@ CloudStreams::showStatistics(const char* title) const
   }
   PCL_INFO("Number of voxels: %zu\n", coding.voxels);
   PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
-           "%zu)\n",
+           "%zu, attributes %zu)\n",
            coding.bytes,
            coding.header_bytes,
            coding.occupancy_bytes,
-           coding.intensity_bytes);
+           coding.intensity_bytes,
+           coding.attribute_bytes);
   PCL_INFO("Bytes per voxel: %.3f\n\n", statistics_.bytesPerVoxel());
 }
 
