@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -16,21 +18,84 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** \brief True if a file has the lines that a PCD header must have. PCL 1.13's reader
- * does not check that and crashes on other files. */
-bool
-hasPcdHeader(const std::string& path)
+/** \brief The lines of a PCD file's header that tell sensors apart. */
+struct PcdHeader {
+  std::string fields;
+  std::string width;
+  std::string height;
+  std::string viewpoint;
+};
+
+/** \brief Reads the header of a PCD file.
+ * \return nothing if the file lacks lines that a header must have. PCL 1.13's reader does
+ * not check that and crashes on such files.
+ */
+std::optional<PcdHeader>
+readPcdHeader(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);
-  bool has_fields = false;
+  std::map<std::string, std::string> values;
   std::string line;
   constexpr int most_header_lines = 100;
   for (int i = 0; i < most_header_lines && std::getline(file, line); ++i) {
-    has_fields |= line.rfind("FIELDS ", 0) == 0 || line.rfind("COLUMNS ", 0) == 0;
-    if (line.rfind("DATA ", 0) == 0)
-      return has_fields;
+    if (!line.empty() && line.back() == '\r')
+      line.pop_back();
+    const std::size_t space = line.find(' ');
+    if (space == std::string::npos)
+      continue;
+    const std::string name = line.substr(0, space);
+    values[name == "COLUMNS" ? "FIELDS" : name] = line.substr(space + 1);
+    if (name == "DATA" && values.count("FIELDS") != 0)
+      return PcdHeader{
+          values["FIELDS"], values["WIDTH"], values["HEIGHT"], values["VIEWPOINT"]};
+    if (name == "DATA")
+      return std::nullopt;
   }
-  return false;
+  return std::nullopt;
+}
+
+std::string
+describe(const PcdHeader& header)
+{
+  return header.width + " x " + header.height + " points with " + header.fields;
+}
+
+/** \brief Checks that the files of a stream can be those of one sensor, as far as their
+ * headers tell.
+ * \throws std::runtime_error with two files that cannot be
+ */
+void
+checkSameSensor(const std::string& stream, const std::vector<std::string>& files)
+{
+  std::string first_file;
+  std::optional<PcdHeader> first;
+  bool has_moved = false;
+  for (const std::string& file : files) {
+    const std::optional<PcdHeader> header = readPcdHeader(file);
+    if (!header)
+      continue; // It is reported when it is read.
+    if (!first) {
+      first_file = file;
+      first = header;
+      continue;
+    }
+    // Images have a fixed size; one row has as many points as were seen.
+    const bool is_image = header->height != "1" || first->height != "1";
+    if (header->fields != first->fields ||
+        (is_image &&
+         (header->width != first->width || header->height != first->height)))
+      throw std::runtime_error("'" + file + "' (" + describe(*header) +
+                               ") is not of the sensor of '" + first_file + "' (" +
+                               describe(*first) +
+                               "): put the files of each sensor into a folder of their "
+                               "own and name the folders");
+    has_moved |= header->viewpoint != first->viewpoint;
+  }
+  if (has_moved)
+    std::cerr
+        << stream
+        << ": the files have different viewpoints; if they are of several sensors, "
+           "put those of each into a folder of their own and name the folders\n";
 }
 
 class PcdSequence : public CloudSequence {
@@ -55,7 +120,7 @@ public:
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
     // PCL prints the reason.
-    if (!hasPcdHeader(files_[index]) || reader_.read(files_[index], cloud) < 0)
+    if (!readPcdHeader(files_[index]) || reader_.read(files_[index], cloud) < 0)
       throw std::runtime_error("cannot read '" + files_[index] + "' as a PCD file");
   }
 
@@ -134,15 +199,38 @@ private:
   cell::LidarFrame frame_;
 };
 
+bool
+isPcdFile(const fs::directory_entry& entry)
+{
+  return entry.path().extension() == ".pcd";
+}
+
+/** \brief A folder in a folder that has PCD files. */
+std::optional<std::string>
+folderOfCloudsIn(const fs::path& folder)
+{
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() &&
+        std::any_of(fs::directory_iterator(entry), fs::directory_iterator(), isPcdFile))
+      return entry.path().string();
+  return std::nullopt;
+}
+
 std::vector<std::string>
 pcdFilesOf(const fs::path& folder)
 {
   std::vector<std::string> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ".pcd")
+    if (isPcdFile(entry))
       files.push_back(entry.path().string());
-  if (files.empty())
-    throw std::runtime_error("no PCD file in the folder '" + folder.string() + "'");
+  if (files.empty()) {
+    const std::optional<std::string> inner = folderOfCloudsIn(folder);
+    throw std::runtime_error("no PCD file in the folder '" + folder.string() + "'" +
+                             (inner ? "; name the folders in it, each of which is a "
+                                      "stream, such as '" +
+                                          *inner + "'"
+                                    : ""));
+  }
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -154,6 +242,7 @@ makeSequence(const std::string& name,
 {
   if (max_frames != 0 && files.size() > max_frames)
     files.resize(max_frames);
+  checkSameSensor(name, files);
   return std::make_unique<PcdSequence>(name, std::move(files));
 }
 

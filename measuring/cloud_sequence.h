@@ -56,7 +56,8 @@ private:
  * folder, one for all files named singly.
  * \param[in] inputs paths
  * \param[in] max_frames of each sequence; 0: all
- * \throws std::runtime_error if a path does not exist or a folder has no PCD file
+ * \throws std::runtime_error if a path does not exist, a folder has no PCD file, or the
+ * files of a sequence are of several sensors, as far as their headers tell
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);

@@ -13,6 +13,8 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace {
@@ -21,6 +23,8 @@ using pcl_ext::io::BoundingBox;
 using pcl_ext::measuring::CloudSequence;
 using pcl_ext::measuring::formatted;
 using pcl_ext::measuring::MarkdownTable;
+using pcl_ext::tools::DenoisingReport;
+using pcl_ext::tools::RemovedVoxels;
 using pcl_ext::tools::StreamOptions;
 using pcl_ext::tools::StreamReport;
 
@@ -34,7 +38,6 @@ printReports(const std::vector<StreamReport>& reports)
                        "encoded",
                        "voxels",
                        "saturated",
-                       "denoised",
                        "bytes",
                        "bytes/voxel",
                        "ratio",
@@ -57,22 +60,69 @@ printReports(const std::vector<StreamReport>& reports)
          mean(report.encoded_points, 0),
          mean(report.voxels, 0),
          mean(report.saturated_voxels, 0),
-         mean(report.kept_voxels, 0),
          mean(report.bytes, 0),
          formatted(bytes / voxels, 3),
          formatted(16.0 * static_cast<double>(report.encoded_points) / bytes, 1),
          mean(report.preprocess_ms, 2),
          mean(report.encode_ms, 2),
          mean(report.decode_ms, 2),
-         mean(report.denoise_ms, 2)});
+         mean(report.denoising.ms, 2)});
   }
   std::cout << "\nMeans of a frame:\n";
   table.print(std::cout);
   std::cout
       << "points: finite ones. encoded: points in voxels; the others were cropped or "
-         "are outside the grid.\nsaturated: voxels whose intensity is above the "
-         "scale. denoised: voxels that denoising keeps.\nratio: 16 bytes for each "
-         "encoded point against the bytes. ms: processor time.\n";
+         "are outside the grid.\nsaturated: voxels whose intensity is above the scale. "
+         "ratio: 16 bytes for each encoded\npoint against the bytes. ms: processor "
+         "time.\n";
+}
+
+std::string
+percent(std::size_t part, std::size_t whole)
+{
+  if (whole == 0)
+    return "-";
+  return formatted(100.0 * static_cast<double>(part) / static_cast<double>(whole), 1) +
+         " %";
+}
+
+/** \brief Adds what one way of denoising does to a stream. */
+void
+addDenoisingRow(const StreamReport& report,
+                const std::string& method,
+                const RemovedVoxels& removed,
+                bool is_used,
+                MarkdownTable& table)
+{
+  const DenoisingReport& denoising = report.denoising;
+  const std::size_t surfaces = denoising.labelled_voxels - denoising.noise_voxels;
+  table.addRow({report.name,
+                method + (is_used ? " (denoised clouds)" : ""),
+                percent(removed.all, report.voxels),
+                percent(denoising.noise_voxels, denoising.labelled_voxels),
+                percent(removed.noise, denoising.noise_voxels),
+                percent(surfaces - removed.surfaces, surfaces)});
+}
+
+void
+printDenoising(const std::vector<StreamReport>& reports)
+{
+  MarkdownTable table(
+      {"stream", "denoising", "removed", "noise", "noise removed", "surfaces kept"});
+  for (const StreamReport& report : reports) {
+    const DenoisingReport& denoising = report.denoising;
+    std::ostringstream threshold;
+    threshold << "threshold " << denoising.threshold;
+    addDenoisingRow(
+        report, threshold.str(), denoising.by_threshold, !denoising.uses_filter, table);
+    if (denoising.has_filter)
+      addDenoisingRow(
+          report, "outlier filter", denoising.by_filter, denoising.uses_filter, table);
+  }
+  std::cout << "\nDenoising, shares of the voxels:\n";
+  table.print(std::cout);
+  std::cout
+      << "noise: voxels without a point of a surface, known in the robot cell.\n\n";
 }
 
 int
@@ -111,6 +161,7 @@ run(const StreamOptions& options)
   if (reports.empty())
     return 1;
   printReports(reports);
+  printDenoising(reports);
   for (const StreamReport& report : reports)
     if (!report.example_cloud.empty()) {
       std::cout << "Look at the clouds with: pcl_viewer " << report.example_cloud

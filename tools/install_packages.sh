@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of tools/packages.txt that are missing.
-# Usage: tools/install_packages.sh [group ...]     (default: build)
+# Usage: bash tools/install_packages.sh [group ...]     (default: build)
+if [ -z "${BASH_VERSION:-}" ]; then
+  echo "install_packages: run it with bash: bash $0 $*" >&2
+  exit 2
+fi
 set -euo pipefail
 list=$(dirname "$0")/packages.txt
+
+stop() {
+  echo "install_packages: $*" >&2
+  exit 2
+}
 
 missing=()
 for group in "${@:-build}"; do
   packages=$(awk -v group="[$group]" '/^\[/ { reading = $1 == group; next }
                                       reading && !/^#/ && NF { print $1 }' "$list")
-  if [ -z "$packages" ]; then
-    echo "install_packages: no group '$group' in $list" >&2
-    exit 2
-  fi
+  [ -n "$packages" ] || stop "no group '$group' in $list"
   for package in $packages; do
     status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
     [ "$status" = installed ] || missing+=("$package")
@@ -19,11 +25,21 @@ for group in "${@:-build}"; do
 done
 [ ${#missing[@]} -eq 0 ] && exit 0
 
-echo "Installing ${missing[*]}"
+command -v apt-get > /dev/null \
+  || stop "there is no apt-get; install what these Debian packages hold: ${missing[*]}"
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
   as_root=(sudo)
+  sudo true 2> /dev/null \
+    || stop "only root can install; as root run: apt-get update && apt-get install" \
+      "--no-install-recommends ${missing[*]}"
 fi
+
+# A dry run tells how much it will be.
+echo "Installing ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
+options=(--no-install-recommends "${missing[@]}")
+LC_ALL=C "${as_root[@]}" apt-get install --assume-no "${options[@]}" 2> /dev/null \
+  | grep -E '^[0-9]+ upgraded|^Need to get|^After this' || true
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-  apt-get install -y -qq --no-install-recommends "${missing[@]}" > /dev/null
+  apt-get install -y -qq "${options[@]}" > /dev/null

@@ -126,8 +126,9 @@ describeOptions(StreamOptions& result)
              throw std::invalid_argument("--threshold must be a finite number");
            result.threshold = threshold;
          }),
-         "least intensity that denoising keeps (default: count 2, quadratic and linear "
-         "64, native 0)");
+         "least intensity that denoising keeps, instead of the outlier filter, which "
+         "takes "
+         "count, quadratic and linear intensities");
   option("crop",
          options::value<std::string>()->notifier(
              [&result](const std::string& box) { result.crop_box = parseBox(box); }),

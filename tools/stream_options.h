@@ -21,7 +21,8 @@ struct StreamOptions {
   /** \brief None: native if the clouds have an intensity, else count. */
   std::optional<IntensityLaw> law;
   RuntimeSensor sensor = runtimeSensor(KinectV2());
-  std::optional<float> threshold; ///< least intensity that denoising keeps
+  /** \brief Least intensity that denoising keeps; none: the outlier filter denoises. */
+  std::optional<float> threshold;
   std::optional<io::BoundingBox> crop_box;
   io::IntensityCompressionSettings settings;
 };

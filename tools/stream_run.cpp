@@ -5,7 +5,8 @@
 #include "measuring/samples.h"
 #include "measuring/workload.h"
 
-#include <pcl/filters/passthrough.h>
+#include <pcl/common/common.h>
+#include <pcl/common/io.h>
 #include <pcl/io/pcd_io.h>
 
 #include <boost/timer/progress_display.hpp>
@@ -14,7 +15,6 @@
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -41,16 +41,6 @@ lawOf(const StreamOptions& options, const pcl::PCLPointCloud2& cloud)
   return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
 }
 
-/** \brief Thresholds of the paper's Figure 11. None for native intensities, which do
- * not depend on the number of points. */
-float
-defaultThreshold(IntensityLaw law)
-{
-  if (law == IntensityLaw::Native)
-    return 0.0f;
-  return needsSensor(law) ? 64.0f : 2.0f;
-}
-
 io::IntensityCompressionSettings
 settingsOf(const StreamOptions& options,
            IntensityLaw law,
@@ -59,16 +49,6 @@ settingsOf(const StreamOptions& options,
   io::IntensityCompressionSettings settings = options.settings;
   settings.bounding_box = crop_box;
   return measuring::compressionSettings(law, options.sensor, settings);
-}
-
-void
-denoise(const IntensityCloud::ConstPtr& decoded, float threshold, IntensityCloud& kept)
-{
-  pcl::PassThrough<pcl::PointXYZI> filter;
-  filter.setInputCloud(decoded);
-  filter.setFilterFieldName("intensity");
-  filter.setFilterLimits(threshold, std::numeric_limits<float>::max());
-  filter.filter(kept);
 }
 
 /** \brief The stages of one stream. */
@@ -83,16 +63,20 @@ public:
         law, options.settings.resolution, options.sensor, sensor_pose, crop_box))
   , encoder_(settingsOf(options, law, crop_box))
   , decoder_(settingsOf(options, law, crop_box))
-  , threshold_(options.threshold.value_or(defaultThreshold(law)))
+  , denoising_(options, law)
   , report_(report)
-  {}
+  {
+    if (options.inputs.empty())
+      truth_.emplace(options);
+  }
 
   /** \brief Takes a cloud through all stages.
+   * \param[in] index of the cloud in its sequence
    * \throws std::runtime_error if one of them fails, or what was decoded is not what
    * was encoded
    */
   void
-  run(const pcl::PCLPointCloud2& cloud)
+  run(std::size_t index, const pcl::PCLPointCloud2& cloud)
   {
     PreprocessingStatistics preprocessing;
     report_.preprocess_ms +=
@@ -102,18 +86,18 @@ public:
         [&] { check(encoder_.encodePointCloud(preprocessed_, bytes), "encoding"); });
     report_.decode_ms +=
         timeOf([&] { check(decoder_.decodePointCloud(bytes, decoded_), "decoding"); });
-    report_.denoise_ms += timeOf([&] { denoise(decoded_, threshold_, denoised_); });
     if (encoder_.getVoxelFrame().keys != decoder_.getVoxelFrame().keys ||
         encoder_.getVoxelFrame().intensities != decoder_.getVoxelFrame().intensities)
       throw std::runtime_error("the decoded frame differs from the encoded one");
+    denoise(index);
     const io::FrameStatistics& statistics = encoder_.getStatistics();
     ++report_.frames;
     report_.points += preprocessing.points - preprocessing.points_not_finite;
     report_.encoded_points += statistics.voxelization.points_used;
     report_.saturated_voxels += statistics.voxelization.intensities_out_of_range;
     report_.voxels += decoded_->size();
-    report_.kept_voxels += denoised_.size();
     report_.bytes += statistics.coding.bytes;
+    report_.denoising = denoising_.report();
   }
 
   const IntensityCloud&
@@ -129,6 +113,19 @@ public:
   }
 
 private:
+  void
+  denoise(std::size_t index)
+  {
+    intensities_.resize(decoded_->size());
+    for (std::size_t i = 0; i < decoded_->size(); ++i)
+      intensities_[i] = (*decoded_)[i].intensity;
+    const io::VoxelFrame& frame = decoder_.getVoxelFrame();
+    const std::vector<noise::VoxelTruth>* truth =
+        truth_ ? truth_->of(index, frame) : nullptr;
+    pcl::copyPointCloud(
+        *decoded_, denoising_.voxelsToKeep(frame, intensities_, truth), denoised_);
+  }
+
   static void
   check(const io::CompressionStatus& status, const std::string& action)
   {
@@ -139,18 +136,23 @@ private:
   measuring::Preprocessing<pcl::PCLPointCloud2> preprocess_;
   Compression encoder_;
   Compression decoder_;
-  float threshold_;
+  Denoising denoising_;
+  std::optional<CellTruth> truth_; ///< only of the robot cell
   StreamReport& report_;
   const IntensityCloud::Ptr preprocessed_{new IntensityCloud};
   IntensityCloud::Ptr decoded_{new IntensityCloud};
   IntensityCloud denoised_;
+  std::vector<float> intensities_; ///< of the decoded points
 };
 
-/** \brief Writes the clouds of a stream into folders of its own, for pcl_viewer. */
+constexpr const char* cloud_kinds[] = {"decoded", "denoised"};
+
+/** \brief Writes the clouds of a stream into folders of its own, for pcl_viewer. They
+ * replace those of an earlier run when the stream is complete; until then, and if it
+ * fails, they are in folders beside these, which the destructor removes. */
 class CloudWriter {
 public:
-  /** \brief Makes the folders and removes the clouds of an earlier run.
-   * \param[in] output_folder where; empty: nothing is written
+  /** \param[in] output_folder where; empty: nothing is written
    * \param[in] stream name of the stream
    */
   CloudWriter(const std::string& output_folder, const std::string& stream)
@@ -158,31 +160,81 @@ public:
     if (output_folder.empty())
       return;
     folder_ = fs::path(output_folder) / stream;
-    for (const char* kind : {"decoded", "denoised"}) {
-      fs::create_directories(folder_ / kind);
-      for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / kind))
-        if (entry.path().extension() == ".pcd")
-          fs::remove(entry.path());
+    for (const char* kind : cloud_kinds) {
+      fs::remove_all(unfinished(kind)); // of a run that was interrupted
+      fs::create_directories(unfinished(kind));
     }
   }
 
-  /** \brief Writes a cloud unless it is empty, which PCD cannot store.
-   * \return its path; empty if it was not written
-   */
-  std::string
+  ~CloudWriter()
+  {
+    std::error_code ignored;
+    if (folder_.empty())
+      return;
+    for (const char* kind : cloud_kinds)
+      fs::remove_all(unfinished(kind), ignored);
+    fs::remove(folder_, ignored); // only if it is empty
+  }
+
+  CloudWriter(const CloudWriter&) = delete;
+  CloudWriter&
+  operator=(const CloudWriter&) = delete;
+
+  /** \brief Writes a cloud unless it is empty, which PCD cannot store. */
+  void
   write(const char* kind, std::size_t index, const IntensityCloud& cloud) const
   {
     if (folder_.empty() || cloud.empty())
-      return {};
+      return;
     std::ostringstream name;
     name << std::setw(4) << std::setfill('0') << index << ".pcd";
-    const std::string path = (folder_ / kind / name.str()).string();
+    const std::string path = (unfinished(kind) / name.str()).string();
     if (pcl::io::savePCDFileBinaryCompressed(path, cloud) != 0)
       throw std::runtime_error("cannot write '" + path + "'");
-    return path;
+  }
+
+  /** \brief Replaces the clouds of an earlier run.
+   * \return path of the last denoised cloud, or of a decoded one; empty if none was
+   * written
+   */
+  std::string
+  finish() const
+  {
+    std::string example;
+    if (folder_.empty())
+      return example;
+    for (const char* kind : cloud_kinds) {
+      fs::create_directories(folder_ / kind);
+      // Files of other names are the user's.
+      for (const fs::path& old : pcdFilesOf(folder_ / kind))
+        fs::remove(old);
+      std::vector<fs::path> clouds = pcdFilesOf(unfinished(kind));
+      std::sort(clouds.begin(), clouds.end());
+      for (const fs::path& cloud : clouds)
+        fs::rename(cloud, folder_ / kind / cloud.filename());
+      if (!clouds.empty())
+        example = (folder_ / kind / clouds.back().filename()).string();
+    }
+    return example;
   }
 
 private:
+  fs::path
+  unfinished(const std::string& kind) const
+  {
+    return folder_ / (kind + "_unfinished");
+  }
+
+  static std::vector<fs::path>
+  pcdFilesOf(const fs::path& folder)
+  {
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+      if (entry.path().extension() == ".pcd")
+        files.push_back(entry.path());
+    return files;
+  }
+
   fs::path folder_;
 };
 
@@ -203,6 +255,38 @@ readFirst(measuring::CloudSequence& sequence, pcl::PCLPointCloud2& cloud)
     }
   }
   sequence.read(sequence.size() - 1, cloud);
+}
+
+std::string
+corner(const Eigen::Vector4f& point)
+{
+  std::ostringstream text;
+  text << std::setprecision(3) << '(' << point.x() << ", " << point.y() << ", "
+       << point.z() << ')';
+  return text.str();
+}
+
+/** \brief \throws std::runtime_error that says where the points of a cloud are, none of
+ * which is in the crop box */
+[[noreturn]] void
+throwNothingToEncode(const pcl::PCLPointCloud2& cloud,
+                     const StreamOptions& options,
+                     IntensityLaw law,
+                     const Eigen::Isometry3d& sensor_pose)
+{
+  IntensityCloud points;
+  measuring::makePreprocessing<pcl::PCLPointCloud2>(
+      law, options.settings.resolution, options.sensor, sensor_pose, std::nullopt)(
+      cloud, points);
+  if (points.empty())
+    throw std::runtime_error("no cloud has a point that is finite");
+  Eigen::Vector4f min;
+  Eigen::Vector4f max;
+  pcl::getMinMax3D(points, min, max);
+  throw std::runtime_error("no point is inside the crop box; the first cloud has its "
+                           "points between " +
+                           corner(min) + " and " + corner(max) +
+                           " m: choose --crop to hold some of them");
 }
 
 } // namespace
@@ -226,7 +310,7 @@ runStream(measuring::CloudSequence& sequence,
   for (std::size_t index = 0; index < sequence.size(); ++index, ++progress) {
     try {
       sequence.read(index, cloud);
-      pipeline.run(cloud);
+      pipeline.run(index, cloud);
     }
     catch (const std::exception& error) {
       // The next frames may be valid.
@@ -235,11 +319,15 @@ runStream(measuring::CloudSequence& sequence,
       ++report.failed_frames;
       continue;
     }
-    const std::string path = writer.write("decoded", index, pipeline.decoded());
-    if (report.example_cloud.empty())
-      report.example_cloud = path;
+    writer.write("decoded", index, pipeline.decoded());
     writer.write("denoised", index, pipeline.denoised());
   }
+  if (report.frames > 0 && report.encoded_points == 0) {
+    readFirst(sequence, cloud);
+    throwNothingToEncode(cloud, options, law, sequence.sensorPose());
+  }
+  if (report.frames > 0)
+    report.example_cloud = writer.finish();
   return report;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "denoising.h"
 #include "measuring/cloud_sequence.h"
 #include "stream_options.h"
 
@@ -19,18 +20,17 @@ struct StreamReport {
   std::size_t encoded_points = 0; ///< that are in a voxel
   std::size_t voxels = 0;
   std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
-  std::size_t kept_voxels = 0;      ///< after denoising
   std::size_t bytes = 0;
   double preprocess_ms = 0.0;
   double encode_ms = 0.0;
   double decode_ms = 0.0;
-  double denoise_ms = 0.0;
-  std::string example_cloud; ///< path of a decoded cloud that was written, if any
+  DenoisingReport denoising;
+  std::string example_cloud; ///< path of a cloud that was written, if any
 };
 
 /** \brief Preprocesses, encodes, decodes and denoises a whole stream, shows a progress
  * bar meanwhile, checks that what was decoded is what was encoded, and writes the
- * decoded and the denoised clouds.
+ * decoded and the denoised clouds, which replace those of an earlier run at the end.
  * \param[in,out] sequence the stream's clouds
  * \param[in] options of the command line
  * \param[in] crop_box what to keep; none: everything

@@ -1,10 +1,10 @@
 #!/bin/sh
 # Installs what is missing, builds everything and runs all tests.
-# Usage: tools/test.sh [ctest arguments]
+# Usage: bash tools/test.sh [ctest arguments]
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 
-"$root/tools/install_packages.sh" build
+bash "$root/tools/install_packages.sh" build
 cmake -S "$root" -B "$root/build-test" -G Ninja \
   -DPCL_EXT_WARNINGS_AS_ERRORS="${PCL_EXT_WARNINGS_AS_ERRORS:-OFF}" \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
