@@ -1,5 +1,6 @@
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <utility>
 
@@ -7,10 +8,11 @@ namespace pcl_ext {
 
 /** \brief Outcome of an operation that can fail on bad input: a code for programs and a
  * message for people.
- * \tparam CodeT an enumeration whose value `CodeT::Ok` means success
  *
  * Clouds, frames, streams and settings that are bad are reported through this type and
- * never through exceptions.
+ * never through exceptions. A success may have a message, too: a warning that not all of
+ * the input is in the output.
+ * \tparam CodeT an enumeration whose value `CodeT::Ok` means success
  */
 template <typename CodeT>
 class Status {
@@ -33,6 +35,16 @@ public:
     return code_ == CodeT::Ok;
   }
 
+  /** \brief The same as ok(). */
+  explicit operator bool() const { return ok(); }
+
+  /** \brief True if the operation succeeded, but message() says what was left out. */
+  bool
+  hasWarning() const
+  {
+    return ok() && !message_.empty();
+  }
+
   /** \brief The kind of outcome. */
   CodeT
   code() const
@@ -40,7 +52,7 @@ public:
     return code_;
   }
 
-  /** \brief What is wrong; empty on success. */
+  /** \brief What is wrong; empty on success without a warning. */
   const std::string&
   message() const
   {
@@ -51,6 +63,16 @@ private:
   CodeT code_ = CodeT::Ok;
   std::string message_;
 };
+
+/** \brief Prints the message; "ok" if there is none. */
+template <typename CodeT>
+std::ostream&
+operator<<(std::ostream& output, const Status<CodeT>& status)
+{
+  if (!status.message().empty())
+    return output << status.message();
+  return output << (status ? "ok" : "failed");
+}
 
 /** \brief The status when memory runs out. Its message fits into the string's internal
  * buffer, so that no memory is allocated for it.
@@ -67,7 +89,7 @@ namespace io {
 
 /** \brief Outcomes of encoding or decoding a frame. */
 enum class CompressionCode {
-  Ok,                 ///< the frame was encoded or decoded
+  Ok,                 ///< the frame was encoded or decoded; see Status::hasWarning
   InvalidSettings,    ///< a setting is outside its range, or two contradict each other
   InvalidInput,       ///< no cloud, or an inconsistent frame
   OutputFailed,       ///< the output stream accepted no more bytes

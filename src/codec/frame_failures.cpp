@@ -15,7 +15,8 @@ CompressionStatus
 oldFrame(std::uint32_t number)
 {
   return {CompressionCode::OldFrame,
-          "frame " + std::to_string(number) + " is late or repeated; it was dropped"};
+          "frame " + std::to_string(number) +
+              " is late or repeated, or belongs to another stream; it was dropped"};
 }
 
 CompressionStatus
@@ -23,8 +24,11 @@ missingReference(std::uint32_t number, const std::optional<std::uint32_t>& last_
 {
   return {CompressionCode::MissingReference,
           "P-frame " + std::to_string(number) + " depends on the previous frame; " +
-              (last_number ? "the last decoded frame is " + std::to_string(*last_number)
-                           : "no frame was decoded")};
+              (last_number
+                   ? "the last decoded frame is " + std::to_string(*last_number) +
+                         ": frames are missing, or it belongs to another stream"
+                   : "no frame was decoded") +
+              "; decoding continues at the next I-frame"};
 }
 
 CompressionStatus

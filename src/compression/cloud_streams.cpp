@@ -3,6 +3,7 @@
 #include <pcl/console/print.h>
 
 #include <exception>
+#include <fstream>
 #include <istream>
 #include <ostream>
 #include <string>
@@ -23,31 +24,34 @@ withDepthLaw(const IntensityCompressionSettings& settings,
   return with_law;
 }
 
-CompressionStatus
-writeFrame(const std::vector<std::uint8_t>& bytes, std::ostream& output)
+/** \brief True for the buffer of a file that is not open, which a new fstream is, too. */
+bool
+isClosedFile(const std::streambuf* buffer)
 {
-  bool is_written = false;
-  try {
-    output.write(reinterpret_cast<const char*>(bytes.data()),
-                 static_cast<std::streamsize>(bytes.size()));
-    output.flush();
-    is_written = output.good();
-  }
-  catch (const std::exception&) {
-    // An output that is set to throw; the status reports the failure.
-  }
-  if (is_written)
-    return {};
-  return {CompressionCode::OutputFailed,
-          "writing a frame of " + std::to_string(bytes.size()) +
-              " bytes to the output stream failed"};
+  const auto* file = dynamic_cast<const std::filebuf*>(buffer);
+  return file != nullptr && !file->is_open();
+}
+
+CompressionStatus
+checkInput(const std::istream& input)
+{
+  if (input.rdbuf() == nullptr)
+    return {CompressionCode::InputFailed, "the input stream has no buffer"};
+  if (isClosedFile(input.rdbuf()))
+    return {CompressionCode::InputFailed,
+            "the input file is not open; check its path and std::ifstream::is_open()"};
+  // At its end the stream is asked again, as more bytes may have arrived.
+  if (input.bad() || (input.fail() && !input.eof()))
+    return {CompressionCode::InputFailed,
+            "the input stream had failed before the call; clear() resets it"};
+  return {};
 }
 
 CompressionStatus
 readFrame(std::istream& input, FrameDecoder& decoder, VoxelFrame& frame)
 {
-  if (input.rdbuf() == nullptr)
-    return {CompressionCode::InputFailed, "the input stream has no buffer"};
+  if (CompressionStatus status = checkInput(input); !status.ok())
+    return status;
   CompressionStatus status = decoder.decode(*input.rdbuf(), frame);
   if (status.code() == CompressionCode::EndOfStream ||
       status.code() == CompressionCode::NoFrame) {
@@ -67,8 +71,9 @@ CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
                            const std::optional<DepthLaw>& model_law,
                            IntensityUnit unit)
 : settings_(settings)
+, limits_status_(checkLimits(settings.decoder_limits))
 , encoder_(withDepthLaw(settings, model_law), unit)
-, decoder_(settings.decoder_limits)
+, decoder_(settings.decoder_limits, settings.incomplete_frame)
 {}
 
 void
@@ -79,12 +84,21 @@ CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& mo
 }
 
 CompressionStatus
-CloudStreams::checkEncoding(bool has_cloud, const std::ostream& output) const
+CloudStreams::checkEncoding(bool has_cloud) const
 {
   if (!encoder_.settingsStatus().ok())
     return encoder_.settingsStatus();
   if (!has_cloud)
     return {CompressionCode::InvalidInput, "the cloud to encode is a null pointer"};
+  return {};
+}
+
+CompressionStatus
+CloudStreams::checkOutput(const std::ostream& output)
+{
+  if (isClosedFile(output.rdbuf()))
+    return {CompressionCode::OutputFailed,
+            "the output file is not open; check its path and std::ofstream::is_open()"};
   if (!output.good())
     return {CompressionCode::OutputFailed,
             "the output stream is in a failed state; clear() resets it"};
@@ -95,8 +109,9 @@ CompressionStatus
 CloudStreams::encode(const PointView& points,
                      const SensorPose& sensor_pose,
                      const pcl::PCLHeader& header,
-                     std::ostream& output)
+                     std::vector<std::uint8_t>& bytes)
 {
+  bytes.clear();
   if (CompressionStatus status =
           encoder_.voxelize(points, sensor_pose.cast<double>(), frame_);
       !status.ok())
@@ -107,18 +122,67 @@ CloudStreams::encode(const PointView& points,
     stamp_->stamp = header.stamp;
     stamp_->frame_id = header.frame_id;
   }
-  if (CompressionStatus status = encoder_.encode(frame_, stamp_, bytes_); !status.ok())
+  CompressionStatus status = encoder_.encode(frame_, stamp_, bytes);
+  if (!status.ok())
     return status;
   statistics_ = encoder_.statistics();
-  return writeFrame(bytes_, output);
+  if (status.hasWarning())
+    printWarning(status);
+  return status;
+}
+
+CompressionStatus
+CloudStreams::write(const std::vector<std::uint8_t>& bytes, std::ostream& output)
+{
+  bool is_written = false;
+  try {
+    output.write(reinterpret_cast<const char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size()));
+    output.flush();
+    is_written = output.good();
+  }
+  catch (const std::exception&) {
+    // An output that is set to throw; the status reports the failure.
+  }
+  if (is_written)
+    return {};
+  return {CompressionCode::OutputFailed,
+          "writing a frame of " + std::to_string(bytes.size()) +
+              " bytes to the output stream failed"};
+}
+
+/** \brief Prints warnings whose words were not printed before. */
+void
+CloudStreams::printWarning(const CompressionStatus& status)
+{
+  std::string words;
+  for (const char c : status.message())
+    if (c < '0' || c > '9')
+      words += c;
+  if (printed_warnings_.insert(words).second)
+    PCL_WARN("[pcl_ext::io::OctreePointCloudIntensityCompression] %s\n",
+             status.message().c_str());
 }
 
 CompressionStatus
 CloudStreams::decode(std::istream& input)
 {
-  if (!encoder_.settingsStatus().ok())
-    return encoder_.settingsStatus();
-  CompressionStatus status = readFrame(input, decoder_, frame_);
+  if (!limits_status_.ok())
+    return limits_status_;
+  return finishDecoding(readFrame(input, decoder_, frame_));
+}
+
+CompressionStatus
+CloudStreams::decode(const std::uint8_t* bytes, std::size_t size)
+{
+  if (!limits_status_.ok())
+    return limits_status_;
+  return finishDecoding(decoder_.decode(bytes, size, frame_));
+}
+
+CompressionStatus
+CloudStreams::finishDecoding(CompressionStatus status)
+{
   if (status.ok())
     statistics_ = {VoxelizationStatistics(), decoder_.statistics()};
   return status;

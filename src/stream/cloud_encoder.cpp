@@ -1,8 +1,10 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "bytes/exceptions.h"
+#include "stream/frame_warnings.h"
 
 #include <array>
+#include <string>
 #include <utility>
 
 namespace pcl_ext {
@@ -88,9 +90,16 @@ CloudEncoder::encode(const VoxelFrame& frame,
   if (!settings_status_.ok())
     return settings_status_;
   CompressionStatus status = encoder_.encode(frame, stamp, bytes);
-  if (status.ok())
-    statistics_ = {voxelization_, encoder_.statistics()};
-  return status;
+  if (!status.ok())
+    return status;
+  statistics_ = {voxelization_, encoder_.statistics()};
+  // Without memory for it the frame goes out without the warning.
+  return callOrElse(
+      [this] {
+        return CompressionStatus(CompressionCode::Ok,
+                                 frameWarning(statistics_, settings_, unit_));
+      },
+      [] { return CompressionStatus(); });
 }
 
 } // namespace io

@@ -63,16 +63,19 @@ checkDepthLaw(const DepthLaw& law)
   return {};
 }
 
+/** \brief Refuses settings that would change what is decoded and have no field in the
+ * layout. Effort and depth law change bytes and time only, and have no effect. */
 CompressionStatus
 checkPublished(const IntensityCompressionSettings& settings)
 {
   if (settings.intensity_bits != 0 && settings.intensity_bits != 8)
-    return invalid(
-        "intensity_bits", settings.intensity_bits, "8 in the published layout");
-  if (settings.intensity_range != 0.0f)
+    return invalid("intensity_bits",
+                   settings.intensity_bits,
+                   "8, or 0 for automatic, in the published layout");
+  if (settings.intensity_range != 0.0f && settings.intensity_range != 255.0f)
     return invalid("intensity_range",
                    settings.intensity_range,
-                   "0 in the published layout, whose scale ends at 255");
+                   "255, or 0 for automatic, in the published layout");
   if (settings.intensity_curve != IntensityCurve::Linear)
     return invalid("intensity_curve", "companded", "linear in the published layout");
   if (settings.carry_header)
@@ -85,6 +88,18 @@ checkPublished(const IntensityCompressionSettings& settings)
 }
 
 } // namespace
+
+CompressionStatus
+checkLimits(const DecoderLimits& limits)
+{
+  if (limits.max_frame_bytes == 0)
+    return invalid("decoder_limits.max_frame_bytes", 0, "above 0");
+  if (limits.max_voxels == 0)
+    return invalid("decoder_limits.max_voxels", 0, "above 0");
+  if (limits.max_points == 0)
+    return invalid("decoder_limits.max_points", 0, "above 0");
+  return {};
+}
 
 CompressionStatus
 checkSettings(const IntensityCompressionSettings& settings)
@@ -110,12 +125,8 @@ checkSettings(const IntensityCompressionSettings& settings)
                        std::to_string((*settings.origin)[1]) + " " +
                        std::to_string((*settings.origin)[2]),
                    "within 2e12 m of the world's origin");
-  if (settings.decoder_limits.max_frame_bytes == 0)
-    return invalid("decoder_limits.max_frame_bytes", 0, "above 0");
-  if (settings.decoder_limits.max_voxels == 0)
-    return invalid("decoder_limits.max_voxels", 0, "above 0");
-  if (settings.decoder_limits.max_points == 0)
-    return invalid("decoder_limits.max_points", 0, "above 0");
+  if (CompressionStatus status = checkLimits(settings.decoder_limits); !status.ok())
+    return status;
   if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
     return invalid("sensor_pose", "not rigid", "a rotation and a translation");
   if (settings.depth_law)

@@ -3,9 +3,11 @@
 #include "bytes/byte_source.h"
 #include "bytes/exceptions.h"
 #include "bytes/reread_allowance.h"
+#include "codec/frame_failures.h"
 #include "codec/frame_order.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
+#include "stream/frame_search.h"
 #include "stream/version1_decoder.h"
 #include "voxels/memory_rule.h"
 
@@ -18,47 +20,11 @@
 namespace pcl_ext {
 namespace io {
 
-namespace {
-
-enum class FoundFormat { None, Version1, Published };
-
-/** \brief Reads up to and including the next magic bytes of either format.
- * \param[in,out] source where to read
- * \param[in,out] last_bytes the last 8 bytes read, the newest one lowest; an interrupted
- * search continues with them
- */
-FoundFormat
-findFrame(ByteSource& source, std::uint64_t& last_bytes)
-{
-  const auto word = [](const char* text, std::size_t size) {
-    std::uint64_t bytes = 0;
-    for (std::size_t i = 0; i < size; ++i)
-      bytes = bytes << 8 | static_cast<std::uint8_t>(text[i]);
-    return bytes;
-  };
-  const std::uint64_t version1 = word(version1_magic, version1_magic_size);
-  const std::uint64_t published = word(published::magic, published::magic_size);
-  const auto mask = [](std::size_t size) {
-    return (std::uint64_t{1} << (8 * size)) - 1;
-  };
-  for (;;) {
-    const std::uint8_t byte = source.u8();
-    if (source.failure() != ByteSource::Failure::None)
-      return FoundFormat::None;
-    last_bytes = last_bytes << 8 | byte;
-    if ((last_bytes & mask(version1_magic_size)) == version1)
-      return FoundFormat::Version1;
-    if ((last_bytes & mask(published::magic_size)) == published)
-      return FoundFormat::Published;
-  }
-}
-
-} // namespace
-
 class FrameDecoder::Implementation {
 public:
-  explicit Implementation(const DecoderLimits& limits)
+  Implementation(const DecoderLimits& limits, IncompleteFrame incomplete_frame)
   : limits_(limits)
+  , keeps_incomplete_(incomplete_frame == IncompleteFrame::Keep)
   , rereads_(std::max(limits.max_frame_bytes, least_allowance))
   , version1_(limits)
   {}
@@ -122,8 +88,8 @@ private:
                       input_failed);
   }
 
-  /** \brief Moves the buffer to where the next call has to search: after the frame, or to
-   * its second byte if its size may be forged.
+  /** \brief Moves the buffer to where the next call has to search: after the frame, to its
+   * second byte if its size may be forged, or to its first if it is to be kept.
    * \param[in] status of the frame
    * \param[in,out] buffer after the bytes read
    * \param[in] begin position of the buffer before the call
@@ -137,6 +103,10 @@ private:
                   std::size_t consumed,
                   std::size_t frame_offset)
   {
+    if (keeps_incomplete_ && status.code() == CompressionCode::Truncated) {
+      seekTo(buffer, begin, frame_offset);
+      return;
+    }
     const std::size_t second_byte = frame_offset + 1;
     const std::size_t bytes_read = consumed - skipped_;
     if (mayHideFrames(status.code()) ||
@@ -219,11 +189,18 @@ private:
   {
     ByteSource search(buffer, limits_.max_frame_bytes);
     std::uint64_t last_bytes = std::exchange(unfinished_search_, 0);
-    const FoundFormat format = findFrame(search, last_bytes);
+    FirstBytes first;
+    const FoundFormat format = findFrame(search, last_bytes, first);
     if (format == FoundFormat::None) {
       if (search.failure() == ByteSource::Failure::LimitExceeded)
         unfinished_search_ = last_bytes;
-      return noFrame(search);
+      const std::size_t kept = std::min(
+          search.consumed(), keeps_incomplete_ ? incompleteMagicSize(last_bytes) : 0);
+      if (kept > 0 && search.failure() == ByteSource::Failure::EndOfInput) {
+        frame_offset = search.consumed() - kept;
+        return failedRead(search, "the first bytes of a frame");
+      }
+      return noFrame(search, first, limits_.max_frame_bytes);
     }
     const bool is_published = format == FoundFormat::Published;
     const std::size_t magic_size =
@@ -249,20 +226,6 @@ private:
     statistics.bytes = magic_size + source.consumed();
     statistics_ = statistics;
     return {};
-  }
-
-  CompressionStatus
-  noFrame(const ByteSource& search) const
-  {
-    if (search.failure() == ByteSource::Failure::LimitExceeded)
-      return {CompressionCode::NoFrame,
-              "no frame found within the limit of " +
-                  std::to_string(limits_.max_frame_bytes) + " bytes"};
-    if (search.consumed() == 0)
-      return {CompressionCode::EndOfStream, "the stream has no more bytes"};
-    return {CompressionCode::NoFrame,
-            "no frame found in the last " + std::to_string(search.consumed()) +
-                " bytes of the stream"};
   }
 
   /** \brief Releases memory that recent frames did not need, and the history of a format
@@ -314,6 +277,7 @@ private:
   }
 
   DecoderLimits limits_;
+  bool keeps_incomplete_;
   std::uint64_t unfinished_search_ = 0; // last bytes of a search ended by the limit
   RereadAllowance rereads_;
   CodedFrameStatistics statistics_;
@@ -335,8 +299,9 @@ DecodingMemory::DecodingMemory(DecodingMemory&&) noexcept = default;
 DecodingMemory&
 DecodingMemory::operator=(DecodingMemory&&) noexcept = default;
 
-FrameDecoder::FrameDecoder(const DecoderLimits& limits)
-: implementation_(std::make_unique<Implementation>(limits))
+FrameDecoder::FrameDecoder(const DecoderLimits& limits,
+                           IncompleteFrame incomplete_frame)
+: implementation_(std::make_unique<Implementation>(limits, incomplete_frame))
 {}
 
 FrameDecoder::~FrameDecoder() = default;

@@ -79,8 +79,10 @@ Version1Decoder::checkSum(std::uint32_t checksum) const
                       checked_bytes_.data(),
                       checked_bytes_.size()) == checksum)
     return {};
-  return corruptFrame("checksum mismatch of frame " +
-                      std::to_string(header_.frame_number));
+  return corruptFrame(
+      "checksum mismatch of frame " + std::to_string(header_.frame_number) +
+      (header_.is_i_frame ? ": it is damaged"
+                          : ": it is damaged, or belongs to another stream"));
 }
 
 /** \brief Checks that a frame is not old, and that its reference was decoded. */

@@ -24,6 +24,7 @@ public:
   , has_intensities_(unit != IntensityUnit::None ||
                      settings.format == StreamFormat::Published)
   , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
+  , leaves_out_colours_(colour_bits_ != settings.colour_bits)
   , keeps_points_(settings.keep_points)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
@@ -70,6 +71,9 @@ private:
       points_off_lattice_ = statistics.points_outside_grid;
     }
     statistics.voxels = frame.size();
+    statistics.points_behind_sensor = points.count_behind_sensor;
+    if (leaves_out_colours_ && points.colours != nullptr)
+      statistics.colours_left_out = points.count;
     return statistics;
   }
 
@@ -363,6 +367,7 @@ private:
   IntensityQuantiser quantiser_;
   bool has_intensities_;
   unsigned int colour_bits_;
+  bool leaves_out_colours_; // the format has no field for them
   bool keeps_points_;
   bool is_native_;
   bool is_mean_;

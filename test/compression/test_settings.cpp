@@ -153,7 +153,7 @@ struct InvalidSettings {
 
 template <typename CompressionT>
 void
-expectEveryCallToRefuse(const InvalidSettings& invalid)
+expectEncodingToRefuse(const InvalidSettings& invalid)
 {
   SCOPED_TRACE(invalid.field);
   IntensityCompressionSettings settings = settingsWith(resolution);
@@ -171,10 +171,10 @@ expectEveryCallToRefuse(const InvalidSettings& invalid)
         compression.encodePointCloud(randomCloud<pcl::PointXYZI>(12, 50), stream));
     EXPECT_TRUE(stream.str().empty());
     expect_refusal(compression.encodePointCloud(nullptr, stream));
-    Cloud::Ptr decoded(new Cloud(4, 1));
-    expect_refusal(compression.decodePointCloud(stream, decoded));
-    EXPECT_TRUE(decoded->empty());
-    EXPECT_EQ(compression.getOutputCloud(), decoded);
+    std::vector<std::uint8_t> bytes(1);
+    expect_refusal(
+        compression.encodePointCloud(randomCloud<pcl::PointXYZI>(12, 50), bytes));
+    EXPECT_TRUE(bytes.empty());
     compression.requestIFrame();
   }
   EXPECT_EQ(compression.getLeafCount(), 0u);
@@ -184,7 +184,7 @@ expectEveryCallToRefuse(const InvalidSettings& invalid)
   EXPECT_EQ(compression.getStatistics().coding.bytes, 0u);
 }
 
-TEST(InvalidCompressionSettings, EveryCallReportsThem)
+TEST(InvalidCompressionSettings, EncodingReportsThem)
 {
   const std::vector<InvalidSettings> all = {
       {"resolution", [](auto& settings) { settings.resolution = 0.0; }},
@@ -215,9 +215,29 @@ TEST(InvalidCompressionSettings, EveryCallReportsThem)
          settings.carry_header = true;
        }}};
   for (const InvalidSettings& invalid : all) {
-    expectEveryCallToRefuse<Compression>(invalid);
-    expectEveryCallToRefuse<Compression::SinglePointCloudCompressionLowMemory>(invalid);
+    expectEncodingToRefuse<Compression>(invalid);
+    expectEncodingToRefuse<Compression::SinglePointCloudCompressionLowMemory>(invalid);
   }
+}
+
+TEST(InvalidCompressionSettings, OnlyInvalidLimitsPreventDecoding)
+{
+  Compression encoder(settingsWith(resolution));
+  const auto cloud = randomCloud<pcl::PointXYZI>(13, 50);
+  const std::string frame = encodeFrame(encoder, cloud);
+  IntensityCompressionSettings settings = settingsWith(-1.0);
+  Cloud::Ptr decoded;
+  Compression decoder(settings);
+  expectCode(decodeBytes(decoder, frame, decoded), CompressionCode::Ok);
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+  settings.resolution = resolution;
+  settings.decoder_limits.max_points = 0;
+  Compression without_limits(settings);
+  const CompressionStatus status = decodeBytes(without_limits, frame, decoded);
+  expectCode(status, CompressionCode::InvalidSettings);
+  EXPECT_NE(status.message().find("max_points"), std::string::npos) << status;
+  EXPECT_TRUE(decoded->empty());
+  EXPECT_EQ(without_limits.getOutputCloud(), decoded);
 }
 
 // ---------------------------------------------------------------- setResolution

@@ -175,13 +175,15 @@ TEST(CompressionSettings, PublishedLayoutHasEightBitsALinearScaleAndNoHeader)
   for (unsigned int bits = 1; bits <= 16; ++bits)
     if (bits != 8)
       expectRefused("intensity_bits", &Settings::intensity_bits, {bits}, published);
+  expectAccepted(&Settings::intensity_range, {255.0f}, published);
   expectRefused(
-      "intensity_range", &Settings::intensity_range, {1e-3f, 1.0f, 255.0f}, published);
+      "intensity_range", &Settings::intensity_range, {1e-3f, 1.0f, 256.0f}, published);
   expectRefused("intensity_curve",
                 &Settings::intensity_curve,
                 {IntensityCurve::Companded},
                 published);
   expectRefused("carry_header", &Settings::carry_header, {true}, published);
+  expectRefused("keep_points", &Settings::keep_points, {true}, published);
 }
 
 TEST(CompressionSettings, BoundingBoxMustHaveAnExtentOnEachAxis)

@@ -89,7 +89,10 @@ public:
    * \param[in] frame the voxels
    * \param[in] stamp see FrameEncoder::encode
    * \param[out] bytes the frame; empty unless the status is Ok
-   * \return InvalidSettings, or what FrameEncoder::encode returns
+   * \return InvalidSettings, or what FrameEncoder::encode returns. Ok has a message with
+   * numbers (Status::hasWarning) if points were left out of the last voxelized cloud, lie
+   * behind the sensor, or have an intensity or colour that the scale or the format cannot
+   * hold, and if decoders with the default limits refuse the frame
    */
   CompressionStatus
   encode(const VoxelFrame& frame,

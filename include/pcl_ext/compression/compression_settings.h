@@ -63,7 +63,17 @@ struct DecoderLimits {
   std::size_t max_points = std::size_t{1} << 24;
 };
 
-/** \brief All settings of a compression, with their units, defaults and ranges. */
+/** \brief What a decoder does with a frame of which only the beginning has arrived. */
+enum class IncompleteFrame {
+  Skip, ///< the next call searches for another frame after its first byte
+  Keep  ///< a stream that can seek stays at its first byte, for a call with more bytes
+};
+
+/** \brief All settings of a compression, with their units, defaults and ranges.
+ *
+ * The published layout refuses settings that change what is decoded and that it has no field
+ * for; effort and depth law, which change bytes and time only, have no effect there.
+ */
 struct IntensityCompressionSettings {
   /** \brief Voxel edge d_v, metres. 1e-6 to 1e6. */
   double resolution = 0.01;
@@ -86,7 +96,7 @@ struct IntensityCompressionSettings {
    *
    * 0: automatic, which is 2^intensity_bits - 1 points, a share of 1, or for native
    * intensities a range that follows the values (see doc/bitstream.md). Finite, not
-   * negative. Published: 0 only; its scale ends at 255.
+   * negative. Published: 0 or 255, where its scale ends.
    */
   float intensity_range = 0.0f;
 
@@ -110,8 +120,8 @@ struct IntensityCompressionSettings {
   IntensityCurve intensity_curve = IntensityCurve::Linear;
 
   /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the mean
-   * colour of its points. Where clouds have no colour it has no effect. Version1 only;
-   * Published: not coded. */
+   * colour of its points. Where clouds have no colour it has no effect. Published: not
+   * coded, about which the status of each coloured cloud warns unless this is 0. */
   unsigned int colour_bits = 6;
 
   /** \brief Code the number of points of each voxel, so that a decoded cloud has as many
@@ -152,7 +162,16 @@ struct IntensityCompressionSettings {
 
   /** \brief Limits of decoding. */
   DecoderLimits decoder_limits;
+
+  /** \brief What decoding does with a frame of which only the beginning is in the stream. */
+  IncompleteFrame incomplete_frame = IncompleteFrame::Skip;
 };
+
+/** \brief Checks limits, which are above 0.
+ * \return Ok, or InvalidSettings with the field
+ */
+PCL_EXT_EXPORT CompressionStatus
+checkLimits(const DecoderLimits& limits);
 
 /** \brief Checks the settings against their ranges and each other.
  * \return Ok, or InvalidSettings with the field and its value

@@ -50,8 +50,10 @@ class PCL_EXT_EXPORT FrameDecoder {
 public:
   /** \brief A decoder at the start of a stream.
    * \param[in] limits bounds on time and memory
+   * \param[in] incomplete_frame what to do after Truncated with a buffer that can seek
    */
-  explicit FrameDecoder(const DecoderLimits& limits = DecoderLimits());
+  explicit FrameDecoder(const DecoderLimits& limits = DecoderLimits(),
+                        IncompleteFrame incomplete_frame = IncompleteFrame::Skip);
   ~FrameDecoder();
   FrameDecoder(FrameDecoder&&) noexcept;
   FrameDecoder&
@@ -61,7 +63,7 @@ public:
    *
    * Bytes before the frame are skipped and counted. After a failure a buffer that can
    * seek is left one byte after the start of the failed frame, so that the next call
-   * searches from there. The bytes of a buffer that cannot seek are lost, and so are bytes
+   * searches from there, or at its start if it is incomplete and to be kept. The bytes of a buffer that cannot seek are lost, and so are bytes
    * that would be read again too often, as in a run of forged frame starts. A frame that
    * is old or lacks its reference is skipped completely if another frame, or nothing,
    * follows it.
@@ -105,6 +107,43 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/** \brief What stands at the beginning of a buffer, see frameSize(). */
+struct FrameSize {
+  /** \brief Ok: the size is known. Truncated: more bytes are required to know it. NoFrame,
+   * UnsupportedVersion, Corrupt, LimitExceeded: no frame begins here that a decoder takes. */
+  CompressionStatus status;
+
+  /** \brief Ok: size of the whole frame, of which fewer bytes may have arrived. Truncated:
+   * size from the beginning that the frame has at least, above the number of bytes at hand.
+   * Else the number of bytes to drop, after which a frame may begin. */
+  std::size_t bytes = 0;
+};
+
+/** \brief Tells how many bytes the frame at the beginning of a buffer has, for bytes that
+ * arrive in pieces, as from a socket.
+ *
+ * A frame of version 1 is known by its first 100 bytes or so, and the time does not depend
+ * on its size. The published layout does not tell its size: there the frame is decoded, and
+ * the size is known when it is complete.
+ *
+ * \code
+ * const auto size = pcl_ext::io::frameSize(buffer.data(), buffer.size());
+ * if (size.status.ok() && size.bytes <= buffer.size())
+ *   decoder.decode(buffer.data(), size.bytes, frame); // and remove size.bytes
+ * else if (size.status.ok() || size.status.code() == CompressionCode::Truncated)
+ *   ; // receive at least size.bytes - buffer.size() more
+ * else
+ *   ; // remove size.bytes
+ * \endcode
+ * \param[in] bytes the first byte
+ * \param[in] count number of bytes at hand; may be 0
+ * \param[in] limits of the decoder that gets the frame
+ */
+PCL_EXT_EXPORT FrameSize
+frameSize(const std::uint8_t* bytes,
+          std::size_t count,
+          const DecoderLimits& limits = DecoderLimits());
 
 } // namespace io
 } // namespace pcl_ext

@@ -13,6 +13,8 @@
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/memory.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <iosfwd>
 #include <type_traits>
 #include <vector>
@@ -36,7 +38,20 @@ template <typename ModelT>
 struct IsIntensityModel<ModelT,
                         std::void_t<decltype(ModelT::unit),
                                     decltype(ModelT::uses_depth),
-                                    decltype(ModelT::uses_native)>> : std::true_type {};
+                                    decltype(ModelT::uses_native)>>
+: std::is_invocable_r<float, const ModelT&, float, float> {};
+
+/** \brief The model for a voxel edge in metres. */
+template <typename ModelT>
+ModelT
+modelOf(double resolution)
+{
+  static_assert(std::is_constructible<ModelT, double>::value,
+                "the intensity model has no constructor from the voxel edge in metres: "
+                "pass an instance after the settings, or, if it is a law, name "
+                "pcl_ext::IntensityModel<Sensor, Law>");
+  return ModelT(resolution);
+}
 
 } // namespace detail
 
@@ -134,12 +149,12 @@ public:
 
   /** \brief All settings by name, and a model constructed from the resolution.
    * \param[in] settings checked here; if a value is out of range, every call to
-   * encodePointCloud and decodePointCloud returns InvalidSettings
+   * encodePointCloud returns InvalidSettings, and to decodePointCloud if it is a limit
    */
   explicit OctreePointCloudIntensityCompression(
       const IntensityCompressionSettings& settings)
   : OctreePointCloudIntensityCompression(
-        settings, IntensityModelT(detail::octreeResolution(settings)))
+        settings, detail::modelOf<IntensityModelT>(detail::octreeResolution(settings)))
   {}
 
   /** \brief All settings by name, and a model with parameters of its own.
@@ -150,6 +165,14 @@ public:
                                        const IntensityModelT& intensity_model);
 
   ~OctreePointCloudIntensityCompression() override = default;
+
+  /** \brief Takes over both streams. A retained octree is built again from its frame. The
+   * source may then only be destroyed or assigned to. */
+  OctreePointCloudIntensityCompression(OctreePointCloudIntensityCompression&& source);
+
+  /** \brief The same; source must be another instance. */
+  OctreePointCloudIntensityCompression&
+  operator=(OctreePointCloudIntensityCompression&& source);
 
   /** \brief Sets the cloud that getOutputCloud returns; so does decodePointCloud. */
   void
@@ -172,17 +195,28 @@ public:
    * \param[in] cloud in the frame of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
    * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed or
-   * OutOfMemory, after which the next frame is an I-frame
+   * OutOfMemory, after which the next frame is an I-frame. Ok has a message with numbers
+   * (Status::hasWarning) if not all of the cloud is in the frame, see CloudEncoder::encode;
+   * the first of each kind is also printed on PCL's console
    */
   CompressionStatus
   encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
+
+  /** \brief The same into memory.
+   * \param[in] cloud as above
+   * \param[out] compressed_cloud the frame's bytes; empty unless the status is Ok
+   */
+  CompressionStatus
+  encodePointCloud(const PointCloudConstPtr& cloud,
+                   std::vector<std::uint8_t>& compressed_cloud);
 
   /** \brief Decodes the next frame of a stream, of either format.
    *
    * The stream must contain the complete frame. Never throws, hangs or exceeds
    * settings.decoder_limits. Bytes before the frame are skipped. If no frame is decoded, the
    * cloud is empty and the history unchanged, so that decoding recovers at the latest with
-   * the next I-frame.
+   * the next I-frame. A stream of which only a part has arrived stays where the incomplete
+   * frame begins with settings.incomplete_frame = Keep.
    * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres, metres, in Morton order; a null
@@ -190,6 +224,15 @@ public:
    */
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
+
+  /** \brief Decodes the first frame in memory. It ends at getStatistics().coding:
+   * skipped_bytes + bytes. See frameSize() for bytes that arrive in pieces.
+   * \param[in] bytes the first byte
+   * \param[in] size number of bytes
+   * \param[in,out] cloud as above
+   */
+  CompressionStatus
+  decodePointCloud(const std::uint8_t* bytes, std::size_t size, PointCloudPtr& cloud);
 
   /** \brief Changes the resolution of the following encoded frames; the next one is an
    * I-frame. A retained octree is deleted.
@@ -241,12 +284,28 @@ public:
   }
 
 private:
-  static_assert(detail::IsIntensityModel<IntensityModelT>::value,
-                "the second template argument must be an intensity model; leaf, branch "
-                "and octree follow it");
+  static_assert(
+      detail::IsIntensityModel<IntensityModelT>::value,
+      "the second template argument must be an intensity model, as "
+      "pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw>; leaf, "
+      "branch and octree follow it. A model of your own has unit, uses_depth, "
+      "uses_native and float operator()(float depth, float native) const");
+  static_assert(
+      !std::is_same<IntensityModelT, NativeIntensity>::value ||
+          has_intensity_field<PointT>,
+      "NativeIntensity is the point's own intensity, but the point type has no "
+      "field intensity: use pcl::PointXYZI, or name another intensity model");
+
+  template <typename EncodeT>
+  CompressionStatus
+  encodeSafely(EncodeT encode);
 
   CompressionStatus
-  encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud);
+  encodeFrame(const PointCloudConstPtr& cloud, std::vector<std::uint8_t>& bytes);
+
+  template <typename DecodeT>
+  CompressionStatus
+  decodeSafely(PointCloudPtr& cloud, DecodeT decode);
 
   void
   finishFrame(const char* title)
@@ -258,6 +317,9 @@ private:
 
   void
   retainOctree();
+
+  void
+  takeOctree(OctreePointCloudIntensityCompression& source);
 
   IntensityModelT intensity_model_;
   detail::CloudStreams streams_;

@@ -24,6 +24,8 @@ struct PointView {
    * blue from bit 16, 8 and 0 on, as PCL's field rgba; null: no colours. */
   const void* colours = nullptr;
   std::size_t colour_stride = 0; ///< bytes from one colour to the next
+  /** \brief Points of negative depth, whose intensity is therefore 0; for the statistics. */
+  std::size_t count_behind_sensor = 0;
 };
 
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean

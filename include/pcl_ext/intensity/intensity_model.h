@@ -199,6 +199,39 @@ struct NativeLaw {
   }
 };
 
+namespace detail {
+
+/** \brief True for types that fulfil the contract of KinectV2. */
+template <typename SensorT, typename = void>
+struct IsSensor : std::false_type {};
+
+template <typename SensorT>
+struct IsSensor<SensorT,
+                std::void_t<decltype(std::declval<SensorT>().fov_x_deg),
+                            decltype(std::declval<SensorT>().fov_y_deg),
+                            decltype(std::declval<SensorT>().columns),
+                            decltype(std::declval<SensorT>().rows)>> : std::true_type {
+};
+
+/** \brief True for types that fulfil the contract of CountLaw. */
+template <typename LawT, typename = void>
+struct IsLaw : std::false_type {};
+
+template <typename LawT>
+struct IsLaw<LawT,
+             std::void_t<decltype(LawT::unit),
+                         decltype(LawT::uses_depth),
+                         decltype(LawT::uses_native)>>
+: std::is_invocable_r<float, const LawT&, float, float> {};
+
+template <typename LawT, typename = void>
+struct UsesDepth : std::false_type {};
+
+template <typename LawT>
+struct UsesDepth<LawT, std::enable_if_t<LawT::uses_depth>> : std::true_type {};
+
+} // namespace detail
+
 /** \brief The intensity of one point: a policy made of a sensor and a law.
  *
  * Contract of an intensity model: the constants `unit`, `uses_depth` and `uses_native`; a
@@ -219,6 +252,15 @@ class IntensityModel {
 public:
   using Sensor = SensorT;
   using Law = LawT;
+
+  static_assert(
+      detail::IsLaw<LawT>::value,
+      "the second template argument must be a law, as pcl_ext::QuadraticLaw; the "
+      "first one is the sensor");
+  static_assert(
+      detail::IsSensor<SensorT>::value || !detail::UsesDepth<LawT>::value,
+      "a law that depends on the depth needs a sensor as first template argument, "
+      "as pcl_ext::KinectV2: fov_x_deg, fov_y_deg, columns and rows");
 
   static constexpr IntensityUnit unit = LawT::unit;
   static constexpr bool uses_depth = LawT::uses_depth;

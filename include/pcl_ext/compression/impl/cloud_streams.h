@@ -16,9 +16,12 @@
 
 #include <pcl/PCLHeader.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -28,7 +31,8 @@ namespace detail {
 /** \brief One stream of clouds in each direction, written to and read from iostreams. */
 class PCL_EXT_EXPORT CloudStreams {
 public:
-  /** \param[in] settings checked here; if they are invalid, encode() and decode() fail
+  /** \param[in] settings checked here; if they are invalid encode() fails, and decode() if
+   * the limits are
    * \param[in] model_law depth law of the intensity model, if its intensities depend on
    * the depth; it replaces that of the settings
    * \param[in] unit unit of the point intensities
@@ -66,22 +70,40 @@ public:
     encoder_.requestIFrame();
   }
 
-  /** \brief InvalidSettings, InvalidInput without a cloud, or OutputFailed for an output
-   * that cannot be written. */
+  /** \brief InvalidSettings, or InvalidInput without a cloud. */
   CompressionStatus
-  checkEncoding(bool has_cloud, const std::ostream& output) const;
+  checkEncoding(bool has_cloud) const;
 
-  /** \brief Encodes the next cloud.
+  /** \brief OutputFailed for an output that cannot be written. */
+  static CompressionStatus
+  checkOutput(const std::ostream& output);
+
+  /** \brief Encodes the next cloud. The first warning of each kind is printed on PCL's
+   * console.
    * \param[in] points the cloud
    * \param[in] sensor_pose sensor -> cloud, metres
    * \param[in] header of the cloud; coded if the settings say so
-   * \param[in,out] output may be set to throw
+   * \param[out] bytes the frame; empty unless the status is Ok
    */
   CompressionStatus
   encode(const PointView& points,
          const SensorPose& sensor_pose,
          const pcl::PCLHeader& header,
-         std::ostream& output);
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Writes a frame.
+   * \param[in] bytes the frame
+   * \param[in,out] output may be set to throw
+   */
+  static CompressionStatus
+  write(const std::vector<std::uint8_t>& bytes, std::ostream& output);
+
+  /** \brief Memory for the bytes of a frame that is written to an output. */
+  std::vector<std::uint8_t>&
+  bytes()
+  {
+    return bytes_;
+  }
 
   /** \brief Decodes the next frame. Sets the input's end and fail bits at its end, as a
    * read does.
@@ -89,6 +111,10 @@ public:
    */
   CompressionStatus
   decode(std::istream& input);
+
+  /** \brief Decodes the first frame in memory. */
+  CompressionStatus
+  decode(const std::uint8_t* bytes, std::size_t size);
 
   /** \brief Sets stamp and frame_id to those of the last decoded frame, if it has them. */
   void
@@ -99,7 +125,14 @@ public:
   showStatistics(const char* title) const;
 
 private:
+  void
+  printWarning(const CompressionStatus& status);
+
+  CompressionStatus
+  finishDecoding(CompressionStatus status);
+
   IntensityCompressionSettings settings_;
+  CompressionStatus limits_status_;
   CloudEncoder encoder_;
   FrameDecoder decoder_;
   FrameStatistics statistics_;
@@ -107,6 +140,7 @@ private:
   VoxelFrame frame_;
   std::optional<FrameStamp> stamp_; // of the encoded cloud
   std::vector<std::uint8_t> bytes_;
+  std::set<std::string> printed_warnings_; // without their numbers
 };
 
 } // namespace detail

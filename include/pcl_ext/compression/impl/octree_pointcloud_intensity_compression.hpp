@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -18,9 +19,11 @@ constexpr bool counts_points = false;
 template <typename SensorT>
 constexpr bool counts_points<IntensityModel<SensorT, CountLaw>> = true;
 
-/** \brief Intensities of the points of a cloud. */
+/** \brief Intensities of the points of a cloud.
+ * \return number of points with a negative depth, if the model uses the depth
+ */
 template <typename PointT, typename IntensityModelT>
-void
+std::size_t
 computeIntensities(const pcl::PointCloud<PointT>& cloud,
                    const SensorPose& pose,
                    const IntensityModelT& model,
@@ -29,14 +32,18 @@ computeIntensities(const pcl::PointCloud<PointT>& cloud,
   const Eigen::Vector3f sensor = pose.translation();
   const Eigen::Vector3f optical_axis = pose.linear().col(2);
   intensities.resize(cloud.size());
+  std::size_t behind_sensor = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     float depth = 0.0f;
     // The difference first: it is exact far from the origin, products are not.
-    if constexpr (IntensityModelT::uses_depth)
+    if constexpr (IntensityModelT::uses_depth) {
       depth = optical_axis.dot(Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z) -
                                sensor);
+      behind_sensor += depth < 0.0f ? 1 : 0;
+    }
     intensities[i] = model(depth, nativeIntensity(cloud[i], 0.0f));
   }
+  return behind_sensor;
 }
 
 /** \brief A point at the centre of each voxel of a frame, in its order, or as many as the
@@ -110,13 +117,108 @@ template <typename PointT,
           typename LeafT,
           typename BranchT,
           typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    OctreePointCloudIntensityCompression(OctreePointCloudIntensityCompression&& source)
+: Base(source.resolution_)
+, intensity_model_(std::move(source.intensity_model_))
+, streams_(std::move(source.streams_))
+, output_(std::move(source.output_))
+, intensities_(std::move(source.intensities_))
+{
+  takeOctree(source);
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>&
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+operator=(OctreePointCloudIntensityCompression&& source)
+{
+  intensity_model_ = std::move(source.intensity_model_);
+  streams_ = std::move(source.streams_);
+  output_ = std::move(source.output_);
+  intensities_ = std::move(source.intensities_);
+  this->deleteTree();
+  Base::setResolution(source.resolution_);
+  takeOctree(source);
+  return *this;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+void
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    takeOctree(OctreePointCloudIntensityCompression& source)
+{
+  this->setInputCloud(source.getInputCloud(), source.getIndices());
+  if (source.getLeafCount() > 0)
+    retainOctree();
+  source.deleteTree();
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
 CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     encodePointCloud(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
 {
+  return encodeSafely([&] {
+    if (CompressionStatus status = streams_.checkOutput(compressed_cloud); !status.ok())
+      return status;
+    CompressionStatus status = encodeFrame(cloud, streams_.bytes());
+    if (!status.ok())
+      return status;
+    CompressionStatus written = streams_.write(streams_.bytes(), compressed_cloud);
+    if (!written.ok())
+      return written;
+    finishFrame("ENCODING");
+    return status;
+  });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodePointCloud(const PointCloudConstPtr& cloud,
+                     std::vector<std::uint8_t>& compressed_cloud)
+{
+  CompressionStatus status = encodeSafely([&] {
+    CompressionStatus encoded = encodeFrame(cloud, compressed_cloud);
+    if (encoded.ok())
+      finishFrame("ENCODING");
+    return encoded;
+  });
+  if (!status.ok())
+    compressed_cloud.clear();
+  return status;
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename EncodeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    encodeSafely(EncodeT encode)
+{
   CompressionStatus status;
   try {
-    status = encodeFrame(cloud, compressed_cloud);
+    status = encode();
   }
   catch (const std::bad_alloc&) {
     status = outOfMemoryStatus<CompressionStatus>();
@@ -140,10 +242,9 @@ template <typename PointT,
           typename OctreeT>
 CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
-    encodeFrame(const PointCloudConstPtr& cloud, std::ostream& compressed_cloud)
+    encodeFrame(const PointCloudConstPtr& cloud, std::vector<std::uint8_t>& bytes)
 {
-  CompressionStatus status = streams_.checkEncoding(cloud != nullptr, compressed_cloud);
-  if (!status.ok())
+  if (CompressionStatus status = streams_.checkEncoding(cloud != nullptr); !status.ok())
     return status;
   this->setInputCloud(cloud); // as PCL's class does
   PointView view = pointViewOf(*cloud);
@@ -151,14 +252,12 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
       getSettings(), cloud->sensor_origin_, cloud->sensor_orientation_);
   if (IntensityModelT::unit != IntensityUnit::None &&
       !detail::counts_points<IntensityModelT> && !cloud->empty()) {
-    detail::computeIntensities(*cloud, pose, intensity_model_, intensities_);
+    view.count_behind_sensor =
+        detail::computeIntensities(*cloud, pose, intensity_model_, intensities_);
     view.intensities = intensities_.data();
     view.intensity_stride = 1;
   }
-  status = streams_.encode(view, pose, cloud->header, compressed_cloud);
-  if (status.ok())
-    finishFrame("ENCODING");
-  return status;
+  return streams_.encode(view, pose, cloud->header, bytes);
 }
 
 template <typename PointT,
@@ -170,12 +269,37 @@ CompressionStatus
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud)
 {
+  return decodeSafely(cloud, [&] { return streams_.decode(compressed_cloud); });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    decodePointCloud(const std::uint8_t* bytes, std::size_t size, PointCloudPtr& cloud)
+{
+  return decodeSafely(cloud, [&] { return streams_.decode(bytes, size); });
+}
+
+template <typename PointT,
+          typename IntensityModelT,
+          typename LeafT,
+          typename BranchT,
+          typename OctreeT>
+template <typename DecodeT>
+CompressionStatus
+OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
+    decodeSafely(PointCloudPtr& cloud, DecodeT decode)
+{
   CompressionStatus status;
   try {
     if (!cloud)
       cloud.reset(new PointCloud);
     output_ = cloud;
-    status = streams_.decode(compressed_cloud);
+    status = decode();
     if (status.ok()) {
       detail::fillCloud(streams_.frame(), *cloud);
       streams_.copyStampTo(cloud->header);

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Names bytes of another format by their beginning, and how to read them; empty if
+ * they are not recognised.
+ * \param[in] bytes the first bytes, foreign_bytes_size of them if there are as many
+ * \param[in] size number of bytes
+ */
+std::string
+describeForeignBytes(const std::uint8_t* bytes, std::size_t size);
+
+/** \brief Number of bytes that identify a format. */
+constexpr std::size_t foreign_bytes_size = 32;
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/intensity/intensity_model.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What of a cloud is not in its frame, or changed, each with its number; empty if
+ * nothing is. Points that are not finite are not mentioned: organised clouds have them
+ * where there is no measurement.
+ * \param[in] statistics of the frame
+ * \param[in] settings of its encoder
+ * \param[in] unit unit of the point intensities
+ */
+std::string
+frameWarning(const FrameStatistics& statistics,
+             const IntensityCompressionSettings& settings,
+             IntensityUnit unit);
+
+} // namespace io
+} // namespace pcl_ext

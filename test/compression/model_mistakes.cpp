@@ -1,0 +1,36 @@
+/** \file
+ * \brief Does not compile: mistakes with intensity models, each of which a static_assert
+ * answers with its remedy. The test compares the compiler's messages.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include <pcl/point_types.h>
+
+namespace {
+
+using pcl_ext::io::OctreePointCloudIntensityCompression;
+
+template <typename PointT, typename... ArgumentsT>
+void
+construct()
+{
+  OctreePointCloudIntensityCompression<PointT, ArgumentsT...> compression;
+}
+
+} // namespace
+
+void
+makeMistakes()
+{
+  // PCL's order of template arguments.
+  construct<pcl::PointXYZI, pcl_ext::octree::IntensityLeaf>();
+  construct<pcl::PointXYZI, pcl_ext::KinectV2>();
+  construct<pcl::PointXYZ, pcl_ext::NativeIntensity>();
+  construct<pcl::PointXYZI, pcl_ext::QuadraticLaw>();
+  construct<pcl::PointXYZI,
+            pcl_ext::IntensityModel<pcl_ext::RuntimeSensor, pcl_ext::QuadraticLaw>>();
+  construct<pcl::PointXYZI,
+            pcl_ext::IntensityModel<pcl_ext::QuadraticLaw, pcl_ext::KinectV2>>();
+  construct<pcl::PointXYZI,
+            pcl_ext::IntensityModel<pcl_ext::UnspecifiedSensor, pcl_ext::LinearLaw>>();
+}

@@ -1,0 +1,241 @@
+/** \file
+ * \brief What OctreePointCloudIntensityCompression says when not all of a cloud is in its
+ * frame, and about streams that it cannot read or write.
+ */
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+
+#include "support/cloud_streams.h"
+
+#include <pcl/console/print.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace {
+
+using namespace pcl_ext::io;
+using namespace pcl_ext::test;
+
+using Cloud = pcl::PointCloud<pcl::PointXYZI>;
+using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+using Quadratic = OctreePointCloudIntensityCompression<
+    pcl::PointXYZI,
+    pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw>>;
+
+constexpr double resolution = 0.04;
+
+void
+expectWords(const CompressionStatus& status, const std::string& words)
+{
+  EXPECT_NE(status.message().find(words), std::string::npos) << status;
+}
+
+TEST(CompressionWarnings, PointsBehindTheSensor)
+{
+  // As PCL writes the files of a Kinect: y up and z towards the viewer, VIEWPOINT
+  // 0 0 0 0 1 0 0, which turns the optical axis away from the points.
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 100, {0.0, 0.0, 3.0}, 1.0);
+  cloud->sensor_orientation_ = Eigen::Quaternionf(0.0f, 1.0f, 0.0f, 0.0f);
+  std::stringstream stream;
+  Quadratic behind(settingsWith(resolution));
+  const CompressionStatus status = behind.encodePointCloud(cloud, stream);
+  EXPECT_TRUE(status.hasWarning());
+  expectWords(status, "100 of 100 points are behind the sensor");
+  EXPECT_EQ(behind.getStatistics().voxelization.points_behind_sensor, 100u);
+
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.sensor_pose = SensorPose::Identity();
+  Quadratic before(settings);
+  EXPECT_FALSE(before.encodePointCloud(cloud, stream).hasWarning());
+  Compression native(settingsWith(resolution));
+  EXPECT_FALSE(native.encodePointCloud(cloud, stream).hasWarning());
+}
+
+TEST(CompressionWarnings, AreOnPclsConsoleOnceForEachKind)
+{
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.bounding_box = BoundingBox{{-1.0, -1.0, 0.0}, {1.0, 1.0, 1.0}};
+  settings.intensity_range = 300.0f;
+  Compression compression(settings);
+  const auto printed = [&](std::initializer_list<pcl::PointXYZI> points) {
+    const Cloud::Ptr cloud(new Cloud);
+    for (const pcl::PointXYZI& point : points)
+      cloud->push_back(point);
+    std::stringstream stream;
+    ::testing::internal::CaptureStderr();
+    const CompressionStatus status = compression.encodePointCloud(cloud, stream);
+    EXPECT_TRUE(status.hasWarning());
+    const std::string text = ::testing::internal::GetCapturedStderr();
+    EXPECT_TRUE(text.empty() || text.find(status.message()) != std::string::npos);
+    return !text.empty();
+  };
+  const pcl::PointXYZI inside(0.0f, 0.0f, 0.5f, 1.0f);
+  const pcl::PointXYZI outside(0.0f, 0.0f, 1.5f, 1.0f);
+  const pcl::PointXYZI bright(0.0f, 0.0f, 0.5f, 301.0f);
+  const auto verbosity = pcl::console::getVerbosityLevel();
+  pcl::console::setVerbosityLevel(pcl::console::L_WARN);
+  EXPECT_TRUE(printed({inside, outside}));
+  EXPECT_FALSE(printed({inside, outside, outside})); // another number of them
+  EXPECT_TRUE(printed({bright}));
+  EXPECT_FALSE(printed({bright}));
+  pcl::console::setVerbosityLevel(verbosity);
+}
+
+// ---------------------------------------------------------------- streams
+
+TEST(CompressionSource, AFileThatIsNotOpenIsReported)
+{
+  Compression compression(settingsWith(resolution));
+  Cloud::Ptr decoded;
+  std::ifstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
+  std::ifstream never_opened;
+  for (std::istream* stream : {&wrong_path, &never_opened}) {
+    const CompressionStatus status = compression.decodePointCloud(*stream, decoded);
+    expectCode(status, CompressionCode::InputFailed);
+    expectWords(status, "not open");
+  }
+  std::istringstream failed("1 x");
+  int number = 0;
+  failed >> number >> number;
+  const CompressionStatus status = compression.decodePointCloud(failed, decoded);
+  expectCode(status, CompressionCode::InputFailed);
+  expectWords(status, "had failed before the call");
+}
+
+TEST(CompressionOutput, AFileThatIsNotOpenIsReported)
+{
+  Compression compression(settingsWith(resolution));
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 100);
+  std::ofstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
+  std::ofstream never_opened;
+  wrong_path.clear(); // does not open it
+  for (std::ostream* stream : {&wrong_path, &never_opened}) {
+    const CompressionStatus status = compression.encodePointCloud(cloud, *stream);
+    expectCode(status, CompressionCode::OutputFailed);
+    expectWords(status, "not open");
+  }
+}
+
+TEST(CompressionSource, TwoStreamsInOneAreNamed)
+{
+  Compression encoder(settingsWith(resolution));
+  Compression other(settingsWith(resolution));
+  Compression decoder;
+  Cloud::Ptr decoded;
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 500);
+  EXPECT_TRUE(decodeBytes(decoder, encodeFrame(encoder, cloud), decoded).ok());
+  encodeFrame(other, randomCloud<pcl::PointXYZI>(2, 100));
+  encodeFrame(other, cloud);
+  other.requestIFrame();
+  encodeFrame(other, cloud);
+  const CompressionStatus status =
+      decodeBytes(decoder, encodeFrame(other, cloud), decoded);
+  expectCode(status, CompressionCode::MissingReference);
+  expectWords(status, "belongs to another stream");
+}
+
+TEST(CompressionSource, AnIncompleteFrameStaysInTheStreamIfToldTo)
+{
+  Compression encoder(settingsWith(resolution));
+  const std::string frame = encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 100));
+  IntensityCompressionSettings settings;
+  settings.incomplete_frame = IncompleteFrame::Keep;
+  Compression decoder(settings);
+  std::stringstream stream;
+  Cloud::Ptr decoded;
+  stream << frame.substr(0, frame.size() / 2);
+  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Truncated);
+  EXPECT_TRUE(stream.good());
+  stream << frame.substr(frame.size() / 2);
+  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Ok);
+  EXPECT_FALSE(decoded->empty());
+}
+
+// ---------------------------------------------------------------- memory and moves
+
+TEST(CompressionInMemory, HasTheBytesOfAStream)
+{
+  Compression to_stream(settingsWith(resolution));
+  Compression to_memory(settingsWith(resolution));
+  Compression decoder;
+  for (unsigned int seed = 0; seed < 3; ++seed) {
+    const auto cloud = randomCloud<pcl::PointXYZI>(seed, 300);
+    std::vector<std::uint8_t> bytes(7, 1);
+    expectCode(to_memory.encodePointCloud(cloud, bytes), CompressionCode::Ok);
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), encodeFrame(to_stream, cloud));
+    bytes.push_back('P'); // of the next frame
+    Cloud::Ptr decoded;
+    expectCode(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded),
+               CompressionCode::Ok);
+    expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+    EXPECT_EQ(decoder.getStatistics().coding.bytes, bytes.size() - 1);
+  }
+}
+
+/** \brief Encodes and decodes the next frame, with an octree of the decoded voxels. */
+template <typename CompressionT>
+void
+expectStreamsToContinue(CompressionT& compression,
+                        CompressionT& peer,
+                        unsigned int seed)
+{
+  const auto cloud = randomCloud<pcl::PointXYZI>(seed, 300);
+  Cloud::Ptr decoded;
+  EXPECT_TRUE(decodeBytes(peer, encodeFrame(compression, cloud), decoded).ok());
+  EXPECT_TRUE(decodeBytes(compression, encodeFrame(peer, cloud), decoded).ok());
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+  EXPECT_EQ(compression.getLeafCount(), decoded->size());
+}
+
+template <typename CompressionT>
+void
+expectMovesToContinue()
+{
+  IntensityCompressionSettings settings = settingsWith(resolution);
+  settings.retain_octree = true;
+  CompressionT compression(settings);
+  CompressionT peer(settings);
+  expectStreamsToContinue(compression, peer, 1);
+  const std::size_t leaves = compression.getLeafCount();
+  CompressionT moved(std::move(compression));
+  EXPECT_EQ(moved.getLeafCount(), leaves);
+  EXPECT_TRUE(moved.getOutputCloud());
+  expectStreamsToContinue(moved, peer, 1);
+  EXPECT_FALSE(moved.getStatistics().coding.is_i_frame);
+  CompressionT assigned(settingsWith(1.0));
+  EXPECT_TRUE(assigned.isVoxelOccupiedAtPoint(pcl::PointXYZI()) == false);
+  assigned = std::move(moved);
+  EXPECT_EQ(assigned.getLeafCount(), leaves);
+  EXPECT_EQ(assigned.getResolution(), resolution);
+  EXPECT_TRUE(assigned.isVoxelOccupiedAtPoint(assigned.getOutputCloud()->front()));
+  expectStreamsToContinue(assigned, peer, 1);
+  EXPECT_FALSE(assigned.getStatistics().coding.is_i_frame);
+}
+
+TEST(CompressionMoves, StreamsAndOctreeContinue)
+{
+  expectMovesToContinue<Compression>();
+  expectMovesToContinue<Compression::SinglePointCloudCompressionLowMemory>();
+}
+
+TEST(CompressionMoves, InstancesLiveInAVector)
+{
+  std::vector<Compression> encoders;
+  std::vector<Compression> decoders(2);
+  for (int i = 0; i < 5; ++i)
+    encoders.emplace_back(settingsWith(resolution));
+  encoders.erase(encoders.begin());
+  Cloud::Ptr decoded;
+  EXPECT_TRUE(
+      decodeBytes(decoders.front(),
+                  encodeFrame(encoders.back(), randomCloud<pcl::PointXYZI>(1, 9)),
+                  decoded)
+          .ok());
+}
+
+} // namespace

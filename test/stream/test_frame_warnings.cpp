@@ -1,0 +1,168 @@
+/** \file
+ * \brief Warnings of CloudEncoder: what of a cloud is not in its frame, with its number.
+ */
+#include <pcl_ext/compression/cloud_encoder.h>
+
+#include "stream/frame_warnings.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::io;
+using pcl_ext::IntensityUnit;
+
+/** \brief Points with an intensity: x, y, z, i. */
+using Points = std::vector<std::array<float, 4>>;
+
+PointView
+viewOf(const Points& points)
+{
+  PointView view;
+  view.coordinates = points.front().data();
+  view.coordinate_stride = 4;
+  view.intensities = points.front().data() + 3;
+  view.intensity_stride = 4;
+  view.count = points.size();
+  return view;
+}
+
+/** \brief The status of the first frame of a stream, which is Ok. */
+CompressionStatus
+encode(const IntensityCompressionSettings& settings,
+       IntensityUnit unit,
+       const PointView& view)
+{
+  CloudEncoder encoder(settings, unit);
+  VoxelFrame frame;
+  std::vector<std::uint8_t> bytes;
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+  const CompressionStatus status = encoder.encode(frame, std::nullopt, bytes);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_FALSE(bytes.empty());
+  return status;
+}
+
+void
+expectWarning(const CompressionStatus& status, const std::string& words)
+{
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_NE(status.message().find(words), std::string::npos) << status;
+}
+
+IntensityCompressionSettings
+settingsAt(double resolution)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = resolution;
+  return settings;
+}
+
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+TEST(FrameWarnings, NothingIsLostWithoutThem)
+{
+  const Points points{{0.0f, 0.0f, 1.0f, 7.0f},
+                      {1.0f, 0.0f, 1.0f, 200.0f},
+                      {not_a_number, 0.0f, 0.0f, 1.0f}};
+  for (const IntensityUnit unit : {IntensityUnit::Native, IntensityUnit::None}) {
+    const CompressionStatus status = encode(settingsAt(0.01), unit, viewOf(points));
+    EXPECT_FALSE(status.hasWarning()) << status;
+  }
+}
+
+TEST(FrameWarnings, PointsOutsideTheGrid)
+{
+  // Around a fixed origin; more than 10.5 km from it at 1 cm.
+  const Points points{{0.0f, 0.0f, 1.0f, 7.0f},
+                      {20000.0f, 0.0f, 1.0f, 7.0f},
+                      {0.0f, -20000.0f, 1.0f, 7.0f}};
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  settings.origin = {0.0, 0.0, 0.0};
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
+                "2 of 3 points are more than 2^20 voxels from the grid's origin");
+}
+
+TEST(FrameWarnings, PointsOutsideTheBox)
+{
+  const Points points{{0.0f, 0.0f, 1.0f, 7.0f}, {0.0f, 0.0f, 3.0f, 7.0f}};
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  settings.bounding_box = BoundingBox{{-1.0, -1.0, 0.0}, {1.0, 1.0, 2.0}};
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
+                "1 of 2 points are outside the bounding box");
+}
+
+TEST(FrameWarnings, PointsBehindTheSensor)
+{
+  const Points points{{0.0f, 0.0f, -1.0f, 0.0f}, {0.0f, 0.0f, 3.0f, 0.5f}};
+  PointView view = viewOf(points);
+  view.count_behind_sensor = 1;
+  expectWarning(encode(settingsAt(0.01), IntensityUnit::Share, view),
+                "1 of 2 points are behind the sensor");
+}
+
+TEST(FrameWarnings, IntensitiesThatAreNotFinite)
+{
+  const Points points{{0.0f, 0.0f, 1.0f, not_a_number}, {0.0f, 0.0f, 3.0f, 0.5f}};
+  expectWarning(encode(settingsAt(0.01), IntensityUnit::Native, viewOf(points)),
+                "1 of 2 points have an intensity that is not finite");
+}
+
+TEST(FrameWarnings, SaturatedIntensitiesButForShares)
+{
+  const Points points{{0.0f, 0.0f, 1.0f, 300.0f}, {0.0f, 0.0f, 3.0f, 0.5f}};
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  settings.intensity_range = 255.0f;
+  const std::string words = "1 of 2 voxels have an intensity beyond the scale";
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)), words);
+  settings.format = StreamFormat::Published;
+  const CompressionStatus status =
+      encode(settings, IntensityUnit::Native, viewOf(points));
+  expectWarning(status, words);
+  expectWarning(status, "Aggregation::Mean");
+  EXPECT_FALSE(
+      encode(settingsAt(0.01), IntensityUnit::Share, viewOf(points)).hasWarning());
+}
+
+TEST(FrameWarnings, ColoursInThePublishedLayout)
+{
+  const Points points{{0.0f, 0.0f, 1.0f, 3.0f}, {0.0f, 0.0f, 3.0f, 5.0f}};
+  PointView view = viewOf(points);
+  view.colours = points.data();
+  view.colour_stride = sizeof(points.front());
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  EXPECT_FALSE(encode(settings, IntensityUnit::Native, view).hasWarning());
+  settings.format = StreamFormat::Published;
+  expectWarning(encode(settings, IntensityUnit::Native, view),
+                "2 of 2 points have a colour");
+  settings.colour_bits = 0;
+  EXPECT_FALSE(encode(settings, IntensityUnit::Native, view).hasWarning());
+}
+
+TEST(FrameWarnings, FramesThatDefaultDecodersRefuse)
+{
+  const DecoderLimits limits;
+  FrameStatistics statistics;
+  statistics.coding.voxels = limits.max_voxels;
+  statistics.coding.bytes = limits.max_frame_bytes;
+  statistics.voxelization.points_used = limits.max_points + 1;
+  IntensityCompressionSettings settings;
+  EXPECT_EQ(frameWarning(statistics, settings, IntensityUnit::None), "");
+  settings.keep_points = true;
+  EXPECT_NE(frameWarning(statistics, settings, IntensityUnit::None)
+                .find("decoder_limits.max_points of at least 16777217"),
+            std::string::npos);
+  ++statistics.coding.voxels;
+  ++statistics.coding.bytes;
+  const std::string all = frameWarning(statistics, settings, IntensityUnit::None);
+  for (const char* words : {"max_voxels of at least 1048577; the default is 1048576; ",
+                            "max_frame_bytes of at least 16777217"})
+    EXPECT_NE(all.find(words), std::string::npos) << all;
+}
+
+} // namespace
