@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Builds the documentation; any warning is an error.
+# Builds the documentation; any warning and any dead link is an error.
 # Usage: doc/build.sh [output folder]     (default: build-doc)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 output=${1:-$root/build-doc}
+rm -rf "$output/html"
 mkdir -p "$output"
 cd "$root"
 (cat doc/Doxyfile; echo "OUTPUT_DIRECTORY = $output") | doxygen -
+python3 -B doc/check_links.py "$output/html" $(find . -name '*.md' -not -path '*/build*')
 echo "Documentation: $output/html/index.html"
