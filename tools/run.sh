@@ -5,7 +5,8 @@
 #   --frames N           of the robot cell (100), or of each input at most
 #   --resolution METRES  voxel edge (0.04)
 #   --intensity LAW      count, quadratic, linear or native
-#   --sensor NAME        for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov
+#   --sensor SENSOR      for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov, or
+#                        field of view and image: degrees,degrees,columns,rows
 #   --effort EFFORT      fast, balanced or small
 #   --crop BOX           x0,y0,z0,x1,y1,z1 to keep, m
 #   --threshold I        remove voxels of lower intensity, instead of outliers

@@ -4,6 +4,7 @@
 
 #include <boost/program_options.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -15,27 +16,45 @@ namespace {
 
 namespace options = boost::program_options;
 
-/** \brief Reads x0,y0,z0,x1,y1,z1. */
-io::BoundingBox
-parseBox(const std::string& text)
+/** \brief Reads numbers with commas between them.
+ * \param[in] option for messages
+ * \param[in] text the numbers
+ * \param[in] names of the numbers, with commas between them
+ * \throws std::invalid_argument unless there is a number for each name
+ */
+std::vector<double>
+parseNumbers(const std::string& option,
+             const std::string& text,
+             const std::string& names)
 {
-  std::vector<double> corners;
+  std::vector<double> numbers;
   std::istringstream stream(text);
   std::string number;
   while (std::getline(stream, number, ',')) {
     std::size_t used = 0;
     try {
-      corners.push_back(std::stod(number, &used));
+      numbers.push_back(std::stod(number, &used));
     }
     catch (const std::exception&) {
       used = 0;
     }
     if (used == 0 || used != number.size())
-      throw std::invalid_argument("--crop: '" + number + "' is not a number");
+      throw std::invalid_argument("--" + option + ": '" + number + "' is not a number");
   }
-  if (corners.size() != 6)
-    throw std::invalid_argument("--crop needs six numbers, x0,y0,z0,x1,y1,z1, not " +
-                                std::to_string(corners.size()));
+  const auto count =
+      static_cast<std::size_t>(std::count(names.begin(), names.end(), ',')) + 1;
+  if (numbers.size() != count)
+    throw std::invalid_argument("--" + option + " needs " + std::to_string(count) +
+                                " numbers, " + names + ", not " +
+                                std::to_string(numbers.size()));
+  return numbers;
+}
+
+/** \brief Reads x0,y0,z0,x1,y1,z1. */
+io::BoundingBox
+parseBox(const std::string& text)
+{
+  const std::vector<double> corners = parseNumbers("crop", text, "x0,y0,z0,x1,y1,z1");
   io::BoundingBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     box.min[axis] = corners[axis];
@@ -53,13 +72,23 @@ lawChoices()
   return choices;
 }
 
-measuring::Choices<RuntimeSensor>
-sensorChoices()
+/** \brief Reads the name of a sensor, or its figures. */
+RuntimeSensor
+parseSensor(const std::string& text)
 {
-  measuring::Choices<RuntimeSensor> choices;
-  for (const NamedSensor& named : named_sensors)
-    choices.emplace_back(named.name, named.sensor);
-  return choices;
+  if (text.find(',') == std::string::npos) {
+    measuring::Choices<RuntimeSensor> choices;
+    for (const NamedSensor& named : named_sensors)
+      choices.emplace_back(named.name, named.sensor);
+    return measuring::valueNamed("sensor", text, choices);
+  }
+  const std::vector<double> figures =
+      parseNumbers("sensor", text, "horizontal degrees,vertical degrees,columns,rows");
+  const auto pixels = [](double number) {
+    return measuring::checkedCount(
+        "sensor", std::isfinite(number) ? std::int64_t(number) : 0, 1, 1 << 16);
+  };
+  return RuntimeSensor(figures[0], figures[1], pixels(figures[2]), pixels(figures[3]));
 }
 
 options::options_description
@@ -89,8 +118,13 @@ describeOptions(StreamOptions& result)
          "auto (native if the input has an intensity, else count), count, quadratic, "
          "linear or native");
   option("sensor",
-         choice("sensor", result.sensor, sensorChoices())->default_value("kinect_v2"),
-         "for quadratic and linear: kinect_v2, kinect_v1 or azure_kinect_nfov");
+         options::value<std::string>()
+             ->default_value("kinect_v2")
+             ->notifier([&result](const std::string& sensor) {
+               result.sensor = parseSensor(sensor);
+             }),
+         "for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov, or "
+         "field of view and image of another one: degrees,degrees,columns,rows");
   option("format,f",
          choice<io::StreamFormat>("format",
                                   result.settings.format,
