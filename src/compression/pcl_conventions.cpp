@@ -49,6 +49,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
   settings.keep_points = !used.do_voxel_grid_down_sampling;
   settings.resolution =
       settings.keep_points ? used.point_resolution : used.octree_resolution;
+  settings.coarsen_wide_clouds = true;
   settings.i_frame_rate = used.i_frame_rate;
   settings.colour_bits = used.do_color_encoding ? used.color_bit_resolution : 0;
   if (is_profile)

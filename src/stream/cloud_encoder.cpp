@@ -2,8 +2,11 @@
 
 #include "bytes/exceptions.h"
 #include "stream/frame_warnings.h"
+#include "voxels/grid_fit.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -49,8 +52,10 @@ CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& de
   settings_ = settings;
   settings_status_ = std::move(status);
   encoder_.requestIFrame();
-  if (settings_status_.ok())
+  if (settings_status_.ok()) {
     voxelizer_ = std::move(voxelizer);
+    doublings_ = 0;
+  }
 }
 
 CompressionStatus
@@ -61,7 +66,10 @@ CloudEncoder::voxelize(const PointView& points,
   if (!settings_status_.ok())
     return settings_status_;
   const auto voxelize = [&] {
-    voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
+    if (settings_.coarsen_wide_clouds && unit_ != IntensityUnit::Share)
+      voxelizeWide(points, frame);
+    else
+      voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
     return CompressionStatus();
   };
   const auto out_of_memory = [this] {
@@ -79,6 +87,50 @@ CloudEncoder::voxelize(const PointView& points,
                                      frame.grid,
                                      frame.intensity_scale);
   return {};
+}
+
+/** \brief Voxelizes at the lowest number of doublings with which all points are on the grid,
+ * or most if some are far out. */
+void
+CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
+{
+  constexpr unsigned int most_doublings = 11; // PCL's octree has 32 levels, the grid 21
+  constexpr unsigned int most_for_few = 2;
+  const auto arePointsOutside = [&](std::size_t share) {
+    return share * voxelization_.points_outside_grid > points.count;
+  };
+  const bool is_i_frame_due = encoder_.isIFrameDue();
+  if (is_i_frame_due && doublings_ > 0)
+    voxelizeCoarsened(points, 0, frame);
+  else
+    voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
+  while (arePointsOutside(16) && doublings_ < most_doublings)
+    voxelizeCoarsened(points, doublings_ + 1, frame);
+  if (voxelization_.points_outside_grid == 0 ||
+      !(is_i_frame_due || encoder_.isIFrameDue()))
+    return;
+  const unsigned int for_most = doublings_;
+  while (voxelization_.points_outside_grid > 0 &&
+         doublings_ < std::min(for_most + most_for_few, most_doublings))
+    voxelizeCoarsened(points, doublings_ + 1, frame);
+  if (voxelization_.points_outside_grid > 0)
+    voxelizeCoarsened(points, for_most, frame);
+}
+
+/** \brief Voxelizes a cloud and the following ones with another edge. */
+void
+CloudEncoder::voxelizeCoarsened(const PointView& points,
+                                unsigned int doublings,
+                                VoxelFrame& frame)
+{
+  IntensityCompressionSettings settings = settings_;
+  settings.resolution =
+      std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
+               largest_resolution);
+  voxelizer_ = Voxelizer(settings, unit_);
+  doublings_ = doublings;
+  encoder_.requestIFrame();
+  voxelization_ = voxelizer_.voxelize(points, true, frame);
 }
 
 CompressionStatus

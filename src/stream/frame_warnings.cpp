@@ -1,11 +1,20 @@
 #include "stream/frame_warnings.h"
 
 #include <cstddef>
+#include <sstream>
 
 namespace pcl_ext {
 namespace io {
 
 namespace {
+
+std::string
+numberOf(double value)
+{
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
 
 /** \brief Appends a warning, if it is about anything. */
 void
@@ -76,6 +85,10 @@ frameWarning(const FrameStatistics& statistics,
              IntensityUnit unit)
 {
   std::string text;
+  if (statistics.voxelization.resolution > settings.resolution)
+    text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
+           " m: voxels of " + numberOf(statistics.voxelization.resolution) +
+           " m were used";
   warnOfPoints(statistics.voxelization, text);
   // A full face is the end of the scale of shares, and without intensities the published
   // layout has counts that nobody asked for.

@@ -70,6 +70,7 @@ private:
         voxelizeOnGrid(points, may_refit, frame, statistics);
       points_off_lattice_ = statistics.points_outside_grid;
     }
+    statistics.resolution = frame.grid.resolution;
     statistics.voxels = frame.size();
     statistics.points_behind_sensor = points.count_behind_sensor;
     if (leaves_out_colours_ && points.colours != nullptr)

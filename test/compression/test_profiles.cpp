@@ -3,6 +3,8 @@
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
+#include "support/cloud_streams.h"
+
 #include <pcl/compression/compression_profiles.h>
 #include <pcl/point_types.h>
 
@@ -16,6 +18,7 @@
 namespace {
 
 using namespace pcl_ext::io;
+using namespace pcl_ext::test;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -106,6 +109,21 @@ TEST(CompressionProfiles, TheDefaultIsPclsDefault)
   EXPECT_EQ(compression.getSettings().resolution, pcls.pointResolution);
   EXPECT_EQ(compression.getSettings().i_frame_rate, pcls.iFrameRate);
   EXPECT_FALSE(compression.getSettings().show_statistics);
+}
+
+TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)
+{
+  // 10 million voxels of 0.1 mm along each axis; PCL's octree has 32 levels.
+  const auto cloud = randomCloud<pcl::PointXYZ>(4, 500, {512.0, 512.0, 512.0}, 512.0);
+  for (int profile = 0; profile < pcl::io::COMPRESSION_PROFILE_COUNT; ++profile) {
+    OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
+        static_cast<pcl::io::compression_Profiles_e>(profile));
+    const auto decoded = roundTrip(compression, cloud);
+    if (compression.getSettings().keep_points) {
+      EXPECT_EQ(decoded->size(), cloud->size()) << profile;
+    }
+    EXPECT_EQ(compression.getStatistics().voxelization.points_used, cloud->size());
+  }
 }
 
 TEST(CompressionProfiles, AnInvalidManualResolutionIsReportedNotThrown)

@@ -61,6 +61,19 @@ requireWhole(const io::VoxelFrame& frame)
   require(frame.pointCount() <= smallLimits().max_points);
 }
 
+/** \brief Requires that the size of a decoded frame is known from its bytes, and not from
+ * fewer unless it is right. */
+inline void
+requireSize(const std::uint8_t* frame, std::size_t size)
+{
+  const io::FrameSize known = io::frameSize(frame, size, smallLimits());
+  require(known.status.ok() && known.bytes == size);
+  const io::FrameSize sooner = io::frameSize(frame, size - 1, smallLimits());
+  require(
+      sooner.bytes == size ||
+      (sooner.status.code() == io::CompressionCode::Truncated && sooner.bytes < size));
+}
+
 /** \brief Decodes a stream to its end.
  * \param[in] onFrame called with the end of each frame that was decoded, bytes
  */
@@ -79,8 +92,10 @@ decodeAll(const std::uint8_t* data,
     const io::CompressionStatus status = decoder.decode(buffer, frame);
     if (status.ok()) {
       requireWhole(frame);
-      onFrame(static_cast<std::size_t>(
-          std::streamoff(buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in))));
+      const auto end = static_cast<std::size_t>(
+          std::streamoff(buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in)));
+      requireSize(data + end - decoder.statistics().bytes, decoder.statistics().bytes);
+      onFrame(end);
       continue;
     }
     requireReason(status, frame);

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
+using pcl_ext::IntensityUnit;
 
 /** \brief The voxels of one point, with a law of the depth. */
 VoxelFrame
@@ -25,6 +29,104 @@ voxelizeOnePoint(StreamFormat format)
   EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
   EXPECT_EQ(frame.size(), 1u);
   return frame;
+}
+
+/** \brief Points along a line, up to a distance on both sides, and the frames of a stream that
+ * coarsens. */
+class WideClouds : public ::testing::Test {
+protected:
+  WideClouds()
+  {
+    settings_.resolution = 1e-4;
+    settings_.coarsen_wide_clouds = true;
+    settings_.i_frame_rate = 2;
+  }
+
+  /** \brief Encodes points from -half_width to half_width, and some further out. */
+  CompressionStatus
+  encode(float half_width,
+         std::size_t far_points = 0,
+         float far = 0.0f,
+         IntensityUnit unit = IntensityUnit::None)
+  {
+    std::vector<std::array<float, 3>> points;
+    for (int i = -50; i <= 50; ++i)
+      points.push_back({static_cast<float>(i) / 50.0f * half_width, 0.0f, 1.0f});
+    points.insert(points.end(), far_points, {far, 0.0f, 0.0f});
+    PointView view;
+    view.coordinates = points.front().data();
+    view.coordinate_stride = 3;
+    view.count = points.size();
+    if (!encoder_)
+      encoder_.emplace(settings_, unit);
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
+    return encoder_->encode(frame_, std::nullopt, bytes);
+  }
+
+  const VoxelizationStatistics&
+  statistics() const
+  {
+    return encoder_->statistics().voxelization;
+  }
+
+  IntensityCompressionSettings settings_;
+  std::optional<CloudEncoder> encoder_;
+  VoxelFrame frame_;
+};
+
+TEST_F(WideClouds, AreCoarsenedAsFarAsNeededUntilTheyAreNarrow)
+{
+  EXPECT_FALSE(encode(100.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  // 1024 m are 10.24 million voxels of 0.1 mm; 2^21 * 8 are 16.8 million.
+  const CompressionStatus status = encode(512.0f);
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_NE(status.message().find("voxels of 0.0008 m were used"), std::string::npos)
+      << status;
+  EXPECT_EQ(statistics().resolution, 8e-4);
+  EXPECT_EQ(frame_.grid.resolution, 8e-4);
+  EXPECT_EQ(statistics().points_outside_grid, 0u);
+  EXPECT_TRUE(encoder_->statistics().coding.is_i_frame);
+  EXPECT_TRUE(encode(512.0f).hasWarning()); // a P-frame of the same grid
+  EXPECT_FALSE(encoder_->statistics().coding.is_i_frame);
+  EXPECT_FALSE(encode(100.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+}
+
+TEST_F(WideClouds, FewFarPointsAreTakenInIfThatDoublesTwiceAtMost)
+{
+  EXPECT_TRUE(encode(100.0f, 3, 400.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 4e-4);
+  EXPECT_EQ(statistics().points_outside_grid, 0u);
+  encoder_.reset();
+  EXPECT_TRUE(encode(100.0f, 3, 4000.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  EXPECT_EQ(statistics().points_outside_grid, 3u);
+  // Behind an I-frame, few points do not change the grid.
+  encode(100.0f, 3, 400.0f);
+  EXPECT_EQ(statistics().points_outside_grid, 3u);
+  encode(100.0f, 3, 400.0f);
+  EXPECT_EQ(statistics().points_outside_grid, 0u);
+}
+
+TEST_F(WideClouds, EndsAt2048Fold)
+{
+  EXPECT_TRUE(encode(1e9f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 0.2048);
+  EXPECT_GT(statistics().points_outside_grid, 50u);
+}
+
+TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
+{
+  encode(512.0f, 0, 0.0f, IntensityUnit::Share);
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  EXPECT_GT(statistics().points_outside_grid, 0u);
+  settings_.coarsen_wide_clouds = false;
+  encoder_.reset();
+  encode(512.0f);
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  EXPECT_GT(statistics().points_outside_grid, 0u);
 }
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)

@@ -107,10 +107,17 @@ public:
   }
 
 private:
+  void
+  voxelizeWide(const PointView& points, VoxelFrame& frame);
+
+  void
+  voxelizeCoarsened(const PointView& points, unsigned int doublings, VoxelFrame& frame);
+
   IntensityCompressionSettings settings_;
   CompressionStatus settings_status_;
   IntensityUnit unit_;
   Voxelizer voxelizer_;
+  unsigned int doublings_ = 0; // of the resolution of voxelizer_
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;

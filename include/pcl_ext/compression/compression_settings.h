@@ -129,6 +129,12 @@ struct IntensityCompressionSettings {
    * intensity, which for sums is that of all of them. Version1 only. */
   bool keep_points = false;
 
+  /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
+   * to 2^11-fold, instead of leaving points out; the status warns of it. If a sixteenth of
+   * the points or less is outside, it is doubled at I-frames only, and only if twice is
+   * enough for all. Not for shares of a voxel face, whose unit is the voxel. */
+  bool coarsen_wide_clouds = false;
+
   /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
    * automatic, which is the world's origin, or for clouds further out a corner of its
    * voxels amid the points. Version1 only. */

@@ -9,6 +9,7 @@ namespace io {
 /** \brief Counts of a voxelized cloud. Each point is exactly one of: used, not finite,
  * outside the box, outside the grid. */
 struct VoxelizationStatistics {
+  double resolution = 0.0;                  ///< voxel edge that was used, metres
   std::size_t points = 0;                   ///< points of the input
   std::size_t points_used = 0;              ///< points that are in a voxel
   std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
