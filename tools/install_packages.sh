@@ -32,7 +32,7 @@ if [ "$(id -u)" -ne 0 ]; then
   as_root=(sudo)
   sudo true 2> /dev/null \
     || stop "only root can install; as root run: apt-get update && apt-get install" \
-      "--no-install-recommends ${missing[*]}"
+      "--no-install-recommends ${missing[*]}; then run this again"
 fi
 
 # A dry run tells how much it will be.

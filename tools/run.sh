@@ -12,8 +12,8 @@
 #   --threshold I        remove voxels of lower intensity, instead of outliers
 # Without input: the simulated robot cell. Each folder is a stream; all single files together
 # are one. After the first run --help lists all options.
-# The first run takes about 6 minutes on a fresh Debian 12 with two cores: it installs 712
-# packages (3.4 GB with PCL) and builds in build-run. Later runs take seconds.
+# The first run takes about 6 minutes on a fresh Debian 12 with two cores: it installs about
+# 720 packages (3.4 GB with PCL) and builds in build-run. Later runs take seconds.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 # A folder of its own, so that a build by hand in build/ is not disturbed.
