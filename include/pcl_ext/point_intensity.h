@@ -83,22 +83,44 @@ colourOffset()
 
 } // namespace detail
 
+/** \brief The colour of a point, which its type has to have: alpha, red, green and blue from
+ * bit 24, 16, 8 and 0 on, as PCL's field rgba. */
+template <typename PointT>
+std::uint32_t
+packedColour(const PointT& point)
+{
+  std::uint32_t packed;
+  std::memcpy(&packed,
+              reinterpret_cast<const unsigned char*>(&point) +
+                  detail::colourOffset<PointT>(),
+              sizeof(packed));
+  return packed;
+}
+
+/** \brief Sets the colour of a point, if its type has one.
+ * \param[in] packed as packedColour() gives it
+ */
+template <typename PointT>
+void
+setPackedColour([[maybe_unused]] PointT& point, [[maybe_unused]] std::uint32_t packed)
+{
+  if constexpr (has_colour_field<PointT>)
+    std::memcpy(reinterpret_cast<unsigned char*>(&point) +
+                    detail::colourOffset<PointT>(),
+                &packed,
+                sizeof(packed));
+}
+
 /** \brief Sets the colour field of a point, if its type has one; opaque.
  * \param[in] colour channels of 0 to 255
  */
 template <typename PointT>
 void
-setColour([[maybe_unused]] PointT& point,
-          [[maybe_unused]] const io::VoxelColour& colour)
+setColour(PointT& point, const io::VoxelColour& colour)
 {
-  if constexpr (has_colour_field<PointT>) {
-    const std::uint32_t packed = 0xff000000u | std::uint32_t{colour.r} << 16 |
-                                 std::uint32_t{colour.g} << 8 | colour.b;
-    std::memcpy(reinterpret_cast<unsigned char*>(&point) +
-                    detail::colourOffset<PointT>(),
-                &packed,
-                sizeof(packed));
-  }
+  setPackedColour(point,
+                  0xff000000u | std::uint32_t{colour.r} << 16 |
+                      std::uint32_t{colour.g} << 8 | colour.b);
 }
 
 /** \brief The points of a cloud for the voxelizer; their intensities are not part of it.

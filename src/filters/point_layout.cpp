@@ -99,12 +99,34 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
   return {};
 }
 
+PreprocessingStatus
+findColour(const pcl::PCLPointCloud2& cloud, PointLayout& layout)
+{
+  const pcl::PCLPointField* field = findField(cloud, "rgb");
+  if (field == nullptr)
+    field = findField(cloud, "rgba");
+  if (field == nullptr)
+    return {};
+  if (PreprocessingStatus status = checkField(cloud, *field); !status.ok())
+    return status;
+  if (field->datatype != pcl::PCLPointField::FLOAT32 &&
+      field->datatype != pcl::PCLPointField::UINT32)
+    return {PreprocessingCode::InvalidField,
+            "field '" + field->name +
+                "' must be FLOAT32 or UINT32, but its datatype is " +
+                std::to_string(field->datatype)};
+  layout.has_colour = true;
+  layout.colour = field->offset;
+  return {};
+}
+
 } // namespace
 
 PreprocessingStatus
 findPointLayout(const pcl::PCLPointCloud2& cloud,
                 const std::string& intensity_field,
                 bool needs_intensity,
+                bool reads_colour,
                 PointLayout& layout)
 {
   layout = PointLayout();
@@ -133,6 +155,9 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
     return {PreprocessingCode::InvalidField,
             "fields 'x', 'y' and 'z' differ in datatype"};
   layout.is_double = datatypes[0] == pcl::PCLPointField::FLOAT64;
+  if (reads_colour)
+    if (PreprocessingStatus status = findColour(cloud, layout); !status.ok())
+      return status;
 
   // Models that do not use the intensity accept a field that cannot be read.
   if (!needs_intensity)

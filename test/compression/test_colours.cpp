@@ -107,6 +107,48 @@ TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)
   }
 }
 
+TYPED_TEST(Colours, AreKnownToRetainedOctrees)
+{
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.03;
+  settings.colour_bits = 5;
+  settings.retain_octree = true;
+  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
+  Compression encoder(settings);
+  Compression decoder(settings);
+  std::stringstream stream;
+  ASSERT_TRUE(encoder.encodePointCloud(colouredPlane<TypeParam>(), stream).ok());
+  typename Compression::PointCloudPtr decoded;
+  ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
+  for (const Compression* compression : {&encoder, &decoder})
+    for (const TypeParam& point : *decoded) {
+      const auto colour = compression->getVoxelColourAtPoint(point);
+      ASSERT_TRUE(colour.has_value());
+      EXPECT_TRUE(*colour == (VoxelColour{point.r, point.g, point.b}));
+    }
+  TypeParam elsewhere;
+  elsewhere.x = -5.0f;
+  EXPECT_FALSE(decoder.getVoxelColourAtPoint(elsewhere).has_value());
+}
+
+TYPED_TEST(Colours, OfAnOctreeAreTheMeansOfItsPoints)
+{
+  pcl_ext::octree::OctreePointCloudIntensity<TypeParam> octree(0.05);
+  typename pcl::PointCloud<TypeParam>::Ptr cloud(new pcl::PointCloud<TypeParam>);
+  for (const int grey : {10, 20, 33}) {
+    TypeParam point;
+    point.x = point.y = point.z = 0.02f;
+    point.r = point.g = point.b = static_cast<std::uint8_t>(grey);
+    cloud->push_back(point);
+  }
+  octree.defineBoundingBox(0.0, 0.0, 0.0, 1.0, 1.0, 1.0);
+  octree.setInputCloud(cloud);
+  octree.addPointsFromInputCloud();
+  const auto colour = octree.getVoxelColourAtPoint(cloud->front());
+  ASSERT_TRUE(colour.has_value());
+  EXPECT_TRUE(*colour == (VoxelColour{21, 21, 21}));
+}
+
 TEST(FarOrigin, RetainedOctreesAnswerForTheirPoints)
 {
   pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);

@@ -55,6 +55,23 @@ TEST(IntensityLeaf, ManySmallSharesAreNotLostAgainstALargeSum)
   EXPECT_EQ(leaf.getIntensity(), 16778216.0f);
 }
 
+TEST(IntensityLeaf, HasTheMeanOfItsColours)
+{
+  IntensityLeaf leaf = leafOf({1.0f, 1.0f, 1.0f});
+  EXPECT_FALSE(leaf.getColour().has_value());
+  leaf.addPointColour({255, 0, 1});
+  leaf.addPointColour({255, 1, 1});
+  leaf.addPointColour({255, 1, 0});
+  ASSERT_TRUE(leaf.getColour().has_value());
+  EXPECT_TRUE(*leaf.getColour() == (pcl_ext::io::VoxelColour{255, 1, 1}));
+  EXPECT_FALSE(leaf == leafOf({1.0f, 1.0f, 1.0f}));
+  const std::unique_ptr<IntensityLeaf> copy(leaf.deepCopy());
+  EXPECT_TRUE(leaf == *copy);
+  leaf.reset();
+  EXPECT_FALSE(leaf.getColour().has_value());
+  EXPECT_TRUE(copy->getColour().has_value());
+}
+
 TEST(IntensityLeaf, PointIndicesCountWithoutIntensity)
 {
   IntensityLeaf leaf;

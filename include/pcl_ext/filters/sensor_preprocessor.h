@@ -4,6 +4,7 @@
 #include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/point_intensity.h>
+#include <pcl_ext/point_types.h>
 #include <pcl_ext/status.h>
 
 #include <pcl/PCLPointCloud2.h>
@@ -31,12 +32,13 @@ enum class PreprocessingCode {
 /** \brief Outcome of preprocessing a cloud. */
 using PreprocessingStatus = Status<PreprocessingCode>;
 
-/** \brief Counts of the points of a cloud. */
+/** \brief Counts of the points of a cloud, and whether they have colours. */
 struct PreprocessingStatistics {
   std::size_t points = 0; ///< points of the input
   std::size_t points_not_finite =
       0;                          ///< of these left out: not finite, or not when moved
   std::size_t points_cropped = 0; ///< of these left out: outside the crop box
+  bool has_colours = false; ///< colours were read; else those of the output are black
 };
 
 /** \brief Offsets of the fields of a PCLPointCloud2, checked against its size. */
@@ -48,18 +50,23 @@ struct PointLayout {
   bool has_intensity = false;
   std::uint32_t intensity = 0;
   std::uint8_t intensity_datatype = 0; ///< of pcl::PCLPointField
+  bool has_colour = false;
+  std::uint32_t colour = 0; ///< 32 bits as PCL's field rgba, whatever the datatype
 };
 
-/** \brief Finds x, y, z and intensity in a cloud by name and datatype.
+/** \brief Finds x, y, z, intensity and colour in a cloud by name and datatype. The colour is
+ * the field `rgb`, else `rgba`, FLOAT32 or UINT32.
  * \param[in] cloud any fields in any order, organised or not
  * \param[in] intensity_field name of the intensity field
  * \param[in] needs_intensity a cloud without that field is an error
+ * \param[in] reads_colour the colour is looked for; a cloud without is no error
  * \param[out] layout the offsets; every point's fields are within cloud.data
  */
 PCL_EXT_EXPORT PreprocessingStatus
 findPointLayout(const pcl::PCLPointCloud2& cloud,
                 const std::string& intensity_field,
                 bool needs_intensity,
+                bool reads_colour,
                 PointLayout& layout);
 
 /** \brief Prepares a sensor's cloud for compression: removes points that are not finite,
@@ -67,13 +74,15 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
  * over the points (sections 2.2 and 2.5 of the paper).
  *
  * The intensity is taken from the depth in the sensor's frame, before the point is
- * moved.
+ * moved. An output type with a colour gets that of the input, if it has one.
  * \tparam IntensityModelT see IntensityModel for the contract
+ * \tparam OutputPointT type of the processed points: pcl::PointXYZI; PointXYZRGBI for
+ * coloured clouds; or another type of 32 bytes that begins with PCL_ADD_POINT4D
  */
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT = pcl::PointXYZI>
 class SensorPreprocessor {
 public:
-  using Output = pcl::PointCloud<pcl::PointXYZI>;
+  using Output = pcl::PointCloud<OutputPointT>;
 
   /** \brief A preprocessor that neither moves nor crops.
    * \param[in] intensity_model intensity of one point
@@ -121,11 +130,21 @@ public:
     intensity_field_ = name;
   }
 
+  /** \brief Whether an output type with a colour gets the colours of the input, which it
+   * does by default. */
+  void
+  setReadsColours(bool reads_colours)
+  {
+    reads_colours_ = reads_colours && has_colour_field<OutputPointT>;
+  }
+
   /** \brief Processes a cloud whose fields are found by name and datatype.
    * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
-   * model is native; further fields are ignored
-   * \param[out] output intensity I_p times the scale; header as the input's, sensor
-   * origin and orientation as the sensor's pose; empty unless the status is Ok
+   * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further fields
+   * are ignored
+   * \param[out] output intensity I_p times the scale; colours as the input's, or black if
+   * it has none; header as the input's, sensor origin and orientation as the sensor's pose;
+   * empty unless the status is Ok
    */
   PreprocessingStatus
   process(const pcl::PCLPointCloud2& cloud, Output& output);
@@ -157,19 +176,19 @@ private:
   void
   startOutput(const pcl::PCLHeader& header, std::size_t points, Output& output);
 
-  template <typename NativeOfT>
+  template <typename NativeOfT, typename ColourOfT>
   void
-  addPoints(const unsigned char* points,
-            std::size_t stride,
-            std::size_t count,
+  addPoints(const detail::PointBytes& points,
             const NativeOfT& native_of,
+            const ColourOfT& colour_of,
             Output& output);
 
-  template <typename PointOfT, typename NativeOfT>
+  template <typename PointOfT, typename NativeOfT, typename ColourOfT>
   void
   gatherPoints(std::size_t count,
                const PointOfT& point_of,
                const NativeOfT& native_of,
+               const ColourOfT& colour_of,
                Output& output);
 
   void
@@ -180,6 +199,7 @@ private:
   std::optional<CropBox> crop_box_;
   float intensity_scale_ = 1.0f;
   std::string intensity_field_ = "intensity";
+  bool reads_colours_ = has_colour_field<OutputPointT>;
   PreprocessingStatistics statistics_;
 
   // Of the current cloud.

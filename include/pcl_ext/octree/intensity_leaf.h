@@ -1,13 +1,18 @@
 #pragma once
 
+#include <pcl_ext/compression/voxel_frame.h>
+
 #include <pcl/octree/octree_container.h>
 #include <pcl/types.h>
+
+#include <cstdint>
+#include <optional>
 
 namespace pcl_ext {
 namespace octree {
 
-/** \brief Octree leaf that accumulates the intensities of the points in its voxel:
- * their sum and their number.
+/** \brief Octree leaf that accumulates the points in its voxel: their number, the sum of
+ * their intensities and the mean of their colours.
  *
  * Fulfils PCL's leaf contract (reset, equality, copy), so that it serves in
  * pcl::octree::OctreeBase and pcl::octree::Octree2BufBase.
@@ -27,12 +32,14 @@ public:
     return new IntensityLeaf(*this);
   }
 
-  /** \brief True if the other leaf is an IntensityLeaf with the same sum and count. */
+  /** \brief True if the other leaf is an IntensityLeaf with the same sums and counts. */
   bool
   operator==(const pcl::octree::OctreeContainerBase& other) const override
   {
     const auto* leaf = dynamic_cast<const IntensityLeaf*>(&other);
-    return leaf != nullptr && leaf->count_ == count_ && leaf->sum_ == sum_;
+    return leaf != nullptr && leaf->count_ == count_ && leaf->sum_ == sum_ &&
+           leaf->colours_ == colours_ && leaf->red_ == red_ && leaf->green_ == green_ &&
+           leaf->blue_ == blue_;
   }
 
   /** \brief Counts a point without an intensity (PCL's interface to add a point).
@@ -54,6 +61,18 @@ public:
   {
     ++count_;
     sum_ += static_cast<double>(intensity);
+  }
+
+  /** \brief Adds the colour of a point that is counted by one of the above.
+   * \param[in] colour channels of 0 to 255
+   */
+  void
+  addPointColour(const io::VoxelColour& colour)
+  {
+    ++colours_;
+    red_ += colour.r;
+    green_ += colour.g;
+    blue_ += colour.b;
   }
 
   /** \brief Number of points in the voxel. */
@@ -78,6 +97,19 @@ public:
     return count_ == 0 ? 0.0f : static_cast<float>(sum_ / static_cast<double>(count_));
   }
 
+  /** \brief Mean of the points' colours, in channels of 0 to 255, rounded; nothing if none
+   * was added. */
+  std::optional<io::VoxelColour>
+  getColour() const
+  {
+    if (colours_ == 0)
+      return std::nullopt;
+    const auto mean = [this](std::uint64_t sum) {
+      return static_cast<std::uint8_t>((2 * sum + colours_) / (2 * colours_));
+    };
+    return io::VoxelColour{mean(red_), mean(green_), mean(blue_)};
+  }
+
   /** \brief Number of points in the voxel (PCL's name for it). */
   pcl::uindex_t
   getSize() const override
@@ -89,8 +121,7 @@ public:
   void
   reset() override
   {
-    count_ = 0;
-    sum_ = 0.0;
+    *this = IntensityLeaf();
   }
 
 private:
@@ -98,6 +129,10 @@ private:
   // Double: the order of the points then changes at most the last bit of the float that is
   // returned.
   double sum_ = 0.0;
+  std::uint64_t colours_ = 0; // their number
+  std::uint64_t red_ = 0;     // sums
+  std::uint64_t green_ = 0;
+  std::uint64_t blue_ = 0;
 };
 
 } // namespace octree

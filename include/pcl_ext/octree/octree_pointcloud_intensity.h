@@ -9,19 +9,37 @@
 #include <pcl/point_types.h>
 
 #include <cassert>
+#include <cstdint>
+#include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace octree {
 
-/** \brief Octree whose leaves hold the summed intensity and the number of the points in
- * their voxel; the counterpart of pcl::octree::OctreePointCloudDensity.
+namespace detail {
+
+/** \brief True if a leaf has addPointColour(io::VoxelColour). */
+template <typename LeafT, typename = void>
+struct TakesColours : std::false_type {};
+
+template <typename LeafT>
+struct TakesColours<
+    LeafT,
+    std::void_t<decltype(std::declval<LeafT&>().addPointColour(io::VoxelColour()))>>
+: std::true_type {};
+
+} // namespace detail
+
+/** \brief Octree whose leaves hold the summed intensity, the mean colour and the number of
+ * the points in their voxel; the counterpart of pcl::octree::OctreePointCloudDensity.
  *
  * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud. Points whose type
  * has no field `intensity` count with intensity 1.
  * \tparam PointT point type
- * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`
+ * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`; for
+ * colours also `addPointColour(io::VoxelColour)` and `getColour()`, see IntensityLeaf
  * \tparam BranchT branch container
  * \tparam OctreeT pcl::octree::OctreeBase or pcl::octree::Octree2BufBase
  */
@@ -63,6 +81,15 @@ public:
   {
     const LeafT* leaf = getLeafAtPoint(point);
     return leaf != nullptr ? leaf->getIntensity() : 0.0f;
+  }
+
+  /** \brief Mean colour, in channels of 0 to 255, of the points in the voxel at a point;
+   * nothing if the voxel is empty or its points have no colour. */
+  std::optional<io::VoxelColour>
+  getVoxelColourAtPoint(const PointT& point) const
+  {
+    const LeafT* leaf = getLeafAtPoint(point);
+    return leaf != nullptr ? leaf->getColour() : std::nullopt;
   }
 
   /** \brief Number of points in the voxel at a point; 0 if the voxel is empty. */
@@ -122,7 +149,7 @@ public:
   }
 
 protected:
-  /** \brief Adds a point of the input cloud with its intensity. */
+  /** \brief Adds a point of the input cloud with its intensity and its colour. */
   void
   addPointIdx(pcl::uindex_t point_index) override
   {
@@ -136,6 +163,12 @@ protected:
     BranchNode* parent = nullptr;
     this->createLeafRecursive(key, this->depth_mask_, this->root_node_, leaf, parent);
     (*leaf)->addPointIntensity(nativeIntensity(point, 1.0f));
+    if constexpr (has_colour_field<PointT> && detail::TakesColours<LeafT>::value) {
+      const std::uint32_t packed = packedColour(point);
+      (*leaf)->addPointColour({static_cast<std::uint8_t>(packed >> 16),
+                               static_cast<std::uint8_t>(packed >> 8),
+                               static_cast<std::uint8_t>(packed)});
+    }
   }
 
   void

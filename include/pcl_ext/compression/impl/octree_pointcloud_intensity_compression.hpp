@@ -349,6 +349,9 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
     leaf->addPointIntensity(frame.hasIntensities()
                                 ? frame.intensity_scale.value(frame.intensities[i])
                                 : 1.0f);
+    if constexpr (octree::detail::TakesColours<LeafT>::value)
+      if (frame.colour_bits > 0)
+        leaf->addPointColour(frame.fullColour(i));
   }
 }
 

@@ -90,21 +90,25 @@ hasConsecutiveFloats([[maybe_unused]] const pcl::PointCloud<PointT>& cloud)
 
 } // namespace detail
 
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatus
-SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
-                                             Output& output)
+SensorPreprocessor<IntensityModelT, OutputPointT>::process(
+    const pcl::PCLPointCloud2& cloud, Output& output)
 {
   startOutput(cloud.header, 0, output);
   if (PreprocessingStatus status = checkSettings(); !status.ok())
     return status;
   PointLayout layout;
-  if (PreprocessingStatus status = findPointLayout(
-          cloud, intensity_field_, IntensityModelT::uses_native, layout);
+  if (PreprocessingStatus status = findPointLayout(cloud,
+                                                   intensity_field_,
+                                                   IntensityModelT::uses_native,
+                                                   reads_colours_,
+                                                   layout);
       !status.ok())
     return status;
 
   startOutput(cloud.header, std::size_t{cloud.width} * cloud.height, output);
+  statistics_.has_colours = layout.has_colour;
   // An empty cloud may declare any number of rows.
   const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
   for (std::size_t row = 0; row < rows; ++row) {
@@ -116,11 +120,18 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
                                       layout.intensity_datatype)
                  : 0.0f;
     };
+    const auto colour_of = [&](std::size_t column) {
+      return detail::readNumber<std::uint32_t>(bytes + column * cloud.point_step +
+                                               layout.colour);
+    };
     const bool is_consecutive = !layout.is_double &&
                                 layout.y == layout.x + sizeof(float) &&
                                 layout.z == layout.y + sizeof(float);
     if (is_consecutive)
-      addPoints(bytes + layout.x, cloud.point_step, cloud.width, native_of, output);
+      addPoints({bytes + layout.x, cloud.point_step, cloud.width},
+                native_of,
+                colour_of,
+                output);
     else
       gatherPoints(
           cloud.width,
@@ -128,19 +139,20 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PCLPointCloud2& cloud,
             return detail::readPoint(bytes + column * cloud.point_step, layout);
           },
           native_of,
+          colour_of,
           output);
   }
   finishOutput(output);
   return {};
 }
 
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT>
 template <typename PointT>
 PreprocessingStatus
-SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& cloud,
-                                             Output& output)
+SensorPreprocessor<IntensityModelT, OutputPointT>::process(
+    const pcl::PointCloud<PointT>& cloud, Output& output)
 {
-  if constexpr (std::is_same<PointT, pcl::PointXYZI>::value)
+  if constexpr (std::is_same<PointT, OutputPointT>::value)
     if (&cloud == &output) {
       // Swapped to reuse the memory of both.
       input_.swap(output);
@@ -153,12 +165,20 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
     return {PreprocessingCode::MissingField,
             "the intensity model is native, but the point type has no intensity"};
   startOutput(cloud.header, cloud.size(), output);
+  statistics_.has_colours = reads_colours_ && has_colour_field<PointT>;
   const auto native_of = [&](std::size_t i) { return nativeIntensity(cloud[i], 0.0f); };
+  const auto colour_of = [&]([[maybe_unused]] std::size_t i) {
+    if constexpr (has_colour_field<PointT>)
+      return packedColour(cloud[i]);
+    else
+      return std::uint32_t{0};
+  };
   if (detail::hasConsecutiveFloats(cloud))
-    addPoints(reinterpret_cast<const unsigned char*>(&cloud[0].x),
-              sizeof(PointT),
-              cloud.size(),
+    addPoints({reinterpret_cast<const unsigned char*>(&cloud[0].x),
+               sizeof(PointT),
+               cloud.size()},
               native_of,
+              colour_of,
               output);
   else
     gatherPoints(
@@ -167,14 +187,15 @@ SensorPreprocessor<IntensityModelT>::process(const pcl::PointCloud<PointT>& clou
           return Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z);
         },
         native_of,
+        colour_of,
         output);
   finishOutput(output);
   return {};
 }
 
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatus
-SensorPreprocessor<IntensityModelT>::checkSettings() const
+SensorPreprocessor<IntensityModelT, OutputPointT>::checkSettings() const
 {
   if (!isRigid(sensor_pose_))
     return {PreprocessingCode::InvalidSettings,
@@ -189,11 +210,10 @@ SensorPreprocessor<IntensityModelT>::checkSettings() const
   return {};
 }
 
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT>
 void
-SensorPreprocessor<IntensityModelT>::startOutput(const pcl::PCLHeader& header,
-                                                 std::size_t points,
-                                                 Output& output)
+SensorPreprocessor<IntensityModelT, OutputPointT>::startOutput(
+    const pcl::PCLHeader& header, std::size_t points, Output& output)
 {
   statistics_ = PreprocessingStatistics();
   statistics_.points = points;
@@ -215,44 +235,56 @@ SensorPreprocessor<IntensityModelT>::startOutput(const pcl::PCLHeader& header,
   }
 }
 
-template <typename IntensityModelT>
-template <typename NativeOfT>
+template <typename IntensityModelT, typename OutputPointT>
+template <typename NativeOfT, typename ColourOfT>
 void
-SensorPreprocessor<IntensityModelT>::addPoints(const unsigned char* points,
-                                               std::size_t stride,
-                                               std::size_t count,
-                                               const NativeOfT& native_of,
-                                               Output& output)
+SensorPreprocessor<IntensityModelT, OutputPointT>::addPoints(
+    const detail::PointBytes& points,
+    const NativeOfT& native_of,
+    const ColourOfT& colour_of,
+    Output& output)
 {
-  static_assert(sizeof(pcl::PointXYZI) == detail::moved_point_floats * sizeof(float),
-                "points are written as floats from one x to the next");
+  static_assert(
+      sizeof(OutputPointT) == detail::moved_point_floats * sizeof(float) &&
+          pcl::traits::offset<OutputPointT, pcl::fields::x>::value == 0,
+      "the output type has to have 32 bytes and to begin with PCL_ADD_POINT4D, "
+      "as pcl::PointXYZI and pcl_ext::PointXYZRGBI");
   detail::MovedPoints moved;
-  for (std::size_t begin = 0; begin < count; begin += detail::MovedPoints::capacity) {
-    const std::size_t most = std::min(detail::MovedPoints::capacity, count - begin);
+  for (std::size_t begin = 0; begin < points.count;
+       begin += detail::MovedPoints::capacity) {
+    const std::size_t most =
+        std::min(detail::MovedPoints::capacity, points.count - begin);
     if (output.points.size() < kept_ + most)
       output.points.resize(kept_ + most);
-    pcl::PointXYZI* const results = &output.points[kept_];
-    detail::movePoints(
-        {points + begin * stride, stride, most}, move_, results->data, moved);
+    OutputPointT* const results = &output.points[kept_];
+    detail::movePoints({points.first + begin * points.stride, points.stride, most},
+                       move_,
+                       results->data,
+                       moved);
     for (std::size_t i = 0; i < moved.count; ++i) {
       const float native =
           IntensityModelT::uses_native ? native_of(begin + moved.sources[i]) : 0.0f;
-      results[i].intensity =
-          intensity_scale_ * intensity_model_(moved.depths[i], native);
+      setNativeIntensity(results[i],
+                         intensity_scale_ * intensity_model_(moved.depths[i], native));
     }
+    if (statistics_.has_colours)
+      for (std::size_t i = 0; i < moved.count; ++i)
+        setPackedColour(results[i], colour_of(begin + moved.sources[i]));
     kept_ += moved.count;
     statistics_.points_not_finite += moved.not_finite;
     statistics_.points_cropped += most - moved.count - moved.not_finite;
   }
 }
 
-template <typename IntensityModelT>
-template <typename PointOfT, typename NativeOfT>
+template <typename IntensityModelT, typename OutputPointT>
+template <typename PointOfT, typename NativeOfT, typename ColourOfT>
 void
-SensorPreprocessor<IntensityModelT>::gatherPoints(std::size_t count,
-                                                  const PointOfT& point_of,
-                                                  const NativeOfT& native_of,
-                                                  Output& output)
+SensorPreprocessor<IntensityModelT, OutputPointT>::gatherPoints(
+    std::size_t count,
+    const PointOfT& point_of,
+    const NativeOfT& native_of,
+    const ColourOfT& colour_of,
+    Output& output)
 {
   std::array<std::array<float, 3>, detail::MovedPoints::capacity> points;
   for (std::size_t begin = 0; begin < count; begin += points.size()) {
@@ -260,17 +292,18 @@ SensorPreprocessor<IntensityModelT>::gatherPoints(std::size_t count,
     for (std::size_t i = 0; i < most; ++i)
       Eigen::Map<Eigen::Vector3f>(points[i].data()) = point_of(begin + i);
     addPoints(
-        reinterpret_cast<const unsigned char*>(points.data()),
-        sizeof(points[0]),
-        most,
+        {reinterpret_cast<const unsigned char*>(points.data()),
+         sizeof(points[0]),
+         most},
         [&](std::size_t i) { return native_of(begin + i); },
+        [&](std::size_t i) { return colour_of(begin + i); },
         output);
   }
 }
 
-template <typename IntensityModelT>
+template <typename IntensityModelT, typename OutputPointT>
 void
-SensorPreprocessor<IntensityModelT>::finishOutput(Output& output) const
+SensorPreprocessor<IntensityModelT, OutputPointT>::finishOutput(Output& output) const
 {
   output.points.resize(kept_);
   output.width = static_cast<std::uint32_t>(kept_);
