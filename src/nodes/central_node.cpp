@@ -44,6 +44,7 @@ checkSettings(const CentralNodeSettings& settings)
     return invalid("clock", "empty", "set");
   io::IntensityCompressionSettings codec;
   codec.resolution = settings.resolution;
+  codec.origin = settings.origin;
   codec.decoder_limits = settings.decoder_limits;
   if (const io::CompressionStatus status = io::checkSettings(codec); !status.ok())
     return {CentralNodeCode::InvalidSettings, status.message()};
@@ -72,7 +73,7 @@ public:
   , settings_status_(checkSettings(settings))
   , listener_(std::move(listener))
   , pool_(settings_status_.ok() ? threadsOf(settings) : 1)
-  , merged_voxels_(settings.resolution)
+  , merged_voxels_(settings.resolution, settings.origin)
   {}
 
   // Joined first, as the threads use the other members.
@@ -178,7 +179,7 @@ public:
     merged_voxels_.clear();
     {
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-      for (const auto& [name, stream] : streams_)
+      for (auto& [name, stream] : streams_)
         merged_voxels_.add(stream, now - settings_.max_merge_age, now);
     }
     merged_voxels_.finish(merged);

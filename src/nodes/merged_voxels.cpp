@@ -4,37 +4,94 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "bytes/exceptions.h"
+#include "voxelizing/radix_sort.h"
 
-#include <cstddef>
+#include <algorithm>
+#include <cmath>
 
 namespace pcl_ext {
 namespace nodes {
 
 namespace {
 
+// Lattice indices are -2^20 .. 2^20 - 1.
+constexpr std::int32_t lattice_end = std::int32_t{1} << (io::max_grid_depth - 1);
+
+/** \brief A voxelizer of points whose coordinates are voxels from the origin. */
 io::Voxelizer
-mergingVoxelizer(double resolution)
+mergingVoxelizer()
 {
   io::IntensityCompressionSettings settings;
-  settings.resolution = resolution;
+  settings.resolution = 1.0;
+  settings.origin.emplace(); // does not move
   settings.aggregation = io::Aggregation::Sum;
   return {settings, IntensityUnit::Native};
 }
 
+bool
+isOrigin(const std::array<double, 3>& origin)
+{
+  io::IntensityCompressionSettings settings;
+  settings.origin = origin;
+  return io::checkSettings(settings).ok();
+}
+
+/** \brief Sums of the colours of the voxels that have one. */
+struct ColourSum {
+  std::uint64_t count = 0;
+  std::uint64_t r = 0;
+  std::uint64_t g = 0;
+  std::uint64_t b = 0;
+
+  void
+  add(const io::VoxelColour& colour)
+  {
+    ++count;
+    r += colour.r;
+    g += colour.g;
+    b += colour.b;
+  }
+
+  /** \brief The mean, rounded; black without a colour. */
+  io::VoxelColour
+  mean() const
+  {
+    const std::uint64_t divisor = std::max<std::uint64_t>(count, 1);
+    const auto rounded = [divisor](std::uint64_t sum) {
+      return static_cast<std::uint8_t>((2 * sum + divisor) / (2 * divisor));
+    };
+    return {rounded(r), rounded(g), rounded(b)};
+  }
+};
+
 } // namespace
+
+MergedVoxels::MergedVoxels(double resolution, const std::optional<Origin>& origin)
+: resolution_(resolution)
+, has_fixed_origin_(origin.has_value())
+, origin_(origin.value_or(Origin{}))
+{}
 
 void
 MergedVoxels::clear()
 {
-  coordinates_.clear();
-  intensities_.clear();
+  voxels_.clear();
+  parts_.clear();
 }
 
 void
-MergedVoxels::add(const ReceivedStream& stream, Time oldest, Time newest)
+MergedVoxels::add(ReceivedStream& stream, Time oldest, Time newest)
 {
-  if (stream.latestVoxels(oldest, newest, frame_))
-    appendCentres(frame_);
+  if (!stream.latestVoxels(oldest, newest, frame_)) {
+    stream.setVoxelsOutsideGrid(0);
+    return;
+  }
+  appendVoxels(frame_);
+  Part part{&stream, voxels_.size(), {}};
+  const std::uint32_t half = static_cast<std::uint32_t>(frame_.grid.size() / 2);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    part.middle[axis] = frame_.grid.centre(axis, half);
+  parts_.push_back(part);
 }
 
 void
@@ -45,9 +102,14 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     releaseMemory();
     merged = io::VoxelFrame();
   };
-  callOrCleanUp([&] { voxelize(merged); }, release);
-  if (memory_rule_.shouldRelease((coordinates_.size() + intensities_.size()) *
-                                 sizeof(float)))
+  const auto merge = [&] {
+    chooseOrigin();
+    placeVoxels();
+    voxelize(merged);
+    mergeColours(merged);
+  };
+  callOrCleanUp(merge, release);
+  if (memory_rule_.shouldRelease(voxels_.size() * sizeof(Voxel)))
     releaseMemory();
 }
 
@@ -56,15 +118,115 @@ MergedVoxels::releaseMemory()
 {
   voxelizer_.reset();
   frame_ = io::VoxelFrame();
+  voxels_ = std::vector<Voxel>();
+  parts_ = std::vector<Part>();
   coordinates_ = std::vector<float>();
   intensities_ = std::vector<float>();
+  places_ = std::vector<ColouredPlace>();
+  spare_places_ = std::vector<ColouredPlace>();
+}
+
+void
+MergedVoxels::appendVoxels(const io::VoxelFrame& frame)
+{
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const io::VoxelPosition position = io::voxelPosition(frame.keys[i]);
+    Voxel voxel{};
+    voxel.centre = {frame.grid.centre(0, position.x),
+                    frame.grid.centre(1, position.y),
+                    frame.grid.centre(2, position.z)};
+    voxel.intensity = frame.hasIntensities()
+                          ? frame.intensity_scale.value(frame.intensities[i])
+                          : 1.0f;
+    voxel.has_colour = frame.colour_bits > 0;
+    if (voxel.has_colour)
+      voxel.colour = frame.fullColour(i);
+    voxels_.push_back(voxel);
+  }
+}
+
+bool
+MergedVoxels::findIndex(const Voxel& voxel, const Origin& origin, Index& index) const
+{
+  // A centre on a face is in the upper voxel, but may be just below after rounding.
+  constexpr double margin = 1.0 / 1024.0;
+  constexpr auto end = static_cast<double>(lattice_end);
+  const double voxels_per_metre = 1.0 / resolution_;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // From the lower end of the lattice, so that a cast rounds down.
+    const double position =
+        (voxel.centre[axis] - origin[axis]) * voxels_per_metre + margin + end;
+    // Negated, so that NaN fails.
+    if (!(position >= 0.0 && position < 2.0 * end))
+      return false;
+    index[axis] = static_cast<std::int32_t>(position) - lattice_end;
+  }
+  return true;
+}
+
+std::size_t
+MergedVoxels::countPlaced(const Origin& origin) const
+{
+  Index index;
+  return static_cast<std::size_t>(
+      std::count_if(voxels_.begin(), voxels_.end(), [&](const Voxel& voxel) {
+        return findIndex(voxel, origin, index);
+      }));
+}
+
+void
+MergedVoxels::chooseOrigin()
+{
+  if (has_fixed_origin_)
+    return;
+  std::size_t most = countPlaced(origin_);
+  const auto tryOrigin = [&](const Origin& origin) {
+    if (most == voxels_.size() || !isOrigin(origin))
+      return;
+    const std::size_t placed = countPlaced(origin);
+    if (placed <= most)
+      return;
+    most = placed;
+    origin_ = origin;
+  };
+  tryOrigin(Origin{});
+  for (const Part& part : parts_) {
+    // A corner of a voxel about the world's origin.
+    Origin corner;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      corner[axis] = std::round(part.middle[axis] / resolution_) * resolution_;
+    tryOrigin(corner);
+  }
+}
+
+void
+MergedVoxels::placeVoxels()
+{
+  coordinates_.clear();
+  intensities_.clear();
+  std::size_t next = 0;
+  for (const Part& part : parts_) {
+    std::size_t outside = 0;
+    Index index;
+    for (; next < part.end; ++next) {
+      if (!findIndex(voxels_[next], origin_, index)) {
+        ++outside;
+        continue;
+      }
+      // Floats have enough bits for the middle of each voxel.
+      for (const std::int32_t place : index)
+        coordinates_.push_back(static_cast<float>(place) + 0.5f);
+      intensities_.push_back(voxels_[next].intensity);
+    }
+    part.stream->setVoxelsOutsideGrid(outside);
+  }
 }
 
 void
 MergedVoxels::voxelize(io::VoxelFrame& merged)
 {
   if (!voxelizer_)
-    voxelizer_.emplace(mergingVoxelizer(resolution_));
+    voxelizer_.emplace(mergingVoxelizer());
   io::PointView points;
   points.coordinates = coordinates_.data();
   points.coordinate_stride = 3;
@@ -75,16 +237,36 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
   constexpr bool may_refit = true;
   voxelizer_->voxelize(points, may_refit, merged);
   merged.depth_model.reset();
+  merged.grid.resolution = resolution_;
+  merged.grid.anchor = origin_;
 }
 
 void
-MergedVoxels::appendCentres(const io::VoxelFrame& frame)
+MergedVoxels::mergeColours(io::VoxelFrame& merged)
 {
-  const float margin = io::faceMargin(resolution_);
-  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    coordinates_.insert(coordinates_.end(), {x + margin, y + margin, z + margin});
-    intensities_.push_back(frame.hasIntensities() ? intensity : 1.0f);
-  });
+  places_.clear();
+  Index index;
+  for (const Voxel& voxel : voxels_) {
+    if (!voxel.has_colour || !findIndex(voxel, origin_, index))
+      continue;
+    const auto position = [&](std::size_t axis) {
+      return static_cast<std::uint32_t>(index[axis] - merged.grid.first_index[axis]);
+    };
+    places_.push_back(
+        {io::mortonKey({position(0), position(1), position(2)}), voxel.colour});
+  }
+  if (places_.empty())
+    return;
+  io::radixSort(places_, spare_places_, io::usedBits(places_));
+  merged.colour_bits = 8;
+  merged.colours.reserve(merged.size());
+  std::size_t next = 0;
+  for (const std::uint64_t key : merged.keys) {
+    ColourSum colours;
+    for (; next < places_.size() && places_[next].key == key; ++next)
+      colours.add(places_[next].colour);
+    merged.colours.push_back(colours.mean());
+  }
 }
 
 } // namespace nodes

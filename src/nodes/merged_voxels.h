@@ -7,6 +7,9 @@
 #include "nodes/received_stream.h"
 #include "voxels/memory_rule.h"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -17,8 +20,12 @@ namespace nodes {
  * thread at a time. */
 class MergedVoxels {
 public:
-  /** \param[in] resolution voxel edge of the common grid, metres */
-  explicit MergedVoxels(double resolution) : resolution_(resolution) {}
+  using Origin = std::array<double, 3>;
+
+  /** \param[in] resolution voxel edge of the common grid, metres
+   * \param[in] origin of the common grid, metres; none: chosen from the voxels
+   */
+  MergedVoxels(double resolution, const std::optional<Origin>& origin);
 
   /** \brief Begins a merged frame. */
   void
@@ -26,30 +33,77 @@ public:
 
   /** \brief Adds the latest voxels of a stream, if they were decoded between two times. */
   void
-  add(const ReceivedStream& stream, Time oldest, Time newest);
+  add(ReceivedStream& stream, Time oldest, Time newest);
 
-  /** \brief Ends the merged frame; empty if it throws. */
+  /** \brief Ends the merged frame; empty if it throws. Tells the streams how many of their
+   * voxels are outside the common grid. */
   void
   finish(io::VoxelFrame& merged);
 
 private:
+  using Index = std::array<std::int32_t, 3>;
+
+  /** \brief A voxel of a stream. */
+  struct Voxel {
+    std::array<double, 3> centre; ///< metres
+    float intensity;
+    bool has_colour;
+    io::VoxelColour colour; ///< in channels of 0 to 255
+  };
+
+  /** \brief The voxel of the merged frame that contains a coloured one of a stream. */
+  struct ColouredPlace {
+    std::uint64_t key;
+    io::VoxelColour colour; ///< in channels of 0 to 255
+  };
+
+  /** \brief The voxels of a stream: up to `end`, from that of the one before it. */
+  struct Part {
+    ReceivedStream* stream;
+    std::size_t end;
+    Origin middle; ///< of the stream's grid, metres
+  };
+
   void
   releaseMemory();
 
   void
-  appendCentres(const io::VoxelFrame& frame);
+  appendVoxels(const io::VoxelFrame& frame);
+
+  bool
+  findIndex(const Voxel& voxel, const Origin& origin, Index& index) const;
+
+  std::size_t
+  countPlaced(const Origin& origin) const;
+
+  /** \brief Moves the origin to where more voxels are on its lattice, if some are not. */
+  void
+  chooseOrigin();
+
+  /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice. */
+  void
+  placeVoxels();
 
   void
   voxelize(io::VoxelFrame& merged);
 
+  void
+  mergeColours(io::VoxelFrame& merged);
+
   double resolution_;
+  bool has_fixed_origin_;
+  Origin origin_{};
   std::optional<io::Voxelizer> voxelizer_; // created on first use
 
   io::MemoryRule memory_rule_;
   // Members so that their memory is reused.
   io::VoxelFrame frame_; // of the last stream that was added
-  std::vector<float> coordinates_;
+  std::vector<Voxel> voxels_;
+  std::vector<Part> parts_;
+  std::vector<float> coordinates_; // voxels from the origin
   std::vector<float> intensities_;
+  std::vector<ColouredPlace> places_;
+  std::vector<ColouredPlace> spare_places_;
 };
 
 } // namespace nodes

@@ -27,11 +27,14 @@ memoryOfThread()
   return memory;
 }
 
-/** \brief Bytes of memory of a number of voxels. */
+/** \brief Bytes of memory of the voxels of a frame. */
 std::size_t
-bytesOf(std::size_t voxels)
+bytesOf(const io::VoxelFrame& frame)
 {
-  return voxels * (sizeof(std::uint64_t) + sizeof(std::uint16_t));
+  return frame.keys.size() * sizeof(frame.keys[0]) +
+         frame.intensities.size() * sizeof(frame.intensities[0]) +
+         frame.colours.size() * sizeof(frame.colours[0]) +
+         frame.point_counts.size() * sizeof(frame.point_counts[0]);
 }
 
 /** \brief True if the bytes contained no frame, so that no frame of the sender is lost. */
@@ -125,7 +128,7 @@ ReceivedStream::decode(const WaitingFrame& frame,
   io::CompressionStatus status =
       decoder_.decode(frame.bytes.data(), frame.bytes.size(), decoded, memory.coding);
   is_decoded = status.ok();
-  const std::size_t needed = bytesOf(decoded.size());
+  const std::size_t needed = bytesOf(decoded);
   const auto release = [&] {
     decoded = io::VoxelFrame();
     kept_ = io::VoxelFrame();
@@ -169,7 +172,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     latest_stamp_ = stamp;
   }
   // Either of the two swapped frames may be too large.
-  if (memory_rule_.shouldRelease(bytesOf(latest_.size())))
+  if (memory_rule_.shouldRelease(bytesOf(latest_)))
     frames_to_release_ = 2;
   if (frames_to_release_ == 0)
     return;
@@ -278,6 +281,13 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
   // After an exception the copy may have keys without intensities.
   callOrCleanUp([&] { voxels = latest_; }, [&] { voxels = io::VoxelFrame(); });
   return LatestFrame{latest_stamp_, health_.frames_decoded};
+}
+
+void
+ReceivedStream::setVoxelsOutsideGrid(std::size_t voxels)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  health_.voxels_outside_grid = voxels;
 }
 
 StreamHealth

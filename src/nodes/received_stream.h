@@ -107,6 +107,10 @@ public:
   std::optional<LatestFrame>
   latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const;
 
+  /** \brief Sets how many of the latest voxels could not be merged. */
+  void
+  setVoxelsOutsideGrid(std::size_t voxels);
+
   StreamHealth
   health(Time now) const;
 

@@ -18,11 +18,13 @@ namespace nodes {
 
 namespace {
 
+using Points = pcl::PointCloud<PointXYZRGBI>;
+
 /** \brief SensorPreprocessor::process with the preprocessor of the law that was chosen. */
 using Preprocess =
     std::function<PreprocessingStatus(const Eigen::Isometry3d& sensor_pose,
                                       const pcl::PCLPointCloud2& cloud,
-                                      pcl::PointCloud<pcl::PointXYZI>& points,
+                                      Points& points,
                                       PreprocessingStatistics& statistics)>;
 
 Preprocess
@@ -33,15 +35,17 @@ makePreprocess(const SensorNodeSettings& settings)
       settings.compression.resolution,
       settings.sensor,
       [&](const auto& model) -> Preprocess {
-        SensorPreprocessor<std::decay_t<decltype(model)>> preprocessor(model);
+        SensorPreprocessor<std::decay_t<decltype(model)>, PointXYZRGBI> preprocessor(
+            model);
         preprocessor.setIntensityField(settings.intensity_field);
+        preprocessor.setReadsColours(codesColours(settings));
         if (settings.crop_box)
           preprocessor.setCropBox(
               Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
               Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
         return [preprocessor](const Eigen::Isometry3d& sensor_pose,
                               const pcl::PCLPointCloud2& cloud,
-                              pcl::PointCloud<pcl::PointXYZI>& points,
+                              Points& points,
                               PreprocessingStatistics& statistics) mutable {
           preprocessor.setSensorPose(sensor_pose);
           PreprocessingStatus status = preprocessor.process(cloud, points);
@@ -78,7 +82,7 @@ struct Filters {
 
   Preprocess preprocess;
   std::optional<VoxelOutlierRemoval> outlier_removal;
-  pcl::PointCloud<pcl::PointXYZI> points; // member so that its memory is reused
+  Points points; // member so that its memory is reused
 };
 
 /** \brief Members that exist only if the settings are valid. */
@@ -168,7 +172,7 @@ private:
     std::size_t outliers = 0;
     SensorNodeStatus status = preprocess(cloud, preprocessing);
     if (status.ok())
-      status = encodePoints(cloud.header, outliers, bytes);
+      status = encodePoints(cloud.header, preprocessing.has_colours, outliers, bytes);
     if (!status.ok()) {
       ++statistics_.clouds_refused;
       return status;
@@ -226,13 +230,16 @@ private:
 
   SensorNodeStatus
   encodePoints(const pcl::PCLHeader& header,
+               bool has_colours,
                std::size_t& outliers,
                std::vector<std::uint8_t>& bytes)
   {
     const auto& points = pipeline_->filters->points;
-    const io::PointView view = settings_.law == IntensityLaw::Count
-                                   ? pointViewOf(points)
-                                   : pointViewWithIntensities(points);
+    io::PointView view = settings_.law == IntensityLaw::Count
+                             ? pointViewOf(points)
+                             : pointViewWithIntensities(points);
+    if (!has_colours)
+      view.colours = nullptr;
     io::VoxelFrame& frame = pipeline_->frame;
     io::CompressionStatus status =
         pipeline_->encoder.voxelize(view, *last_transform_, frame);

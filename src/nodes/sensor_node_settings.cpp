@@ -56,6 +56,13 @@ codecSettings(const SensorNodeSettings& settings)
   return codec;
 }
 
+bool
+codesColours(const SensorNodeSettings& settings)
+{
+  return settings.compression.colour_bits > 0 &&
+         settings.compression.format == io::StreamFormat::Version1;
+}
+
 VoxelOutlierRemovalSettings
 removalSettings(const SensorNodeSettings& settings)
 {

@@ -9,6 +9,10 @@ namespace nodes {
 io::IntensityCompressionSettings
 codecSettings(const SensorNodeSettings& settings);
 
+/** \brief True if the frames have the colours of the clouds. */
+bool
+codesColours(const SensorNodeSettings& settings);
+
 /** \brief The settings of the outlier removal, which must be set, with the unit of the law:
  * frames of the published layout have no depth model to derive it from. */
 VoxelOutlierRemovalSettings

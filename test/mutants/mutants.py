@@ -179,4 +179,8 @@ MUTANTS = [
     Mutant("src/nodes/received_stream.cpp", "refused frames count as lost, too",
            "health_.frames_lost += missing - unnumbered_;",
            "health_.frames_lost += missing;"),
+    Mutant("src/nodes/merged_voxels.cpp", "voxels without a colour are merged as black",
+           "!voxel.has_colour ||", "false ||"),
+    Mutant("src/nodes/merged_voxels.cpp", "the origin of merged voxels never moves",
+           "if (placed <= most)", "if (true)"),
 ]

@@ -8,6 +8,7 @@
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/status.h>
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -25,6 +26,11 @@ struct CentralNodeSettings {
   /** \brief Voxel edge of the common grid that streams are merged on, metres. 1e-6 to
    * 1e6; by default that of the sensors' settings. */
   double resolution = io::IntensityCompressionSettings().resolution;
+
+  /** \brief Origin of the common grid: world position, metres, from which its voxels are
+   * counted, 2^20 each way. None: the world's origin; while voxels lie further out, a corner
+   * of its voxels amid one of the streams, from which the most voxels are counted. */
+  std::optional<std::array<double, 3>> origin;
 
   /** \brief Threads that decode, up to 1024; 0: one for each core. */
   unsigned int threads = 0;
@@ -168,10 +174,15 @@ public:
   /** \brief The latest voxels of all streams, merged.
    *
    * A voxel of a stream is added to the voxel of the common grid that contains its centre,
-   * the upper one for a centre on the boundary. Intensities are summed over the streams, as
-   * they are over points (section 2.5.4 of the paper); merge streams of one law only.
-   * \param[out] merged voxels [i d_v, (i+1) d_v) about the world origin; intensities
-   * exact while all are whole numbers below 65536, else to 1/65535 of the largest
+   * the upper one for a centre on the boundary, in double precision whatever the origins of
+   * the streams. Intensities are summed over the streams, as they are over points (section
+   * 2.5.4 of the paper); merge streams of one law only. Voxels of streams without intensities
+   * count 1. The colour is the mean of those voxels that have one, each with the same weight,
+   * or black where no stream has one. Voxels outside the common grid are left out; health()
+   * has their number.
+   * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
+   * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
+   * largest; colours of 8 bits if a stream has colours
    */
   void
   merge(io::VoxelFrame& merged);

@@ -29,6 +29,8 @@ struct SensorNodeSettings {
    *
    * `sensor_pose` and `depth_law` must not be set: they follow from the transform and the
    * law. Without a `bounding_box` the grid is that of the crop box, if there is one.
+   * Clouds with a colour are sent with it, unless `colour_bits` is 0 or the format is
+   * Published; colours can double the size of a frame. Clouds without cost nothing.
    */
   io::IntensityCompressionSettings compression;
 
