@@ -138,6 +138,10 @@ describeOptions(StreamOptions& result)
   option("bits",
          count("bits", result.settings.intensity_bits, 0, 16)->default_value(0),
          "bits of an intensity, 1 to 16; 0: automatic");
+  option("colour-bits",
+         count("colour-bits", result.settings.colour_bits, 0, 8)->default_value(6),
+         "bits of a colour channel, 1 to 8, where the input has rgb or rgba; 0: no "
+         "colours");
   option("effort,e",
          choice<io::Effort>("effort",
                             result.settings.effort,

@@ -1,6 +1,7 @@
 #include "stream_run.h"
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/point_types.h>
 
 #include "measuring/samples.h"
 #include "measuring/workload.h"
@@ -17,6 +18,7 @@
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
@@ -27,18 +29,34 @@ namespace fs = std::filesystem;
 
 using measuring::IntensityCloud;
 using measuring::timeOf;
-using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
+
+bool
+hasField(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  return std::any_of(cloud.fields.begin(), cloud.fields.end(), [&](const auto& field) {
+    return field.name == name;
+  });
+}
+
+bool
+hasColour(const pcl::PCLPointCloud2& cloud)
+{
+  return hasField(cloud, "rgb") || hasField(cloud, "rgba");
+}
+
+bool
+codesColours(const StreamOptions& options)
+{
+  return options.settings.colour_bits > 0 &&
+         options.settings.format == io::StreamFormat::Version1;
+}
 
 IntensityLaw
 lawOf(const StreamOptions& options, const pcl::PCLPointCloud2& cloud)
 {
   if (options.law)
     return *options.law;
-  const bool has_intensity =
-      std::any_of(cloud.fields.begin(), cloud.fields.end(), [](const auto& field) {
-        return field.name == "intensity";
-      });
-  return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
+  return hasField(cloud, "intensity") ? IntensityLaw::Native : IntensityLaw::Count;
 }
 
 io::IntensityCompressionSettings
@@ -51,15 +69,29 @@ settingsOf(const StreamOptions& options,
   return measuring::compressionSettings(law, options.sensor, settings);
 }
 
-/** \brief The stages of one stream. */
+bool
+areSame(const io::VoxelFrame& first, const io::VoxelFrame& second)
+{
+  return first.grid == second.grid && first.keys == second.keys &&
+         first.intensities == second.intensities &&
+         first.colour_bits == second.colour_bits && first.colours == second.colours &&
+         first.point_counts == second.point_counts;
+}
+
+/** \brief The stages of one stream.
+ * \tparam PointT pcl::PointXYZI, or PointXYZRGBI for coloured clouds
+ */
+template <typename PointT>
 class Pipeline {
 public:
+  using Cloud = pcl::PointCloud<PointT>;
+
   Pipeline(const StreamOptions& options,
            IntensityLaw law,
            const Eigen::Isometry3d& sensor_pose,
            const std::optional<io::BoundingBox>& crop_box,
            StreamReport& report)
-  : preprocess_(measuring::makePreprocessing<pcl::PCLPointCloud2>(
+  : preprocess_(measuring::makePreprocessing<pcl::PCLPointCloud2, PointT>(
         law, options.settings.resolution, options.sensor, sensor_pose, crop_box))
   , encoder_(settingsOf(options, law, crop_box))
   , decoder_(settingsOf(options, law, crop_box))
@@ -86,8 +118,8 @@ public:
         [&] { check(encoder_.encodePointCloud(preprocessed_, bytes), "encoding"); });
     report_.decode_ms +=
         timeOf([&] { check(decoder_.decodePointCloud(bytes, decoded_), "decoding"); });
-    if (encoder_.getVoxelFrame().keys != decoder_.getVoxelFrame().keys ||
-        encoder_.getVoxelFrame().intensities != decoder_.getVoxelFrame().intensities)
+    if (!areSame(encoder_.getVoxelFrame(), decoder_.getVoxelFrame()) ||
+        decoded_->size() != encoder_.getVoxelFrame().pointCount())
       throw std::runtime_error("the decoded frame differs from the encoded one");
     denoise(index);
     const io::FrameStatistics& statistics = encoder_.getStatistics();
@@ -100,13 +132,13 @@ public:
     report_.denoising = denoising_.report();
   }
 
-  const IntensityCloud&
+  const Cloud&
   decoded() const
   {
     return *decoded_;
   }
 
-  const IntensityCloud&
+  const Cloud&
   denoised() const
   {
     return denoised_;
@@ -133,15 +165,15 @@ private:
       throw std::runtime_error(action + " failed: " + status.message());
   }
 
-  measuring::Preprocessing<pcl::PCLPointCloud2> preprocess_;
-  Compression encoder_;
-  Compression decoder_;
+  measuring::Preprocessing<pcl::PCLPointCloud2, PointT> preprocess_;
+  io::OctreePointCloudIntensityCompression<PointT> encoder_;
+  io::OctreePointCloudIntensityCompression<PointT> decoder_;
   Denoising denoising_;
   std::optional<CellTruth> truth_; ///< only of the robot cell
   StreamReport& report_;
-  const IntensityCloud::Ptr preprocessed_{new IntensityCloud};
-  IntensityCloud::Ptr decoded_{new IntensityCloud};
-  IntensityCloud denoised_;
+  const typename Cloud::Ptr preprocessed_{new Cloud};
+  typename Cloud::Ptr decoded_{new Cloud};
+  Cloud denoised_;
   std::vector<float> intensities_; ///< of the decoded points
 };
 
@@ -181,8 +213,9 @@ public:
   operator=(const CloudWriter&) = delete;
 
   /** \brief Writes a cloud unless it is empty, which PCD cannot store. */
+  template <typename PointT>
   void
-  write(const char* kind, std::size_t index, const IntensityCloud& cloud) const
+  write(const char* kind, std::size_t index, const pcl::PointCloud<PointT>& cloud) const
   {
     if (folder_.empty() || cloud.empty())
       return;
@@ -289,23 +322,21 @@ throwNothingToEncode(const pcl::PCLPointCloud2& cloud,
                            " m: choose --crop to hold some of them");
 }
 
-} // namespace
-
-StreamReport
-runStream(measuring::CloudSequence& sequence,
+/** \brief Takes all clouds of a stream through the stages.
+ * \tparam PointT as of Pipeline
+ * \param[out] report the sums
+ */
+template <typename PointT>
+void
+runFrames(measuring::CloudSequence& sequence,
           const StreamOptions& options,
-          const std::optional<io::BoundingBox>& crop_box)
+          IntensityLaw law,
+          const std::optional<io::BoundingBox>& crop_box,
+          const CloudWriter& writer,
+          StreamReport& report)
 {
-  StreamReport report;
-  report.name = sequence.name();
+  Pipeline<PointT> pipeline(options, law, sequence.sensorPose(), crop_box, report);
   pcl::PCLPointCloud2 cloud;
-  readFirst(sequence, cloud);
-  const IntensityLaw law = lawOf(options, cloud);
-  report.law = nameOf(law);
-  Pipeline pipeline(options, law, sequence.sensorPose(), crop_box, report);
-  const CloudWriter writer(options.output_folder, report.name);
-
-  std::cerr << report.name << ": " << sequence.size() << " frames\n";
   boost::timer::progress_display progress(sequence.size(), std::cerr);
   for (std::size_t index = 0; index < sequence.size(); ++index, ++progress) {
     try {
@@ -322,6 +353,39 @@ runStream(measuring::CloudSequence& sequence,
     writer.write("decoded", index, pipeline.decoded());
     writer.write("denoised", index, pipeline.denoised());
   }
+}
+
+/** \brief What becomes of the colours of a stream, for the console. */
+std::string
+describeColours(const StreamOptions& options, bool has_colour)
+{
+  if (!has_colour)
+    return {};
+  return codesColours(options)
+             ? ", colours of " + std::to_string(options.settings.colour_bits) + " bits"
+             : ", whose colours are left out";
+}
+
+} // namespace
+
+StreamReport
+runStream(measuring::CloudSequence& sequence,
+          const StreamOptions& options,
+          const std::optional<io::BoundingBox>& crop_box)
+{
+  StreamReport report;
+  report.name = sequence.name();
+  pcl::PCLPointCloud2 cloud;
+  readFirst(sequence, cloud);
+  const IntensityLaw law = lawOf(options, cloud);
+  report.law = nameOf(law);
+  const CloudWriter writer(options.output_folder, report.name);
+  const bool has_colour = hasColour(cloud);
+  std::cerr << report.name << ": " << sequence.size() << " frames"
+            << describeColours(options, has_colour) << '\n';
+  const auto run = has_colour && codesColours(options) ? runFrames<PointXYZRGBI>
+                                                       : runFrames<pcl::PointXYZI>;
+  run(sequence, options, law, crop_box, writer, report);
   if (report.frames > 0 && report.encoded_points == 0) {
     readFirst(sequence, cloud);
     throwNothingToEncode(cloud, options, law, sequence.sensorPose());
