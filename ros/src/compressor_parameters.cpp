@@ -110,6 +110,7 @@ readCompression(ParameterReader& reader, io::IntensityCompressionSettings& setti
   settings.intensity_bits = reader.count("intensity_bits", 0, 0, 16);
   settings.intensity_range =
       static_cast<float>(reader.number("intensity_range", 0, 0, largest_float));
+  settings.colour_bits = reader.count("colour_bits", 6, 0, 8);
   settings.intensity_curve =
       reader.choice<io::IntensityCurve>("intensity_curve",
                                         "linear",

@@ -124,9 +124,11 @@ private:
     }
     ++frames_since_request_;
     header.frame_id = parameters_.node.global_frame;
+    const SensorNodeStatistics statistics = sensor_node_.statistics();
     frames_.publish(toMessage(header,
                               parameters_.node.compression.format,
-                              sensor_node_.statistics().frame.coding.voxels,
+                              statistics.frame.coding.voxels,
+                              statistics.preprocessing.has_colours,
                               std::move(bytes)));
   }
 

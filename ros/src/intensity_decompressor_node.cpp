@@ -346,6 +346,9 @@ private:
       report.raise(DiagnosticStatus::WARN, "Frames are lost");
     if (now.voxels > 0 && now.kept_voxels == 0)
       report.raise(DiagnosticStatus::WARN, "All voxels are removed as noise");
+    if (now.voxels_outside_grid > 0)
+      report.raise(DiagnosticStatus::WARN,
+                   "Voxels are too far from those of other streams to be merged");
 
     report.addRates(now.rates);
     constexpr double bytes_per_point = 16.0; // of the published clouds
@@ -365,6 +368,7 @@ private:
     report.add("voxels", now.voxels);
     report.add("kept voxels", now.kept_voxels);
     report.add("outliers removed", now.outliers_removed);
+    report.add("voxels outside merged grid", now.voxels_outside_grid);
     report.add("min_intensity", stream.noise.min_intensity.current());
     report.add("in sync", now.in_sync ? "yes" : "no");
     return report;

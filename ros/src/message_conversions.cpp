@@ -11,8 +11,7 @@ namespace pcl_ext_ros {
 
 namespace {
 
-constexpr std::array<const char*, 4> field_names{"x", "y", "z", "intensity"};
-constexpr std::uint32_t point_step = sizeof(float) * field_names.size();
+constexpr std::array<const char*, 5> field_names{"x", "y", "z", "intensity", "rgb"};
 const std::string format_of_version1 = "pcl_ext/version1";
 const std::string format_of_published = "pcl_ext/published";
 
@@ -20,21 +19,25 @@ const std::string format_of_published = "pcl_ext/published";
  * CompressedPointCloud2 have these fields in common. */
 template <typename MessageT>
 void
-describeVoxels(const std_msgs::Header& header, std::size_t voxels, MessageT& message)
+describeVoxels(const std_msgs::Header& header,
+               std::size_t voxels,
+               bool has_colours,
+               MessageT& message)
 {
   message.header = header;
   message.height = 1;
   message.width = static_cast<std::uint32_t>(voxels);
-  message.fields.resize(field_names.size());
-  for (std::size_t i = 0; i < field_names.size(); ++i) {
+  message.fields.resize(field_names.size() - (has_colours ? 0 : 1));
+  for (std::size_t i = 0; i < message.fields.size(); ++i) {
     message.fields[i].name = field_names[i];
     message.fields[i].offset = static_cast<std::uint32_t>(i * sizeof(float));
     message.fields[i].datatype = sensor_msgs::PointField::FLOAT32;
     message.fields[i].count = 1;
   }
   message.is_bigendian = false;
-  message.point_step = point_step;
-  message.row_step = point_step * message.width;
+  message.point_step =
+      static_cast<std::uint32_t>(sizeof(float) * message.fields.size());
+  message.row_step = message.point_step * message.width;
   message.is_dense = true;
 }
 
@@ -73,10 +76,11 @@ CompressedPointCloud2
 toMessage(const std_msgs::Header& header,
           pcl_ext::io::StreamFormat format,
           std::size_t voxels,
+          bool has_colours,
           std::vector<std::uint8_t> bytes)
 {
   CompressedPointCloud2 message;
-  describeVoxels(header, voxels, message);
+  describeVoxels(header, voxels, has_colours, message);
   message.compressed_data = std::move(bytes);
   message.format = format == pcl_ext::io::StreamFormat::Published ? format_of_published
                                                                   : format_of_version1;
@@ -93,14 +97,22 @@ sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
 {
   sensor_msgs::PointCloud2 message;
-  describeVoxels(header, frame.size(), message);
+  const bool has_colours = frame.colour_bits > 0;
+  describeVoxels(header, frame.size(), has_colours, message);
   message.data.resize(std::size_t{message.row_step});
   std::uint8_t* output = message.data.data();
+  std::size_t voxel = 0;
   pcl_ext::io::forEachVoxelCentre(
       frame, [&](float x, float y, float z, float intensity) {
         const std::array<float, 4> point{x, y, z, intensity};
-        std::memcpy(output, point.data(), point_step);
-        output += point_step;
+        std::memcpy(output, point.data(), sizeof(point));
+        if (has_colours) {
+          const pcl_ext::io::VoxelColour colour = frame.fullColour(voxel++);
+          const std::uint32_t packed =
+              std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
+          std::memcpy(output + sizeof(point), &packed, sizeof(packed));
+        }
+        output += message.point_step;
       });
   return message;
 }

@@ -35,19 +35,22 @@ withoutLeadingSlash(const std::string& frame_id);
  * \param[in] header stamp of the cloud and global frame
  * \param[in] format of the stream
  * \param[in] voxels number of voxels in the frame
+ * \param[in] has_colours whether they have colours
  * \param[in] bytes of the frame
  */
 CompressedPointCloud2
 toMessage(const std_msgs::Header& header,
           pcl_ext::io::StreamFormat format,
           std::size_t voxels,
+          bool has_colours,
           std::vector<std::uint8_t> bytes);
 
 /** \brief True if the format of a message is one of this library. */
 bool
 hasKnownFormat(const CompressedPointCloud2& message);
 
-/** \brief A cloud of the voxel centres: x, y, z in metres, and intensity.
+/** \brief A cloud of the voxel centres: x, y, z in metres, intensity, and where the frame has
+ * colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0.
  * \param[in] header of the cloud
  * \param[in] frame for which isConsistent() is true
  */

@@ -17,23 +17,25 @@ namespace io = pcl_ext::io;
 Voxels
 voxelsIn(const sensor_msgs::PointCloud2& message)
 {
-  const char* const names[] = {"x", "y", "z", "intensity"};
+  const char* const names[] = {"x", "y", "z", "intensity", "rgb"};
+  const std::size_t fields = message.fields.size();
   Voxels voxels(std::size_t{message.width} * message.height);
-  EXPECT_EQ(message.fields.size(), 4u);
-  for (std::size_t i = 0; i < message.fields.size(); ++i) {
-    EXPECT_EQ(message.fields[i].name, names[i % 4]);
+  EXPECT_TRUE(fields == 4 || fields == 5) << fields;
+  for (std::size_t i = 0; i < fields; ++i) {
+    EXPECT_EQ(message.fields[i].name, names[i % 5]);
     EXPECT_EQ(message.fields[i].offset, 4 * i);
     EXPECT_EQ(message.fields[i].datatype, sensor_msgs::PointField::FLOAT32);
     EXPECT_EQ(message.fields[i].count, 1u);
   }
   EXPECT_EQ(message.height, 1u);
-  EXPECT_EQ(message.point_step, 16u);
-  EXPECT_EQ(message.row_step, 16u * message.width);
+  EXPECT_EQ(message.point_step, 4 * fields);
+  EXPECT_EQ(message.row_step, message.point_step * message.width);
   EXPECT_FALSE(message.is_bigendian);
   EXPECT_TRUE(message.is_dense);
-  EXPECT_EQ(message.data.size(), 16 * voxels.size());
-  if (message.data.size() == 16 * voxels.size() && !voxels.empty())
-    std::memcpy(voxels.data(), message.data.data(), message.data.size());
+  EXPECT_EQ(message.data.size(), 4 * fields * voxels.size());
+  if (fields <= 5 && message.data.size() == 4 * fields * voxels.size())
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      std::memcpy(&voxels[i], &message.data[4 * fields * i], 4 * fields);
   return voxels;
 }
 
@@ -42,7 +44,13 @@ voxelsIn(const io::VoxelFrame& frame)
 {
   Voxels voxels;
   io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    voxels.push_back({x, y, z, intensity});
+    voxels.push_back({x, y, z, intensity, 0.0f});
+    if (frame.colour_bits == 0)
+      return;
+    const io::VoxelColour colour = frame.fullColour(voxels.size() - 1);
+    const std::uint32_t packed =
+        static_cast<std::uint32_t>((colour.r * 256 + colour.g) * 256 + colour.b);
+    std::memcpy(&voxels.back()[4], &packed, sizeof(packed));
   });
   return voxels;
 }

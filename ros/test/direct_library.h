@@ -18,8 +18,8 @@
 namespace pcl_ext_ros {
 namespace test {
 
-/** \brief Voxels as points x, y, z, intensity, in their order. */
-using Voxels = std::vector<std::array<float, 4>>;
+/** \brief Voxels as points x, y, z, intensity, colour (0: none), in their order. */
+using Voxels = std::vector<std::array<float, 5>>;
 
 using Bytes = std::vector<std::uint8_t>;
 

@@ -140,6 +140,21 @@ TEST_F(CentralNodes, TwoStreamsAndTheirMergedVoxelsAreTheLibrarys)
   EXPECT_EQ(merged.last()->header.frame_id, "world");
 }
 
+TEST_F(CentralNodes, MergedVoxelsHaveTheColoursOfTheStreamsThatHaveThem)
+{
+  startTwoSensors({{"max_merge_age", 3600.0}, {"resolution", 0.08}});
+  const auto coloured = cloud<pcl::PointXYZRGB>(0);
+  ASSERT_TRUE(show(coloured));
+  other_clouds.publish(otherCloud(0));
+  DirectStream fresh(compressorSettings());
+  DirectStream other_fresh(compressorSettings());
+  EXPECT_TRUE(waitForMerged(
+      mergedDirectly(0.08,
+                     {{compressed, fresh.encode(coloured, pose)},
+                      {other_topic, other_fresh.encode(otherCloud(0), other_pose)}})));
+  EXPECT_EQ(merged.last()->fields.size(), 5u);
+}
+
 TEST_F(CentralNodes, SilentStreamIsNotMerged)
 {
   startTwoSensors({{"max_merge_age", 0.5}});

@@ -44,6 +44,24 @@ TEST_F(Streams, XyzGivesTheLibrarysVoxels)
 TEST_F(Streams, XyzrgbGivesTheLibrarysVoxels)
 {
   expectStream<pcl::PointXYZRGB>({}, compressorSettings());
+  EXPECT_EQ(voxels.last()->fields.size(), 5u);
+  EXPECT_EQ(frames.last()->fields, voxels.last()->fields);
+}
+
+TEST_F(Streams, BitsOfColoursAreTheLibrarys)
+{
+  SensorNodeSettings settings = compressorSettings();
+  settings.compression.colour_bits = 3;
+  expectStream<pcl::PointXYZRGB>({{"colour_bits", 3}}, settings, 3);
+}
+
+TEST_F(Streams, ColoursCanBeLeftOut)
+{
+  SensorNodeSettings settings = compressorSettings();
+  settings.compression.colour_bits = 0;
+  expectStream<pcl::PointXYZRGB>({{"colour_bits", 0}}, settings, 3);
+  EXPECT_EQ(voxels.last()->fields.size(), 4u);
+  EXPECT_EQ(frames.last()->fields, voxels.last()->fields);
 }
 
 TEST_F(Streams, NativeIntensitiesOfXyziGiveTheLibrarysVoxels)
