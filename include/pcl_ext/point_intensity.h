@@ -83,8 +83,8 @@ colourOffset()
 
 } // namespace detail
 
-/** \brief The colour of a point, which its type has to have: alpha, red, green and blue from
- * bit 24, 16, 8 and 0 on, as PCL's field rgba. */
+/** \brief The colour of a point, which its type has to have: alpha, red, green and blue
+ * from bit 24, 16, 8 and 0 on, as PCL's field rgba. */
 template <typename PointT>
 std::uint32_t
 packedColour(const PointT& point)

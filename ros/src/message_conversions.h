@@ -49,8 +49,9 @@ toMessage(const std_msgs::Header& header,
 bool
 hasKnownFormat(const CompressedPointCloud2& message);
 
-/** \brief A cloud of the voxel centres: x, y, z in metres, intensity, and where the frame has
- * colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0.
+/** \brief A cloud of the voxel centres: x, y, z in metres, intensity, and where the
+ * frame has colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte
+ * 0.
  * \param[in] header of the cloud
  * \param[in] frame for which isConsistent() is true
  */

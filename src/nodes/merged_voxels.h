@@ -35,8 +35,8 @@ public:
   void
   add(ReceivedStream& stream, Time oldest, Time newest);
 
-  /** \brief Ends the merged frame; empty if it throws. Tells the streams how many of their
-   * voxels are outside the common grid. */
+  /** \brief Ends the merged frame; empty if it throws. Tells the streams how many of
+   * their voxels are outside the common grid. */
   void
   finish(io::VoxelFrame& merged);
 
@@ -76,11 +76,13 @@ private:
   std::size_t
   countPlaced(const Origin& origin) const;
 
-  /** \brief Moves the origin to where more voxels are on its lattice, if some are not. */
+  /** \brief Moves the origin to where more voxels are on its lattice, if some are not.
+   */
   void
   chooseOrigin();
 
-  /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice. */
+  /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice.
+   */
   void
   placeVoxels();
 

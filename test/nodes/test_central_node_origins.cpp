@@ -54,8 +54,8 @@ coded(const VoxelFrame& frame)
   return pcl_ext::io::test::encoded(encoder, frame);
 }
 
-/** \brief Intensities by the position of a voxel's centre about the site, in tenths of a
- * voxel. */
+/** \brief Intensities by the position of a voxel's centre about the site, in tenths of
+ * a voxel. */
 using SiteVoxels = std::map<std::array<std::int64_t, 3>, double>;
 
 void

@@ -54,8 +54,8 @@ struct PointLayout {
   std::uint32_t colour = 0; ///< 32 bits as PCL's field rgba, whatever the datatype
 };
 
-/** \brief Finds x, y, z, intensity and colour in a cloud by name and datatype. The colour is
- * the field `rgb`, else `rgba`, FLOAT32 or UINT32.
+/** \brief Finds x, y, z, intensity and colour in a cloud by name and datatype. The
+ * colour is the field `rgb`, else `rgba`, FLOAT32 or UINT32.
  * \param[in] cloud any fields in any order, organised or not
  * \param[in] intensity_field name of the intensity field
  * \param[in] needs_intensity a cloud without that field is an error
@@ -130,8 +130,8 @@ public:
     intensity_field_ = name;
   }
 
-  /** \brief Whether an output type with a colour gets the colours of the input, which it
-   * does by default. */
+  /** \brief Whether an output type with a colour gets the colours of the input, which
+   * it does by default. */
   void
   setReadsColours(bool reads_colours)
   {
@@ -140,11 +140,11 @@ public:
 
   /** \brief Processes a cloud whose fields are found by name and datatype.
    * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
-   * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further fields
-   * are ignored
-   * \param[out] output intensity I_p times the scale; colours as the input's, or black if
-   * it has none; header as the input's, sensor origin and orientation as the sensor's pose;
-   * empty unless the status is Ok
+   * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further
+   * fields are ignored
+   * \param[out] output intensity I_p times the scale; colours as the input's, or black
+   * if it has none; header as the input's, sensor origin and orientation as the
+   * sensor's pose; empty unless the status is Ok
    */
   PreprocessingStatus
   process(const pcl::PCLPointCloud2& cloud, Output& output);

@@ -27,9 +27,10 @@ struct CentralNodeSettings {
    * 1e6; by default that of the sensors' settings. */
   double resolution = io::IntensityCompressionSettings().resolution;
 
-  /** \brief Origin of the common grid: world position, metres, from which its voxels are
-   * counted, 2^20 each way. None: the world's origin; while voxels lie further out, a corner
-   * of its voxels amid one of the streams, from which the most voxels are counted. */
+  /** \brief Origin of the common grid: world position, metres, from which its voxels
+   * are counted, 2^20 each way. None: the world's origin; while voxels lie further out,
+   * a corner of its voxels amid one of the streams, from which the most voxels are
+   * counted. */
   std::optional<std::array<double, 3>> origin;
 
   /** \brief Threads that decode, up to 1024; 0: one for each core. */
@@ -174,12 +175,12 @@ public:
   /** \brief The latest voxels of all streams, merged.
    *
    * A voxel of a stream is added to the voxel of the common grid that contains its centre,
-   * the upper one for a centre on the boundary, in double precision whatever the origins of
-   * the streams. Intensities are summed over the streams, as they are over points (section
-   * 2.5.4 of the paper); merge streams of one law only. Voxels of streams without intensities
-   * count 1. The colour is the mean of those voxels that have one, each with the same weight,
-   * or black where no stream has one. Voxels outside the common grid are left out; health()
-   * has their number.
+   * the upper one for a centre on the boundary, in double precision whatever the
+   * origins of the streams. Intensities are summed over the streams, as they are over
+   * points (section 2.5.4 of the paper); merge streams of one law only. Voxels of
+   * streams without intensities count 1. The colour is the mean of those voxels that
+   * have one, each with the same weight, or black where no stream has one. Voxels
+   * outside the common grid are left out; health() has their number.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours

@@ -53,8 +53,8 @@ struct StreamHealth {
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
   std::size_t kept_voxels = 0;      ///< of these: after denoising
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
-  /** \brief Of the voxels that the last CentralNode::merge took from the stream: left out,
-   * as they are more than 2^20 voxels from the origin of the common grid. */
+  /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
+   * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;
   bool in_sync = false; ///< the last frame was decoded, even if denoising failed
   Time last_decoded{0}; ///< when the last frame was ready; 0: never

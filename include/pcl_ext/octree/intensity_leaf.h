@@ -11,8 +11,8 @@
 namespace pcl_ext {
 namespace octree {
 
-/** \brief Octree leaf that accumulates the points in its voxel: their number, the sum of
- * their intensities and the mean of their colours.
+/** \brief Octree leaf that accumulates the points in its voxel: their number, the sum
+ * of their intensities and the mean of their colours.
  *
  * Fulfils PCL's leaf contract (reset, equality, copy), so that it serves in
  * pcl::octree::OctreeBase and pcl::octree::Octree2BufBase.
@@ -32,7 +32,8 @@ public:
     return new IntensityLeaf(*this);
   }
 
-  /** \brief True if the other leaf is an IntensityLeaf with the same sums and counts. */
+  /** \brief True if the other leaf is an IntensityLeaf with the same sums and counts.
+   */
   bool
   operator==(const pcl::octree::OctreeContainerBase& other) const override
   {
@@ -97,8 +98,8 @@ public:
     return count_ == 0 ? 0.0f : static_cast<float>(sum_ / static_cast<double>(count_));
   }
 
-  /** \brief Mean of the points' colours, in channels of 0 to 255, rounded; nothing if none
-   * was added. */
+  /** \brief Mean of the points' colours, in channels of 0 to 255, rounded; nothing if
+   * none was added. */
   std::optional<io::VoxelColour>
   getColour() const
   {

@@ -32,14 +32,16 @@ struct TakesColours<
 
 } // namespace detail
 
-/** \brief Octree whose leaves hold the summed intensity, the mean colour and the number of
- * the points in their voxel; the counterpart of pcl::octree::OctreePointCloudDensity.
+/** \brief Octree whose leaves hold the summed intensity, the mean colour and the number
+ * of the points in their voxel; the counterpart of
+ * pcl::octree::OctreePointCloudDensity.
  *
  * Fill it as any PCL octree: setInputCloud, addPointsFromInputCloud. Points whose type
  * has no field `intensity` count with intensity 1.
  * \tparam PointT point type
- * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`; for
- * colours also `addPointColour(io::VoxelColour)` and `getColour()`, see IntensityLeaf
+ * \tparam LeafT leaf container with `addPointIntensity(float)` and `getIntensity()`;
+ * for colours also `addPointColour(io::VoxelColour)` and `getColour()`, see
+ * IntensityLeaf
  * \tparam BranchT branch container
  * \tparam OctreeT pcl::octree::OctreeBase or pcl::octree::Octree2BufBase
  */
@@ -83,8 +85,8 @@ public:
     return leaf != nullptr ? leaf->getIntensity() : 0.0f;
   }
 
-  /** \brief Mean colour, in channels of 0 to 255, of the points in the voxel at a point;
-   * nothing if the voxel is empty or its points have no colour. */
+  /** \brief Mean colour, in channels of 0 to 255, of the points in the voxel at a
+   * point; nothing if the voxel is empty or its points have no colour. */
   std::optional<io::VoxelColour>
   getVoxelColourAtPoint(const PointT& point) const
   {
