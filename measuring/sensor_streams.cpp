@@ -15,6 +15,7 @@ sensorNodeSettings(const InputStream& stream,
   settings.compression.i_frame_rate = workload.i_frame_rate;
   settings.compression.effort = variant.effort;
   settings.compression.format = variant.format;
+  settings.compression.colour_bits = 0;
   settings.crop_box = stream.crop_box;
   settings.outlier_removal = workload.outlier_removal;
   return settings;

@@ -24,7 +24,8 @@ struct SensorStream {
   std::size_t voxels = 0;            ///< of all frames
 };
 
-/** \brief The settings of a sensor's node: number of points as intensity, no header. */
+/** \brief The settings of a sensor's node: number of points as intensity; no header and no
+ * colours, so that recordings with and without them compare. */
 nodes::SensorNodeSettings
 sensorNodeSettings(const InputStream& stream,
                    const Workload& workload,
