@@ -103,8 +103,10 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     merged = io::VoxelFrame();
   };
   const auto merge = [&] {
-    chooseOrigin();
     placeVoxels();
+    const bool are_all_placed = intensities_.size() == voxels_.size();
+    if (!are_all_placed && !has_fixed_origin_ && moveOrigin())
+      placeVoxels();
     voxelize(merged);
     mergeColours(merged);
   };
@@ -174,12 +176,11 @@ MergedVoxels::countPlaced(const Origin& origin) const
       }));
 }
 
-void
-MergedVoxels::chooseOrigin()
+bool
+MergedVoxels::moveOrigin()
 {
-  if (has_fixed_origin_)
-    return;
-  std::size_t most = countPlaced(origin_);
+  const Origin before = origin_;
+  std::size_t most = intensities_.size();
   const auto tryOrigin = [&](const Origin& origin) {
     if (most == voxels_.size() || !isOrigin(origin))
       return;
@@ -197,6 +198,7 @@ MergedVoxels::chooseOrigin()
       corner[axis] = std::round(part.middle[axis] / resolution_) * resolution_;
     tryOrigin(corner);
   }
+  return origin_ != before;
 }
 
 void

@@ -76,10 +76,10 @@ private:
   std::size_t
   countPlaced(const Origin& origin) const;
 
-  /** \brief Moves the origin to where more voxels are on its lattice, if some are not.
-   */
-  void
-  chooseOrigin();
+  /** \brief Moves the origin to where more voxels are on its lattice, if there is such a
+   * place. */
+  bool
+  moveOrigin();
 
   /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice.
    */
