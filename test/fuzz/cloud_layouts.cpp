@@ -7,6 +7,7 @@
  */
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/point_types.h>
 
 #include "cloud_message.h"
 #include "cloud_reference.h"
@@ -24,7 +25,7 @@ namespace {
 using namespace pcl_ext;
 using namespace pcl_ext::fuzz;
 
-using Output = pcl::PointCloud<pcl::PointXYZI>;
+using Output = pcl::PointCloud<PointXYZRGBI>;
 using QuadraticIntensity = IntensityModel<KinectV2, QuadraticLaw>;
 
 constexpr double resolution = 0.04;
@@ -65,12 +66,16 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
       if (!is_finite || !is_within)
         continue;
       require(kept < output.size());
-      const pcl::PointXYZI& result = output[kept++];
+      const PointXYZRGBI& result = output[kept++];
       require(result.x == moved[0] && result.y == moved[1] && result.z == moved[2]);
       const float native = fields[3] != nullptr ? readField(point, *fields[3]) : 0.0f;
       require(isNear(result.intensity,
                      expectedIntensity(model, place[2], native),
                      settings.scale));
+      const std::uint32_t colour =
+          fields[4] != nullptr ? numberAt<std::uint32_t>(point + fields[4]->offset)
+                               : 0xff000000u;
+      require(result.rgba == colour);
     }
   require(output.size() == kept && output.width == kept && output.height == 1);
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
@@ -86,7 +91,8 @@ void
 requireSame(const pcl::PCLPointCloud2& cloud, const PreprocessorSettings& settings)
 {
   const ModelT model(resolution);
-  SensorPreprocessor<ModelT> preprocessor(model);
+  SensorPreprocessor<ModelT, PointXYZRGBI> preprocessor(model);
+  preprocessor.setReadsColours(settings.reads_colours);
   preprocessor.setIntensityField(settings.intensity_field);
   preprocessor.setIntensityScale(settings.scale);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -107,8 +113,11 @@ requireSame(const pcl::PCLPointCloud2& cloud, const PreprocessorSettings& settin
   const PreprocessingStatus status = preprocessor.process(cloud, output);
 
   Fields fields;
-  const Faults faults =
-      findFaults(cloud, settings.intensity_field, ModelT::uses_native, fields);
+  const Faults faults = findFaults(cloud,
+                                   settings.intensity_field,
+                                   ModelT::uses_native,
+                                   settings.reads_colours,
+                                   fields);
   if (status.ok()) {
     require(settings.areValid() && faults.empty());
     requireSamePoints(

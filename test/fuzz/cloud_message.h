@@ -48,6 +48,7 @@ struct PreprocessorSettings {
   std::optional<std::array<std::array<float, 3>, 2>> crop_box;
   float scale = 1.0f;
   std::string intensity_field = "intensity";
+  bool reads_colours = true;
 
   bool
   areValid() const
@@ -99,6 +100,7 @@ settingsOf(FuzzInput& input)
     settings.scale = anyFloat(input);
   if ((choices & 8) != 0)
     settings.intensity_field = "reflectivity";
+  settings.reads_colours = (choices & 16) == 0;
   return settings;
 }
 
@@ -128,6 +130,8 @@ layoutOf(FuzzInput& input)
   // In any order, each behind the one before it, with gaps.
   std::array<const char*, 6> names = {
       "x", "y", "z", "intensity", "reflectivity", "ring"};
+  if ((kind & 64) != 0)
+    names[5] = (kind & 128) != 0 ? "rgba" : "rgb";
   if ((kind & 2) != 0)
     std::rotate(names.begin(), names.begin() + input.byte() % 6, names.end());
   if ((kind & 4) != 0)

@@ -43,20 +43,40 @@ readableField(const pcl::PCLPointCloud2& cloud, const std::string& name, Faults&
   return nullptr;
 }
 
-/** \brief The fields that are read: x, y, z and the intensity if that is. */
-using Fields = std::array<const pcl::PCLPointField*, 4>;
+/** \brief The fields that are read: x, y, z, and the intensity and the colour if these
+ * are. */
+using Fields = std::array<const pcl::PCLPointField*, 5>;
+
+inline const pcl::PCLPointField*
+colourField(const pcl::PCLPointCloud2& cloud, Faults& faults)
+{
+  for (const char* const name : {"rgb", "rgba"}) {
+    Faults of_field;
+    const pcl::PCLPointField* const field = readableField(cloud, name, of_field);
+    if (field == nullptr)
+      continue;
+    if (field->datatype != pcl::PCLPointField::FLOAT32 &&
+        field->datatype != pcl::PCLPointField::UINT32)
+      faults.insert(PreprocessingCode::InvalidField);
+    faults.insert(of_field.begin(), of_field.end());
+    return field;
+  }
+  return nullptr;
+}
 
 inline Faults
 findFaults(const pcl::PCLPointCloud2& cloud,
            const std::string& intensity_field,
            bool needs_intensity,
+           bool reads_colours,
            Fields& fields)
 {
   Faults faults;
   fields = {readableField(cloud, "x", faults),
             readableField(cloud, "y", faults),
             readableField(cloud, "z", faults),
-            needs_intensity ? readableField(cloud, intensity_field, faults) : nullptr};
+            needs_intensity ? readableField(cloud, intensity_field, faults) : nullptr,
+            reads_colours ? colourField(cloud, faults) : nullptr};
   const auto isFloat = [](const pcl::PCLPointField& field) {
     return field.datatype == pcl::PCLPointField::FLOAT32 ||
            field.datatype == pcl::PCLPointField::FLOAT64;

@@ -145,7 +145,7 @@ writeChoices(SeedWriter& writer)
     Bytes bytes{static_cast<std::uint8_t>(kind % 16),
                 static_cast<std::uint8_t>(kind / 4),
                 static_cast<std::uint8_t>(0x24 + 8 * (kind % 3)),
-                static_cast<std::uint8_t>(kind)};
+                static_cast<std::uint8_t>(kind + kind / 16 * 64)};
     for (std::size_t i = 0; i < 40; ++i)
       bytes.push_back(static_cast<std::uint8_t>(random() % 200));
     writer.write("cloud_layouts", "layout_" + std::to_string(kind), bytes);
