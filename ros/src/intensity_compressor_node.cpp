@@ -117,6 +117,8 @@ private:
       ROS_WARN_THROTTLE(seconds_between_warnings,
                         "The transform of an earlier cloud is used, as TF has none: %s",
                         transform.failure.c_str());
+    if (status.hasWarning())
+      ROS_WARN_THROTTLE(seconds_between_warnings, "%s", status.message().c_str());
     if (!status.hasFrame()) {
       ROS_WARN_THROTTLE(
           seconds_between_warnings, "A cloud is dropped: %s", status.message().c_str());

@@ -172,7 +172,7 @@ private:
     std::size_t outliers = 0;
     SensorNodeStatus status = preprocess(cloud, preprocessing);
     if (status.ok())
-      status = encodePoints(cloud.header, preprocessing.has_colours, outliers, bytes);
+      status = encodePoints(cloud.header, preprocessing, outliers, bytes);
     if (!status.ok()) {
       ++statistics_.clouds_refused;
       return status;
@@ -180,7 +180,8 @@ private:
     // Before the statistics are updated, as the message needs memory.
     if (!sensor_to_world)
       status = {SensorNodeCode::UsedLastTransform,
-                "there is no transform for this cloud; the last one was used"};
+                "there is no transform for this cloud; the last one was used" +
+                    (status.hasWarning() ? "; " + status.message() : "")};
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
@@ -230,7 +231,7 @@ private:
 
   SensorNodeStatus
   encodePoints(const pcl::PCLHeader& header,
-               bool has_colours,
+               const PreprocessingStatistics& preprocessing,
                std::size_t& outliers,
                std::vector<std::uint8_t>& bytes)
   {
@@ -238,8 +239,9 @@ private:
     io::PointView view = settings_.law == IntensityLaw::Count
                              ? pointViewOf(points)
                              : pointViewWithIntensities(points);
-    if (!has_colours)
+    if (!preprocessing.has_colours)
       view.colours = nullptr;
+    view.count_behind_sensor = preprocessing.points_behind_sensor;
     io::VoxelFrame& frame = pipeline_->frame;
     io::CompressionStatus status =
         pipeline_->encoder.voxelize(view, *last_transform_, frame);
@@ -252,9 +254,9 @@ private:
     }
     if (status.code() == io::CompressionCode::OutOfMemory)
       throw std::bad_alloc(); // handled by encode()
-    if (!status.ok())
-      return {SensorNodeCode::EncodingFailed, status.message()};
-    return {};
+    // A success may have a warning.
+    return {status.ok() ? SensorNodeCode::Ok : SensorNodeCode::EncodingFailed,
+            status.message()};
   }
 
   void

@@ -305,4 +305,26 @@ TEST(SensorNodeSettings, ALongGlobalFrameIsRefusedOnlyWhereItIsCarried)
   encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1)), poseOf(0));
 }
 
+TEST(SensorNodeWarnings, ComeWithTheFrame)
+{
+  // A driver whose z axis points backwards: all depths are negative.
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  for (int i = 0; i < 20; ++i)
+    cloud.emplace_back(0.1f * static_cast<float>(i), 0.0f, -2.0f, 1.0f);
+  cloud.emplace_back(0.0f, 0.0f, 2.0f, 1.0f);
+  SensorNode node(settingsOf(IntensityLaw::Quadratic));
+  Bytes bytes;
+  SensorNodeStatus status = node.encode(messageOf(cloud), poseOf(1), bytes);
+  const std::string words = "20 of 21 points are behind the sensor";
+  EXPECT_TRUE(status.hasWarning());
+  EXPECT_NE(status.message().find(words), std::string::npos) << status;
+  EXPECT_FALSE(bytes.empty());
+  EXPECT_EQ(node.statistics().preprocessing.points_behind_sensor, 20u);
+  status = node.encode(messageOf(cloud), std::nullopt, bytes);
+  EXPECT_EQ(status.code(), SensorNodeCode::UsedLastTransform);
+  EXPECT_NE(status.message().find(words), std::string::npos) << status;
+  SensorNode counting(settingsOf(IntensityLaw::Count));
+  expectCode(counting.encode(messageOf(cloud), poseOf(1), bytes), SensorNodeCode::Ok);
+}
+
 } // namespace

@@ -38,6 +38,9 @@ struct PreprocessingStatistics {
   std::size_t points_not_finite =
       0;                          ///< of these left out: not finite, or not when moved
   std::size_t points_cropped = 0; ///< of these left out: outside the crop box
+  /** \brief Of the points that were kept: of negative depth, whose intensity is therefore
+   * 0; counted by models that use the depth. */
+  std::size_t points_behind_sensor = 0;
   bool has_colours = false; ///< colours were read; else those of the output are black
 };
 

@@ -143,6 +143,7 @@ public:
    * \param[in] sensor_to_world rotation and translation at the time of the cloud, metres;
    * none: unknown
    * \param[out] bytes the frame; empty unless hasFrame() of the status
+   * \return see SensorNodeCode; a frame may come with a warning, see CloudEncoder::encode
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,

@@ -266,6 +266,8 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::addPoints(
           IntensityModelT::uses_native ? native_of(begin + moved.sources[i]) : 0.0f;
       setNativeIntensity(results[i],
                          intensity_scale_ * intensity_model_(moved.depths[i], native));
+      if (IntensityModelT::uses_depth)
+        statistics_.points_behind_sensor += moved.depths[i] < 0.0f ? 1 : 0;
     }
     if (statistics_.has_colours)
       for (std::size_t i = 0; i < moved.count; ++i)
