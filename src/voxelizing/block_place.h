@@ -25,6 +25,16 @@ struct PlacedPoints {
   std::array<std::uint64_t, capacity> blocks; ///< as in BlockPlace
   std::array<std::uint32_t, capacity> voxels; ///< as in BlockPlace
   std::array<std::size_t, capacity> points;   ///< indices in the cloud
+
+  /** \brief Appends an element that was written at or behind the end. */
+  void
+  moveToEnd(std::size_t index)
+  {
+    blocks[count] = blocks[index];
+    voxels[count] = voxels[index];
+    points[count] = points[index];
+    ++count;
+  }
 };
 
 /** \brief Block and voxel of a position in the grid. */

@@ -162,17 +162,18 @@ PlaceFinder::find(const PointView& points,
       // A cloud is usually not in the caches.
       prefetch(quad + prefetch_distance);
       prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
-      const unsigned int certain = locator_.locate(quad,
-                                                   stride * sizeof(float),
-                                                   &placed.blocks[placed.count],
-                                                   &placed.voxels[placed.count]);
+      const std::size_t first = placed.count;
+      const unsigned int certain = locator_.locate(
+          quad, stride * sizeof(float), &placed.blocks[first], &placed.voxels[first]);
       for (std::size_t lane = 0; lane < 4; ++lane)
-        placed.points[placed.count + lane] = i + lane;
+        placed.points[first + lane] = i + lane;
       if (certain == 15)
         placed.count += 4;
       else
         for (std::size_t lane = 0; lane < 4; ++lane)
-          if (!findOne(points, i + lane, placed, statistics))
+          if ((certain >> lane & 1) != 0)
+            placed.moveToEnd(first + lane);
+          else if (!findOne(points, i + lane, placed, statistics))
             return false;
     }
   for (; i < end; ++i)

@@ -1,5 +1,6 @@
 #include "voxelizing/point_blocks.h"
 
+#include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
 #include "voxelizing/radix_sort.h"
@@ -44,8 +45,11 @@ PointBlocks::reset()
 }
 
 void
-PointBlocks::clear(std::size_t /*expected*/, bool /*keeps_handles*/)
+PointBlocks::clear(std::size_t expected, bool /*keeps_handles*/, bool keeps_colours)
 {
+  coloured_points_.clear();
+  if (keeps_colours)
+    reserveAhead(coloured_points_, expected);
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
     dropEmptyBlocks();
@@ -128,6 +132,17 @@ PointBlocks::add(const PlacedPoints& placed, std::size_t* added)
   }
 }
 
+void
+PointBlocks::addColours(const std::uint32_t* colours,
+                        const std::size_t* added,
+                        std::size_t count)
+{
+  const std::size_t first = coloured_points_.size();
+  coloured_points_.resize(first + count);
+  for (std::size_t i = 0; i < count; ++i)
+    coloured_points_[first + i] = {added[i], colours[i]};
+}
+
 std::size_t
 PointBlocks::findOrInsert(std::uint64_t block, std::size_t first_try)
 {
@@ -167,9 +182,9 @@ PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys,
                          std::vector<std::uint32_t>& counts)
 {
   sortNewBlocks();
-  const std::size_t voxels = findOccupied();
-  keys.resize(voxels);
-  counts.resize(voxels);
+  voxel_count_ = findOccupied();
+  keys.resize(voxel_count_);
+  counts.resize(voxel_count_);
   for (std::size_t i = 0; i < occupied_count_; ++i) {
     const std::size_t first_voxel = first_voxels_[occupied_[i].block];
     writeBlock(occupied_[i], &keys[first_voxel], &counts[first_voxel]);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "voxelizing/block_place.h"
+#include "voxelizing/colour_sum.h"
 
 #include <array>
 #include <cstddef>
@@ -34,7 +35,9 @@ public:
 
   /** \brief Removes all points. Handles are kept in any case. */
   void
-  clear(std::size_t expected = 0, bool keeps_handles = true);
+  clear(std::size_t expected = 0,
+        bool keeps_handles = true,
+        bool keeps_colours = false);
 
   /** \brief Adds points.
    * \param[in] placed the points
@@ -42,6 +45,14 @@ public:
    */
   void
   add(const PlacedPoints& placed, std::size_t* added);
+
+  /** \brief Sets the colours of the points that were added last.
+   * \param[in] colours as of pcl::PointXYZRGB, in the order of the points
+   * \param[in] added their handles
+   * \param[in] count their number
+   */
+  void
+  addColours(const std::uint32_t* colours, const std::size_t* added, std::size_t count);
 
   /** \brief True if there are too few points per block, so that SortedVoxels is faster.
    * \param[in] points number of points added
@@ -65,6 +76,19 @@ public:
     return first_voxels_[added / 64] + voxels_[added];
   }
 
+  /** \brief Calls a function with the ColourSum of each voxel, in their order, after
+   * writeVoxels(). */
+  template <typename VisitT>
+  void
+  visitColourSums(VisitT&& visit)
+  {
+    colour_sums_.assign(voxel_count_, ColourSum());
+    for (const ColouredPoint& point : coloured_points_)
+      colour_sums_[voxelOf(point.added)].add(point.colour);
+    for (const ColourSum& sum : colour_sums_)
+      visit(sum);
+  }
+
   /** \brief Number of occupied blocks, after writeVoxels(). */
   std::size_t
   occupiedBlocks() const
@@ -82,6 +106,11 @@ private:
     std::uint64_t key;      ///< Morton key of the block
     std::uint64_t occupied; ///< a bit for each voxel
     std::uint32_t block;
+  };
+
+  struct ColouredPoint {
+    std::size_t added; ///< handle of the point
+    std::uint32_t colour;
   };
 
   static constexpr std::uint8_t most_in_a_byte = 255;
@@ -137,8 +166,11 @@ private:
   std::vector<KeyedBlock> spare_blocks_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> parts_; // and their first parts
   std::vector<std::size_t> further_points_; // of voxels with more than most_in_a_byte
-  std::vector<OccupiedBlock> occupied_;     // after writeVoxels()
-  std::size_t occupied_count_ = 0;          // of occupied_, the rest is unused
+  std::vector<ColouredPoint> coloured_points_;
+  std::vector<ColourSum> colour_sums_;  // by voxel
+  std::size_t voxel_count_ = 0;         // after writeVoxels()
+  std::vector<OccupiedBlock> occupied_; // after writeVoxels()
+  std::size_t occupied_count_ = 0;      // of occupied_, the rest is unused
 };
 
 } // namespace io

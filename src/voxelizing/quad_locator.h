@@ -11,16 +11,18 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Computes the voxels of four points at once in single precision.
+/** \brief Computes the voxels of four points at once.
  *
- * The result is exact except for points near a face of a voxel. These are reported as
- * uncertain and left to Lattice, which divides in double precision.
+ * In single precision, which is exact except near the faces of a voxel; there a coordinate is
+ * divided in double precision as by Lattice. The whole millimetres of depth cameras are on
+ * faces of voxels of 0.1 mm, all of them.
  */
 template <typename LanesT>
 class QuadLocator {
@@ -32,6 +34,7 @@ public:
   QuadLocator(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
   : inverse_resolution_(LanesT::all(static_cast<float>(1.0 / grid.resolution)))
   , beyond_grid_(LanesT::all(static_cast<std::int32_t>(-grid.size())))
+  , grid_(grid)
   , has_box_(box)
   {
     float error = 0.0f;
@@ -59,7 +62,7 @@ public:
    * \param[in] points x of the first; four floats are read of each
    * \param[in] stride bytes from one x to the next
    * \param[out] blocks,voxels four voxels, as in BlockPlace; valid for certain points only
-   * \return bit i is set if point i is certainly in the grid, the box and its voxel
+   * \return bit i is set if point i is certainly in the grid and the box
    */
   unsigned int
   locate(const unsigned char* points,
@@ -70,7 +73,8 @@ public:
     Floats point[3];
     loadPoints<LanesT>(points, stride, point[0], point[1], point[2]);
     Ints position[3];
-    Ints certain = LanesT::all(-1);
+    Ints in_box = LanesT::all(-1);
+    unsigned int in_grid = 15;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // Relative to the centre of the grid's first voxel, so that the position is the
       // nearest integer. The point is certain if it is far enough from the voxel's faces.
@@ -79,10 +83,11 @@ public:
       position[axis] = LanesT::round(from_first);
       const Floats from_centre = LanesT::absolute(
           LanesT::subtract(from_first, LanesT::toFloats(position[axis])));
-      certain = LanesT::bitAnd(certain, LanesT::less(from_centre, certain_));
+      if (LanesT::bitsOf(LanesT::less(from_centre, certain_)) != 15)
+        in_grid &= divide(axis, point[axis], position[axis]);
       if (has_box_)
-        certain = LanesT::bitAnd(
-            certain,
+        in_box = LanesT::bitAnd(
+            in_box,
             LanesT::bitAnd(LanesT::lessOrEqual(box_min_[axis], point[axis]),
                            LanesT::lessOrEqual(point[axis], box_max_[axis])));
     }
@@ -91,7 +96,8 @@ public:
         LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2]),
         beyond_grid_);
     storePlaces(position, blocks, voxels);
-    return LanesT::bitsOf(LanesT::bitAnd(certain, LanesT::isZero(higher_bits)));
+    return in_grid &
+           LanesT::bitsOf(LanesT::bitAnd(in_box, LanesT::isZero(higher_bits)));
   }
 
 private:
@@ -99,19 +105,49 @@ private:
   using Floats = typename LanesT::Floats;
   using Ints = typename LanesT::Ints;
 
+  /** \brief Computes the positions of four points on an axis by division.
+   * \return bit i is set if point i is in the grid
+   */
+  unsigned int
+  divide(std::size_t axis, const Floats& coordinates, Ints& positions) const
+  {
+    std::array<float, 4> coordinate;
+    LanesT::store(coordinates, coordinate.data());
+    const std::int32_t first = grid_.first_index[axis];
+    const auto begin = static_cast<double>(first);
+    const double end = begin + static_cast<double>(grid_.size());
+    std::array<std::int32_t, 4> position;
+    unsigned int in_grid = 0;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      const double quotient =
+          (static_cast<double>(coordinate[lane]) - grid_.anchor[axis]) /
+          grid_.resolution;
+      const bool is_inside = quotient >= begin && quotient < end; // NaN is not
+      const double inside = is_inside ? quotient : begin;
+      const auto truncated = static_cast<std::int32_t>(inside);
+      position[lane] =
+          truncated - (static_cast<double>(truncated) > inside ? 1 : 0) - first;
+      in_grid |= (is_inside ? 1u : 0u) << lane;
+    }
+    std::memcpy(&positions, position.data(), sizeof(positions));
+    return in_grid;
+  }
+
   /** \brief Bound of the difference, in voxels, between the position computed here and the
    * quotient in double precision, for points in the grid.
    *
    * The inverse, the product, the first centre and the difference have a relative error of
-   * at most 2^-24 each; twice their sum also covers the terms of second order.
+   * at most 2^-24 each. The terms of second order, the errors of the quotient and of the
+   * bound are below the one voxel more.
    */
   static float
   maxError(const VoxelGrid& grid, std::size_t axis)
   {
     const auto size = static_cast<double>(grid.size());
-    const double farthest = std::abs(static_cast<double>(grid.first_index[axis])) +
-                            std::abs(grid.anchor[axis]) / grid.resolution + size + 1.0;
-    return static_cast<float>((3.0 * farthest + size) * 0x1p-23);
+    const auto first = static_cast<double>(grid.first_index[axis]);
+    const double farthest = std::max(std::abs(first), std::abs(first + size)) +
+                            std::abs(grid.anchor[axis]) / grid.resolution + 1.0;
+    return static_cast<float>((3.0 * farthest + size) * 0x1p-24);
   }
 
   /** \brief The lowest float that is not below a double. */
@@ -153,7 +189,8 @@ private:
   Floats inverse_resolution_;
   Ints beyond_grid_;       // the bits that are 0 in all positions of the grid
   Floats first_centre_[3]; // of the grid's lowest voxel, in voxels
-  Floats certain_;         // largest certain distance from a voxel's centre, in voxels
+  VoxelGrid grid_;
+  Floats certain_; // largest certain distance from a voxel's centre, in voxels
   Floats box_min_[3]{};
   Floats box_max_[3]{};
   bool has_box_;

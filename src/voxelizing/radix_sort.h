@@ -15,8 +15,8 @@ namespace io {
 /** \brief Sorts keys, or entries by their member `key`, ascending; stable.
  *
  * Least significant digit first, with digits of equal width of at most 11 bits, so that
- * the counters fit the first-level cache.
- * \param[in,out] entries entries to sort
+ * the counters fit the first-level cache. The digits of all passes are counted in one.
+ * \param[in,out] entries entries to sort, fewer than 2^32
  * \param[in,out] spare scratch memory, kept from call to call
  * \param[in] key_bits keys are below 2^key_bits
  */
@@ -27,25 +27,30 @@ radixSort(std::vector<EntryT>& entries,
           unsigned int key_bits)
 {
   constexpr unsigned int widest_digit = 11;
+  constexpr unsigned int most_passes = (64 + widest_digit - 1) / widest_digit;
+  using Counters = std::array<std::uint32_t, std::size_t{1} << widest_digit>;
   const unsigned int passes =
       std::max(1u, (key_bits + widest_digit - 1) / widest_digit);
   const unsigned int digit_bits = (key_bits + passes - 1) / passes;
   const std::size_t digit_mask = (std::size_t{1} << digit_bits) - 1;
-  const auto digit_of = [&](const EntryT& entry, unsigned int shift) {
-    return static_cast<std::size_t>(keyOf(entry) >> shift) & digit_mask;
+  const auto digit_of = [&](const EntryT& entry, unsigned int pass) {
+    return static_cast<std::size_t>(keyOf(entry) >> pass * digit_bits) & digit_mask;
   };
-  spare.resize(entries.size());
+  std::array<Counters, most_passes> counters;
+  for (unsigned int pass = 0; pass < passes; ++pass)
+    std::fill_n(counters[pass].begin(), digit_mask + 1, 0u);
+  for (const EntryT& entry : entries)
+    for (unsigned int pass = 0; pass < passes; ++pass)
+      ++counters[pass][digit_of(entry, pass)];
 
+  spare.resize(entries.size());
   for (unsigned int pass = 0; pass < passes; ++pass) {
-    const unsigned int shift = pass * digit_bits;
-    std::array<std::size_t, std::size_t{1} << widest_digit> next{};
-    for (const EntryT& entry : entries)
-      ++next[digit_of(entry, shift)];
-    std::size_t begin = 0;
+    Counters& next = counters[pass];
+    std::uint32_t begin = 0;
     for (std::size_t digit = 0; digit <= digit_mask; ++digit)
       begin += std::exchange(next[digit], begin);
     for (const EntryT& entry : entries)
-      spare[next[digit_of(entry, shift)]++] = entry;
+      spare[next[digit_of(entry, pass)]++] = entry;
     entries.swap(spare);
   }
 }

@@ -115,8 +115,6 @@ private:
     blocks_ = PointBlocks();
     sorted_voxels_ = SortedVoxels();
     runs_ = std::vector<Run>();
-    coloured_points_ = std::vector<ColouredPoint>();
-    colour_sums_ = std::vector<ColourSum>();
     voxel_counts_ = std::vector<std::uint32_t>();
     voxel_values_ = std::vector<double>();
   }
@@ -196,7 +194,7 @@ private:
     statistics = VoxelizationStatistics();
     statistics.points = points.count;
     const bool has_runs = has_intensities_ && points.intensities != nullptr;
-    voxels.clear(points.count, has_runs || hasColours(points));
+    voxels.clear(points.count, has_runs, hasColours(points));
     startRuns(points);
     std::array<std::size_t, PlacedPoints::capacity> added;
     for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
@@ -208,7 +206,7 @@ private:
       if (has_intensities_ && points.intensities != nullptr)
         addRuns(points, added.data(), statistics);
       if (hasColours(points))
-        addColours(points, added.data());
+        addColours(points, added.data(), voxels);
     }
     statistics.points_used = points.count - statistics.points_not_finite -
                              statistics.points_outside_box -
@@ -247,7 +245,6 @@ private:
     if (has_intensities_ && points.intensities != nullptr &&
         runs_.size() <= points.count)
       runs_.resize(points.count + 1);
-    coloured_points_.clear();
   }
 
   bool
@@ -256,46 +253,45 @@ private:
     return colour_bits_ > 0 && points.colours != nullptr;
   }
 
+  template <typename VoxelsT>
   void
-  addColours(const PointView& points, const std::size_t* added)
+  addColours(const PointView& points, const std::size_t* added, VoxelsT& voxels)
   {
-    const auto* const colours = static_cast<const unsigned char*>(points.colours);
-    for (std::size_t i = 0; i < placed_.count; ++i) {
-      ColouredPoint point{added[i], 0};
-      std::memcpy(&point.colour,
-                  colours + placed_.points[i] * points.colour_stride,
-                  sizeof(point.colour));
-      coloured_points_.push_back(point);
-    }
+    const auto* const bytes = static_cast<const unsigned char*>(points.colours);
+    std::array<std::uint32_t, PlacedPoints::capacity> colours;
+    for (std::size_t i = 0; i < placed_.count; ++i)
+      std::memcpy(&colours[i],
+                  bytes + placed_.points[i] * points.colour_stride,
+                  sizeof(colours[i]));
+    voxels.addColours(colours.data(), added, placed_.count);
   }
 
   /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
   template <typename VoxelsT>
   void
-  quantiseColours(const VoxelsT& voxels, const PointView& points, VoxelFrame& frame)
+  quantiseColours(VoxelsT& voxels, const PointView& points, VoxelFrame& frame)
   {
     frame.colours.clear();
     frame.colour_bits = hasColours(points) ? colour_bits_ : 0;
     if (frame.colour_bits == 0)
       return;
-    colour_sums_.assign(frame.size(), ColourSum());
-    for (const ColouredPoint& point : coloured_points_) {
-      ColourSum& sum = colour_sums_[voxels.voxelOf(point.added)];
-      sum.r += point.colour >> 16 & 0xff;
-      sum.g += point.colour >> 8 & 0xff;
-      sum.b += point.colour & 0xff;
-    }
     const std::uint64_t highest = (1u << colour_bits_) - 1;
-    frame.colours.reserve(frame.size());
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      const std::uint64_t full_scale = 255 * std::uint64_t{voxel_counts_[i]};
-      const auto quantised = [&](std::uint64_t sum) {
-        return static_cast<std::uint8_t>((2 * sum * highest + full_scale) /
-                                         (2 * full_scale));
+    frame.colours.resize(frame.size());
+    std::size_t voxel = 0;
+    voxels.visitColourSums([&](const ColourSum& sum) {
+      // floor(number / (2 * full_scale)) by one division for three channels. The rounding
+      // errors are below 2^-44, and a quotient that is no whole number is further than
+      // 2^-41 from the next one, as there are fewer than 2^32 points.
+      const auto full_scale = std::int64_t{255} * voxel_counts_[voxel];
+      const double inverse = 1.0 / static_cast<double>(2 * full_scale);
+      const auto quantised = [&](std::uint64_t channel) {
+        const auto number =
+            static_cast<std::int64_t>(2 * channel * highest) + full_scale;
+        return static_cast<std::uint8_t>(
+            static_cast<std::int32_t>(static_cast<double>(number) * inverse + 0x1p-43));
       };
-      const ColourSum& sum = colour_sums_[i];
-      frame.colours.push_back({quantised(sum.r), quantised(sum.g), quantised(sum.b)});
-    }
+      frame.colours[voxel++] = {quantised(sum.r), quantised(sum.g), quantised(sum.b)};
+    });
   }
 
   void
@@ -354,17 +350,6 @@ private:
       voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);
   }
 
-  struct ColouredPoint {
-    std::size_t added; ///< handle of the point
-    std::uint32_t colour;
-  };
-
-  struct ColourSum {
-    std::uint64_t r = 0;
-    std::uint64_t g = 0;
-    std::uint64_t b = 0;
-  };
-
   IntensityQuantiser quantiser_;
   bool has_intensities_;
   unsigned int colour_bits_;
@@ -387,8 +372,6 @@ private:
   Run run_;
   std::vector<Run> runs_;    // the first is not used
   std::size_t last_run_ = 0; // of runs_, further elements are unused
-  std::vector<ColouredPoint> coloured_points_;
-  std::vector<ColourSum> colour_sums_;
   std::vector<std::uint32_t> voxel_counts_;
   std::vector<double> voxel_values_;
   bool is_interrupted_ = false;

@@ -93,18 +93,19 @@ TEST_P(VoxelAttributes, AreTheMeanColourAndTheNumberOfThePoints)
       ASSERT_EQ(frame.size(), sums.size());
       EXPECT_FALSE(frame.hasIntensities());
       EXPECT_EQ(frame.pointCount(), points.size());
-      const double highest = std::exp2(bits) - 1.0;
+      const std::uint64_t highest = (std::uint64_t{1} << bits) - 1;
       for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
         const auto& sum = sums.at(latticeIndex(frame, voxel));
         EXPECT_EQ(frame.point_counts[voxel], sum[0]);
+        // Rounded to the nearest step, half a step up.
         const auto mean = [&](std::size_t channel) {
-          return static_cast<double>(sum[channel]) / static_cast<double>(sum[0]) *
-                 highest / 255.0;
+          const std::uint64_t full_scale = 255 * sum[0];
+          return (2 * sum[channel] * highest + full_scale) / (2 * full_scale);
         };
         const VoxelColour& colour = frame.colours[voxel];
-        EXPECT_NEAR(colour.r, mean(1), 0.5 + 1e-9);
-        EXPECT_NEAR(colour.g, mean(2), 0.5 + 1e-9);
-        EXPECT_NEAR(colour.b, mean(3), 0.5 + 1e-9);
+        EXPECT_EQ(colour.r, mean(1));
+        EXPECT_EQ(colour.g, mean(2));
+        EXPECT_EQ(colour.b, mean(3));
       }
     }
   }

@@ -15,13 +15,45 @@ using namespace pcl_ext::io;
 
 using Positions = std::vector<VoxelPosition>;
 
+/** \brief Compares the colours of voxels with those of a map. */
+template <typename VoxelsT>
+void
+expectColours(VoxelsT& voxels,
+              const Positions& positions,
+              const std::vector<std::uint32_t>& colours)
+{
+  std::map<std::uint64_t, ColourSum> expected;
+  for (std::size_t point = 0; point < positions.size(); ++point) {
+    ColourSum& sum = expected[mortonKey(positions[point])];
+    sum.r += colours[point] >> 16 & 0xff;
+    sum.g += colours[point] >> 8 & 0xff;
+    sum.b += colours[point] & 0xff;
+  }
+  auto next = expected.begin();
+  voxels.visitColourSums([&](const ColourSum& sum) {
+    ASSERT_NE(next, expected.end());
+    EXPECT_EQ(sum.r, next->second.r);
+    EXPECT_EQ(sum.g, next->second.g);
+    EXPECT_EQ(sum.b, next->second.b);
+    ++next;
+  });
+  EXPECT_EQ(next, expected.end());
+}
+
 /** \brief Adds points as the voxelizer does, and compares what comes out with a map. */
 template <typename VoxelsT>
 void
-expectVoxels(VoxelsT& voxels, const Positions& positions, bool keeps_handles = true)
+expectVoxels(VoxelsT& voxels,
+             const Positions& positions,
+             bool keeps_handles = true,
+             bool keeps_colours = true)
 {
-  voxels.clear(positions.size(), keeps_handles);
+  voxels.clear(positions.size(), keeps_handles, keeps_colours);
   std::vector<std::size_t> added(positions.size());
+  std::vector<std::uint32_t> colours(positions.size());
+  std::mt19937 random(3);
+  for (std::uint32_t& colour : colours)
+    colour = static_cast<std::uint32_t>(random());
   for (std::size_t begin = 0; begin < positions.size();
        begin += PlacedPoints::capacity) {
     PlacedPoints placed;
@@ -36,6 +68,8 @@ expectVoxels(VoxelsT& voxels, const Positions& positions, bool keeps_handles = t
       ++placed.count;
     }
     voxels.add(placed, &added[begin]);
+    if (keeps_colours)
+      voxels.addColours(&colours[begin], &added[begin], placed.count);
   }
   std::vector<std::uint64_t> keys(3, 7); // of an earlier cloud
   std::vector<std::uint32_t> counts;
@@ -58,6 +92,8 @@ expectVoxels(VoxelsT& voxels, const Positions& positions, bool keeps_handles = t
   }
   for (std::size_t point = 0; keeps_handles && point < positions.size(); ++point)
     ASSERT_EQ(keys[voxels.voxelOf(added[point])], mortonKey(positions[point]));
+  if (keeps_colours)
+    expectColours(voxels, positions, colours);
 }
 
 Positions
@@ -95,13 +131,14 @@ TYPED_TEST(VoxelSets, AreThoseOfAMap)
   expectVoxels(voxels, randomPositions(8, 1000, grid_end - 50, 50));
 }
 
-TYPED_TEST(VoxelSets, AreTheSameWithoutHandlesOfThePoints)
+TYPED_TEST(VoxelSets, AreTheSameWithoutHandlesAndColoursOfThePoints)
 {
   TypeParam voxels;
   for (std::uint64_t seed = 1; seed < 4; ++seed)
     for (const std::uint32_t size : {1u, 30u, grid_end}) {
-      expectVoxels(voxels, randomPositions(seed, 3000, 0, size), false);
-      expectVoxels(voxels, randomPositions(seed, 500, 0, size), true);
+      expectVoxels(voxels, randomPositions(seed, 3000, 0, size), false, false);
+      expectVoxels(voxels, randomPositions(seed, 500, 0, size), true, false);
+      expectVoxels(voxels, randomPositions(seed, 1000, 0, size), false, true);
     }
 }
 

@@ -180,6 +180,28 @@ TYPED_TEST(QuadLocators, AreCertainOfMostPoints)
   EXPECT_GT(certain_points, 4 * quads * 99 / 100);
 }
 
+TYPED_TEST(QuadLocators, AreCertainOfWholeMillimetresOnTheFacesOfVoxels)
+{
+  const VoxelGrid grid{0.0001, {}, {-9654, -10204, 3729}, 14};
+  const QuadLocator<TypeParam> locator(grid, std::nullopt);
+  for (int millimetres = 373; millimetres < 2000; ++millimetres) {
+    std::array<float, 16> points{};
+    for (std::size_t point = 0; point < 4; ++point) {
+      points[4 * point] = static_cast<float>(millimetres % 600) / 1000.0f;
+      points[4 * point + 1] = -points[4 * point];
+      points[4 * point + 2] = static_cast<float>(millimetres) / 1000.0f;
+    }
+    std::array<std::uint64_t, 4> blocks;
+    std::array<std::uint32_t, 4> voxels;
+    EXPECT_EQ(locator.locate(reinterpret_cast<const unsigned char*>(points.data()),
+                             4 * sizeof(float),
+                             blocks.data(),
+                             voxels.data()),
+              15u)
+        << millimetres;
+  }
+}
+
 TEST(Lattice, OutermostCoordinates)
 {
   for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6})
