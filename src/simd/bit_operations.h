@@ -19,6 +19,13 @@
 #define PCL_EXT_ALWAYS_INLINE inline
 #endif
 
+// For what such a loop calls rarely.
+#if defined(__GNUC__)
+#define PCL_EXT_NEVER_INLINE [[gnu::noinline]]
+#else
+#define PCL_EXT_NEVER_INLINE
+#endif
+
 namespace pcl_ext {
 
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__

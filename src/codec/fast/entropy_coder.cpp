@@ -78,7 +78,7 @@ NibbleEncoder::finish(Interleaving interleaving,
   const std::uint32_t* const first = ranges_->data();
   const auto count = static_cast<std::size_t>(next_ - first);
   if (words.size() < count + 1)
-    words.resize(2 * count + 1);
+    words.resize(count + count / 4 + 1);
   std::uint16_t* const words_end = words.data() + words.size();
   std::uint16_t* word = words_end;
   std::array<std::uint32_t, 4> states;

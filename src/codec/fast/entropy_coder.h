@@ -61,12 +61,8 @@ public:
   void
   reserve(std::size_t symbols)
   {
-    if (static_cast<std::size_t>(end_ - next_) >= symbols)
-      return;
-    const auto used = static_cast<std::size_t>(next_ - ranges_->data());
-    ranges_->resize(2 * used + symbols);
-    next_ = ranges_->data() + used;
-    end_ = ranges_->data() + ranges_->size();
+    if (static_cast<std::size_t>(end_ - next_) < symbols)
+      *this = grown(*this, symbols);
   }
 
   unsigned int
@@ -186,6 +182,19 @@ public:
          std::vector<std::uint8_t>& bytes) const;
 
 private:
+  /** \brief An encoder with room for more symbols. By value, so that loops can keep theirs in
+   * registers. */
+  PCL_EXT_NEVER_INLINE static NibbleEncoder
+  grown(NibbleEncoder encoder, std::size_t symbols)
+  {
+    std::vector<std::uint32_t>& ranges = *encoder.ranges_;
+    const auto used = static_cast<std::size_t>(encoder.next_ - ranges.data());
+    ranges.resize(2 * used + symbols);
+    encoder.next_ = ranges.data() + used;
+    encoder.end_ = ranges.data() + ranges.size();
+    return encoder;
+  }
+
   void
   push(ProbabilityRange range)
   {

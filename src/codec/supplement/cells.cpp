@@ -1,5 +1,7 @@
 #include "codec/supplement/cells.h"
 
+#include "simd/bit_operations.h"
+
 #include <cstddef>
 
 namespace pcl_ext {
@@ -14,7 +16,7 @@ countCells(const std::vector<std::uint64_t>& keys, unsigned int levels)
   const unsigned int shift = 3 * levels;
   std::size_t count = keys.empty() ? 0 : 1;
   for (std::size_t i = 1; i < keys.size(); ++i)
-    count += (keys[i] ^ keys[i - 1]) >> shift != 0 ? 1 : 0;
+    count += isNotZero((keys[i] ^ keys[i - 1]) >> shift);
   return count;
 }
 
@@ -30,10 +32,13 @@ chooseRefinement(const VoxelFrame& frame)
   if (frame.grid.resolution > largest_edge || count < least_voxels ||
       5 * countCells(frame.keys, 1) < 4 * count)
     return 0;
-  constexpr std::size_t voxels_in_a_cell = 4;
+  // Smaller cells take fewer bytes, and more time where there are many levels above them.
+  constexpr double smallest_edge_of_few_levels = 0.001;
+  const std::size_t halves_of_voxels_in_a_cell =
+      frame.grid.resolution < smallest_edge_of_few_levels ? 8 : 3;
   unsigned int levels = 2;
   while (levels + 1 < frame.grid.depth &&
-         voxels_in_a_cell * countCells(frame.keys, levels) > count)
+         halves_of_voxels_in_a_cell * countCells(frame.keys, levels) > 2 * count)
     ++levels;
   return levels < frame.grid.depth ? levels : 0;
 }
@@ -45,11 +50,17 @@ cellsOf(const std::vector<std::uint64_t>& keys,
 {
   const unsigned int shift = 3 * levels;
   cells.resize(keys.size());
-  std::size_t count = 0;
+  if (keys.empty())
+    return;
+  std::uint64_t last = keys.front() >> shift;
+  cells[0] = last;
+  std::size_t count = 1;
   for (const std::uint64_t key : keys) {
-    // Written in any case and counted if it is another one, without a branch.
-    cells[count] = key >> shift;
-    count += count == 0 || cells[count] != cells[count - 1] ? 1 : 0;
+    // Written in any case, and again if it is the same one, without a branch.
+    const std::uint64_t cell = key >> shift;
+    count += cell != last ? 1 : 0;
+    cells[count - 1] = cell;
+    last = cell;
   }
   cells.resize(count);
 }

@@ -25,23 +25,16 @@ struct ColourModels {
 };
 
 /** \brief Codes the colours of a frame's voxels, for either direction: green as a residual
- * of its prediction, red and blue with that of green added to theirs.
- * \tparam CodingT a NumberCoding
- */
-template <typename CodingT>
+ * of its prediction, red and blue with that of green added to theirs. */
 class ColourPass {
 public:
   /** \brief A pass over one frame.
    * \param[in] bits of a channel, 1..8
    * \param[in] history before the frame
    */
-  ColourPass(CodingT& coding,
-             ColourModels& models,
-             unsigned int bits,
-             const ColourHistory& history)
+  ColourPass(ColourModels& models, unsigned int bits, const ColourHistory& history)
   : highest_((1 << bits) - 1)
-  , codings_{makeCodings(coding, models.residuals[0]),
-             makeCodings(coding, models.residuals[1])}
+  , codings_{makeCodings(models.residuals[0]), makeCodings(models.residuals[1])}
   , history_(history)
   , lookup_(history.keys())
   {
@@ -51,33 +44,41 @@ public:
 
   /** \brief Codes the colours of voxels that have few neighbours: each is predicted from
    * the voxel before.
+   * \param[in,out] coding a NumberCoding
    * \param[in,out] colours one for each voxel; the decoder fills them
    * \return false if what was decoded are no colours
    */
-  template <class ColoursT>
+  template <typename CodingT, class ColoursT>
   bool
-  runSparse(ColoursT& colours)
+  runSparse(CodingT& coding, ColoursT& colours)
   {
+    CodingT local = coding; // in registers
+    Codings residuals = codings_[0];
+    FineColour last = last_;
     for (auto& colour : colours)
-      if (!codeColour(codings_[0], last_, colour))
+      if (!codeColour(local, residuals, last, colour, last))
         return false;
+    coding = local;
     return true;
   }
 
   /** \brief Codes the colours of voxels that have neighbours.
+   * \param[in,out] coding a NumberCoding
    * \param[in] blocks of the frame
    * \param[in,out] neighbours begun with these blocks
    * \param[in] keys of the frame
    * \param[in,out] colours one for each voxel; the decoder fills them
    * \return false if what was decoded are no colours
    */
-  template <class ColoursT>
+  template <typename CodingT, class ColoursT>
   bool
-  runDense(const BlockList& blocks,
+  runDense(CodingT& coding,
+           const BlockList& blocks,
            LowerNeighbours& neighbours,
            const std::vector<std::uint64_t>& keys,
            ColoursT& colours)
   {
+    CodingT local = coding; // in registers
     std::size_t voxel = 0;
     for (std::size_t block = 0; block < blocks.size(); ++block) {
       neighbours.moveTo(block);
@@ -85,22 +86,27 @@ public:
            cells &= cells - 1, ++voxel) {
         const FineColour near =
             predictFromNeighbours(neighbours, lowestBit(cells), colours);
-        if (!codeVoxel(keys[voxel], near, colours[voxel]))
+        if (!codeVoxel(local, keys[voxel], near, colours[voxel]))
           return false;
       }
     }
+    coding = local;
     return true;
   }
 
 private:
-  using Codings = std::array<ResidualCoding<CodingT>, 3>;
+  struct Codings {
+    ResidualCoding green;
+    ResidualCoding red;
+    ResidualCoding blue;
+  };
 
   Codings
-  makeCodings(CodingT& coding, std::array<ResidualModels, 3>& models)
+  makeCodings(std::array<ResidualModels, 3>& models) const
   {
-    return {ResidualCoding<CodingT>(coding, models[0], highest_),
-            ResidualCoding<CodingT>(coding, models[1], highest_),
-            ResidualCoding<CodingT>(coding, models[2], highest_)};
+    return {ResidualCoding(models[0], highest_),
+            ResidualCoding(models[1], highest_),
+            ResidualCoding(models[2], highest_)};
   }
 
   static FineColour
@@ -148,20 +154,20 @@ private:
             static_cast<std::uint16_t>(16 * sum[2] / count)};
   }
 
-  template <class ColourT>
-  bool
-  codeVoxel(std::uint64_t key, const FineColour& near, ColourT& colour)
+  template <typename CodingT, class ColourT>
+  PCL_EXT_ALWAYS_INLINE bool
+  codeVoxel(CodingT& coding, std::uint64_t key, const FineColour& near, ColourT& colour)
   {
     const std::size_t record = lookup_.find(key);
     if (record == not_in_list)
-      return codeColour(codings_[0], near, colour);
+      return codeColour(coding, codings_[0], near, colour, last_);
     const FineColour& past = history_.records()[record].mean;
     FineColour prediction;
     for (std::size_t channel = 0; channel < 3; ++channel)
       prediction[channel] = static_cast<std::uint16_t>(
           (past[channel] * weight_of_past_ + near[channel] * (16 - weight_of_past_)) /
           16);
-    if (!codeColour(codings_[1], prediction, colour))
+    if (!codeColour(coding, codings_[1], prediction, colour, last_))
       return false;
     error_of_near_ += distance(near) - error_of_near_ / 16;
     error_of_past_ += distance(past) - error_of_past_ / 16;
@@ -170,27 +176,35 @@ private:
     return true;
   }
 
-  template <class ColourT>
-  bool
-  codeColour(Codings& codings, const FineColour& prediction, ColourT& colour)
+  /** \brief Codes a colour.
+   * \param[out] coded the same
+   */
+  template <typename CodingT, class ColourT>
+  PCL_EXT_ALWAYS_INLINE bool
+  codeColour(CodingT& coding,
+             Codings& codings,
+             const FineColour& prediction,
+             ColourT& colour,
+             FineColour& coded) const
   {
+    const auto predicted = [&](std::size_t channel, std::int32_t of_green) {
+      return std::clamp((prediction[channel] + 8) / 16 + of_green, 0, highest_);
+    };
+    coding.reserve(3 * ResidualCoding::most_symbols);
+    // One after the other, not in a loop, so that all state is in registers.
     std::array<std::int32_t, 3> channels = {colour.r, colour.g, colour.b};
-    constexpr std::array<std::size_t, 3> order = {1, 0, 2};
-    std::int32_t of_green = 0;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      const std::size_t channel = order[i];
-      const std::int32_t predicted =
-          std::clamp((prediction[channel] + 8) / 16 + of_green, 0, highest_);
-      if (!codings[i].code(predicted, channels[channel]))
-        return false;
-      if (i == 0)
-        of_green = channels[channel] - predicted;
-    }
+    const std::int32_t predicted_green = predicted(1, 0);
+    if (!codings.green.code(coding, predicted_green, channels[1]))
+      return false;
+    const std::int32_t of_green = channels[1] - predicted_green;
+    if (!codings.red.code(coding, predicted(0, of_green), channels[0]) ||
+        !codings.blue.code(coding, predicted(2, of_green), channels[2]))
+      return false;
     if constexpr (CodingT::is_decoder)
       colour = {static_cast<std::uint8_t>(channels[0]),
                 static_cast<std::uint8_t>(channels[1]),
                 static_cast<std::uint8_t>(channels[2])};
-    last_ = fine(channels);
+    coded = fine(channels);
     return true;
   }
 

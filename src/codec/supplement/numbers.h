@@ -5,6 +5,7 @@
 #include "simd/bit_operations.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 namespace pcl_ext {
@@ -12,7 +13,8 @@ namespace io {
 namespace supplement {
 
 /** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their context,
- * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers").
+ * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a copy,
+ * which stays in registers.
  * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
  */
 template <class Coder>
@@ -21,29 +23,46 @@ public:
   static constexpr bool is_decoder = Coder::is_decoder;
 
   /** \param[in,out] lengths model of the lengths of large numbers */
-  NumberCoding(Coder& coder, fast::NibbleModel& lengths)
-  : coder_(coder), lengths_(lengths)
+  NumberCoding(const Coder& coder, fast::NibbleModel& lengths)
+  : coder_(coder), lengths_(&lengths)
   {}
+
+  const Coder&
+  coder() const
+  {
+    return coder_;
+  }
+
+  /** \brief Makes room for this many more symbols: 8 for a call of code() or codeBits(), 1
+   * for codeBit(). */
+  PCL_EXT_ALWAYS_INLINE void
+  reserve(std::size_t symbols)
+  {
+    coder_.reserve(symbols);
+  }
 
   /** \brief Codes a number.
    * \param[in,out] model of its context
    * \param[in] number below 2^31; not used by a decoder
    * \return the number; of forged bytes below 2^33
    */
-  std::uint64_t
+  PCL_EXT_ALWAYS_INLINE std::uint64_t
   code(fast::NibbleModel& model, std::uint32_t number)
   {
-    coder_.reserve(8);
     const unsigned int symbol = coder_.code(model, std::min(number, fast::escape));
-    return symbol < fast::escape ? symbol
-                                 : fast::escape + codeLarge(number - fast::escape);
+    if (symbol < fast::escape)
+      return symbol;
+    // A copy, as what is passed by reference does not stay in registers.
+    NumberCoding copy = *this;
+    const std::uint64_t coded = fast::escape + copy.codeLarge(number - fast::escape);
+    *this = copy;
+    return coded;
   }
 
   /** \brief Codes a number below 2^count as it is; count 0..64. */
-  std::uint64_t
+  PCL_EXT_ALWAYS_INLINE std::uint64_t
   codeBits(std::uint64_t number, unsigned int count)
   {
-    coder_.reserve(8);
     std::uint64_t coded = 0;
     while (count > 0) {
       const unsigned int part = std::min(count, fast::probability_bits);
@@ -56,10 +75,9 @@ public:
   }
 
   /** \brief Codes a bit. */
-  bool
+  PCL_EXT_ALWAYS_INLINE bool
   codeBit(fast::BitModel& model, bool bit)
   {
-    coder_.reserve(1);
     return coder_.code(model, bit ? 1u : 0u) != 0;
   }
 
@@ -74,19 +92,19 @@ public:
 private:
   /** \brief Codes the bits of a number's successor: how many they are, then those below
    * the highest one. */
-  std::uint64_t
+  PCL_EXT_NEVER_INLINE std::uint64_t
   codeLarge(std::uint32_t number)
   {
     const std::uint32_t target = number + 1;
     const unsigned int target_length = Coder::is_decoder ? 0 : highestBit(target);
-    unsigned int length = 2 * coder_.code(lengths_, target_length / 2);
+    unsigned int length = 2 * coder_.code(*lengths_, target_length / 2);
     length += coder_.codeBits(1, target_length & 1);
     const auto high = std::uint64_t{1} << length;
     return (high | codeBits(target & (high - 1), length)) - 1;
   }
 
-  Coder& coder_;
-  fast::NibbleModel& lengths_;
+  Coder coder_;
+  fast::NibbleModel* lengths_;
 };
 
 } // namespace supplement

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "codec/fast/nibble_model.h"
+#include "simd/bit_operations.h"
 
 #include <algorithm>
 #include <array>
@@ -44,17 +45,12 @@ public:
    * \param[in] models_singles whether the bits of single voxels have models, which takes
    * fewer bytes and more time; else they are raw
    */
-  RefinementPass(CodingT& coding,
-                 RefinementModels& models,
-                 unsigned int levels,
-                 bool models_singles)
-  : coding_(coding)
-  , models_(models)
-  , cell_bits_(3 * levels)
-  , models_singles_(models_singles)
+  RefinementPass(RefinementModels& models, unsigned int levels, bool models_singles)
+  : models_(models), cell_bits_(3 * levels), models_singles_(models_singles)
   {}
 
   /** \brief Codes the voxels.
+   * \param[in,out] coding of the frame
    * \param[in] cells keys of the cells, ascending
    * \param[in] voxel_count number of voxels of all cells, at least one of each
    * \param[in,out] keys of the voxels, ascending; the decoder fills them
@@ -62,12 +58,16 @@ public:
    */
   template <class KeysT>
   bool
-  run(const std::vector<std::uint64_t>& cells, std::size_t voxel_count, KeysT& keys)
+  run(CodingT& coding,
+      const std::vector<std::uint64_t>& cells,
+      std::size_t voxel_count,
+      KeysT& keys)
   {
     if constexpr (CodingT::is_decoder)
       keys.resize(voxel_count);
-    keys_ = keys.data();
-    std::size_t begin = 0;
+    CodingT local = coding; // in registers
+    Key* key = keys.data();
+    Key* const keys_end = key + voxel_count;
     std::size_t count_class = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::uint64_t first_key = cells[i] << cell_bits_;
@@ -75,106 +75,126 @@ public:
       if constexpr (!CodingT::is_decoder) {
         const std::uint64_t last_key =
             first_key + ((std::uint64_t{1} << cell_bits_) - 1);
-        while (begin + count < voxel_count && keys_[begin + count] <= last_key)
+        while (key + count != keys_end && key[count] <= last_key)
           ++count;
       }
-      const std::uint64_t further = coding_.code(models_.count[count_class],
-                                                 static_cast<std::uint32_t>(count) - 1);
+      local.reserve(8);
+      const std::uint64_t further =
+          local.code(models_.count[count_class], static_cast<std::uint32_t>(count) - 1);
       const std::size_t cells_behind = cells.size() - 1 - i;
-      if (further >= voxel_count - begin - cells_behind)
+      if (further >= static_cast<std::size_t>(keys_end - key) - cells_behind)
         return false;
       count = std::size_t{1} + static_cast<std::size_t>(further);
-      if (!codeHalves(first_key, cell_bits_, begin, count))
+      if (!codeCell(local, {first_key, count, cell_bits_}, key))
         return false;
       count_class = std::min(count, RefinementModels::count_classes) - 1;
-      begin += count;
+      key += count;
     }
-    return begin == voxel_count;
+    coding = local;
+    return key == keys_end;
   }
 
 private:
-  /** \brief Codes the voxels of a part of a cell.
-   * \param[in] first_key of the part
-   * \param[in] bits of a voxel's key within the part
-   * \param[in] begin index of its first voxel
-   * \param[in] count number of its voxels, 1 or more
+  using Key =
+      std::conditional_t<CodingT::is_decoder, std::uint64_t, const std::uint64_t>;
+
+  /** \brief A part of a cell. */
+  struct Part {
+    std::uint64_t first_key;
+    std::size_t count; ///< of its voxels, 1 or more
+    unsigned int bits; ///< of a voxel's key within the part
+  };
+
+  /** \brief Codes the voxels of a cell.
+   * \param[in] part the cell
+   * \param[in,out] keys of its voxels
    */
-  bool
-  codeHalves(std::uint64_t first_key,
-             unsigned int bits,
-             std::size_t begin,
-             std::size_t count)
+  PCL_EXT_ALWAYS_INLINE bool
+  codeCell(CodingT& coding, Part part, Key* keys)
   {
-    while (count > 1) {
-      if ((bits < 32 && count > std::size_t{1} << bits) || coding_.isOverrun())
-        return false;
-      const std::uint64_t upper_key = first_key + (std::uint64_t{1} << --bits);
-      std::size_t lower = 0;
-      if constexpr (!CodingT::is_decoder)
-        lower = countBelow(upper_key, begin, count);
-      lower = codeLowerCount(bits % 3, count, lower);
-      if (lower > count ||
-          (lower != 0 && lower != count && !codeHalves(first_key, bits, begin, lower)))
-        return false;
-      if (lower != count) {
-        first_key = upper_key;
-        begin += lower;
-        count -= lower;
+    std::size_t waiting = 0; // upper halves whose lower ones have voxels, too
+    for (;;) {
+      while (part.count > 1) {
+        if constexpr (CodingT::is_decoder)
+          if ((part.bits < 32 && part.count > std::size_t{1} << part.bits) ||
+              coding.isOverrun())
+            return false;
+        const std::uint64_t upper_key =
+            part.first_key + (std::uint64_t{1} << --part.bits);
+        std::size_t lower = 0;
+        if constexpr (!CodingT::is_decoder)
+          lower = countBelow(upper_key, keys, part.count);
+        coding.reserve(16);
+        lower = codeLowerCount(coding, part.bits % 3, part.count, lower);
+        if (lower > part.count)
+          return false;
+        if (lower == 0) {
+          part.first_key = upper_key;
+          continue;
+        }
+        if (lower != part.count)
+          waiting_[waiting++] = {upper_key, part.count - lower, part.bits};
+        part.count = lower;
       }
+      if (coding.isOverrun())
+        return false;
+      codeSingle(coding, part, *keys++);
+      if (waiting == 0)
+        return !coding.isOverrun();
+      part = waiting_[--waiting];
     }
-    if (coding_.isOverrun())
-      return false;
-    codeSingle(first_key, bits, begin);
-    return !coding_.isOverrun();
   }
 
   /** \brief Number of voxels below a key. */
-  std::size_t
-  countBelow(std::uint64_t key, std::size_t begin, std::size_t count) const
+  static std::size_t
+  countBelow(std::uint64_t key, const std::uint64_t* keys, std::size_t count)
   {
-    const std::uint64_t* const first = keys_ + begin;
     constexpr std::size_t few = 8;
     if (count > few)
-      return static_cast<std::size_t>(std::lower_bound(first, first + count, key) -
-                                      first);
+      return static_cast<std::size_t>(std::lower_bound(keys, keys + count, key) - keys);
     std::size_t below = 0;
     for (std::size_t i = 0; i < count; ++i) // without branches
-      below += first[i] < key ? 1 : 0;
+      below += keys[i] < key ? 1 : 0;
     return below;
   }
 
   /** \brief How many of several voxels are in the lower half. */
-  std::size_t
-  codeLowerCount(unsigned int axis, std::size_t count, std::size_t lower)
+  PCL_EXT_ALWAYS_INLINE std::size_t
+  codeLowerCount(CodingT& coding,
+                 unsigned int axis,
+                 std::size_t count,
+                 std::size_t lower)
   {
     if (count <= RefinementModels::largest_count)
       return static_cast<std::size_t>(std::min<std::uint64_t>(
-          coding_.code(models_.split[axis][count], static_cast<std::uint32_t>(lower)),
+          coding.code(models_.split[axis][count], static_cast<std::uint32_t>(lower)),
           count + 1));
-    const std::uint64_t kind = coding_.code(models_.split_kind[axis],
-                                            lower == 0       ? 0
-                                            : lower == count ? 1
-                                                             : 2);
+    const std::uint64_t kind = coding.code(models_.split_kind[axis],
+                                           lower == 0       ? 0
+                                           : lower == count ? 1
+                                                            : 2);
     if (kind < 2)
       return kind == 0 ? 0 : count;
     unsigned int bits = 1;
     while (count >> bits != 0)
       ++bits;
-    return static_cast<std::size_t>(coding_.codeBits(lower, bits));
+    return static_cast<std::size_t>(coding.codeBits(lower, bits));
   }
 
   /** \brief The bits of a voxel that is alone in its part. */
-  void
-  codeSingle(std::uint64_t first_key, unsigned int bits, std::size_t index)
+  PCL_EXT_ALWAYS_INLINE void
+  codeSingle(CodingT& coding, const Part& part, Key& voxel)
   {
-    std::uint64_t key = CodingT::is_decoder ? 0 : keys_[index] - first_key;
-    key = models_singles_ ? codeModelled(key, bits) : coding_.codeBits(key, bits);
+    coding.reserve(64);
+    std::uint64_t key = CodingT::is_decoder ? 0 : voxel - part.first_key;
+    key = models_singles_ ? codeModelled(coding, key, part.bits)
+                          : coding.codeBits(key, part.bits);
     if constexpr (CodingT::is_decoder)
-      keys_[index] = first_key + key;
+      voxel = part.first_key + key;
   }
 
-  std::uint64_t
-  codeModelled(std::uint64_t key, unsigned int bits)
+  PCL_EXT_ALWAYS_INLINE std::uint64_t
+  codeModelled(CodingT& coding, std::uint64_t key, unsigned int bits)
   {
     std::uint64_t coded = 0;
     unsigned int same_axes = 7; // those all of whose higher bits are last_single_'s
@@ -182,8 +202,8 @@ private:
       const unsigned int axis = 1u << bit % 3;
       const auto last = static_cast<unsigned int>(last_single_ >> bit & 1);
       const unsigned int is_same = (same_axes & axis) != 0 ? 1 : 0;
-      const bool decision = coding_.codeBit(models_.single[bit][2 * last + is_same],
-                                            (key >> bit & 1) != 0);
+      const bool decision = coding.codeBit(models_.single[bit][2 * last + is_same],
+                                           (key >> bit & 1) != 0);
       coded = coded << 1 | (decision ? 1 : 0);
       if (decision != (last != 0))
         same_axes &= ~axis;
@@ -192,14 +212,11 @@ private:
     return coded;
   }
 
-  CodingT& coding_;
   RefinementModels& models_;
   unsigned int cell_bits_;
   bool models_singles_;
-  using Key =
-      std::conditional_t<CodingT::is_decoder, std::uint64_t, const std::uint64_t>;
-  Key* keys_ = nullptr;
   std::uint64_t last_single_ = 0;
+  std::array<Part, 60> waiting_; // one at most of each bit of a cell
 };
 
 } // namespace supplement

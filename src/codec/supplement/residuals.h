@@ -48,24 +48,26 @@ unfoldResidual(std::uint32_t folded, std::int32_t predicted, std::int32_t highes
   return (number & 1) != 0 ? -(number + 1) / 2 : number / 2;
 }
 
-/** \brief Codes the residuals of predicted values, one after the other.
- * \tparam CodingT a NumberCoding
- */
-template <typename CodingT>
+/** \brief Codes the residuals of predicted values, one after the other. */
 class ResidualCoding {
 public:
+  /** \brief Symbols to reserve for a value. */
+  static constexpr std::size_t most_symbols = 16;
+
   /** \param[in] highest value, 1..65535 */
-  ResidualCoding(CodingT& coding, ResidualModels& models, std::int32_t highest)
-  : coding_(coding), models_(models), highest_(highest)
+  ResidualCoding(ResidualModels& models, std::int32_t highest)
+  : models_(&models), highest_(highest)
   {}
 
   /** \brief Codes a value.
+   * \param[in,out] coding a NumberCoding
    * \param[in] predicted value, 0..highest
    * \param[in,out] value 0..highest; the decoder sets it
    * \return false if what was decoded is no value
    */
-  bool
-  code(std::int32_t predicted, std::int32_t& value)
+  template <typename CodingT>
+  PCL_EXT_ALWAYS_INLINE bool
+  code(CodingT& coding, std::int32_t predicted, std::int32_t& value)
   {
     const std::size_t residual_class = activity_ < 16 ? 0 : highestBit(activity_) - 3;
     // Bits well below the mean residual are noise.
@@ -74,13 +76,13 @@ public:
     const std::uint32_t target =
         CodingT::is_decoder ? 0 : foldResidual(value - predicted, predicted, highest_);
     const std::uint64_t high =
-        coding_.code(models_.folded[residual_class], target >> raw_bits);
+        coding.code(models_->folded[residual_class], target >> raw_bits);
     if (high > static_cast<std::uint32_t>(highest_) >> raw_bits)
       return false;
     const std::uint32_t folded = static_cast<std::uint32_t>(high) << raw_bits |
-                                 static_cast<std::uint32_t>(coding_.codeBits(
+                                 static_cast<std::uint32_t>(coding.codeBits(
                                      target & ((1u << raw_bits) - 1), raw_bits));
-    if (folded > static_cast<std::uint32_t>(highest_) || coding_.isOverrun())
+    if (folded > static_cast<std::uint32_t>(highest_) || coding.isOverrun())
       return false;
     const std::int32_t residual = unfoldResidual(folded, predicted, highest_);
     value = predicted + residual;
@@ -89,8 +91,7 @@ public:
   }
 
 private:
-  CodingT& coding_;
-  ResidualModels& models_;
+  ResidualModels* models_;
   std::int32_t highest_;
   /** \brief 256 times the mean size of the last residuals, sixteen or so. */
   std::uint32_t activity_ = 512;

@@ -23,9 +23,9 @@ SupplementCoder::encode(const Content& content,
   *next_models_ = is_i_frame ? Models() : *models_;
   const fast::Interleaving interleaving = fast::interleavingOf(frame.size());
   Sizes sizes;
+  reserveSymbols(content, frame.size());
   if (content.refinement_levels > 0) {
     fast::NibbleEncoder coder(ranges_);
-    coder.reserve(4 * frame.size()); // about what it takes
     codeRefinement(coder, content, cells, effort, frame.size(), frame.keys);
     bytes_.clear();
     coder.finish(interleaving, words_, bytes_);
@@ -42,6 +42,18 @@ SupplementCoder::encode(const Content& content,
   sizes.attributes = bytes.size() - begin;
   learn();
   return sizes;
+}
+
+void
+SupplementCoder::reserveSymbols(const Content& content, std::size_t voxels)
+{
+  // About what the refinement and the attributes take, one after the other.
+  const std::size_t of_refinement = content.refinement_levels > 0 ? 5 : 0;
+  const std::size_t of_attributes =
+      (content.has_point_counts ? 1 : 0) + (content.colour_bits > 0 ? 6 : 0);
+  const std::size_t symbols = std::max(of_refinement, of_attributes) * voxels;
+  if (ranges_.size() < symbols)
+    ranges_ = std::vector<std::uint32_t>(symbols);
 }
 
 bool
@@ -92,11 +104,11 @@ SupplementCoder::codeRefinement(Coder& coder,
                                 KeysT& keys)
 {
   NumberCoding<Coder> coding(coder, next_models_->lengths);
-  return RefinementPass<NumberCoding<Coder>>(coding,
-                                             next_models_->refinement,
-                                             content.refinement_levels,
-                                             effort != Effort::Fast)
-      .run(cells, voxel_count, keys);
+  RefinementPass<NumberCoding<Coder>> pass(
+      next_models_->refinement, content.refinement_levels, effort != Effort::Fast);
+  const bool is_whole = pass.run(coding, cells, voxel_count, keys);
+  coder = coding.coder();
+  return is_whole;
 }
 
 /** \brief Codes all but the voxels. */
@@ -116,12 +128,13 @@ SupplementCoder::codeAttributes(Coder& coder,
     frame.colours.resize(content.colour_bits > 0 ? frame.size() : 0);
   }
   changes_history_ = false;
-  if (content.refinement_levels > 0 && !codeIntensities(coding, frame))
-    return false;
-  if (content.has_point_counts &&
-      !codePointCounts(coding, point_count, frame.point_counts))
-    return false;
-  return content.colour_bits == 0 || codeColours(coding, content, is_i_frame, frame);
+  const bool is_whole =
+      (content.refinement_levels == 0 || codeIntensities(coding, frame)) &&
+      (!content.has_point_counts ||
+       codePointCounts(coding, point_count, frame.point_counts)) &&
+      (content.colour_bits == 0 || codeColours(coding, content, is_i_frame, frame));
+  coder = coding.coder();
+  return is_whole;
 }
 
 /** \brief Codes intensities, each as a residual of the mean of the last ones. */
@@ -132,16 +145,19 @@ SupplementCoder::codeIntensities(CodingT& coding, FrameT& frame)
   if (!frame.hasIntensities())
     return true;
   const auto highest = static_cast<std::int32_t>(frame.intensity_scale.maxSymbol());
-  ResidualCoding<CodingT> residuals(coding, next_models_->intensities, highest);
+  ResidualCoding residuals(next_models_->intensities, highest);
+  CodingT local = coding;          // in registers
   std::int32_t mean = 8 * highest; // in sixteenths
   for (auto& intensity : frame.intensities) {
     std::int32_t value = intensity;
-    if (!residuals.code((mean + 8) / 16, value))
+    local.reserve(ResidualCoding::most_symbols);
+    if (!residuals.code(local, (mean + 8) / 16, value))
       return false;
     if constexpr (CodingT::is_decoder)
       intensity = static_cast<std::uint16_t>(value);
     mean += (16 * value - mean) / 2;
   }
+  coding = local;
   return true;
 }
 
@@ -152,21 +168,23 @@ SupplementCoder::codePointCounts(CodingT& coding,
                                  std::uint64_t point_count,
                                  CountsT& counts)
 {
+  auto& models = next_models_->point_counts;
+  CodingT local = coding; // in registers
   std::uint64_t sum = 0;
   std::size_t last_class = 0;
   for (auto& count : counts) {
-    const std::uint64_t further =
-        coding.code(next_models_->point_counts[last_class], count - 1);
+    local.reserve(8);
+    const std::uint64_t further = local.code(models[last_class], count - 1);
     if constexpr (CodingT::is_decoder) {
       constexpr std::uint64_t most = 0xffffffff;
       sum += further + 1;
-      if (further >= most || sum > point_count || coding.isOverrun())
+      if (further >= most || sum > point_count || local.isOverrun())
         return false;
       count = static_cast<std::uint32_t>(further + 1);
     }
-    last_class =
-        std::min<std::size_t>(highestBit(count), next_models_->point_counts.size() - 1);
+    last_class = std::min<std::size_t>(highestBit(count), models.size() - 1);
   }
+  coding = local;
   return !CodingT::is_decoder || sum == point_count;
 }
 
@@ -180,16 +198,15 @@ SupplementCoder::codeColours(CodingT& coding,
   static const ColourHistory no_history;
   // Where most voxels are alone they rarely come again.
   const bool is_sparse = content.refinement_levels > 0;
-  ColourPass<CodingT> pass(coding,
-                           next_models_->colours,
-                           content.colour_bits,
-                           is_i_frame || is_sparse ? no_history : history_);
+  ColourPass pass(next_models_->colours,
+                  content.colour_bits,
+                  is_i_frame || is_sparse ? no_history : history_);
   if (is_sparse)
-    return pass.runSparse(frame.colours);
+    return pass.runSparse(coding, frame.colours);
   blocks_.assign(frame.keys);
   LowerNeighbours neighbours(blocks_, levelsAboveBlocks(frame.grid.depth), directory_);
   neighbours.begin();
-  if (!pass.runDense(blocks_, neighbours, frame.keys, frame.colours))
+  if (!pass.runDense(coding, blocks_, neighbours, frame.keys, frame.colours))
     return false;
   history_.prepare(frame, is_i_frame);
   changes_history_ = true;

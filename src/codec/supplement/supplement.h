@@ -99,6 +99,9 @@ private:
     ColourModels colours;
   };
 
+  void
+  reserveSymbols(const Content& content, std::size_t voxels);
+
   template <class Coder, class KeysT>
   bool
   codeRefinement(Coder& coder,

@@ -246,6 +246,11 @@ TEST(Refinement, IsChosenWhereVoxelsAreAlone)
   surface.grid.resolution = fine.grid.resolution;
   ASSERT_GE(surface.size(), 1024u);
   EXPECT_EQ(supplement::chooseRefinement(surface), 0u);
+  // Larger voxels are coded within smaller cells.
+  VoxelFrame coarse = fine;
+  coarse.grid.resolution = 0.001;
+  EXPECT_LT(supplement::chooseRefinement(coarse), levels);
+  EXPECT_GE(supplement::chooseRefinement(coarse), 2u);
   // Large voxels come again, however sparse they are.
   VoxelFrame other = fine;
   other.grid.resolution = 0.0051;
