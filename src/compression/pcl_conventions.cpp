@@ -15,8 +15,6 @@ Effort
 effortOf(pcl::io::compression_Profiles_e profile)
 {
   switch (profile) {
-  case pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR:
-    return Effort::Balanced;
   case pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR:
     return Effort::Small;
   default:

@@ -38,7 +38,7 @@ const std::vector<ProfileCase> all_profiles = {
     {pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
     {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
     {pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
-    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Balanced},
+    {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Fast},
     {pcl::io::MED_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast},
     {pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITHOUT_COLOR, Effort::Small},
     {pcl::io::HIGH_RES_OFFLINE_COMPRESSION_WITH_COLOR, Effort::Fast}};
