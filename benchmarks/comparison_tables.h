@@ -47,6 +47,11 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 void
 printRecorded(const ComparisonOptions& options, std::ostream& output);
 
+/** \brief PCL's profiles in PCL's class and in this library's, by point type, robot cell
+ * and recorded streams. */
+void
+printProfiles(const ComparisonOptions& options, std::ostream& output);
+
 /** \brief Bytes and changed decisions over the bits of a count, linear and
  * companded. */
 void

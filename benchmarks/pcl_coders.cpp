@@ -67,8 +67,8 @@ protected:
   }
 
 private:
-  PclCompression encoder_;
-  PclCompression decoder_;
+  PclCompression<pcl::PointXYZ> encoder_;
+  PclCompression<pcl::PointXYZ> decoder_;
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
   PositionCloud::Ptr decoded_{new PositionCloud};

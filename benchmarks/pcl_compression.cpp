@@ -7,42 +7,52 @@
 namespace pcl_ext {
 namespace measuring {
 
-class PclCompression::Implementation
-: public pcl::io::OctreePointCloudCompression<pcl::PointXYZ> {
+template <typename PointT>
+class PclCompression<PointT>::Implementation
+: public pcl::io::OctreePointCloudCompression<PointT> {
 public:
-  explicit Implementation(const PclCompressionSettings& settings)
-  : pcl::io::OctreePointCloudCompression<pcl::PointXYZ>(
-        pcl::io::MANUAL_CONFIGURATION,
-        /* showStatistics */ false,
-        settings.point_resolution,
-        settings.octree_resolution,
-        settings.keeps_voxels_only,
-        // PCL counts the frames between two I-frames.
-        settings.i_frame_rate > 0 ? settings.i_frame_rate - 1 : 0,
-        /* doColorEncoding */ false)
-  {}
+  using pcl::io::OctreePointCloudCompression<PointT>::OctreePointCloudCompression;
 };
 
-PclCompression::PclCompression(const PclCompressionSettings& settings)
-: implementation_(std::make_unique<Implementation>(settings))
+template <typename PointT>
+PclCompression<PointT>::PclCompression(const PclCompressionSettings& settings)
+: implementation_(std::make_unique<Implementation>(
+      pcl::io::MANUAL_CONFIGURATION,
+      /* showStatistics */ false,
+      settings.point_resolution,
+      settings.octree_resolution,
+      settings.keeps_voxels_only,
+      // PCL counts the frames between two I-frames.
+      settings.i_frame_rate > 0 ? settings.i_frame_rate - 1 : 0,
+      /* doColorEncoding */ false))
 {}
 
-PclCompression::~PclCompression() = default;
+template <typename PointT>
+PclCompression<PointT>::PclCompression(pcl::io::compression_Profiles_e profile)
+: implementation_(std::make_unique<Implementation>(profile))
+{}
 
+template <typename PointT>
+PclCompression<PointT>::~PclCompression() = default;
+
+template <typename PointT>
 void
-PclCompression::encode(const PositionCloud::ConstPtr& cloud, std::ostream& bytes)
+PclCompression<PointT>::encode(const typename Cloud::ConstPtr& cloud,
+                               std::ostream& bytes)
 {
   implementation_->encodePointCloud(cloud, bytes);
 }
 
+template <typename PointT>
 void
-PclCompression::decode(std::istream& bytes, PositionCloud::Ptr& cloud)
+PclCompression<PointT>::decode(std::istream& bytes, typename Cloud::Ptr& cloud)
 {
   implementation_->decodePointCloud(bytes, cloud);
 }
 
+template <typename PointT>
 std::array<double, 3>
-PclCompression::lowerCorner() const
+PclCompression<PointT>::lowerCorner() const
 {
   std::array<double, 3> min;
   std::array<double, 3> max;
@@ -50,11 +60,15 @@ PclCompression::lowerCorner() const
   return min;
 }
 
+template <typename PointT>
 double
-PclCompression::resolution() const
+PclCompression<PointT>::resolution() const
 {
   return implementation_->getResolution();
 }
+
+template class PclCompression<pcl::PointXYZ>;
+template class PclCompression<pcl::PointXYZRGB>;
 
 } // namespace measuring
 } // namespace pcl_ext

@@ -2,6 +2,8 @@
 
 #include "measuring/workload.h"
 
+#include <pcl/compression/compression_profiles.h>
+
 #include <array>
 #include <iosfwd>
 #include <memory>
@@ -21,20 +23,28 @@ struct PclCompressionSettings {
       30; ///< frames from one I-frame to the next; PCL's own is one less
 };
 
-/** \brief pcl::io::OctreePointCloudCompression<pcl::PointXYZ>, behind a header of its
- * own, as PCL's headers with its implementation may be included in one source file
- * only. */
+/** \brief pcl::io::OctreePointCloudCompression, behind a header of its own, as PCL's
+ * headers with its implementation may be included in one source file only.
+ * \tparam PointT pcl::PointXYZ or pcl::PointXYZRGB
+ */
+template <typename PointT>
 class PclCompression {
 public:
+  using Cloud = pcl::PointCloud<PointT>;
+
+  /** \brief With settings of one's own, without colours. */
   explicit PclCompression(const PclCompressionSettings& settings);
+
+  explicit PclCompression(pcl::io::compression_Profiles_e profile);
+
   ~PclCompression();
 
   void
-  encode(const PositionCloud::ConstPtr& cloud, std::ostream& bytes);
+  encode(const typename Cloud::ConstPtr& cloud, std::ostream& bytes);
 
   /** \warning Never returns if the stream has no frame. */
   void
-  decode(std::istream& bytes, PositionCloud::Ptr& cloud);
+  decode(std::istream& bytes, typename Cloud::Ptr& cloud);
 
   /** \brief Lower corner of the octree's box, metres. */
   std::array<double, 3>
@@ -48,6 +58,9 @@ private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+extern template class PclCompression<pcl::PointXYZ>;
+extern template class PclCompression<pcl::PointXYZRGB>;
 
 } // namespace measuring
 } // namespace pcl_ext

@@ -164,7 +164,7 @@ public:
 private:
   Eigen::Matrix4f sensor_pose_;
   pcl::CropBox<pcl::PointXYZ> crop_box_;
-  PclCompression encoder_;
+  PclCompression<pcl::PointXYZ> encoder_;
   PositionCloud::Ptr raw_{new PositionCloud};
   PositionCloud::Ptr moved_{new PositionCloud};
   PositionCloud::Ptr cropped_{new PositionCloud};

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, measures, and replaces the tables in doc/benchmarks.md.
 # Usage: benchmarks/update_results.sh [peers] [options of compare_with_peers] [folder of PCD files ...]
+#        benchmarks/update_results.sh profiles [options of compare_with_peers] [folder of PCD files ...]
 #        benchmarks/update_results.sh scale [options of measure_scale] [folder of PCD files ...]
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -9,6 +10,11 @@ program=compare_with_peers
 section=results
 case ${1:-} in
   peers) shift ;;
+  profiles)
+    shift
+    section="results of profiles"
+    set -- --tables profiles "$@"
+    ;;
   scale)
     shift
     program=measure_scale
