@@ -65,7 +65,7 @@ textureAt(const pcl::PointXYZ& point, double edge, std::uint32_t seed)
   return sum;
 }
 
-/** \brief A sum of four uniform numbers, which is nearly normal, with a deviation of 1. */
+/** \brief A sum of four uniform numbers, which is nearly normal; its deviation is 1. */
 double
 nearlyNormal(std::uint32_t a, std::uint32_t b, std::uint32_t c)
 {

@@ -18,8 +18,8 @@ using ColouredCloud = pcl::PointCloud<pcl::PointXYZRGB>;
 
 /** \brief Paints a cloud, the same way on all machines.
  *
- * Surfaces have patches of half a metre with a texture of 10 and 2 cm, by position in the
- * world; each channel has noise of a deviation of 4 of 255.
+ * Surfaces have patches of half a metre with a texture of 10 and 2 cm, by position in
+ * the world; each channel has noise of a deviation of 4 of 255.
  * \param[in] positions in the world frame, metres
  * \param[in] seed of the noise; another one for each frame
  */

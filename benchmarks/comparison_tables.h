@@ -47,8 +47,8 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 void
 printRecorded(const ComparisonOptions& options, std::ostream& output);
 
-/** \brief PCL's profiles in PCL's class and in this library's, by point type, robot cell
- * and recorded streams. */
+/** \brief PCL's profiles in PCL's class and in this library's, by point type, robot
+ * cell and recorded streams. */
 void
 printProfiles(const ComparisonOptions& options, std::ostream& output);
 

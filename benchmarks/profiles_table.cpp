@@ -163,8 +163,8 @@ addRow(Profile profile,
        MarkdownTable& table,
        Shortcomings& shortcomings)
 {
-  // Half the diagonal of a voxel is the largest error; how near to it the points of a cloud
-  // are is chance.
+  // Half the diagonal of a voxel is the largest error; how near to it the points of a
+  // cloud are is chance.
   constexpr double as_large = 1.01;
   const double encoding = pcl.encode_ms.sum() / library.encode_ms.sum();
   const double decoding = pcl.decode_ms.sum() / library.decode_ms.sum();

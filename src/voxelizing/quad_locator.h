@@ -20,9 +20,9 @@ namespace io {
 
 /** \brief Computes the voxels of four points at once.
  *
- * In single precision, which is exact except near the faces of a voxel; there a coordinate is
- * divided in double precision as by Lattice. The whole millimetres of depth cameras are on
- * faces of voxels of 0.1 mm, all of them.
+ * In single precision, which is exact except near the faces of a voxel; there a coordinate
+ * is divided in double precision as by Lattice. The whole millimetres of depth cameras are
+ * on faces of voxels of 0.1 mm, all of them.
  */
 template <typename LanesT>
 class QuadLocator {
@@ -137,8 +137,8 @@ private:
    * quotient in double precision, for points in the grid.
    *
    * The inverse, the product, the first centre and the difference have a relative error of
-   * at most 2^-24 each. The terms of second order, the errors of the quotient and of the
-   * bound are below the one voxel more.
+   * at most 2^-24 each. The terms of second order and the errors of the quotient and of
+   * the bound are below the one voxel more.
    */
   static float
   maxError(const VoxelGrid& grid, std::size_t axis)

@@ -17,8 +17,8 @@ public:
   /** \brief Removes all points.
    * \param[in] expected number of points to come, at most
    * \param[in] keeps_handles whether voxelOf() will be called
-   * \param[in] keeps_colours whether the points have colours; with neither, sorting takes
-   * half the memory
+   * \param[in] keeps_colours whether the points have colours; with neither, sorting
+   * takes half the memory
    */
   void
   clear(std::size_t expected, bool keeps_handles, bool keeps_colours);

@@ -279,7 +279,7 @@ private:
     frame.colours.resize(frame.size());
     std::size_t voxel = 0;
     voxels.visitColourSums([&](const ColourSum& sum) {
-      // floor(number / (2 * full_scale)) by one division for three channels. The rounding
+      // floor(number / (2 * full_scale)) by one division for three channels. Rounding
       // errors are below 2^-44, and a quotient that is no whole number is further than
       // 2^-41 from the next one, as there are fewer than 2^32 points.
       const auto full_scale = std::int64_t{255} * voxel_counts_[voxel];

@@ -182,8 +182,8 @@ public:
          std::vector<std::uint8_t>& bytes) const;
 
 private:
-  /** \brief An encoder with room for more symbols. By value, so that loops can keep theirs in
-   * registers. */
+  /** \brief An encoder with room for more symbols. By value, so that loops can keep
+   * theirs in registers. */
   PCL_EXT_NEVER_INLINE static NibbleEncoder
   grown(NibbleEncoder encoder, std::size_t symbols)
   {

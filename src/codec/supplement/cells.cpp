@@ -32,7 +32,7 @@ chooseRefinement(const VoxelFrame& frame)
   if (frame.grid.resolution > largest_edge || count < least_voxels ||
       5 * countCells(frame.keys, 1) < 4 * count)
     return 0;
-  // Smaller cells take fewer bytes, and more time where there are many levels above them.
+  // Smaller cells take fewer bytes, and more time where many levels are above them.
   constexpr double smallest_edge_of_few_levels = 0.001;
   const std::size_t halves_of_voxels_in_a_cell =
       frame.grid.resolution < smallest_edge_of_few_levels ? 8 : 3;

@@ -13,8 +13,8 @@ namespace io {
 namespace supplement {
 
 /** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their context,
- * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a copy,
- * which stays in registers.
+ * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a
+ * copy, which stays in registers.
  * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
  */
 template <class Coder>
@@ -33,8 +33,8 @@ public:
     return coder_;
   }
 
-  /** \brief Makes room for this many more symbols: 8 for a call of code() or codeBits(), 1
-   * for codeBit(). */
+  /** \brief Makes room for this many more symbols: 8 for a call of code() or codeBits(),
+   * 1 for codeBit(). */
   PCL_EXT_ALWAYS_INLINE void
   reserve(std::size_t symbols)
   {
