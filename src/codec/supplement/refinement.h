@@ -216,7 +216,7 @@ private:
   unsigned int cell_bits_;
   bool models_singles_;
   std::uint64_t last_single_ = 0;
-  std::array<Part, 60> waiting_; // one at most of each bit of a cell
+  std::array<Part, 60> waiting_{}; // one at most of each bit of a cell
 };
 
 } // namespace supplement
