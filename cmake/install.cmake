@@ -29,6 +29,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     impl
     octree_pointcloud_intensity_compression.h
     point_intensity.h
+    point_types.h
     sensor_preprocessor.h)
 if(PCL_EXT_WITH_PCL)
   set(left_out_headers)
