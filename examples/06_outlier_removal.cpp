@@ -45,6 +45,8 @@ main()
   // Above 0 more noise goes, and the surfaces' fringes with it.
   VoxelOutlierRemovalSettings removal_settings;
   removal_settings.min_log_odds = 0.0f;
+  // What the intensities are, which a frame says only where it has a depth model.
+  removal_settings.unit = densityUnitOf(settings.law);
   // One filter for one stream, as it remembers the last frames.
   io::OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder(
       settings.compression);
@@ -65,14 +67,20 @@ main()
     pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZI>);
     if (!decoder.decodePointCloud(stream, cloud).ok())
       return 1;
-    const auto removed = removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
+    const OutlierRemovalStatus status =
+        removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
+    if (!status.ok()) {
+      std::cerr << status.message() << '\n';
+      return 1;
+    }
 
     central.receive("kinect", bytes);
     central.waitUntilDecoded();
     const nodes::StreamHealth health = central.health().front();
     std::cout << health.voxels << " voxels, " << health.outliers_removed
               << " of them noise\n";
-    is_right = is_right && removed == health.outliers_removed && *removed > 0 &&
+    is_right = is_right && health.outlier_removal.ok() &&
+               status.removed == health.outliers_removed && status.removed > 0 &&
                cloud->size() == health.kept_voxels;
   }
   return is_right ? 0 : 1;

@@ -7,12 +7,12 @@ namespace tools {
 
 namespace {
 
-/** \brief Thresholds of the paper's Figure 11, to compare the filter with. Where it does
- * not work, on native intensities and fine voxels, they would remove surfaces. */
+/** \brief Thresholds of the paper's Figure 11, to compare the filter with. Native
+ * intensities and fine voxels, which are faint everywhere, have none. */
 float
-defaultThreshold(IntensityLaw law, bool has_filter)
+defaultThreshold(IntensityLaw law, double resolution)
 {
-  if (!has_filter)
+  if (law == IntensityLaw::Native || resolution < VoxelOutlierRemoval::min_cell_edge)
     return 0.0f;
   return needsSensor(law) ? 64.0f : 2.0f;
 }
@@ -21,9 +21,7 @@ VoxelOutlierRemovalSettings
 removalSettings(IntensityLaw law)
 {
   VoxelOutlierRemovalSettings settings;
-  // Frames of the published layout have no depth model that implies it.
-  if (law == IntensityLaw::Quadratic)
-    settings.unit = DensityUnit::Faces;
+  settings.unit = densityUnitOf(law);
   return settings;
 }
 
@@ -59,10 +57,9 @@ CellTruth::of(std::size_t number, const io::VoxelFrame& frame)
 Denoising::Denoising(const StreamOptions& options, IntensityLaw law)
 : settings_(removalSettings(law)), removal_(settings_)
 {
-  report_.has_filter = law != IntensityLaw::Native &&
-                       VoxelOutlierRemoval::isMadeFor(options.settings.resolution);
+  report_.has_filter = VoxelOutlierRemoval::isMadeFor(options.settings.resolution);
   report_.threshold =
-      options.threshold.value_or(defaultThreshold(law, report_.has_filter));
+      options.threshold.value_or(defaultThreshold(law, options.settings.resolution));
   report_.uses_filter = report_.has_filter && !options.threshold;
 }
 

@@ -50,8 +50,7 @@ private:
 };
 
 /** \brief Finds the noise among the decoded voxels of one stream: by a threshold on the
- * intensity and, for intensities that follow from the number of points, by
- * VoxelOutlierRemoval. */
+ * intensity, and by VoxelOutlierRemoval. */
 class Denoising {
 public:
   Denoising(const StreamOptions& options, IntensityLaw law);

@@ -164,9 +164,7 @@ describeOptions(StreamOptions& result)
              throw std::invalid_argument("--threshold must be a finite number");
            result.threshold = threshold;
          }),
-         "least intensity that denoising keeps, instead of the outlier filter, which "
-         "takes "
-         "count, quadratic and linear intensities");
+         "least intensity that denoising keeps, instead of the outlier filter");
   option("crop",
          options::value<std::string>()->notifier(
              [&result](const std::string& box) { result.crop_box = parseBox(box); }),

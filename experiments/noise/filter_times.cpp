@@ -32,7 +32,7 @@ voxelFilter(Law law, VoxelOutlierRemoval& removal)
           [law, &removal](const LabelledFrame& frame, const Centres::Ptr&) {
             io::VoxelFrame filtered = frame.of(law);
             const double start = measuring::processCpuSeconds();
-            removal.filter(filtered);
+            static_cast<void>(removal.filter(filtered));
             return measuring::processCpuSeconds() - start;
           },
           {}};
@@ -70,7 +70,9 @@ measureFilterTimes(std::uint32_t seed,
 {
   LabelledStream stream(seed, sensor, resolution);
   VoxelOutlierRemoval on_quadratic;
-  VoxelOutlierRemoval on_count;
+  VoxelOutlierRemovalSettings counts;
+  counts.unit = densityUnitOf(Law::Count);
+  VoxelOutlierRemoval on_count(counts);
   std::vector<TimedFilter> filters = {voxelFilter(Law::Quadratic, on_quadratic),
                                       voxelFilter(Law::Count, on_count),
                                       statisticalFilter(8),

@@ -62,7 +62,7 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
       "merged (all six cameras) or all");
   option("sensor",
          options::value(&sensors)->multitoken()->default_value({1}, "1"),
-         "sensors, 1 to 6, and 7, the lidar, for part laws");
+         "sensors, 1 to 6, and 7, the lidar, for parts laws and weights");
   option("frames,n",
          measuring::count("frames", result.frames, 1)->default_value(300),
          "number of frames");
@@ -70,17 +70,18 @@ parse(int argc, const char* const* argv, NoiseOptions& result)
          measuring::count("seed", result.seed, 0)->default_value(1),
          "of the noise");
   option("resolution,r",
-         measuring::number("resolution", result.resolution, 0.005, 1.0)
+         measuring::number("resolution", result.resolution, 0.001, 1.0)
              ->default_value(0.04, "0.04"),
-         "voxel edge, metres, 0.005 to 1");
+         "voxel edge, metres, 0.001 to 1");
   option("results",
          options::value(&result.results_file),
          "file for the results; without it they are printed");
   options::variables_map values;
   if (!measuring::parseCommandLine(argc, argv, description, "", values))
     return false;
-  const unsigned int last_sensor =
-      result.part == "laws" ? cell::RobotCell::lidar : cell::RobotCell::sensor_count;
+  const unsigned int last_sensor = result.part == "laws" || result.part == "weights"
+                                       ? cell::RobotCell::lidar
+                                       : cell::RobotCell::sensor_count;
   for (const std::int64_t sensor : sensors)
     result.sensors.push_back(measuring::checkedCount("sensor", sensor, 1, last_sensor));
   return true;
@@ -142,7 +143,9 @@ measureSensor(unsigned int sensor,
     measureFilterTimes(seed, sensor, frames, resolution, results);
   if (options.includes("bytes"))
     measureStreamBytes(seed, sensor, frames, resolution, results);
-  if (options.includes("weights"))
+  if (options.includes("weights") && sensor == cell::RobotCell::lidar)
+    fitVoxelsOffset(seed, frames, resolution, results);
+  else if (options.includes("weights"))
     fitShellWeights(seed, sensor, frames, resolution, results);
 }
 

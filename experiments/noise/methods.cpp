@@ -41,10 +41,18 @@ lawMethods()
           lawMethod(Law::Linear, shares)};
 }
 
+VoxelOutlierRemovalSettings
+settingsOf(Law law)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = densityUnitOf(law);
+  return settings;
+}
+
 Method
 filterMethod(Law law,
-             const std::string& what_else = "",
-             const VoxelOutlierRemovalSettings& settings = {})
+             const std::string& what_else,
+             const VoxelOutlierRemovalSettings& settings)
 {
   const auto removal = std::make_shared<VoxelOutlierRemoval>(settings);
   return {"filter on " + nameOf(law) + what_else,
@@ -53,6 +61,21 @@ filterMethod(Law law,
           },
           wanted_log_odds,
           {}};
+}
+
+Method
+filterMethod(Law law)
+{
+  return filterMethod(law, "", settingsOf(law));
+}
+
+/** \brief The filter without intensities. */
+Method
+filterOnVoxels()
+{
+  Method method = filterMethod(Law::Count, "", settingsOf(Law::Native));
+  method.name = "filter on voxels";
+  return method;
 }
 
 Method
@@ -99,6 +122,7 @@ cameraMethods()
   methods.push_back(filterWithoutHistory({}));
   methods.push_back(filterMethod(Law::Linear));
   methods.push_back(filterMethod(Law::Count));
+  methods.push_back(filterOnVoxels());
   return methods;
 }
 
@@ -121,8 +145,8 @@ lidarMethods()
 {
   return {lawMethod(Law::Native, {5, 10, 20, 30, 40, 50, 60, 80}),
           lawMethod(Law::Count, {2, 3, 4, 5, 7, 10}),
-          filterMethod(Law::Native),
-          filterMethod(Law::Count)};
+          filterMethod(Law::Count),
+          filterOnVoxels()};
 }
 
 std::vector<Method>

@@ -24,7 +24,8 @@ struct Method {
   ScoredVoxels voxels;
 };
 
-/** \brief A camera's laws, and VoxelOutlierRemoval on each of them and without history. */
+/** \brief A camera's laws, and VoxelOutlierRemoval on each of them, without history and
+ * without intensities. */
 std::vector<Method>
 cameraMethods();
 
@@ -35,8 +36,8 @@ cameraMethods();
 std::vector<Method>
 mergedMethods(const MergedStream& stream);
 
-/** \brief A lidar's own intensity and its counts, and the filter on each, which is meant
- * for neither. */
+/** \brief A lidar's own intensity and its counts, and the filter on counts, for which it is
+ * not meant, and without intensities. */
 std::vector<Method>
 lidarMethods();
 

@@ -4,6 +4,7 @@
 
 #include "methods.h"
 #include "result_file.h"
+#include "simulator/labelled_lidar.h"
 #include "simulator/labelled_stream.h"
 
 #include <Eigen/Dense>
@@ -148,6 +149,46 @@ fitShellWeights(std::uint32_t seed,
   const std::array<const char*, 4> names = {"c", "core", "ring", "rim"};
   for (std::size_t i = 0; i < names.size(); ++i)
     results.add(subject, names[i], weights[static_cast<Eigen::Index>(i)], frames);
+}
+
+void
+fitVoxelsOffset(std::uint32_t seed,
+                std::uint32_t frames,
+                double resolution,
+                report::ResultFile& results)
+{
+  LabelledLidar stream(seed, resolution);
+  LabelledFrame frame;
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = DensityUnit::Voxels;
+  VoxelOutlierRemoval removal(settings);
+  std::vector<double> log_odds;
+  double surfaces = 0.0;
+  std::vector<float> scores;
+  for (std::uint32_t i = 0; i < frames; ++i) {
+    stream.read(i, frame);
+    removal.score(frame.of(Law::Count), scores);
+    for (std::size_t voxel = 0; voxel < scores.size(); ++voxel) {
+      log_odds.push_back(static_cast<double>(scores[voxel]));
+      surfaces += frame.truth[voxel] == VoxelTruth::Noise ? 0.0 : 1.0;
+    }
+  }
+  // The maximum likelihood: as many surfaces are expected as there are.
+  double offset = 0.0;
+  for (int step = 0; step < 50; ++step) {
+    double expected = 0.0;
+    double slope = 0.0;
+    for (const double score : log_odds) {
+      const double probability = 1.0 / (1.0 + std::exp(-score - offset));
+      expected += probability;
+      slope += probability * (1.0 - probability);
+    }
+    offset += std::clamp((surfaces - expected) / slope, -1.0, 1.0);
+  }
+  results.add({"noise_weights", "7", "unit Voxels", resolution},
+              "missing in c",
+              offset,
+              frames);
 }
 
 } // namespace noise

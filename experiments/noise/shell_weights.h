@@ -25,5 +25,13 @@ fitShellWeights(std::uint32_t seed,
                 double resolution,
                 report::ResultFile& results);
 
+/** \brief Fits the offset of the unit Voxels to the lidar's stream by maximum likelihood, and
+ * adds what is to be added to that of the library, experiment `noise_weights`. */
+void
+fitVoxelsOffset(std::uint32_t seed,
+                std::uint32_t frames,
+                double resolution,
+                report::ResultFile& results);
+
 } // namespace noise
 } // namespace pcl_ext

@@ -344,6 +344,9 @@ private:
                    "Frames arrive faster than they are decoded");
     if (now.frames_lost > before.frames_lost)
       report.raise(DiagnosticStatus::WARN, "Frames are lost");
+    if (!now.outlier_removal.ok())
+      report.raise(DiagnosticStatus::WARN,
+                   "Outliers: " + now.outlier_removal.message());
     if (now.voxels > 0 && now.kept_voxels == 0)
       report.raise(DiagnosticStatus::WARN, "All voxels are removed as noise");
     if (now.voxels_outside_grid > 0)
@@ -368,6 +371,7 @@ private:
     report.add("voxels", now.voxels);
     report.add("kept voxels", now.kept_voxels);
     report.add("outliers removed", now.outliers_removed);
+    report.add("outlier removal", now.outlier_removal.message());
     report.add("voxels outside merged grid", now.voxels_outside_grid);
     report.add("min_intensity", stream.noise.min_intensity.current());
     report.add("in sync", now.in_sync ? "yes" : "no");

@@ -33,7 +33,7 @@ filtered(pcl_ext::io::VoxelFrame frame,
          float min_intensity = 0.0f)
 {
   if (removal) {
-    EXPECT_GT(removal->filter(frame), 0u);
+    EXPECT_GT(removal->filter(frame).removed, 0u);
     EXPECT_GT(frame.size(), 100u);
   }
   Voxels voxels = voxelsIn(frame);

@@ -148,7 +148,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            std::chrono::steady_clock::time_point start,
                            const Clock& clock)
 {
-  const std::size_t outliers = removeOutliers(decoded);
+  OutlierRemovalStatus outliers = removeOutliers(decoded);
   removeFaintVoxels(decoded, min_intensity_, kept_);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
@@ -166,7 +166,8 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     ++health_.frames_decoded;
     health_.voxels = coding.voxels;
     health_.kept_voxels = kept_.size();
-    health_.outliers_removed = outliers;
+    health_.outliers_removed = outliers.removed;
+    health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;
     std::swap(kept_, latest_);
     latest_stamp_ = stamp;
@@ -180,12 +181,12 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
   kept_ = io::VoxelFrame();
 }
 
-std::size_t
+OutlierRemovalStatus
 ReceivedStream::removeOutliers(io::VoxelFrame& frame)
 {
   makeOutlierRemoval();
   if (!outlier_removal_)
-    return 0;
+    return {};
   const auto replace_filter = [&] {
     outlier_removal_.reset();
     const std::lock_guard<std::mutex> lock(mutex_);

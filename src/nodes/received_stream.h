@@ -169,9 +169,9 @@ private:
 
   /** \brief Removes the outliers of a decoded frame, if a filter is set. A filter that
    * throws is replaced by a new one, as its history may be incomplete.
-   * \return number of voxels removed
+   * \return its status; Ok without a filter
    */
-  std::size_t
+  OutlierRemovalStatus
   removeOutliers(io::VoxelFrame& frame);
 
   void

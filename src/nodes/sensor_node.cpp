@@ -247,7 +247,8 @@ private:
         pipeline_->encoder.voxelize(view, *last_transform_, frame);
     if (status.ok()) {
       if (pipeline_->filters->outlier_removal)
-        outliers = pipeline_->filters->outlier_removal->filter(frame);
+        // checkSettings() has refused what the filter would.
+        outliers = pipeline_->filters->outlier_removal->filter(frame).removed;
       if (settings_.compression.carry_header)
         pipeline_->stamp = io::FrameStamp{header.stamp, settings_.global_frame};
       status = pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);

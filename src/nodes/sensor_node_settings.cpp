@@ -67,8 +67,9 @@ VoxelOutlierRemovalSettings
 removalSettings(const SensorNodeSettings& settings)
 {
   VoxelOutlierRemovalSettings removal = *settings.outlier_removal;
-  if (removal.unit == DensityUnit::Automatic && settings.law == IntensityLaw::Quadratic)
-    removal.unit = DensityUnit::Faces;
+  // A frame alone may not say what its intensities are.
+  if (removal.unit == DensityUnit::Automatic)
+    removal.unit = densityUnitOf(settings.law);
   return removal;
 }
 
@@ -91,10 +92,11 @@ checkSettings(const SensorNodeSettings& settings)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
         "from the transform and the law of the node");
-  if (settings.outlier_removal && settings.law == IntensityLaw::Native)
-    return invalid(
-        "outlier_removal is set and law is Native; the filter does not support "
-        "native intensities");
+  if (settings.outlier_removal && settings.law == IntensityLaw::Native &&
+      settings.outlier_removal->unit != DensityUnit::Automatic &&
+      settings.outlier_removal->unit != DensityUnit::Voxels)
+    return invalid("outlier_removal.unit is Faces or Points and law is Native, whose "
+                   "intensities are neither; choose Automatic or Voxels");
   if (settings.outlier_removal)
     if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
         !status.ok())

@@ -9,7 +9,6 @@ namespace pcl_ext {
 
 namespace {
 
-constexpr std::int16_t mean_step = 16; ///< a quarter of a density, in units of 2^-6
 constexpr std::int16_t forgotten_below = 16; ///< in units of 2^-6
 
 /** \brief Cells of a block whose x, y or z is below 2. */

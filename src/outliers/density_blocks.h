@@ -41,6 +41,9 @@ public:
   /** \brief Positions of voxels are below this on each axis. */
   static constexpr std::uint32_t position_end = std::uint32_t{1} << 23;
 
+  /** \brief What a density of 1 adds to its running mean: a quarter, in units of 2^-6. */
+  static constexpr std::int16_t mean_step = 16;
+
   /** \brief Key of the block of a voxel: x, y, z in blocks, 21 bits each. Voxels must be at
    * least 4 voxels from 0 and position_end, so that every block has neighbours. */
   static constexpr std::uint64_t
@@ -82,6 +85,13 @@ public:
    */
   void
   add(std::uint32_t block, unsigned int cell, std::int16_t density);
+
+  /** \brief Running mean of a voxel, in units of 2^-6. */
+  std::int16_t
+  mean(std::uint32_t block, unsigned int cell) const
+  {
+    return means_[block][cell];
+  }
 
   /** \brief Removes all blocks except some.
    * \param[in] kept indices of the blocks, ascending

@@ -8,34 +8,71 @@ namespace pcl_ext {
 namespace {
 
 constexpr std::uint32_t one_density = 256; // 1 in the fixed point of numbers_
-constexpr double face_density = 255.0;
+constexpr std::uint32_t face_density = 255;
 
 } // namespace
 
 bool
-VoxelDensities::follow(const io::VoxelFrame& frame, const io::VoxelPosition& first)
+VoxelDensities::canJudge(const io::VoxelFrame& frame) const
 {
-  const bool were_faces = areFaces();
-  // An encoder may omit the model of a frame.
-  if (frame.depth_model && unit_ != DensityUnit::Points)
-    takeDepthModel(frame, first);
-  double face = face_density; // density 1 for each point
-  if (areFaces())
-    face = depth_model_ ? model_face_ : static_cast<double>(full_intensity_);
-  if (numbers_.empty() || face != face_ || frame.intensity_scale != scale_) {
-    face_ = face;
-    scale_ = frame.intensity_scale;
-    numbers_.resize(std::size_t{scale_.maxSymbol()} + 1);
-    for (std::size_t symbol = 0; symbol < numbers_.size(); ++symbol) {
-      const double intensity = scale_.value(static_cast<std::uint16_t>(symbol));
-      const double density =
-          std::clamp(face_density * intensity / face, 0.0, face_density);
-      // NaN counts as the lowest density, as the voxel is occupied.
-      numbers_[symbol] = static_cast<std::uint16_t>(
-          density >= 0.0 ? std::lround(density * one_density) : 0);
-    }
+  switch (set_unit_) {
+  case DensityUnit::Faces:
+    return frame.hasIntensities();
+  case DensityUnit::Points:
+    return frame.hasIntensities() || frame.has_point_counts;
+  default:
+    return true;
   }
-  return were_faces == areFaces();
+}
+
+DensityUnit
+VoxelDensities::unitOf(const io::VoxelFrame& frame) const
+{
+  if (set_unit_ != DensityUnit::Automatic)
+    return set_unit_;
+  // Counts and native intensities have the same scales, and few points in a voxel of a
+  // lidar's are no sign of noise.
+  return depth_model_ && frame.hasIntensities() ? DensityUnit::Faces
+                                                : DensityUnit::Voxels;
+}
+
+bool
+VoxelDensities::follow(const io::VoxelFrame& frame,
+                       const io::VoxelPosition& first,
+                       unsigned int shift)
+{
+  const DensityUnit last_unit = unit_;
+  resolution_ = frame.grid.resolution;
+  shift_ = shift;
+  // An encoder may omit the model of a frame.
+  if (frame.depth_model &&
+      (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Faces))
+    takeDepthModel(frame, first);
+  unit_ = unitOf(frame);
+  if (unit_ != DensityUnit::Voxels && frame.hasIntensities())
+    makeNumbers(frame.intensity_scale);
+  return last_unit == unit_;
+}
+
+void
+VoxelDensities::makeNumbers(const io::IntensityScale& scale)
+{
+  double face = face_density; // density 1 for each point
+  if (unit_ == DensityUnit::Faces)
+    face = depth_model_ ? model_face_ : static_cast<double>(full_intensity_);
+  if (!numbers_.empty() && face == face_ && scale == scale_)
+    return;
+  face_ = face;
+  scale_ = scale;
+  numbers_.resize(std::size_t{scale_.maxSymbol()} + 1);
+  for (std::size_t symbol = 0; symbol < numbers_.size(); ++symbol) {
+    const double intensity = scale_.value(static_cast<std::uint16_t>(symbol));
+    const double density = std::clamp(
+        face_density * intensity / face, 0.0, static_cast<double>(face_density));
+    // NaN counts as the lowest density, as the voxel is occupied.
+    numbers_[symbol] = static_cast<std::uint16_t>(
+        density >= 0.0 ? std::lround(density * one_density) : 0);
+  }
 }
 
 void
@@ -50,50 +87,71 @@ VoxelDensities::takeDepthModel(const io::VoxelFrame& frame,
                           std::int64_t{depth_model_->step[2]} * first.z;
   model_face_ = depth_model_->full_symbol / 256.0 *
                 static_cast<double>(frame.intensity_scale.step);
-  if (depth_model_->exponent != exponent_ || frame.grid.resolution != resolution_)
-    makeFactors(depth_model_->exponent, frame.grid.resolution);
+  if (factors_.empty() || depth_model_->exponent != exponent_)
+    makeFactors();
 }
 
 void
-VoxelDensities::makeFactors(unsigned int exponent, double resolution)
+VoxelDensities::makeFactors()
 {
-  exponent_ = exponent;
-  resolution_ = resolution;
+  exponent_ = depth_model_->exponent;
   constexpr std::size_t one = std::size_t{1} << depth_bits;
   factors_.resize(one + 1);
-  const double points_on_face = std::max(
-      1.0, VoxelOutlierRemoval::sure_points_per_square_metre * resolution * resolution);
+  const double voxels = std::exp2(shift_); // on an edge of a cell
+  const double cell = resolution_ * voxels;
+  const double points_on_face =
+      std::max(1.0, VoxelOutlierRemoval::sure_points_per_square_metre * cell * cell);
   for (std::size_t i = 0; i <= one; ++i) {
     // Depth 0 counts as half a step.
     const double depth = std::max(static_cast<double>(i), 0.5) / one;
+    // In cut-off depths of a voxel. Beyond 1, where laws saturate, a point has a share of 1.
+    const double voxel_depth = depth * voxels;
+    const double saturation = std::max(1.0, voxel_depth * voxel_depth);
     // The quadratic law has one more factor of the relative depth.
-    const double to_shares = exponent == 1 ? depth : 1.0;
+    const double to_shares = exponent_ == 1 ? std::min(1.0, voxel_depth) : 1.0;
     // 1 / depth^2 points fit on a face.
     const double covered = std::min(1.0, points_on_face * depth * depth);
-    factors_[i] =
-        static_cast<std::uint64_t>(std::llround(65536.0 * to_shares / covered));
+    factors_[i] = static_cast<std::uint64_t>(
+        std::llround(65536.0 * to_shares * saturation / (covered * voxels * voxels)));
   }
 }
 
-std::int16_t
-VoxelDensities::operator()(std::uint16_t symbol,
+std::uint32_t
+VoxelDensities::operator()(const io::VoxelFrame& frame,
+                           std::size_t voxel,
                            const io::VoxelPosition& position) const
 {
-  std::uint64_t number = numbers_[symbol];
+  constexpr std::uint64_t most = std::uint64_t{face_density} * one_density;
+  if (unit_ == DensityUnit::Voxels)
+    return most;
+  if (unit_ == DensityUnit::Points)
+    return static_cast<std::uint32_t>(
+        frame.has_point_counts
+            ? std::min(std::uint64_t{frame.point_counts[voxel]} * one_density, most)
+            : numbers_[frame.intensities[voxel]]);
+  std::uint64_t number = numbers_[frame.intensities[voxel]];
   if (depth_model_) {
     const std::int64_t depth = depth_model_->origin +
                                std::int64_t{depth_model_->step[0]} * position.x +
                                std::int64_t{depth_model_->step[1]} * position.y +
                                std::int64_t{depth_model_->step[2]} * position.z;
-    constexpr std::int64_t one = std::int64_t{1} << 32;
+    const std::int64_t one = std::int64_t{1} << (32 + shift_);
     const auto clamped =
         static_cast<std::uint64_t>(std::clamp(depth, std::int64_t{0}, one));
-    const auto place = static_cast<std::size_t>(clamped >> (32 - depth_bits));
+    const auto place = static_cast<std::size_t>(clamped >> (32 + shift_ - depth_bits));
     number = number * factors_[place] >> 16;
   }
-  const std::uint64_t density = (number + one_density / 2) / one_density;
+  else
+    number >>= 2 * shift_;
+  return static_cast<std::uint32_t>(std::min(number, most));
+}
+
+std::int16_t
+VoxelDensities::density(std::uint64_t sum)
+{
+  const std::uint64_t density = (sum + one_density / 2) / one_density;
   return static_cast<std::int16_t>(
-      std::clamp<std::uint64_t>(density, 1, static_cast<std::uint64_t>(face_density)));
+      std::clamp(density, std::uint64_t{1}, std::uint64_t{face_density}));
 }
 
 } // namespace pcl_ext

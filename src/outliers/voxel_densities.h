@@ -10,25 +10,34 @@
 
 namespace pcl_ext {
 
-/** \brief Computes the densities of the voxels of a stream from their intensities: 1 to 255,
- * in 255ths of a voxel face with the unit Faces, else in points.
+/** \brief Computes the densities of the cells of a stream from its voxels: 1 to 255, in
+ * 255ths of a face with the unit Faces, in points with Points, and 255 with Voxels. A cell
+ * has one voxel, or a cube of 2^shift voxels on each axis.
  *
  * With a depth model a face counts as covered from
  * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many points. */
 class VoxelDensities {
 public:
   VoxelDensities(DensityUnit unit, float full_intensity)
-  : unit_(unit), full_intensity_(full_intensity)
+  : set_unit_(unit), unit_(unit), full_intensity_(full_intensity)
   {}
 
+  /** \brief Whether the frame has what the unit needs. */
+  bool
+  canJudge(const io::VoxelFrame& frame) const;
+
   /** \brief Prepares for the stream's next frame.
-   * \param[in] frame a frame; without a depth model that of an earlier frame is used
+   * \param[in] frame that canJudge() accepts; without a depth model that of an earlier
+   * frame is used
    * \param[in] first position of its grid's first voxel, below 2^23 on each axis. Positions
    * of earlier frames must still be valid; else call reset() first
+   * \param[in] shift of the cells; the same since reset()
    * \return false if the unit of the densities has changed
    */
   bool
-  follow(const io::VoxelFrame& frame, const io::VoxelPosition& first);
+  follow(const io::VoxelFrame& frame,
+         const io::VoxelPosition& first,
+         unsigned int shift);
 
   /** \brief Prepares for a new stream. */
   void
@@ -36,20 +45,31 @@ public:
   {
     depth_model_.reset();
     numbers_.clear();
+    factors_.clear();
   }
 
-  bool
-  areFaces() const
+  /** \brief Unit of the densities, as of the last frame: Faces, Points or Voxels. */
+  DensityUnit
+  unit() const
   {
-    return unit_ == DensityUnit::Faces || depth_model_.has_value();
+    return unit_;
   }
 
-  /** \brief Density of a voxel of the frame.
-   * \param[in] symbol its intensity
+  /** \brief What a voxel of the frame adds to the density of its cell, in 256ths.
+   * \param[in] frame that of follow()
+   * \param[in] voxel its index
    * \param[in] position its position in the grid plus that of the grid's first voxel
    */
-  std::int16_t
-  operator()(std::uint16_t symbol, const io::VoxelPosition& position) const;
+  std::uint32_t
+  operator()(const io::VoxelFrame& frame,
+             std::size_t voxel,
+             const io::VoxelPosition& position) const;
+
+  /** \brief Density of a cell.
+   * \param[in] sum over its voxels, in 256ths
+   */
+  static std::int16_t
+  density(std::uint64_t sum);
 
 private:
   static constexpr unsigned int depth_bits = 10; // resolution of factors_
@@ -58,18 +78,26 @@ private:
   takeDepthModel(const io::VoxelFrame& frame, const io::VoxelPosition& first);
 
   void
-  makeFactors(unsigned int exponent, double resolution);
+  makeFactors();
 
-  DensityUnit unit_;
+  void
+  makeNumbers(const io::IntensityScale& scale);
+
+  DensityUnit
+  unitOf(const io::VoxelFrame& frame) const;
+
+  DensityUnit set_unit_;
+  DensityUnit unit_; // of the last frame
   float full_intensity_;
   std::optional<io::DepthModel> depth_model_; // the last one, relative to position 0
   double model_face_ = 0.0; // intensity of a covered face in that model
   io::IntensityScale scale_;
   double face_ = 0.0;                  // intensity of density 255
   std::vector<std::uint16_t> numbers_; // density without factor by symbol, 2^8 is 1
-  std::vector<std::uint64_t> factors_; // by relative depth, 2^16 is 1
+  std::vector<std::uint64_t> factors_; // by depth in cells' cut-off depths, 2^16 is 1
   unsigned int exponent_ = 0;          // of factors_
-  double resolution_ = 0.0;
+  double resolution_ = 0.0;            // of the voxels
+  unsigned int shift_ = 0;
 };
 
 } // namespace pcl_ext

@@ -2,6 +2,8 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "outliers/density_blocks.h"
+#include "outliers/outlier_score.h"
+#include "outliers/placed_grid.h"
 #include "outliers/voxel_densities.h"
 #include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
@@ -17,104 +19,20 @@ namespace pcl_ext {
 
 namespace {
 
-/** \brief e of VoxelOutlierRemoval, in faces. */
-constexpr float least_shell = 0.02f;
+constexpr double rounding = 1e-6; ///< relative, of voxel edges
 
-/** \brief c of VoxelOutlierRemoval for a voxel edge, metres. */
-float
-offsetOf(bool are_faces, double resolution)
+/** \brief Edge of a cell in voxels, as a power of two.
+ * \param[in] resolution edge of a voxel, metres
+ */
+unsigned int
+shiftOf(double resolution)
 {
-  // Faces: the maximum likelihood on sensor 2 of the robot cell with seed 2 at 4 cm; the
-  // maximum differs by up to 0.2 at 2 to 6 cm, and by 0.6 at 8 cm. Points: 0.4 to 1 below
-  // that maximum; the maxima of the six sensors at 4 cm differ from this value by -0.3 to
-  // 0.8. Above 4 cm the maximum for Points would remove 1 of 10 voxels of the surfaces at
-  // 8 cm and 1 of 3 at 20 cm, as counts of coarse voxels vary more than their local mean.
-  const auto edges = static_cast<float>(3.0 * std::log(resolution / 0.04));
-  return are_faces ? 2.4f + edges : -2.5f - std::min(edges, 0.0f);
+  unsigned int shift = 0;
+  while (std::ldexp(resolution, static_cast<int>(shift)) <
+         VoxelOutlierRemoval::min_cell_edge * (1.0 - rounding))
+    ++shift;
+  return shift;
 }
-
-/** \brief exp(2 (log-odds - c)), which is compared without computing logarithms. */
-float
-evidenceOf(const NeighbourhoodSums& sums, float unit)
-{
-  const float least = least_shell * unit;
-  const auto shell = [&](std::int32_t sum) {
-    return (static_cast<float>(sum) + least) / unit;
-  };
-  const float core = shell(sums.core);
-  const float core_squared = core * core;
-  return core_squared * core_squared * core_squared * shell(sums.ring) *
-         shell(sums.rim);
-}
-
-/** \brief Maps positions in the grids of a stream to positions in DensityBlocks. */
-class PlacedGrid {
-public:
-  /** \brief Sets the grid of the stream's next frame.
-   * \return false if positions of previous frames are no longer valid, or there are none
-   */
-  bool
-  follow(const io::VoxelGrid& grid)
-  {
-    const bool is_same_lattice =
-        has_lattice_ && grid.resolution == resolution_ && grid.anchor == anchor_;
-    if (is_same_lattice && place(grid))
-      return true;
-    has_lattice_ = true;
-    resolution_ = grid.resolution;
-    anchor_ = grid.anchor;
-    // Blocks are aligned to those of the grid, with a margin on all sides.
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      origin_[axis] = std::int64_t{grid.first_index[axis]} - first_position;
-    place(grid);
-    return false;
-  }
-
-  void
-  clear()
-  {
-    has_lattice_ = false;
-  }
-
-  /** \brief Position of the grid's first voxel. */
-  io::VoxelPosition
-  first() const
-  {
-    return {offset_[0], offset_[1], offset_[2]};
-  }
-
-  io::VoxelPosition
-  operator()(const io::VoxelPosition& position) const
-  {
-    return {position.x + offset_[0], position.y + offset_[1], position.z + offset_[2]};
-  }
-
-private:
-  // A grid has at most 2^21 voxels on each axis.
-  static constexpr std::int64_t first_position = std::int64_t{1} << 21;
-  static constexpr std::int64_t margin = 4;
-
-  bool
-  place(const io::VoxelGrid& grid)
-  {
-    std::array<std::int64_t, 3> offset;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      offset[axis] = grid.first_index[axis] - origin_[axis];
-      if (offset[axis] < margin ||
-          offset[axis] + grid.size() > DensityBlocks::position_end - margin)
-        return false;
-    }
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      offset_[axis] = static_cast<std::uint32_t>(offset[axis]);
-    return true;
-  }
-
-  bool has_lattice_ = false;
-  double resolution_ = 0.0;
-  std::array<double, 3> anchor_{};
-  std::array<std::int64_t, 3> origin_{};  ///< lattice index of position 0
-  std::array<std::uint32_t, 3> offset_{}; ///< position of the grid's first voxel
-};
 
 } // namespace
 
@@ -122,39 +40,44 @@ class VoxelOutlierRemoval::Implementation {
 public:
   explicit Implementation(const VoxelOutlierRemovalSettings& settings)
   : settings_(settings)
-  , has_valid_settings_(checkSettings(settings).ok())
+  , settings_status_(checkSettings(settings))
   , densities_(settings.unit, settings.full_intensity)
   {}
 
-  std::size_t
+  OutlierRemovalStatus
   filter(io::VoxelFrame& frame)
   {
-    if (!isSupported(frame))
-      return 0;
+    OutlierRemovalStatus status = check(frame);
+    if (!status.ok())
+      return status;
     beginFrame();
     learn(frame);
-    const float least = std::exp(2.0f * (settings_.min_log_odds - offset_));
+    const float least = std::exp(2.0f * (settings_.min_log_odds - score_.offset));
     const std::size_t voxels = frame.size();
-    const std::size_t removed = io::keepVoxels(frame, [&](std::size_t i) {
+    status = judgement();
+    status.removed = io::keepVoxels(frame, [&](std::size_t i) {
       return !(evidence_[indexOf(places_[i])] < least);
     });
     endFrame(voxels);
-    return removed;
+    return status;
   }
 
-  void
+  OutlierRemovalStatus
   score(const io::VoxelFrame& frame, std::vector<float>& log_odds)
   {
-    if (!isSupported(frame)) {
+    OutlierRemovalStatus status = check(frame);
+    if (!status.ok()) {
       log_odds.assign(frame.size(), std::numeric_limits<float>::infinity());
-      return;
+      return status;
     }
     beginFrame();
     learn(frame);
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
-      log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + offset_;
+      log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + score_.offset;
+    status = judgement();
     endFrame(frame.size());
+    return status;
   }
 
   void
@@ -177,11 +100,38 @@ private:
     std::uint8_t cell;
   };
 
-  bool
-  isSupported(const io::VoxelFrame& frame) const
+  /** \brief Why a frame cannot be judged, or Ok. */
+  OutlierRemovalStatus
+  check(const io::VoxelFrame& frame) const
   {
-    return has_valid_settings_ && frame.hasIntensities() &&
-           isMadeFor(frame.grid.resolution);
+    if (!settings_status_.ok())
+      return settings_status_;
+    if (!isMadeFor(frame.grid.resolution))
+      return {OutlierRemovalCode::UnsupportedResolution,
+              "no voxel was judged: the voxel edge is " +
+                  std::to_string(frame.grid.resolution) + " m; it must be " +
+                  std::to_string(min_resolution) + " to " +
+                  std::to_string(max_resolution)};
+    if (!densities_.canJudge(frame))
+      return {
+          OutlierRemovalCode::NoDensities,
+          "no voxel was judged: the frame has no intensities, and unit is " +
+              std::string(settings_.unit == DensityUnit::Faces ? "Faces" : "Points") +
+              "; choose Voxels, which needs none"};
+    return {};
+  }
+
+  /** \brief Ok, with a message where the settings do not say what was done. */
+  OutlierRemovalStatus
+  judgement() const
+  {
+    if (settings_.unit != DensityUnit::Automatic ||
+        densities_.unit() != DensityUnit::Voxels)
+      return {};
+    return {
+        OutlierRemovalCode::Ok,
+        "voxels were judged without their intensities, as the frame does not say what "
+        "they are; choose the unit Points for counts of a depth camera, else Voxels"};
   }
 
   std::size_t
@@ -215,39 +165,49 @@ private:
   void
   learn(const io::VoxelFrame& frame)
   {
-    if (!grid_.follow(frame.grid)) {
+    if (!grid_.follow(frame.grid, shiftOf(frame.grid.resolution))) {
       blocks_.clear();
       densities_.reset();
     }
-    const bool is_same_unit = densities_.follow(frame, grid_.first());
+    const bool is_same_unit = densities_.follow(frame, grid_.first(), grid_.shift());
     if (!is_same_unit || !settings_.use_history)
       blocks_.clear();
     else
       blocks_.age();
-    offset_ = offsetOf(densities_.areFaces(), frame.grid.resolution);
+    score_ =
+        scoreOf(densities_.unit(), std::ldexp(frame.grid.resolution, grid_.shift()));
     addVoxels(frame);
-    evidence_.resize(frame.size());
     first_voxels_.resize(masks_.size());
-    std::uint32_t first = 0;
-    // In the order of the frame, in which neighbours are close in memory.
+    std::uint32_t cells = 0;
     for (const std::uint32_t block : frame_blocks_) {
-      first_voxels_[block] = first;
-      computeEvidence(block, evidence_.data() + first);
-      first += bitCount(masks_[block]);
+      first_voxels_[block] = cells;
+      cells += bitCount(masks_[block]);
     }
+    addCells();
+    evidence_.resize(cells);
+    if (densities_.unit() == DensityUnit::Voxels)
+      rankHistory(cells);
+    // In the order of the frame, in which neighbours are close in memory.
+    for (const std::uint32_t block : frame_blocks_)
+      computeEvidence(block, evidence_.data() + first_voxels_[block]);
   }
 
+  /** \brief Finds the cells of the voxels, and adds those of one voxel. */
   void
   addVoxels(const io::VoxelFrame& frame)
   {
+    const unsigned int shift = grid_.shift();
     masks_.assign(blocks_.size(), 0);
+    sums_of_voxels_.clear();
     frame_blocks_.clear();
     places_.resize(frame.size());
     std::uint64_t last_key = std::numeric_limits<std::uint64_t>::max();
     std::uint32_t block = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
       const io::VoxelPosition at = grid_(io::voxelPosition(frame.keys[i]));
-      const std::uint64_t key = DensityBlocks::blockKey(at.x, at.y, at.z);
+      const io::VoxelPosition in_cells = {at.x >> shift, at.y >> shift, at.z >> shift};
+      const std::uint64_t key =
+          DensityBlocks::blockKey(in_cells.x, in_cells.y, in_cells.z);
       if (key != last_key) {
         block = blocks_.blockAt(key);
         last_key = key;
@@ -256,31 +216,91 @@ private:
         if (masks_[block] == 0)
           frame_blocks_.push_back(block);
       }
-      const unsigned int cell = DensityBlocks::cell(at.x, at.y, at.z);
-      blocks_.add(block, cell, densities_(frame.intensities[i], at));
+      const unsigned int cell = DensityBlocks::cell(in_cells.x, in_cells.y, in_cells.z);
+      const std::uint32_t density = densities_(frame, i, at);
+      if (shift == 0)
+        blocks_.add(block, cell, VoxelDensities::density(density));
+      else
+        addToCell(block, cell, density);
       masks_[block] |= std::uint64_t{1} << cell;
       places_[i] = {block, static_cast<std::uint8_t>(cell)};
     }
   }
 
-  /** \brief Computes the evidence of the voxels of a block.
-   * \param[out] evidence of each voxel, in the order of the cells
+  /** \brief Adds to the sum of a cell of several voxels. */
+  void
+  addToCell(std::uint32_t block, unsigned int cell, std::uint32_t density)
+  {
+    if (sums_of_voxels_.size() <= block)
+      sums_of_voxels_.resize(std::size_t{block} + 1);
+    sums_of_voxels_[block][cell] += density;
+  }
+
+  /** \brief Adds the cells of several voxels, of which the sums are complete. */
+  void
+  addCells()
+  {
+    if (grid_.shift() == 0)
+      return;
+    for (const std::uint32_t block : frame_blocks_)
+      for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
+        const unsigned int cell = lowestBit(cells);
+        blocks_.add(block, cell, VoxelDensities::density(sums_of_voxels_[block][cell]));
+      }
+  }
+
+  /** \brief What a cell of the frame had in previous frames, with the unit Voxels, in
+   * history_steps steps. */
+  std::size_t
+  historyStep(std::uint32_t block, unsigned int cell) const
+  {
+    // What add() has added is the same for all.
+    constexpr int added = DensityBlocks::mean_step * 255;
+    return static_cast<std::size_t>(blocks_.mean(block, cell) - added) / 64;
+  }
+
+  /** \brief Computes the factor of the evidence of each step of the history.
+   * \param[in] cells of the frame
+   */
+  void
+  rankHistory(std::uint32_t cells)
+  {
+    std::array<std::uint32_t, history_steps> numbers{};
+    for (const std::uint32_t block : frame_blocks_)
+      for (std::uint64_t mask = masks_[block]; mask != 0; mask &= mask - 1)
+        ++numbers[historyStep(block, lowestBit(mask))];
+    std::uint32_t up_to_here = 0;
+    for (std::size_t i = 0; i < history_steps; ++i) {
+      up_to_here += numbers[i];
+      const float rank = static_cast<float>(up_to_here) / static_cast<float>(cells);
+      history_factors_[i] = rank * rank * std::sqrt(rank);
+    }
+  }
+
+  /** \brief Computes the evidence of the cells of a block.
+   * \param[out] evidence of each occupied cell, in their order
    */
   void
   computeEvidence(std::uint32_t block, float* evidence)
   {
+    const DensityUnit unit = densities_.unit();
     blocks_.collect(block, masks_[block], window_);
-    if (densities_.areFaces())
-      sumNeighbourhoods<false>(window_, masks_[block], sums_);
-    else
+    if (unit == DensityUnit::Points)
       sumNeighbourhoods<true>(window_, masks_[block], sums_);
+    else
+      sumNeighbourhoods<false>(window_, masks_[block], sums_);
     for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
-      const NeighbourhoodSums& sums = sums_[lowestBit(cells)];
-      // f is in quarters of 255ths of a face.
-      const float unit = densities_.areFaces() ? 4.0f * 255.0f
-                                               : static_cast<float>(sums.all) /
-                                                     static_cast<float>(sums.occupied);
-      *evidence++ = evidenceOf(sums, unit);
+      const unsigned int cell = lowestBit(cells);
+      const NeighbourhoodSums& sums = sums_[cell];
+      // f is in quarters of 255ths of a face or a cell.
+      const float one =
+          unit == DensityUnit::Points
+              ? static_cast<float>(sums.all) / static_cast<float>(sums.occupied)
+              : 4.0f * 255.0f;
+      *evidence = evidenceOf(sums, one, score_.least_shell);
+      if (unit == DensityUnit::Voxels)
+        *evidence *= history_factors_[historyStep(block, cell)];
+      ++evidence;
     }
   }
 
@@ -318,45 +338,32 @@ private:
     std::vector<std::uint32_t>().swap(frame_blocks_);
     std::vector<std::uint32_t>().swap(first_voxels_);
     std::vector<float>().swap(evidence_);
+    std::vector<std::array<std::uint32_t, 64>>().swap(sums_of_voxels_);
   }
 
+  static constexpr std::size_t history_steps = 256;
+
   VoxelOutlierRemovalSettings settings_;
-  bool has_valid_settings_;
+  OutlierRemovalStatus settings_status_;
   VoxelDensities densities_;
   PlacedGrid grid_;
   DensityBlocks blocks_;
 
   // Of the current frame; members so that their memory is reused.
-  float offset_ = 0.0f;
+  Score score_{};
   std::vector<Place> places_;               // of each voxel
   std::vector<std::uint64_t> masks_;        // of each block, occupied cells
   std::vector<std::uint32_t> frame_blocks_; // blocks with voxels
-  std::vector<std::uint32_t> first_voxels_; // of each block, index into the next
-  std::vector<float> evidence_;             // of each voxel, by block and cell
+  std::vector<std::uint32_t> first_voxels_; // of each block, index into evidence_
+  std::vector<float> evidence_;             // of each cell, by block and cell
+  /** \brief Sums of the densities of the voxels in each cell; only for cells of several. */
+  std::vector<std::array<std::uint32_t, 64>> sums_of_voxels_;
+  std::array<float, history_steps> history_factors_{}; // by historyStep()
   DensityWindow window_;
   std::array<NeighbourhoodSums, 64> sums_;
   bool is_interrupted_ = false;
   io::MemoryRule memory_rule_;
 };
-
-OutlierRemovalStatus
-checkSettings(const VoxelOutlierRemovalSettings& settings)
-{
-  const auto invalid = [](const std::string& message) {
-    return OutlierRemovalStatus(OutlierRemovalCode::InvalidSettings, message);
-  };
-  if (!std::isfinite(settings.min_log_odds))
-    return invalid("min_log_odds is " + std::to_string(settings.min_log_odds) +
-                   "; it must be a finite number");
-  if (settings.unit != DensityUnit::Automatic && settings.unit != DensityUnit::Faces &&
-      settings.unit != DensityUnit::Points)
-    return invalid("unit is " + std::to_string(static_cast<int>(settings.unit)) +
-                   "; it must be Automatic, Faces or Points");
-  if (!std::isfinite(settings.full_intensity) || !(settings.full_intensity > 0.0f))
-    return invalid("full_intensity is " + std::to_string(settings.full_intensity) +
-                   "; it must be a finite number above 0");
-  return {};
-}
 
 VoxelOutlierRemoval::VoxelOutlierRemoval(const VoxelOutlierRemovalSettings& settings)
 : implementation_(std::make_unique<Implementation>(settings))
@@ -365,8 +372,6 @@ VoxelOutlierRemoval::VoxelOutlierRemoval(const VoxelOutlierRemovalSettings& sett
 bool
 VoxelOutlierRemoval::isMadeFor(double resolution)
 {
-  // With a tolerance for rounded resolutions.
-  constexpr double rounding = 1e-6;
   return resolution >= min_resolution * (1.0 - rounding) &&
          resolution <= max_resolution * (1.0 + rounding);
 }
@@ -376,16 +381,16 @@ VoxelOutlierRemoval::VoxelOutlierRemoval(VoxelOutlierRemoval&&) noexcept = defau
 VoxelOutlierRemoval&
 VoxelOutlierRemoval::operator=(VoxelOutlierRemoval&&) noexcept = default;
 
-std::size_t
+OutlierRemovalStatus
 VoxelOutlierRemoval::filter(io::VoxelFrame& frame)
 {
   return implementation_->filter(frame);
 }
 
-void
+OutlierRemovalStatus
 VoxelOutlierRemoval::score(const io::VoxelFrame& frame, std::vector<float>& log_odds)
 {
-  implementation_->score(frame, log_odds);
+  return implementation_->score(frame, log_odds);
 }
 
 void

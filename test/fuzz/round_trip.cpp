@@ -77,7 +77,7 @@ removalSettingsOf(std::uint8_t choice)
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = static_cast<float>(choice % 16) - 8.0f;
-  settings.unit = static_cast<DensityUnit>(choice / 4 % 3);
+  settings.unit = static_cast<DensityUnit>(choice / 4 % 4);
   settings.use_history = choice % 8 != 7;
   settings.max_blocks = choice % 32 < 16 ? 4 : 1000;
   return settings;
@@ -96,9 +96,10 @@ public:
   take(const VoxelFrame& frame)
   {
     VoxelFrame filtered = frame;
-    const std::size_t removed = filter_.filter(filtered);
+    const OutlierRemovalStatus status = filter_.filter(filtered);
+    const std::size_t removed = status.removed;
     std::vector<float> log_odds;
-    judge_.score(frame, log_odds);
+    require(judge_.score(frame, log_odds).code() == status.code());
     require(log_odds.size() == frame.size());
     require(filter_.rememberedBlocks() <= settings_.max_blocks);
     std::size_t kept = 0;
@@ -111,7 +112,7 @@ public:
     }
     require(filtered.size() == kept && isConsistent(filtered));
     require(kept + removed == frame.size());
-    require(removed == 0 || VoxelOutlierRemoval::isMadeFor(frame.grid.resolution));
+    require(removed == 0 || status.ok());
   }
 
 private:

@@ -36,6 +36,7 @@ atLogOdds(float min_log_odds)
 {
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = min_log_odds;
+  settings.unit = DensityUnit::Points;
   return settings;
 }
 
@@ -43,7 +44,7 @@ atLogOdds(float min_log_odds)
 VoxelFrame
 filtered(VoxelFrame frame, VoxelOutlierRemoval& removal)
 {
-  EXPECT_GT(removal.filter(frame), 0u);
+  EXPECT_GT(removal.filter(frame).removed, 0u);
   EXPECT_GT(frame.size(), 100u);
   return frame;
 }
@@ -73,8 +74,10 @@ filteredStreams(std::size_t frames)
   add("all", false, none);
   add("threshold alone", false, none);
   add("counts", false, std::optional(atLogOdds(0.0f)));
-  add("shares", true, std::optional(atLogOdds(1.0f)));
-  VoxelOutlierRemovalSettings settings = atLogOdds(-1.0f);
+  VoxelOutlierRemovalSettings settings = atLogOdds(1.0f);
+  settings.unit = DensityUnit::Automatic;
+  add("shares", true, std::optional(settings));
+  settings.min_log_odds = -1.0f;
   settings.use_history = false;
   add("without history", true, std::optional(settings));
   settings = atLogOdds(0.0f);
@@ -278,6 +281,37 @@ TEST_F(CentralNodeOutliersOfOneStream, AChangeOfResolutionResetsTheFilter)
                       filtered(part.decoded[i], removal));
     }
   }
+}
+
+TEST_F(CentralNodeOutliersOfOneStream, HealthSaysWhatWasNotJudged)
+{
+  EXPECT_TRUE(onlyHealth(node).outlier_removal.ok());
+  const CodedStream stream = streamOf(3);
+  VoxelOutlierRemovalSettings settings;
+  node.setOutlierRemoval("a", settings);
+  sendAndWait(node, "a", stream.frames[0]);
+  StreamHealth health = onlyHealth(node);
+  EXPECT_TRUE(health.outlier_removal.ok());
+  EXPECT_EQ(health.outlier_removal.removed, health.outliers_removed);
+  // They are counts, which the frame does not say.
+  EXPECT_NE(health.outlier_removal.message().find("Points"), std::string::npos);
+  settings.unit = DensityUnit::Points;
+  node.setOutlierRemoval("a", settings);
+  sendAndWait(node, "a", stream.frames[1]);
+  EXPECT_EQ(onlyHealth(node).outlier_removal.message(), "");
+  node.setOutlierRemoval("a", std::nullopt);
+  sendAndWait(node, "a", stream.frames[2]);
+  EXPECT_EQ(onlyHealth(node).outlier_removal.removed, 0u);
+
+  CodedStream::Settings coarse;
+  coarse.frames = 1;
+  coarse.resolution = 0.25;
+  node.setOutlierRemoval("a", settings);
+  sendAndWait(node, "a", CodedStream(coarse).frames[0]);
+  health = onlyHealth(node);
+  EXPECT_EQ(health.outlier_removal.code(),
+            pcl_ext::OutlierRemovalCode::UnsupportedResolution);
+  EXPECT_EQ(health.kept_voxels, health.voxels);
 }
 
 } // namespace

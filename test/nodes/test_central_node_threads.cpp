@@ -116,6 +116,7 @@ removalWithoutHistory()
 {
   VoxelOutlierRemovalSettings settings;
   settings.use_history = false;
+  settings.unit = pcl_ext::DensityUnit::Points;
   return settings;
 }
 
@@ -215,7 +216,7 @@ TEST(CentralNodeThreads, AllMethodsMayBeCalledWhileFramesArrive)
       });
     else if (i == 3)
       expectWholeStreamOrFiltered(recorded, streams[i], [](VoxelFrame& frame) {
-        return VoxelOutlierRemoval(removalWithoutHistory()).filter(frame);
+        return VoxelOutlierRemoval(removalWithoutHistory()).filter(frame).removed;
       });
     else
       expectWholeStream(recorded, streams[i]);

@@ -64,7 +64,9 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
     nodes::SensorNode plain(settings);
     settings.outlier_removal.emplace();
     nodes::SensorNode filtering(settings);
-    VoxelOutlierRemoval removal;
+    VoxelOutlierRemovalSettings removal_settings;
+    removal_settings.unit = densityUnitOf(law);
+    VoxelOutlierRemoval removal(removal_settings);
     io::FrameDecoder plain_decoder;
     io::FrameDecoder filtered_decoder;
     CellCamera camera;
@@ -76,7 +78,7 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
       io::VoxelFrame expected = decodedWith(plain_decoder, bytes);
       const io::VoxelFrame voxels = decodedWith(filtered_decoder, filtered_bytes);
       // The receiver's filter sees what the sensor's does.
-      const std::size_t removed = removal.filter(expected);
+      const std::size_t removed = removal.filter(expected).removed;
       EXPECT_GT(removed, 0u);
       EXPECT_EQ(filtering.statistics().outliers_removed, removed);
       EXPECT_EQ(plain.statistics().outliers_removed, 0u);
@@ -113,25 +115,36 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
 {
   nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.outlier_removal.emplace();
-  for (const double resolution : {0.02, 0.2}) {
+  for (const double resolution : {0.01, 0.02, 0.2}) {
     settings.compression.resolution = resolution;
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   }
-  settings.compression.resolution = 0.01;
+  settings.compression.resolution = 0.25;
   expectInvalid(
       settings,
-      "outlier_removal is set and compression.resolution is 0.010000; it must be "
-      "0.020000 to 0.200000 for that");
+      "outlier_removal is set and compression.resolution is 0.250000; it must be "
+      "0.001000 to 0.200000 for that");
 }
 
-TEST(SensorNodeOutlierRemoval, NativeIntensitiesAndInvalidSettingsAreRefused)
+TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 {
   nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
-  EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   settings.outlier_removal.emplace();
-  expectInvalid(settings,
-                "outlier_removal is set and law is Native; the filter does not support "
-                "native intensities");
+  for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Voxels}) {
+    settings.outlier_removal->unit = unit;
+    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
+  }
+  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
+    settings.outlier_removal->unit = unit;
+    expectInvalid(settings,
+                  "outlier_removal.unit is Faces or Points and law is Native, whose "
+                  "intensities are neither; choose Automatic or Voxels");
+  }
+}
+
+TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
+{
+  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   for (const auto law :
        {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;

@@ -16,7 +16,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <random>
 #include <sstream>
 #include <string>
@@ -101,7 +100,7 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
     const std::string bytes = stream.str();
     typename Compression::PointCloudPtr decoded;
     ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    const std::optional<std::size_t> removed =
+    const OutlierRemovalStatus removed =
         removeOutliers(*decoded, decoder.getVoxelFrame(), removal);
 
     io::VoxelFrame expected;
@@ -111,11 +110,11 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
                             expected)
                     .ok());
     EXPECT_EQ(expected.depth_model.has_value(), has_depth_model);
-    const std::size_t expected_removed = frame_removal.filter(expected);
+    const std::size_t expected_removed = frame_removal.filter(expected).removed;
     EXPECT_GT(expected_removed, 10u);
     EXPECT_GT(expected.size(), 200u);
-    ASSERT_TRUE(removed.has_value());
-    EXPECT_EQ(*removed, expected_removed);
+    EXPECT_TRUE(removed.ok());
+    EXPECT_EQ(removed.removed, expected_removed);
     ASSERT_EQ(decoded->size(), expected.size());
     EXPECT_EQ(decoded->width, expected.size());
     EXPECT_EQ(decoded->height, 1u);
@@ -129,9 +128,11 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
 TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
 {
   VoxelOutlierRemovalSettings settings;
+  settings.unit = DensityUnit::Points;
   expectSameAsFrames<pcl::PointXYZ, CountIntensity>(
       settingsAt(resolution), settings, false);
   expectSameAsFrames<pcl::PointXYZI, CountIntensity>(settingsAt(0.05), settings, false);
+  settings.unit = DensityUnit::Automatic;
   settings.min_log_odds = 1.0f;
   using Quadratic = IntensityModel<KinectV2, QuadraticLaw>;
   expectSameAsFrames<pcl::PointXYZI, Quadratic>(settingsAt(resolution), settings, true);
@@ -140,6 +141,14 @@ TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
   settings.unit = DensityUnit::Points;
   expectSameAsFrames<pcl::PointXYZI, NativeIntensity>(
       settingsAt(resolution), settings, false);
+}
+
+VoxelOutlierRemovalSettings
+countSettings()
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = DensityUnit::Points;
+  return settings;
 }
 
 /** \brief A cloud that was decoded, and the decoder with its frame. */
@@ -165,11 +174,11 @@ TEST(DecodedCloudOutliers, ACloudThatWasMovedLosesTheSamePoints)
     point.x += 100.0f;
     point.intensity = -1.0f;
   }
-  VoxelOutlierRemoval removal;
-  VoxelOutlierRemoval removal_of_moved;
+  VoxelOutlierRemoval removal(countSettings());
+  VoxelOutlierRemoval removal_of_moved(countSettings());
   const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
   const auto removed = removeOutliers(*decoded.cloud, frame, removal);
-  EXPECT_EQ(removeOutliers(moved, frame, removal_of_moved), removed);
+  EXPECT_EQ(removeOutliers(moved, frame, removal_of_moved).removed, removed.removed);
   ASSERT_EQ(moved.size(), decoded.cloud->size());
   for (std::size_t i = 0; i < moved.size(); ++i) {
     EXPECT_EQ(moved[i].x, (*decoded.cloud)[i].x + 100.0f);
@@ -183,17 +192,23 @@ TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)
 {
   DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
   const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
-  VoxelOutlierRemoval removal;
+  VoxelOutlierRemoval removal(countSettings());
   pcl::PointCloud<pcl::PointXYZI> shorter = *decoded.cloud;
   shorter.resize(shorter.size() - 1);
-  EXPECT_EQ(removeOutliers(shorter, frame, removal), std::nullopt);
+  const OutlierRemovalStatus status = removeOutliers(shorter, frame, removal);
+  EXPECT_EQ(status.code(), OutlierRemovalCode::DifferentCloud);
+  EXPECT_EQ(status.message(),
+            "no point was judged: the cloud has " + std::to_string(frame.size() - 1) +
+                " points, and its frame " + std::to_string(frame.size()));
   EXPECT_EQ(shorter.size(), frame.size() - 1);
   pcl::PointCloud<pcl::PointXYZI> none;
-  EXPECT_EQ(removeOutliers(none, frame, removal), std::nullopt);
+  EXPECT_EQ(removeOutliers(none, frame, removal).code(),
+            OutlierRemovalCode::DifferentCloud);
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
   // A cloud twice: the second time it is shorter than the frame.
-  EXPECT_GT(removeOutliers(*decoded.cloud, frame, removal).value_or(0), 0u);
-  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, removal), std::nullopt);
+  EXPECT_GT(removeOutliers(*decoded.cloud, frame, removal).removed, 0u);
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, removal).code(),
+            OutlierRemovalCode::DifferentCloud);
 }
 
 TEST(DecodedCloudOutliers, NoPointsOrAllPointsMayBeRemoved)
@@ -205,16 +220,17 @@ TEST(DecodedCloudOutliers, NoPointsOrAllPointsMayBeRemoved)
   VoxelOutlierRemoval strict(settings);
   DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
   const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
-  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, lenient), std::size_t{0});
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, lenient).removed, 0u);
   EXPECT_EQ(decoded.cloud->size(), frame.size());
-  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, strict), frame.size());
+  EXPECT_EQ(removeOutliers(*decoded.cloud, frame, strict).removed, frame.size());
   EXPECT_TRUE(decoded.cloud->empty());
   EXPECT_EQ(decoded.cloud->width, 0u);
 
   pcl::PointCloud<pcl::PointXYZI>::Ptr nothing(new pcl::PointCloud<pcl::PointXYZI>);
   DecodedCloud empty(nothing);
-  EXPECT_EQ(removeOutliers(*empty.cloud, empty.compression.getVoxelFrame(), lenient),
-            std::size_t{0});
+  EXPECT_EQ(
+      removeOutliers(*empty.cloud, empty.compression.getVoxelFrame(), lenient).removed,
+      0u);
 }
 
 } // namespace

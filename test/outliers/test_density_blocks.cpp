@@ -255,15 +255,26 @@ frameBeforeSensor(unsigned int exponent, double cut_off_depth)
   return frame;
 }
 
+/** \brief Density of a cell of one voxel. */
+int
+densityOf(const VoxelDensities& densities,
+          unsigned int symbol,
+          const io::VoxelPosition& at)
+{
+  io::VoxelFrame frame;
+  frame.intensities = {static_cast<std::uint16_t>(symbol)};
+  return VoxelDensities::density(densities(frame, 0, at));
+}
+
 TEST(VoxelDensities, LinearLawBecomesTheQuadraticOne)
 {
   constexpr double cut_off_depth = 15.0;
   VoxelDensities quadratic(DensityUnit::Automatic, 255.0f);
   VoxelDensities linear(DensityUnit::Automatic, 255.0f);
-  ASSERT_FALSE(quadratic.areFaces());
-  EXPECT_FALSE(quadratic.follow(frameBeforeSensor(2, cut_off_depth), {0, 0, 0}));
-  EXPECT_FALSE(linear.follow(frameBeforeSensor(1, cut_off_depth), {0, 0, 0}));
-  ASSERT_TRUE(quadratic.areFaces());
+  ASSERT_NE(quadratic.unit(), DensityUnit::Faces);
+  EXPECT_FALSE(quadratic.follow(frameBeforeSensor(2, cut_off_depth), {0, 0, 0}, 0));
+  EXPECT_FALSE(linear.follow(frameBeforeSensor(1, cut_off_depth), {0, 0, 0}, 0));
+  ASSERT_EQ(quadratic.unit(), DensityUnit::Faces);
   for (std::uint32_t x = 10; x < 370; ++x) {
     const double share = (x + 0.5) * 0.04 / cut_off_depth;
     for (int points = 1; points * share <= 1.0 && points < 6; ++points) {
@@ -277,8 +288,8 @@ TEST(VoxelDensities, LinearLawBecomesTheQuadraticOne)
       // Symbols and depths are rounded, the more where a symbol stands for many points.
       const double tolerance = 1.0 + nine + 0.03 * expected;
       const io::VoxelPosition at{x, 3, 4};
-      EXPECT_NEAR(linear(linear_symbol, at), expected, tolerance);
-      EXPECT_NEAR(quadratic(static_cast<std::uint16_t>(quadratic_symbol), at),
+      EXPECT_NEAR(densityOf(linear, linear_symbol, at), expected, tolerance);
+      EXPECT_NEAR(densityOf(quadratic, static_cast<unsigned int>(quadratic_symbol), at),
                   std::clamp(quadratic_symbol * nine, 1.0, 255.0),
                   tolerance);
     }
@@ -295,22 +306,23 @@ TEST(VoxelDensities, APointAtTheSensorOrBehindItCoversAFace)
                                        frame.intensity_scale);
   ASSERT_TRUE(frame.depth_model);
   VoxelDensities densities(DensityUnit::Automatic, 255.0f);
-  densities.follow(frame, {0, 0, 0});
+  densities.follow(frame, {0, 0, 0}, 0);
   for (std::uint32_t x = 0; x < 14; ++x)
-    EXPECT_EQ(densities(1, {x, 3, 4}), 255) << x;
+    EXPECT_EQ(densityOf(densities, 1, {x, 3, 4}), 255) << x;
 }
 
 TEST(VoxelDensities, StayFacesWhereAFrameHasNoModel)
 {
   VoxelDensities densities(DensityUnit::Automatic, 255.0f);
   io::VoxelFrame frame = frameBeforeSensor(2, 15.0);
-  EXPECT_FALSE(densities.follow(frame, {0, 0, 0}));
+  EXPECT_FALSE(densities.follow(frame, {0, 0, 0}, 0));
   frame.depth_model.reset();
-  EXPECT_TRUE(densities.follow(frame, {0, 0, 0}));
-  EXPECT_TRUE(densities.areFaces());
-  EXPECT_EQ(densities(100, {200, 2, 3}), 100); // 8 m away
+  EXPECT_TRUE(densities.follow(frame, {0, 0, 0}, 0));
+  EXPECT_EQ(densities.unit(), DensityUnit::Faces);
+  EXPECT_EQ(densityOf(densities, 100, {200, 2, 3}), 100); // 8 m away
   densities.reset();
-  EXPECT_FALSE(densities.areFaces());
+  EXPECT_FALSE(densities.follow(frame, {0, 0, 0}, 0));
+  EXPECT_EQ(densities.unit(), DensityUnit::Voxels);
 }
 
 TEST(VoxelDensities, AreAtLeastOneAndAtMostAFace)
@@ -318,24 +330,24 @@ TEST(VoxelDensities, AreAtLeastOneAndAtMostAFace)
   io::VoxelFrame frame;
   frame.intensity_scale = {0.0f, 1.0f, 16};
   VoxelDensities points(DensityUnit::Points, 255.0f);
-  EXPECT_TRUE(points.follow(frame, {0, 0, 0}));
-  EXPECT_EQ(points(0, {0, 0, 0}), 1);
-  EXPECT_EQ(points(7, {0, 0, 0}), 7);
-  EXPECT_EQ(points(65535, {0, 0, 0}), 255);
+  EXPECT_TRUE(points.follow(frame, {0, 0, 0}, 0));
+  EXPECT_EQ(densityOf(points, 0, {0, 0, 0}), 1);
+  EXPECT_EQ(densityOf(points, 7, {0, 0, 0}), 7);
+  EXPECT_EQ(densityOf(points, 65535, {0, 0, 0}), 255);
   // Another scale, of shares up to 2.
   frame.intensity_scale = {-1.0f, 2.0f, 8};
   VoxelDensities faces(DensityUnit::Faces, 100.0f);
-  EXPECT_TRUE(faces.follow(frame, {0, 0, 0}));
-  EXPECT_EQ(faces(0, {0, 0, 0}), 1);
-  EXPECT_EQ(faces(20, {0, 0, 0}), 99); // 39 of 100
-  EXPECT_EQ(faces(200, {0, 0, 0}), 255);
+  EXPECT_TRUE(faces.follow(frame, {0, 0, 0}, 0));
+  EXPECT_EQ(densityOf(faces, 0, {0, 0, 0}), 1);
+  EXPECT_EQ(densityOf(faces, 20, {0, 0, 0}), 99); // 39 of 100
+  EXPECT_EQ(densityOf(faces, 200, {0, 0, 0}), 255);
   // Nonsense for a face does no harm.
   for (const float nonsense : {0.0f, -1.0f, std::nanf("")}) {
     VoxelDensities none(DensityUnit::Faces, nonsense);
-    none.follow(frame, {0, 0, 0});
+    none.follow(frame, {0, 0, 0}, 0);
     for (std::uint16_t symbol = 0; symbol < 256; ++symbol) {
-      EXPECT_GE(none(symbol, {0, 0, 0}), 1);
-      EXPECT_LE(none(symbol, {0, 0, 0}), 255);
+      EXPECT_GE(densityOf(none, symbol, {0, 0, 0}), 1);
+      EXPECT_LE(densityOf(none, symbol, {0, 0, 0}), 255);
     }
   }
 }

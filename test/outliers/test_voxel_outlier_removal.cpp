@@ -24,8 +24,8 @@ class BruteForce {
 public:
   using Density = std::function<int(const LatticeIndex&, std::uint16_t)>;
 
-  BruteForce(bool are_faces, Density density)
-  : are_faces_(are_faces), density_(std::move(density))
+  BruteForce(DensityUnit unit, Density density)
+  : unit_(unit), density_(std::move(density))
   {}
 
   void
@@ -43,18 +43,31 @@ public:
       mean = mean < 16 ? 0 : mean;
       field_[index] = mean / 32;
     }
+    std::map<LatticeIndex, int> steps; // of the history
     for (const auto& [index, symbol] : voxels) {
       const int density = density_(index, symbol);
+      steps[index] = means_[index] / 64;
       means_[index] += 16 * density;
       field_[index] = 4 * density;
     }
     Scores scores;
     for (const auto& [index, symbol] : voxels)
-      scores[index] = static_cast<float>(scoreAt(index));
+      scores[index] = static_cast<float>(
+          scoreAt(index) +
+          (unit_ == DensityUnit::Voxels ? 1.25 * std::log(rankOf(index, steps)) : 0.0));
     return scores;
   }
 
 private:
+  static double
+  rankOf(const LatticeIndex& index, const std::map<LatticeIndex, int>& steps)
+  {
+    double not_above = 0.0;
+    for (const auto& [other, step] : steps)
+      not_above += step <= steps.at(index) ? 1.0 : 0.0;
+    return not_above / static_cast<double>(steps.size());
+  }
+
   double
   scoreAt(const LatticeIndex& index) const
   {
@@ -75,14 +88,17 @@ private:
           all += found->second;
           occupied += found->second > 0 ? 1.0 : 0.0;
         }
-    const double unit = are_faces_ ? 4.0 * 255.0 : all / occupied;
-    const auto logarithm = [&](double sum) { return std::log(sum / unit + 0.02); };
+    const double one = unit_ == DensityUnit::Points ? all / occupied : 4.0 * 255.0;
+    const double least = unit_ == DensityUnit::Voxels ? 0.3 : 0.02;
+    const auto logarithm = [&](double sum) { return std::log(sum / one + least); };
     return 3.0 * logarithm(shells[0]) +
            (logarithm(shells[1]) + logarithm(shells[2])) / 2.0 +
-           (are_faces_ ? 2.4 : -2.5); // at 4 cm
+           (unit_ == DensityUnit::Faces    ? 2.4
+            : unit_ == DensityUnit::Points ? -2.5
+                                           : 2.9); // at 4 cm
   }
 
-  bool are_faces_;
+  DensityUnit unit_;
   Density density_;
   std::map<LatticeIndex, int> means_; // in 2^-6
   std::map<LatticeIndex, int> field_; // in 2^-2
@@ -90,12 +106,13 @@ private:
 
 TEST(VoxelOutlierRemoval, LogOddsAreThoseOfTheFormula)
 {
-  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
+  for (const DensityUnit unit :
+       {DensityUnit::Faces, DensityUnit::Points, DensityUnit::Voxels}) {
     std::mt19937_64 random(3);
     VoxelOutlierRemoval removal(settingsOf(unit));
-    BruteForce brute_force(
-        unit == DensityUnit::Faces,
-        [](const LatticeIndex&, std::uint16_t symbol) { return symbol; });
+    BruteForce brute_force(unit, [unit](const LatticeIndex&, std::uint16_t symbol) {
+      return unit == DensityUnit::Voxels ? 255 : symbol;
+    });
     for (std::int32_t frame = 0; frame < 16; ++frame) {
       Voxels voxels = wall(random, 15 + frame);
       // From many points to one or two, whose means are soon forgotten.
@@ -114,26 +131,27 @@ TEST(VoxelOutlierRemoval, LogOddsDependOnTheVoxelEdge)
 {
   std::mt19937_64 random(4);
   io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  for (const bool are_faces : {true, false}) {
-    const auto scores = [&](double edge) {
-      frame.grid.resolution = edge;
-      VoxelOutlierRemoval removal(
-          settingsOf(are_faces ? DensityUnit::Faces : DensityUnit::Points));
-      std::vector<float> log_odds;
-      removal.score(frame, log_odds);
-      return log_odds;
-    };
-    const std::vector<float> at_4_cm = scores(0.04);
-    // Points stay where they are above 4 cm.
-    for (const auto& [edge, faces, points] : {std::tuple(0.02, -2.0794415, 2.0794415),
-                                              std::tuple(0.03, -0.8630462, 0.8630462),
-                                              std::tuple(0.08, 2.0794415, 0.0),
-                                              std::tuple(0.2, 4.8283137, 0.0)}) {
-      const std::vector<float> moved = scores(edge);
+  const auto scores = [&](DensityUnit unit, double edge) {
+    frame.grid.resolution = edge;
+    VoxelOutlierRemoval removal(settingsOf(unit));
+    std::vector<float> log_odds;
+    removal.score(frame, log_odds);
+    return log_odds;
+  };
+  // Of Points they stay where they are above 4 cm.
+  for (const auto& [edge, faces, points, voxels] :
+       {std::tuple(0.02, -2.0794415, 2.0794415, 0.5198604),
+        std::tuple(0.03, -0.8630462, 0.8630462, 0.2157616),
+        std::tuple(0.08, 2.0794415, 0.0, -0.5198604),
+        std::tuple(0.2, 4.8283137, 0.0, -1.2070784)})
+    for (const auto& [unit, change] : {std::pair(DensityUnit::Faces, faces),
+                                       std::pair(DensityUnit::Points, points),
+                                       std::pair(DensityUnit::Voxels, voxels)}) {
+      const std::vector<float> at_4_cm = scores(unit, 0.04);
+      const std::vector<float> moved = scores(unit, edge);
       for (std::size_t i = 0; i < moved.size(); ++i)
-        ASSERT_NEAR(moved[i] - at_4_cm[i], are_faces ? faces : points, 1e-4) << edge;
+        ASSERT_NEAR(moved[i] - at_4_cm[i], change, 1e-4) << edge;
     }
-  }
 }
 
 /** \brief Where a sensor is, and its law. */
@@ -169,7 +187,7 @@ TEST(VoxelOutlierRemoval, DensitiesFollowTheDepthModel)
     // Elsewhere, and with other intensities.
     const Sensor second{{4.0, 1.0, 3.5}, {-0.6, 0.0, -0.8}, {exponent, 14.6, 120.0}};
     VoxelOutlierRemoval removal;
-    BruteForce brute_force(true, densityBefore(first));
+    BruteForce brute_force(DensityUnit::Faces, densityBefore(first));
     std::mt19937_64 random(14);
     for (int i = 0; i < 9; ++i) {
       Voxels voxels = wall(random, 15);
@@ -236,7 +254,7 @@ TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
         removal.score(frame, log_odds);
         ASSERT_EQ(log_odds.size(), 1u);
         EXPECT_NEAR(log_odds[0], expected, 0.01);
-        EXPECT_EQ(removal.filter(frame), 1u);
+        EXPECT_EQ(removal.filter(frame).removed, 1u);
         EXPECT_TRUE(frame.keys.empty());
       }
 }
@@ -257,7 +275,7 @@ TEST(VoxelOutlierRemoval, FilterRemovesLowerLogOdds)
       std::vector<float> log_odds;
       scoring.score(frame, log_odds);
       io::VoxelFrame filtered = frame;
-      const std::size_t removed = filtering.filter(filtered);
+      const std::size_t removed = filtering.filter(filtered).removed;
       EXPECT_EQ(removed + filtered.size(), frame.size());
       EXPECT_EQ(filtered.keys.size(), filtered.intensities.size());
       std::size_t next = 0;
@@ -279,11 +297,11 @@ TEST(VoxelOutlierRemoval, CountsMayBeOfAnyDepth)
   Voxels voxels = wall(random, 15);
   for (auto& [index, symbol] : voxels)
     symbol = static_cast<std::uint16_t>(20 + symbol / 4);
-  VoxelOutlierRemoval far;
+  VoxelOutlierRemoval far(settingsOf(DensityUnit::Points));
   const Scores expected = scoresOf(far, frameOf(voxels, gridAt(0, 0, 0)));
   for (auto& [index, symbol] : voxels)
     symbol = static_cast<std::uint16_t>(3 * symbol);
-  VoxelOutlierRemoval near;
+  VoxelOutlierRemoval near(settingsOf(DensityUnit::Points));
   expectSame(scoresOf(near, frameOf(voxels, gridAt(0, 0, 0))), expected, 0.02f);
 }
 

@@ -1,10 +1,12 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "simulator/labelled_lidar.h"
 #include "simulator/labelled_stream.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
+#include <vector>
 
 namespace {
 
@@ -19,6 +21,7 @@ keptOf(noise::Law law, double resolution, float min_log_odds)
   noise::LabelledStream stream(1, 1, resolution);
   VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = min_log_odds;
+  settings.unit = densityUnitOf(law);
   VoxelOutlierRemoval removal(settings);
   std::array<double, 4> all{};
   std::array<double, 4> kept{};
@@ -79,6 +82,37 @@ TEST(VoxelOutlierRemovalInTheCell, LogOddsFollowTheResolution)
   const auto kept = keptOf(noise::Law::Quadratic, 0.02, 0.0f);
   EXPECT_LT(keptNoise(kept), 0.25);
   expectSurfaces(kept, 0.97);
+}
+
+TEST(VoxelOutlierRemovalInTheCell, FineVoxelsAreJudged)
+{
+  const auto kept = keptOf(noise::Law::Quadratic, 0.01, 0.0f);
+  EXPECT_LT(keptNoise(kept), 0.3);
+  expectSurfaces(kept, 0.97);
+}
+
+TEST(VoxelOutlierRemovalInTheCell, ALidarsSurfacesStay)
+{
+  for (const double resolution : {0.04, 0.1, 0.2}) {
+    noise::LabelledLidar stream(1, resolution);
+    VoxelOutlierRemoval removal;
+    noise::LabelledFrame frame;
+    std::array<double, 2> all{};
+    std::array<double, 2> removed{}; // above log-odds 0, and of noise at 2
+    std::vector<float> log_odds;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      stream.read(i, frame);
+      EXPECT_TRUE(removal.score(frame.of(noise::Law::Native), log_odds).ok());
+      for (std::size_t voxel = 0; voxel < log_odds.size(); ++voxel) {
+        const bool is_noise = frame.truth[voxel] == VoxelTruth::Noise;
+        all[is_noise ? 1 : 0] += 1.0;
+        removed[is_noise ? 1 : 0] +=
+            log_odds[voxel] < (is_noise ? 2.0f : 0.0f) ? 1.0 : 0.0;
+      }
+    }
+    EXPECT_LT(removed[0], 0.003 * all[0]) << resolution;
+    EXPECT_GT(removed[1], 0.2 * all[1]) << resolution;
+  }
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -41,7 +42,8 @@ refusedSettings()
   }
   VoxelOutlierRemovalSettings settings;
   settings.unit = static_cast<DensityUnit>(7);
-  refused.emplace_back(settings, "unit is 7; it must be Automatic, Faces or Points");
+  refused.emplace_back(settings,
+                       "unit is 7; it must be Automatic, Faces, Points or Voxels");
   return refused;
 }
 
@@ -64,8 +66,10 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
        {std::numeric_limits<float>::lowest(), -1.0f, std::numeric_limits<float>::max()})
     for (const float full :
          {std::numeric_limits<float>::denorm_min(), std::numeric_limits<float>::max()})
-      for (const DensityUnit unit :
-           {DensityUnit::Automatic, DensityUnit::Faces, DensityUnit::Points}) {
+      for (const DensityUnit unit : {DensityUnit::Automatic,
+                                     DensityUnit::Faces,
+                                     DensityUnit::Points,
+                                     DensityUnit::Voxels}) {
         settings.min_log_odds = number;
         settings.full_intensity = full;
         settings.unit = unit;
@@ -74,15 +78,15 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
       }
 }
 
-TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesRemoveNothing)
+TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesAreRefused)
 {
   std::mt19937_64 random(16);
   io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
   // At the ends less than a millionth is rounding.
-  for (const auto& [edge, is_made_for] : {std::pair(0.001, false),
-                                          std::pair(0.01999, false),
-                                          std::pair(0.019999999, true),
-                                          std::pair(0.02, true),
+  for (const auto& [edge, is_made_for] : {std::pair(0.0001, false),
+                                          std::pair(0.000999, false),
+                                          std::pair(0.0009999999, true),
+                                          std::pair(0.01, true),
                                           std::pair(0.2, true),
                                           std::pair(0.20000001, true),
                                           std::pair(0.2001, false),
@@ -90,21 +94,25 @@ TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesRemoveNothing)
     SCOPED_TRACE(edge);
     EXPECT_EQ(VoxelOutlierRemoval::isMadeFor(edge), is_made_for);
     frame.grid.resolution = edge;
-    VoxelOutlierRemovalSettings settings;
+    VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Points);
     settings.min_log_odds = 1000.0f;
     VoxelOutlierRemoval removal(settings);
     io::VoxelFrame filtered = frame;
-    EXPECT_EQ(removal.filter(filtered), is_made_for ? frame.size() : 0u);
+    const OutlierRemovalStatus status = removal.filter(filtered);
+    EXPECT_EQ(status.removed, is_made_for ? frame.size() : 0u);
+    EXPECT_EQ(status.code(),
+              is_made_for ? OutlierRemovalCode::Ok
+                          : OutlierRemovalCode::UnsupportedResolution);
     EXPECT_EQ(filtered.size(), is_made_for ? 0u : frame.size());
     std::vector<float> log_odds;
-    removal.score(frame, log_odds);
+    EXPECT_EQ(removal.score(frame, log_odds).code(), status.code());
     for (const float score : log_odds)
       EXPECT_EQ(score == infinity, !is_made_for);
     EXPECT_EQ(removal.rememberedBlocks() == 0, !is_made_for);
   }
 }
 
-TEST(VoxelOutlierRemovalSettings, InvalidSettingsRemoveNothing)
+TEST(VoxelOutlierRemovalSettings, InvalidSettingsAreReportedForEachFrame)
 {
   std::mt19937_64 random(15);
   const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
@@ -112,15 +120,80 @@ TEST(VoxelOutlierRemovalSettings, InvalidSettingsRemoveNothing)
     VoxelOutlierRemoval removal(settings);
     for (int i = 0; i < 2; ++i) {
       io::VoxelFrame filtered = frame;
-      EXPECT_EQ(removal.filter(filtered), 0u);
+      const OutlierRemovalStatus status = removal.filter(filtered);
+      EXPECT_EQ(status.code(), OutlierRemovalCode::InvalidSettings);
+      EXPECT_EQ(status.message(), message);
+      EXPECT_EQ(status.removed, 0u);
       EXPECT_EQ(filtered.keys, frame.keys);
       EXPECT_EQ(filtered.intensities, frame.intensities);
       std::vector<float> log_odds = {1.0f};
-      removal.score(frame, log_odds);
+      EXPECT_EQ(removal.score(frame, log_odds).code(), status.code());
       EXPECT_EQ(log_odds, std::vector<float>(frame.size(), infinity));
       EXPECT_EQ(removal.rememberedBlocks(), 0u);
     }
   }
+}
+
+TEST(VoxelOutlierRemovalSettings, AnUnsupportedVoxelEdgeIsNamed)
+{
+  io::VoxelFrame frame;
+  frame.grid = gridAt(0, 0, 0);
+  frame.grid.resolution = 0.5;
+  VoxelOutlierRemoval removal;
+  EXPECT_EQ(removal.filter(frame).message(),
+            "no voxel was judged: the voxel edge is 0.500000 m; it must be 0.001000 to "
+            "0.200000");
+}
+
+TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)
+{
+  std::mt19937_64 random(17);
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  frame.intensity_scale.bits = 0;
+  frame.intensities.clear();
+  io::VoxelFrame with_counts = frame;
+  with_counts.has_point_counts = true;
+  with_counts.point_counts.assign(frame.size(), 2);
+  for (const auto& [unit, judges_frame, judges_counts] :
+       {std::tuple(DensityUnit::Automatic, true, true),
+        std::tuple(DensityUnit::Faces, false, false),
+        std::tuple(DensityUnit::Points, false, true),
+        std::tuple(DensityUnit::Voxels, true, true)}) {
+    const auto statusOf = [unit = unit](io::VoxelFrame filtered) {
+      VoxelOutlierRemoval removal(settingsOf(unit));
+      OutlierRemovalStatus status = removal.filter(filtered);
+      EXPECT_EQ(status.ok(), removal.rememberedBlocks() > 0);
+      return status;
+    };
+    EXPECT_EQ(statusOf(frame).code(),
+              judges_frame ? OutlierRemovalCode::Ok : OutlierRemovalCode::NoDensities);
+    EXPECT_EQ(statusOf(with_counts).code(),
+              judges_counts ? OutlierRemovalCode::Ok : OutlierRemovalCode::NoDensities);
+  }
+  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Points));
+  EXPECT_EQ(
+      removal.filter(frame).message(),
+      "no voxel was judged: the frame has no intensities, and unit is Points; choose "
+      "Voxels, which needs none");
+}
+
+TEST(VoxelOutlierRemovalSettings, AutomaticSaysThatIntensitiesWereNotUsed)
+{
+  std::mt19937_64 random(18);
+  io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  std::vector<float> log_odds;
+  VoxelOutlierRemoval automatic;
+  const OutlierRemovalStatus status = automatic.score(frame, log_odds);
+  EXPECT_TRUE(status.ok());
+  EXPECT_NE(status.message().find("choose the unit Points"), std::string::npos);
+  for (const DensityUnit unit :
+       {DensityUnit::Faces, DensityUnit::Points, DensityUnit::Voxels}) {
+    VoxelOutlierRemoval named(settingsOf(unit));
+    EXPECT_EQ(named.score(frame, log_odds).message(), "");
+  }
+  frame.depth_model = io::depthModelOf(
+      {2, 14.57, 255.0}, {}, {1.0, 0.0, 0.0}, frame.grid, frame.intensity_scale);
+  EXPECT_EQ(automatic.score(frame, log_odds).message(), "");
 }
 
 } // namespace

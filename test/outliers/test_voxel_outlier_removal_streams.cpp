@@ -259,7 +259,7 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
     removal.score(voxels, log_odds);
     EXPECT_LE(removal.rememberedBlocks(), 300u);
     EXPECT_GE(removal.rememberedBlocks(), 100u);
-    filtering.filter(voxels);
+    EXPECT_TRUE(filtering.filter(voxels).ok());
     EXPECT_EQ(filtering.rememberedBlocks(), removal.rememberedBlocks());
   }
   // A frame that is larger alone is judged, and not remembered.
@@ -267,7 +267,7 @@ TEST(VoxelOutlierRemoval, RemembersNoMoreThanItMay)
   removal.score(large, log_odds);
   EXPECT_EQ(log_odds.size(), 1000u);
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
-  EXPECT_EQ(filtering.filter(large) + large.size(), 1000u);
+  EXPECT_EQ(filtering.filter(large).removed + large.size(), 1000u);
   EXPECT_EQ(filtering.rememberedBlocks(), 0u);
 }
 
@@ -351,13 +351,13 @@ TEST(VoxelOutlierRemoval, ReleasesTheMemoryOfForgottenFrames)
 TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
 {
   std::mt19937_64 random(8);
-  VoxelOutlierRemoval removal;
+  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Points));
   io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  EXPECT_GT(removal.filter(frame), 0u);
+  EXPECT_GT(removal.filter(frame).removed, 0u);
   EXPECT_GT(removal.rememberedBlocks(), 0u);
   for (int i = 0; i < 20; ++i) {
     io::test::clearVoxels(frame);
-    EXPECT_EQ(removal.filter(frame), 0u);
+    EXPECT_EQ(removal.filter(frame).removed, 0u);
   }
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
 }

@@ -35,7 +35,9 @@ gridAt(std::int32_t x, std::int32_t y, std::int32_t z, unsigned int depth = 7)
 }
 
 inline io::VoxelFrame
-frameOf(const Voxels& voxels, const io::VoxelGrid& grid)
+frameOf(const Voxels& voxels,
+        const io::VoxelGrid& grid,
+        const io::IntensityScale& scale = {})
 {
   std::map<std::uint64_t, std::uint16_t> by_key;
   for (const auto& [index, symbol] : voxels)
@@ -45,6 +47,7 @@ frameOf(const Voxels& voxels, const io::VoxelGrid& grid)
          static_cast<std::uint32_t>(index[2] - grid.first_index[2])})] = symbol;
   io::VoxelFrame frame;
   frame.grid = grid;
+  frame.intensity_scale = scale;
   for (const auto& [key, symbol] : by_key) {
     frame.keys.push_back(key);
     frame.intensities.push_back(symbol);

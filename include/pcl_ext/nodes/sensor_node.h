@@ -51,7 +51,8 @@ struct SensorNodeSettings {
 
   /** \brief Removes outliers from the voxels before they are encoded; noise is the most
    * expensive part of a frame. None: all voxels are sent, and a receiver may remove outliers.
-   * Not with the native law. */
+   * The unit Automatic becomes that of the law, see densityUnitOf(): for counts of a lidar
+   * set it to Voxels. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Name of the world frame, part of the frames if compression.carry_header is set;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/status.h>
 
 #include <chrono>
@@ -53,6 +54,9 @@ struct StreamHealth {
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
   std::size_t kept_voxels = 0;      ///< of these: after denoising
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
+  /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without
+   * setOutlierRemoval(). */
+  OutlierRemovalStatus outlier_removal;
   /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
    * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;

@@ -35,6 +35,7 @@ main()
   const bool is_same =
       decoded.keys == frame.keys && decoded.intensities == frame.intensities;
   pcl_ext::VoxelOutlierRemoval removal;
-  removal.filter(decoded);
+  if (!removal.filter(decoded).ok())
+    return 1;
   return is_same && frame.size() == 100 ? 0 : 1;
 }
