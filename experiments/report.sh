@@ -82,6 +82,9 @@ measure_noise() {
 }
 measure_noise laws 300 --part laws --sensor 1 2 3 4 5 6 7
 measure_noise laws_2cm 60 --part laws --sensor 1 --resolution 0.02
+measure_noise laws_1cm 60 --part laws --sensor 1 --resolution 0.01
+measure_noise lidar_10cm 300 --part laws --sensor 7 --resolution 0.1
+measure_noise lidar_20cm 300 --part laws --sensor 7 --resolution 0.2
 measure_noise merged 300 --part merged
 measure_noise peers 60 --part peers
 measure_noise time 60 --part time

@@ -16,8 +16,8 @@ import sys
 from collections import Counter
 
 import paper_values
-from noise_results import (BANDS, FILTER, FILTER_OF_EACH, FILTERS, METHODS, best_law,
-                           least_let_through)
+from noise_results import (BANDS, FILTER, FILTER_OF_EACH, FILTER_ON_VOXELS, FILTERS, METHODS,
+                           best_law, least_let_through)
 from results import (CAMERAS, CODERS, LIDAR, MERGED, RATES, ReportError, read_machine,
                      read_results, read_rows)
 
@@ -236,9 +236,16 @@ def check_noise(check):
     check.that(check.noise(MERGED, FILTER_OF_EACH, "average_precision")
                > check.noise(MERGED, FILTER, "average_precision"),
                "filtering after merging is better than before")
-    law = check.noise("1", best_law(check.results, "1", 2), "average_precision", 2)
-    check.between(check.noise("1", FILTER, "average_precision", 2), max(0.7, law + 0.15), 1,
-                  "average precision at 2 cm")
+    for cm in (1, 2):
+        law = check.noise("1", best_law(check.results, "1", cm), "average_precision", cm)
+        check.between(check.noise("1", FILTER, "average_precision", cm),
+                      max(0.7, law + 0.15), 1, "average precision at", cm, "cm")
+    for cm, least in ((4, 0.1), (10, 0.05), (20, 0.02)):
+        check.between(check.noise(LIDAR, FILTER_ON_VOXELS, "average_precision", cm), least,
+                      0.7, "average precision of the lidar at", cm, "cm")
+        check.between(check.mean("noise_threshold:0.0", LIDAR, FILTER_ON_VOXELS, cm,
+                                 "surface_kept_percent"), 99.5, 100,
+                      "surfaces kept of the lidar at", cm, "cm")
     for sensor in CAMERAS:
         for method in FILTERS:
             check.between(check.noise(sensor, method, "usual_surface_kept_percent"), 95,

@@ -5,12 +5,14 @@ from results import CAMERAS, LIDAR, MERGED
 LAWS = ("count", "quadratic", "linear")
 FILTER = "filter on quadratic"
 FILTER_WITHOUT_HISTORY = "filter on quadratic without history"
-FILTERS = (FILTER, FILTER_WITHOUT_HISTORY, "filter on linear", "filter on count")
+FILTER_ON_VOXELS = "filter on voxels"
+FILTERS = (FILTER, FILTER_WITHOUT_HISTORY, "filter on linear", "filter on count",
+           FILTER_ON_VOXELS)
 FILTER_OF_EACH = "filter on quadratic of each sensor"
 METHODS = {**{sensor: LAWS + FILTERS for sensor in CAMERAS},
            MERGED: LAWS + (FILTER, FILTER_WITHOUT_HISTORY, "filter on count",
                            FILTER_OF_EACH),
-           LIDAR: ("native", "count", "filter on native", "filter on count")}
+           LIDAR: ("native", "count", "filter on count", FILTER_ON_VOXELS)}
 BANDS = ("up to 3 m", "3 to 5 m", "5 to 7 m", "7 to 9 m", "9 m and more")
 FILTER_THRESHOLDS = ("0.0", "2.5")
 

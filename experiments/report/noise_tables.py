@@ -1,7 +1,7 @@
 """The report's tables of noise."""
 
 from noise_results import (AIM_AVERAGE_PRECISION, AIM_LET_THROUGH, BANDS, FILTER,
-                           FILTER_OF_EACH, FILTER_THRESHOLDS, FILTER_WITHOUT_HISTORY,
+                           FILTER_OF_EACH, FILTER_ON_VOXELS, FILTER_THRESHOLDS, FILTER_WITHOUT_HISTORY,
                            METHODS, best_law, least_let_through)
 from page import DASH, Table, mean_of, number
 from results import CAMERAS, LIDAR, MERGED
@@ -56,11 +56,16 @@ def summary_table(results):
     table.add_group("4 cm, all six cameras merged, filter before or after merging")
     table.add_row(_summary_row(results, "after", MERGED, FILTER, 4))
     table.add_row(_summary_row(results, "before", MERGED, FILTER_OF_EACH, 4))
-    table.add_group("2 cm, filter on quadratic intensities")
-    for sensor in results.sensors("noise", resolution_cm=2.0):
-        table.add_row(_summary_row(results, sensor, sensor, FILTER, 2))
-    table.add_group("4 cm, the lidar's own intensities, for which the filter is not meant")
-    table.add_row(_summary_row(results, LIDAR, LIDAR, "filter on native", 4))
+    for resolution_cm in (2, 1):
+        table.add_group(f"{resolution_cm} cm, filter on quadratic intensities")
+        for sensor in results.sensors("noise", resolution_cm=float(resolution_cm)):
+            table.add_row(_summary_row(results, sensor, sensor, FILTER, resolution_cm))
+    table.add_group("The lidar, filter without intensities")
+    for resolution_cm in (4, 10, 20):
+        if LIDAR not in results.sensors("noise", resolution_cm=float(resolution_cm)):
+            continue
+        table.add_row(_summary_row(results, f"{LIDAR}, {resolution_cm} cm", LIDAR,
+                                   FILTER_ON_VOXELS, resolution_cm))
     return table
 
 
@@ -76,7 +81,8 @@ def methods_table(results):
                   "highest that keeps 95 % of the surfaces' voxels.",
                   ["sensor"] + _headings(columns))
     subjects = [(sensor, 4) for sensor in METHODS] + [
-        (sensor, 2) for sensor in results.sensors("noise", resolution_cm=2.0)]
+        (sensor, resolution_cm) for resolution_cm in (1, 2, 10, 20)
+        for sensor in results.sensors("noise", resolution_cm=float(resolution_cm))]
     for method in dict.fromkeys(name for names in METHODS.values() for name in names):
         table.add_group(method)
         for sensor, resolution_cm in subjects:
