@@ -42,6 +42,68 @@ makeLattice(const VoxelGrid& grid, bool is_fixed)
   return {grid, begin, end};
 }
 
+bool
+isFinite(const float* point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+std::size_t
+countNotFinite(const PointView& points)
+{
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.count; ++i)
+    count += isFinite(points.coordinates + i * points.coordinate_stride) ? 0 : 1;
+  return count;
+}
+
+/** \brief The median of some points along each axis; 0 if none is finite. */
+std::array<double, 3>
+medianOf(const PointView& points)
+{
+  constexpr std::size_t most_samples = 1023;
+  const std::size_t step = points.count / most_samples + 1;
+  std::array<std::vector<float>, 3> samples;
+  for (std::size_t i = 0; i < points.count; i += step) {
+    const float* const point = points.coordinates + i * points.coordinate_stride;
+    if (isFinite(point))
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        samples[axis].push_back(point[axis]);
+  }
+  std::array<double, 3> median{};
+  if (samples[0].empty())
+    return median;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto middle =
+        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
+    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
+    median[axis] = static_cast<double>(*middle);
+  }
+  return median;
+}
+
+/** \brief The middle between the lowest and the highest coordinate along each axis. */
+std::array<double, 3>
+middleOf(const PointView& points)
+{
+  std::array<float, 3> lowest;
+  std::array<float, 3> highest;
+  lowest.fill(std::numeric_limits<float>::max());
+  highest.fill(std::numeric_limits<float>::lowest());
+  for (std::size_t i = 0; i < points.count; ++i) {
+    const float* const point = points.coordinates + i * points.coordinate_stride;
+    for (std::size_t axis = 0; isFinite(point) && axis < 3; ++axis) {
+      lowest[axis] = std::min(lowest[axis], point[axis]);
+      highest[axis] = std::max(highest[axis], point[axis]);
+    }
+  }
+  std::array<double, 3> middle;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    middle[axis] =
+        (static_cast<double>(lowest[axis]) + static_cast<double>(highest[axis])) / 2.0;
+  return middle;
+}
+
 } // namespace
 
 PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
@@ -75,35 +137,31 @@ PlaceFinder::setLattice()
 
 bool
 PlaceFinder::findBetterOrigin(const PointView& points,
+                              bool is_i_frame_due,
                               std::array<double, 3>& origin) const
 {
-  // The median of some points, so that a few far ones do not matter.
-  constexpr std::size_t most_samples = 1023;
-  const std::size_t step = points.count / most_samples + 1;
-  std::array<std::vector<float>, 3> samples;
-  for (std::size_t i = 0; i < points.count; i += step) {
-    const float* const point = points.coordinates + i * points.coordinate_stride;
-    if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        samples[axis].push_back(point[axis]);
+  const std::size_t finite = points.count - countNotFinite(points);
+  const std::size_t present = countPointsOnLattice(points);
+  std::size_t most = present;
+  // The median, so that a few far points do not matter, and the middle, for wide clouds.
+  for (const std::array<double, 3>& place : {medianOf(points), middleOf(points)}) {
+    VoxelGrid other = grid_;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      other.anchor[axis] =
+          std::round(place[axis] / grid_.resolution) * grid_.resolution;
+    if (!isOrigin(other.anchor))
+      continue;
+    PlaceFinder finder = *this;
+    finder.setGrid(other);
+    if (const std::size_t count = finder.countPointsOnLattice(points); count > most) {
+      most = count;
+      origin = other.anchor;
+    }
   }
-  if (samples[0].empty())
-    return false;
-  VoxelGrid other = grid_;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto middle =
-        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
-    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
-    other.anchor[axis] =
-        std::round(static_cast<double>(*middle) / grid_.resolution) * grid_.resolution;
-  }
-  PlaceFinder finder = *this;
-  finder.setGrid(other);
-  origin = other.anchor;
-  // Each move costs an I-frame, so that a few points more are not worth it.
-  const std::size_t least_gain = 1 + points.count / 16;
-  return isOrigin(origin) && finder.countPointsOnLattice(points) >=
-                                 countPointsOnLattice(points) + least_gain;
+  // Each move costs an I-frame, so that a few points more are not worth one that is not due.
+  const std::size_t least_gain =
+      is_i_frame_due && most == finite ? 1 : 1 + points.count / 16;
+  return most >= present + least_gain;
 }
 
 std::size_t

@@ -36,13 +36,17 @@ public:
   void
   setGrid(const VoxelGrid& grid);
 
-  /** \brief Finds an origin with clearly more points on its lattice than with the present one; not
-   * with a fixed box.
+  /** \brief Finds an origin with clearly more points on its lattice than with the present
+   * one, or with all points if an I-frame is due; not with a fixed box.
+   * \param[in] points the cloud
+   * \param[in] is_i_frame_due moving the origin costs no I-frame
    * \param[out] origin a corner of a voxel of the world's origin amid the points
    * \return false if there is none
    */
   bool
-  findBetterOrigin(const PointView& points, std::array<double, 3>& origin) const;
+  findBetterOrigin(const PointView& points,
+                   bool is_i_frame_due,
+                   std::array<double, 3>& origin) const;
 
   /** \brief Lattice range of the usable points; not with a fixed box.
    * \return false if there are none

@@ -66,7 +66,7 @@ private:
     voxelizeOnGrid(points, may_refit, frame, statistics);
     // Points that no origin so far had on its lattice are not looked at again.
     if (!has_fixed_origin_ && statistics.points_outside_grid > points_off_lattice_) {
-      if (moveOrigin(points))
+      if (moveOrigin(points, may_refit))
         voxelizeOnGrid(points, may_refit, frame, statistics);
       points_off_lattice_ = statistics.points_outside_grid;
     }
@@ -93,10 +93,10 @@ private:
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
    * place. */
   bool
-  moveOrigin(const PointView& points)
+  moveOrigin(const PointView& points, bool is_i_frame_due)
   {
     std::array<double, 3> origin{};
-    if (!finder_.findBetterOrigin(points, origin))
+    if (!finder_.findBetterOrigin(points, is_i_frame_due, origin))
       return false;
     VoxelGrid grid;
     grid.resolution = finder_.grid().resolution;

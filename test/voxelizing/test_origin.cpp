@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -122,6 +123,28 @@ TEST(Origin, FollowsASensorThatLeavesTheLattice)
     anchor = frame.grid.anchor;
   }
   EXPECT_EQ(origins, 2u);
+}
+
+TEST(Origin, IsInTheMiddleOfWideCloudsWhereAnIFrameIsDue)
+{
+  // Most points are at the sensor, a few up to 200 m from it on one side.
+  IntensityCompressionSettings settings;
+  settings.resolution = 0.0001; // the lattice ends at 105 m
+  Points points = pointsAt({0.0, 0.0, 0.0}, 2000, 3.0);
+  points.push_back({199.0f, 0.0f, 0.0f});
+  points.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
+  VoxelFrame frame;
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  EXPECT_EQ(voxelize(voxelizer, points, frame).points_outside_grid, 1u);
+  const VoxelizationStatistics statistics =
+      voxelizer.voxelize(viewOf(points), true, frame);
+  EXPECT_EQ(statistics.points_outside_grid, 0u);
+  EXPECT_NEAR(frame.grid.anchor[0], 98.0, 0.01);
+  // But not for a cloud that no origin has on its lattice.
+  points.push_back({-500.0f, 0.0f, 0.0f});
+  Voxelizer other(settings, pcl_ext::IntensityUnit::Points);
+  EXPECT_EQ(other.voxelize(viewOf(points), true, frame).points_outside_grid, 2u);
+  EXPECT_EQ(frame.grid.anchor, VoxelGrid().anchor);
 }
 
 TEST(Origin, DoesNotMoveForAFewPointsMore)
