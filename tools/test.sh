@@ -2,6 +2,12 @@
 # Installs what is missing, builds everything and runs all tests.
 # Usage: bash tools/test.sh [ctest arguments]
 set -eu
+case ${1:-} in
+  --help | -h)
+    sed -n '2,3s/^# //p' "$0"
+    exit 0
+    ;;
+esac
 root=$(cd "$(dirname "$0")/.." && pwd)
 
 bash "$root/tools/install_packages.sh" build

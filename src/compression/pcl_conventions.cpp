@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/impl/pcl_conventions.h>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace pcl_ext {
@@ -44,9 +45,20 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
   }
   IntensityCompressionSettings settings;
   settings.show_statistics = show_statistics;
-  settings.keep_points = !used.do_voxel_grid_down_sampling;
-  settings.resolution =
-      settings.keep_points ? used.point_resolution : used.octree_resolution;
+  // PCL does not keep points whose resolution, a float there, is that of the octree. Where
+  // that of the octree is finer, the voxels of the octree decide.
+  settings.keep_points =
+      !used.do_voxel_grid_down_sampling &&
+      static_cast<double>(static_cast<float>(used.point_resolution)) !=
+          used.octree_resolution;
+  const bool is_octree_finer = std::isfinite(used.point_resolution) &&
+                               used.octree_resolution > 0.0 &&
+                               used.octree_resolution < used.point_resolution;
+  settings.resolution = settings.keep_points && !is_octree_finer
+                            ? used.point_resolution
+                            : used.octree_resolution;
+  // PCL's class has no limits; voxels of a sensor with several megapixels.
+  settings.decoder_limits.max_voxels = std::size_t{1} << 22;
   settings.coarsen_wide_clouds = true;
   settings.i_frame_rate = used.i_frame_rate;
   settings.colour_bits = used.do_color_encoding ? used.color_bit_resolution : 0;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -21,6 +22,37 @@ IntensityCompressionSettings
 usableSettings(const IntensityCompressionSettings& settings)
 {
   return checkSettings(settings).ok() ? settings : IntensityCompressionSettings();
+}
+
+/** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
+constexpr unsigned int most_doublings = 4;
+
+/** \brief How often a resolution has to be doubled until a grid may hold all points; above
+ * most_doublings if that is not enough. */
+unsigned int
+doublingsForAll(const PointView& points, double resolution)
+{
+  std::array<float, 3> lowest;
+  std::array<float, 3> highest;
+  lowest.fill(std::numeric_limits<float>::max());
+  highest.fill(std::numeric_limits<float>::lowest());
+  const float* point = points.coordinates;
+  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
+    if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lowest[axis] = std::min(lowest[axis], point[axis]);
+        highest[axis] = std::max(highest[axis], point[axis]);
+      }
+  double width = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    width = std::max(
+        width, static_cast<double>(highest[axis]) - static_cast<double>(lowest[axis]));
+  const double most_voxels = std::exp2(max_grid_depth) - 2.0;
+  unsigned int doublings = 0;
+  while (doublings <= most_doublings &&
+         width > most_voxels * std::ldexp(resolution, static_cast<int>(doublings)))
+    ++doublings;
+  return doublings;
 }
 
 std::array<double, 3>
@@ -70,6 +102,7 @@ CloudEncoder::voxelize(const PointView& points,
       voxelizeWide(points, frame);
     else
       voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
+    refitIntensities(points, frame);
     return CompressionStatus();
   };
   const auto out_of_memory = [this] {
@@ -89,32 +122,48 @@ CloudEncoder::voxelize(const PointView& points,
   return {};
 }
 
-/** \brief Voxelizes at the lowest number of doublings with which all points are on the grid,
- * or most if some are far out. */
+/** \brief Fits the scale of native intensities again if an earlier cloud had such high ones
+ * that most of this cloud's become 0. */
+void
+CloudEncoder::refitIntensities(const PointView& points, VoxelFrame& frame)
+{
+  if (encoder_.isIFrameDue() ||
+      2 * voxelization_.intensities_vanished <= voxelization_.voxels)
+    return;
+  // A high one of this cloud would give the same scale.
+  const std::uint32_t highest =
+      *std::max_element(frame.intensities.begin(), frame.intensities.end());
+  if (highest > frame.intensity_scale.maxSymbol() / 2)
+    return;
+  encoder_.requestIFrame();
+  voxelization_ = voxelizer_.voxelize(points, true, frame);
+}
+
+/** \brief Voxelizes with so few doublings that all points are on the grid, or, if some are
+ * far out, all but a sixteenth; without doublings if there are none such. */
 void
 CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
 {
-  constexpr unsigned int most_doublings = 11; // PCL's octree has 32 levels, the grid 21
-  constexpr unsigned int most_for_few = 2;
-  const auto arePointsOutside = [&](std::size_t share) {
-    return share * voxelization_.points_outside_grid > points.count;
-  };
+  const unsigned int for_all = doublingsForAll(points, settings_.resolution);
   const bool is_i_frame_due = encoder_.isIFrameDue();
-  if (is_i_frame_due && doublings_ > 0)
-    voxelizeCoarsened(points, 0, frame);
+  const auto are_many_outside = [&] {
+    return 16 * voxelization_.points_outside_grid > points.count;
+  };
+  // A change takes an I-frame; without one that is due a factor of four is worth it.
+  if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
+    voxelizeCoarsened(points, for_all <= most_doublings ? for_all : 0, frame);
   else
     voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
-  while (arePointsOutside(16) && doublings_ < most_doublings)
-    voxelizeCoarsened(points, doublings_ + 1, frame);
-  if (voxelization_.points_outside_grid == 0 ||
-      !(is_i_frame_due || encoder_.isIFrameDue()))
-    return;
-  const unsigned int for_most = doublings_;
-  while (voxelization_.points_outside_grid > 0 &&
-         doublings_ < std::min(for_most + most_for_few, most_doublings))
-    voxelizeCoarsened(points, doublings_ + 1, frame);
-  if (voxelization_.points_outside_grid > 0)
-    voxelizeCoarsened(points, for_most, frame);
+  if (for_all <= most_doublings)
+    for (unsigned int doublings = std::max(for_all, doublings_);
+         voxelization_.points_outside_grid > 0 && doublings <= most_doublings;
+         ++doublings)
+      voxelizeCoarsened(points, doublings, frame);
+  else
+    while (are_many_outside() && doublings_ < most_doublings)
+      voxelizeCoarsened(points, doublings_ + 1, frame);
+  if (are_many_outside() && doublings_ > 0)
+    voxelizeCoarsened(points, 0, frame);
 }
 
 /** \brief Voxelizes a cloud and the following ones with another edge. */

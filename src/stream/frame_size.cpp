@@ -8,6 +8,7 @@
 #include "stream/version1_header.h"
 
 #include <algorithm>
+#include <string>
 
 namespace pcl_ext {
 namespace io {
@@ -62,9 +63,14 @@ readSize(const std::uint8_t* bytes, std::size_t count, const DecoderLimits& limi
   // A P-frame without voxels has 16 bytes.
   constexpr std::size_t smallest_frame = 16;
   const FoundFormat format = possibleFormat(bytes, count);
-  if (format == FoundFormat::None)
-    return {{CompressionCode::NoFrame, "no frame begins with these bytes"},
-            bytesToDrop(bytes, count)};
+  if (format == FoundFormat::None) {
+    std::string message = "no frame begins with these bytes";
+    const std::string name =
+        describeForeignBytes(bytes, std::min(count, foreign_bytes_size));
+    if (!name.empty())
+      message += ", which begin as " + name;
+    return {{CompressionCode::NoFrame, message}, bytesToDrop(bytes, count)};
+  }
   if (count < smallest_frame)
     return {{CompressionCode::Truncated, "the beginning of a frame"}, smallest_frame};
   const bool is_published = format == FoundFormat::Published;

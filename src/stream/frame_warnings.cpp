@@ -27,14 +27,16 @@ warn(std::size_t number, std::size_t total, const std::string& what, std::string
   text += std::to_string(number) + " of " + std::to_string(total) + ' ' + what;
 }
 
+/** \brief Mentions points that were left out or changed. */
 void
-warnOfPoints(const VoxelizationStatistics& cloud, std::string& text)
+warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string& text)
 {
   warn(cloud.points_outside_grid,
        cloud.points,
-       "points are more than 2^20 voxels from the grid's origin and were left out: use "
-       "a "
-       "larger resolution, or set an origin amid the points",
+       std::string(
+           "points are more than 2^20 voxels from the grid's origin and were left "
+           "out: use a larger resolution, or set ") +
+           (is_published ? "bounding_box around the points" : "origin amid the points"),
        text);
   warn(cloud.points_outside_box,
        cloud.points,
@@ -53,28 +55,69 @@ warnOfPoints(const VoxelizationStatistics& cloud, std::string& text)
        text);
   warn(cloud.colours_left_out,
        cloud.points,
-       "points have a colour, for which the published layout has no field",
+       "points have a colour, for which the published layout has no field; set "
+       "colour_bits to 0 if none is wanted",
        text);
 }
 
-/** \brief Mentions what a decoder with the default limits refuses. */
+/** \brief Mentions what a decoder with the limits of the settings refuses. */
 void
-warnOfLimits(const FrameStatistics& statistics, bool keeps_points, std::string& text)
+warnOfLimits(const FrameStatistics& statistics,
+             const IntensityCompressionSettings& settings,
+             std::string& text)
 {
-  const DecoderLimits limits;
+  const DecoderLimits& limits = settings.decoder_limits;
   const auto exceed = [&](std::size_t number, std::size_t limit, const char* name) {
     if (number <= limit)
       return;
     if (!text.empty())
       text += "; ";
     text += "the frame needs a decoder with decoder_limits." + std::string(name) +
-            " of at least " + std::to_string(number) + "; the default is " +
+            " of at least " + std::to_string(number) + "; that of the settings is " +
             std::to_string(limit);
   };
   exceed(statistics.coding.voxels, limits.max_voxels, "max_voxels");
   exceed(statistics.coding.bytes, limits.max_frame_bytes, "max_frame_bytes");
-  if (keeps_points)
+  if (settings.keep_points)
     exceed(statistics.voxelization.points_used, limits.max_points, "max_points");
+}
+
+/** \brief Mentions intensities that the scale cannot hold. */
+void
+warnOfIntensities(const VoxelizationStatistics& cloud,
+                  const IntensityCompressionSettings& settings,
+                  IntensityUnit unit,
+                  std::string& text)
+{
+  // A full face is the end of the scale of shares, and without intensities the published
+  // layout has counts that nobody asked for.
+  if (unit != IntensityUnit::Points && unit != IntensityUnit::Native)
+    return;
+  const bool is_native = unit == IntensityUnit::Native;
+  const bool is_published = settings.format == StreamFormat::Published;
+  const bool is_sum = is_native && settings.aggregation != Aggregation::Mean;
+  std::string remedy = "use a larger intensity_range or more intensity_bits";
+  if (is_published)
+    remedy = "the published layout has 0 to 255; " +
+             std::string(is_sum ? "use Aggregation::Mean, or scale them with NativeLaw"
+                                : "scale them with NativeLaw, or use version 1");
+  warn(cloud.intensities_out_of_range,
+       cloud.voxels,
+       "voxels have an intensity beyond the scale and were set to its end: " + remedy,
+       text);
+  // Some are lost to rounding in any case.
+  if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
+    warn(cloud.intensities_vanished,
+         cloud.voxels,
+         "voxels have an intensity of less than half a step of the scale, which became "
+         "0: " +
+             std::string(
+                 is_published
+                     ? "the published layout has whole numbers of 0 to 255; scale "
+                       "them with NativeLaw, or use version 1"
+                     : "set intensity_range to what the sensor has, without "
+                       "outliers"),
+         text);
 }
 
 } // namespace
@@ -89,21 +132,10 @@ frameWarning(const FrameStatistics& statistics,
     text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
            " m: voxels of " + numberOf(statistics.voxelization.resolution) +
            " m were used";
-  warnOfPoints(statistics.voxelization, text);
-  // A full face is the end of the scale of shares, and without intensities the published
-  // layout has counts that nobody asked for.
-  if (unit == IntensityUnit::Points || unit == IntensityUnit::Native)
-    warn(statistics.voxelization.intensities_out_of_range,
-         statistics.voxelization.voxels,
-         unit == IntensityUnit::Native && settings.format == StreamFormat::Published
-             ? "voxels have an intensity beyond the scale of 0 to 255 and were set to "
-               "its "
-               "end: use Aggregation::Mean"
-             : "voxels have an intensity beyond the scale and were set to its end: use "
-               "a "
-               "larger intensity_range or more intensity_bits",
-         text);
-  warnOfLimits(statistics, settings.keep_points, text);
+  warnOfPoints(
+      statistics.voxelization, settings.format == StreamFormat::Published, text);
+  warnOfIntensities(statistics.voxelization, settings, unit, text);
+  warnOfLimits(statistics, settings, text);
   return text;
 }
 

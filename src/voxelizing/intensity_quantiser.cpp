@@ -60,7 +60,8 @@ std::size_t
 IntensityQuantiser::quantise(const std::vector<double>& values,
                              bool all_whole_numbers,
                              bool may_refit,
-                             VoxelFrame& frame)
+                             VoxelFrame& frame,
+                             std::size_t& vanished)
 {
   if (may_refit) {
     had_fractions_ = false;
@@ -76,9 +77,13 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
   const auto max_number = static_cast<double>(scale_.maxNumber());
   const double rounding = truncates_ ? 0.0 : 0.5;
   std::size_t out_of_range = 0;
+  // Where 0 is a number of the scale, the lowest one.
+  const bool may_vanish = offset == 0.0;
+  vanished = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double number = (values[i] * unit_factor_ - offset) / step + rounding;
     out_of_range += number < 0.0 || number >= max_number + 1.0 ? 1 : 0;
+    vanished += may_vanish && values[i] > 0.0 && number < 1.0 ? 1 : 0;
     // Not negative when clamped, so that a cast rounds down.
     frame.intensities[i] =
         static_cast<std::uint16_t>(std::clamp(number, 0.0, max_number));

@@ -26,13 +26,15 @@ public:
    * \param[in] all_whole_numbers true if the intensities of all points are integers
    * \param[in] may_refit ignore the values of previous frames
    * \param[out] frame its scale and its symbols are set
+   * \param[out] vanished number of voxels whose value above 0 became 0
    * \return number of voxels clamped to an end of the scale
    */
   std::size_t
   quantise(const std::vector<double>& values,
            bool all_whole_numbers,
            bool may_refit,
-           VoxelFrame& frame);
+           VoxelFrame& frame,
+           std::size_t& vanished);
 
   /** \brief True if the number of a count is the count itself, clamped to the scale. */
   bool

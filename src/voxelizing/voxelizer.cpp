@@ -153,7 +153,8 @@ private:
     if (!frame.keys.empty())
       points_per_block_ = statistics.points_used / voxels.occupiedBlocks();
     frame.grid = finder_.grid();
-    statistics.intensities_out_of_range = quantise(voxels, points, may_refit, frame);
+    statistics.intensities_out_of_range =
+        quantise(voxels, points, may_refit, frame, statistics.intensities_vanished);
     quantiseColours(voxels, points, frame);
     frame.has_point_counts = keeps_points_;
     frame.point_counts.clear();
@@ -167,8 +168,10 @@ private:
   quantise(const VoxelsT& voxels,
            const PointView& points,
            bool may_refit,
-           VoxelFrame& frame)
+           VoxelFrame& frame,
+           std::size_t& vanished)
   {
+    vanished = 0;
     if (!has_intensities_) {
       frame.intensity_scale = IntensityScale();
       frame.intensity_scale.bits = 0;
@@ -183,7 +186,8 @@ private:
       voxel_values_.assign(frame.size(), 1.0);
     else
       voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
-    return quantiser_.quantise(voxel_values_, all_whole_numbers_, may_refit, frame);
+    return quantiser_.quantise(
+        voxel_values_, all_whole_numbers_, may_refit, frame, vanished);
   }
 
   /** \brief Adds all usable points. */

@@ -80,7 +80,7 @@ TYPED_TEST(Colours, ComeBackToTheirBits)
   }
 }
 
-TYPED_TEST(Colours, AreBlackWhereTheProfileHasNone)
+TYPED_TEST(Colours, AreWhiteWhereTheProfileHasNone)
 {
   OctreePointCloudIntensityCompression<TypeParam> compression(
       pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
@@ -90,7 +90,7 @@ TYPED_TEST(Colours, AreBlackWhereTheProfileHasNone)
   typename pcl::PointCloud<TypeParam>::Ptr decoded;
   ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
   for (const TypeParam& point : *decoded)
-    EXPECT_EQ(point.r + point.g + point.b, 0);
+    EXPECT_EQ(point.r + point.g + point.b, 3 * 255);
 }
 
 TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)

@@ -111,6 +111,32 @@ TEST(CompressionProfiles, TheDefaultIsPclsDefault)
   EXPECT_FALSE(compression.getSettings().show_statistics);
 }
 
+TEST(CompressionProfiles, TheFinerOfTheTwoResolutionsCounts)
+{
+  const auto settings = [](double point_resolution, double octree_resolution) {
+    return OctreePointCloudIntensityCompression<pcl::PointXYZ>(
+               pcl::io::MANUAL_CONFIGURATION,
+               false,
+               point_resolution,
+               octree_resolution)
+        .getSettings();
+  };
+  EXPECT_EQ(settings(0.001, 0.01).resolution, 0.001);
+  EXPECT_EQ(settings(0.01, 0.001).resolution, 0.001);
+  EXPECT_TRUE(settings(0.01, 0.001).keep_points);
+  // One point for each voxel if they are the same for PCL, which compares a float.
+  EXPECT_FALSE(settings(0.125, 0.125).keep_points);
+  EXPECT_TRUE(settings(0.1, 0.1).keep_points);
+}
+
+TEST(CompressionProfiles, TheDecoderTakesMoreVoxelsThanByDefault)
+{
+  EXPECT_EQ(OctreePointCloudIntensityCompression<pcl::PointXYZ>()
+                .getSettings()
+                .decoder_limits.max_voxels,
+            std::size_t{1} << 22);
+}
+
 TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)
 {
   // 10 million voxels of 0.1 mm along each axis; PCL's octree has 32 levels.

@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -54,6 +55,21 @@ TEST(CompressionWarnings, PointsBehindTheSensor)
   EXPECT_FALSE(before.encodePointCloud(cloud, stream).hasWarning());
   Compression native(settingsWith(resolution));
   EXPECT_FALSE(native.encodePointCloud(cloud, stream).hasWarning());
+}
+
+TEST(CompressionWarnings, APoseThatIsNotFiniteIsRefused)
+{
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 100, {0.0, 0.0, 3.0}, 1.0);
+  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  std::stringstream stream;
+  Quadratic encoder(settingsWith(resolution));
+  cloud->sensor_origin_.y() = not_a_number;
+  expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
+  cloud->sensor_origin_.y() = 0.0f;
+  cloud->sensor_orientation_.w() = not_a_number;
+  expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
+  Compression native(settingsWith(resolution)); // does not use it
+  expectCode(native.encodePointCloud(cloud, stream), CompressionCode::Ok);
 }
 
 TEST(CompressionWarnings, AreOnPclsConsoleOnceForEachKind)

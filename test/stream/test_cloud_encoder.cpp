@@ -94,7 +94,7 @@ TEST_F(WideClouds, AreCoarsenedAsFarAsNeededUntilTheyAreNarrow)
   EXPECT_EQ(statistics().resolution, 1e-4);
 }
 
-TEST_F(WideClouds, FewFarPointsAreTakenInIfThatDoublesTwiceAtMost)
+TEST_F(WideClouds, FewFarPointsAreTakenInUpTo16Fold)
 {
   EXPECT_TRUE(encode(100.0f, 3, 400.0f).hasWarning());
   EXPECT_EQ(statistics().resolution, 4e-4);
@@ -103,18 +103,41 @@ TEST_F(WideClouds, FewFarPointsAreTakenInIfThatDoublesTwiceAtMost)
   EXPECT_TRUE(encode(100.0f, 3, 4000.0f).hasWarning());
   EXPECT_EQ(statistics().resolution, 1e-4);
   EXPECT_EQ(statistics().points_outside_grid, 3u);
-  // Behind an I-frame, few points do not change the grid.
-  encode(100.0f, 3, 400.0f);
-  EXPECT_EQ(statistics().points_outside_grid, 3u);
+  // In a frame that would be a P-frame, too.
   encode(100.0f, 3, 400.0f);
   EXPECT_EQ(statistics().points_outside_grid, 0u);
 }
 
-TEST_F(WideClouds, EndsAt2048Fold)
+TEST_F(WideClouds, ManyPointsThatAreTooFarDoNotCostTheOthersTheirVoxels)
 {
+  settings_.i_frame_rate = 100;
+  EXPECT_FALSE(encode(100.0f).hasWarning());
+  EXPECT_TRUE(encode(100.0f, 10, 1e9f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  EXPECT_EQ(statistics().points_outside_grid, 10u);
   EXPECT_TRUE(encode(1e9f).hasWarning());
-  EXPECT_EQ(statistics().resolution, 0.2048);
-  EXPECT_GT(statistics().points_outside_grid, 50u);
+  EXPECT_EQ(statistics().resolution, 1e-4);
+  // Coarser voxels end with the first cloud that needs much finer ones.
+  encode(1000.0f);
+  EXPECT_EQ(statistics().resolution, 1.6e-3);
+  EXPECT_FALSE(encode(100.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+}
+
+TEST_F(WideClouds, OnOneSideOfTheOriginTakeNoMoreThanTheirWidth)
+{
+  // 0 to 211 m.
+  std::vector<std::array<float, 3>> points;
+  for (int i = 0; i <= 211; ++i)
+    points.push_back({static_cast<float>(i), 0.0f, 0.0f});
+  PointView view;
+  view.coordinates = points.front().data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  CloudEncoder encoder(settings_, IntensityUnit::None);
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
+  EXPECT_EQ(frame_.size(), points.size());
+  EXPECT_EQ(frame_.grid.resolution, 2e-4);
 }
 
 TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
@@ -127,6 +150,37 @@ TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
   encode(512.0f);
   EXPECT_EQ(statistics().resolution, 1e-4);
   EXPECT_GT(statistics().points_outside_grid, 0u);
+}
+
+TEST(NativeIntensities, RecoverBehindAnOutlier)
+{
+  std::vector<std::array<float, 4>> points;
+  for (int i = 0; i < 100; ++i)
+    points.push_back({0.1f * static_cast<float>(i), 0.0f, 1.0f, 40.0f});
+  PointView view;
+  view.coordinates = points.front().data();
+  view.coordinate_stride = 4;
+  view.intensities = points.front().data() + 3;
+  view.intensity_stride = 4;
+  view.count = points.size();
+  CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
+  VoxelFrame frame;
+  std::vector<std::uint8_t> bytes;
+  const auto encode = [&](float first) {
+    points[0][3] = first;
+    EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+    return encoder.encode(frame, std::nullopt, bytes).hasWarning();
+  };
+  const auto is_i_frame = [&] { return encoder.statistics().coding.is_i_frame; };
+  EXPECT_FALSE(encode(40.0f));
+  EXPECT_TRUE(encode(1e9f));
+  EXPECT_TRUE(encode(1e9f));
+  EXPECT_FALSE(is_i_frame()); // as the cloud has that intensity itself
+  EXPECT_FALSE(encode(40.0f));
+  EXPECT_TRUE(is_i_frame());
+  EXPECT_EQ(frame.intensity_scale.value(frame.intensities[7]), 40.0f);
+  EXPECT_FALSE(encode(41.0f));
+  EXPECT_FALSE(is_i_frame());
 }
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)

@@ -125,8 +125,29 @@ TEST(FrameWarnings, SaturatedIntensitiesButForShares)
       encode(settings, IntensityUnit::Native, viewOf(points));
   expectWarning(status, words);
   expectWarning(status, "Aggregation::Mean");
+  settings.aggregation = Aggregation::Mean;
+  const CompressionStatus of_mean =
+      encode(settings, IntensityUnit::Native, viewOf(points));
+  expectWarning(of_mean, words);
+  EXPECT_EQ(of_mean.message().find("Aggregation::Mean"), std::string::npos) << of_mean;
   EXPECT_FALSE(
       encode(settingsAt(0.01), IntensityUnit::Share, viewOf(points)).hasWarning());
+}
+
+TEST(FrameWarnings, IntensitiesThatVanish)
+{
+  Points points;
+  for (int i = 0; i < 10; ++i)
+    points.push_back(
+        {static_cast<float>(i), 0.0f, 1.0f, 0.04f * static_cast<float>(i)});
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  EXPECT_FALSE(encode(settings, IntensityUnit::Native, viewOf(points)).hasWarning());
+  settings.format = StreamFormat::Published;
+  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
+                "9 of 10 voxels have an intensity of less than half a step");
+  points[5][3] = 1e9f;
+  expectWarning(encode(settingsAt(0.01), IntensityUnit::Native, viewOf(points)),
+                "8 of 10 voxels have an intensity of less than half a step");
 }
 
 TEST(FrameWarnings, ColoursInThePublishedLayout)
@@ -144,7 +165,7 @@ TEST(FrameWarnings, ColoursInThePublishedLayout)
   EXPECT_FALSE(encode(settings, IntensityUnit::Native, view).hasWarning());
 }
 
-TEST(FrameWarnings, FramesThatDefaultDecodersRefuse)
+TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
 {
   const DecoderLimits limits;
   FrameStatistics statistics;
@@ -160,8 +181,9 @@ TEST(FrameWarnings, FramesThatDefaultDecodersRefuse)
   ++statistics.coding.voxels;
   ++statistics.coding.bytes;
   const std::string all = frameWarning(statistics, settings, IntensityUnit::None);
-  for (const char* words : {"max_voxels of at least 1048577; the default is 1048576; ",
-                            "max_frame_bytes of at least 16777217"})
+  for (const char* words :
+       {"max_voxels of at least 1048577; that of the settings is 1048576; ",
+        "max_frame_bytes of at least 16777217"})
     EXPECT_NE(all.find(words), std::string::npos) << all;
 }
 

@@ -108,6 +108,9 @@ public:
 
 private:
   void
+  refitIntensities(const PointView& points, VoxelFrame& frame);
+
+  void
   voxelizeWide(const PointView& points, VoxelFrame& frame);
 
   void

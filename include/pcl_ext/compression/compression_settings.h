@@ -130,9 +130,9 @@ struct IntensityCompressionSettings {
   bool keep_points = false;
 
   /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
-   * to 2^11-fold, instead of leaving points out; the status warns of it. If a sixteenth of
-   * the points or less is outside, it is doubled at I-frames only, and only if twice is
-   * enough for all. Not for shares of a voxel face, whose unit is the voxel. */
+   * to 16-fold, instead of leaving points out; the status warns of it. If that is not
+   * enough, up to a sixteenth of the points is left out, or with more far ones the
+   * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
   bool coarsen_wide_clouds = false;
 
   /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:

@@ -18,6 +18,7 @@ struct VoxelizationStatistics {
   std::size_t points_behind_sensor = 0;     ///< PointView::count_behind_sensor
   std::size_t intensities_not_finite = 0;   ///< points used with intensity 0 instead
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
+  std::size_t intensities_vanished = 0;     ///< voxels above 0 that became 0
   std::size_t colours_left_out = 0;         ///< points whose colour has no field
   std::size_t voxels = 0;                   ///< occupied voxels
 };

@@ -117,6 +117,9 @@ public:
    * as many points as were in them. A profile also sets the effort: the smallest streams of
    * those that take no longer than PCL's class. The arguments after show_statistics are used
    * by MANUAL_CONFIGURATION only.
+   * Where octree_resolution is finer than point_resolution it is the voxel edge, and where
+   * both are the same there is one point for each voxel, as in PCL. Clouds wider than 2^21
+   * voxels get coarser ones (coarsen_wide_clouds), and the decoder takes 2^22 voxels.
    * \param[in] profile compression profile
    * \param[in] show_statistics print the statistics of each frame on PCL's console
    * \param[in] point_resolution voxel edge, metres, without down-sampling
@@ -194,8 +197,8 @@ public:
    * the origin are counted and left out.
    * \param[in] cloud in the frame of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
-   * \return Ok; InvalidSettings; InvalidInput for a null cloud; OutputFailed or
-   * OutOfMemory, after which the next frame is an I-frame. Ok has a message with numbers
+   * \return Ok; InvalidSettings; InvalidInput for a null cloud, or if the intensity model
+   * uses the depth and the cloud's pose is not finite; OutputFailed or OutOfMemory, after which the next frame is an I-frame. Ok has a message with numbers
    * (Status::hasWarning) if not all of the cloud is in the frame, see CloudEncoder::encode;
    * the first of each kind is also printed on PCL's console
    */

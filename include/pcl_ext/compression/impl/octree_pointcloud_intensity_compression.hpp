@@ -54,8 +54,12 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
   cloud.resize(frame.pointCount());
   // Static: g++ would build a local one member by member for each point, and copying it
-  // immediately afterwards stalls the processor.
-  static const PointT blank = PointT();
+  // immediately afterwards stalls the processor. White, as PCL has points without a colour.
+  static const PointT blank = [] {
+    PointT point;
+    setColour(point, {255, 255, 255});
+    return point;
+  }();
   PointT* next = cloud.points.data();
   std::size_t voxel = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
@@ -246,6 +250,12 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 {
   if (CompressionStatus status = streams_.checkEncoding(cloud != nullptr); !status.ok())
     return status;
+  if (IntensityModelT::uses_depth && !getSettings().sensor_pose &&
+      !(cloud->sensor_origin_.allFinite() &&
+        cloud->sensor_orientation_.coeffs().allFinite()))
+    return {CompressionCode::InvalidInput,
+            "sensor_origin_ or sensor_orientation_ of the cloud is not finite, and the "
+            "intensity model uses the depth; set sensor_pose"};
   this->setInputCloud(cloud); // as PCL's class does
   PointView view = pointViewOf(*cloud);
   const SensorPose pose = detail::sensorPose(
