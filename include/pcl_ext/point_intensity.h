@@ -130,8 +130,11 @@ template <typename PointT>
 io::PointView
 pointViewOf(const pcl::PointCloud<PointT>& cloud)
 {
-  static_assert(sizeof(PointT) % sizeof(float) == 0,
-                "points are read as floats from one x to the next");
+  static_assert(
+      std::is_same<decltype(PointT::x), float>::value &&
+          sizeof(PointT) % sizeof(float) == 0,
+      "the point type needs float x, y, z and a size of whole floats; copy the "
+      "cloud into a type of PCL's with pcl::copyPointCloud");
   io::PointView view;
   view.count = cloud.size();
   if (!cloud.empty()) {

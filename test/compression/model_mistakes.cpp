@@ -1,6 +1,6 @@
 /** \file
- * \brief Does not compile: mistakes with intensity models, each of which a static_assert
- * answers with its remedy. The test compares the compiler's messages.
+ * \brief Does not compile: mistakes with intensity models and point types, each of which a
+ * static_assert answers with its remedy. The test compares the compiler's messages.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
@@ -16,6 +16,10 @@ construct()
 {
   OctreePointCloudIntensityCompression<PointT, ArgumentsT...> compression;
 }
+
+struct DoublePoint {
+  double x, y, z;
+};
 
 } // namespace
 
@@ -33,4 +37,5 @@ makeMistakes()
             pcl_ext::IntensityModel<pcl_ext::QuadraticLaw, pcl_ext::KinectV2>>();
   construct<pcl::PointXYZI,
             pcl_ext::IntensityModel<pcl_ext::UnspecifiedSensor, pcl_ext::LinearLaw>>();
+  pcl_ext::pointViewOf(pcl::PointCloud<DoublePoint>());
 }
