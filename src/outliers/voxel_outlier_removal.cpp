@@ -175,7 +175,8 @@ private:
     else
       blocks_.age();
     score_ =
-        scoreOf(densities_.unit(), std::ldexp(frame.grid.resolution, grid_.shift()));
+        scoreOf(densities_.unit(),
+                std::ldexp(frame.grid.resolution, static_cast<int>(grid_.shift())));
     addVoxels(frame);
     first_voxels_.resize(masks_.size());
     std::uint32_t cells = 0;
