@@ -28,6 +28,23 @@ case " $* " in
     ;;
 esac
 
+# Before the packages and the build, which take minutes. All options have a value.
+is_value=no
+for argument; do
+  case $is_value$argument in
+    no--*=*) ;;
+    no--* | no-?) is_value=yes ;;
+    no-*) ;;
+    no*)
+      if [ ! -e "$argument" ]; then
+        echo "There is no '$argument'" >&2
+        exit 1
+      fi
+      ;;
+    *) is_value=no ;;
+  esac
+done
+
 bash "$root/tools/install_packages.sh" build
 [ -x "$program" ] || echo "Building in $build; this takes a few minutes the first time"
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
