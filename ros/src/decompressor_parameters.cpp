@@ -7,10 +7,17 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 namespace pcl_ext_ros {
 
 namespace {
+
+const std::map<std::string, pcl_ext::DensityUnit> density_units = {
+    {"automatic", pcl_ext::DensityUnit::Automatic},
+    {"faces", pcl_ext::DensityUnit::Faces},
+    {"points", pcl_ext::DensityUnit::Points},
+    {"voxels", pcl_ext::DensityUnit::Voxels}};
 
 /** \brief Reads an entry of ~streams: a topic, or a map with a topic. */
 StreamParameters
@@ -49,14 +56,21 @@ readStream(XmlRpc::XmlRpcValue entry)
       stream.min_intensity = floatOf(value, name);
     else if (name == "min_log_odds")
       stream.min_log_odds = floatOf(value, name);
+    else if (name == "density_unit") {
+      const auto unit = density_units.find(textOf(value, name));
+      if (unit == density_units.end())
+        refuse("a list in which each density_unit is one of: automatic, faces, points, "
+               "voxels");
+      stream.density_unit = unit->second;
+    }
     else if (name == "remove_outliers") {
       stream.remove_outliers = toFlag(value);
       if (!stream.remove_outliers)
         refuse("a list in which each remove_outliers is true or false");
     }
     else
-      refuse("a list of maps with topic, min_intensity, remove_outliers, min_log_odds "
-             "and sensor_frame, not " +
+      refuse("a list of maps with topic, min_intensity, remove_outliers, min_log_odds, "
+             "density_unit and sensor_frame, not " +
              name);
   }
   return stream;
@@ -86,6 +100,7 @@ readNoise(ParameterReader& reader)
   noise.min_intensity = reader.finite("min_intensity", noise.min_intensity);
   noise.remove_outliers = reader.flag("remove_outliers", noise.remove_outliers);
   noise.min_log_odds = reader.finite("min_log_odds", noise.min_log_odds);
+  noise.density_unit = reader.choice("density_unit", "automatic", density_units);
   return noise;
 }
 

@@ -31,6 +31,7 @@ struct NoiseParameters {
   float min_intensity = 0.0f;
   bool remove_outliers = false;
   float min_log_odds = pcl_ext::VoxelOutlierRemovalSettings().min_log_odds;
+  pcl_ext::DensityUnit density_unit = pcl_ext::VoxelOutlierRemovalSettings().unit;
 };
 
 /** \brief One entry of ~streams. */
@@ -39,6 +40,7 @@ struct StreamParameters {
   std::optional<float> min_intensity;
   std::optional<bool> remove_outliers;
   std::optional<float> min_log_odds;
+  std::optional<pcl_ext::DensityUnit> density_unit;
   std::string sensor_frame; ///< empty: the map takes no rays from this stream
 };
 

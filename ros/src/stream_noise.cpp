@@ -80,6 +80,7 @@ StreamNoise::StreamNoise(const std::string& topic,
 , remove_outliers(
       "remove_outliers", topic, from_streams.remove_outliers, for_all.remove_outliers)
 , min_log_odds("min_log_odds", topic, from_streams.min_log_odds, for_all.min_log_odds)
+, density_unit(from_streams.density_unit.value_or(for_all.density_unit))
 {}
 
 std::optional<pcl_ext::VoxelOutlierRemovalSettings>
@@ -89,6 +90,7 @@ StreamNoise::outlierRemoval() const
     return std::nullopt;
   pcl_ext::VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = min_log_odds.current();
+  settings.unit = density_unit;
   return settings;
 }
 

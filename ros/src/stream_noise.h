@@ -81,6 +81,7 @@ struct StreamNoise {
   StreamSetting<float> min_intensity;
   StreamSetting<bool> remove_outliers;
   StreamSetting<float> min_log_odds;
+  pcl_ext::DensityUnit density_unit; ///< does not change while the node runs
 };
 
 } // namespace pcl_ext_ros

@@ -23,6 +23,7 @@ removalAt(std::optional<float> min_log_odds)
     return std::nullopt;
   pcl_ext::VoxelOutlierRemovalSettings settings;
   settings.min_log_odds = *min_log_odds;
+  settings.unit = pcl_ext::DensityUnit::Points;
   return VoxelOutlierRemoval(settings);
 }
 
@@ -182,6 +183,7 @@ TEST_F(CentralNodes, EachStreamHasItsOutlierRemovalBeforeMerging)
   startTwoSensors(
       {{"remove_outliers", true},
        {"min_log_odds", 3.0},
+       {"density_unit", "points"},
        {"max_merge_age", 3600.0},
        {"streams",
         listOf({compressed, streamEntry(other_topic, "min_log_odds", 2.0)})}});
@@ -265,7 +267,8 @@ protected:
 
 TEST_F(ChangedNoise, OutlierRemoval)
 {
-  startBoth();
+  startBoth({},
+            {{"streams", listOf({streamEntry(compressed, "density_unit", "points")})}});
   expectFrames();
   set("min_log_odds", 3.5); // without effect while outliers are not removed
   expectFrames();
