@@ -58,18 +58,18 @@ IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& setti
 
 std::size_t
 IntensityQuantiser::quantise(const std::vector<double>& values,
-                             bool all_whole_numbers,
+                             const CommonStep& step_of_points,
                              bool may_refit,
                              VoxelFrame& frame,
                              std::size_t& vanished)
 {
   if (may_refit) {
-    had_fractions_ = false;
+    step_ = CommonStep();
     lowest_ = 0.0;
     highest_ = 0.0;
   }
   if (follows_values_)
-    followValues(values, all_whole_numbers);
+    followValues(values, step_of_points);
   frame.intensity_scale = scale_;
   frame.intensities.resize(values.size());
   const auto offset = static_cast<double>(scale_.offset);
@@ -120,9 +120,9 @@ IntensityQuantiser::quantiseCounts(const std::vector<std::uint32_t>& counts,
 
 void
 IntensityQuantiser::followValues(const std::vector<double>& values,
-                                 bool all_whole_numbers)
+                                 const CommonStep& step)
 {
-  had_fractions_ |= !all_whole_numbers;
+  step_.add(step);
   for (const double value : values) {
     lowest_ = std::min(lowest_, value);
     highest_ = std::max(highest_, value);
@@ -131,19 +131,26 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
   // A change of scale requires an I-frame: the range grows in powers of two, and shrinks
   // only where may_refit allows it.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
-  if (!had_fractions_) {
-    const unsigned int offset_bits = lowest_ < 0.0 ? bitsOfWholeNumbers(-lowest_) : 0;
-    const double offset = lowest_ < 0.0 ? -std::exp2(offset_bits) : 0.0;
-    const unsigned int bits = bitsOfWholeNumbers(highest - offset);
+  // Companded scales divide the range of fractions by themselves.
+  const unsigned int divisor =
+      is_companded_ && step_.divisor() != 1 ? 0 : step_.divisor();
+  if (divisor != 0) {
+    // In steps, which are whole numbers.
+    const double lowest_number = lowest_ * divisor;
+    const double highest_number = highest * divisor;
+    const unsigned int offset_bits =
+        lowest_number < 0.0 ? bitsOfWholeNumbers(-lowest_number) : 0;
+    const double offset = lowest_number < 0.0 ? -std::exp2(offset_bits) : 0.0;
+    const unsigned int bits = bitsOfWholeNumbers(highest_number - offset);
     if (std::max(bits, offset_bits) <= most_bits) {
       const double range =
-          fixed_range_ > 0.0 ? highest - offset : std::exp2(bits) - 1.0;
+          fixed_range_ > 0.0 ? highest_number - offset : std::exp2(bits) - 1.0;
       if (is_companded_ && are_counts_)
         spanNumbers(1.0, range - 1.0, 1.0);
       else if (is_companded_)
         spanNumbers(offset, range, 1.0);
       else
-        spanScale(offset, range, bits);
+        spanScale(offset / divisor, range / divisor, bits);
       return;
     }
   }

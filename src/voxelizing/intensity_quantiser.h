@@ -4,6 +4,8 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "voxelizing/common_step.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,7 +25,7 @@ public:
 
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit
-   * \param[in] all_whole_numbers true if the intensities of all points are integers
+   * \param[in] step of the intensities of all points
    * \param[in] may_refit ignore the values of previous frames
    * \param[out] frame its scale and its symbols are set
    * \param[out] vanished number of voxels whose value above 0 became 0
@@ -31,7 +33,7 @@ public:
    */
   std::size_t
   quantise(const std::vector<double>& values,
-           bool all_whole_numbers,
+           const CommonStep& step,
            bool may_refit,
            VoxelFrame& frame,
            std::size_t& vanished);
@@ -50,7 +52,7 @@ public:
 
 private:
   void
-  followValues(const std::vector<double>& values, bool all_whole_numbers);
+  followValues(const std::vector<double>& values, const CommonStep& step);
 
   void
   spanScale(double offset, double range, unsigned int automatic_bits);
@@ -82,8 +84,8 @@ private:
   double unit_factor_;      // a share of 1 is decoded as 255
   unsigned int fixed_bits_; // 0: automatic
   double fixed_range_;      // 0: automatic
-  bool had_fractions_ = false;
-  double lowest_ = 0.0; // of the values that the scale is adapted to
+  CommonStep step_;         // of the values that the scale is adapted to
+  double lowest_ = 0.0;     // of these
   double highest_ = 0.0;
   IntensityScale scale_;
   std::vector<std::uint16_t> levels_; // by number; companded scales only

@@ -1,5 +1,6 @@
 #include <pcl_ext/compression/voxelizer.h>
 
+#include "voxelizing/common_step.h"
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/place_finder.h"
 #include "voxelizing/point_blocks.h"
@@ -186,8 +187,7 @@ private:
       voxel_values_.assign(frame.size(), 1.0);
     else
       voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
-    return quantiser_.quantise(
-        voxel_values_, all_whole_numbers_, may_refit, frame, vanished);
+    return quantiser_.quantise(voxel_values_, step_, may_refit, frame, vanished);
   }
 
   /** \brief Adds all usable points. */
@@ -242,7 +242,7 @@ private:
   void
   startRuns(const PointView& points)
   {
-    all_whole_numbers_ = true;
+    step_ = CommonStep();
     run_ = Run();
     last_run_ = 0;
     // Not made smaller, as growing again would initialise all elements.
@@ -327,17 +327,9 @@ private:
       ++statistics.intensities_not_finite;
       return 0.0f;
     }
-    if (is_native_ && all_whole_numbers_)
-      all_whole_numbers_ = isWholeNumber(intensity);
+    if (is_native_)
+      step_.add(intensity);
     return intensity;
-  }
-
-  /** \brief For finite numbers; without a library call. */
-  static bool
-  isWholeNumber(float number)
-  {
-    return std::abs(number) >= 0x1p23f ||
-           static_cast<float>(static_cast<std::int32_t>(number)) == number;
   }
 
   /** \brief Sums the runs in the order of their points, as the order affects rounding. */
@@ -372,7 +364,7 @@ private:
 
   // Of the current cloud; members so that their memory is reused.
   PlacedPoints placed_;
-  bool all_whole_numbers_ = true;
+  CommonStep step_; // of the intensities
   Run run_;
   std::vector<Run> runs_;    // the first is not used
   std::size_t last_run_ = 0; // of runs_, further elements are unused

@@ -116,12 +116,21 @@ TEST(IntensityQuantiser, NativeScalesFollowTheValues)
       {{0.0f, 300.0f, 511.0f}, 1.0, 9},
       {{0.0f, 65535.0f, 1234.0f}, 1.0, 16},
       {{0.0f, 100000.0f}, 3.0, 16},
-      {{0.0f, 0.5f, 1.0f, 0.333f}, 1.0 / 65535.0, 16},
+      {{0.0f, 0.5f, 1.0f, 0.333f}, 0.001, 10},
+      {{0.0f, 0.5f, 1.0f, 0.3333f}, 1.0 / 65535.0, 16},
       {{0.1f, 0.0001f}, 0.2 / 65535.0, 16},
       {{-5.0f, 100.0f}, 1.0, 9},
-      {{-0.5f, 0.25f}, 1.0 / 65535.0, 16},
-      {{-100.5f, 3.0f, -7.0f}, 512.0 / 65535.0, 16},
-      {{1234.5f, 0.25f}, 2048.0 / 65535.0, 16},
+      {{-0.5f, 0.3f}, 0.1, 9},
+      {{-0.5f, 0.33333f}, 1.5 / 65535.0, 16},
+      {{-100.5f, 3.0f, -7.0f}, 0.5, 9},
+      {{-100.7182f, 3.0f, -7.0f}, 512.0 / 65535.0, 16},
+      {{1234.5f, 0.25f}, 0.25, 13},
+      {{1234.5671f, 0.25f}, 2048.0 / 65535.0, 16},
+      {{0.0f, 0.37f, 0.99f}, 0.01, 8}, // KITTI's reflectance
+      {{1.0f, 2.0f / 255.0f, 254.0f / 255.0f}, 1.0 / 255.0, 8},
+      {{3.14f, 0.001f}, 0.001, 12},
+      {{65.534f, 0.001f}, 0.001, 16},
+      {{65.536f, 0.001f}, 128.0 / 65535.0, 16},
       {{3e4f, 1e20f}, 4e20 / 65535.0, 16}, // beyond 64 bits, and whole
       {{1.5f, -2e38f}, 1e36, 16},
       {{1.5f, largest}, 1e36, 16},
@@ -134,6 +143,22 @@ TEST(IntensityQuantiser, NativeScalesFollowTheValues)
     EXPECT_EQ(stream.frame.intensity_scale.bits, c.bits);
     expectWithinHalfAStep(stream, c.intensities);
   }
+}
+
+TEST(IntensityQuantiser, TheStepIsThatOfAllValuesSinceTheLastIFrame)
+{
+  Stream stream(settingsOf(1.0), IntensityUnit::Native);
+  const auto step = [&](const std::vector<float>& intensities, bool may_refit) {
+    stream.add(row(intensities), may_refit);
+    expectWithinHalfAStep(stream, intensities);
+    return stream.frame.intensity_scale.step;
+  };
+  EXPECT_EQ(step({0.5f, 1.0f}, true), 0.5f);
+  EXPECT_EQ(step({0.2f, 3.0f}, false), 0.1f); // 0.5 is no multiple of 0.2
+  EXPECT_EQ(step({2.0f, 3.0f}, false), 0.1f);
+  EXPECT_EQ(step({0.7182818f, 3.0f}, false), 4.0f / 65535.0f);
+  EXPECT_EQ(step({0.5f, 1.0f}, false), 4.0f / 65535.0f);
+  EXPECT_EQ(step({2.0f, 3.0f}, true), 1.0f);
 }
 
 TEST(IntensityQuantiser, NativeMeansAreWithinHalfAStep)

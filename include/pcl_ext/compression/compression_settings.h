@@ -103,7 +103,8 @@ struct IntensityCompressionSettings {
   /** \brief Bits of an intensity symbol, 1..16, or 0: automatic.
    *
    * Automatic is 8, except for native intensities: whole numbers get the 8 to 16 bits
-   * that make a step of 1, others get 16. On a companded scale automatic is 4. Published: 0
+   * that make a step of 1, multiples of 0.01, 1/255 and similar fractions those that make
+   * that step, others 16. On a companded scale automatic is 4. Published: 0
    * or 8.
    */
   unsigned int intensity_bits = 0;
