@@ -4,6 +4,7 @@
 
 #include <array>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -181,6 +182,77 @@ TEST(NativeIntensities, RecoverBehindAnOutlier)
   EXPECT_EQ(frame.intensity_scale.value(frame.intensities[7]), 40.0f);
   EXPECT_FALSE(encode(41.0f));
   EXPECT_FALSE(is_i_frame());
+}
+
+/** \brief Encodes walls that jump, and counts bytes and I-frames. */
+class JumpingWall {
+public:
+  explicit JumpingWall(unsigned int i_frame_rate)
+  {
+    IntensityCompressionSettings settings;
+    settings.resolution = 0.05;
+    settings.effort = Effort::Fast;
+    settings.i_frame_rate = i_frame_rate;
+    encoder_.emplace(settings, IntensityUnit::None);
+  }
+
+  /** \brief Encodes the next frames.
+   * \param[in] count number of frames
+   * \param[in] jump largest, voxels
+   */
+  void
+  add(int count, double jump)
+  {
+    bytes = 0;
+    i_frames = 0;
+    std::vector<std::array<float, 3>> points;
+    for (int frame = 0; frame < count; ++frame) {
+      const double place = std::uniform_real_distribution<double>(0.0, jump)(random_);
+      points.clear();
+      for (int y = 0; y < 60; ++y)
+        for (int z = 0; z < 60; ++z)
+          points.push_back({static_cast<float>(0.05 * (place + 0.3 * y + 0.2 * z)),
+                            0.05f * (static_cast<float>(y) + 0.5f),
+                            0.05f * (static_cast<float>(z) + 0.5f)});
+      PointView view;
+      view.coordinates = points.front().data();
+      view.coordinate_stride = 3;
+      view.count = points.size();
+      std::vector<std::uint8_t> encoded;
+      EXPECT_TRUE(
+          encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
+      EXPECT_TRUE(encoder_->encode(frame_, std::nullopt, encoded).ok());
+      bytes += encoded.size();
+      i_frames += encoder_->statistics().coding.is_i_frame ? 1 : 0;
+    }
+  }
+
+  std::size_t bytes = 0; // of the last call of add()
+  int i_frames = 0;
+
+private:
+  std::mt19937 random_{5};
+  std::optional<CloudEncoder> encoder_;
+  VoxelFrame frame_;
+};
+
+TEST(HistoryUse, PFramesThatTakeMoreBytesBecomeIFrames)
+{
+  JumpingWall scheduled(1000);
+  JumpingWall alone(1);
+  for (JumpingWall* wall : {&scheduled, &alone})
+    wall->add(200, 4.0);
+  EXPECT_GT(scheduled.i_frames, 150);
+  EXPECT_LT(scheduled.i_frames, 200); // some are tried
+  EXPECT_LE(static_cast<double>(scheduled.bytes),
+            1.05 * static_cast<double>(alone.bytes));
+  // Where nothing moves P-frames come back, soon and for good.
+  for (JumpingWall* wall : {&scheduled, &alone})
+    wall->add(100, 0.0);
+  EXPECT_LE(scheduled.i_frames, 17);
+  EXPECT_LT(2 * scheduled.bytes, alone.bytes);
+  scheduled.add(100, 0.0);
+  EXPECT_EQ(scheduled.i_frames, 0);
 }
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)

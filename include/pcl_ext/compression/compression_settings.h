@@ -78,8 +78,9 @@ struct IntensityCompressionSettings {
   /** \brief Voxel edge d_v, metres. 1e-6 to 1e6. */
   double resolution = 0.01;
 
-  /** \brief Frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
-   */
+  /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
+   * Where P-frames take more bytes, as those of some moving sensors, there are more
+   * I-frames. */
   unsigned int i_frame_rate = 30;
 
   /** \brief Time against size; Version1 only. A decoder reads all three. */
