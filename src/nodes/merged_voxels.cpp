@@ -1,6 +1,7 @@
 #include "nodes/merged_voxels.h"
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/impl/colour_mean.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "bytes/exceptions.h"
@@ -35,34 +36,6 @@ isOrigin(const std::array<double, 3>& origin)
   settings.origin = origin;
   return io::checkSettings(settings).ok();
 }
-
-/** \brief Sums of the colours of the voxels that have one. */
-struct ColourSum {
-  std::uint64_t count = 0;
-  std::uint64_t r = 0;
-  std::uint64_t g = 0;
-  std::uint64_t b = 0;
-
-  void
-  add(const io::VoxelColour& colour)
-  {
-    ++count;
-    r += colour.r;
-    g += colour.g;
-    b += colour.b;
-  }
-
-  /** \brief The mean, rounded; black without a colour. */
-  io::VoxelColour
-  mean() const
-  {
-    const std::uint64_t divisor = std::max<std::uint64_t>(count, 1);
-    const auto rounded = [divisor](std::uint64_t sum) {
-      return static_cast<std::uint8_t>((2 * sum + divisor) / (2 * divisor));
-    };
-    return {rounded(r), rounded(g), rounded(b)};
-  }
-};
 
 } // namespace
 
@@ -264,10 +237,11 @@ MergedVoxels::mergeColours(io::VoxelFrame& merged)
   merged.colours.reserve(merged.size());
   std::size_t next = 0;
   for (const std::uint64_t key : merged.keys) {
-    ColourSum colours;
+    io::detail::ColourMean colours;
     for (; next < places_.size() && places_[next].key == key; ++next)
       colours.add(places_[next].colour);
-    merged.colours.push_back(colours.mean());
+    // Black where no stream has a colour.
+    merged.colours.push_back(colours.mean().value_or(io::VoxelColour{}));
   }
 }
 

@@ -166,15 +166,20 @@ CloudEncoder::refitIntensities(const PointView& points, VoxelFrame& frame)
 void
 CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
 {
-  const unsigned int for_all = doublingsForAll(points, settings_.resolution);
   const bool is_i_frame_due = encoder_.isIFrameDue();
+  if (doublings_ == 0) {
+    voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
+    if (voxelization_.points_outside_grid == 0)
+      return;
+  }
+  const unsigned int for_all = doublingsForAll(points, settings_.resolution);
   const auto are_many_outside = [&] {
     return 16 * voxelization_.points_outside_grid > points.count;
   };
   // A change takes an I-frame; without one that is due a factor of four is worth it.
   if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
     voxelizeCoarsened(points, for_all <= most_doublings ? for_all : 0, frame);
-  else
+  else if (doublings_ > 0)
     voxelization_ = voxelizer_.voxelize(points, is_i_frame_due, frame);
   if (for_all <= most_doublings)
     for (unsigned int doublings = std::max(for_all, doublings_);

@@ -224,7 +224,7 @@ expectMovesToContinue()
   expectStreamsToContinue(moved, peer, 1);
   EXPECT_FALSE(moved.getStatistics().coding.is_i_frame);
   CompressionT assigned(settingsWith(1.0));
-  EXPECT_TRUE(assigned.isVoxelOccupiedAtPoint(pcl::PointXYZI()) == false);
+  EXPECT_FALSE(assigned.isVoxelOccupiedAtPoint(pcl::PointXYZI()));
   assigned = std::move(moved);
   EXPECT_EQ(assigned.getLeafCount(), leaves);
   EXPECT_EQ(assigned.getResolution(), resolution);

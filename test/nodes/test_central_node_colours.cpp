@@ -18,9 +18,7 @@ namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::FrameEncoder;
 using pcl_ext::io::isConsistent;
-using pcl_ext::io::StreamFormat;
 using pcl_ext::io::VoxelColour;
 using pcl_ext::io::test::below;
 
@@ -40,13 +38,6 @@ colouredFrame(std::uint64_t seed, unsigned int colour_bits)
     frame.colours.push_back({r, g, channel()});
   }
   return frame;
-}
-
-Bytes
-coded(const VoxelFrame& frame)
-{
-  FrameEncoder encoder(StreamFormat::Version1, 1);
-  return pcl_ext::io::test::encoded(encoder, frame);
 }
 
 /** \brief Colours by key; of frames of the same grid. */

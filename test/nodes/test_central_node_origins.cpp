@@ -17,9 +17,7 @@ namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::io::FrameEncoder;
 using pcl_ext::io::isConsistent;
-using pcl_ext::io::StreamFormat;
 
 constexpr double resolution = 0.01;
 using Place = std::array<double, 3>;
@@ -45,13 +43,6 @@ frameAt(const Place& origin, std::uint64_t seed)
   frame.grid.resolution = resolution;
   frame.grid.anchor = origin;
   return frame;
-}
-
-Bytes
-coded(const VoxelFrame& frame)
-{
-  FrameEncoder encoder(StreamFormat::Version1, 1);
-  return pcl_ext::io::test::encoded(encoder, frame);
 }
 
 /** \brief Intensities by the position of a voxel's centre about the site, in tenths of

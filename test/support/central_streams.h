@@ -34,6 +34,14 @@ using io::VoxelFrame;
 using io::test::Bytes;
 using pcl_ext::test::expectCode;
 
+/** \brief The first frame of a stream. */
+inline Bytes
+coded(const VoxelFrame& frame)
+{
+  io::FrameEncoder encoder(io::StreamFormat::Version1, 1);
+  return io::test::encoded(encoder, frame);
+}
+
 /** \brief Frames of one sender, and what FrameDecoder makes of each. */
 struct CodedStream {
   struct Settings {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include <pcl_ext/compression/impl/colour_mean.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include <pcl/octree/octree_container.h>
 #include <pcl/types.h>
 
-#include <cstdint>
 #include <optional>
 
 namespace pcl_ext {
@@ -39,8 +39,7 @@ public:
   {
     const auto* leaf = dynamic_cast<const IntensityLeaf*>(&other);
     return leaf != nullptr && leaf->count_ == count_ && leaf->sum_ == sum_ &&
-           leaf->colours_ == colours_ && leaf->red_ == red_ && leaf->green_ == green_ &&
-           leaf->blue_ == blue_;
+           leaf->colour_ == colour_;
   }
 
   /** \brief Counts a point without an intensity (PCL's interface to add a point).
@@ -70,10 +69,7 @@ public:
   void
   addPointColour(const io::VoxelColour& colour)
   {
-    ++colours_;
-    red_ += colour.r;
-    green_ += colour.g;
-    blue_ += colour.b;
+    colour_.add(colour);
   }
 
   /** \brief Number of points in the voxel. */
@@ -103,12 +99,7 @@ public:
   std::optional<io::VoxelColour>
   getColour() const
   {
-    if (colours_ == 0)
-      return std::nullopt;
-    const auto mean = [this](std::uint64_t sum) {
-      return static_cast<std::uint8_t>((2 * sum + colours_) / (2 * colours_));
-    };
-    return io::VoxelColour{mean(red_), mean(green_), mean(blue_)};
+    return colour_.mean();
   }
 
   /** \brief Number of points in the voxel (PCL's name for it). */
@@ -130,10 +121,7 @@ private:
   // Double: the order of the points then changes at most the last bit of the float that is
   // returned.
   double sum_ = 0.0;
-  std::uint64_t colours_ = 0; // their number
-  std::uint64_t red_ = 0;     // sums
-  std::uint64_t green_ = 0;
-  std::uint64_t blue_ = 0;
+  io::detail::ColourMean colour_;
 };
 
 } // namespace octree
