@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace cell {
@@ -30,17 +31,32 @@ radians(double degrees)
   return degrees * 3.14159265358979323846 / 180.0;
 }
 
+void
+checkSensor(unsigned int sensor, unsigned int last)
+{
+  if (sensor < 1 || sensor > last)
+    throw std::out_of_range("RobotCell: there is no sensor " + std::to_string(sensor));
+}
+
 } // namespace
 
 RobotCell::RobotCell(std::uint32_t seed, const ErrorModel& model)
 : seed_(seed), model_(model)
 {}
 
-Eigen::Isometry3d
-RobotCell::sensorPose(unsigned int sensor) const
+void
+RobotCell::moveSensor(unsigned int sensor, SensorMotion motion)
 {
-  if (sensor < 1 || sensor > sensor_count)
-    throw std::out_of_range("RobotCell: there is no sensor " + std::to_string(sensor));
+  checkSensor(sensor, lidar);
+  motions_[sensor - 1] = std::move(motion);
+}
+
+Eigen::Isometry3d
+RobotCell::sensorPose(unsigned int sensor, std::uint32_t frame) const
+{
+  checkSensor(sensor, sensor_count);
+  if (const SensorMotion& motion = motions_[sensor - 1])
+    return motion(frame / frame_rate);
   const TablePose& line = table_1[sensor - 1];
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translate(Eigen::Vector3d(line.x, line.y, line.z));
@@ -62,18 +78,29 @@ RobotCell::cropMax()
   return {10.0, 10.0, 4.0};
 }
 
-RobotCell::StaticView&
-RobotCell::staticView(unsigned int sensor)
+bool
+RobotCell::needsDrawing(const Eigen::Isometry3d& pose,
+                        std::size_t pixels,
+                        StaticView& view)
 {
-  const Eigen::Isometry3d world_to_sensor = sensorPose(sensor).inverse();
+  if (view.drawn && view.pose.matrix() == pose.matrix())
+    return false;
+  view.drawn = true;
+  view.pose = pose;
+  view.surfaces = SurfaceImage(pixels);
+  return true;
+}
+
+const RobotCell::StaticView&
+RobotCell::staticView(unsigned int sensor, std::uint32_t frame)
+{
+  const Eigen::Isometry3d pose = sensorPose(sensor, frame);
   StaticView& view = static_views_[sensor - 1];
-  if (!view.drawn) {
-    view.surfaces = SurfaceImage(RayGrid::size);
-    rays_.trace(staticEquipment(), world_to_sensor, view.surfaces, nullptr);
+  if (needsDrawing(pose, RayGrid::size, view)) {
+    rays_.trace(staticEquipment(), pose.inverse(), view.surfaces, nullptr);
     view.errors.resize(RayGrid::size);
     for (std::size_t pixel = 0; pixel < RayGrid::size; ++pixel)
       view.errors[pixel] = model_.pixelError(rays_, view.surfaces, pixel);
-    view.drawn = true;
   }
   return view;
 }
@@ -81,8 +108,9 @@ RobotCell::staticView(unsigned int sensor)
 const SurfaceImage&
 RobotCell::surfaces(unsigned int sensor, std::uint32_t frame)
 {
-  surfaces_ = staticView(sensor).surfaces;
-  const Eigen::Isometry3d world_to_sensor = sensorPose(sensor).inverse();
+  const StaticView& view = staticView(sensor, frame);
+  surfaces_ = view.surfaces;
+  const Eigen::Isometry3d world_to_sensor = view.pose.inverse();
   changed_.clear();
   rays_.trace(
       movingMachines(frame / frame_rate), world_to_sensor, surfaces_, &changed_);
@@ -104,7 +132,9 @@ void
 RobotCell::capture(unsigned int sensor, std::uint32_t frame, CellFrame& out)
 {
   surfaces(sensor, frame);
-  errors_ = staticView(sensor).errors;
+  const StaticView& view = staticView(sensor, frame);
+  errors_ = view.errors;
+  out.pose = view.pose;
   for (const std::size_t pixel : changed_)
     errors_[pixel] = model_.pixelError(rays_, surfaces_, pixel);
   model_.measure(surfaces_,
@@ -137,8 +167,10 @@ RobotCell::capture(unsigned int sensor, std::uint32_t frame, CellFrame& out)
 }
 
 Eigen::Isometry3d
-RobotCell::lidarPose() const
+RobotCell::lidarPose(std::uint32_t revolution) const
 {
+  if (const SensorMotion& motion = motions_[lidar - 1])
+    return motion(revolution / lidar_rate);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translate(Eigen::Vector3d(9.6, 0.4, 2.5));
   pose.rotate(Eigen::AngleAxisd(radians(135.0), Eigen::Vector3d::UnitZ()));
@@ -149,12 +181,12 @@ RobotCell::lidarPose() const
 const SurfaceImage&
 RobotCell::lidarSurfaces(std::uint32_t revolution)
 {
-  const Eigen::Isometry3d world_to_lidar = lidarPose().inverse();
-  if (static_lidar_surfaces_.depth.empty()) {
-    static_lidar_surfaces_ = SurfaceImage(LidarRays::size);
-    lidar_rays_.trace(staticEquipment(), world_to_lidar, static_lidar_surfaces_);
-  }
-  lidar_surfaces_ = static_lidar_surfaces_;
+  const Eigen::Isometry3d pose = lidarPose(revolution);
+  const Eigen::Isometry3d world_to_lidar = pose.inverse();
+  StaticView& view = static_views_[lidar - 1];
+  if (needsDrawing(pose, LidarRays::size, view))
+    lidar_rays_.trace(staticEquipment(), world_to_lidar, view.surfaces);
+  lidar_surfaces_ = view.surfaces;
   const double time = revolution / lidar_rate;
   for (const Solids& movers : {movingMachines(time), walkingPerson(time)})
     lidar_rays_.trace(movers, world_to_lidar, lidar_surfaces_);
@@ -169,6 +201,7 @@ RobotCell::captureLidar(std::uint32_t revolution, LidarFrame& out)
   lidar_model_.measure(lidarSurfaces(revolution),
                        mixSeeds(seed_, lidar_seed, revolution),
                        lidar_measurement_);
+  out.pose = lidarPose(revolution);
   out.cloud.header.stamp = static_cast<std::uint64_t>(revolution * 1e6 / lidar_rate);
   out.cloud.header.frame_id = "velodyne_" + std::to_string(lidar);
   out.cloud.resize(LidarRays::size);

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "simulator/sensor_motion.h"
 #include "simulator/time_of_flight_camera.h"
 #include "simulator/velodyne_lidar.h"
 
@@ -32,6 +33,8 @@ struct CellFrame {
    * microseconds since the stream's start, header.frame_id is "kinect_1" .. */
   pcl::PointCloud<pcl::PointXYZ> cloud;
   std::vector<PointTruth> truth; ///< one per point
+  /** \brief Of the sensor in this frame, sensor frame -> world. */
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
 };
 
 /** \brief One revolution of the lidar. */
@@ -42,14 +45,17 @@ struct LidarFrame {
    * header.frame_id is "velodyne_7". */
   pcl::PointCloud<pcl::PointXYZI> cloud;
   std::vector<PointTruth> truth; ///< one per point
+  /** \brief Of the lidar in this revolution, its frame -> world. */
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
 };
 
 /** \brief The 10 x 10 x 4 m cell of Dybedal, Aalerud, Hovland, Sensors 2019, 19(3),
  * 636, seen by the six Kinect V2 of its Table 1 and by a VLP-16 in a corner.
  *
  * World frame: origin in a floor corner, z up, metres. A frame depends on the seed, the
- * sensor and the frame number only, so frames may be asked for in any order. Not safe
- * for use by several threads at once; each thread needs a cell of its own.
+ * sensor, its motion and the frame number only, so frames may be asked for in any
+ * order. Not safe for use by several threads at once; each thread needs a cell of its
+ * own.
  */
 class RobotCell {
 public:
@@ -60,12 +66,23 @@ public:
 
   explicit RobotCell(std::uint32_t seed = 1, const ErrorModel& model = ErrorModel());
 
+  /** \brief Makes a sensor move. All rays of a frame, or of a revolution, are cast from
+   * the pose at its start. The random numbers stay those of the sensor: a motion that
+   * rests at a fixed sensor's pose gives the fixed sensor's frames.
+   * \param[in] sensor 1 .. 6, or \ref lidar
+   * \param[in] motion from now on; empty: the sensor is fixed in its own place again
+   * \throws std::out_of_range for any other number
+   */
+  void
+  moveSensor(unsigned int sensor, SensorMotion motion);
+
   /** \brief Pose of a sensor, sensor frame -> world.
    * \param[in] sensor 1 .. 6
+   * \param[in] frame number of the frame, for a sensor that moves
    * \throws std::out_of_range for any other number
    */
   Eigen::Isometry3d
-  sensorPose(unsigned int sensor) const;
+  sensorPose(unsigned int sensor, std::uint32_t frame = 0) const;
 
   /** \brief Corners of the crop box in the world frame, metres: the cell less 10 cm above
    * the floor. The paper does not give the limits of its own. */
@@ -84,9 +101,11 @@ public:
 
   /** \brief Pose of the lidar, its frame -> world: the corner without a sensor, 2.5 m up and
    * tilted by 10 degrees towards the middle. The paper says "one of the corner locations"
-   * and gives no pose. */
+   * and gives no pose.
+   * \param[in] revolution its number, for a lidar that moves
+   */
   Eigen::Isometry3d
-  lidarPose() const;
+  lidarPose(std::uint32_t revolution = 0) const;
 
   /** \brief Take one revolution of the lidar.
    * \param[in] revolution its number, from 0, at \ref lidar_rate
@@ -120,20 +139,28 @@ public:
   }
 
 private:
-  /** \brief What never changes in a sensor's image. */
+  /** \brief What a sensor sees from a pose of all that never moves. */
   struct StaticView {
     bool drawn = false;
+    Eigen::Isometry3d pose;
     SurfaceImage surfaces;
-    std::vector<PixelError> errors;
+    std::vector<PixelError> errors; ///< empty for the lidar
   };
 
-  StaticView&
-  staticView(unsigned int sensor);
+  /** \brief Prepares a view for a pose.
+   * \return true if it has to be drawn
+   */
+  static bool
+  needsDrawing(const Eigen::Isometry3d& pose, std::size_t pixels, StaticView& view);
+
+  const StaticView&
+  staticView(unsigned int sensor, std::uint32_t frame);
 
   std::uint32_t seed_;
   ErrorModel model_;
   RayGrid rays_;
-  std::array<StaticView, sensor_count> static_views_;
+  std::array<SensorMotion, lidar> motions_; // by number from 1; empty: fixed
+  std::array<StaticView, lidar> static_views_;
 
   // The frame being worked on; members to keep their memory.
   SurfaceImage surfaces_;
@@ -144,7 +171,6 @@ private:
 
   LidarErrorModel lidar_model_;
   LidarRays lidar_rays_;
-  SurfaceImage static_lidar_surfaces_; ///< empty until they are drawn
   SurfaceImage lidar_surfaces_;
   LidarMeasurement lidar_measurement_;
 };

@@ -182,27 +182,43 @@ struct ArmJoints {
   double wrist;    ///< relative to the forearm
 };
 
-/** \brief An arm of the 100 kg class, 2.4 m reach.
+/** \brief Where the parts of an arm are, world. */
+struct ArmPose {
+  Vec shoulder, elbow, wrist, flange;
+  Vec hand;     ///< unit vector from the wrist to the flange
+  Vec sideways; ///< unit vector along the axes of shoulder, elbow and wrist
+};
+
+/** \brief Where the joints put an arm of the 100 kg class, 2.4 m reach.
  * \param[in] foot where the base stands (or hangs)
  * \param[in] up +1: standing, -1: hanging
  */
-void
-addArm(Solids& solids, const Vec& foot, double up, const ArmJoints& joints)
+ArmPose
+armPose(const Vec& foot, double up, const ArmJoints& joints)
 {
   const auto direction = [&](double lean) {
     return Vec(std::sin(lean) * std::cos(joints.turn),
                std::sin(lean) * std::sin(joints.turn),
                up * std::cos(lean));
   };
-  const Vec shoulder = foot + Vec(0, 0, up * 0.55);
+  ArmPose arm;
+  arm.shoulder = foot + Vec(0, 0, up * 0.55);
   const Vec upper = direction(joints.shoulder);
   const Vec fore = direction(joints.shoulder + joints.elbow);
-  const Vec hand = direction(joints.shoulder + joints.elbow + joints.wrist);
-  const Vec elbow = shoulder + 1.1 * upper;
-  const Vec wrist = elbow + 1.0 * fore;
-  const Vec flange = wrist + 0.3 * hand;
-  const Vec sideways(-std::sin(joints.turn), std::cos(joints.turn), 0);
+  arm.hand = direction(joints.shoulder + joints.elbow + joints.wrist);
+  arm.elbow = arm.shoulder + 1.1 * upper;
+  arm.wrist = arm.elbow + 1.0 * fore;
+  arm.flange = arm.wrist + 0.3 * arm.hand;
+  arm.sideways = Vec(-std::sin(joints.turn), std::cos(joints.turn), 0);
+  return arm;
+}
 
+/** \brief An arm with its gripper; parameters as above. */
+void
+addArm(Solids& solids, const Vec& foot, double up, const ArmJoints& joints)
+{
+  const auto [shoulder, elbow, wrist, flange, hand, sideways] =
+      armPose(foot, up, joints);
   addPipe(solids, foot, shoulder, 0.26, Material::PaintedSteel);
   addPipe(solids,
           shoulder - 0.2 * sideways,
@@ -229,9 +245,23 @@ addArm(Solids& solids, const Vec& foot, double up, const ArmJoints& joints)
             Material::BareSteel);
 }
 
-/** \brief The arm on the rail at x = 2.6 m; values are y on the rail and the joints. */
+/** \brief An arm that stands on its carriage on a rail. */
+struct RailArm {
+  Vec foot;
+  ArmJoints joints;
+};
+
 void
-addFirstRailArm(Solids& solids, double time)
+addRailArm(Solids& solids, const RailArm& arm)
+{
+  const Vec carriage(arm.foot.x(), arm.foot.y(), 0.31);
+  add(solids, carriage, Vec(0.7, 0.8, 0.14), Material::PaintedSteel);
+  addArm(solids, arm.foot, 1.0, arm.joints);
+}
+
+/** \brief The arm on the rail at x = 2.6 m; values are y on the rail and the joints. */
+RailArm
+firstRailArm(double time)
 {
   static const Track<5> track({{0.0, {3.0, 0.3, 0.3, 1.5, 0.6}},
                                {2.0, {3.0, 0.2, 0.9, 1.0, 0.8}},
@@ -242,16 +272,12 @@ addFirstRailArm(Solids& solids, double time)
                                {11.5, {6.2, 0.4, 0.8, 1.2, 0.7}},
                                {15.0, {3.0, 0.3, 0.3, 1.5, 0.6}}});
   const auto value = track.at(time);
-  add(solids, Vec(2.6, value[0], 0.31), Vec(0.7, 0.8, 0.14), Material::PaintedSteel);
-  addArm(solids,
-         Vec(2.6, value[0], 0.38),
-         1.0,
-         ArmJoints{value[1], value[2], value[3], value[4]});
+  return {Vec(2.6, value[0], 0.38), {value[1], value[2], value[3], value[4]}};
 }
 
 /** \brief The arm on the rail at x = 7.4 m. */
-void
-addSecondRailArm(Solids& solids, double time)
+RailArm
+secondRailArm(double time)
 {
   static const Track<5> track({{0.0, {6.6, 2.8, 0.4, 1.3, 0.5}},
                                {1.5, {6.6, 2.8, 0.4, 1.3, 0.5}},
@@ -262,11 +288,7 @@ addSecondRailArm(Solids& solids, double time)
                                {13.5, {6.6, 1.9, 0.5, 1.5, 0.8}},
                                {15.0, {6.6, 2.8, 0.4, 1.3, 0.5}}});
   const auto value = track.at(time);
-  add(solids, Vec(7.4, value[0], 0.31), Vec(0.7, 0.8, 0.14), Material::PaintedSteel);
-  addArm(solids,
-         Vec(7.4, value[0], 0.38),
-         1.0,
-         ArmJoints{value[1], value[2], value[3], value[4]});
+  return {Vec(7.4, value[0], 0.38), {value[1], value[2], value[3], value[4]}};
 }
 
 /** \brief Bridge, trolley and hanging arm of the gantry; values are the bridge's y, the
@@ -345,10 +367,23 @@ Solids
 movingMachines(double time)
 {
   Solids solids;
-  addFirstRailArm(solids, time);
-  addSecondRailArm(solids, time);
+  addRailArm(solids, firstRailArm(time));
+  addRailArm(solids, secondRailArm(time));
   addGantryArm(solids, time);
   return solids;
+}
+
+Eigen::Isometry3d
+handPose(double time)
+{
+  const auto [foot, joints] = firstRailArm(time);
+  const ArmPose arm = armPose(foot, 1.0, joints);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear().col(0) = -arm.sideways;
+  pose.linear().col(1) = arm.sideways.cross(arm.hand);
+  pose.linear().col(2) = arm.hand;
+  pose.translation() = arm.flange;
+  return pose;
 }
 
 Solids

@@ -30,6 +30,14 @@ staticEquipment();
 Solids
 movingMachines(double time);
 
+/** \brief Pose of the hand of the arm on the rail at x = 2.6 m, hand -> world: the
+ * origin is the flange, z runs along the hand to the gripper, x is parallel to the
+ * gripper's bar, and y points down while the hand is level.
+ * \param[in] time seconds since the stream's start, >= 0
+ */
+Eigen::Isometry3d
+handPose(double time);
+
 /** \brief The walking person.
  * \param[in] time seconds since the stream's start, >= 0
  */
