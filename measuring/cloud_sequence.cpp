@@ -131,13 +131,17 @@ private:
 
 class CellSequence : public CloudSequence {
 public:
-  CellSequence(unsigned int sensor, std::size_t frames, std::uint32_t seed)
+  CellSequence(unsigned int sensor,
+               std::size_t frames,
+               std::uint32_t seed,
+               const cell::SensorMotion& motion)
   : CloudSequence("cell_sensor_" + std::to_string(sensor))
   , sensor_(sensor)
   , frames_(frames)
   , cell_(seed)
   {
     cell_.sensorPose(sensor); // throws if there is no such sensor
+    cell_.moveSensor(sensor, motion);
   }
 
   std::size_t
@@ -150,6 +154,12 @@ public:
   sensorPose() const override
   {
     return cell_.sensorPose(sensor_);
+  }
+
+  Eigen::Isometry3d
+  sensorPoseAt(std::size_t index) const override
+  {
+    return cell_.sensorPose(sensor_, static_cast<std::uint32_t>(index));
   }
 
   void
@@ -168,11 +178,15 @@ private:
 
 class LidarSequence : public CloudSequence {
 public:
-  LidarSequence(std::size_t revolutions, std::uint32_t seed)
+  LidarSequence(std::size_t revolutions,
+                std::uint32_t seed,
+                const cell::SensorMotion& motion)
   : CloudSequence("cell_sensor_" + std::to_string(cell::RobotCell::lidar))
   , revolutions_(revolutions)
   , cell_(seed)
-  {}
+  {
+    cell_.moveSensor(cell::RobotCell::lidar, motion);
+  }
 
   std::size_t
   size() const override
@@ -184,6 +198,12 @@ public:
   sensorPose() const override
   {
     return cell_.lidarPose();
+  }
+
+  Eigen::Isometry3d
+  sensorPoseAt(std::size_t index) const override
+  {
+    return cell_.lidarPose(static_cast<std::uint32_t>(index));
   }
 
   void
@@ -287,15 +307,20 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
 }
 
 std::unique_ptr<CloudSequence>
-openCell(unsigned int sensor, std::size_t frames, std::uint32_t seed)
+openCell(unsigned int sensor,
+         std::size_t frames,
+         std::uint32_t seed,
+         const cell::SensorMotion& motion)
 {
-  return std::make_unique<CellSequence>(sensor, frames, seed);
+  return std::make_unique<CellSequence>(sensor, frames, seed, motion);
 }
 
 std::unique_ptr<CloudSequence>
-openCellLidar(std::size_t revolutions, std::uint32_t seed)
+openCellLidar(std::size_t revolutions,
+              std::uint32_t seed,
+              const cell::SensorMotion& motion)
 {
-  return std::make_unique<LidarSequence>(revolutions, seed);
+  return std::make_unique<LidarSequence>(revolutions, seed, motion);
 }
 
 } // namespace measuring

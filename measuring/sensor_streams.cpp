@@ -27,12 +27,12 @@ encodeStream(const InputStream& stream,
              const Variant& variant)
 {
   nodes::SensorNode node(sensorNodeSettings(stream, workload, variant));
-  const WorldPose pose(stream.clouds->sensorPose());
   SensorStream encoded;
   encoded.name = stream.clouds->name();
   pcl::PCLPointCloud2 cloud;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);
+    const WorldPose pose(stream.clouds->sensorPoseAt(i));
     std::vector<std::uint8_t> bytes;
     if (const auto status = node.encode(cloud, pose, bytes); !status.hasFrame())
       throw std::runtime_error(encoded.name + ": " + status.message());

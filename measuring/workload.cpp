@@ -86,12 +86,14 @@ throwUnlessOk(const io::CompressionStatus& status)
 }
 
 Preprocessing<PositionCloud>
-makePreprocessing(const Workload& workload, const InputStream& stream)
+makePreprocessing(const Workload& workload,
+                  const InputStream& stream,
+                  std::size_t index)
 {
   return makePreprocessing<PositionCloud>(workload.law,
                                           workload.resolution,
                                           kinect,
-                                          stream.clouds->sensorPose(),
+                                          stream.clouds->sensorPoseAt(index),
                                           stream.crop_box);
 }
 
@@ -107,6 +109,37 @@ openLidarStream(std::size_t revolutions)
   return {openCellLidar(revolutions, /* seed */ 1), cell::cropBox()};
 }
 
+InputStream
+openAisleStream(std::size_t frames)
+{
+  // Level, with the optical axis along y.
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear().col(1) = -Eigen::Vector3d::UnitZ();
+  pose.linear().col(2) = Eigen::Vector3d::UnitY();
+  pose.translation() = Eigen::Vector3d(1.4, 1.5, 1.5);
+  auto clouds = openCell(1, frames, /* seed */ 1, [pose](double) { return pose; });
+  clouds->rename("aisle_camera");
+  return {std::move(clouds), cell::cropBox()};
+}
+
+InputStream
+openHandCameraStream(std::size_t frames)
+{
+  auto clouds = openCell(1, frames, /* seed */ 1, cell::handCamera);
+  clouds->rename("hand_camera");
+  return {std::move(clouds), std::nullopt};
+}
+
+InputStream
+openMobileLidarStream(std::size_t revolutions, double speed)
+{
+  auto clouds = openCellLidar(revolutions, /* seed */ 1, [speed](double time) {
+    return cell::mobileLidar(speed * time); // its own speed is 1 m/s
+  });
+  clouds->rename("mobile_lidar");
+  return {std::move(clouds), std::nullopt};
+}
+
 std::vector<InputStream>
 openRecordedStreams(const std::vector<std::string>& folders)
 {
@@ -119,14 +152,13 @@ openRecordedStreams(const std::vector<std::string>& folders)
 std::vector<InputFrame>
 readFrames(const InputStream& stream, const Workload& workload, Keep keep)
 {
-  const Preprocessing<PositionCloud> preprocess = makePreprocessing(workload, stream);
   pcl::PCLPointCloud2 message;
   IntensityCloud points;
   std::vector<InputFrame> frames(stream.clouds->size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     stream.clouds->read(i, message);
     pcl::fromPCLPointCloud2(message, *frames[i].raw);
-    preprocess(*frames[i].raw, points);
+    makePreprocessing(workload, stream, i)(*frames[i].raw, points);
     if (points.empty())
       throw std::runtime_error(stream.clouds->name() + ": frame " + std::to_string(i) +
                                " has no point within the crop box");

@@ -16,6 +16,7 @@ import sys
 from collections import Counter
 
 import paper_values
+from motion_section import check_motion
 from noise_results import (BANDS, FILTER, FILTER_OF_EACH, FILTER_ON_VOXELS, FILTERS, METHODS,
                            best_law, least_let_through)
 from results import (CAMERAS, CODERS, LIDAR, MERGED, RATES, ReportError, read_machine,
@@ -385,7 +386,8 @@ def check_page(check, page):
     check.that(not re.search(r"\b(?:nan|inf)\b", page), "a value is not finite")
     for words in ("Figure 5", "Figure 7", "Figure 10", "Figure 11", "Table 2", "Table 3",
                   "Table 4", "Table 5", "3.1 Preprocessing", "3.2 Compression",
-                  "Depth images", "3.3 Frequency and bandwidth", "3.4 Denoising",
+                  "Depth images", "Moving sensors and people",
+                  "3.3 Frequency and bandwidth", "3.4 Denoising",
                   "Processor: ", "Detection of noise", "What moves", "Against PCL's filters", "By distance",
                   "Thresholds, all cameras merged"):
         check.that(words in page, f"the page lacks '{words}'")
@@ -408,9 +410,9 @@ def check_page(check, page):
 def problems_of(folder, page):
     """Sentences about all that is not plausible or not there."""
     check = Checks(folder)
-    for run in (check_values, check_cropping, check_compression, check_depth_images,
-                check_at_once, check_noise, check_person, check_peers_and_bytes,
-                check_pictures, lambda checks: check_page(checks, page)):
+    for run in (check_values, check_cropping, check_compression, check_motion,
+                check_depth_images, check_at_once, check_noise, check_person,
+                check_peers_and_bytes, check_pictures, lambda checks: check_page(checks, page)):
         try:
             run(check)
         except ReportError as error:

@@ -7,6 +7,7 @@ import sys
 import paper_values
 import pictures
 import tables
+from motion_section import motion_section
 from noise_section import noise_section
 from page import note, number, page, paragraph, picture
 from results import ReportError, read_machine, read_results
@@ -94,6 +95,7 @@ def compression(results):
                 "Bits per voxel over the voxel edge for the four coders",
                 "Bits per voxel, sensor 1, point count as intensity.", is_narrow=True),
         tables.resolution_table(results).html(),
+        *motion_section(results),
     ]
 
 

@@ -1,6 +1,6 @@
 /** \file
  * Measures the streams of the simulated robot cell one by one, for the report that
- * experiments/report.sh makes: the paper's sections 3.1 and 3.2.
+ * experiments/report.sh makes: the paper's sections 3.1 and 3.2, and what moves.
  */
 #include "depth_images.h"
 #include "measuring/command_line.h"
@@ -18,6 +18,7 @@
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -38,7 +39,7 @@ struct StreamOptions {
   std::size_t frames = 0;   ///< of each sensor
 };
 
-/** \brief Frames of each of the 20 resolutions. */
+/** \brief Frames of each of the 20 resolutions, and of each stream that moves. */
 constexpr std::size_t most_frames_of_sweep = 100;
 
 /** \brief Prints what is measured next. */
@@ -52,10 +53,13 @@ printProgress(const std::string& what)
  * \param[in] subject of the results, less the coder
  */
 std::vector<StreamCoder>
-codersOf(const Subject& subject, const InputStream& stream)
+codersOf(const Subject& subject,
+         const InputStream& stream,
+         unsigned int i_frame_rate = Workload().i_frame_rate)
 {
   Workload workload;
   workload.resolution = subject.resolution;
+  workload.i_frame_rate = i_frame_rate;
   std::vector<StreamCoder> coders;
   for (const Variant& variant : pcl_ext::measuring::libraryVariants()) {
     StreamCoder coder{
@@ -137,6 +141,57 @@ measureResolutions(const StreamOptions& options, ResultFile& results)
   pcl_ext::report::measureCoders(stream, RobotCell::frame_rate, coders, results);
 }
 
+/** \brief A stream in which something moves. */
+struct MovingStream {
+  const char* name;
+  InputStream (*open)(std::size_t frames);
+  IntensityLaw law = IntensityLaw::Count;
+  double resolution = 0.04; ///< voxel edge, metres
+  double frame_rate = RobotCell::frame_rate;
+};
+
+std::vector<MovingStream>
+movingStreams()
+{
+  using namespace pcl_ext::measuring;
+  const auto open_fixed = [](std::size_t frames) { return openCellStream(1, frames); };
+  const auto open_lidar = [](std::size_t revolutions) {
+    return openMobileLidarStream(revolutions);
+  };
+  const auto open_fast_lidar = [](std::size_t revolutions) {
+    return openMobileLidarStream(revolutions, /* speed */ 10.0);
+  };
+  constexpr IntensityLaw native = IntensityLaw::Native;
+  return {{"fixed camera", open_fixed},
+          {"fixed camera and a person", openAisleStream},
+          {"camera on a hand", openHandCameraStream},
+          {"lidar at 1 m/s", open_lidar, native, 0.10, RobotCell::lidar_rate},
+          {"lidar at 10 m/s", open_fast_lidar, native, 0.10, RobotCell::lidar_rate}};
+}
+
+/** \brief Sensors and people that move, with P-frames and with I-frames alone. */
+void
+measureMotion(const StreamOptions& options, ResultFile& results)
+{
+  for (const MovingStream& moving : movingStreams()) {
+    printProgress(moving.name);
+    const InputStream stream =
+        moving.open(std::min(options.frames, most_frames_of_sweep));
+    std::vector<StreamCoder> coders;
+    for (const auto& [experiment, i_frame_rate] :
+         {std::pair("motion", Workload().i_frame_rate),
+          std::pair("motion_i_frames", 1u)})
+      for (StreamCoder coder :
+           codersOf({experiment, moving.name, "", moving.resolution},
+                    stream,
+                    i_frame_rate)) {
+        coder.settings.law = moving.law;
+        coders.push_back(coder);
+      }
+    pcl_ext::report::measureCoders(stream, moving.frame_rate, coders, results);
+  }
+}
+
 bool
 parse(int argc, const char* const* argv, StreamOptions& result)
 {
@@ -172,6 +227,7 @@ measure(const StreamOptions& options)
   measureSensors(options, results);
   measureLaws(options, results);
   measureResolutions(options, results);
+  measureMotion(options, results);
   printProgress("depth images");
   pcl_ext::report::measureDepthImages(
       pcl_ext::measuring::openCellStream(1, options.frames),

@@ -18,16 +18,16 @@ using measuring::timeOf;
 /** \brief One coder of a stream, and its results. */
 class CoderRun {
 public:
-  CoderRun(const StreamCoder& coder, const WorldPose& pose, double frame_rate)
-  : subject_(coder.subject), pose_(pose), node_(coder.settings), costs_(frame_rate)
+  CoderRun(const StreamCoder& coder, double frame_rate)
+  : subject_(coder.subject), node_(coder.settings), costs_(frame_rate)
   {}
 
   void
-  code(const pcl::PCLPointCloud2& cloud)
+  code(const pcl::PCLPointCloud2& cloud, const WorldPose& pose)
   {
     nodes::SensorNodeStatus status;
     const double encode_ms =
-        timeOf([&] { status = node_.encode(cloud, pose_, bytes_); });
+        timeOf([&] { status = node_.encode(cloud, pose, bytes_); });
     if (!status.hasFrame())
       throw std::runtime_error(name() + ": " + status.message());
     io::CompressionStatus decoded;
@@ -61,7 +61,6 @@ private:
   }
 
   Subject subject_;
-  WorldPose pose_;
   nodes::SensorNode node_;
   io::FrameDecoder decoder_;
   std::vector<std::uint8_t> bytes_;
@@ -80,15 +79,15 @@ measureCoders(const measuring::InputStream& stream,
               const std::vector<StreamCoder>& coders,
               ResultFile& results)
 {
-  const WorldPose pose(stream.clouds->sensorPose());
   std::vector<CoderRun> runs;
   for (const StreamCoder& coder : coders)
-    runs.emplace_back(coder, pose, frame_rate);
+    runs.emplace_back(coder, frame_rate);
   pcl::PCLPointCloud2 cloud;
   for (std::size_t i = 0; i < stream.clouds->size(); ++i) {
     stream.clouds->read(i, cloud);
+    const WorldPose pose(stream.clouds->sensorPoseAt(i));
     for (CoderRun& run : runs)
-      run.code(cloud);
+      run.code(cloud, pose);
   }
   for (const CoderRun& run : runs)
     run.write(results);

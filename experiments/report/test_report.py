@@ -6,6 +6,7 @@ import tempfile
 import unittest
 
 import check_report
+import motion_section
 import noise_tables
 import tables
 from noise_results import FILTER, FILTER_OF_EACH, METHODS, best_law, least_let_through
@@ -126,6 +127,41 @@ class NoiseTables(unittest.TestCase):
         table = noise_tables.bands_table(results_of("".join(lines)), "",
                                          "average_precision", 3)
         self.assertEqual(table.rows[1], ["1", DASH] + 4 * ["1.000"])
+
+
+def motion_results(i_frames_bytes="2000"):
+    """Streams that move, each effort with more bytes than the next one."""
+    lines = ["streams_run,,all,0,frames,20,0,1\n"]
+    for stream, cm in motion_section.STREAMS.items():
+        for place, coder in enumerate(("small", "balanced", "fast", "published")):
+            for experiment, size in (("motion", "1000"), ("motion_i_frames", i_frames_bytes)):
+                lines += [f"{experiment},{stream},{coder},{cm},{quantity},{value},0,20\n"
+                          for quantity, value in (("voxels", 1500),
+                                                  ("bytes", int(size) + place),
+                                                  ("bytes_per_voxel", int(size) / 2000))]
+    return results_of("".join(lines))
+
+
+class Motion(unittest.TestCase):
+    def problems(self, results):
+        check = check_report.Checks.__new__(check_report.Checks)
+        check.problems, check.results = [], results
+        motion_section.check_motion(check)
+        return check.problems
+
+    def test_rows_compare_with_i_frames_alone(self):
+        table = motion_section.motion_table(motion_results())
+        self.assertEqual(len(table.rows), 5 * 5)
+        self.assertEqual(table.rows[0], ["fixed camera, 4 cm"])
+        self.assertEqual(table.rows[1], ["published", "1,500", "0.500", "1.000", "50.0"])
+
+    def test_history_that_costs_bytes_is_a_problem(self):
+        self.assertEqual(self.problems(motion_results()), [])
+        self.assertEqual(self.problems(motion_results("980")), [])
+        problems = self.problems(motion_results("960"))
+        self.assertEqual(len(problems), 5 * 4)
+        self.assertIn("bytes against I-frames alone, camera on a hand balanced is",
+                      problems[10])
 
 
 class Checking(unittest.TestCase):
