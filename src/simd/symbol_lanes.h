@@ -6,7 +6,6 @@
 
 #include "simd/bit_operations.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -15,10 +14,6 @@
 #endif
 
 namespace pcl_ext {
-
-/** \brief Masks of those of eight numbers that are below each of three limits, and of those
- * that are 0xffff. */
-using EightComparisons = std::array<unsigned int, 4>;
 
 /** \brief The functions below in plain C++. */
 namespace portable {
@@ -47,27 +42,6 @@ moveEnds(std::uint16_t* ends,
     const std::int32_t distance = static_cast<std::int32_t>(goal) - ends[i];
     ends[i] = static_cast<std::uint16_t>(ends[i] + (distance >> shift));
   }
-}
-
-inline void
-storeSums(std::uint32_t* sums,
-          const std::array<std::uint8_t, 8>& bytes,
-          std::uint32_t first)
-{
-  for (unsigned int k = 0; k < 8; ++k)
-    sums[k] = first + bytes[k];
-}
-
-inline EightComparisons
-compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& limits)
-{
-  EightComparisons masks{};
-  for (unsigned int k = 0; k < 8; ++k) {
-    for (std::size_t i = 0; i < limits.size(); ++i)
-      masks[i] |= (numbers[k] < limits[i] ? 1u : 0u) << k;
-    masks[3] |= (numbers[k] == 0xffff ? 1u : 0u) << k;
-  }
-  return masks;
 }
 
 } // namespace portable
@@ -136,49 +110,6 @@ moveEnds(std::uint16_t* ends,
   _mm_store_si128(bytes, zero);
 #else
   portable::moveEnds(ends, counts, least, unit, shift);
-#endif
-}
-
-/** \brief Stores the sums of a number and each of eight bytes. */
-PCL_EXT_ALWAYS_INLINE void
-storeSums(std::uint32_t* sums,
-          const std::array<std::uint8_t, 8>& bytes,
-          std::uint32_t first)
-{
-#if defined(__SSE2__)
-  const __m128i zero = _mm_setzero_si128();
-  const __m128i firsts = _mm_set1_epi32(static_cast<int>(first));
-  const __m128i packed =
-      _mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes.data()));
-  const __m128i words = _mm_unpacklo_epi8(packed, zero);
-  auto* const eight = reinterpret_cast<__m128i*>(sums);
-  _mm_storeu_si128(eight, _mm_add_epi32(_mm_unpacklo_epi16(words, zero), firsts));
-  _mm_storeu_si128(eight + 1, _mm_add_epi32(_mm_unpackhi_epi16(words, zero), firsts));
-#else
-  portable::storeSums(sums, bytes, first);
-#endif
-}
-
-/** \brief Compares eight numbers with three limits above 0, and with 0xffff; bit k of
- * each mask is that of number k. */
-PCL_EXT_ALWAYS_INLINE EightComparisons
-compareEight(const std::uint16_t* numbers, const std::array<std::uint16_t, 3>& limits)
-{
-#if defined(__SSE2__)
-  const __m128i eight = _mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers));
-  const auto below = [&](std::uint16_t limit) {
-    const __m128i last = _mm_set1_epi16(static_cast<short>(limit - 1));
-    return _mm_cmpeq_epi16(_mm_subs_epu16(eight, last), _mm_setzero_si128());
-  };
-  const auto bits = [](__m128i low, __m128i high) {
-    return static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
-  };
-  const __m128i highest = _mm_cmpeq_epi16(eight, _mm_set1_epi16(-1));
-  const unsigned int low = bits(below(limits[0]), below(limits[1]));
-  const unsigned int high = bits(below(limits[2]), highest);
-  return {low & 0xff, low >> 8, high & 0xff, high >> 8};
-#else
-  return portable::compareEight(numbers, limits);
 #endif
 }
 

@@ -13,16 +13,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-/** \brief A whole octree of some levels, as if every voxel of a large cube were new. */
-void
-writeFullNodes(FastScript& script, unsigned int levels)
-{
-  std::size_t count = 1;
-  for (unsigned int level = levels; level-- > 0; count *= 8)
-    for (std::size_t i = 0; i < count; ++i)
-      script.byte(script.models.node[std::min(level, 3u)], 0, 255);
-}
-
 /** \brief The most memory that a decoder takes at once for a frame that it refuses. */
 std::size_t
 memoryToRefuse(FrameDecoder& decoder, const Bytes& bytes)
@@ -43,8 +33,7 @@ TEST(ScriptedGrowth, NodesThatAreMoreThanVoxels)
   parts.header.frame_number = 1;
   parts.header.voxel_count = voxels;
   FastScript script;
-  script.code(script.models.has_new_blocks, 1);
-  writeFullNodes(script, depth - 2);
+  writeFullGrid(script, depth - 2);
   RansChoices choices;
   choices.states = 4;
   parts.payload = script.rans(choices).bytes;
@@ -57,19 +46,14 @@ TEST(ScriptedGrowth, NodesThatAreMoreThanVoxels)
 TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
 {
   constexpr unsigned int depth = 8;
-  const ScriptedStream stream(depth, 4, 2, [](FastScript& script) {
-    script.code(script.models.has_new_blocks, 1);
-    for (unsigned int level = depth - 2; level-- > 0;)
-      script.byte(script.models.node[std::min(level, 3u)], 0, 1);
-    script.newBlock(true, 3);
-    script.plainSymbols(2, 3);
+  const ScriptedStream stream(depth, 0, 2, [](FastScript& script) {
+    script.newVoxels(depth, {0, 1});
   });
   // Both known voxels are occupied; the header has one voxel.
   const Bytes forged = stream.pFrame(1, [](FastScript& script) {
     script.knownVoxels(3, 2, 3);
     script.octants(false, 0);
-    script.code(script.models.has_new_blocks, 1);
-    writeFullNodes(script, depth - 2);
+    writeFullGrid(script, depth - 2);
   });
   FrameDecoder decoder;
   VoxelFrame back;

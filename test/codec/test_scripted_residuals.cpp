@@ -226,10 +226,9 @@ TEST(ScriptedResiduals, NumbersOfARowHaveSixteenBits)
   SplitPayload payload;
   writeDepthModel(model, payload.model);
   FastScript numbers;
-  numbers.code(numbers.models.has_new_blocks, 1);
-  numbers.newBlock(true, 1);
-  numbers.beginSteps(1);
-  numbers.newStep(0);
+  numbers.newVoxels(2, {0});
+  numbers.beginSteps();
+  numbers.newStep(1);
   payload.numbers = numbers.rans().bytes;
   const auto answer = [&](std::uint32_t residual) {
     FastScript script;

@@ -1,6 +1,6 @@
 """What effort 0 remembers of voxels and blocks since the last I-frame.
 
-doc/bitstream_fast.md, "History", and "Moment" in "Symbols".
+doc/bitstream_fast.md, "History", and "Statistics" in "Symbols".
 """
 
 from dataclasses import dataclass, field
@@ -32,7 +32,7 @@ def first_share(past: int) -> int:
     share = 26000
     below_leading = bin(past)[3:]
     for place, bit in enumerate(below_leading):
-        t = 1 if place < 2 else 2 if place < 5 else 3
+        t = 1 if place < 2 else 2
         share += ((65535 if bit == "1" else 0) - share) >> t
     return share
 
@@ -44,7 +44,7 @@ def next_past(past: int, is_occupied: int) -> int:
 
 
 def is_forgotten(past: int) -> bool:
-    return past == 16 or (past >= 64 and past % 64 == 0)
+    return past >= 64 and past % 64 == 0
 
 
 @dataclass

@@ -4,7 +4,7 @@ doc/bitstream_fast.md, "History".
 """
 
 from dataclasses import dataclass
-from typing import Dict, List
+from typing import Dict, List, Tuple
 
 from coded_frame import CodedFrame
 from fast_history import FastHistory, is_forgotten, next_past
@@ -41,6 +41,18 @@ def _beside(mask: int) -> int:
             if place != axis:
                 beside |= 1 << (((place | ~axis) + 1) & axis | cell & ~axis)
     return beside
+
+
+def _likely_first(likely: int, children: int) -> List[int]:
+    """Children of a mask: the likely ones, then the others."""
+    return _ones(likely) + _ones(children & ~likely)
+
+
+def _below(node: int, axis: int) -> int:
+    """The Morton key of the next node below on an axis; -1 if there is none."""
+    bits = sum(4 >> axis << shift for shift in range(0, 63, 3))
+    place = node & bits
+    return (place - 1) & bits | node & ~bits if place else -1
 
 
 class FastOccupancyReader:
@@ -134,9 +146,11 @@ class FastOccupancyReader:
             if symbol == 9:
                 in_several[block] = []
             elif symbol:
-                in_one_octant[block] = [self._octants_by_rank(block)[symbol - 1]]
+                likely = self._occupied_octants(block)
+                in_one_octant[block] = [_likely_first(likely, 255)[symbol - 1]]
         for block in in_several:
-            octants = _ones(self._models.byte(self._rans, "octants"))
+            likely = self._occupied_octants(block)
+            octants = _ones(self._models.mask(self._rans, "several", likely))
             require(len(octants) >= 2, "several octants are fewer than two")
             in_several[block] = octants
         new_octants = [
@@ -154,68 +168,65 @@ class FastOccupancyReader:
             else:
                 new_cells[block] = new_cells.get(block, 0) | 1 << cell
         for block, octant in have_several:
-            cells = self._models.byte(self._rans, "cells")
+            _, likely = self._open_and_likely(block, octant)
+            cells = self._models.mask(self._rans, "several", likely)
             require(cells.bit_count() >= 2, "several voxels are fewer than two")
             cells <<= 8 * octant
             require(not cells & self._known_cells[block], "a new voxel is a known one")
             new_cells[block] = new_cells.get(block, 0) | cells
         return new_cells
 
-    def _octants_by_rank(self, block: int) -> List[int]:
+    def _occupied_octants(self, block: int) -> int:
         occupied = self._occupied_cells[block]
-        m = [int(occupied >> 8 * octant & 255 != 0) for octant in range(8)]
-        return sorted(
-            range(8), key=lambda o: -(4 * m[o] + m[o ^ 1] + m[o ^ 2] + m[o ^ 4])
-        )
+        return sum(1 << o for o in range(8) if occupied >> 8 * o & 255)
+
+    def _open_and_likely(self, block: int, octant: int) -> Tuple[int, int]:
+        """The open cells of an octant, and those of them that are likely."""
+        open_cells = ~self._known_cells[block] >> 8 * octant & 255
+        return open_cells, open_cells & _beside(self._occupied_cells[block]) >> 8 * octant
 
     def _single_cell(self, block: int, octant: int) -> int:
         """The only new cell of an octant; -1 if there are several."""
-        open_cells = ~self._known_cells[block] & 255 << 8 * octant
-        near = open_cells & _beside(self._occupied_cells[block])
+        open_cells, likely = self._open_and_likely(block, octant)
         count = open_cells.bit_count()
         c = 0 if count == 8 else 1 if count > 4 else 2
         place = self._models.nibble(
-            self._rans, "cell", 3 * min(near.bit_count(), 7) + c
+            self._rans, "cell", 3 * min(likely.bit_count(), 3) + c
         )
         if place == 8:
             return -1
         require(place < count, "a new voxel is in none of the open cells")
-        return (_ones(near) + _ones(open_cells & ~near))[place]
+        return 8 * octant + _likely_first(likely, open_cells)[place]
 
     # New blocks
 
     def _read_new_blocks(self) -> Dict[int, int]:
         """The mask of cells of each new block."""
+        nodes = [0]
+        levels = levels_above_blocks(self._frame.depth) + 2
+        for level in range(levels):
+            masks = self._read_masks(nodes)
+            require(all(masks.values()) or level == 0, "a node has no children")
+            nodes = [8 * node + child for node in nodes for child in _ones(masks[node])]
+            require(len(nodes) <= self._frame.voxel_count, "there are too many nodes")
         blocks: Dict[int, int] = {}
-        for block in self._read_octree():
+        for key in nodes:
+            block = key >> BLOCK_BITS
             require(block not in self._known_cells, "a new block is a known one")
-            blocks[block] = self._read_block()
+            blocks[block] = blocks.get(block, 0) | 1 << (key & 63)
         return blocks
 
-    def _read_octree(self) -> List[int]:
-        if not self._models.has_new_blocks.read(self._rans):
-            return []
-        nodes = [0]
-        for level in reversed(range(levels_above_blocks(self._frame.depth))):
-            parents, nodes = nodes, []
-            for parent in parents:
-                children = self._models.byte(self._rans, "node", min(level, 3))
-                require(children != 0, "a node has no children")
-                nodes += [8 * parent + child for child in _ones(children)]
-            require(len(nodes) <= self._frame.voxel_count, "there are too many nodes")
-        return nodes
-
-    def _read_block(self) -> int:
-        f = int(self._frame.is_i_frame)
-        octants = self._models.byte(self._rans, "new_block_octants", f)
-        require(octants != 0, "a new block has no octants")
-        occupied = 0
-        for octant in _ones(octants):
-            near = _beside(occupied) >> 8 * octant & 15
-            cells = self._models.byte(self._rans, "new_block_cells", f, low_model=near)
-            require(cells != 0, "an octant of a new block has no cells")
-            occupied |= cells << 8 * octant
-        return occupied
+    def _read_masks(self, nodes: List[int]) -> Dict[int, int]:
+        """The children of the nodes of a level."""
+        masks: Dict[int, int] = {}
+        for node in nodes:
+            likely = 0
+            for axis, toward in enumerate((0b1111, 0b110011, 0b1010101)):
+                step = 4 >> axis
+                neighbour = masks.get(_below(node, axis), 0)
+                likely |= neighbour >> step & toward
+            masks[node] = self._models.mask(self._rans, "node", likely)
+        return masks
 
     # What blocks learn
 
@@ -225,4 +236,4 @@ class FastOccupancyReader:
                 before = self._history.activities[block]
                 self._after.activities[block] = (2 * before + (block in new_cells)) % 16
             else:
-                self._after.activities[block] = 0 if self._frame.is_i_frame else 3
+                self._after.activities[block] = 1

@@ -24,11 +24,10 @@ class FastMemory:
     history: FastHistory
     models: FastModels
     models_of_rests: FastModels
-    few: bool
 
     @staticmethod
     def at_start() -> "FastMemory":
-        return FastMemory(FastHistory(), FastModels(), FastModels(), False)
+        return FastMemory(FastHistory(), FastModels(), FastModels())
 
 
 def _decode_numbers(
@@ -43,22 +42,16 @@ def _decode_numbers(
         rans.require_end()
         after = replace(memory, history=occupancy.history, models=models)
         return Voxels(keys, []), after
-    reader = FastSymbolReader(rans, frame, models, memory.history.moments, memory.few)
+    reader = FastSymbolReader(rans, frame, models, memory.history.moments)
     symbols, steps = reader.read(keys)
     rans.require_end()
-    history, few = occupancy.history, memory.few
-    if not reader.is_plain:
-        without = [key for key in keys if key not in memory.history.moments]
-        for key in keys:
-            moment, step = memory.history.moments.get(key), steps[key]
-            history.moments[key] = (
-                Moment.of_first(step) if moment is None else moment.after(step)
-            )
-        if without:
-            small = sum(steps[key] < 3 for key in without)
-            few = small > 7 * (len(without) // 8)
-    after = replace(memory, history=history, models=models, few=few)
-    return Voxels(keys, symbols), after
+    history = occupancy.history
+    for key in keys:
+        moment, step = memory.history.moments.get(key), steps[key]
+        history.moments[key] = (
+            Moment.of_first(step) if moment is None else moment.after(step)
+        )
+    return Voxels(keys, symbols), replace(memory, history=history, models=models)
 
 
 def _classed_row(source: bytes, classes: List[int], models: FastModels) -> List[int]:

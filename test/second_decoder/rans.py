@@ -7,7 +7,7 @@ import struct
 from bisect import bisect_right
 from functools import lru_cache
 from itertools import accumulate
-from typing import List, Sequence, Tuple
+from typing import List, Sequence
 
 from invalid_frame import require
 
@@ -103,7 +103,7 @@ class NibbleModel:
 
     def _end_period(self) -> None:
         unit = 32640 >> self._k
-        shift = 1 if self._k < 4 else 2
+        shift = 1 if self._k < 5 else 2
         for i, before in enumerate(accumulate(self._counts[:15], initial=0)):
             self._s[i] += (8 * i + unit * before - self._s[i]) >> shift
         self._counts = 16 * [0]
@@ -128,54 +128,3 @@ def occupancy_table(share: int) -> List[int]:
     """The byte table of eight voxels that are occupied with a share in 2^-16."""
     q = max(share >> 9, 1)
     return _occupancy_table_of(q // 4 * 4 + 2 if 8 <= q < 120 else q)
-
-
-@lru_cache(maxsize=256)
-def _quad_table(bounds: Tuple[int, ...]) -> List[int]:
-    share = [
-        1 + (252 * high >> 16) - (252 * low >> 16)
-        for low, high in zip(bounds, bounds[1:])
-    ]
-    return _byte_table(
-        [
-            share[v & 3] * share[v >> 2 & 3] * share[v >> 4 & 3] * share[v >> 6]
-            for v in range(256)
-        ]
-    )
-
-
-class QuadModel:
-    """Four numbers 0..3 in a byte; learns at the end of each period."""
-
-    def __init__(self) -> None:
-        self._bounds = (0, 45000, 58000, 63000, 65536)
-        self._numbers = 4 * [0]
-        self._k = 3
-        self._left = 8
-
-    def copy(self) -> "QuadModel":
-        other = QuadModel.__new__(QuadModel)
-        other.__dict__.update(self.__dict__)
-        other._numbers = list(self._numbers)
-        return other
-
-    def read(self, rans: RansDecoder) -> List[int]:
-        byte = rans.symbol(_quad_table(self._bounds))
-        four = [byte >> shift & 3 for shift in (0, 2, 4, 6)]
-        for number in four:
-            self._numbers[number] += 1
-        self._left -= 1
-        if self._left == 0:
-            self._end_period()
-        return four
-
-    def _end_period(self) -> None:
-        below = accumulate(self._numbers[:3])
-        inner = [
-            (bound + (n << (14 - self._k))) // 2
-            for bound, n in zip(self._bounds[1:4], below)
-        ]
-        self._bounds = (0, *inner, 65536)
-        self._numbers = 4 * [0]
-        self._k = min(self._k + 1, 10)
-        self._left = 1 << self._k

@@ -85,48 +85,4 @@ TEST(SymbolLanes, EndsMoveTowardsWhatWasCounted)
     }
 }
 
-TEST(SymbolLanes, BytesAreAdded)
-{
-  const std::array<std::uint8_t, 8> bytes = {0, 1, 7, 128, 255, 3, 200, 0};
-  for (const std::uint32_t first : {0u, 5u, 0xfffffff0u}) {
-    std::array<std::uint32_t, 9> native{};
-    std::array<std::uint32_t, 9> plain{};
-    storeSums(native.data() + 1, bytes, first);
-    portable::storeSums(plain.data() + 1, bytes, first);
-    EXPECT_EQ(native[0], 0u);
-    for (std::size_t i = 0; i < 8; ++i)
-      EXPECT_EQ(native[i + 1], first + bytes[i]);
-    EXPECT_EQ(native, plain);
-  }
-}
-
-TEST(SymbolLanes, EightNumbersAreCompared)
-{
-  std::mt19937 random(3);
-  const std::array<std::array<std::uint16_t, 3>, 3> all_limits = {
-      {{256, 640, 1024}, {1, 0x7fff, 0x8000}, {0x8001, 0xfffe, 0xffff}}};
-  for (const std::array<std::uint16_t, 3>& limits : all_limits)
-    for (int round = 0; round < 3000; ++round) {
-      std::array<std::uint16_t, 9> numbers;
-      for (std::uint16_t& number : numbers)
-        switch (random() % 4) {
-        case 0:
-          number = 0xffff;
-          break;
-        case 1: // at a limit, one below, one above
-          number = static_cast<std::uint16_t>(limits[random() % 3] + random() % 3 - 1);
-          break;
-        default:
-          number = static_cast<std::uint16_t>(random() % 0x10000);
-        }
-      const EightComparisons native = compareEight(numbers.data() + 1, limits);
-      ASSERT_EQ(native, portable::compareEight(numbers.data() + 1, limits));
-      for (std::size_t k = 0; k < 8; ++k) {
-        for (std::size_t i = 0; i < 3; ++i)
-          ASSERT_EQ((native[i] >> k & 1) != 0, numbers[k + 1] < limits[i]);
-        ASSERT_EQ((native[3] >> k & 1) != 0, numbers[k + 1] == 0xffff);
-      }
-    }
-}
-
 } // namespace

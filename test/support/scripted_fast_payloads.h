@@ -15,6 +15,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <set>
 #include <vector>
 
 namespace pcl_ext {
@@ -98,12 +100,11 @@ public:
     coder_.code(model, symbol);
   }
 
-  template <std::size_t contexts>
   void
-  byte(ByteModels<contexts>& byte_models, unsigned int context, unsigned int number)
+  mask(MaskModels& mask_models, unsigned int likely, unsigned int children)
   {
     coder_.reserve(2);
-    codeByte(coder_, byte_models, context, number);
+    codeMask(coder_, mask_models, likely, children);
   }
 
   /** \brief The voxels of a past, all of them in one bucket; bit k is voxel k. */
@@ -118,11 +119,11 @@ public:
       code(rest, static_cast<unsigned int>(occupied & 1));
   }
 
-  /** \brief Where the new voxels of a block without activity are. */
+  /** \brief Where the new voxels of a block are that the frame before brought. */
   void
   octants(bool is_empty, unsigned int symbol)
   {
-    code(models.octant[is_empty ? 1 : 0], symbol);
+    code(models.octant[is_empty ? 3 : 2], symbol);
   }
 
   /** \brief Where the new voxels of an octant are.
@@ -132,59 +133,45 @@ public:
   void
   cells(unsigned int near, unsigned int open, unsigned int symbol)
   {
-    code(models.cell[3 * std::min(near, 7u) + (open == 8  ? 0u
+    code(models.cell[3 * std::min(near, 3u) + (open == 8  ? 0u
                                                : open > 4 ? 1u
                                                           : 2u)],
          symbol);
   }
 
+  /** \brief The mask of a node's children, of which none is likely. */
+  void
+  node(unsigned int children)
+  {
+    mask(models.node, 0, children);
+  }
+
   void
   noNewBlocks()
   {
-    code(models.has_new_blocks, 0);
+    node(0);
   }
 
-  /** \brief A new block's voxels.
-   * \param[in] octants those that are said to have voxels
+  /** \brief The octree of new voxels.
+   * \param[in] levels of the octree, two at least
+   * \param[in] keys Morton keys of the voxels
    */
   void
-  newBlock(bool is_i_frame, unsigned int octants, std::uint64_t voxels)
+  newVoxels(unsigned int levels, const std::set<std::uint64_t>& keys)
   {
-    const std::size_t kind = is_i_frame ? 1 : 0;
-    byte(models.new_block_octants[kind], 0, octants);
-    std::uint64_t coded = 0;
-    for (unsigned int octant = 0; octant < 8; ++octant) {
-      if ((octants >> octant & 1) == 0)
-        continue;
-      const std::uint64_t here = voxels & std::uint64_t{0xff} << 8 * octant;
-      byte(models.new_block_cells[kind],
-           static_cast<unsigned int>(cellsBeside(coded) >> 8 * octant & 15),
-           static_cast<unsigned int>(here >> 8 * octant));
-      coded |= here;
+    for (unsigned int level = levels; level-- > 0;) {
+      std::map<std::uint64_t, unsigned int> masks;
+      for (const std::uint64_t key : keys)
+        masks[key >> 3 * (level + 1)] |= 1u << (key >> 3 * level & 7);
+      for (const auto& [node_key, children] : masks)
+        mask(models.node, likelyChildren(node_key, masks), children);
     }
   }
 
+  /** \brief Starts the symbols of an I-frame. */
   void
-  newBlock(bool is_i_frame, std::uint64_t voxels)
+  beginSteps()
   {
-    newBlock(is_i_frame, occupiedOctants(voxels), voxels);
-  }
-
-  /** \brief Plain symbols of up to eight bits. */
-  void
-  plainSymbols(std::size_t count, unsigned int symbol)
-  {
-    bits(1, 1);
-    for (std::size_t i = 0; i < count; ++i)
-      byte(models.plain, 0, symbol);
-  }
-
-  /** \brief What comes in front of symbols that are not plain. */
-  void
-  beginSteps(unsigned int origin)
-  {
-    bits(1, 0);
-    bits(1, origin);
     running_ = symbol_statistics::first(2);
   }
 
@@ -196,7 +183,7 @@ public:
   void
   newStep(unsigned int symbol, unsigned int step)
   {
-    code(models.new_symbol[1][symbol_statistics::contextOf(running_)], symbol);
+    code(models.running_symbol[symbol_statistics::contextOf(running_)], symbol);
     running_ = symbol_statistics::next(running_, step);
   }
 
@@ -221,9 +208,16 @@ public:
   void
   knownStep(unsigned int step_before, unsigned int symbol)
   {
-    code(models.known_symbol[symbol_statistics::contextOf(
+    code(models.symbol[symbol_statistics::contextOf(
              symbol_statistics::first(step_before))],
          symbol);
+  }
+
+  /** \brief The step of a P-frame's voxel without statistics, as a nibble. */
+  void
+  broughtStep(unsigned int symbol)
+  {
+    code(models.symbol[125], symbol);
   }
 
   void
@@ -237,13 +231,35 @@ public:
   rans(const RansChoices& choices = RansChoices()) const
   {
     return ransBytes(
-        {steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(coder_.mark())},
+        {steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(coder_.size())},
         choices);
   }
 
   Models models;
 
 private:
+  /** \brief The children of a node that share a face with children of the nodes below it on
+   * each axis. */
+  static unsigned int
+  likelyChildren(std::uint64_t node_key,
+                 const std::map<std::uint64_t, unsigned int>& masks)
+  {
+    const VoxelPosition place = voxelPosition(node_key);
+    unsigned int likely = 0;
+    for (unsigned int axis = 0; axis < 3; ++axis) {
+      VoxelPosition below = place;
+      std::uint32_t& coordinate = axis == 0 ? below.x : axis == 1 ? below.y : below.z;
+      if (coordinate == 0)
+        continue;
+      --coordinate;
+      const auto neighbour = masks.find(mortonKey(below));
+      for (unsigned int child = 0; neighbour != masks.end() && child < 8; ++child)
+        if ((child & 4u >> axis) != 0 && (neighbour->second >> child & 1) != 0)
+          likely |= 1u << (child ^ 4u >> axis);
+    }
+    return likely;
+  }
+
   std::vector<std::uint32_t> steps_;
   NibbleEncoder coder_{steps_};
   std::uint16_t running_ = 0;

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -130,24 +131,32 @@ expectAnswers(const ScriptedStream& stream, const std::vector<ScriptedFrame>& ca
   }
 }
 
-/** \brief Two blocks of a grid of eight: block 2 has cell 0 and cell 9, block 5 the whole
- * octant 3. */
+/** \brief Keys of the cells of a block. */
+inline std::set<std::uint64_t>
+keysOf(std::uint64_t block, std::uint64_t cells)
+{
+  std::set<std::uint64_t> keys;
+  for (unsigned int cell = 0; cell < block_cells; ++cell)
+    if ((cells >> cell & 1) != 0)
+      keys.insert(block << block_key_bits | cell);
+  return keys;
+}
+
+/** \brief Two blocks of a grid of eight, without intensities: block 2 has cell 0 and cell 9,
+ * block 5 the whole octant 3. */
 inline ScriptedStream
 streamOfTwoBlocks()
 {
-  ScriptedStream stream(3, 4, 10, [](FastScript& script) {
-    script.code(script.models.has_new_blocks, 1);
-    script.byte(script.models.node[0], 0, 1 << 2 | 1 << 5);
-    script.newBlock(true, 1 | 1 << 9);
-    script.newBlock(true, 0xff000000);
-    script.plainSymbols(10, 3);
+  ScriptedStream stream(3, 0, 10, [](FastScript& script) {
+    std::set<std::uint64_t> keys = keysOf(2, 1 | 1 << 9);
+    keys.merge(keysOf(5, 0xff000000));
+    script.newVoxels(3, keys);
   });
   stream.setGenuine(stream.pFrame(10, [](FastScript& script) {
     script.knownVoxels(3, 10, 0x3ff);
     script.octants(false, 0);
     script.octants(false, 0);
     script.noNewBlocks();
-    script.plainSymbols(10, 5);
   }));
   return stream;
 }
@@ -156,13 +165,10 @@ streamOfTwoBlocks()
 inline void
 writeFullGrid(FastScript& script, unsigned int depth)
 {
-  script.code(script.models.has_new_blocks, 1);
-  std::size_t blocks = 1;
-  for (unsigned int level = depth - 2; level-- > 0; blocks *= 8)
-    for (std::size_t i = 0; i < blocks; ++i)
-      script.byte(script.models.node[std::min(level, 3u)], 0, 255);
-  for (std::size_t i = 0; i < blocks; ++i)
-    script.newBlock(true, ~std::uint64_t{0});
+  std::set<std::uint64_t> keys;
+  for (std::uint64_t key = 0; key < std::uint64_t{1} << 3 * depth; ++key)
+    keys.insert(key);
+  script.newVoxels(depth, keys);
 }
 
 } // namespace test

@@ -69,39 +69,6 @@ occupancyTable(unsigned int probability)
   return tables->tables[OccupancyTables::index(tableProbability(probability))];
 }
 
-QuadModel::QuadModel() { setTable(); }
-
-void
-QuadModel::adapt()
-{
-  std::uint32_t below = 0;
-  for (unsigned int i = 1; i < number_count; ++i) {
-    below += static_cast<std::uint16_t>(counts_ >> (16 * (i - 1)));
-    const std::uint32_t goal = below << (14 - period_log2_);
-    starts_[i] = (starts_[i] + goal) / 2;
-  }
-  counts_ = 0;
-  period_log2_ = std::min(period_log2_ + 1, +last_period_log2);
-  left_ = 1u << period_log2_;
-  setTable();
-}
-
-void
-QuadModel::setTable()
-{
-  // Their sum is 2^8; each is at least 1.
-  std::array<std::uint32_t, number_count> shares;
-  for (std::uint32_t i = 0; i < number_count; ++i)
-    shares[i] = 1 + (252 * starts_[i + 1] >> 16) - (252 * starts_[i] >> 16);
-  ByteTable::Weights weights;
-  for (unsigned int high = 0; high < 16; ++high) {
-    const std::uint32_t weight = shares[high >> 2] * shares[high & 3];
-    for (unsigned int low = 0; low < 16; ++low)
-      weights[high << 4 | low] = weight * (shares[low >> 2] * shares[low & 3]);
-  }
-  table_.set(weights);
-}
-
 } // namespace fast
 } // namespace io
 } // namespace pcl_ext

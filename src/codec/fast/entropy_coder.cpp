@@ -50,26 +50,6 @@ pushed(std::uint32_t state, std::uint32_t range, std::uint16_t*& words)
 
 } // namespace
 
-std::uint64_t
-NibbleEncoder::cost(Mark begin) const
-{
-  std::uint64_t sum = 0;
-  for (const std::uint32_t* range = ranges_->data() + begin; range != next_; ++range) {
-    // By the binary logarithm of the width, interpolated between powers of two.
-    const std::uint32_t width = *range >> 16;
-    const unsigned int power = highestBit(width);
-    sum += 16 * (probability_bits - power) - ((width << 4 >> power) - 16);
-  }
-  return sum;
-}
-
-void
-NibbleEncoder::erase(Mark begin, Mark end)
-{
-  std::uint32_t* const first = ranges_->data();
-  next_ = std::copy(first + end, next_, first + begin);
-}
-
 void
 NibbleEncoder::finish(Interleaving interleaving,
                       std::vector<std::uint16_t>& words,

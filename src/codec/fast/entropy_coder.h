@@ -88,14 +88,6 @@ public:
     return byte;
   }
 
-  unsigned int
-  code(QuadModel& model, unsigned int quad)
-  {
-    push(model.table().range(quad));
-    model.learn(quad);
-    return quad;
-  }
-
   /** \brief Codes a number below 2^count that bypasses the models; count 1..12. */
   unsigned int
   codeBits(unsigned int count, unsigned int number)
@@ -117,11 +109,13 @@ public:
           std::size_t count,
           const Prefetched& prefetched = Prefetched())
   {
+    NibbleEncoder coder = *this; // in registers
     for (std::size_t i = 0; i < count; ++i) {
       for (const void* address : prefetched(i))
         prefetch(address);
-      code(models[contexts[i]], nibbles[i]);
+      coder.code(models[contexts[i]], nibbles[i]);
     }
+    *this = coder;
     return true;
   }
 
@@ -142,31 +136,12 @@ public:
     return true;
   }
 
-  /** \brief Codes quads. */
-  bool
-  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
+  /** \brief Number of symbols so far. */
+  std::size_t
+  size() const
   {
-    for (std::size_t i = 0; i < count; ++i)
-      code(model, quads[i]);
-    return true;
+    return static_cast<std::size_t>(next_ - ranges_->data());
   }
-
-  /** \brief Number of symbols before a position. */
-  using Mark = std::size_t;
-
-  Mark
-  mark() const
-  {
-    return static_cast<Mark>(next_ - ranges_->data());
-  }
-
-  /** \brief Approximate cost of the symbols after a mark, in sixteenths of a bit. */
-  std::uint64_t
-  cost(Mark begin) const;
-
-  /** \brief Removes the symbols between two marks. */
-  void
-  erase(Mark begin, Mark end);
 
   /** \brief As NibbleDecoder::isOverrun. */
   static constexpr bool
@@ -268,14 +243,6 @@ public:
   }
 
   unsigned int
-  code(QuadModel& model, unsigned int)
-  {
-    const unsigned int quad = code(model.table(), 0);
-    model.learn(quad);
-    return quad;
-  }
-
-  unsigned int
   codeBits(unsigned int count, unsigned int)
   {
     const unsigned int shift = probability_bits - count;
@@ -326,22 +293,6 @@ public:
         });
     visit = local_visit;
     return is_whole;
-  }
-
-  /** \brief Decodes quads; see above. */
-  bool
-  codeRow(QuadModel& model, std::uint8_t* quads, std::size_t count)
-  {
-    while (count > 0) {
-      const std::size_t alike = std::min<std::size_t>(count, model.untilAdapts());
-      if (!codeRow(model.table(), quads, alike))
-        return false;
-      for (std::size_t i = 0; i < alike; ++i)
-        model.learn(quads[i]);
-      quads += alike;
-      count -= alike;
-    }
-    return true;
   }
 
 private:

@@ -83,7 +83,7 @@ voxel_past::firstProbability(unsigned int past)
   std::int32_t probability = 26000;
   for (unsigned int i = 0; i < frames; ++i) {
     const std::int32_t goal = (past >> (frames - 1 - i) & 1) != 0 ? 0xffff : 0;
-    const unsigned int shift = i < 2 ? 1 : i < 5 ? 2 : 3;
+    const unsigned int shift = i < 2 ? 1 : 2;
     probability += (goal - probability) >> shift;
   }
   return static_cast<std::uint32_t>(probability);
@@ -263,7 +263,7 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
   const std::uint64_t* const new_keys = frame.new_keys.data();
   const std::uint64_t* const new_masks = frame.new_masks.data();
   const std::uint32_t* const new_numbers = new_numbers_.data();
-  const unsigned int new_activity = frame.is_i_frame ? 0 : 3;
+  const unsigned int new_activity = 1;
   const auto append_old = [&](std::size_t i) {
     const std::uint32_t number = old_numbers[i];
     const unsigned int activity =

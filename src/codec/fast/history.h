@@ -44,7 +44,7 @@ next(unsigned int past, unsigned int is_occupied)
 constexpr bool
 isForgotten(unsigned int past)
 {
-  return past == 16 || (past >= 64 && (past & 63) == 0);
+  return (past >= 64 && (past & 63) == 0);
 }
 
 /** \brief Initial probability, 2^16 is 1, that a voxel with this past is occupied: a running

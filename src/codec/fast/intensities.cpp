@@ -1,114 +1,267 @@
 #include "codec/fast/intensities.h"
 
+#include "codec/fast/entropy_coder.h"
+#include "codec/fast/symbol_statistics.h"
+
 #include <algorithm>
-#include <cstddef>
 
 namespace pcl_ext {
 namespace io {
 namespace fast {
 
-namespace {
+static_assert(History::no_statistics == symbol_statistics::none,
+              "has a context of its own");
 
-/** \brief Codes symbols without statistics: the high eight bits with a model, the others
- * bypass it. */
+/** \brief Begins a frame: reads the statistics, and allocates all memory. */
+void
+Intensities::begin(const Frame& frame,
+                   const StatisticsTable& statistics,
+                   unsigned int bits)
+{
+  top_ = (1u << bits) - 1;
+  const bool has_low_bits = top_ >= intensity_bins::exact;
+  highest_bin_ = has_low_bits ? intensity_bins::binOf(top_) + 1 : top_;
+  top_bin_ = has_low_bits ? highest_bin_ : intensity_bins::highest + 1;
+  count_ = frame.voxel_count;
+  places_ = frame.places.data();
+  ensureSize(before_, count_);
+  ensureSize(after_, count_);
+  ensureSize(contexts_, count_);
+  ensureSize(lowest_, count_);
+  ensureSize(coded_, count_);
+  ensureSize(noted_, count_ + 1);
+  std::uint16_t* const before = before_.data();
+  for (std::size_t i = 0; i < count_; ++i)
+    before[i] = statistics[places_[i]];
+}
+
+void
+Intensities::restore(const Frame& frame, StatisticsTable& statistics) const
+{
+  for (std::size_t i = 0; i < frame.voxel_count; ++i)
+    statistics[frame.places[i]] = before_[i];
+}
+
 template <class Coder, class Symbol>
 bool
-codePlain(
-    Coder& coder, Models& models, unsigned int bits, std::size_t count, Symbol* symbols)
+Intensities::code(Coder& coder,
+                  Models& models,
+                  const Frame& frame,
+                  StatisticsTable& all_statistics,
+                  unsigned int bits,
+                  Symbol* symbols)
 {
-  const unsigned int low_bits = bits > 8 ? bits - 8 : 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    // Each symbol is coded as at most three of the coder's symbols.
-    static_assert(3 * 16 <= NibbleDecoder::slack, "isOverrun is called often enough");
-    if (i % 16 == 0 && coder.isOverrun())
-      return false;
-    const auto symbol = Coder::is_decoder ? 0u : static_cast<unsigned int>(symbols[i]);
-    const unsigned int high = codeByte(coder, models.plain, 0, symbol >> low_bits);
-    unsigned int decoded = high << low_bits;
-    if (low_bits > 0)
-      decoded |= coder.codeBits(low_bits, symbol & ((1u << low_bits) - 1));
-    if constexpr (Coder::is_decoder) {
-      if (decoded >> bits != 0)
+  begin(frame, all_statistics, bits);
+  std::uint16_t* const statistics = all_statistics.data();
+  if (frame.is_i_frame ? !codeRunning(coder, models, statistics, symbols)
+                       : !codeRow(coder, models, statistics, symbols) ||
+                             !codeNotedBins(coder, models, statistics, symbols))
+    return false;
+  std::uint32_t bits_of_all = 0;
+  for (std::size_t i = 0; Coder::is_decoder && i < count_; ++i)
+    bits_of_all |= symbols[i];
+  return bits_of_all <= top_;
+}
+
+/** \brief Codes the voxels of an I-frame, each relative to running statistics of those
+ * before it. */
+template <class Coder, class Symbol>
+bool
+Intensities::codeRunning(Coder& coder_now,
+                         Models& models,
+                         std::uint16_t* statistics,
+                         Symbol* symbols)
+{
+  coder_now.reserve(4 * count_);
+  Coder coder = coder_now;
+  const VoxelPlace* const places = places_;
+  std::uint16_t running = symbol_statistics::first(2);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const unsigned int lowest = symbol_statistics::lowestBin(running);
+    unsigned int value = Coder::is_decoder ? 0u : symbols[i];
+    unsigned int bin = Coder::is_decoder ? 0 : binOf(value);
+    const unsigned int symbol =
+        coder.code(models.running_symbol[symbol_statistics::contextOf(running)],
+                   std::min(bin - lowest, escape));
+    bin = lowest + symbol;
+    if (((symbol + 1) | bin) >> 4 != 0) {
+      // By a copy, so that the coder itself stays in registers.
+      Coder copy = coder;
+      if (symbol == escape && !codeWholeBin(copy, models, lowest, value, bin))
         return false;
-      symbols[i] = static_cast<std::uint16_t>(decoded);
+      if (!codeValue(copy, bin, value))
+        return false;
+      coder = copy;
     }
+    else {
+      value = bin;
+    }
+    statistics[places[i]] = symbol_statistics::first(bin);
+    running = symbol_statistics::next(running, bin);
+    if constexpr (Coder::is_decoder)
+      symbols[i] = static_cast<std::uint16_t>(value);
+    if (coder.isOverrun())
+      return false;
+  }
+  coder_now = coder;
+  return true;
+}
+
+/** \brief Codes the voxels of a P-frame, each relative to its own statistics. The loops are
+ * such that compilers vectorise them. */
+template <class Coder, class Symbol>
+bool
+Intensities::codeRow(Coder& coder,
+                     Models& models,
+                     std::uint16_t* statistics,
+                     Symbol* symbols)
+{
+  const std::size_t count = count_;
+  coder.reserve(count);
+  // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
+  const std::uint16_t* const before = before_.data();
+  std::uint8_t* const contexts = contexts_.data();
+  std::uint8_t* const lowest = lowest_.data();
+  std::uint8_t* const coded = coded_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    contexts[i] = static_cast<std::uint8_t>(symbol_statistics::contextOf(before[i]));
+    lowest[i] = static_cast<std::uint8_t>(symbol_statistics::lowestBin(before[i]));
+  }
+  if constexpr (!Coder::is_decoder) {
+    unsigned int any = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      any |= symbols[i];
+    for (std::size_t i = 0; i < count; ++i) {
+      const unsigned int bin =
+          any < intensity_bins::exact ? symbols[i] : binOf(symbols[i]);
+      coded[i] = static_cast<std::uint8_t>(std::min(bin - lowest[i], escape));
+    }
+  }
+  if (!coder.codeRow(models.symbol.data(), contexts, coded, count))
+    return false;
+  learnRow<Coder::is_decoder>(statistics, symbols);
+  return true;
+}
+
+/** \brief Updates the statistics and, in a decoder, sets the symbols, as far as they are
+ * coded. */
+template <bool is_decoder, class Symbol>
+void
+Intensities::learnRow(std::uint16_t* statistics, Symbol* symbols)
+{
+  const std::size_t count = count_;
+  const VoxelPlace* const places = places_;
+  const std::uint16_t* const before = before_.data();
+  const std::uint8_t* const coded = coded_.data();
+  const std::uint8_t* const lowest = lowest_.data();
+  std::uint16_t* const after = after_.data();
+  std::uint8_t* const bins = contexts_.data(); // the contexts are not needed any more
+  unsigned int any = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    bins[i] = static_cast<std::uint8_t>(lowest[i] + coded[i]);
+    any |= (coded[i] + 1u) | bins[i];
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    after[i] = symbol_statistics::next(before[i], bins[i]);
+  for (std::size_t i = 0; i < count; ++i)
+    statistics[places[i]] = after[i];
+  if constexpr (is_decoder)
+    for (std::size_t i = 0; i < count; ++i)
+      symbols[i] = bins[i];
+  // Voxels with an escaped bin or with low bits.
+  std::uint32_t* noted = noted_.data();
+  for (std::size_t i = 0; i < count && any >> 4 != 0; ++i) {
+    *noted = static_cast<std::uint32_t>(i);
+    noted += ((coded[i] + 1u) | bins[i]) >> 4 != 0 ? 1 : 0;
+  }
+  noted_count_ = static_cast<std::size_t>(noted - noted_.data());
+}
+
+/** \brief Codes escaped bins and low bits of a P-frame. */
+template <class Coder, class Symbol>
+bool
+Intensities::codeNotedBins(Coder& coder,
+                           Models& models,
+                           std::uint16_t* statistics,
+                           Symbol* symbols)
+{
+  coder.reserve(3 * noted_count_);
+  for (std::size_t i = 0; i < noted_count_; ++i) {
+    const std::uint32_t voxel = noted_[i];
+    const std::uint16_t before = before_[voxel];
+    const unsigned int lowest = symbol_statistics::lowestBin(before);
+    unsigned int value = symbols[voxel];
+    // In a decoder the symbol is the bin as far as it is coded.
+    unsigned int bin = Coder::is_decoder ? value : binOf(value);
+    if (bin - lowest >= escape) {
+      if (!codeWholeBin(coder, models, lowest, value, bin))
+        return false;
+      statistics[places_[voxel]] = symbol_statistics::next(before, bin);
+    }
+    if (!codeValue(coder, bin, value) || coder.isOverrun())
+      return false;
+    if constexpr (Coder::is_decoder)
+      symbols[voxel] = static_cast<std::uint16_t>(value);
   }
   return true;
 }
 
-} // namespace
-
-void
-Intensities::encode(NibbleEncoder& coder,
-                    Models& models,
-                    const Frame& frame,
-                    StatisticsTable& statistics,
-                    unsigned int bits,
-                    const std::vector<std::uint16_t>& symbols)
+unsigned int
+Intensities::binOf(unsigned int value) const
 {
-  const NibbleEncoder::Mark start = coder.mark();
-  models_before_ = models;
-  encodeExpected(coder, models, frame, statistics, bits, symbols);
-  // Plain coding needs at least two of the coder's symbols for each symbol. It is not tried
-  // below 5/4.
-  const NibbleEncoder::Mark end = coder.mark();
-  if (4 * (end - start) < 5 * symbols.size())
-    return;
-  const std::uint64_t expected_cost = coder.cost(start);
-  restore(frame, statistics);
-  models = models_before_;
-  coder.reserve(1 + 3 * symbols.size());
-  coder.codeBits(1, 1);
-  codePlain(coder, models, bits, symbols.size(), symbols.data());
-  // The statistics of an I-frame save bytes in the following frames.
-  const std::uint64_t plain_cost = coder.cost(end);
-  if (frame.is_i_frame ? 16 * plain_cost < 15 * expected_cost
-                       : plain_cost < expected_cost) {
-    coder.erase(start, end);
-    return;
-  }
-  coder.erase(end, coder.mark());
-  models = models_before_;
-  coder.erase(start, end);
-  encodeExpected(coder, models, frame, statistics, bits, symbols);
+  return value == top_ && value >= intensity_bins::exact ? top_bin_
+                                                         : intensity_bins::binOf(value);
 }
 
-void
-Intensities::encodeExpected(NibbleEncoder& coder,
-                            Models& models,
-                            const Frame& frame,
-                            StatisticsTable& statistics,
-                            unsigned int bits,
-                            const std::vector<std::uint16_t>& symbols)
-{
-  unsigned int has_zeros = 0;
-  for (const std::uint16_t symbol : symbols)
-    has_zeros |= symbol == 0 ? 1u : 0u;
-  coder.reserve(2);
-  coder.codeBits(1, 0);
-  const unsigned int origin = coder.codeBits(1, 1 - has_zeros);
-  expected_.begin(frame, statistics);
-  expected_.code(coder, models, frame, origin, bits, statistics, symbols.data());
-}
-
+/** \brief Codes an escaped bin, which is not one of the fifteen from `lowest` on. */
+template <class Coder>
 bool
-Intensities::decode(NibbleDecoder& coder,
-                    Models& models,
-                    const Frame& frame,
-                    StatisticsTable& statistics,
-                    unsigned int bits,
-                    std::vector<std::uint16_t>& symbols)
+Intensities::codeWholeBin(Coder& coder,
+                          Models& models,
+                          unsigned int lowest,
+                          unsigned int value,
+                          unsigned int& bin)
 {
-  symbols.resize(frame.voxel_count);
-  const bool is_plain = coder.codeBits(1, 0) != 0;
-  const unsigned int origin = is_plain ? 0 : coder.codeBits(1, 0);
-  expected_.begin(frame, statistics);
-  if (is_plain)
-    return codePlain(coder, models, bits, frame.voxel_count, symbols.data());
-  return expected_.code(
-             coder, models, frame, origin, bits, statistics, symbols.data()) &&
-         expected_.areValid(symbols);
+  bin = Coder::is_decoder ? 0 : binOf(value);
+  const unsigned int high = coder.code(models.escape_high, bin >> 4);
+  bin = high << 4 | coder.code(models.escape_low[high & 7], bin & 15);
+  return bin - lowest >= escape;
 }
+
+/** \brief Codes the low bits of a value in a bin; a decoder sets the value. */
+template <class Coder>
+bool
+Intensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
+{
+  if (bin > highest_bin_)
+    return false;
+  if (bin == top_bin_)
+    value = top_;
+  else if (bin < intensity_bins::exact)
+    value = bin;
+  else {
+    const unsigned int bits = intensity_bins::lowBits(bin);
+    value = intensity_bins::lowestValue(bin) |
+            coder.codeBits(bits, value & ((1u << bits) - 1));
+    return value < top_ && !coder.isOverrun();
+  }
+  return true;
+}
+
+template bool
+Intensities::code(NibbleEncoder&,
+                  Models&,
+                  const Frame&,
+                  StatisticsTable&,
+                  unsigned int,
+                  const std::uint16_t*);
+template bool
+Intensities::code(NibbleDecoder&,
+                  Models&,
+                  const Frame&,
+                  StatisticsTable&,
+                  unsigned int,
+                  std::uint16_t*);
 
 } // namespace fast
 } // namespace io

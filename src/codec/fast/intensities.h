@@ -1,10 +1,9 @@
 #pragma once
 
-#include "codec/fast/entropy_coder.h"
-#include "codec/fast/expected_intensities.h"
 #include "codec/fast/frame.h"
 #include "codec/fast/models.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,53 +11,87 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the intensity symbols of a frame (doc/bitstream_fast.md, "Symbols"): relative
- * to the statistics of the voxels, or plain if that is smaller. */
+/** \brief Codes the intensity symbols of a frame relative to statistics
+ * (doc/bitstream_fast.md, "Symbols").
+ *
+ * A Coder is NibbleEncoder or NibbleDecoder; a Symbol is constant for an encoder.
+ */
 class Intensities {
 public:
   /** \brief Codes the symbols, and updates models and statistics.
    * \param[in] frame its blocks and voxels
    * \param[in,out] statistics of the history, 64 a block
    * \param[in] bits of a symbol, 1..16
-   * \param[in] symbols one for each voxel
+   * \param[in,out] symbols one for each voxel; set by a decoder
+   * \return false if the bytes are invalid, never in an encoder; the caller then has to call
+   * restore()
    */
-  void
-  encode(NibbleEncoder& coder,
-         Models& models,
-         const Frame& frame,
-         StatisticsTable& statistics,
-         unsigned int bits,
-         const std::vector<std::uint16_t>& symbols);
-
-  /** \brief Inverse of encode().
-   * \return false if the bytes are invalid; the caller then has to call restore()
-   */
+  template <class Coder, class Symbol>
   bool
-  decode(NibbleDecoder& coder,
-         Models& models,
-         const Frame& frame,
-         StatisticsTable& statistics,
-         unsigned int bits,
-         std::vector<std::uint16_t>& symbols);
+  code(Coder& coder,
+       Models& models,
+       const Frame& frame,
+       StatisticsTable& statistics,
+       unsigned int bits,
+       Symbol* symbols);
 
   /** \brief Restores the statistics to their state before the last frame. */
   void
-  restore(const Frame& frame, StatisticsTable& statistics) const
-  {
-    expected_.restore(frame, statistics);
-  }
+  restore(const Frame& frame, StatisticsTable& statistics) const;
 
 private:
   void
-  encodeExpected(NibbleEncoder& coder,
-                 Models& models,
-                 const Frame& frame,
-                 StatisticsTable& statistics,
-                 unsigned int bits,
-                 const std::vector<std::uint16_t>& symbols);
+  begin(const Frame& frame, const StatisticsTable& statistics, unsigned int bits);
 
-  ExpectedIntensities expected_;
-  Models models_before_; // encoder only: before this frame
+  template <class Coder, class Symbol>
+  bool
+  codeRunning(Coder& coder, Models& models, std::uint16_t* statistics, Symbol* symbols);
+
+  template <class Coder, class Symbol>
+  bool
+  codeRow(Coder& coder, Models& models, std::uint16_t* statistics, Symbol* symbols);
+
+  template <bool is_decoder, class Symbol>
+  void
+  learnRow(std::uint16_t* statistics, Symbol* symbols);
+
+  template <class Coder, class Symbol>
+  bool
+  codeNotedBins(Coder& coder,
+                Models& models,
+                std::uint16_t* statistics,
+                Symbol* symbols);
+
+  template <class Coder>
+  bool
+  codeWholeBin(Coder& coder,
+               Models& models,
+               unsigned int lowest,
+               unsigned int value,
+               unsigned int& bin);
+
+  template <class Coder>
+  bool
+  codeValue(Coder& coder, unsigned int bin, unsigned int& value);
+
+  unsigned int
+  binOf(unsigned int value) const;
+
+  std::size_t count_ = 0;              // of the frame's voxels
+  const VoxelPlace* places_ = nullptr; // of the voxels
+  // By voxel.
+  std::vector<std::uint16_t> before_; // statistics before this frame
+  std::vector<std::uint16_t> after_;
+  std::vector<std::uint8_t> contexts_;
+  std::vector<std::uint8_t> lowest_; // bins
+  std::vector<std::uint8_t> coded_;
+  std::vector<std::uint32_t>
+      noted_; // voxels whose bins or low bits are still to be coded
+  std::size_t noted_count_ = 0;
+
+  unsigned int top_ = 0;         // highest symbol
+  unsigned int top_bin_ = 0;     // bin of top_ alone; above all bins if there is none
+  unsigned int highest_bin_ = 0; // highest valid bin
 };
 
 } // namespace fast

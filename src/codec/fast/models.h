@@ -3,6 +3,7 @@
 #include "codec/fast/byte_table.h"
 #include "codec/fast/history.h"
 #include "codec/fast/nibble_model.h"
+#include "voxels/child_masks.h"
 
 #include <array>
 
@@ -10,23 +11,26 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Models of a byte that is coded as low nibble, then high nibble. */
-template <std::size_t contexts>
-struct ByteModels {
-  std::array<NibbleModel, contexts> low;
-  std::array<NibbleModel, 16> high; ///< by the low nibble
+/** \brief Models of a mask of eight children: low nibble, then high nibble. The context is the
+ * mask of the children that are likely. */
+struct MaskModels {
+  std::array<NibbleModel, 16> low; ///< by the likely ones of children 0 to 3
+  std::array<NibbleModel, 64>
+      high; ///< by the low nibble and how many others are likely
 };
 
-/** \brief Codes a byte as two nibbles. */
-template <class Coder, std::size_t contexts>
+/** \brief Codes a mask of eight children.
+ * \param[in] likely children that touch occupied ones
+ */
+template <class Coder>
 unsigned int
-codeByte(Coder& coder,
-         ByteModels<contexts>& models,
-         unsigned int context,
-         unsigned int byte)
+codeMask(Coder& coder, MaskModels& models, unsigned int likely, unsigned int mask)
 {
-  const unsigned int low = coder.code(models.low[context], byte & 15);
-  return low | coder.code(models.high[low], byte >> 4) << 4;
+  const unsigned int low = coder.code(models.low[likely & 15], mask & 15);
+  const unsigned int count = child_masks.count[likely >> 4];
+  const unsigned int high =
+      coder.code(models.high[low + 16 * (count < 3 ? count : 3)], mask >> 4);
+  return low | high << 4;
 }
 
 /** \brief All adaptive probabilities of effort fast, initially those of an I-frame. */
@@ -38,27 +42,16 @@ struct Models {
 
   // New voxels in known blocks.
   std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
-  ByteModels<1> octants;              ///< masks of several octants
-  std::array<NibbleModel, 24> cell;   ///< by numbers of near and of open cells
-  ByteModels<1> cells;                ///< masks of several cells
+  std::array<NibbleModel, 12> cell;   ///< by numbers of near and of open cells
+  MaskModels several;                 ///< masks of several octants or cells
 
-  // New blocks; in pairs the second element is for I-frames.
-  BitModel has_new_blocks;
-  std::array<ByteModels<1>, 4> node; ///< by levels between children and blocks
-  std::array<ByteModels<1>, 2> new_block_octants;
-  std::array<ByteModels<16>, 2> new_block_cells; ///< low nibble: by neighbours
+  MaskModels node; ///< of the octree of new blocks
 
   // Intensities.
-  std::array<QuadModel, 4> quad;             ///< by class
-  std::array<NibbleModel, 4> quad_escape;    ///< by class
-  std::array<NibbleModel, 125> known_symbol; ///< by statistics of the voxel
-  /** \brief Whether most voxels without statistics had low bins in the last frame. */
-  bool new_bins_are_low = false;
-  /** \brief By common statistics of the previous voxels; the second ones for I-frames. */
-  std::array<std::array<NibbleModel, 125>, 2> new_symbol;
+  std::array<NibbleModel, 126> symbol;         ///< by statistics of the voxel
+  std::array<NibbleModel, 125> running_symbol; ///< by running statistics; I-frames
   NibbleModel escape_high;
   std::array<NibbleModel, 8> escape_low; ///< by high bits
-  ByteModels<1> plain;                   ///< high bits of plain symbols
 };
 
 /** \brief The initial models, as at an I-frame. */

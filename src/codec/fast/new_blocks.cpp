@@ -11,17 +11,34 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief For an encoder: collects the masks of all nodes above the new blocks. */
 void
-NewBlocks::collectNodes(const Frame& frame)
+NewBlocks::Level::ensure(std::size_t size)
 {
-  const unsigned int levels = levelsAboveBlocks(frame.depth);
+  ensureSize(keys, size);
+  ensureSize(masks, size);
+  ensureSize(first_child, size);
+  ensureSize(lower, size);
+}
+
+/** \brief For an encoder: collects the masks of all nodes, from octants to the root. */
+void
+NewBlocks::collectMasks(const Frame& frame)
+{
+  const unsigned int levels = levelsAboveBlocks(frame.depth) + block_levels;
   if (node_masks_.size() < levels)
     node_masks_.resize(levels);
-  node_keys_.assign(frame.new_keys.begin(), frame.new_keys.end());
-  for (unsigned int level = 0; level < levels; ++level) {
-    std::vector<std::uint8_t>& masks = node_masks_[level];
+  for (std::vector<std::uint8_t>& masks : node_masks_)
     masks.clear();
+  for (const std::uint64_t mask : frame.new_masks) {
+    const unsigned int octants = occupiedOctants(mask);
+    node_masks_[1].push_back(static_cast<std::uint8_t>(octants));
+    for (unsigned int left = octants; left != 0; left &= left - 1)
+      node_masks_[0].push_back(
+          static_cast<std::uint8_t>(mask >> (8 * lowestBit(left)) & 0xff));
+  }
+  node_keys_.assign(frame.new_keys.begin(), frame.new_keys.end());
+  for (unsigned int level = block_levels; level < levels; ++level) {
+    std::vector<std::uint8_t>& masks = node_masks_[level];
     std::size_t count = 0;
     for (const std::uint64_t key : node_keys_) {
       // In place: parents overwrite children that were read.
@@ -33,95 +50,134 @@ NewBlocks::collectNodes(const Frame& frame)
     }
     node_keys_.resize(count);
   }
+  if (frame.new_keys.empty())
+    node_masks_[levels - 1].push_back(0);
 }
 
+/** \brief Codes the masks of a level.
+ * \param[in] masks encoder only
+ * \param[in] is_root whether it is the root's level
+ * \param[in] max_children more are invalid
+ */
 template <class Coder>
 bool
-NewBlocks::codeNodes(Coder& coder_now, Models& models, unsigned int level, Frame& frame)
+NewBlocks::codeMasks(Coder& coder_now,
+                     MaskModels& models,
+                     const std::vector<std::uint8_t>& masks,
+                     bool is_root,
+                     std::size_t max_children)
 {
-  ByteModels<1>& node = models.node[std::min(level, 3u)];
-  coder_now.reserve(Coder::is_decoder ? 0 : 2 * node_masks_[level].size());
+  coder_now.reserve(2 * level_.count);
   Coder coder = coder_now;
-  if (!Coder::is_decoder) {
-    for (const std::uint8_t mask : node_masks_[level])
-      codeByte(coder, node, 0, mask);
-    coder_now = coder;
-    return true;
-  }
-  // A block has at least one voxel, and a node at least one block.
-  const std::size_t max_nodes = frame.voxel_count - frame.found_voxels;
-  child_keys_.clear();
-  for (const std::uint64_t key : node_keys_) {
-    unsigned int mask = codeByte(coder, node, 0, 0);
-    if (mask == 0 || coder.isOverrun() || child_keys_.size() > max_nodes)
+  // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
+  std::uint8_t* const all_masks = level_.masks.data();
+  std::uint32_t* const first_child = level_.first_child.data();
+  const std::array<std::uint32_t, 3>* const all_lower = level_.lower.data();
+  const std::size_t count = level_.count;
+  std::uint32_t child = 1;
+  for (std::size_t i = 1; i < count; ++i) {
+    const std::array<std::uint32_t, 3> lower = all_lower[i];
+    const unsigned int likely = (all_masks[lower[0]] >> 4 & 0x0fu) |
+                                (all_masks[lower[1]] >> 2 & 0x33u) |
+                                (all_masks[lower[2]] >> 1 & 0x55u);
+    const unsigned int mask =
+        codeMask(coder, models, likely, Coder::is_decoder ? 0u : masks[i - 1]);
+    all_masks[i] = static_cast<std::uint8_t>(mask);
+    first_child[i] = child;
+    child += child_masks.count[mask];
+    if (Coder::is_decoder &&
+        (coder.isOverrun() || child - 1 > max_children || (mask == 0 && !is_root)))
       return false;
-    for (; mask != 0; mask &= mask - 1)
-      child_keys_.push_back(key << 3 | lowestBit(mask));
   }
-  node_keys_.swap(child_keys_);
+  child_count_ = child - 1;
   coder_now = coder;
-  return node_keys_.size() <= max_nodes;
+  return true;
+}
+
+/** \brief Index of a child of a node, 0 if there is no such child. */
+inline std::uint32_t
+NewBlocks::childOf(const Level& level, std::uint32_t node, unsigned int child)
+{
+  const unsigned int mask = level.masks[node];
+  const std::uint32_t index =
+      level.first_child[node] + child_masks.count[mask & ((1u << child) - 1)];
+  return index & (0u - (mask >> child & 1));
+}
+
+/** \brief Proceeds to the children of all nodes. */
+void
+NewBlocks::descend()
+{
+  next_level_.ensure(child_count_ + 1);
+  std::size_t next = 1;
+  for (std::size_t i = 1; i < level_.count; ++i) {
+    const std::array<std::uint32_t, 3> lower = level_.lower[i];
+    for (unsigned int left = level_.masks[i]; left != 0; left &= left - 1) {
+      const unsigned int child = lowestBit(left);
+      next_level_.keys[next] = level_.keys[i] << 3 | child;
+      for (unsigned int axis = 0; axis < 3; ++axis) {
+        const unsigned int bit = 4u >> axis;
+        const std::uint32_t parent =
+            (child & bit) != 0 ? static_cast<std::uint32_t>(i) : lower[axis];
+        next_level_.lower[next][axis] = childOf(level_, parent, child ^ bit);
+      }
+      ++next;
+    }
+  }
+  next_level_.count = next;
+  std::swap(level_, next_level_);
 }
 
 template <class Coder>
 bool
 NewBlocks::code(Coder& coder, Models& models, Frame& frame)
 {
-  coder.reserve(1);
-  const unsigned int has_blocks = Coder::is_decoder || frame.new_keys.empty() ? 0 : 1;
-  if (coder.code(models.has_new_blocks, has_blocks) == 0) {
-    frame.new_keys.clear();
-    frame.new_masks.clear();
-    return true;
-  }
   if (!Coder::is_decoder)
-    collectNodes(frame);
-  else
-    node_keys_.assign(1, 0);
-  for (unsigned int level = levelsAboveBlocks(frame.depth); level-- > 0;)
-    if (!codeNodes(coder, models, level, frame))
+    collectMasks(frame);
+  const unsigned int levels = levelsAboveBlocks(frame.depth) + block_levels;
+  // Each node has at least one voxel.
+  const std::size_t max_nodes =
+      Coder::is_decoder ? frame.voxel_count - frame.found_voxels : 0;
+  static const std::vector<std::uint8_t> no_masks;
+  level_.ensure(2);
+  next_level_.ensure(2);
+  level_.masks[0] = 0;
+  next_level_.masks[0] = 0;
+  level_.count = 2;
+  level_.keys[1] = 0;
+  level_.lower[1] = {0, 0, 0};
+  for (unsigned int level = levels; level-- > 0;) {
+    if (!codeMasks(coder,
+                   models.node,
+                   Coder::is_decoder ? no_masks : node_masks_[level],
+                   level + 1 == levels,
+                   max_nodes))
       return false;
-  if (Coder::is_decoder) {
-    frame.new_keys.assign(node_keys_.begin(), node_keys_.end());
-    frame.new_masks.assign(node_keys_.size(), 0);
+    if (level > 0)
+      descend();
   }
-  return codeBlockCells(coder, models, frame);
+  return !Coder::is_decoder || placeCells(frame);
 }
 
-template <class Coder>
+/** \brief Sets the new blocks of a frame to those of the octants. */
 bool
-NewBlocks::codeBlockCells(Coder& coder_now, Models& models, Frame& frame)
+NewBlocks::placeCells(Frame& frame) const
 {
-  const std::size_t count = frame.new_keys.size();
-  coder_now.reserve(18 * count);
-  Coder coder = coder_now;
-  const std::uint64_t outside = ~cellsInGrid(frame.depth);
-  ByteModels<1>& octants_models = models.new_block_octants[frame.is_i_frame ? 1 : 0];
-  ByteModels<16>& cells_models = models.new_block_cells[frame.is_i_frame ? 1 : 0];
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint64_t mask = frame.new_masks[i];
-    unsigned int octants = codeByte(
-        coder, octants_models, 0, Coder::is_decoder ? 0 : occupiedOctants(mask));
-    if (octants == 0)
-      return false;
-    std::uint64_t coded = 0;
-    for (; octants != 0; octants &= octants - 1) {
-      const unsigned int shift = 8 * lowestBit(octants);
-      const auto near = static_cast<unsigned int>(cellsBeside(coded) >> shift & 15);
-      const unsigned int cells = codeByte(
-          coder, cells_models, near, static_cast<unsigned int>(mask >> shift & 0xff));
-      if (cells == 0)
-        return false;
-      coded |= std::uint64_t{cells} << shift;
-      frame.found_voxels += child_masks.count[cells];
+  frame.new_keys.clear();
+  frame.new_masks.clear();
+  for (std::size_t i = 1; i < level_.count; ++i) {
+    const std::uint64_t block = level_.keys[i] >> 3;
+    if (frame.new_keys.empty() || frame.new_keys.back() != block) {
+      frame.new_keys.push_back(block);
+      frame.new_masks.push_back(0);
     }
-    frame.new_masks[i] = coded;
-    if (Coder::is_decoder && (coder.isOverrun() || (coded & outside) != 0 ||
-                              frame.found_voxels > frame.voxel_count))
-      return false;
+    frame.new_masks.back() |= std::uint64_t{level_.masks[i]}
+                              << (8 * (level_.keys[i] & 7));
   }
-  coder_now = coder;
-  return true;
+  if (child_count_ == 0)
+    return true;
+  frame.found_voxels += child_count_;
+  return (frame.new_masks.back() & ~cellsInGrid(frame.depth)) == 0;
 }
 
 template bool

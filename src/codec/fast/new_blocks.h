@@ -3,6 +3,8 @@
 #include "codec/fast/frame.h"
 #include "codec/fast/models.h"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -11,7 +13,7 @@ namespace io {
 namespace fast {
 
 /** \brief Codes the blocks that are not in the history (doc/bitstream_fast.md, "New blocks"):
- * the octree above them level by level, then their cells.
+ * an octree from the root to the voxels, level by level.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
@@ -27,20 +29,43 @@ public:
   code(Coder& coder, Models& models, Frame& frame);
 
 private:
+  /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and is the
+   * neighbour of nodes that have no other. */
+  struct Level {
+    std::size_t count = 0; ///< with node 0; elements from here on are unused
+    std::vector<std::uint64_t> keys;
+    std::vector<std::uint8_t> masks;                 ///< children
+    std::vector<std::uint32_t> first_child;          ///< in the next level
+    std::vector<std::array<std::uint32_t, 3>> lower; ///< neighbours at -x, -y and -z
+
+    void
+    ensure(std::size_t size);
+  };
+
   void
-  collectNodes(const Frame& frame);
+  collectMasks(const Frame& frame);
 
   template <class Coder>
   bool
-  codeNodes(Coder& coder, Models& models, unsigned int level, Frame& frame);
+  codeMasks(Coder& coder,
+            MaskModels& models,
+            const std::vector<std::uint8_t>& masks,
+            bool is_root,
+            std::size_t max_children);
 
-  template <class Coder>
-  static bool
-  codeBlockCells(Coder& coder, Models& models, Frame& frame);
+  void
+  descend();
 
-  // Keys of the nodes of a level and, in a decoder, of their children.
-  std::vector<std::uint64_t> node_keys_;
-  std::vector<std::uint64_t> child_keys_;
+  static std::uint32_t
+  childOf(const Level& level, std::uint32_t node, unsigned int child);
+
+  bool
+  placeCells(Frame& frame) const;
+
+  Level level_;
+  Level next_level_;
+  std::size_t child_count_ = 0;
+  std::vector<std::uint64_t> node_keys_;              // encoder only
   std::vector<std::vector<std::uint8_t>> node_masks_; // encoder only: by level
 };
 

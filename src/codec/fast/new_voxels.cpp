@@ -13,11 +13,34 @@ namespace fast {
 
 namespace {
 
-// Symbols for several octants or cells; lower symbols are the rank of a single one.
+// Symbols for several octants or cells; lower symbols are the place of a single one.
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
 
 constexpr unsigned int all_ones = ~0u;
+
+/** \brief Place of one of some children among them: the likely ones first, both ascending.
+ * \param[in] likely some of the children
+ * \param[in] children mask of them
+ * \param[in] child its bit in the mask
+ */
+inline unsigned int
+placeOf(unsigned int likely, unsigned int children, unsigned int child)
+{
+  const unsigned int is_unlikely = all_ones * ((child & likely) == 0 ? 1 : 0);
+  return (child_masks.count[likely] & is_unlikely) +
+         child_masks.count[(likely ^ (children & is_unlikely)) & (child - 1) & 0xff];
+}
+
+/** \brief The child with a place; see placeOf(). */
+inline unsigned int
+childAt(unsigned int likely, unsigned int children, unsigned int place)
+{
+  const unsigned int count = child_masks.count[likely];
+  const unsigned int is_unlikely = ~(0u - ((place - count) >> 31));
+  return child_masks
+      .children[likely ^ (children & is_unlikely)][(place - (count & is_unlikely)) % 8];
+}
 
 /** \brief Context of new cells in an octant, by the number of near and of open cells. */
 constexpr std::array<std::array<std::uint8_t, 9>, 9>
@@ -27,7 +50,7 @@ makeCellContexts()
   for (unsigned int near = 0; near < 9; ++near)
     for (unsigned int open = 0; open < 9; ++open)
       contexts[near][open] =
-          static_cast<std::uint8_t>((near < 7 ? near : 7) * 3 + (open == 8  ? 0
+          static_cast<std::uint8_t>((near < 3 ? near : 3) * 3 + (open == 8  ? 0
                                                                  : open > 4 ? 1
                                                                             : 2));
   return contexts;
@@ -94,11 +117,10 @@ NewVoxels::codeOctants(Coder& coder,
       known_occupied &= known;
       // Without a branch: about every third block has new voxels.
       const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
-      const unsigned int rank =
-          child_masks
-              .rank[occupiedOctants(known_occupied)][lowestBit(octants | 256) % 8];
+      const unsigned int place =
+          placeOf(occupiedOctants(known_occupied), 0xff, octants);
       const unsigned int symbol =
-          ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1));
+          ((1 + place) & (0 - is_single)) | (several_octants & (is_single - 1));
       symbols[i] = static_cast<std::uint8_t>(
           symbol & (0u - static_cast<unsigned int>(octants != 0)));
     }
@@ -153,10 +175,9 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
     const std::uint32_t number = numbers[blocks[i]];
     const unsigned int symbol = symbols[blocks[i]];
     const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
-    const unsigned int rank = (symbol - 1) % 8;
     // Without a branch: written to both lists, and counted in one.
     const unsigned int is_single = (symbol - several_octants) >> 31;
-    *octant = number * block_cells + 8u * child_masks.by_neighbours[octants][rank];
+    *octant = number * block_cells + 8 * childAt(octants, 0xff, (symbol - 1) % 8);
     octant += is_single;
     several[several_count] = number;
     several_count += 1 - is_single;
@@ -165,9 +186,10 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
   }
   for (std::size_t i = 0; i < several_count; ++i) {
     const std::uint32_t number = several[i];
+    const unsigned int likely = occupiedOctants(occupied[number] & known[number]);
     unsigned int mask =
         Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~known[number]);
-    mask = codeByte(coder, models.octants, 0, mask);
+    mask = codeMask(coder, models.several, likely, mask);
     if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
       return false;
     for (; mask != 0; mask &= mask - 1)
@@ -212,13 +234,10 @@ NewVoxels::codeCells(Coder& coder,
     // Without branches, which would be mispredicted.
     if (!Coder::is_decoder) {
       const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
-      const unsigned int below = (cells - 1) & 0xff;
-      const unsigned int is_far = all_ones * ((cells & near) == 0 ? 1 : 0);
-      const unsigned int is_single = all_ones * ((cells & below) == 0 ? 1 : 0);
-      const unsigned int rank =
-          (near_count & is_far) + child_masks.count[(near ^ (open & is_far)) & below];
+      const unsigned int is_single = all_ones * ((cells & (cells - 1)) == 0 ? 1 : 0);
+      const unsigned int place = placeOf(near, open, cells);
       symbols[i] =
-          static_cast<std::uint8_t>((rank & is_single) | (several_cells & ~is_single));
+          static_cast<std::uint8_t>((place & is_single) | (several_cells & ~is_single));
     }
     contexts[i] = cell_contexts[near_count][child_masks.count[open]];
     surroundings[i] = {static_cast<std::uint8_t>(near),
@@ -250,22 +269,16 @@ NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)
   VoxelPlace* several = several_.data();
   unsigned int is_wrong = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const unsigned int rank = symbols[i];
-    const unsigned int is_single = (rank - several_cells) >> 31;
+    const unsigned int place = symbols[i];
+    const unsigned int is_single = (place - several_cells) >> 31;
     *several = octants[i];
     several += 1 - is_single;
     if (is_decoder) {
-      const unsigned int near = surroundings[i].near;
       const unsigned int open = surroundings[i].open;
-      const unsigned int near_count = child_masks.count[near];
       const unsigned int end =
           child_masks.count[open] + several_cells * (1 - is_single);
-      is_wrong |= (end - 1 - rank) | (several_cells - rank);
-      // All ones if the cell is not near.
-      const unsigned int is_far = ~(0u - ((rank - near_count) >> 31));
-      const unsigned int cell =
-          child_masks
-              .children[near ^ (open & is_far)][(rank - (near_count & is_far)) % 8];
+      is_wrong |= (end - 1 - place) | (several_cells - place);
+      const unsigned int cell = childAt(surroundings[i].near, open, place);
       all_occupied[octants[i] / block_cells] |= std::uint64_t{is_single}
                                                 << (octants[i] % block_cells + cell);
     }
@@ -287,11 +300,13 @@ NewVoxels::codeSeveralCells(Coder& coder,
     const std::uint32_t number = several_[i] / block_cells;
     const unsigned int shift = several_[i] % block_cells;
     const std::uint64_t closed = before.known[number];
+    const std::uint64_t occupied = frame.occupied[number];
+    const auto near = static_cast<unsigned int>(
+        (cellsBeside(occupied & closed) & ~closed) >> shift & 0xff);
     unsigned int cells = 0;
     if (!Coder::is_decoder)
-      cells =
-          static_cast<unsigned int>((frame.occupied[number] & ~closed) >> shift & 0xff);
-    cells = codeByte(coder, models.cells, 0, cells);
+      cells = static_cast<unsigned int>((occupied & ~closed) >> shift & 0xff);
+    cells = codeMask(coder, models.several, near, cells);
     if (!Coder::is_decoder)
       continue;
     if (child_masks.count[cells] < 2 || (cells & closed >> shift) != 0 ||

@@ -27,7 +27,7 @@ struct ProbabilityRange {
 /** \brief Adaptive probabilities of the sixteen values of a nibble.
  *
  * The symbols are counted. After the first 4, the next 8, the next 16 and then after every
- * 32 symbols the probabilities adapt to the counts, at a rate of 1/2, then 1/4.
+ * 32 symbols the probabilities adapt to the counts, at a rate of 1/2, in the end 1/4.
  */
 class alignas(64) NibbleModel {
 public:
@@ -85,7 +85,7 @@ private:
 inline void
 NibbleModel::adapt()
 {
-  const unsigned int shift = period_log2_ < 4 ? 1 : 2;
+  const unsigned int shift = period_log2_ < 5 ? 1 : 2;
   moveEnds(
       bounds_.data() + 1, counts_.data(), least_width, shared >> period_log2_, shift);
   period_log2_ = static_cast<std::uint8_t>(period_log2_ + (period_log2_ < 5 ? 1 : 0));

@@ -109,8 +109,12 @@ Payload::encodeVoxels(const VoxelFrame& frame,
   codeOccupancy(coder, *models_);
   expandBlocks<false>(work.frame, nullptr);
   if (frame.hasIntensities())
-    work.intensities.encode(
-        coder, *models_, work.frame, statistics(), frame.intensity_scale.bits, symbols);
+    work.intensities.code(coder,
+                          *models_,
+                          work.frame,
+                          statistics(),
+                          frame.intensity_scale.bits,
+                          symbols.data());
   coder.finish(interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
   learnHistory();
@@ -183,12 +187,14 @@ Payload::decodeVoxels(const std::uint8_t* begin,
   if (coder.isOverrun() || !codeOccupancy(coder, *work.models))
     return false;
   expandBlocks<true>(work.frame, &frame.keys);
-  if ((!frame.hasIntensities() || work.intensities.decode(coder,
-                                                          *work.models,
-                                                          work.frame,
-                                                          statistics(),
-                                                          frame.intensity_scale.bits,
-                                                          frame.intensities)) &&
+  if (frame.hasIntensities())
+    frame.intensities.resize(work.frame.voxel_count);
+  if ((!frame.hasIntensities() || work.intensities.code(coder,
+                                                        *work.models,
+                                                        work.frame,
+                                                        statistics(),
+                                                        frame.intensity_scale.bits,
+                                                        frame.intensities.data())) &&
       coder.isAtEnd()) {
     history_.reserveFor(work.next_history);
     return true;

@@ -72,6 +72,9 @@ first(unsigned int bin)
   return static_cast<std::uint16_t>(bin * fraction * deviation_count | deviation);
 }
 
+/** \brief Statistics of a voxel without symbols; no others have this mean. */
+constexpr std::uint16_t none = 0xffff;
+
 /** \brief The statistics after a further symbol; both adapt at a rate of 1/4. */
 constexpr std::uint16_t
 next(std::uint16_t statistics, unsigned int bin)
@@ -81,33 +84,46 @@ next(std::uint16_t statistics, unsigned int bin)
   const int difference = static_cast<int>(bin * fraction) - old_mean;
   const int distance = difference < 0 ? -difference : difference;
   const int clamped = distance < 63 ? distance : 63;
-  return static_cast<std::uint16_t>((old_mean + ((difference + 2) >> 2)) * 64 +
-                                    old_deviation +
-                                    ((clamped - old_deviation + 2) >> 2));
+  const auto further =
+      static_cast<std::uint16_t>((old_mean + ((difference + 2) >> 2)) * 64 +
+                                 old_deviation + ((clamped - old_deviation + 2) >> 2));
+  return statistics == none ? first(bin) : further;
 }
 
-/** \brief The bin of symbol 0 in the model of a voxel. The fifteen bins of the model are
- * 0..14 up to a mean of 7, then those around the mean. */
-constexpr unsigned int
+/** \brief By mean: the bin of symbol 0 in the model of a voxel. The fifteen bins of the model
+ * are 0..14 up to a mean of 7, then those around the mean. */
+constexpr std::array<std::uint8_t, mean_count>
+makeLowestBins()
+{
+  std::array<std::uint8_t, mean_count> lowest{};
+  for (unsigned int mean = 0; mean < mean_count - 1; ++mean) {
+    const unsigned int rounded = (mean + fraction / 2) / fraction;
+    lowest[mean] = static_cast<std::uint8_t>(rounded > 7 ? rounded - 7 : 0);
+  }
+  return lowest;
+}
+
+inline constexpr auto lowest_bins = makeLowestBins();
+
+inline unsigned int
 lowestBin(std::uint16_t statistics)
 {
-  const unsigned int rounded = (mean(statistics) + fraction / 2) / fraction;
-  return rounded > 7 ? rounded - 7 : 0;
+  return lowest_bins[mean(statistics)];
 }
 
-constexpr unsigned int deviation_class_count = 5;
+constexpr unsigned int spread_count = 5;
+constexpr unsigned int last_level = 24;
 
 /** \brief Context of a mean and a deviation below 4. */
 constexpr std::array<std::uint8_t, mean_count>
 makeMeanContexts()
 {
   std::array<std::uint8_t, mean_count> contexts{};
-  for (unsigned int mean = 0; mean < mean_count; ++mean) {
-    const unsigned int level = mean < 24 ? mean / 2 : 12 + (mean - 24) / 4;
-    const bool is_above_models = (mean + fraction / 2) / fraction > 7;
+  for (unsigned int mean = 0; mean < mean_count; ++mean)
     contexts[mean] = static_cast<std::uint8_t>(
-        (is_above_models || level > 24 ? 24 : level) * deviation_class_count);
-  }
+        spread_count * std::min({mean / 2, mean / 4 + 6, last_level}));
+  // Of no statistics, whose deviation is the highest: one more than the others.
+  ++contexts[mean_count - 1];
   return contexts;
 }
 
@@ -115,22 +131,21 @@ inline constexpr auto mean_contexts = makeMeanContexts();
 
 /** \brief Class of each deviation, 0..4. */
 constexpr std::array<std::uint8_t, deviation_count>
-makeDeviationClasses()
+makeSpreads()
 {
-  std::array<std::uint8_t, deviation_count> classes{};
+  std::array<std::uint8_t, deviation_count> spreads{};
   for (unsigned int i = 0; i < deviation_count; ++i)
-    classes[i] = i < 4 ? 0 : i < 9 ? 1 : i < 16 ? 2 : i < 28 ? 3 : 4;
-  return classes;
+    spreads[i] = i < 4 ? 0 : i < 9 ? 1 : i < 16 ? 2 : i < 28 ? 3 : 4;
+  return spreads;
 }
 
-inline constexpr auto deviation_classes = makeDeviationClasses();
+inline constexpr auto spreads = makeSpreads();
 
-/** \brief Context of a voxel with these statistics, 0..124. */
+/** \brief Context of a voxel with these statistics, 0..124, or 125 without. */
 inline unsigned int
 contextOf(std::uint16_t statistics)
 {
-  return unsigned{mean_contexts[mean(statistics)]} +
-         deviation_classes[deviation(statistics)];
+  return unsigned{mean_contexts[mean(statistics)]} + spreads[deviation(statistics)];
 }
 
 } // namespace symbol_statistics

@@ -15,17 +15,16 @@ constexpr CompressionCode ok = CompressionCode::Ok;
 
 TEST(ScriptedFastPayloads, NewVoxelsInKnownBlocks)
 {
-  // In block 2 first: bit 0 of the known voxels is cell 0, whose octant has the rank 0;
+  // In block 2 first: bit 0 of the known voxels is cell 0, whose octant has the place 0;
   // three open cells lie beside it.
-  const auto frame = [](bool has_cell_0, const Choices& octants, std::size_t symbols) {
+  const auto frame = [](bool has_cell_0, const Choices& octants) {
     return [=](FastScript& script) {
       script.knownVoxels(3, 10, has_cell_0 ? 0x3ff : 0x3fe);
       octants(script);
       script.noNewBlocks();
-      script.plainSymbols(symbols, 5);
     };
   };
-  // Without cell 0 it is octant 1, of cell 9, that has the rank 0, and octant 0 has no
+  // Without cell 0 it is octant 1, of cell 9, that has the place 0, and octant 0 has no
   // near cells.
   const auto octantZero = [](unsigned int near, const Choices& cells) {
     return [=](FastScript& script) {
@@ -38,7 +37,7 @@ TEST(ScriptedFastPayloads, NewVoxelsInKnownBlocks)
     return [=](FastScript& script) {
       script.octants(false, symbol);
       script.octants(false, 0);
-      script.byte(script.models.octants, 0, mask);
+      script.mask(script.models.several, 3, mask);
       for (unsigned int octants = mask; octants != 0; octants &= octants - 1)
         script.cells(3, 7, 0);
     };
@@ -49,148 +48,128 @@ TEST(ScriptedFastPayloads, NewVoxelsInKnownBlocks)
   const auto cellMask = [&](unsigned int near, unsigned int symbol, unsigned int mask) {
     return octantZero(near, [=](FastScript& script) {
       script.cells(near, 7, symbol);
-      script.byte(script.models.cells, 0, mask);
+      // Beside cell 0 are cells 1, 2 and 4.
+      script.mask(script.models.several, near == 3 ? 0x16 : 0, mask);
     });
   };
-  // Block 5 has no open cell in octant 3, whose rank is 0.
+  // Block 5 has no open cell in octant 3, whose place is 0.
   const auto inFullOctant = [](unsigned int symbol) {
     return [=](FastScript& script) {
       script.octants(false, 0);
       script.octants(false, 1);
       script.cells(0, 0, symbol);
       if (symbol == 8)
-        script.byte(script.models.cells, 0, 3);
+        script.mask(script.models.several, 0, 3);
     };
   };
   std::vector<ScriptedFrame> cases = {
-      {"single", 11, frame(true, oneCell(3, 0), 11), ok},
-      {"last open", 11, frame(true, oneCell(3, 6), 11), ok},
-      {"last open, none near", 10, frame(false, oneCell(0, 6), 10), ok},
-      {"behind the open ones", 10, frame(false, oneCell(0, 7), 10)},
-      {"behind the near ones", 11, frame(true, oneCell(3, 7), 11)},
-      {"several", 12, frame(true, cellMask(3, 8, 6), 12), ok},
-      {"several, one empty", 11, frame(false, cellMask(0, 8, 6), 11), ok},
-      {"several over an empty one", 11, frame(false, cellMask(0, 8, 3), 11)},
-      {"several over an occupied one", 12, frame(true, cellMask(3, 8, 3), 12)},
-      {"the same, counted once", 11, frame(true, cellMask(3, 8, 3), 11)},
-      {"several that are one", 11, frame(true, cellMask(3, 8, 2), 11)},
-      {"several that are none", 10, frame(true, cellMask(3, 8, 0), 10)},
-      {"too few voxels", 11, frame(true, cellMask(3, 8, 6), 11)},
-      {"too many voxels", 13, frame(true, cellMask(3, 8, 6), 13)},
-      {"no open cell, single", 10, frame(true, inFullOctant(0), 10)},
-      {"no open cell, single, counted", 11, frame(true, inFullOctant(0), 11)},
-      {"no open cell, several", 12, frame(true, inFullOctant(8), 12)},
-      {"two octants", 12, frame(true, octantMask(9, 3), 12), ok},
-      {"several octants that are one", 11, frame(true, octantMask(9, 1), 11)},
-      {"several octants that are none", 10, frame(true, octantMask(9, 0), 10)}};
+      {"single", 11, frame(true, oneCell(3, 0)), ok},
+      {"last open", 11, frame(true, oneCell(3, 6)), ok},
+      {"last open, none near", 10, frame(false, oneCell(0, 6)), ok},
+      {"behind the open ones", 10, frame(false, oneCell(0, 7))},
+      {"behind the near ones", 11, frame(true, oneCell(3, 7))},
+      {"several", 12, frame(true, cellMask(3, 8, 6)), ok},
+      {"several, one empty", 11, frame(false, cellMask(0, 8, 6)), ok},
+      {"several over an empty one", 11, frame(false, cellMask(0, 8, 3))},
+      {"several over an occupied one", 12, frame(true, cellMask(3, 8, 3))},
+      {"the same, counted once", 11, frame(true, cellMask(3, 8, 3))},
+      {"several that are one", 11, frame(true, cellMask(3, 8, 2))},
+      {"several that are none", 10, frame(true, cellMask(3, 8, 0))},
+      {"too few voxels", 11, frame(true, cellMask(3, 8, 6))},
+      {"too many voxels", 13, frame(true, cellMask(3, 8, 6))},
+      {"no open cell, single", 10, frame(true, inFullOctant(0))},
+      {"no open cell, single, counted", 11, frame(true, inFullOctant(0))},
+      {"no open cell, several", 12, frame(true, inFullOctant(8))},
+      {"two octants", 12, frame(true, octantMask(9, 3)), ok},
+      {"several octants that are one", 11, frame(true, octantMask(9, 1))},
+      {"several octants that are none", 10, frame(true, octantMask(9, 0))}};
   for (unsigned int symbol = 9; symbol < 16; ++symbol)
     cases.push_back({"cell symbol " + std::to_string(symbol),
                      12,
-                     frame(true, cellMask(3, symbol, 6), 12)});
+                     frame(true, cellMask(3, symbol, 6))});
   for (unsigned int symbol = 10; symbol < 16; ++symbol)
     cases.push_back({"octant symbol " + std::to_string(symbol),
                      12,
-                     frame(true, octantMask(symbol, 3), 12)});
+                     frame(true, octantMask(symbol, 3))});
   expectAnswers(streamOfTwoBlocks(), cases);
 }
 
 TEST(ScriptedFastPayloads, NewBlocks)
 {
-  const auto frame = [](const Choices& blocks, std::size_t symbols) {
+  const auto frame = [](const Choices& blocks) {
     return [=](FastScript& script) {
       script.knownVoxels(3, 10, 0x3ff);
       script.octants(false, 0);
       script.octants(false, 0);
-      script.code(script.models.has_new_blocks, 1);
       blocks(script);
-      script.plainSymbols(symbols, 5);
     };
   };
-  const auto block =
-      [](unsigned int nodes, unsigned int octants, std::uint64_t voxels) {
-        return [=](FastScript& script) {
-          script.byte(script.models.node[0], 0, nodes);
-          if (nodes != 0)
-            script.newBlock(false, octants, voxels);
-        };
-      };
+  const auto block = [](std::uint64_t key, std::uint64_t cells) {
+    return [=](FastScript& script) { script.newVoxels(3, keysOf(key, cells)); };
+  };
+  // Masks of the root, of block 0, and of its octant 0, as far as there are some.
+  const auto nodes = [](const std::vector<unsigned int>& masks) {
+    return [=](FastScript& script) {
+      for (const unsigned int mask : masks)
+        script.node(mask);
+    };
+  };
   const std::vector<ScriptedFrame> cases = {
-      {"new", 11, frame(block(1, 2, 1 << 8), 11), ok},
-      {"known", 11, frame(block(1 << 2, 2, 1 << 10), 11)},
-      {"known, below its voxels", 11, frame(block(1 << 5, 1, 1), 11)},
-      {"known, over a voxel", 11, frame(block(1 << 2, 1, 1), 11)},
-      {"no blocks", 10, frame(block(0, 0, 0), 10)},
-      {"no octants", 10, frame(block(1, 0, 0), 10)},
-      {"a block of none beside another one",
-       12,
-       frame(
-           [](FastScript& script) {
-             script.byte(script.models.node[0], 0, 3);
-             script.newBlock(false, 0, 0);
-             script.newBlock(false, 1, 3);
-           },
-           12)},
-      {"an octant without cells", 10, frame(block(1, 1, 0), 10)},
-      {"two octants, one without cells", 11, frame(block(1, 3, 2), 11)},
-      {"too few voxels", 11, frame(block(1, 1, 3), 11)},
-      {"more blocks than voxels", 10, frame(block(1, 1, 1), 10)},
-      {"too many voxels", 13, frame(block(1, 1, 3), 13)}};
+      {"new", 11, frame(block(0, 1 << 8)), ok},
+      {"new, of several octants", 13, frame(block(7, 1 | 1 << 8 | 1 << 16)), ok},
+      {"none", 10, frame(nodes({0})), ok},
+      {"known", 11, frame(block(2, 1 << 10))},
+      {"known, below its voxels", 11, frame(block(5, 1))},
+      {"known, over a voxel", 11, frame(block(2, 1))},
+      {"no octants", 10, frame(nodes({1, 0}))},
+      {"a block of none beside another one", 12, frame(nodes({9, 0, 1, 3}))},
+      {"an octant without cells", 10, frame(nodes({1, 1, 0}))},
+      {"two octants, one without cells", 11, frame(nodes({1, 9, 1, 0}))},
+      {"too few voxels", 11, frame(block(0, 3))},
+      {"more blocks than voxels", 10, frame(block(0, 1))},
+      {"too many voxels", 13, frame(block(0, 3))}};
   expectAnswers(streamOfTwoBlocks(), cases);
 }
 
 TEST(ScriptedFastPayloads, VoxelsOutsideOfAGridOfOneOctant)
 {
-  const auto iFrame = [](std::uint64_t voxels, std::size_t count) {
-    return [=](FastScript& script) {
-      script.code(script.models.has_new_blocks, 1);
-      script.newBlock(true, voxels);
-      script.plainSymbols(count, 0);
-    };
+  const auto iFrame = [](std::uint64_t voxels) {
+    return [=](FastScript& script) { script.newVoxels(2, keysOf(0, voxels)); };
   };
-  ScriptedStream stream(1, 4, 1, iFrame(1, 1));
-  const auto frame = [](unsigned int symbol, const Choices& cells, std::size_t count) {
+  ScriptedStream stream(1, 0, 1, iFrame(1));
+  const auto frame = [](unsigned int symbol, const Choices& cells) {
     return [=](FastScript& script) {
       script.knownVoxels(3, 1, 1);
       script.octants(false, symbol);
       cells(script);
       script.noNewBlocks();
-      script.plainSymbols(count, 0);
     };
   };
   const auto none = [](FastScript&) {};
-  stream.setGenuine(stream.pFrame(1, frame(0, none, 1)));
+  stream.setGenuine(stream.pFrame(1, frame(0, none)));
   std::vector<ScriptedFrame> cases = {
-      {"beside",
-       2,
-       frame(
-           1, [](auto& script) { script.cells(3, 7, 1); }, 2),
-       ok}};
+      {"beside", 2, frame(1, [](auto& script) { script.cells(3, 7, 1); }), ok}};
   // Octants 1, 2 and 4 lie beside octant 0.
-  for (unsigned int rank = 1; rank < 8; ++rank)
+  for (unsigned int place = 1; place < 8; ++place)
     for (const unsigned int open : {0u, 8u}) {
       const auto single = [=](FastScript& script) { script.cells(0, open, 7); };
       const auto several = [=](FastScript& script) {
         script.cells(0, open, 8);
-        script.byte(script.models.cells, 0, 3);
+        script.mask(script.models.several, 0, 3);
       };
-      cases.push_back({"single", 2, frame(1 + rank, single, 2)});
-      cases.push_back({"several", 3, frame(1 + rank, several, 3)});
+      cases.push_back({"single", 2, frame(1 + place, single)});
+      cases.push_back({"several", 3, frame(1 + place, several)});
     }
   for (const unsigned int open : {0u, 8u})
-    cases.push_back({"several octants",
-                     3,
-                     frame(
-                         9,
-                         [=](FastScript& script) {
-                           script.byte(script.models.octants, 0, 1 | 1 << 7);
-                           script.cells(3, 7, 0);
-                           script.cells(0, open, 7);
-                         },
-                         3)});
+    cases.push_back({"several octants", 3, frame(9, [=](FastScript& script) {
+                       script.mask(script.models.several, 1, 1 | 1 << 7);
+                       script.cells(3, 7, 0);
+                       script.cells(0, open, 7);
+                     })});
   expectAnswers(stream, cases);
   for (const std::uint64_t voxels : {std::uint64_t{1} << 8, std::uint64_t{1} << 63}) {
     FastScript script;
-    iFrame(voxels, 1)(script);
+    iFrame(voxels)(script);
     EXPECT_EQ(stream.answerTo(stream.frame(true, 1, script.rans().bytes)),
               CompressionCode::Corrupt);
   }
@@ -205,9 +184,9 @@ TEST(ScriptedFastPayloads, InvalidFinalStates)
     for (std::size_t symbols = 1; symbols < (depth == 3 ? 64u : 8u); ++symbols) {
       FastScript script;
       writeFullGrid(script, depth);
-      script.bits(1, 1);
+      script.beginSteps();
       for (std::size_t i = 0; i < std::size_t{1} << 3 * depth; ++i)
-        script.byte(script.models.plain, 0, static_cast<unsigned int>(i % symbols));
+        script.newStepOrWhole(static_cast<unsigned int>(i * i % symbols % 16));
       const auto answer = [&](const RansChoices& choices) {
         return stream.answerTo(stream.otherIFrame(
             depth, 8, std::size_t{1} << 3 * depth, script.rans(choices).bytes));
@@ -258,19 +237,15 @@ TEST(ScriptedFastPayloads, FourStatesFrom1024VoxelsOn)
   const ScriptedStream stream = streamOfTwoBlocks();
   for (const std::size_t count : {1023u, 1024u}) {
     FastScript script;
-    script.code(script.models.has_new_blocks, 1);
-    script.byte(script.models.node[1], 0, 3);
-    script.byte(script.models.node[0], 0, 255);
-    script.byte(script.models.node[0], 0, 255);
-    for (int block = 1; block < 16; ++block)
-      script.newBlock(true, ~std::uint64_t{0});
-    script.newBlock(true, ~std::uint64_t{0} >> (1024 - count));
-    script.plainSymbols(count, 1);
+    std::set<std::uint64_t> keys;
+    for (std::uint64_t key = 0; key < count; ++key)
+      keys.insert(key);
+    script.newVoxels(4, keys);
     for (const std::size_t states : {1u, 4u}) {
       RansChoices choices;
       choices.states = states;
       EXPECT_EQ(
-          stream.answerTo(stream.otherIFrame(4, 8, count, script.rans(choices).bytes)),
+          stream.answerTo(stream.otherIFrame(4, 0, count, script.rans(choices).bytes)),
           (states == 4) == (count == 1024) ? ok : CompressionCode::Corrupt);
     }
   }
@@ -288,9 +263,8 @@ TEST(ScriptedFastPayloads, APFrameOfAnotherEffortThanItsIFrame)
   Parts parts = takeApart(p_frame);
   ASSERT_FALSE(parts.header.is_i_frame);
   FastScript script;
-  script.code(script.models.has_new_blocks, 1);
-  script.newBlock(false, 1);
-  script.plainSymbols(1, 1);
+  script.newVoxels(2, {0});
+  script.broughtStep(1);
   parts.header.effort = Effort::Fast;
   parts.payload = script.rans().bytes;
   FrameDecoder decoder;
