@@ -131,6 +131,14 @@ public:
   /** \brief Number of voxels with a record in the history. */
   virtual std::size_t
   recordCount() const = 0;
+
+  /** \brief True if encode() codes a P-frame without the history where that is smaller;
+   * else such a frame should be an I-frame. */
+  virtual bool
+  choosesHistory() const
+  {
+    return false;
+  }
 };
 
 /** \brief The coders of one stream by effort, each created on first use. */

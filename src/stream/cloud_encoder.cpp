@@ -122,28 +122,6 @@ CloudEncoder::voxelize(const PointView& points,
   return {};
 }
 
-bool
-CloudEncoder::HistoryUse::add(const CodedFrameStatistics& frame)
-{
-  // The headers of small frames say more than their voxels.
-  constexpr std::size_t least_voxels = 256;
-  const double bytes_per_voxel =
-      static_cast<double>(frame.bytes) /
-      static_cast<double>(std::max<std::size_t>(frame.voxels, 1));
-  if (frame.is_i_frame) {
-    i_frame_bytes_per_voxel_ = bytes_per_voxel;
-    pause_left_ -= pause_left_ > 0 ? 1 : 0;
-    return pause_left_ > 0;
-  }
-  // A P-frame is tried again after ever more I-frames, as long as it gains nothing.
-  constexpr unsigned int longest_pause = 16;
-  const bool is_useless =
-      frame.voxels >= least_voxels && bytes_per_voxel > i_frame_bytes_per_voxel_;
-  pause_ = is_useless ? std::min(2 * pause_ + 1, longest_pause) : 0;
-  pause_left_ = pause_;
-  return is_useless;
-}
-
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high ones
  * that most of this cloud's become 0. */
 void
@@ -221,9 +199,6 @@ CloudEncoder::encode(const VoxelFrame& frame,
   if (!status.ok())
     return status;
   statistics_ = {voxelization_, encoder_.statistics()};
-  if (settings_.format == StreamFormat::Version1 &&
-      history_use_.add(encoder_.statistics()))
-    encoder_.requestIFrame();
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
       [this] {

@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/frame_encoder.h>
 
 #include "bytes/exceptions.h"
+#include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
 #include "codec/supplement/cells.h"
@@ -126,6 +127,10 @@ private:
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
+    if (format_ == StreamFormat::Version1 && !coder().choosesHistory()) {
+      history_use_.add(!statistics.is_i_frame, statistics.voxels, statistics.bytes);
+      is_i_frame_requested_ = !history_use_.isUseful();
+    }
     frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
     statistics_ = statistics;
   }
@@ -179,7 +184,7 @@ private:
     const bool are_new = 4 * known < coded.size();
     if (content_.refinement_levels == 0)
       is_refinement_useful_ = are_new;
-    return coded.size() >= 64 && are_new;
+    return !coder().choosesHistory() && coded.size() >= 64 && are_new;
   }
 
   /** \brief True if half of the voxels were in the last frame, too: then a history of them
@@ -370,6 +375,7 @@ private:
   std::string frame_id_;
   std::uint64_t stamp_ = 0;
   PayloadCoders coders_;
+  HistoryUse history_use_;
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
   VoxelFrame cells_;

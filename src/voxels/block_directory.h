@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bytes/reserve_ahead.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -36,6 +38,13 @@ public:
     else
       std::fill(slots_.begin(), slots_.end(), not_found);
     keys_.clear();
+  }
+
+  /** \brief Allocates memory for the keys of a number of further blocks at once. */
+  void
+  reserveFor(std::size_t further_blocks)
+  {
+    reserveAhead(keys_, keys_.size() + further_blocks);
   }
 
   /** \brief Adds a block that is not there yet; its index is the number of blocks so far.

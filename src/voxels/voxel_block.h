@@ -141,7 +141,7 @@ inline constexpr auto cells_with_bit = makeCellsWithBit();
  * \param[in] neighbour those of the block across that face, 0 if there is none
  * \param[in] face 0..5
  */
-constexpr std::uint64_t
+PCL_EXT_ALWAYS_INLINE constexpr std::uint64_t
 occupiedAcross(std::uint64_t mask, std::uint64_t neighbour, std::size_t face)
 {
   const std::size_t axis = face % 3;
@@ -165,6 +165,19 @@ cellsBeside(std::uint64_t cells)
          occupiedAcross(cells, 0, 2) | occupiedAcross(cells, 0, 3) |
          occupiedAcross(cells, 0, 4) | occupiedAcross(cells, 0, 5);
 }
+
+/** \brief The same for single cells. */
+constexpr std::array<std::uint64_t, block_cells>
+makeCellsBeside()
+{
+  std::array<std::uint64_t, block_cells> cells{};
+  for (unsigned int cell = 0; cell < block_cells; ++cell)
+    cells[cell] = cellsBeside(std::uint64_t{1} << cell);
+  return cells;
+}
+
+inline constexpr std::array<std::uint64_t, block_cells> cells_beside =
+    makeCellsBeside();
 
 /** \brief Number of occupied face neighbours, 0..6, of each cell of a block: the three masks
  * have one bit of the number each, lowest first. */

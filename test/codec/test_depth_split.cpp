@@ -116,7 +116,7 @@ TEST(DepthSplit, AnySymbolsComeBackWithAnyModel)
     const unsigned int depths[] = {1, 2, 5, 21};
     const unsigned int depth = depths[round / 16 % 4];
     context::History history;
-    history.clear(bits, 3000);
+    history.clear(bits);
     VoxelFrame frame = randomFrame(random, depth, depth == 1 ? 5 : 40, bits);
     DepthModel model = randomModel(random);
     ASSERT_TRUE(isConsistent(model));
@@ -207,7 +207,7 @@ TEST(DepthSplit, TheHistoryLearnsDepthOffsets)
   BlockList blocks;
   blocks.assign(frame.keys);
   context::History history;
-  history.clear(bits, 3000);
+  history.clear(bits);
   std::uint64_t first = 0;
   std::uint64_t last = 0;
   for (int round = 0; round < 20; ++round) {

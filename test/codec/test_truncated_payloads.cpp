@@ -1,6 +1,7 @@
 /** \file
  * \brief Payloads that end too soon are not read behind their end.
  */
+#include "support/payload_frames.h"
 #include "support/scripted_fast_stream.h"
 #include "support/test_memory.h"
 #include "support/voxel_streams.h"
@@ -45,14 +46,30 @@ expectTruncationsRefused(const std::vector<Bytes>& stream)
   }
 }
 
-/** \brief The frames of a stream of the effort fast. */
+/** \brief The frames of a stream of the effort fast, all but the first P-frames, also where
+ * an encoder would make I-frames. */
 std::vector<Bytes>
 fastStream(const std::vector<VoxelFrame>& frames)
 {
-  FrameEncoder encoder(StreamFormat::Version1, 1000, Effort::Fast);
+  PayloadCoders coders;
+  CodingWorkspace work;
   std::vector<Bytes> stream;
-  for (const VoxelFrame& frame : frames)
-    stream.push_back(encoded(encoder, frame));
+  std::uint32_t checksum = 0;
+  for (const VoxelFrame& frame : frames) {
+    Parts parts;
+    parts.header.is_i_frame = stream.empty();
+    parts.header.effort = Effort::Fast;
+    parts.header.grid = frame.grid;
+    parts.header.intensity_scale = frame.intensity_scale;
+    parts.header.frame_number = static_cast<std::uint32_t>(stream.size() + 1);
+    parts.header.voxel_count = frame.size();
+    parts.header.has_depth_model = stream.empty() && frame.depth_model;
+    if (parts.header.has_depth_model)
+      writeDepthModel(*frame.depth_model, parts.payload);
+    encodePayload(coders.of(Effort::Fast), work, frame, stream.empty(), parts.payload);
+    stream.push_back(putTogetherSized(parts, checksum));
+    checksum = takeApart(stream.back()).checksum;
+  }
   return stream;
 }
 
@@ -102,23 +119,15 @@ TEST(TruncatedPayloads, NewVoxels)
   }
 }
 
-/** \brief An I-frame of a number of blocks, each with its cell 0. */
+/** \brief An I-frame of the first blocks of a grid, each with its cell 0. */
 ScriptedStream
-streamOfBlocks(unsigned int root, std::size_t block_count)
+streamOfBlocks(std::size_t block_count)
 {
-  return ScriptedStream(6, 8, block_count, [=](FastScript& script) {
-    script.code(script.models.has_new_blocks, 1);
-    script.byte(script.models.node[3], 0, root);
-    for (const std::size_t blocks_in_node : {64u, 8u, 1u})
-      for (std::size_t i = 0; i < block_count / blocks_in_node / 8; ++i)
-        script.byte(script.models.node[blocks_in_node == 64  ? 2
-                                       : blocks_in_node == 8 ? 1
-                                                             : 0],
-                    0,
-                    255);
-    for (std::size_t i = 0; i < block_count; ++i)
-      script.newBlock(true, 1);
-    script.plainSymbols(block_count, 1);
+  return ScriptedStream(6, 0, block_count, [=](FastScript& script) {
+    std::set<std::uint64_t> keys;
+    for (std::uint64_t block = 0; block < block_count; ++block)
+      keys.insert(block << 6);
+    script.newVoxels(6, keys);
   });
 }
 
@@ -168,7 +177,7 @@ goodByte(std::mt19937_64& random)
 TEST(TruncatedPayloads, MasksOfSeveral)
 {
   constexpr std::size_t blocks = 2048;
-  const ScriptedStream stream = streamOfBlocks(15, blocks);
+  const ScriptedStream stream = streamOfBlocks(blocks);
   std::mt19937_64 random(5);
   const auto knownBlocks = [](FastScript& script, unsigned int symbol) {
     for (std::size_t i = 0; i < blocks / 8; ++i)
@@ -179,26 +188,33 @@ TEST(TruncatedPayloads, MasksOfSeveral)
   expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
     knownBlocks(script, 9);
     for (std::size_t i = 0; i < blocks; ++i)
-      script.byte(script.models.octants, 0, goodByte(random));
+      script.mask(script.models.several, 1, goodByte(random));
   });
   expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
     knownBlocks(script, 8); // the farthest octant, whose cells are all open
     for (std::size_t i = 0; i < blocks; ++i)
       script.cells(0, 8, 8);
     for (std::size_t i = 0; i < blocks; ++i)
-      script.byte(script.models.cells, 0, goodByte(random));
+      script.mask(script.models.several, 0, goodByte(random));
   });
 }
 
 TEST(TruncatedPayloads, NewNodes)
 {
   // Nodes of a deep grid.
-  const ScriptedStream stream = streamOfBlocks(3, 1024);
+  const ScriptedStream stream = streamOfBlocks(1024);
   std::mt19937_64 random(6);
   expectScriptRefused(stream, 20, true, many, [&](FastScript& script) {
-    script.code(script.models.has_new_blocks, 1);
-    for (std::size_t i = 0; i < 2000; ++i)
-      script.byte(script.models.node[3], 0, goodByte(random));
+    std::set<std::uint64_t> nodes = {0};
+    constexpr unsigned int levels = 6;
+    for (unsigned int level = 0; level < levels; ++level) {
+      std::set<std::uint64_t> children;
+      for (const std::uint64_t node : nodes)
+        for (unsigned int left = goodByte(random); left != 0; left &= left - 1)
+          children.insert(node << 3 | pcl_ext::lowestBit(left));
+      nodes = children;
+    }
+    script.newVoxels(levels, nodes);
   });
 }
 
@@ -206,23 +222,15 @@ TEST(TruncatedPayloads, NewSymbols)
 {
   // All voxels of a grid, of which the payload has the first symbols.
   constexpr unsigned int depth = 4;
-  const ScriptedStream stream = streamOfBlocks(3, 1024);
+  const ScriptedStream stream = streamOfBlocks(1024);
   std::mt19937_64 random(7);
-  const auto expectSymbolsRefused = [&](const Choices& symbols) {
-    expectScriptRefused(
-        stream, depth, true, std::size_t{1} << 3 * depth, [&](FastScript& script) {
-          writeFullGrid(script, depth);
-          symbols(script);
-        });
-  };
-  expectSymbolsRefused([&](FastScript& script) {
-    script.bits(1, 1);
-    for (int i = 0; i < 400; ++i) {
-      script.byte(
-          script.models.plain, 0, static_cast<unsigned int>(below(random, 256)));
-      script.bits(8, static_cast<unsigned int>(below(random, 256)));
-    }
-  });
+  expectScriptRefused(
+      stream, depth, true, std::size_t{1} << 3 * depth, [&](FastScript& script) {
+        writeFullGrid(script, depth);
+        script.beginSteps();
+        for (int i = 0; i < 1600; ++i)
+          script.newStepOrWhole(static_cast<unsigned int>(below(random, 16)));
+      });
 }
 
 /** \brief An I-frame of all voxels of a grid, each with one step that has no
@@ -232,8 +240,8 @@ streamOfFullGrid(unsigned int bits, unsigned int step)
 {
   return ScriptedStream(4, bits, 4096, [=](FastScript& script) {
     writeFullGrid(script, 4);
-    script.beginSteps(0);
-    script.newStep(0); // a symbol is 0
+    script.beginSteps();
+    script.newStep(0);
     for (int i = 1; i < 4096; ++i)
       script.newStepOrWhole(step);
   });
@@ -256,28 +264,18 @@ TEST(TruncatedPayloads, KnownVoxelsAndSteps)
     for (int i = 0; i < 64; ++i)
       script.octants(false, 0);
     script.noNewBlocks();
-    script.beginSteps(0);
   };
-  // Quads, of any four, and of which all are escapes.
   expectScriptRefused(streamOfFullGrid(8, 0), 4, false, 4096, [&](FastScript& script) {
     knownVoxels(script);
-    for (int i = 0; i < 1024; ++i)
-      script.code(script.models.quad[0], static_cast<unsigned int>(below(random, 256)));
-  });
-  expectScriptRefused(streamOfFullGrid(8, 0), 4, false, 4096, [&](FastScript& script) {
-    knownVoxels(script);
-    for (int i = 0; i < 1024; ++i)
-      script.code(script.models.quad[0], 255);
     for (int i = 0; i < 4096; ++i)
-      script.code(script.models.quad_escape[0],
-                  static_cast<unsigned int>(below(random, 12)));
+      script.knownStep(0, static_cast<unsigned int>(below(random, 15)));
   });
-  // Highest symbols of all, and behind them such that have a step below all nibbles'.
+  // Escapes, and behind them steps below all nibbles'.
   expectScriptRefused(streamOfFullGrid(5, 24), 4, false, 4096, [&](FastScript& script) {
     knownVoxels(script);
+    script.knownStep(0, 0);
     for (int i = 1; i < 4096; ++i)
       script.knownStep(24, 15);
-    script.knownStep(0, 0);
     for (int i = 1; i < 4096; ++i)
       script.wholeStep(static_cast<unsigned int>(below(random, 16)));
   });

@@ -172,7 +172,7 @@ main(int argc, char** argv)
   }
   const std::filesystem::path data(argv[1]);
   SeedWriter writer(argv[2]);
-  for (const char* const folder : {"golden", "golden_earlier", "invalid"})
+  for (const char* const folder : {"golden", "invalid"})
     writeFiles(data / folder, writer);
   writeSmallStreams(writer);
   writeChoices(writer);

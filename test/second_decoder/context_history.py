@@ -1,4 +1,4 @@
-"""What efforts 1 and 2 remember of the frames since the last I-frame.
+"""What efforts 1 and 2 remember of the frames since the last one without history.
 
 doc/bitstream_context.md, "History"; the depth offset's learning is in "Rests".
 """
@@ -93,20 +93,18 @@ class ContextHistory:
     def after_frame(
         self,
         seen: Dict[int, SeenVoxel],
-        is_i_frame: bool,
-        effort: int,
+        is_history_used: bool,
         symbol_bits: int,
         has_depth_model: bool,
     ) -> "ContextHistory":
         """The history behind a frame with these occupied voxels."""
         f = fraction_bits(symbol_bits)
-        forgotten_below = 3000 if effort == 1 else 1000
         after = ContextHistory()
         for key, record in self.records.items():
             record = _one_frame_on(record, key in seen)
             if key in seen:
                 record = _with_seen(record, seen[key], f, has_depth_model)
-            if record.probability >= forgotten_below:
+            if record.probability >= 1000:
                 after.records[key] = record
         new_voxels: Dict[int, int] = {}
         for key, voxel in seen.items():
@@ -114,7 +112,7 @@ class ContextHistory:
                 continue
             mean = voxel.number << f
             after.records[key] = Record(
-                probability=52000 if is_i_frame else 26000,
+                probability=26000 if is_history_used else 52000,
                 recent=1,
                 age=0,
                 mean=mean,
@@ -125,7 +123,7 @@ class ContextHistory:
             block = key >> BLOCK_BITS
             new_voxels[block] = new_voxels.get(block, 0) + 1
         for block in {key >> BLOCK_BITS for key in after.records}:
-            before = self.activities.get(block, 0 if is_i_frame else 2)
-            new = 0 if is_i_frame else min(new_voxels.get(block, 0), 7)
+            before = self.activities.get(block, 2 if is_history_used else 0)
+            new = min(new_voxels.get(block, 0), 7) if is_history_used else 0
             after.activities[block] = min((3 * before + 2 * new + 2) // 4, 7)
         return after

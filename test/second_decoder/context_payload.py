@@ -4,38 +4,36 @@ doc/bitstream_context.md; each class of this file holds one of its sections.
 """
 
 from bisect import bisect_right
-from collections import Counter
 from dataclasses import dataclass, field
-from typing import Dict, List, Optional, Sequence, Set
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_history import ContextHistory, Record, SeenVoxel, fraction_bits
 from depth_model import has_rest, point_with_offset, predicted_symbol
 from frame_header import from_zigzag
 from invalid_frame import require
-from morton import BLOCK_BITS, cells_of_block, levels_above_blocks, neighbours
+from morton import (
+    BLOCK_BITS,
+    cells_of_block,
+    levels_above_blocks,
+    neighbours,
+    node_at,
+    position,
+)
 from range_coder import Kind, RangeDecoder
 
 
 class Kinds:
-    """All kinds of decisions: their numbers of ways and their shifts."""
+    """All kinds of decisions: the ways that the effort uses, and their shifts."""
 
     def __init__(self, effort: int) -> None:
-        self.known_voxel = Kind(6, 6, effort)
-        self.known_block = Kind(1, 5, effort)
-        self.octant = Kind(3, 5, effort)
-        self.more_octants = Kind(1, 5, effort)
-        self.cell = Kind(4, 5, effort)
-        self.more_cells = Kind(1, 5, effort)
-        self.branch = Kind(1, 5, effort)
-        self.new_block = Kind(1, 5, effort)
-        self.more = Kind(4, 5, effort)
-        self.differs = Kind(1, 5, effort)
-        self.above = Kind(1, 5, effort)
-        self.farther = Kind(1, 5, effort)
-        self.escape = Kind(1, 5, effort)
-        self.rest = Kind(3, 5, effort)
-        self.plain = Kind(1, 6, effort)
+        is_small = effort == 2
+        self.known_voxel = Kind(2 if is_small else 1, 6)
+        self.known_block = Kind(1, 5)
+        self.child = Kind(5 if is_small else 2, 5)
+        self.number = Kind(4 if is_small else 2, 6)
+        self.rest = Kind(3 if is_small else 1, 5)
+        self.escape = Kind(1, 5)
 
     def copy(self) -> "Kinds":
         other = Kinds.__new__(Kinds)
@@ -70,10 +68,6 @@ class _Payload:
     def neighbours(self, key: int) -> Sequence[Optional[int]]:
         return neighbours(key, self.frame.depth)
 
-    def full(self, key: int) -> int:
-        """How many of a cell's face neighbours are occupied."""
-        return sum(n in self.occupied for n in self.neighbours(key))
-
     def add(self, key: int) -> None:
         self.occupied.add(key)
         require(
@@ -85,12 +79,12 @@ class _Payload:
         """m of the description."""
         return record.mean << (4 - fraction_bits(self.frame.symbol_bits))
 
-    def escape(self, kind: int) -> int:
-        """A number of any size: see "Escape"."""
+    def escape(self) -> int:
+        """u of section "Residuals"."""
         b = 0
-        while self.kinds.escape.read(self.bits, [17 * kind + b]):
+        while self.kinds.escape.read(self.bits, [b]):
             b += 1
-            require(b <= 16, "a number has too many bits")
+            require(b <= 16, "a residual has too many bits")
         return ((1 << b) | self.bits.bypass_bits(b)) - 1
 
 
@@ -110,28 +104,24 @@ class _KnownVoxels:
     def read(self) -> None:
         payload = self._payload
         for block, cells in payload.known_cells.items():
-            surprise = 0
             for cell in cells:
                 key = block << BLOCK_BITS | cell
                 record = payload.history.records[key]
-                p = record.probability
                 bit = payload.kinds.known_voxel.read(
                     payload.bits,
-                    self._contexts(key, record, surprise),
-                    (p >> 13) * 3 + record.age_class,
+                    self._contexts(key, record),
+                    (record.probability >> 13) * 3 + record.age_class,
                 )
-                surprise += ((65535 - p if bit else -p) - surprise) >> 2
                 self._coded[key] = bit
                 if bit:
                     payload.add(key)
 
-    def _contexts(self, key: int, record: Record, surprise: int) -> List[int]:
-        payload = self._payload
+    def _contexts(self, key: int, record: Record) -> List[int]:
         p, r, g = record.probability, record.recent, record.age_class
         c = _class_of(record.mean >> max(self._f - 2, 0), (6, 8, 12, 20))
         before = came = went = 0
-        for neighbour in payload.neighbours(key):
-            other = payload.history.records.get(neighbour)
+        for neighbour in self._payload.neighbours(key):
+            other = self._payload.history.records.get(neighbour)
             if other is None:
                 continue
             before += other.was_in_last_frame
@@ -139,217 +129,196 @@ class _KnownVoxels:
                 is_occupied = self._coded[neighbour]
                 came += bool(is_occupied and not other.was_in_last_frame)
                 went += bool(not is_occupied and other.was_in_last_frame)
-        m = payload.mean_in_sixteenths(record)
-        first_of_octant = key & ~7
-        q = sum(
-            1 << (other & 7)
-            for other in range(first_of_octant, key)
-            if other in payload.occupied
-        )
-        surprise_class = min(max((surprise + (1 << 16)) >> 13, 0), 15)
+        changes = 3 * min(came, 2) + min(went, 2)
         return [
+            (((p >> 12) * 7 + before) * 9 + changes) * 2 + r % 2,
             (((p >> 11) * 4 + r % 4) * 3 + g) * 5 + c,
-            ((p >> 11) * 7 + before) * 32 + 8 * min(came, 3) + 2 * min(went, 3) + r % 2,
-            (4 * r + g) * 4 + (p >> 14),
-            ((p >> 11) * 16 + surprise_class) * 4 + r % 4,
-            ((p >> 12) * 16 + min(m // 8, 15)) * 8 + min(record.age // 4, 7),
-            16 * q + (p >> 12),
         ]
 
 
-class _OctantsOfBlock:
-    """Octants and cells with new voxels in one block, known or new.
+class _Level:
+    """The nodes of one height while they are asked about: section "Children"."""
 
-    Sections "New voxels in known blocks", "Cells" and the end of "New blocks".
-    """
-
-    def __init__(
-        self, payload: _Payload, block: int, activity: int, is_new: bool
-    ) -> None:
+    def __init__(self, payload: _Payload, height: int, present: Set[int]) -> None:
         self._payload = payload
-        self._i = int(payload.frame.is_i_frame)
-        self._first = block << BLOCK_BITS
-        self._activity = activity
-        self._is_new = is_new
-        self._known = set(payload.known_cells.get(block, ()))
+        self._levels = payload.frame.depth - height
+        self._present = present
+        self._found: Set[int] = set()
+        self._pending_parents: Set[int] = set()
 
-    def read(self) -> None:
-        kinds, bits = self._payload.kinds, self._payload.bits
-        octants = self._octants()
-        found = 0
-        for place, octant in enumerate(octants):
-            left = len(octants) - place - 1
-            is_implied = left == 0 and (found == 0 or not self._is_new)
-            if not is_implied and not kinds.octant.read(
-                bits,
-                self._octant_contexts(octant, found, left),
-                2 * min(found, 2) + self._i,
-            ):
-                continue
-            self._read_cells(octant)
-            found += 1
-            if left and not self._is_new:
-                context = 4 * (min(found, 4) - 1) + min(left - 1, 3)
-                if not kinds.more_octants.read(bits, [context]):
-                    return
+    def read(
+        self,
+        parents: Sequence[Tuple[int, int]],
+        candidates: Callable[[int], List[int]],
+    ) -> List[int]:
+        """The children of some nodes, each with its k, that have what is asked for."""
+        self._pending_parents = {parent for parent, _ in parents}
+        found: List[int] = []
+        for parent, k in parents:
+            found += self._children(candidates(parent), k)
+            self._pending_parents.remove(parent)
+            require(
+                len(found) <= self._payload.frame.voxel_count,
+                "there are more nodes than voxels",
+            )
+        return found
 
-    def _octants(self) -> List[int]:
-        """The octants that can have new voxels, as they are asked about."""
-        cells = cells_of_block(self._payload.frame.depth)
-        octants = [o for o in range(cells // 8) if self._unknown_cells(o)]
-        if self._is_new:
-            return octants
-        return sorted(octants, key=lambda o: -_class_of_sum(self._sum_of_full(o)))
+    def _children(self, candidates: List[int], k: int) -> List[int]:
+        require(candidates, "a node has no candidates")
+        found: List[int] = []
+        for place, child in enumerate(candidates):
+            left = len(candidates) - place - 1
+            if left or found:
+                contexts, f = self._contexts(child, k, len(found), left)
+                if not self._payload.kinds.child.read(self._payload.bits, contexts, f):
+                    continue
+            found.append(child)
+            self._found.add(child)
+        return found
 
-    def _unknown_cells(self, octant: int) -> List[int]:
-        return [c for c in range(8 * octant, 8 * octant + 8) if c not in self._known]
+    def _state(self, node: Optional[int]) -> int:
+        """3 present, 2 pending, 0 absent."""
+        if node is None:
+            return 0
+        if node in self._present or node in self._found:
+            return 3
+        return 2 if node >> 3 in self._pending_parents else 0
 
-    def _sum_of_full(self, octant: int) -> int:
-        """S of the description."""
-        first = self._first | 8 * octant
-        return sum(self._payload.full(key) for key in range(first, first + 8))
+    def _contexts(
+        self, child: int, k: int, n: int, left: int
+    ) -> Tuple[List[int], int]:
+        here = position(child)
+        c = child & 7
+        sides = [1 if c >> (2 - axis) & 1 else -1 for axis in range(3)]
 
-    def _octant_contexts(self, octant: int, n: int, left: int) -> List[int]:
-        total = self._sum_of_full(octant)
-        k = 8 - len(self._unknown_cells(octant))
-        o = self._occupied_mask(octant).bit_count()
-        place = 8 * self._activity + octant
-        classes = _class_of_sum(total) * 4 + _class_of(k, (1, 3, 6))
-        classes = classes * 3 + _class_of(o, (1, 3))
-        return [
-            (classes * 9 + _candidate_class(n, left)) * 2 + self._i,
-            (min(total, 23) * 9 + k) * 9 + o,
-            (place * 10 + min(total, 9)) * 8 + 2 * min(n, 3) + self._i,
-        ]
+        def beside(*axes: int) -> Optional[int]:
+            """The node outside the parent on these axes."""
+            place = [here[i] + (sides[i] if i in axes else 0) for i in range(3)]
+            return node_at((place[0], place[1], place[2]), self._levels)
 
-    def _occupied_mask(self, octant: int) -> int:
-        first = self._first | 8 * octant
-        return sum(
-            1 << cell for cell in range(8) if first + cell in self._payload.occupied
+        states = []
+        for axis in range(3):
+            state = self._state(beside(axis))
+            if state == 0 and self._has_wall(child, axis, sides[axis]):
+                state = 1
+            states.append(state)
+        s = sum(
+            (state >> 1) << (5 - axis) | (state & 1) << (2 - axis)
+            for axis, state in enumerate(states)
         )
-
-    def _read_cells(self, octant: int) -> None:
-        kinds, bits = self._payload.kinds, self._payload.bits
-        cells = self._unknown_cells(octant)
-        full = {cell: self._payload.full(self._first | cell) for cell in cells}
-        if not self._is_new:
-            cells.sort(key=lambda cell: -full[cell])
-        found = 0
-        for place, cell in enumerate(cells):
-            left = len(cells) - place - 1
-            now_full = full[cell]
-            if self._is_new:
-                now_full = self._payload.full(self._first | cell)
-            is_implied = left == 0 and (found == 0 or not self._is_new)
-            if not is_implied and not kinds.cell.read(
-                bits,
-                self._cell_contexts(cell, now_full, found, left),
-                2 * now_full + self._i,
-            ):
-                continue
-            self._payload.add(self._first | cell)
-            found += 1
-            if left and not self._is_new:
-                context = 8 * (min(found, 4) - 1) + min(left - 1, 7)
-                if not kinds.more_cells.read(bits, [context]):
-                    return
-
-    def _cell_contexts(self, cell: int, full: int, n: int, left: int) -> List[int]:
-        payload = self._payload
-        key = self._first | cell
-        empty = a = 0
-        for face, neighbour in enumerate(payload.neighbours(key)):
-            if neighbour in payload.occupied:
-                a |= 1 << face
-            elif neighbour is not None and neighbour & ~63 == self._first:
-                empty += neighbour & 63 in self._known
-        i = self._i
-        candidate = 7 - min(left, 7) if n == 0 else 3 + 4 * min(n, 2) + min(left, 3)
-        return [
-            ((full * 15 + candidate) * 2 + i) * 4 + min(empty, 3),
-            8 * self._occupied_mask(cell // 8) + cell % 8,
-            28 * a + 7 * min(n, 3) + min(empty, 6),
-            ((7 * self._activity + full) * 8 + min(left, 7)) * 2 + i,
+        first = child & ~7
+        q = (1 << c) + sum(
+            1 << (node & 7) for node in range(first, child) if self._state(node) == 3
+        )
+        a = sum(axis for axis in (4, 2, 1) if self._is_present(child ^ axis))
+        f = states.count(3) + a.bit_count()
+        u = states.count(2)
+        candidate = min(6 + n, 8) if n else 7 - left
+        e = 0
+        for axes in ((0, 1), (0, 2), (1, 2), (0, 1, 2)):
+            e = 2 * e + (self._state(beside(*axes)) > 0)
+        contexts = [
+            256 * s + q,
+            (((7 * k + f) * 4 + u) * 9 + candidate) * 2 + (child in self._present),
+            (8 * s + a) * 3 + min(n, 2),
+            (16 * s + e) * 8 + c,
+            q,
         ]
+        return contexts, f
+
+    def _is_present(self, node: int) -> bool:
+        return node in self._present or node in self._found
+
+    def _has_wall(self, child: int, axis: int, side: int) -> bool:
+        """Is one of the four nodes present that share the parent's face on a side?"""
+        bit = 4 >> axis
+        for sibling in range(child & ~7, (child & ~7) + 8):
+            if sibling & bit != child & bit:
+                continue
+            place = list(position(sibling))
+            place[axis] += side
+            node = node_at((place[0], place[1], place[2]), self._levels)
+            if node is not None and self._is_present(node):
+                return True
+        return False
 
 
-def _candidate_class(found: int, left: int) -> int:
-    """Class of one of some candidates, of which at least one is it."""
-    return 7 - min(left, 7) if found == 0 else 6 + min(found, 2)
+def _read_new_blocks(payload: _Payload) -> List[int]:
+    """Step 1 of "New voxels"."""
+    if not payload.bits.bypass_bit():
+        return []
+    depth = payload.frame.depth
+    known = payload.known_cells
+    if levels_above_blocks(depth) == 0:
+        require(0 not in known, "the only block is no new one")
+        return [0]
+    nodes = [0]
+    for height in range(depth - 1, 1, -1):
+        present = {block >> 3 * (height - 2) for block in known}
+
+        def candidates(parent: int, height: int = height) -> List[int]:
+            children = range(8 * parent, 8 * parent + 8)
+            return [c for c in children if height > 2 or c not in known]
+
+        parents = [(node, 0) for node in nodes]
+        nodes = _Level(payload, height, present).read(parents, candidates)
+    return nodes
 
 
-def _class_of_sum(total: int) -> int:
-    return _class_of(total, (1, 2, 4, 7, 12))
-
-
-def _read_new_voxels_in_known_blocks(payload: _Payload) -> None:
-    """Section "New voxels in known blocks", but for what _OctantsOfBlock holds."""
-    had_new = 0
+def _read_blocks_with_new_voxels(payload: _Payload) -> List[int]:
+    """Step 2 of "New voxels"."""
+    blocks = []
     for block, cells in payload.known_cells.items():
         if len(cells) == cells_of_block(payload.frame.depth):
             continue
-        activity = payload.history.activities[block]
         k = _class_of(len(cells), (4, 10, 20))
-        had_new = payload.kinds.known_block.read(
-            payload.bits, [(4 * activity + k) * 2 + had_new]
-        )
-        if had_new:
-            _OctantsOfBlock(payload, block, activity, is_new=False).read()
+        context = 4 * payload.history.activities[block] + k
+        if payload.kinds.known_block.read(payload.bits, [context]):
+            blocks.append(block)
+    return blocks
 
 
-class _NewBlocks:
-    """Section "New blocks"."""
+def _read_new_voxels(payload: _Payload) -> None:
+    """Section "New voxels"."""
+    known = payload.known_cells
+    new_blocks = _read_new_blocks(payload)
+    blocks = sorted(new_blocks + _read_blocks_with_new_voxels(payload))
+    require(
+        len(blocks) <= payload.frame.voxel_count, "there are more blocks than voxels"
+    )
+    cells = cells_of_block(payload.frame.depth)
 
-    def __init__(self, payload: _Payload) -> None:
-        self._payload = payload
-        self._i = int(payload.frame.is_i_frame)
-        self._occupied_blocks = {key >> BLOCK_BITS for key in payload.occupied}
-        self._known_blocks = [
-            Counter(block >> (3 * levels) for block in payload.known_cells)
-            for levels in range(levels_above_blocks(payload.frame.depth))
-        ]
+    def unknown_cells(octant: int) -> List[int]:
+        of_block = known.get(octant >> 3, ())
+        first = 8 * octant
+        return [key for key in range(first, first + 8) if key & 63 not in of_block]
 
-    def read(self) -> None:
-        if not self._payload.bits.bypass_bit():
-            return
-        levels = levels_above_blocks(self._payload.frame.depth)
-        if levels:
-            self._read_branch(0, levels)
-            return
-        require(0 not in self._payload.known_cells, "the only block is no new one")
-        self._read_block(0)
+    def octants_of(block: int) -> List[int]:
+        return [o for o in range(8 * block, 8 * block + cells // 8) if unknown_cells(o)]
 
-    def _read_branch(self, branch: int, levels: int) -> None:
-        """The parts of a branch so many levels above the blocks."""
-        payload = self._payload
-        found = 0
-        for part in range(8 * branch, 8 * branch + 8):
-            if levels == 1 and part in payload.known_cells:
-                continue
-            is_implied = found == 0 and part % 8 == 7
-            if not is_implied and not self._has_new(part, levels, found):
-                continue
-            found += 1
-            if levels == 1:
-                self._read_block(part)
-            else:
-                self._read_branch(part, levels - 1)
-        require(found > 0, "a branch has no new blocks after all")
+    present = {key >> 3 for key in payload.occupied}
+    octants = _Level(payload, 1, present).read(
+        [(block, 2 if block in known else 0) for block in blocks], octants_of
+    )
+    voxels = _Level(payload, 0, set(payload.occupied)).read(
+        [(octant, 1 if octant >> 3 in known else 0) for octant in octants],
+        unknown_cells,
+    )
+    for key in voxels:
+        payload.add(key)
 
-    def _has_new(self, part: int, levels: int, n: int) -> int:
-        kinds, bits = self._payload.kinds, self._payload.bits
-        candidate = _candidate_class(n, 7 - part % 8)
-        if levels == 1:
-            across = sum(part ^ axis in self._occupied_blocks for axis in (1, 2, 4))
-            return kinds.new_block.read(bits, [(9 * across + candidate) * 2 + self._i])
-        b = _class_of(self._known_blocks[levels - 1][part], (1, 2, 4, 8, 16))
-        return kinds.branch.read(
-            bits, [((b * 9 + candidate) * 4 + min(levels - 2, 3)) * 2 + self._i]
-        )
 
-    def _read_block(self, block: int) -> None:
-        _OctantsOfBlock(self._payload, block, activity=0, is_new=True).read()
-        self._occupied_blocks.add(block)
+def _octave_class(x: int, n: int) -> int:
+    """class(x, n) of section "Numbers"."""
+    if x < 4:
+        return x
+    h = x.bit_length() - 1
+    return min(4 * (h - 1) + (x >> (h - 2)) % 4, n - 1)
+
+
+def _first_node(length: int) -> int:
+    """first of section "Numbers"."""
+    return (1 << length) // 2 if length < 5 else 16 * (min(length, 8) - 4)
 
 
 class _Numbers:
@@ -357,103 +326,91 @@ class _Numbers:
 
     def __init__(self, payload: _Payload) -> None:
         self._payload = payload
+        self._effort = payload.frame.effort
         self._to_sixteenths = 4 - fraction_bits(payload.frame.symbol_bits)
-        self._running: Optional[int] = None
-        self._lowest = 0
+        self._running = 16
+        self._error = 64
+        self._shortest = 0
 
     def read(self, keys: Sequence[int]) -> Dict[int, int]:
         """The number of each voxel."""
-        bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
-        if bits.bypass_bit():
-            return {key: self._read_plain(bits, symbol_bits) for key in keys}
-        self._lowest = 0 if bits.bypass_bit() else 1
-        highest = self._payload.frame.highest_symbol
+        self._shortest = 0 if self._payload.bits.bypass_bit() else 1
         numbers: Dict[int, int] = {}
         for key in keys:
-            number = self._read_number(key, numbers)
-            require(number <= highest, "a number is too large")
+            record = self._payload.history.records.get(key)
+            self._expect(key, record, numbers)
+            number = self._read_number()
+            if record is None:
+                self._error += (abs(16 * number - self._e) - self._error) >> 3
+            change = 16 * number - self._running
+            self._running += change >> 2 if numbers else change
             numbers[key] = number
-            if self._running is None:
-                self._running = 16 * number
-            else:
-                self._running += (16 * number - self._running) >> 2
         return numbers
 
-    def _read_plain(self, bits: RangeDecoder, symbol_bits: int) -> int:
-        """A number of which nothing is expected."""
-        node = 1
-        for _ in range(min(symbol_bits, 8)):
-            node = 2 * node + self._payload.kinds.plain.read(bits, [node])
-        for _ in range(symbol_bits - 8):
-            node = 2 * node + bits.bypass_bit()
-        return node - (1 << symbol_bits)
-
-    def _read_number(self, key: int, numbers: Dict[int, int]) -> int:
-        record = self._payload.history.records.get(key)
+    def _expect(
+        self, key: int, record: Optional[Record], numbers: Dict[int, int]
+    ) -> None:
+        """What the contexts of a number's decisions have in common."""
+        average = self._running
+        neighbours = self._payload.neighbours(key)
+        below = [numbers[n] for n in neighbours[:3] if n in numbers]
+        if self._effort == 2 and below:
+            average = 16 * sum(below) // len(below)
+        self._is_known = record is not None
         if record is not None:
-            expected = self._payload.mean_in_sixteenths(record)
-        else:
-            expected = 16 if self._running is None else self._running
-        if expected < 160:
-            return self._near(expected, record, self._class_of_neighbours(key, numbers))
-        deviation = (
-            expected // 4 if record is None else record.deviation << self._to_sixteenths
-        )
-        return self._far(expected, deviation, record is not None)
-
-    def _class_of_running(self) -> int:
-        """R of the description."""
-        if self._running is None:
-            return 0
-        return 1 + _class_of(self._running, (17, 32, 48, 80, 128, 256))
-
-    def _class_of_neighbours(self, key: int, numbers: Dict[int, int]) -> int:
-        """C of the description."""
-        below = [numbers[n] for n in self._payload.neighbours(key)[:3] if n in numbers]
-        if not below:
-            return 0
-        average = 16 * sum(below) // len(below)
-        return 1 + _class_of(average, (17, 25, 33, 41, 49, 65, 81, 113, 161, 257))
-
-    def _near(self, e: int, record: Optional[Record], c: int) -> int:
-        """A number where a small one is expected."""
-        r = self._class_of_running()
-        if record is not None:
+            self._e = self._payload.mean_in_sixteenths(record)
             d = record.deviation << self._to_sixteenths
-            rows = [
-                e // 8 * 8 + r,
-                min(e // 4, 39) * 15 + min(d // 6, 14),
-                ((record.probability >> 12) * 16 + e // 10) * 2 + record.recent % 2,
-                20 * c + e // 10,
-            ]
+            level = 8 * _octave_class(self._e // 4, 48)
+            way_3 = record.probability >> 13
         else:
-            rows = [
-                (20 + e // 16) * 8 + r,
-                600 + min((self._running or 0) // 8, 39),
-                r,
-                20 * c + 16 + r // 2,
-            ]
-        more, bits = self._payload.kinds.more, self._payload.bits
-        for t in range(self._lowest, 24):
-            if not more.read(bits, [24 * x + t for x in rows], min(t, 9)):
-                return t
-        return 24 + self._payload.escape(0)
+            self._e = average
+            d = self._error
+            level = 384
+            way_3 = _octave_class(average // 16, 8)
+        self._scale = (d + 4).bit_length() - 1
+        shape = 0
+        for axis in range(3):
+            shape *= 3
+            for neighbour in (neighbours[axis], neighbours[axis + 3]):
+                shape += neighbour in self._payload.occupied
+        self._rows = (
+            level + _octave_class(self._running // 16, 8),
+            24 * shape + _octave_class(average // 16, 24),
+            level + way_3,
+        )
 
-    def _far(self, e: int, deviation: int, is_known: bool) -> int:
-        """A number by its distance from the large one that is expected."""
-        kinds, bits = self._payload.kinds, self._payload.bits
-        k = next((k for k in range(12) if deviation >> (4 + k) <= 6), 12)
-        x = 4 * min((deviation >> k) >> 3, 13) + (2 if k > 0 else 0) + is_known
-        upper = (e // 16) >> k
-        if kinds.differs.read(bits, [x]):
-            above = kinds.above.read(bits, [x])
-            t = 0
-            while t < 28 and kinds.farther.read(bits, [28 * (2 * x + above) + t]):
-                t += 1
-            distance = 1 + (t if t < 28 else 28 + self._payload.escape(1))
-            upper += distance if above else -distance
-            require(upper >= 0, "a number is below 0")
-        return upper << k | bits.bypass_bits(k)
+    def _read_number(self) -> int:
+        bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
+        length = self._shortest
+        while length < symbol_bits and self._decide(
+            _first_node(length), 2, 1 << length, max(length, 1)
+        ):
+            length += 1
+        if length < 2:
+            return length
+        q = 1
+        for j in reversed(range(length - 1)):
+            if q >= 16 and j + 7 <= self._scale:
+                q = 2 * q + bits.bypass_bit()
+                continue
+            node = _first_node(length) + q if q < 16 else 80 + j
+            q = 2 * q + self._decide(node, 0, (2 * q + 1) << j, j + 1)
+        return q
+
+    def _decide(self, node: int, weights: int, middle: int, w: int) -> int:
+        kind, bits = self._payload.kinds.number, self._payload.bits
+        first, second, third = (96 * row + node for row in self._rows)
+        if self._effort == 1 and node < 8:
+            return kind.read_first(bits, first)
+        x = (16 * middle - 8 - self._e) * 8 >> self._scale
+        place = 16 * self._is_known + min(self._scale, 15)
+        place = 8 * place + min(max(w + 6 - self._scale, 0), 7)
+        place = (2 * place + (x >= 0)) * 21
+        place += _octave_class(x if x >= 0 else -1 - x, 21)
+        contexts = [first, place, second, third]
+        if self._effort == 1:
+            contexts = contexts[:2]
+        return kind.read(bits, contexts, weights + self._is_known)
 
 
 class _Symbols:
@@ -508,7 +465,7 @@ class _Symbols:
         ):
             rest += 1
         if rest == 32:
-            rest += self._payload.escape(2)
+            rest += self._payload.escape()
         self._average += 16 * min(rest, 64) // 8 - self._average // 8
         return rest
 
@@ -533,17 +490,19 @@ def decode_context_payload(
         memory = ContextMemory.at_start(frame.effort)
     history = memory.history
     require(len(history.records) <= MOST_RECORDS, "the history is too large")
+    is_history_used = not frame.is_i_frame
     kinds = memory.kinds.copy()
     keys: List[int] = []
     symbols: Dict[int, int] = {}
     seen: Dict[int, SeenVoxel] = {}
     if frame.voxel_count:
-        payload = _Payload(
-            frame, RangeDecoder(bytes_of_payload), kinds, history, history.known_cells()
-        )
+        bits = RangeDecoder(bytes_of_payload)
+        if not frame.is_i_frame and not bits.bypass_bit():
+            history = ContextHistory()
+            is_history_used = False
+        payload = _Payload(frame, bits, kinds, history, history.known_cells())
         _KnownVoxels(payload).read()
-        _read_new_voxels_in_known_blocks(payload)
-        _NewBlocks(payload).read()
+        _read_new_voxels(payload)
         require(
             len(payload.occupied) == frame.voxel_count,
             "there are fewer voxels than the header says",
@@ -558,7 +517,7 @@ def decode_context_payload(
         payload.bits.require_end()
     has_model = frame.depth_model is not None
     after = history.after_frame(
-        seen, frame.is_i_frame, frame.effort, frame.symbol_bits, has_model
+        seen, is_history_used, frame.symbol_bits, has_model
     )
     coded = [symbols[key] for key in keys] if frame.symbol_bits else []
     return Voxels(keys, coded), ContextMemory(after, kinds)

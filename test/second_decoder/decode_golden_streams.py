@@ -1,6 +1,6 @@
 """Decodes the golden streams and compares every frame with checksums.txt.
 
-    python3 decode_golden_streams.py test/data/golden test/data/golden_earlier
+    python3 decode_golden_streams.py test/data/golden
 
 An implementation of the documents alone: decoding the voxels that the library's encoder
 was given shows that the documents are complete. Each line of checksums.txt is a frame:

@@ -49,3 +49,15 @@ def cells_of_block(depth: int) -> int:
 def levels_above_blocks(depth: int) -> int:
     """L of the payloads' descriptions."""
     return max(depth - 2, 0)
+
+
+def node_at(place: Tuple[int, int, int], levels: int) -> Optional[int]:
+    """Key of the node at a place of a level so many levels below the root; None outside."""
+    if any(not 0 <= coordinate < 1 << levels for coordinate in place):
+        return None
+    x, y, z = place
+    key = 0
+    for level in reversed(range(levels)):
+        bits = (x >> level & 1) << 2 | (y >> level & 1) << 1 | (z >> level & 1)
+        key = key << 3 | bits
+    return key

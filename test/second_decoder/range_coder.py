@@ -86,21 +86,18 @@ def _held(low: int, high: int, number: int) -> int:
 
 
 class Kind:
-    """A kind of decision: ways of adaptive bits, and the weights that mix them.
+    """A kind of decision: the ways of adaptive bits that the effort uses, and the weights
+    that mix them.
 
     Bits and weights are kept for the contexts that have come up; others are as at the
     start.
     """
 
-    def __init__(self, ways: int, shift: int, effort: int) -> None:
-        self._shift = shift + (effort == 2)
-        self._has_all_ways = effort == 2 and ways > 1
-        used = ways if self._has_all_ways else 1
-        self._bits: List[Dict[int, Tuple[int, int]]] = [{} for _ in range(used)]
+    def __init__(self, ways: int, shift: int) -> None:
+        self._shift = shift
+        self._bits: List[Dict[int, Tuple[int, int]]] = [{} for _ in range(ways)]
         self._weights: Dict[int, Tuple[int, ...]] = {}
-        if self._has_all_ways:
-            others = ((1 << 16) * 8 // 10) // (ways - 1)
-            self._first_weights = ((1 << 16) * 4 // 10,) + (ways - 1) * (others,)
+        self._first_weights = ways * ((6 << 16) // (5 * ways),)
 
     def copy(self) -> "Kind":
         """A kind that learns without changing this one."""
@@ -113,13 +110,9 @@ class Kind:
     def read(
         self, coder: RangeDecoder, contexts: Sequence[int], weight_set: int = 0
     ) -> int:
-        """Decides, with a context for each way, and learns."""
-        if not self._has_all_ways:
-            way = self._bits[0]
-            p, count = way.get(contexts[0], _NEW_BIT)
-            bit = coder.bit(p)
-            way[contexts[0]] = self._learnt(p, count, bit)
-            return bit
+        """Decides, with a context for each way that is used, and learns."""
+        if len(self._bits) == 1:
+            return self.read_first(coder, contexts[0])
         bits = [way.get(c, _NEW_BIT) for way, c in zip(self._bits, contexts)]
         stretched = [STRETCH[p >> 4] for p, _ in bits]
         weights = self._weights.get(weight_set, self._first_weights)
@@ -128,11 +121,19 @@ class Kind:
         bit = coder.bit(p)
         error = (bit << 16) - p
         self._weights[weight_set] = tuple(
-            _held(-(1 << 19), 1 << 19, w + ((t * error + (1 << 15)) >> 16))
+            _held(-(1 << 19), 1 << 19, w + ((t * error + (1 << 14)) >> 15))
             for w, t in zip(weights, stretched)
         )
         for way, context, (p, count) in zip(self._bits, contexts, bits):
             way[context] = self._learnt(p, count, bit)
+        return bit
+
+    def read_first(self, coder: RangeDecoder, context: int) -> int:
+        """Decides with way 0 alone."""
+        way = self._bits[0]
+        p, count = way.get(context, _NEW_BIT)
+        bit = coder.bit(p)
+        way[context] = self._learnt(p, count, bit)
         return bit
 
     def _learnt(self, p: int, count: int, bit: int) -> Tuple[int, int]:

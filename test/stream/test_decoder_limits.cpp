@@ -1,5 +1,6 @@
 #include "support/forged_frames.h"
 #include "support/payload_frames.h"
+#include "support/scripted_context_payloads.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
@@ -79,7 +80,7 @@ TEST(DecoderLimits, FramesBehindGarbageAreFoundAtAnyOffset)
 }
 
 // As DecoderLimits::max_voxels has them.
-constexpr std::size_t bytes_per_voxel = 500;
+constexpr std::size_t bytes_per_voxel = 600;
 constexpr std::size_t hostile_bytes_per_voxel = 2000;
 constexpr std::size_t hostile_bytes = std::size_t{1} << 24;
 
@@ -123,12 +124,11 @@ TEST(DecoderLimits, StreamsThatFillTheHistoryAreRefused)
   limits.max_voxels = std::size_t{1} << 15;
   FrameDecoder decoder(limits);
   VoxelFrame back;
-  CodingWorkspace work;
-  PayloadCoders hostile; // without the encoder's rules
+  ContextState hostile; // without the encoder's rules
   Parts frame;
   frame.header.grid = emptyFrame(21).grid;
   frame.header.voxel_count = limits.max_voxels;
-  frame.header.effort = Effort::Small; // which keeps records longest
+  frame.header.effort = Effort::Balanced;
   std::uint32_t checksum = 0;
   std::size_t good_frames = 0;
   std::size_t kept = 0; // by the decoder
@@ -143,9 +143,12 @@ TEST(DecoderLimits, StreamsThatFillTheHistoryAreRefused)
     voxels.intensities.assign(limits.max_voxels, 1);
     frame.header.is_i_frame = good_frames == 0;
     ++frame.header.frame_number;
-    frame.payload.clear();
-    encodePayload(
-        hostile.of(frame.header.effort), work, voxels, good_frames == 0, frame.payload);
+    const BlockList blocks = blocksOf(voxels.keys);
+    ContextScript script(hostile, voxels);
+    script.occupancy(blocks);
+    script.numbers(blocks, voxels.intensities);
+    frame.payload = script.finish(blocks, voxels.intensities);
+    hostile = script.state;
     const Bytes bytes = putTogetherSized(frame, checksum);
     checksum = takeApart(bytes).checksum;
     const MemoryUse memory_use;

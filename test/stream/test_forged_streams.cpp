@@ -43,7 +43,7 @@ expectRefused(const Bytes& bytes,
   EXPECT_TRUE(back.intensities.empty());
 }
 
-constexpr std::size_t small_allocation = std::size_t{1} << 17;
+constexpr std::size_t small_allocation = std::size_t{1} << 18;
 
 TEST(ForgedStreams, InvalidHeaderFields)
 {

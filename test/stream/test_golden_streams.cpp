@@ -1,8 +1,6 @@
 /** \file
  * \brief The streams in test/data/golden decode to the voxels of their checksums, and are
- * written the same today. See write_test_streams.cpp for how they were made. Those
- * in test/data/golden_earlier, of encoders that chose otherwise where the format leaves a
- * choice, decode for ever.
+ * written the same today. See write_test_streams.cpp for how they were made.
  */
 #include "support/golden_streams.h"
 
@@ -21,12 +19,11 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
 const std::string golden = PCL_EXT_TEST_DATA "/golden/";
-const std::string earlier = PCL_EXT_TEST_DATA "/golden_earlier/";
 
 std::string
-bytesOf(const std::string& folder, const std::string& name)
+bytesOf(const std::string& name)
 {
-  std::ifstream file(folder + name + ".pcxi", std::ios::binary);
+  std::ifstream file(golden + name + ".pcxi", std::ios::binary);
   EXPECT_TRUE(file.good()) << name;
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -40,10 +37,10 @@ struct ExpectedFrame {
 };
 
 std::map<std::string, std::vector<ExpectedFrame>>
-expectedFrames(const std::string& folder)
+expectedFrames()
 {
   std::map<std::string, std::vector<ExpectedFrame>> frames;
-  std::ifstream file(folder + "checksums.txt");
+  std::ifstream file(golden + "checksums.txt");
   EXPECT_TRUE(file.good());
   std::string name;
   char kind = 0;
@@ -57,14 +54,13 @@ expectedFrames(const std::string& folder)
   return frames;
 }
 
-/** \return number of streams in the folder */
-std::size_t
-expectVoxelsOfChecksums(const std::string& folder)
+TEST(GoldenStreams, DecodeToTheVoxelsOfTheirChecksums)
 {
-  const auto expected = expectedFrames(folder);
+  const auto expected = expectedFrames();
+  EXPECT_EQ(expected.size(), goldenStreams().size());
   for (const auto& [name, frames] : expected) {
     SCOPED_TRACE(name);
-    std::stringbuf stream(bytesOf(folder, name));
+    std::stringbuf stream(bytesOf(name));
     FrameDecoder decoder;
     VoxelFrame frame;
     for (const ExpectedFrame& expected_frame : frames) {
@@ -79,17 +75,6 @@ expectVoxelsOfChecksums(const std::string& folder)
     }
     EXPECT_EQ(decoder.decode(stream, frame).code(), CompressionCode::EndOfStream);
   }
-  return expected.size();
-}
-
-TEST(GoldenStreams, DecodeToTheVoxelsOfTheirChecksums)
-{
-  EXPECT_EQ(expectVoxelsOfChecksums(golden), goldenStreams().size());
-}
-
-TEST(GoldenStreams, OfEarlierEncodersStillDecode)
-{
-  EXPECT_EQ(expectVoxelsOfChecksums(earlier), 2u);
 }
 
 TEST(GoldenStreams, AreWrittenTheSameToday)
@@ -99,7 +84,7 @@ TEST(GoldenStreams, AreWrittenTheSameToday)
     Bytes bytes;
     for (const GoldenFrame& frame : stream.frames)
       append(encoded(encoder, frame.frame, frame.stamp), bytes);
-    EXPECT_TRUE(bytesOf(golden, stream.name) == std::string(bytes.begin(), bytes.end()))
+    EXPECT_TRUE(bytesOf(stream.name) == std::string(bytes.begin(), bytes.end()))
         << stream.name;
   }
 }

@@ -10,6 +10,7 @@
 #include "codec/context/known_voxels.h"
 #include "codec/context/models.h"
 #include "codec/context/new_voxels.h"
+#include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
 
 #include <cstddef>
@@ -34,7 +35,7 @@ struct ContextState {
 /** \brief One frame's payload. */
 class ContextScript {
 public:
-  using Coding = SingleContextCoding<BinaryRangeEncoder>;
+  using Coding = DecisionCoding<BinaryRangeEncoder, false>;
   using Decision = DecisionModel<1>;
 
   /** \param[in] before what was learnt of the frames before
@@ -43,13 +44,14 @@ public:
   ContextScript(const ContextState& before, const VoxelFrame& like)
   : state(before)
   , context_{state.history,
-             state.is_i_frame,
              like.grid.depth,
              like.intensity_scale.bits,
              like.depth_model ? &*like.depth_model : nullptr}
   {
     if (state.is_i_frame)
-      state.history.clear(like.intensity_scale.bits, forgotten_below);
+      state.history.clear(like.intensity_scale.bits);
+    else
+      coding.codeBypass(true); // the history is used
   }
 
   ContextScript(const ContextScript&) = delete;
@@ -78,53 +80,44 @@ public:
     return newVoxels();
   }
 
-  /** \brief The cells of a new block without neighbours. */
+  /** \brief The octant and the cell of a new block of one voxel without neighbours, of a
+   * frame whose other blocks have no new voxels. */
   void
-  newBlock(std::uint64_t mask)
+  newVoxel(unsigned int cell)
   {
-    NewVoxelBlock block;
-    block.unknown = ~std::uint64_t{0};
-    block.target = mask;
-    NewCellPass<Coding>(state.new_voxels.cells, state.is_i_frame).run(coding, block);
+    for (const unsigned int target : {cell >> 3, cell & 7}) {
+      ParentNode parent;
+      parent.target = 1u << target;
+      codeChildren(coding, state.new_voxels.children, parent, OctantWindow());
+    }
+  }
+
+  /** \brief A block of the history has no new voxels. */
+  void
+  nothingNewIn(const HistoryBlock& block)
+  {
+    coding.code(state.new_voxels.known_block, {{block.activity * 4u}}, false);
   }
 
   void
   numbers(const BlockList& blocks, std::vector<std::uint16_t> numbers)
   {
     IntensityPass(coding, state.intensity, frame_.directory, context_)
-        .run(blocks, false, numbers);
-  }
-
-  /** \brief What comes in front of numbers none of which is 0. */
-  void
-  beginNumbers()
-  {
-    coding.codeBypass(false);
-    coding.codeBypass(false);
-  }
-
-  /** \brief An I-frame's first number above 0, as decisions to go on.
-   * \param[in] end the first one that is a no; above 24 all are a yes
-   */
-  void
-  firstNumber(std::uint32_t end)
-  {
-    constexpr std::uint32_t row = (20 + 16 / 16) * 8;
-    unary(state.intensity.more, row * IntensityModels::longest_count, 1, end, 24);
+        .run(blocks, numbers);
   }
 
   /** \brief Decisions to go on, from one number up to another, where it is a no unless
    * it is the last number of all. */
-  template <std::size_t WayCount>
+  template <typename ModelT>
   void
-  unary(DecisionModel<WayCount>& model,
+  unary(ModelT& model,
         std::uint32_t row,
         std::uint32_t from,
         std::uint32_t end,
         std::uint32_t last)
   {
     for (std::uint32_t t = from; t < last && t <= end; ++t) {
-      typename DecisionModel<WayCount>::Contexts contexts{};
+      typename ModelT::Contexts contexts{};
       contexts.ways[0] = row + t;
       coding.code(model, contexts, t < end);
     }
@@ -132,10 +125,10 @@ public:
 
   /** \brief An escape with more bits than there may be. */
   void
-  longEscape(std::uint32_t kind)
+  longEscape()
   {
     unary(state.intensity.escape,
-          kind * IntensityModels::longest_escape,
+          0,
           0,
           IntensityModels::longest_escape,
           IntensityModels::longest_escape);
@@ -143,16 +136,12 @@ public:
 
   /** \brief An escape with a number. */
   void
-  escape(std::uint32_t kind, std::uint32_t number)
+  escape(std::uint32_t number)
   {
     std::uint32_t bits = 0;
     while ((number + 1) >> bits > 1)
       ++bits;
-    unary(state.intensity.escape,
-          kind * IntensityModels::longest_escape,
-          0,
-          bits,
-          IntensityModels::longest_escape);
+    unary(state.intensity.escape, 0, 0, bits, IntensityModels::longest_escape);
     while (bits-- > 0)
       coding.codeBypass(((number + 1) >> bits & 1) != 0);
   }
@@ -177,12 +166,11 @@ public:
   ContextState state;
 
 private:
-  static constexpr std::uint16_t forgotten_below = 3000;
-
   bool
   newVoxels()
   {
-    return NewVoxelPass(coding, state.new_voxels, frame_, context_, 1000).run();
+    return NewVoxelPass(coding, state.new_voxels, frame_, context_, largest_frame)
+        .run();
   }
 
   FrameContext context_;

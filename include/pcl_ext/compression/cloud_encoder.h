@@ -107,22 +107,6 @@ public:
   }
 
 private:
-  /** \brief Replaces P-frames by I-frames where they take more bytes, as of a moving sensor.
-   */
-  class HistoryUse {
-  public:
-    /** \brief Takes a frame into account.
-     * \return true if the next one should be an I-frame
-     */
-    bool
-    add(const CodedFrameStatistics& frame);
-
-  private:
-    double i_frame_bytes_per_voxel_ = 0.0; // of the last I-frame
-    unsigned int pause_ = 0;               // I-frames until a P-frame is tried again
-    unsigned int pause_left_ = 0;          // of these
-  };
-
   void
   refitIntensities(const PointView& points, VoxelFrame& frame);
 
@@ -138,7 +122,6 @@ private:
   Voxelizer voxelizer_;
   unsigned int doublings_ = 0; // of the resolution of voxelizer_
   FrameEncoder encoder_;
-  HistoryUse history_use_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;
 };

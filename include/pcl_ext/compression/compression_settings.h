@@ -52,7 +52,7 @@ struct DecoderLimits {
   std::size_t max_frame_bytes = std::size_t{1} << 24;
 
   /** \brief Voxels of one frame; the default fits a sensor of one megapixel; values above
-   * 2^24 count as 2^24. A frame takes less than 500 bytes of memory for each of its voxels,
+   * 2^24 count as 2^24. A frame takes less than 600 bytes of memory for each of its voxels,
    * or 2000 and 16 MiB in a stream constructed to fill the history; the memory is released
    * a few frames later. retain_octree, which builds PCL's octree of pointers, at least
    * doubles this. */

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -46,56 +47,44 @@ private:
 const LogisticTables&
 logisticTables();
 
-/** \brief Mixes several probabilities of one bit into one: a weighted sum on the logistic
- * scale with weights that adapt to every bit (M. Mahoney, Adaptive weighing of context
- * models for lossless data compression, 2005). */
-template <std::size_t InputCount>
-struct MixerWeights {
-  static constexpr std::int32_t one = 1 << 16;
+// Mixing of several probabilities of one bit into one: a weighted sum on the logistic scale
+// with weights that adapt to every bit (M. Mahoney, Adaptive weighing of context models for
+// lossless data compression, 2005). Weights are in units of 2^-16.
 
-  /** \brief Weights in units of 2^-16. Initially the first is 0.4 and the others have a
-   * sum of 0.8. */
-  std::array<std::int32_t, InputCount> weights = startingWeights();
+/** \brief Weight of each of a number of ways at the start; their sum is 1.2. */
+constexpr std::int32_t
+startingWeight(std::size_t ways)
+{
+  return (6 << 16) / (5 * static_cast<std::int32_t>(ways));
+}
 
-  static constexpr std::array<std::int32_t, InputCount>
-  startingWeights()
-  {
-    constexpr std::int32_t others = InputCount > 1 ? InputCount - 1 : 1;
-    std::array<std::int32_t, InputCount> start{};
-    for (std::size_t i = 0; i < InputCount; ++i)
-      start[i] = i == 0 ? one * 4 / 10 : one * 8 / 10 / others;
-    return start;
-  }
+/** \brief The mixed number on the logistic scale. */
+template <std::size_t WayCount>
+std::int32_t
+mix(const std::int32_t* weights, const std::array<std::int32_t, WayCount>& stretched)
+{
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < WayCount; ++i)
+    sum += std::int64_t{weights[i]} * stretched[i];
+  return static_cast<std::int32_t>(sum >> 16);
+}
 
-  /** \brief The mixed number on the logistic scale. */
-  std::int32_t
-  mix(const std::array<std::int32_t, InputCount>& stretched) const
-  {
-    std::int64_t sum = 0;
-    for (std::size_t i = 0; i < InputCount; ++i)
-      sum += std::int64_t{weights[i]} * stretched[i];
-    return static_cast<std::int32_t>(sum >> 16);
-  }
-
-  /** \brief Adapts the weights to a bit.
-   * \param[in] stretched the inputs
-   * \param[in] error bit - probability, in units of 2^-16
-   */
-  void
-  learn(const std::array<std::int32_t, InputCount>& stretched, std::int32_t error)
-  {
-    // Clamped so that no sum overflows for any sequence of bits.
-    constexpr std::int32_t heaviest = 8 * one;
-    for (std::size_t i = 0; i < InputCount; ++i) {
-      const std::int64_t change =
-          (std::int64_t{stretched[i]} * error + (1 << 15)) >> 16;
-      const std::int64_t weight = weights[i] + change;
-      weights[i] = static_cast<std::int32_t>(weight > heaviest    ? heaviest
-                                             : weight < -heaviest ? -heaviest
-                                                                  : weight);
-    }
-  }
-};
+/** \brief Adapts weights to a bit.
+ * \param[in] stretched the inputs
+ * \param[in] error bit - probability, in units of 2^-16
+ */
+template <std::size_t WayCount>
+void
+adaptWeights(std::int32_t* weights,
+             const std::array<std::int32_t, WayCount>& stretched,
+             std::int32_t error)
+{
+  // Clamped so that no sum overflows for any sequence of bits.
+  constexpr std::int32_t heaviest = 8 << 16;
+  for (std::size_t i = 0; i < WayCount; ++i)
+    weights[i] = std::clamp(
+        weights[i] + ((stretched[i] * error + (1 << 14)) >> 15), -heaviest, heaviest);
+}
 
 } // namespace context
 } // namespace io

@@ -4,6 +4,7 @@
 
 #include "bytes/reserve_ahead.h"
 #include "codec/context/history.h"
+#include "codec/context/tiles.h"
 #include "codec/depth_split.h"
 #include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
@@ -18,8 +19,7 @@ namespace context {
 
 /** \brief Parameters of coding a frame, the same in encoder and decoder. */
 struct FrameContext {
-  const History& history;        ///< of the previous frames; empty for an I-frame
-  bool is_i_frame;               ///< all models are in their initial state
+  const History& history;        ///< of the previous frames; may be empty
   unsigned int grid_depth;       ///< 1..21
   unsigned int symbol_bits;      ///< 1..16
   const DepthModel* depth_model; ///< null if intensities do not depend on depth
@@ -31,19 +31,36 @@ struct FrameContext {
   }
 };
 
+/** \brief A block that has new voxels. */
+struct PendingBlock {
+  std::uint64_t key;
+  std::uint64_t target; ///< encoder only: its new voxels
+  std::uint32_t index;  ///< in Frame::blocks
+  std::uint8_t octants; ///< those that have new voxels
+};
+
 /** \brief The blocks of a frame while its occupancy is coded; passed from stage to stage.
  * Kept from frame to frame so that its memory is reused. */
 struct Frame {
-  /** \brief Occupied cells: of the blocks of the history, then of the new blocks. */
-  std::vector<std::uint64_t> occupied;
+  /** \brief The occupied cells: of the blocks of the history, then of the new blocks. */
+  TileLevel blocks;
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
-  BlockDirectory directory;            ///< into `occupied`
+  /** \brief Of each block of the history, those of it across the six faces. */
+  std::vector<std::array<std::uint32_t, face_count>> neighbours;
+  BlockDirectory directory; ///< scratch memory of the intensities
 
-  // Encoder only: new voxels in each block of the history, and the new blocks, ascending.
-  // In a decoder new_cells is 0 and the others are empty.
-  std::vector<std::uint64_t> new_cells;
+  // Encoder only: the frame's voxels in each block of the history, and the new blocks,
+  // ascending. In a decoder target_cells is 0 and the others are empty.
+  std::vector<std::uint64_t> target_cells;
   std::vector<std::uint64_t> target_keys;
   std::vector<std::uint64_t> target_masks;
+
+  std::vector<PendingBlock> pending_blocks; ///< ascending
+  TileLevel tiles;                     ///< of the level that is coded, above the blocks
+  std::vector<std::uint64_t> parents;  ///< nodes whose children are coded, ascending
+  std::vector<std::uint64_t> children; ///< those found, ascending
+  std::vector<std::uint32_t>
+      parent_tiles; ///< index of the tile of each parent's children
 
   /** \brief Begins a frame to decode.
    * \param[in] history before the frame
@@ -53,15 +70,15 @@ struct Frame {
 
   /** \brief Begins a frame to encode: divides its voxels into known and new ones.
    * \param[in] history before the frame
-   * \param[in] blocks of the frame
+   * \param[in] coded blocks of the frame
    * \return number of known voxels
    */
   std::size_t
-  match(const History& history, const BlockList& blocks);
+  match(const History& history, const BlockList& coded);
 
   /** \brief The blocks that were coded, ascending. */
   void
-  collect(const History& history, BlockList& blocks) const;
+  collect(const History& history, BlockList& coded) const;
 };
 
 /** \brief Copies numbers, with reserveAhead(). */

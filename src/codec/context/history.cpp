@@ -17,6 +17,8 @@ namespace {
 // Most voxels of an I-frame are occupied again; most new voxels of P-frames are noise.
 constexpr std::uint16_t first_probability_i_frame = 52000;
 constexpr std::uint16_t first_probability_p_frame = 26000;
+// Records below it save too few bytes for their time.
+constexpr std::uint16_t least_probability = 1000;
 constexpr std::uint8_t most_active = 7;
 constexpr std::uint8_t first_activity_p_frame = 2;
 
@@ -39,12 +41,11 @@ constexpr std::array<std::uint8_t, oldest + 1> rate_shifts = makeRateShifts();
 } // namespace
 
 void
-History::clear(unsigned int symbol_bits, std::uint16_t forgotten_below)
+History::clear(unsigned int symbol_bits)
 {
   blocks_.clear();
   record_count_ = 0;
   fraction_bits_ = std::min(4u, 16 - symbol_bits);
-  forgotten_below_ = forgotten_below;
 }
 
 void
@@ -74,7 +75,6 @@ struct History::Learning {
   const std::uint16_t* numbers;
   const DepthObservations* depths;
   unsigned int fraction_bits;
-  std::uint16_t forgotten_below;
   std::uint16_t first_probability;
 
   /** \brief Updates the records of a block in place.
@@ -90,7 +90,6 @@ struct History::Learning {
         std::uint64_t occupied,
         std::size_t voxel) const
   {
-    const std::uint16_t least = forgotten_below;
     std::uint64_t kept = 0;
     std::array<std::uint8_t, block_cells> seen; // the records of occupied voxels
     std::size_t seen_count = 0;
@@ -99,7 +98,7 @@ struct History::Learning {
       const unsigned int cell = lowestBit(cells);
       const auto is_occupied = static_cast<std::uint32_t>(occupied >> cell & 1);
       learnOccupancy(record[index], is_occupied);
-      kept |= std::uint64_t{record[index].probability >= least} << cell;
+      kept |= std::uint64_t{record[index].probability >= least_probability} << cell;
       seen[seen_count] = index;
       seen_count += is_occupied;
     }
@@ -226,7 +225,6 @@ History::update(const BlockList& frame,
   const Learning learning{numbers.data(),
                           depths,
                           fraction_bits_,
-                          forgotten_below_,
                           is_i_frame ? first_probability_i_frame
                                      : first_probability_p_frame};
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;

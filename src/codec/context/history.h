@@ -74,11 +74,9 @@ public:
 
   /** \brief Removes all records, as at an I-frame.
    * \param[in] symbol_bits bits of an intensity symbol from here on, 1..16
-   * \param[in] forgotten_below probability below which a record is forgotten from here
-   * on, in 2^-16
    */
   void
-  clear(unsigned int symbol_bits, std::uint16_t forgotten_below);
+  clear(unsigned int symbol_bits);
 
   /** \brief Allocates the memory that update() needs for a frame, so that it cannot
    * fail.
@@ -114,7 +112,6 @@ private:
   std::vector<VoxelRecord> records_;
   std::size_t record_count_ = 0;
   unsigned int fraction_bits_ = 4;
-  std::uint16_t forgotten_below_ = 0;
   // The next state; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   std::vector<VoxelRecord> next_records_;

@@ -11,8 +11,10 @@
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 namespace pcl_ext {
@@ -21,43 +23,44 @@ namespace context {
 
 /** \brief Models of intensity symbols (doc/bitstream_context.md, "Numbers"). */
 struct IntensityModels {
-  static constexpr std::uint32_t longest_count = 24;
-  static constexpr std::uint32_t longest_distance = 28;
   static constexpr std::uint32_t longest_residual = 32;
   static constexpr std::uint32_t longest_escape = 17; ///< bits
 
-  explicit IntensityModels(bool is_mixing)
-  : more(is_mixing,
-         5,
-         {240 * longest_count,
-          640 * longest_count,
-          512 * longest_count,
-          240 * longest_count},
-         20)
-  , differs(is_mixing, 5, {14 * 4})
-  , above(is_mixing, 5, {14 * 4})
-  , farther(is_mixing, 5, {14 * 4 * 2 * longest_distance})
-  , residual(is_mixing,
+  // Numbers of classes of what a number is expected to be.
+  static constexpr std::uint32_t levels = 48;
+  static constexpr std::uint32_t classes = 8; ///< at a level, and without one
+  static constexpr std::uint32_t averages = 24;
+  static constexpr std::uint32_t scales = 16;
+  static constexpr std::uint32_t widths = 8;
+  static constexpr std::uint32_t distances = 21; ///< on either side
+  /** \brief Bits of a number, highest first, whose values select contexts. */
+  static constexpr std::uint32_t prefixes = 16;
+  static constexpr std::uint32_t nodes = 96;
+
+  explicit IntensityModels(bool is_small)
+  : number(is_small,
+           6,
+           {(levels + 1) * classes * nodes,
+            2 * scales * widths * 2 * distances,
+            IntensityNeighbours::shape_count * averages * nodes,
+            (levels + 1) * classes * nodes},
+           4)
+  , residual(is_small,
              5,
              {DepthSplit::class_count * longest_residual,
               768 * longest_residual,
               512 * longest_residual},
              8)
-  , escape(is_mixing, 5, {3 * longest_escape})
-  , plain(is_mixing, 6, {256})
+  , escape(is_small, 5, {longest_escape})
   {}
 
-  DecisionModel<4> more;     ///< a small symbol is above the value so far
-  DecisionModel<1> differs;  ///< a large symbol differs from the expected one
-  DecisionModel<1> above;    ///< and is above it
-  DecisionModel<1> farther;  ///< its distance is above the value so far
-  DecisionModel<3> residual; ///< a residual is above the value so far
-  DecisionModel<1> escape;   ///< number of bits of an escaped number
-  DecisionModel<1> plain;    ///< bits of a plain number
+  DecisionModel<4, 2> number; ///< a number reaches the middle of an interval
+  DecisionModel<3> residual;  ///< a residual is above the value so far
+  DecisionModel<1> escape;    ///< number of bits of an escaped residual
 };
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
- * \tparam CodingT SingleContextCoding or MixedContextCoding
+ * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
 class IntensityPass {
@@ -76,24 +79,48 @@ public:
   , history_(context.history)
   , levels_(levelsAboveBlocks(context.grid_depth))
   , symbol_bits_(context.symbol_bits)
-  , max_symbol_(context.maxSymbol())
   {}
 
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
-   * \param[in] is_plain whether to code without expected values, as for noise; not used
-   * by a decoder
    * \param[in,out] symbols one for each voxel; the decoder fills them
-   * \return false if the decoded numbers are not symbols of that many bits
    */
-  bool
-  run(const BlockList& frame, bool is_plain, std::vector<std::uint16_t>& symbols)
+  void
+  run(const BlockList& frame, std::vector<std::uint16_t>& symbols)
   {
-    if (!coding_.codeBypass(is_plain))
-      return runExpected(frame, symbols);
-    for (std::uint16_t& symbol : symbols)
-      symbol = static_cast<std::uint16_t>(codePlain(symbol));
-    return true;
+    // Counts of points have no 0: lengths then start at 1.
+    const bool has_zero = coding_.codeBypass(
+        std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
+    shortest_ = has_zero ? 0 : 1;
+    IntensityNeighbours neighbours(frame, levels_, directory_);
+    if constexpr (CodingT::is_small)
+      neighbours.begin();
+    AscendingLookup<HistoryBlock> lookup(history_.blocks());
+    std::size_t voxel = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      const std::size_t old = lookup.find(frame.keys[i]);
+      const std::uint64_t known = old != not_in_list ? history_.blocks()[old].known : 0;
+      if constexpr (CodingT::is_small)
+        neighbours.moveTo(i);
+      for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
+        const std::uint64_t cell = cells & (~cells + 1);
+        const VoxelRecord* const record =
+            (known & cell) != 0
+                ? history_.records() + history_.blocks()[old].first_record +
+                      bitCount(known & (cell - 1))
+                : nullptr;
+        [[maybe_unused]] const unsigned int place = lowestBit(cells);
+        if constexpr (CodingT::is_small)
+          expect(record,
+                 neighbours.averageOf(place, symbols, running_),
+                 neighbours.shapeOf(place));
+        else
+          expect(record, running_, 0);
+        symbols[voxel] = static_cast<std::uint16_t>(codeNumber(symbols[voxel]));
+        learn(symbols[voxel]);
+        ++voxel;
+      }
+    }
   }
 
   /** \brief Codes the residuals of a depth model.
@@ -112,9 +139,9 @@ public:
         continue;
       const std::uint32_t target =
           CodingT::is_decoder ? 0 : split.residual(i, symbols[i]);
-      DecisionModel<3>::Contexts contexts;
+      typename decltype(models_.residual)::Contexts contexts;
       contexts.ways[0] = residual_class * IntensityModels::longest_residual;
-      if constexpr (CodingT::is_mixing) {
+      if constexpr (CodingT::is_small) {
         const std::uint32_t place = split.place(i);
         contexts.ways[1] =
             (place * 6 + residual_class % 6) * IntensityModels::longest_residual;
@@ -132,7 +159,7 @@ public:
           ++context;
       }
       if (residual == IntensityModels::longest_residual) {
-        const std::uint32_t beyond = codeEscape(2, target - residual);
+        const std::uint32_t beyond = codeEscape(target - residual);
         if (beyond == invalid)
           return false;
         residual += beyond;
@@ -145,187 +172,160 @@ public:
   }
 
 private:
-  static constexpr std::size_t no_record = static_cast<std::size_t>(-1);
+  using Models = IntensityModels;
   static constexpr std::uint32_t invalid = 0xffffffff;
-  static constexpr std::uint32_t longest_escape = IntensityModels::longest_escape;
+  static constexpr std::uint32_t longest_escape = Models::longest_escape;
 
-  bool
-  runExpected(const BlockList& frame, std::vector<std::uint16_t>& symbols)
+  /** \brief A decision of a number: does it reach the middle of an interval? */
+  struct Decision {
+    std::uint32_t node;   ///< which of the decisions it is
+    bool is_length;       ///< of the unary code; else of a bit
+    std::uint32_t middle; ///< of the interval
+    unsigned int width;   ///< of the interval, a power of two
+  };
+
+  /** \brief Class of a number: itself below 4, then four classes an octave. */
+  static std::uint32_t
+  classOf(std::uint32_t number, std::uint32_t class_count)
   {
-    // Counts of points have no 0: unary codes then start at 1.
-    const bool has_zero = coding_.codeBypass(
-        std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
-    lowest_ = has_zero ? 0 : 1;
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    [[maybe_unused]] IntensityNeighbours neighbours(frame, levels_, directory_);
-    if constexpr (CodingT::is_mixing)
-      neighbours.begin();
-    AscendingLookup<HistoryBlock> lookup(known);
-    std::size_t voxel = 0;
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      const std::size_t old = lookup.find(frame.keys[i]);
-      const std::uint64_t known_cells = old != not_in_list ? known[old].known : 0;
-      if constexpr (CodingT::is_mixing)
-        neighbours.moveTo(i);
-      for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
-        const std::uint64_t cell = cells & (~cells + 1);
-        const std::size_t record =
-            (known_cells & cell) != 0
-                ? known[old].first_record + bitCount(known_cells & (cell - 1))
-                : no_record;
-        std::uint32_t neighbour_class = 0;
-        if constexpr (CodingT::is_mixing)
-          neighbour_class = neighbours.classOf(lowestBit(cells), symbols);
-        const std::uint32_t symbol =
-            codeSymbol(record, neighbour_class, symbols[voxel]);
-        if (symbol > max_symbol_)
-          return false;
-        symbols[voxel++] = static_cast<std::uint16_t>(symbol);
-        const auto value = static_cast<std::int32_t>(symbol << 4);
-        running_ = running_ < 0 ? value : running_ + ((value - running_) >> 2);
-      }
-    }
-    return true;
+    if (number < 4)
+      return number;
+    const unsigned int octave = highestBit(number);
+    return std::min(4 * (octave - 1) + (number >> (octave - 2) & 3), class_count - 1);
   }
 
-  /** \brief Codes the bits of a symbol, highest first: eight with a model, the others
-   * bypass it. */
-  std::uint32_t
-  codePlain(std::uint32_t symbol)
+  /** \brief Prepares the contexts of a number.
+   * \param[in] record of the voxel; null if it is not known
+   * \param[in] average number of the neighbours before it, in sixteenths
+   * \param[in] shape see IntensityNeighbours::shapeOf
+   */
+  void
+  expect(const VoxelRecord* record, std::uint32_t average, std::uint32_t shape)
   {
-    const unsigned int bypass_bits = symbol_bits_ > 8 ? symbol_bits_ - 8 : 0;
-    std::uint32_t node = 1; // a 1, then the bits coded so far
-    for (unsigned int bit = symbol_bits_; bit-- > bypass_bits;)
-      node = node << 1 | static_cast<std::uint32_t>(coding_.code(
-                             models_.plain, {{node}}, (symbol >> bit & 1) != 0));
-    for (unsigned int bit = bypass_bits; bit-- > 0;)
-      node = node << 1 |
-             static_cast<std::uint32_t>(coding_.codeBypass((symbol >> bit & 1) != 0));
-    return node & max_symbol_;
-  }
-
-  /** \brief Class of the running mean of the previous symbols, 0..7; 0 for the first. */
-  std::uint32_t
-  runningClass() const
-  {
-    return running_ < 0     ? 0
-           : running_ <= 16 ? 1
-           : running_ < 32  ? 2
-           : running_ < 48  ? 3
-           : running_ < 80  ? 4
-           : running_ < 128 ? 5
-           : running_ < 256 ? 6
-                            : 7;
-  }
-
-  std::uint32_t
-  codeSymbol(std::size_t record, std::uint32_t neighbour_class, std::uint32_t symbol)
-  {
-    const VoxelRecord* const records = history_.records();
     const unsigned int shift = 4 - history_.fractionBits();
-    const bool has_mean = record != no_record;
-    // In sixteenths of a symbol.
-    const std::uint32_t expected =
-        has_mean       ? static_cast<std::uint32_t>(records[record].mean) << shift
-        : running_ < 0 ? 16u
-                       : static_cast<std::uint32_t>(running_);
-    if (expected < 160) {
-      const std::uint32_t row = has_mean ? expected / 8 : 20 + expected / 16;
-      typename decltype(models_.more)::Contexts contexts;
-      contexts.ways[0] = row * 8 + runningClass();
-      if constexpr (CodingT::is_mixing) {
-        const std::uint32_t deviation =
-            has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
-                     : 0;
-        contexts.ways[1] =
-            has_mean ? std::min(expected / 4, 39u) * 15 + std::min(deviation / 6, 14u)
-                     : 600 + static_cast<std::uint32_t>(std::min(running_ / 8, 39));
-        contexts.ways[2] =
-            has_mean ? ((records[record].probability >> 12) * 16 + expected / 10) * 2 +
-                           (records[record].recent & 1)
-                     : runningClass();
-        contexts.ways[3] =
-            neighbour_class * 20 + (has_mean ? expected / 10 : 16 + runningClass() / 2);
-      }
-      return codeCount(contexts, symbol);
-    }
+    is_known_ = record != nullptr;
+    const std::uint32_t mean =
+        is_known_ ? static_cast<std::uint32_t>(record->mean) << shift : 0;
+    expected_ = static_cast<std::int32_t>(is_known_ ? mean : average);
     const std::uint32_t deviation =
-        has_mean ? static_cast<std::uint32_t>(records[record].deviation) << shift
-                 : expected / 4;
-    return codeDistance(expected >> 4, deviation, has_mean, symbol);
-  }
-
-  /** \brief Codes a symbol that is expected to be small, in unary. */
-  std::uint32_t
-  codeCount(DecisionModel<4>::Contexts contexts, std::uint32_t symbol)
-  {
-    const std::uint32_t longest = IntensityModels::longest_count;
-    for (std::uint32_t& context : contexts.ways)
-      context = context * longest + lowest_;
-    for (std::uint32_t count = lowest_; count < longest; ++count) {
-      contexts.weight_set = std::min(count, 9u);
-      if (!coding_.code(models_.more, contexts, symbol > count))
-        return count;
-      for (std::uint32_t& context : contexts.ways)
-        ++context;
+        is_known_ ? static_cast<std::uint32_t>(record->deviation) << shift
+                  : static_cast<std::uint32_t>(error_);
+    scale_ = highestBit(deviation + 4);
+    constexpr std::uint32_t unknown = Models::levels * Models::classes;
+    const std::uint32_t first =
+        is_known_ ? classOf(mean / 4, Models::levels) * Models::classes : unknown;
+    rows_[0] = first + classOf(running_ / 16, Models::classes);
+    rows_[1] = (is_known_ ? Models::scales : 0) + std::min(scale_, Models::scales - 1);
+    if constexpr (CodingT::is_small) {
+      rows_[2] = shape * Models::averages + classOf(average / 16, Models::averages);
+      rows_[3] = first + (is_known_ ? record->probability >> 13
+                                    : classOf(average / 16, Models::classes));
     }
-    const std::uint32_t beyond = codeEscape(0, symbol - IntensityModels::longest_count);
-    return beyond == invalid ? invalid : IntensityModels::longest_count + beyond;
   }
 
-  /** \brief Codes a symbol that is expected to be large, as its distance from the expected
-   * value. */
-  std::uint32_t
-  codeDistance(std::uint32_t expected,
-               std::uint32_t deviation,
-               bool has_mean,
-               std::uint32_t symbol)
+  /** \brief Adapts the running means to a number. */
+  void
+  learn(std::uint32_t number)
   {
-    // Bits well below the deviation are noise.
-    unsigned int bypass_bits = 0;
-    while (bypass_bits < 12 && deviation >> (4 + bypass_bits) > 6)
-      ++bypass_bits;
-    const std::uint32_t context = std::min(deviation >> bypass_bits >> 3, 13u) * 4 +
-                                  (bypass_bits > 0 ? 2 : 0) + (has_mean ? 1 : 0);
-    const std::uint32_t middle = expected >> bypass_bits;
-    std::uint32_t high = symbol >> bypass_bits;
-    if (coding_.code(models_.differs, {{context}}, high != middle)) {
-      const bool is_above = coding_.code(models_.above, {{context}}, high > middle);
-      const std::uint32_t row =
-          (context * 2 + (is_above ? 1 : 0)) * IntensityModels::longest_distance;
-      const std::uint32_t target = is_above ? high - middle - 1 : middle - high - 1;
-      std::uint32_t distance = 0;
-      while (distance < IntensityModels::longest_distance &&
-             coding_.code(models_.farther, {{row + distance}}, target > distance))
-        ++distance;
-      if (distance == IntensityModels::longest_distance) {
-        const std::uint32_t beyond = codeEscape(1, target - distance);
-        distance = beyond == invalid ? invalid : distance + beyond;
-      }
-      if (distance > max_symbol_ || (!is_above && distance >= middle))
-        return invalid;
-      high = is_above ? middle + 1 + distance : middle - 1 - distance;
-    }
-    else
-      high = middle;
-    for (unsigned int bit = bypass_bits; bit-- > 0;)
-      high = high << 1 |
-             static_cast<std::uint32_t>(coding_.codeBypass((symbol >> bit & 1) != 0));
-    return high;
+    const auto value = static_cast<std::int32_t>(number << 4);
+    if (!is_known_)
+      error_ += (std::abs(value - expected_) - error_) >> 3;
+    const auto running = static_cast<std::int32_t>(running_);
+    running_ = static_cast<std::uint32_t>(
+        is_first_ ? value : running + ((value - running) >> 2));
+    is_first_ = false;
   }
 
-  /** \brief Codes an escaped number as an Elias gamma code whose length has a model.
-   * \param[in] kind of the number: 0 count, 1 distance, 2 residual
+  /** \brief First node of the numbers of a length. */
+  static std::uint32_t
+  nodeOf(std::uint32_t length)
+  {
+    return length < 5 ? (1u << length) / 2
+                      : (std::min(length, 8u) - 4) * Models::prefixes;
+  }
+
+  /** \brief Codes a number: its length in bits, in unary, then the bits below the
+   * highest one. */
+  std::uint32_t
+  codeNumber(std::uint32_t number)
+  {
+    const std::uint32_t target =
+        CodingT::is_decoder || number == 0 ? 0 : highestBit(number) + 1;
+    std::uint32_t length = shortest_;
+    while (length < symbol_bits_ &&
+           codeDecision({nodeOf(length), true, 1u << length, std::max(length, 1u)},
+                        target > length))
+      ++length;
+    if (length < 2)
+      return length;
+    std::uint32_t prefix = 1;
+    for (unsigned int bit = length - 1; bit-- > 0;) {
+      const bool is_one = (number >> bit & 1) != 0;
+      const bool selects = prefix < Models::prefixes;
+      // Bits well below the deviation are noise.
+      const bool is_noise = !selects && bit + 7 <= scale_;
+      const Decision decision = {selects ? nodeOf(length) + prefix
+                                         : 5 * Models::prefixes + bit,
+                                 false,
+                                 (2 * prefix + 1) << bit,
+                                 bit + 1};
+      prefix = prefix << 1 |
+               static_cast<std::uint32_t>(is_noise ? coding_.codeBypass(is_one)
+                                                   : codeDecision(decision, is_one));
+    }
+    return prefix;
+  }
+
+  /** \param[in] is_above whether the number reaches the middle; not used by a decoder
+   * \return whether it does
+   */
+  bool
+  codeDecision(const Decision& decision, bool is_above)
+  {
+    const std::uint32_t first = rows_[0] * Models::nodes + decision.node;
+    // Most of these are of small numbers, where mixing takes more time than it is worth.
+    if (!CodingT::is_small && decision.node < 8)
+      return coding_.codeFirst(models_.number, first, is_above);
+    typename decltype(models_.number)::Contexts contexts;
+    contexts.weight_set = (decision.is_length ? 2 : 0) + (is_known_ ? 1 : 0);
+    contexts.ways[0] = first;
+    contexts.ways[1] = distanceContext(decision);
+    if constexpr (CodingT::is_small) {
+      contexts.ways[2] = rows_[2] * Models::nodes + decision.node;
+      contexts.ways[3] = rows_[3] * Models::nodes + decision.node;
+    }
+    return coding_.code(models_.number, contexts, is_above);
+  }
+
+  /** \brief Context of where the middle is from what is expected, in units of the
+   * deviation. */
+  std::uint32_t
+  distanceContext(const Decision& decision) const
+  {
+    const std::int32_t distance =
+        (static_cast<std::int32_t>(16 * decision.middle) - 8 - expected_) * 8 >> scale_;
+    const std::uint32_t size =
+        classOf(static_cast<std::uint32_t>(distance < 0 ? ~distance : distance),
+                Models::distances);
+    const std::uint32_t width =
+        decision.width + 6 > scale_
+            ? std::min(decision.width + 6 - scale_, Models::widths - 1)
+            : 0;
+    return ((rows_[1] * Models::widths + width) * 2 + (distance < 0 ? 0 : 1)) *
+               Models::distances +
+           size;
+  }
+
+  /** \brief Codes an escaped residual as an Elias gamma code whose length has a model.
    * \param[in] number 0 or more
    */
   std::uint32_t
-  codeEscape(std::uint32_t kind, std::uint32_t number)
+  codeEscape(std::uint32_t number)
   {
     const std::uint32_t target = CodingT::is_decoder ? 0 : number + 1;
     std::uint32_t bits = 0;
-    while (coding_.code(models_.escape,
-                        {{kind * longest_escape + bits}},
-                        !CodingT::is_decoder && target >> bits > 1))
+    while (coding_.code(
+        models_.escape, {{bits}}, !CodingT::is_decoder && target >> bits > 1))
       if (++bits == longest_escape)
         return invalid;
     std::uint32_t value = 1;
@@ -341,9 +341,16 @@ private:
   const History& history_;
   unsigned int levels_;
   unsigned int symbol_bits_;
-  std::uint32_t max_symbol_;
-  std::uint32_t lowest_ = 0;
-  std::int32_t running_ = -1; // mean of the previous symbols, in sixteenths
+  std::uint32_t shortest_ = 0; ///< length of a number
+  // In sixteenths of a number.
+  std::uint32_t running_ = 16; ///< mean of the previous numbers
+  std::int32_t error_ = 64;    ///< mean error of what was expected of unknown voxels
+  bool is_first_ = true;
+  // Of the number that is coded.
+  bool is_known_ = false;
+  std::int32_t expected_ = 0;
+  unsigned int scale_ = 0; ///< of the deviation, as a power of two
+  std::array<std::uint32_t, 4> rows_{};
 };
 
 } // namespace context

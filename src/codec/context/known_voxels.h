@@ -16,16 +16,37 @@ namespace context {
 
 /** \brief Models of known voxels (doc/bitstream_context.md, "Known voxels"). */
 struct KnownVoxelModels {
-  explicit KnownVoxelModels(bool is_mixing)
-  : voxel(is_mixing, 6, {1920, 7168, 4096, 5120, 2048, 4096}, 24)
+  explicit KnownVoxelModels(bool is_small)
+  : voxel(is_small, 6, {16 * 7 * 9 * 2, 32 * 4 * 3 * 5}, 24)
   {}
 
-  DecisionModel<6> voxel; ///< a known voxel is occupied
+  DecisionModel<2> voxel; ///< a known voxel is occupied
+};
+
+/** \brief For each cell of a block how many of its neighbours are in a set: 0, 1, or more. */
+struct FewNeighbours {
+  std::uint64_t one = 0; ///< cells with at least one
+  std::uint64_t two = 0; ///< cells with at least two
+
+  /** \brief Adds a neighbour of each of some cells. */
+  void
+  add(std::uint64_t cells)
+  {
+    two |= one & cells;
+    one |= cells;
+  }
+
+  /** \brief 0, 1 or 2. */
+  std::uint32_t
+  of(unsigned int cell) const
+  {
+    return static_cast<std::uint32_t>((one >> cell & 1) + (two >> cell & 1));
+  }
 };
 
 /** \brief Codes the occupancy of the known voxels, which have a record in the history, for
  * either direction.
- * \tparam CodingT SingleContextCoding or MixedContextCoding
+ * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
 class KnownVoxelPass {
@@ -53,68 +74,65 @@ public:
   std::size_t
   run()
   {
+    findNeighbours();
     std::size_t voxels = 0;
     // A copy, which stays in registers.
     CodingT coding = coding_;
     for (std::size_t i = 0; i < history_.blocks().size(); ++i) {
-      frame_.occupied[i] = codeBlock(coding, i, frame_.occupied[i]);
-      voxels += bitCount(frame_.occupied[i]);
+      frame_.blocks[i].present = codeBlock(coding, i, frame_.target_cells[i]);
+      voxels += bitCount(frame_.blocks[i].present);
     }
     coding_ = coding;
     return voxels;
   }
 
 private:
-  using Contexts = DecisionModel<6>::Contexts;
+  using Contexts = DecisionModel<2>::Contexts;
 
-  /** \brief Changes in a block and around it since the last frame, as far as they are
-   * coded. */
+  /** \brief The neighbours of the cells of a block. */
   struct Surroundings {
-    NeighbourCounts before; // neighbours in the last frame
-    NeighbourCounts came;   // neighbours that are occupied now, but were not
-    NeighbourCounts went;   // neighbours that were occupied, but are not now
-    std::array<std::uint64_t, face_count> came_around{};
-    std::array<std::uint64_t, face_count> went_around{};
-    std::uint64_t came_here = 0;
-    std::uint64_t went_here = 0;
-    std::int32_t mean_error = 0; // running mean of decision - probability
+    NeighbourCounts before; ///< occupied in the last frame
+    FewNeighbours came; ///< occupied now, but not in the last frame, as far as coded
+    FewNeighbours went; ///< the other way round
   };
 
   std::uint64_t
   codeBlock(CodingT& coding, std::size_t index, std::uint64_t target)
   {
     const HistoryBlock& block = history_.blocks()[index];
-    Surroundings around;
-    if constexpr (CodingT::is_mixing)
-      lookAround(index, around);
+    Surroundings around = lookAround(index);
     std::uint64_t occupied = 0;
-    std::size_t record = block.first_record;
+    const VoxelRecord* record = history_.records() + block.first_record;
     for (std::uint64_t cells = block.known; cells != 0; cells &= cells - 1, ++record) {
-      const std::uint64_t cell = cells & (~cells + 1);
+      const unsigned int cell = lowestBit(cells);
       Contexts contexts;
-      contexts.ways[0] = recordContext(record);
-      if constexpr (CodingT::is_mixing)
-        addContexts(record, lowestBit(cells), occupied, around, contexts);
+      contexts.ways[0] =
+          (((record->probability >> 12) * 7u + around.before.of(cell)) * 9 +
+           around.came.of(cell) * 3 + around.went.of(cell)) *
+              2 +
+          (record->recent & 1u);
+      if constexpr (CodingT::is_small) {
+        const std::uint32_t age_class =
+            age_classes[std::min<std::uint32_t>(record->age, 5)];
+        contexts.ways[1] = recordContext(*record, age_class);
+        contexts.weight_set = (record->probability >> 13) * 3u + age_class;
+      }
       const bool is_occupied =
-          coding.code(models_.voxel, contexts, (target & cell) != 0);
-      if (is_occupied)
-        occupied |= cell;
-      if constexpr (CodingT::is_mixing)
-        update(block, record, cell, is_occupied, around);
+          coding.code(models_.voxel, contexts, (target >> cell & 1) != 0);
+      occupied |= std::uint64_t{is_occupied} << cell;
+      if (((occupied ^ block.last) >> cell & 1) != 0)
+        (is_occupied ? around.came : around.went).add(cells_beside[cell]);
     }
     return occupied;
   }
 
   /** \brief Context from the record alone: probability, last two frames, age and mean. */
   std::uint32_t
-  recordContext(std::size_t record) const
+  recordContext(const VoxelRecord& record, std::uint32_t age_class) const
   {
-    const VoxelRecord& known = history_.records()[record];
-    // By tables, as branches would be mispredicted.
     const std::uint32_t mean_class =
-        mean_classes[std::min<std::uint32_t>(known.mean >> mean_shift_, 20)];
-    return (((known.probability >> 11) * 4u + (known.recent & 3u)) * 3 +
-            age_classes[std::min<std::uint32_t>(known.age, 5)]) *
+        mean_classes[std::min<std::uint32_t>(record.mean >> mean_shift_, 20)];
+    return (((record.probability >> 11) * 4u + (record.recent & 3u)) * 3 + age_class) *
                5 +
            mean_class;
   }
@@ -124,88 +142,57 @@ private:
       0, 0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3, 4};
   static constexpr std::array<std::uint8_t, 6> age_classes = {0, 0, 1, 1, 1, 2};
 
-  /** \brief Mean number of a voxel, in sixteenths. */
-  std::uint32_t
-  meanOf(std::size_t record) const
+  Surroundings
+  lookAround(std::size_t index) const
   {
-    return static_cast<std::uint32_t>(history_.records()[record].mean)
-           << (4 - history_.fractionBits());
+    const std::vector<HistoryBlock>& blocks = history_.blocks();
+    Surroundings around;
+    std::array<std::uint64_t, face_count> before;
+    for (std::size_t face = 0; face < face_count; ++face) {
+      const std::uint32_t other = frame_.neighbours[index][face];
+      before[face] = other != BlockDirectory::not_found ? blocks[other].last : 0;
+      if (face >= 3 || other == BlockDirectory::not_found) // not coded yet
+        continue;
+      const std::uint64_t now = frame_.blocks[other].present;
+      around.came.add(occupiedAcross(0, now & ~before[face], face));
+      around.went.add(occupiedAcross(0, before[face] & ~now, face));
+    }
+    around.before = countNeighbours(blocks[index].last, before);
+    return around;
   }
 
+  /** \brief Finds the blocks across the faces of each block. */
   void
-  lookAround(std::size_t index, Surroundings& around) const
+  findNeighbours()
   {
-    const HistoryBlock& block = history_.blocks()[index];
-    std::array<std::uint64_t, face_count> before{};
-    for (std::size_t face = 0; face < face_count; ++face) {
-      std::uint64_t key = 0;
-      if (!neighbourBlock(block.key, face, levels_, key))
-        continue;
-      const std::uint32_t other = frame_.directory.find(key);
-      if (other == BlockDirectory::not_found)
-        continue;
-      const HistoryBlock& neighbour = history_.blocks()[other];
-      before[face] = neighbour.last;
-      if (other < index) {
-        around.came_around[face] = frame_.occupied[other] & ~neighbour.last;
-        around.went_around[face] = neighbour.last & ~frame_.occupied[other];
+    const std::vector<HistoryBlock>& blocks = history_.blocks();
+    constexpr std::uint32_t none = BlockDirectory::not_found;
+    reserveAhead(frame_.neighbours, blocks.size());
+    frame_.neighbours.assign(blocks.size(), {none, none, none, none, none, none});
+    // Blocks with the same parent, by the last three bits of their keys.
+    std::uint64_t parent = ~std::uint64_t{0};
+    std::array<std::uint32_t, 8> siblings{};
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const std::uint64_t key = blocks[i].key;
+      if (key >> 3 != parent) {
+        parent = key >> 3;
+        siblings.fill(none);
+      }
+      siblings[key & 7] = static_cast<std::uint32_t>(i);
+      for (std::size_t face = 0; face < 3; ++face) {
+        const unsigned int axis = 4u >> face;
+        std::uint32_t other = none;
+        std::uint64_t below = 0;
+        if ((key & axis) != 0)
+          other = siblings[(key ^ axis) & 7];
+        else if (neighbourBlock(key, face, levels_, below))
+          other = frame_.blocks.find(below);
+        if (other == none)
+          continue;
+        frame_.neighbours[i][face] = other;
+        frame_.neighbours[other][face + 3] = static_cast<std::uint32_t>(i);
       }
     }
-    around.before = countNeighbours(block.last, before);
-    around.came = countNeighbours(0, around.came_around);
-    around.went = countNeighbours(0, around.went_around);
-  }
-
-  void
-  update(const HistoryBlock& block,
-         std::size_t record,
-         std::uint64_t cell,
-         bool is_occupied,
-         Surroundings& around) const
-  {
-    const auto probability =
-        static_cast<std::int32_t>(history_.records()[record].probability);
-    around.mean_error +=
-        ((is_occupied ? 0xffff - probability : -probability) - around.mean_error) >> 2;
-    const bool was_occupied = (block.last & cell) != 0;
-    if (is_occupied && !was_occupied) {
-      around.came_here |= cell;
-      around.came = countNeighbours(around.came_here, around.came_around);
-    }
-    if (!is_occupied && was_occupied) {
-      around.went_here |= cell;
-      around.went = countNeighbours(around.went_here, around.went_around);
-    }
-  }
-
-  void
-  addContexts(std::size_t record,
-              unsigned int cell,
-              std::uint64_t occupied,
-              const Surroundings& around,
-              Contexts& contexts) const
-  {
-    const VoxelRecord* const records = history_.records();
-    const std::uint32_t probability = records[record].probability;
-    const std::uint32_t recent = records[record].recent;
-    const std::uint32_t age_class =
-        age_classes[std::min<std::uint32_t>(records[record].age, 5)];
-    const std::uint32_t mean = meanOf(record);
-    const std::uint32_t before = around.before.of(cell);
-    const std::uint32_t came = std::min(around.came.of(cell), 3u);
-    const std::uint32_t went = std::min(around.went.of(cell), 3u);
-    contexts.ways[1] =
-        ((probability >> 11) * 7 + before) * 32 + came * 8 + went * 2 + (recent & 1);
-    contexts.ways[2] = (recent * 4 + age_class) * 4 + (probability >> 14);
-    const auto error_class = static_cast<std::uint32_t>(
-        std::clamp((around.mean_error + 0x10000) >> 13, 0, 15));
-    contexts.ways[3] = ((probability >> 11) * 16 + error_class) * 4 + (recent & 3);
-    contexts.ways[4] = ((probability >> 12) * 16 + std::min(mean / 8, 15u)) * 8 +
-                       std::min<std::uint32_t>(records[record].age / 4, 7u);
-    contexts.ways[5] =
-        (static_cast<std::uint32_t>(occupied >> (cell & ~7u) & 0xff) * 16) +
-        (probability >> 12);
-    contexts.weight_set = (probability >> 13) * 3 + age_class;
   }
 
   CodingT& coding_;

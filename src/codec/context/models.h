@@ -1,6 +1,7 @@
 #pragma once
 
 #include "codec/context/bit_mixer.h"
+#include "simd/bit_operations.h"
 
 #include <array>
 #include <cstddef>
@@ -46,11 +47,19 @@ learningShifts(std::uint8_t slowest_shift)
 
 /** \brief Model of one kind of binary decision: adaptive bits, selected by contexts.
  * \tparam WayCount number of contexts of a decision, each of which selects from its own row
- * of adaptive bits. Without mixing only the first is used.
+ * of adaptive bits
+ * \tparam BalancedWayCount number of these that effort balanced uses, the first ones
  */
-template <std::size_t WayCount>
+template <std::size_t WayCount, std::size_t BalancedWayCount = 1>
 class DecisionModel {
 public:
+  /** \brief Number of contexts that an effort uses. */
+  static constexpr std::size_t
+  wayCount(bool is_small)
+  {
+    return is_small ? WayCount : BalancedWayCount;
+  }
+
   /** \brief The contexts of one decision. */
   struct Contexts {
     std::array<std::uint32_t, WayCount> ways; ///< index in each row
@@ -58,23 +67,22 @@ public:
   };
 
   /** \brief A model in its initial state, as at an I-frame.
-   * \param[in] is_mixing whether all contexts are used
-   * \param[in] slowest_shift see learningShifts; one more is used with mixing, as the
-   * weights adapt, too
+   * \param[in] is_small whether all contexts are used
+   * \param[in] slowest_shift see learningShifts
    * \param[in] sizes number of contexts in each row
    * \param[in] weight_sets number of sets of weights
    */
-  DecisionModel(bool is_mixing,
+  DecisionModel(bool is_small,
                 std::uint8_t slowest_shift,
                 const std::array<std::uint32_t, WayCount>& sizes,
                 std::uint32_t weight_sets = 1)
-  : shifts_(
-        learningShifts(static_cast<std::uint8_t>(slowest_shift + (is_mixing ? 1 : 0))))
+  : shifts_(learningShifts(slowest_shift))
   {
-    for (std::size_t way = 0; way < (is_mixing ? WayCount : 1); ++way)
+    const std::size_t ways = wayCount(is_small);
+    for (std::size_t way = 0; way < ways; ++way)
       bits_[way].resize(sizes[way]);
-    if (is_mixing && WayCount > 1)
-      weights_.resize(weight_sets);
+    if (ways > 1)
+      weights_.assign(weight_sets * ways, startingWeight(ways));
   }
 
   AdaptiveBit&
@@ -89,15 +97,16 @@ public:
     return shifts_;
   }
 
-  MixerWeights<WayCount>&
-  weights(std::uint32_t set)
+  /** \brief The first of the weights of a set, one for each way that is used. */
+  std::int32_t*
+  weights(std::uint32_t set, std::size_t ways)
   {
-    return weights_[set];
+    return weights_.data() + set * ways;
   }
 
 private:
   std::array<std::vector<AdaptiveBit>, WayCount> bits_;
-  std::vector<MixerWeights<WayCount>> weights_;
+  std::vector<std::int32_t> weights_;
   std::array<std::uint8_t, 17> shifts_;
 };
 
@@ -107,7 +116,7 @@ private:
  * \return the decision
  */
 template <typename CoderT>
-bool
+PCL_EXT_ALWAYS_INLINE bool
 codeAdaptively(CoderT& coder,
                AdaptiveBit& prediction,
                const std::array<std::uint8_t, 17>& shifts,
@@ -118,16 +127,20 @@ codeAdaptively(CoderT& coder,
   return decision;
 }
 
-/** \brief Codes decisions with the probability of their first context.
+/** \brief Codes decisions with the probabilities of their contexts, mixed if an effort uses
+ * several.
  * \tparam CoderT BinaryRangeEncoder or BinaryRangeDecoder
+ * \tparam IsSmall effort small; else balanced
  */
-template <typename CoderT>
-class SingleContextCoding {
+template <typename CoderT, bool IsSmall>
+class DecisionCoding {
 public:
   static constexpr bool is_decoder = CoderT::is_decoder;
-  static constexpr bool is_mixing = false;
+  static constexpr bool is_small = IsSmall;
 
-  explicit SingleContextCoding(const CoderT& coder) : coder_(coder) {}
+  explicit DecisionCoding(const CoderT& coder)
+  : coder_(coder), tables_(&logisticTables())
+  {}
 
   CoderT&
   coder()
@@ -139,70 +152,37 @@ public:
    * \param[in] bit the decision; not used by a decoder
    * \return the decision
    */
-  template <std::size_t WayCount>
-  bool
-  code(DecisionModel<WayCount>& model,
-       const typename DecisionModel<WayCount>::Contexts& contexts,
-       bool bit)
+  template <typename ModelT>
+  PCL_EXT_ALWAYS_INLINE bool
+  code(ModelT& model, const typename ModelT::Contexts& contexts, bool bit)
   {
-    return codeAdaptively(coder_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
-  }
-
-  /** \brief Codes a bit that bypasses the models, with probability 1/2. */
-  bool
-  codeBypass(bool bit)
-  {
-    return coder_.code(bit, 0x8000);
-  }
-
-private:
-  CoderT coder_;
-};
-
-/** \brief Codes decisions with the probabilities of all their contexts, mixed.
- * \tparam CoderT BinaryRangeEncoder or BinaryRangeDecoder
- */
-template <typename CoderT>
-class MixedContextCoding {
-public:
-  static constexpr bool is_decoder = CoderT::is_decoder;
-  static constexpr bool is_mixing = true;
-
-  explicit MixedContextCoding(const CoderT& coder)
-  : coder_(coder), tables_(&logisticTables())
-  {}
-
-  CoderT&
-  coder()
-  {
-    return coder_;
-  }
-
-  /** \brief As SingleContextCoding::code. */
-  template <std::size_t WayCount>
-  bool
-  code(DecisionModel<WayCount>& model,
-       const typename DecisionModel<WayCount>::Contexts& contexts,
-       bool bit)
-  {
-    if constexpr (WayCount == 1)
-      return codeAdaptively(
-          coder_, model.bit(0, contexts.ways[0]), model.shifts(), bit);
+    constexpr std::size_t ways = ModelT::wayCount(IsSmall);
+    if constexpr (ways == 1)
+      return codeFirst(model, contexts.ways[0], bit);
     else {
-      std::array<std::int32_t, WayCount> stretched;
-      for (std::size_t way = 0; way < WayCount; ++way)
+      std::array<std::int32_t, ways> stretched;
+      for (std::size_t way = 0; way < ways; ++way)
         stretched[way] =
             tables_->stretch(model.bit(way, contexts.ways[way]).probability);
-      MixerWeights<WayCount>& weights = model.weights(contexts.weight_set);
-      const std::int32_t probability = tables_->squash(weights.mix(stretched));
+      std::int32_t* const weights = model.weights(contexts.weight_set, ways);
+      const std::int32_t probability = tables_->squash(mix(weights, stretched));
       const bool decision = coder_.code(bit, static_cast<std::uint32_t>(probability));
-      weights.learn(stretched, (decision ? 1 << 16 : 0) - probability);
-      for (std::size_t way = 0; way < WayCount; ++way)
+      adaptWeights(weights, stretched, (decision ? 1 << 16 : 0) - probability);
+      for (std::size_t way = 0; way < ways; ++way)
         model.bit(way, contexts.ways[way]).learn(decision, model.shifts());
       return decision;
     }
   }
 
+  /** \brief Codes one decision with the first of its contexts alone, and adapts that. */
+  template <typename ModelT>
+  PCL_EXT_ALWAYS_INLINE bool
+  codeFirst(ModelT& model, std::uint32_t context, bool bit)
+  {
+    return codeAdaptively(coder_, model.bit(0, context), model.shifts(), bit);
+  }
+
+  /** \brief Codes a bit that bypasses the models, with probability 1/2. */
   bool
   codeBypass(bool bit)
   {

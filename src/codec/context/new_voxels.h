@@ -1,13 +1,15 @@
 #pragma once
 
+#include "bytes/reserve_ahead.h"
+#include "codec/context/children.h"
 #include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
-#include "codec/context/new_cells.h"
+#include "codec/context/tiles.h"
+#include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -15,24 +17,20 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of new voxels (doc/bitstream_context.md, "New blocks"). */
+/** \brief Models of new voxels (doc/bitstream_context.md, "New voxels"). */
 struct NewVoxelModels {
-  explicit NewVoxelModels(bool is_mixing)
-  : known_block(is_mixing, 5, {64})
-  , branch(is_mixing, 5, {432})
-  , new_block(is_mixing, 5, {72})
-  , cells(is_mixing)
+  explicit NewVoxelModels(bool is_small)
+  : known_block(is_small, 5, {8 * 4}), children(is_small)
   {}
 
   DecisionModel<1> known_block; ///< a block of the history has new voxels
-  DecisionModel<1> branch;      ///< a branch above the blocks has new blocks
-  DecisionModel<1> new_block;   ///< a block is new
-  NewCellModels cells;
+  ChildModels children;
 };
 
-/** \brief Codes the voxels without a record in the history, for either direction: those in
- * known blocks, then the new blocks as an octree.
- * \tparam CodingT SingleContextCoding or MixedContextCoding
+/** \brief Codes the voxels without a record in the history, for either direction: as an
+ * octree, level by level, so that the nodes around a node are known one level above its
+ * children.
+ * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
 class NewVoxelPass {
@@ -50,10 +48,8 @@ public:
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , history_(context.history)
-  , is_i_frame_(context.is_i_frame ? 1 : 0)
-  , levels_(levelsAboveBlocks(context.grid_depth))
-  , cells_in_grid_(cellsInGrid(context.grid_depth))
+  , known_(context.history.blocks())
+  , depth_(context.grid_depth)
   , max_voxels_(max_voxels)
   {}
 
@@ -63,200 +59,271 @@ public:
   bool
   run()
   {
-    if (!codeKnownBlocks())
-      return false;
-    if (!coding_.codeBypass(!frame_.target_keys.empty()))
-      return true;
-    const Range all{0, 0, history_.blocks().size(), 0, frame_.target_keys.size()};
-    if (levels_ > 0)
-      return codeBranch(all, levels_);
-    // A grid of one block: it is new only if the history is empty.
-    return history_.blocks().empty() && codeNewBlock(all);
+    return codeNewBlocks() && codeKnownBlocks() && codeOctants() && codeCells();
   }
 
 private:
-  /** \brief Codes the new voxels of known blocks. Few blocks have any, and most of these
-   * one. */
+  bool
+  codeNewBlocks()
+  {
+    frame_.children.clear();
+    if (!coding_.codeBypass(!frame_.target_keys.empty()))
+      return true;
+    // A grid of one block: it is new only if the history is empty.
+    if (levelsAboveBlocks(depth_) == 0 && !known_.empty())
+      return false;
+    frame_.children.push_back(0);
+    for (unsigned int height = depth_; height-- > block_levels;)
+      if (!codeBranches(height))
+        return false;
+    frame_.new_keys.assign(frame_.children.begin(), frame_.children.end());
+    frame_.blocks.reserveFor(frame_.new_keys.size());
+    for (const std::uint64_t key : frame_.new_keys)
+      frame_.blocks.append(key);
+    return true;
+  }
+
+  /** \brief Codes which nodes of a level have new blocks, or are new ones.
+   * \param[in] height of the nodes above the voxels; 2: blocks
+   */
+  bool
+  codeBranches(unsigned int height)
+  {
+    frame_.parents.swap(frame_.children);
+    frame_.children.clear();
+    reserveAhead(frame_.children, std::min(8 * frame_.parents.size(), max_voxels_));
+    const unsigned int shift = 3 * (height - block_levels);
+    beginBranchTiles(shift);
+    beginPending(frame_.parents.size());
+    for (const std::uint64_t parent : frame_.parents)
+      addPending(parent);
+    TileCursor cursor(frame_.tiles, levelsAboveTiles(height));
+    std::size_t next_target = 0;
+    std::size_t next_known = 0;
+    for (std::size_t i = 0; i < frame_.parents.size(); ++i) {
+      const std::uint64_t key = frame_.parents[i];
+      ParentNode parent;
+      for (; next_target < frame_.target_keys.size() &&
+             frame_.target_keys[next_target] >> shift >> 3 == key;
+           ++next_target)
+        parent.target |= 1u << (frame_.target_keys[next_target] >> shift & 7);
+      if (height == block_levels) {
+        parent.candidates &= ~knownChildren(key, next_known);
+        if (parent.candidates == 0)
+          return false;
+      }
+      unsigned int children = codeNode(cursor, parent, key, frame_.parent_tiles[i]);
+      if (frame_.children.size() + child_masks.count[children] > max_voxels_)
+        return false;
+      for (; children != 0; children &= children - 1)
+        frame_.children.push_back(key << 3 | lowestBit(children));
+    }
+    return true;
+  }
+
+  /** \brief Makes the tiles of the nodes that have blocks of the history.
+   * \param[in] shift bits of a block's key below that of a node
+   */
+  void
+  beginBranchTiles(unsigned int shift)
+  {
+    frame_.tiles.clear();
+    for (std::size_t i = 0; i < known_.size();) {
+      const std::uint64_t node = known_[i].key >> shift;
+      frame_.tiles.lastOrNew(node >> 6).present |= std::uint64_t{1} << (node & 63);
+      i = firstFrom(i, (node + 1) << shift);
+    }
+  }
+
+  /** \brief Index of the first block of the history from a key on.
+   * \param[in] index of a block before it, near to it as a rule
+   * \param[in] key the key
+   */
+  std::size_t
+  firstFrom(std::size_t index, std::uint64_t key) const
+  {
+    std::size_t step = 1;
+    while (index + step < known_.size() && known_[index + step].key < key) {
+      index += step;
+      step *= 2;
+    }
+    const HistoryBlock* const blocks = known_.data();
+    const HistoryBlock* const end = blocks + std::min(index + step, known_.size());
+    const auto is_before = [](const HistoryBlock& block, std::uint64_t least) {
+      return block.key < least;
+    };
+    return static_cast<std::size_t>(
+        std::lower_bound(blocks + index + 1, end, key, is_before) - blocks);
+  }
+
+  /** \brief The children of a node above blocks that are blocks of the history, a mask.
+   * \param[in] key of the node
+   * \param[in,out] next index of a block not above these
+   */
+  unsigned int
+  knownChildren(std::uint64_t key, std::size_t& next) const
+  {
+    unsigned int children = 0;
+    while (next < known_.size() && known_[next].key >> 3 < key)
+      ++next;
+    for (; next < known_.size() && known_[next].key >> 3 == key; ++next)
+      children |= 1u << (known_[next].key & 7);
+    return children;
+  }
+
+  /** \brief Codes which blocks of the history have new voxels. */
   bool
   codeKnownBlocks()
   {
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    bool had_new_voxels = false; // the previous block
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      NewVoxelBlock block;
-      block.unknown = cells_in_grid_ & ~known[i].known;
-      if (block.unknown == 0)
+    frame_.pending_blocks.clear();
+    reserveAhead(frame_.pending_blocks,
+                 std::min(known_.size() + frame_.new_keys.size(), max_voxels_));
+    std::size_t added = 0; // new blocks, which come in between
+    const auto add_new = [&](std::uint64_t end) {
+      for (; added < frame_.new_keys.size() && frame_.new_keys[added] < end; ++added)
+        frame_.pending_blocks.push_back(
+            {frame_.new_keys[added],
+             CodingT::is_decoder ? 0 : frame_.target_masks[added],
+             static_cast<std::uint32_t>(known_.size() + added),
+             0});
+    };
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      const auto index = static_cast<std::uint32_t>(i);
+      const std::uint64_t unknown = unknownCells(index);
+      if (unknown == 0)
         continue;
-      const unsigned int count = bitCount(known[i].known);
+      const unsigned int count = bitCount(known_[i].known);
       const std::uint32_t known_class = count < 4    ? 0
                                         : count < 10 ? 1
                                         : count < 20 ? 2
                                                      : 3;
-      const std::uint32_t context =
-          (known[i].activity * 4u + known_class) * 2 + (had_new_voxels ? 1 : 0);
-      const bool has_new_voxels =
-          coding_.code(models_.known_block, {{context}}, frame_.new_cells[i] != 0);
-      had_new_voxels = has_new_voxels;
-      if (!has_new_voxels)
+      const std::uint64_t target = frame_.target_cells[i] & unknown;
+      if (!coding_.code(models_.known_block,
+                        {{known_[i].activity * 4u + known_class}},
+                        target != 0))
         continue;
-      block.is_known = true;
-      block.occupied = frame_.occupied[i];
-      block.empty = countNeighbours(known[i].known & ~block.occupied, {});
-      block.activity = known[i].activity;
-      block.target = frame_.new_cells[i];
-      if (!codeCellsOf(block, known[i].key))
+      add_new(known_[i].key);
+      frame_.pending_blocks.push_back({known_[i].key, target, index, 0});
+    }
+    add_new(~std::uint64_t{0});
+    return frame_.pending_blocks.size() <= max_voxels_;
+  }
+
+  /** \brief Codes which octants of the blocks have new voxels. */
+  bool
+  codeOctants()
+  {
+    if (frame_.pending_blocks.empty())
+      return true;
+    frame_.tiles.clear();
+    for (std::size_t i = 0; i < known_.size(); ++i)
+      frame_.tiles.lastOrNew(known_[i].key >> 3).present |=
+          std::uint64_t{occupiedOctants(frame_.blocks[i].present)}
+          << (8 * (known_[i].key & 7));
+    beginPending(frame_.pending_blocks.size());
+    for (const PendingBlock& block : frame_.pending_blocks)
+      addPending(block.key);
+    TileCursor cursor(frame_.tiles, levelsAboveTiles(1));
+    std::size_t octants = 0;
+    for (std::size_t i = 0; i < frame_.pending_blocks.size(); ++i) {
+      PendingBlock& block = frame_.pending_blocks[i];
+      ParentNode parent;
+      if (block.index < known_.size())
+        parent.kind = ParentKind::KnownBlock;
+      parent.candidates = occupiedOctants(unknownCells(block.index));
+      parent.target = occupiedOctants(block.target);
+      block.octants = static_cast<std::uint8_t>(
+          codeNode(cursor, parent, block.key, frame_.parent_tiles[i]));
+      octants += child_masks.count[block.octants];
+      frame_.blocks[block.index].pending = block.octants;
+    }
+    return octants <= max_voxels_;
+  }
+
+  /** \brief Codes which cells of the octants are new voxels. */
+  bool
+  codeCells()
+  {
+    TileCursor cursor(frame_.blocks, levelsAboveTiles(0));
+    std::size_t voxels = 0;
+    for (const PendingBlock& block : frame_.pending_blocks) {
+      const std::uint64_t unknown = unknownCells(block.index);
+      ParentNode parent;
+      if (block.index < known_.size())
+        parent.kind = ParentKind::KnownOctant;
+      for (unsigned int octants = block.octants; octants != 0; octants &= octants - 1) {
+        const unsigned int octant = lowestBit(octants);
+        parent.candidates = static_cast<unsigned int>(unknown >> (8 * octant) & 0xff);
+        parent.target = static_cast<unsigned int>(block.target >> (8 * octant) & 0xff);
+        voxels +=
+            child_masks
+                .count[codeNode(cursor, parent, block.key << 3 | octant, block.index)];
+      }
+      if (voxels > max_voxels_)
         return false;
-      frame_.occupied[i] = block.occupied;
     }
     return true;
   }
 
-  /** \brief A branch of the octree with its blocks of the history and, in an encoder, its
-   * new blocks. */
-  struct Range {
-    std::uint64_t key;
-    std::size_t known_begin;
-    std::size_t known_end;
-    std::size_t target_begin;
-    std::size_t target_end;
-  };
-
-  /** \brief Codes which of the eight parts of a branch have new blocks, and these parts.
-   * \param[in] branch with at least one new block
-   * \param[in] levels octree levels from the branch to the blocks, 1..19
+  /** \brief Codes the children of a node.
+   * \param[in,out] cursor in the tiles of the children
+   * \param[in] parent the node
+   * \param[in] key of the node
+   * \param[in] tile index of the children's tile
+   * \return the children as a mask
    */
-  bool
-  codeBranch(const Range& branch, unsigned int levels)
+  unsigned int
+  codeNode(TileCursor& cursor,
+           const ParentNode& parent,
+           std::uint64_t key,
+           std::uint32_t tile)
   {
-    const std::vector<HistoryBlock>& known = history_.blocks();
-    const unsigned int shift = 3 * (levels - 1);
-    const std::uint32_t present = levels == 1 ? presentBlocks(branch) : 0;
-    Range part = branch;
-    part.known_end = branch.known_begin;
-    part.target_end = branch.target_begin;
-    std::uint32_t parts = 0; // those with new blocks so far, one bit each
-    for (unsigned int child = 0; child < 8; ++child) {
-      part.key = branch.key << 3 | child;
-      part.known_begin = part.known_end;
-      while (part.known_end < branch.known_end &&
-             known[part.known_end].key >> shift == part.key)
-        ++part.known_end;
-      part.target_begin = part.target_end;
-      while (part.target_end < branch.target_end &&
-             frame_.target_keys[part.target_end] >> shift == part.key)
-        ++part.target_end;
-      const bool is_known_block = levels == 1 && part.known_end > part.known_begin;
-      const bool has_new_blocks = part.target_end > part.target_begin;
-      // At least one part has new blocks: it is the last one if no other has.
-      const bool decision =
-          (child == 7 && parts == 0) ||
-          (!is_known_block &&
-           (levels == 1 ? codeIsBlockNew(child, parts, present | parts, has_new_blocks)
-                        : codeIsBranchNew(part, levels, parts, has_new_blocks)));
-      if (!decision)
-        continue;
-      if (is_known_block)
-        return false;
-      parts |= 1u << child;
-      if (!(levels == 1 ? codeNewBlock(part) : codeBranch(part, levels - 1)))
-        return false;
-    }
-    return true;
+    const auto octant = static_cast<unsigned int>(key & 7);
+    cursor.moveTo(key >> 3, tile);
+    const OctantWindow window = cursor.window<CodingT::is_small>(octant);
+    const unsigned int children =
+        codeChildren(coding_, models_.children, parent, window);
+    cursor.setChildren(octant, children);
+    return children;
   }
 
-  /** \brief The known and occupied blocks of the eight of a branch, one bit each. */
-  std::uint32_t
-  presentBlocks(const Range& branch) const
+  /** \brief Prepares for a number of calls of addPending(). */
+  void
+  beginPending(std::size_t parents)
   {
-    std::uint32_t present = 0;
-    for (std::size_t i = branch.known_begin; i < branch.known_end; ++i)
-      if (frame_.occupied[i] != 0)
-        present |= 1u << (history_.blocks()[i].key & 7);
-    return present;
+    frame_.tiles.reserveFor(parents);
+    frame_.parent_tiles.clear();
+    reserveAhead(frame_.parent_tiles, parents);
   }
 
-  bool
-  codeIsBranchNew(const Range& part,
-                  unsigned int levels,
-                  std::uint32_t parts,
-                  bool has_new_blocks)
+  /** \brief Marks the children of a node as pending, and notes their tile. */
+  void
+  addPending(std::uint64_t parent)
   {
-    const auto child = static_cast<std::uint32_t>(part.key & 7);
-    const std::size_t blocks = part.known_end - part.known_begin;
-    const std::uint32_t block_class = blocks == 0   ? 0
-                                      : blocks < 2  ? 1
-                                      : blocks < 4  ? 2
-                                      : blocks < 8  ? 3
-                                      : blocks < 16 ? 4
-                                                    : 5;
-    const std::uint32_t context =
-        ((block_class * 9 + candidateClass(child_masks.count[parts], 7 - child)) * 4 +
-         upTo(levels - 2, 3)) *
-            2 +
-        is_i_frame_;
-    return coding_.code(models_.branch, {{context}}, has_new_blocks);
+    const std::uint32_t tile = frame_.tiles.findOrAppend(parent >> 3);
+    frame_.tiles[tile].pending |= static_cast<std::uint8_t>(1u << (parent & 7));
+    frame_.parent_tiles.push_back(tile);
   }
 
-  bool
-  codeIsBlockNew(unsigned int child,
-                 std::uint32_t parts,
-                 std::uint32_t present,
-                 bool has_new_blocks)
+  unsigned int
+  levelsAboveTiles(unsigned int height) const
   {
-    const std::uint32_t neighbours = (present >> (child ^ 1) & 1) +
-                                     (present >> (child ^ 2) & 1) +
-                                     (present >> (child ^ 4) & 1);
-    const std::uint32_t context =
-        (neighbours * 9 + candidateClass(child_masks.count[parts], 7 - child)) * 2 +
-        is_i_frame_;
-    return coding_.code(models_.new_block, {{context}}, has_new_blocks);
+    return depth_ > height + block_levels ? depth_ - height - block_levels : 0;
   }
 
-  bool
-  codeNewBlock(const Range& range)
+  /** \brief The cells of a block that are not known. */
+  std::uint64_t
+  unknownCells(std::uint32_t block) const
   {
-    NewVoxelBlock block;
-    block.unknown = cells_in_grid_;
-    block.target = CodingT::is_decoder ? 0 : frame_.target_masks[range.target_begin];
-    if (!codeCellsOf(block, range.key))
-      return false;
-    frame_.directory.insert(range.key);
-    frame_.occupied.push_back(block.occupied);
-    frame_.new_keys.push_back(range.key);
-    return true;
-  }
-
-  /** \brief Codes the new voxels of a block that has at least one. */
-  bool
-  codeCellsOf(NewVoxelBlock& block, std::uint64_t key)
-  {
-    for (std::size_t face = 0; face < face_count; ++face) {
-      std::uint64_t neighbour = 0;
-      if (!neighbourBlock(key, face, levels_, neighbour))
-        continue;
-      const std::uint32_t index = frame_.directory.find(neighbour);
-      if (index != BlockDirectory::not_found)
-        block.neighbours[face] = frame_.occupied[index];
-    }
-    block.full = countNeighbours(block.occupied, block.neighbours);
-    const std::uint64_t before = block.occupied;
-    // A copy, which stays in registers.
-    CodingT coding = coding_;
-    NewCellPass<CodingT>(models_.cells, is_i_frame_ != 0).run(coding, block);
-    coding_ = coding;
-    voxels_ += bitCount(block.occupied & ~before);
-    return voxels_ <= max_voxels_;
+    return cellsInGrid(depth_) & ~(block < known_.size() ? known_[block].known : 0);
   }
 
   CodingT& coding_;
   NewVoxelModels& models_;
   Frame& frame_;
-  const History& history_;
-  std::uint32_t is_i_frame_;
-  unsigned int levels_;
-  std::uint64_t cells_in_grid_;
+  const std::vector<HistoryBlock>& known_;
+  unsigned int depth_;
   std::size_t max_voxels_;
-  std::size_t voxels_ = 0;
 };
 
 } // namespace context

@@ -9,29 +9,18 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-namespace {
-
-// Probabilities, in units of 2^-16, below which a record is removed, as it saves too few
-// bytes for its time.
-constexpr std::uint16_t forgotten_below_balanced = 3000;
-constexpr std::uint16_t forgotten_below_small = 1000;
-
-} // namespace
-
-Payload::Payload(bool is_mixing)
-: is_mixing_(is_mixing)
-, forgotten_below_(is_mixing ? forgotten_below_small : forgotten_below_balanced)
-, fresh_models_(is_mixing)
+Payload::Payload(bool is_small)
+: is_small_(is_small)
+, fresh_models_(is_small)
 , models_(fresh_models_)
 , trial_models_(fresh_models_)
 {}
 
 FrameContext
-Payload::contextOf(const VoxelFrame& frame, bool is_i_frame)
+Payload::contextOf(const VoxelFrame& frame, bool uses_history)
 {
-  empty_history_.clear(frame.intensity_scale.bits, forgotten_below_);
-  return {is_i_frame ? empty_history_ : history_,
-          is_i_frame,
+  empty_history_.clear(frame.intensity_scale.bits);
+  return {uses_history ? history_ : empty_history_,
           frame.grid.depth,
           frame.intensity_scale.bits,
           frame.depth_model ? &*frame.depth_model : nullptr};
@@ -50,7 +39,8 @@ std::size_t
 Payload::match(CodingWorkspace& /*memory*/, const VoxelFrame& frame)
 {
   blocks_.assign(frame.keys);
-  return frame_.match(history_, blocks_);
+  known_voxels_ = frame_.match(history_, blocks_);
+  return known_voxels_;
 }
 
 PayloadSizes
@@ -60,9 +50,11 @@ Payload::encode(CodingWorkspace& /*memory*/,
                 std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
-  const FrameContext context = contextOf(frame, is_i_frame);
-  if (is_i_frame) {
+  const bool uses_history = !is_i_frame && useHistory(frame.size());
+  const FrameContext context = contextOf(frame, uses_history);
+  if (is_i_frame)
     models_ = fresh_models_;
+  if (!uses_history) {
     blocks_.assign(frame.keys);
     frame_.match(context.history, blocks_);
   }
@@ -78,62 +70,42 @@ Payload::encode(CodingWorkspace& /*memory*/,
     copyNumbers(intensities_.symbols, intensities_.numbers);
   PayloadSizes sizes;
   if (!frame.keys.empty())
-    sizes.occupancy = is_mixing_ ? encodeWith<MixedContextCoding>(context, payload)
-                                 : encodeWith<SingleContextCoding>(context, payload);
+    sizes.occupancy = is_small_ ? encodeWith<true>(context, is_i_frame, payload)
+                                : encodeWith<false>(context, is_i_frame, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
-  prepareLearning(frame, is_i_frame);
+  // Models that start anew cost some bytes, which frames without the history do not.
+  const std::size_t bytes = payload.size() - begin;
+  history_use_.add(uses_history, frame.size(), is_i_frame ? bytes - bytes / 32 : bytes);
+  prepareLearning(frame, uses_history);
   learnHistory();
   return sizes;
 }
 
-template <template <typename> class CodingT>
+/** \brief Decides whether a P-frame uses the history; not if that has few of its voxels. */
+bool
+Payload::useHistory(std::size_t voxels) const
+{
+  return voxels == 0 || (history_use_.isUseful() && 4 * known_voxels_ >= voxels);
+}
+
+template <bool IsSmall>
 std::size_t
-Payload::encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payload)
+Payload::encodeWith(const FrameContext& context,
+                    bool is_i_frame,
+                    std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
-  CodingT<BinaryRangeEncoder> coding{BinaryRangeEncoder(payload)};
+  DecisionCoding<BinaryRangeEncoder, IsSmall> coding{BinaryRangeEncoder(payload)};
+  if (!is_i_frame)
+    coding.codeBypass(&context.history == &history_);
   codeOccupancy(coding, models_, context, intensities_.numbers.size());
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
   if (context.symbol_bits > 0)
-    encodeNumbers(coding, context, payload);
+    IntensityPass(coding, models_.intensity, frame_.directory, context)
+        .run(blocks_, intensities_.numbers);
   codeResiduals(coding, models_.intensity, context);
   coding.coder().finish();
   return std::min(occupancy_bytes, payload.size() - begin);
-}
-
-/** \brief Codes the numbers, plain if that is smaller. */
-template <typename CodingT>
-void
-Payload::encodeNumbers(CodingT& coding,
-                       const FrameContext& context,
-                       std::vector<std::uint8_t>& payload)
-{
-  std::vector<std::uint16_t>& numbers = intensities_.numbers;
-  // The payload is copied, too, as a carry may change bytes already written.
-  IntensityModels& models_before = trial_models_.intensity;
-  models_before = models_.intensity;
-  payload_before_.assign(payload.begin(), payload.end());
-  const CodingT coding_before = coding;
-  const auto run = [&](bool is_plain) {
-    IntensityPass(coding, models_.intensity, frame_.directory, context)
-        .run(blocks_, is_plain, numbers);
-    return payload.size();
-  };
-  const auto undo = [&] {
-    models_.intensity = models_before;
-    payload.assign(payload_before_.begin(), payload_before_.end());
-    coding = coding_before;
-  };
-  const std::size_t expected_size = run(false);
-  // Plain coding is not tried if the result is below a quarter of the bits.
-  const std::size_t bits = 8 * (expected_size - payload_before_.size());
-  if (4 * bits < numbers.size() * context.symbol_bits)
-    return;
-  undo();
-  if (run(true) < expected_size)
-    return;
-  undo();
-  run(false);
 }
 
 bool
@@ -147,6 +119,7 @@ Payload::decode(CodingWorkspace& /*memory*/,
 {
   sizes = PayloadSizes();
   blocks_.clear();
+  uses_history_ = !is_i_frame;
   if (voxel_count == 0) {
     if (begin != end)
       return false;
@@ -156,32 +129,34 @@ Payload::decode(CodingWorkspace& /*memory*/,
       trial_models_ = fresh_models_;
   }
   else {
-    const FrameContext context = contextOf(frame, is_i_frame);
-    if (!(is_mixing_ ? decodeWith<MixedContextCoding>(
-                           context, begin, end, voxel_count, sizes.occupancy)
-                     : decodeWith<SingleContextCoding>(
-                           context, begin, end, voxel_count, sizes.occupancy)))
+    if (!(is_small_ ? decodeWith<true>(
+                          frame, is_i_frame, begin, end, voxel_count, sizes.occupancy)
+                    : decodeWith<false>(
+                          frame, is_i_frame, begin, end, voxel_count, sizes.occupancy)))
       return false;
   }
   sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
   if (frame.hasIntensities())
     copyNumbers(intensities_.symbols, frame.intensities);
-  prepareLearning(frame, is_i_frame);
+  prepareLearning(frame, uses_history_);
   has_models_ = voxel_count != 0 || is_i_frame;
   return true;
 }
 
-template <template <typename> class CodingT>
+template <bool IsSmall>
 bool
-Payload::decodeWith(const FrameContext& context,
+Payload::decodeWith(const VoxelFrame& frame,
+                    bool is_i_frame,
                     const std::uint8_t* begin,
                     const std::uint8_t* end,
                     std::size_t voxel_count,
                     std::size_t& occupancy_bytes)
 {
-  trial_models_ = context.is_i_frame ? fresh_models_ : models_;
-  CodingT<BinaryRangeDecoder> coding{BinaryRangeDecoder(begin, end)};
+  trial_models_ = is_i_frame ? fresh_models_ : models_;
+  DecisionCoding<BinaryRangeDecoder, IsSmall> coding{BinaryRangeDecoder(begin, end)};
+  uses_history_ = !is_i_frame && coding.codeBypass(false);
+  const FrameContext context = contextOf(frame, uses_history_);
   frame_.begin(context.history);
   if (!codeOccupancy(coding, trial_models_, context, voxel_count))
     return false;
@@ -193,9 +168,9 @@ Payload::decodeWith(const FrameContext& context,
   intensities_.numbers.resize(voxel_count);
   if (context.symbol_bits == 0)
     std::fill(intensities_.numbers.begin(), intensities_.numbers.end(), 0);
-  else if (!IntensityPass(coding, trial_models_.intensity, frame_.directory, context)
-                .run(blocks_, false, intensities_.numbers))
-    return false;
+  else
+    IntensityPass(coding, trial_models_.intensity, frame_.directory, context)
+        .run(blocks_, intensities_.numbers);
   copyNumbers(intensities_.numbers, intensities_.symbols);
   if (context.depth_model != nullptr)
     splitByDepth(context);
@@ -236,14 +211,14 @@ Payload::codeResiduals(CodingT& coding,
 
 /** \brief Stores what learnHistory() needs of a frame. */
 void
-Payload::prepareLearning(const VoxelFrame& frame, bool is_i_frame)
+Payload::prepareLearning(const VoxelFrame& frame, bool uses_history)
 {
   symbol_bits_ = frame.intensity_scale.bits;
-  is_i_frame_ = is_i_frame;
+  uses_history_ = uses_history;
   has_depths_ = frame.depth_model && !frame.keys.empty();
   if (has_depths_)
     intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
-  history_.makeRoom(blocks_, is_i_frame);
+  history_.makeRoom(blocks_, !uses_history);
 }
 
 void
@@ -257,10 +232,10 @@ Payload::learn() noexcept
 void
 Payload::learnHistory() noexcept
 {
-  if (is_i_frame_)
-    history_.clear(symbol_bits_, forgotten_below_);
+  if (!uses_history_)
+    history_.clear(symbol_bits_);
   history_.update(
-      blocks_, intensities_.numbers, has_depths_ ? &depths_ : nullptr, is_i_frame_);
+      blocks_, intensities_.numbers, has_depths_ ? &depths_ : nullptr, !uses_history_);
 }
 
 void
@@ -271,7 +246,6 @@ Payload::releaseMemory()
   frame_ = Frame();
   intensities_ = CodedIntensities();
   depths_ = DepthObservations();
-  payload_before_ = std::vector<std::uint8_t>();
 }
 
 } // namespace context

@@ -5,6 +5,7 @@
 #include "codec/context/intensities.h"
 #include "codec/context/known_voxels.h"
 #include "codec/context/new_voxels.h"
+#include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
 
@@ -21,10 +22,10 @@ namespace context {
 class Payload : public PayloadCoder {
 public:
   /** \brief A coder at the start of a stream.
-   * \param[in] is_mixing effort small: mix the probabilities of several contexts of each
+   * \param[in] is_small effort small: mix the probabilities of several contexts of each
    * decision; else, for balanced, use one context
    */
-  explicit Payload(bool is_mixing);
+  explicit Payload(bool is_small);
 
   std::size_t
   match(CodingWorkspace& memory, const VoxelFrame& frame) override;
@@ -54,6 +55,12 @@ public:
   void
   releaseMemory() override;
 
+  bool
+  choosesHistory() const override
+  {
+    return true;
+  }
+
   std::size_t
   recordCount() const override
   {
@@ -62,8 +69,8 @@ public:
 
 private:
   struct Models {
-    explicit Models(bool is_mixing)
-    : known_voxels(is_mixing), new_voxels(is_mixing), intensity(is_mixing)
+    explicit Models(bool is_small)
+    : known_voxels(is_small), new_voxels(is_small), intensity(is_small)
     {}
 
     KnownVoxelModels known_voxels;
@@ -72,18 +79,24 @@ private:
   };
 
   FrameContext
-  contextOf(const VoxelFrame& frame, bool is_i_frame);
+  contextOf(const VoxelFrame& frame, bool uses_history);
+
+  bool
+  useHistory(std::size_t voxels) const;
 
   void
   splitByDepth(const FrameContext& context);
 
-  template <template <typename> class CodingT>
+  template <bool IsSmall>
   std::size_t
-  encodeWith(const FrameContext& context, std::vector<std::uint8_t>& payload);
+  encodeWith(const FrameContext& context,
+             bool is_i_frame,
+             std::vector<std::uint8_t>& payload);
 
-  template <template <typename> class CodingT>
+  template <bool IsSmall>
   bool
-  decodeWith(const FrameContext& context,
+  decodeWith(const VoxelFrame& frame,
+             bool is_i_frame,
              const std::uint8_t* begin,
              const std::uint8_t* end,
              std::size_t voxel_count,
@@ -97,39 +110,32 @@ private:
                 std::size_t max_voxels);
 
   template <typename CodingT>
-  void
-  encodeNumbers(CodingT& coding,
-                const FrameContext& context,
-                std::vector<std::uint8_t>& payload);
-
-  template <typename CodingT>
   bool
   codeResiduals(CodingT& coding, IntensityModels& models, const FrameContext& context);
 
   void
-  prepareLearning(const VoxelFrame& frame, bool is_i_frame);
+  prepareLearning(const VoxelFrame& frame, bool uses_history);
 
   void
   learnHistory() noexcept;
 
-  bool is_mixing_;
-  std::uint16_t forgotten_below_;
+  bool is_small_;
   Models fresh_models_; // initial state, as at an I-frame
   Models models_;
-  // In a decoder the models after the frame until learn(); in an encoder a copy from before
-  // a trial.
-  Models trial_models_;
+  Models trial_models_; // decoder only: after the frame, until learn()
   History history_;
-  History empty_history_; // for I-frames, as a failure must not clear history_
+  History empty_history_; // for frames without, as a failure must not clear history_
+  // Encoder only.
+  HistoryUse history_use_;
+  std::size_t known_voxels_ = 0; // of the frame that match() was called with
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   Frame frame_;
   CodedIntensities intensities_;
   DepthObservations depths_;
-  std::vector<std::uint8_t> payload_before_; // a copy from before a trial
   // For learnHistory().
   unsigned int symbol_bits_ = 8;
-  bool is_i_frame_ = true;
+  bool uses_history_ = false;
   bool has_depths_ = false;
   bool has_models_ = false; // a decoder's trial_models_ are those after the frame
 };

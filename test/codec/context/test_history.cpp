@@ -14,8 +14,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::context;
 using namespace pcl_ext::io::test;
 
-constexpr std::uint16_t usual_threshold = 3000;
-
 /** \brief floor(number / 2^shift), without a shift of what is negative. */
 int
 floorShift(int number, int shift)
@@ -41,16 +39,14 @@ public:
   std::map<std::uint64_t, int> activity;
   std::map<std::uint64_t, std::uint64_t> last; // cells of the last frame, by block
   int fraction_bits = 4;
-  int forgotten_below = 0;
 
   void
-  clear(unsigned int symbol_bits, int threshold)
+  clear(unsigned int symbol_bits)
   {
     records.clear();
     activity.clear();
     last.clear();
     fraction_bits = std::min(4, 16 - static_cast<int>(symbol_bits));
-    forgotten_below = threshold;
   }
 
   void
@@ -77,7 +73,7 @@ public:
       age(record, found != voxels.end());
       if (found != voxels.end())
         learn(record, frame.intensities[found->second], depths, found->second);
-      if (record.probability >= forgotten_below)
+      if (record.probability >= 1000)
         next[key] = record;
     }
     for (const auto& [key, voxel] : voxels) {
@@ -188,10 +184,10 @@ struct Histories {
   BlockList blocks;
 
   void
-  clear(unsigned int symbol_bits, std::uint16_t threshold = usual_threshold)
+  clear(unsigned int symbol_bits)
   {
-    history.clear(symbol_bits, threshold);
-    simple.clear(symbol_bits, threshold);
+    history.clear(symbol_bits);
+    simple.clear(symbol_bits);
   }
 
   void
@@ -214,7 +210,7 @@ TEST(History, MatchesTheSpecification)
         SCOPED_TRACE(i);
         const bool is_i_frame = i % 25 == 0;
         if (is_i_frame)
-          both.clear(bits, i == 0 ? usual_threshold : 1000);
+          both.clear(bits);
         const DepthObservations depths = randomDepths(random, frame.size());
         both.update(frame, has_depths ? &depths : nullptr, is_i_frame);
         ASSERT_NO_FATAL_FAILURE(expectSame(both.history, both.simple));
@@ -275,41 +271,53 @@ TEST(History, ForgetsVoxelsThatStayAway)
 {
   BlockList blocks;
   blocks.assign({17});
-  const auto framesAfter = [&](int occupied, bool is_i_frame, std::uint16_t threshold) {
+  const auto framesAfter = [&](int occupied, bool is_i_frame) {
     History history;
-    history.clear(8, static_cast<std::uint16_t>(threshold));
+    history.clear(8);
     for (int i = 0; i < occupied; ++i)
       history.update(blocks, {5}, nullptr, is_i_frame && i == 0);
     return framesUntilForgotten(history);
   };
-  const int noise = framesAfter(1, false, usual_threshold);
-  EXPECT_GE(noise, 2);
-  EXPECT_LE(noise, 8); // what flashes up once must not fill the history
-  EXPECT_GE(framesAfter(1, true, usual_threshold), noise);
-  EXPECT_GE(framesAfter(20, true, usual_threshold), 3 * noise);
-  EXPECT_LE(framesAfter(1000, true, usual_threshold), 60);
-  EXPECT_GT(framesAfter(20, true, 1000), framesAfter(20, true, usual_threshold));
+  const int noise = framesAfter(1, false);
+  EXPECT_GE(noise, 4);
+  EXPECT_LE(noise, 16); // what flashes up once must not fill the history
+  EXPECT_GE(framesAfter(1, true), noise);
+  EXPECT_GE(framesAfter(20, true), 3 * noise);
+  EXPECT_LE(framesAfter(1000, true), 80);
 }
 
 TEST(History, KeepsVoxelsAtTheThreshold)
 {
-  // A voxel of a P-frame has 26000, and half of that after a frame without it.
-  for (const unsigned int threshold : {13000u, 13001u}) {
-    History history;
-    history.clear(8, static_cast<std::uint16_t>(threshold));
-    BlockList frame;
-    frame.assign({7});
-    history.update(frame, {5}, nullptr, false);
-    history.update(BlockList(), {}, nullptr, false);
-    EXPECT_EQ(history.recordCount(), threshold == 13000u ? 1u : 0u);
+  // Frames with and without a voxel, at random, until its probability is 1000 or 999.
+  std::mt19937_64 random(7);
+  VoxelFrame with = emptyFrame(2);
+  with.keys = {7};
+  with.intensities = {5};
+  const VoxelFrame without = emptyFrame(2);
+  std::map<int, int> seen;
+  for (int stream = 0; stream < 20000; ++stream) {
+    Histories both;
+    both.clear(8);
+    both.update(with, nullptr, false);
+    for (int i = 0; i < 60 && !both.simple.records.empty(); ++i) {
+      const int before = both.simple.records.begin()->second.probability;
+      const int age = both.simple.records.begin()->second.age;
+      const bool is_occupied = below(random, 8) == 0;
+      both.update(is_occupied ? with : without, nullptr, false);
+      ASSERT_EQ(both.history.recordCount(), both.simple.records.size());
+      if (!is_occupied && age >= 10)
+        ++seen[before - before / 16];
+    }
   }
+  EXPECT_GT(seen[1000], 0);
+  EXPECT_GT(seen[999], 0);
 }
 
 TEST(History, IsBoundedForRandomFrames)
 {
   std::mt19937_64 random(3);
   History history;
-  history.clear(8, usual_threshold);
+  history.clear(8);
   BlockList blocks;
   std::size_t most = 0;
   for (int i = 0; i < 100; ++i) {
@@ -318,7 +326,7 @@ TEST(History, IsBoundedForRandomFrames)
     history.update(blocks, frame.intensities, nullptr, i == 0);
     most = std::max(most, history.recordCount());
   }
-  EXPECT_LE(most, 8 * 500u); // none lives longer that came once
+  EXPECT_LE(most, 17 * 500u); // none lives longer that came once
 }
 
 TEST(History, ClearForgetsAll)
