@@ -1,5 +1,7 @@
 #pragma once
 
+#include "simd/bit_operations.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -60,7 +62,7 @@ startingWeight(std::size_t ways)
 
 /** \brief The mixed number on the logistic scale. */
 template <std::size_t WayCount>
-std::int32_t
+PCL_EXT_ALWAYS_INLINE std::int32_t
 mix(const std::int32_t* weights, const std::array<std::int32_t, WayCount>& stretched)
 {
   std::int64_t sum = 0;
@@ -74,7 +76,7 @@ mix(const std::int32_t* weights, const std::array<std::int32_t, WayCount>& stret
  * \param[in] error bit - probability, in units of 2^-16
  */
 template <std::size_t WayCount>
-void
+PCL_EXT_ALWAYS_INLINE void
 adaptWeights(std::int32_t* weights,
              const std::array<std::int32_t, WayCount>& stretched,
              std::int32_t error)

@@ -59,7 +59,7 @@ public:
   /** \param[in] child 0..7
    * \param[in] nodes the children that are present, a mask
    */
-  ChildSurroundings
+  PCL_EXT_ALWAYS_INLINE ChildSurroundings
   of(unsigned int child, unsigned int nodes) const
   {
     // Two bits a node: 3 present, 2 pending, 1 absent in a wall with present ones, 0.
@@ -87,7 +87,7 @@ public:
   }
 
 private:
-  static std::uint32_t
+  PCL_EXT_ALWAYS_INLINE static std::uint32_t
   threeBits(std::uint64_t nodes, const std::array<std::uint8_t, 3>& places)
   {
     return static_cast<std::uint32_t>((nodes >> places[0] & 1) << 2 |

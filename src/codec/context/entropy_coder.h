@@ -1,5 +1,7 @@
 #pragma once
 
+#include "simd/bit_operations.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -30,7 +32,7 @@ public:
    * \param[in] probability of a 1, in units of 2^-16, 1..2^16 - 1
    * \return the bit
    */
-  bool
+  PCL_EXT_ALWAYS_INLINE bool
   code(bool bit, std::uint32_t probability)
   {
     const auto bound = static_cast<std::uint32_t>(
@@ -116,7 +118,7 @@ public:
   /** \brief Reads a bit.
    * \param[in] probability of a 1, as given to the encoder
    */
-  bool
+  PCL_EXT_ALWAYS_INLINE bool
   code(bool /*bit*/, std::uint32_t probability)
   {
     const auto bound = static_cast<std::uint32_t>(
