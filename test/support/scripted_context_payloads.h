@@ -88,7 +88,7 @@ public:
     for (const unsigned int target : {cell >> 3, cell & 7}) {
       ParentNode parent;
       parent.target = 1u << target;
-      codeChildren(coding, state.new_voxels.children, parent, OctantWindow());
+      codeChildren(coding, state.new_voxels.children, parent, NodeSurroundings());
     }
   }
 

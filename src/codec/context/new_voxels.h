@@ -280,9 +280,9 @@ private:
   {
     const auto octant = static_cast<unsigned int>(key & 7);
     cursor.moveTo(key >> 3, tile);
-    const OctantWindow window = cursor.window<CodingT::is_small>(octant);
+    const NodeSurroundings around = cursor.around<CodingT::is_small>(octant);
     const unsigned int children =
-        codeChildren(coding_, models_.children, parent, window);
+        codeChildren(coding_, models_.children, parent, around);
     cursor.setChildren(octant, children);
     return children;
   }

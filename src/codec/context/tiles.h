@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bytes/reserve_ahead.h"
+#include "simd/bit_operations.h"
 #include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
 
@@ -99,23 +100,54 @@ private:
   std::uint64_t last_key_ = no_key;
 };
 
-/** \brief The cells of the octants of a mask. */
-constexpr std::uint64_t
-cellsOfOctants(std::uint8_t octants)
+/** \brief Children of a node whose coordinate on an axis is the lower one, a mask.
+ * \param[in] axis 4, 2, 1 for x, y, z
+ */
+constexpr unsigned int
+lowerChildren(unsigned int axis)
 {
-  // Seven copies side by side have bit o at bit 8 o; 0xff times that fills the octant.
-  constexpr std::uint64_t copies = 0x0002040810204081;
-  constexpr std::uint64_t lowest = 0x0101010101010101;
-  return (((octants & 0x7f) * copies & lowest) | std::uint64_t{octants} >> 7 << 56) *
-         0xff;
+  return axis == 4 ? 0x0f : axis == 2 ? 0x33 : 0x55;
 }
 
-/** \brief An octant of a tile, which is a node's children, with the nodes around it: 4 x 4 x 4
- * nodes, those of the octant in the middle. */
-struct OctantWindow {
-  std::uint64_t present = 0; ///< nodes that have voxels
-  std::uint64_t pending = 0; ///< others that will be coded
-  unsigned int nodes = 0;    ///< present ones of the octant
+/** \brief Exchanges the lower and the upper children on some axes.
+ * \tparam Axes sum of 4, 2, 1 for x, y, z
+ * \param[in] children a mask
+ */
+template <unsigned int Axes>
+PCL_EXT_ALWAYS_INLINE constexpr unsigned int
+exchanged(unsigned int children)
+{
+  const auto exchange = [&](unsigned int axis) {
+    if ((Axes & axis) != 0)
+      children = (children >> axis & lowerChildren(axis)) |
+                 (children << axis & 0xff & ~lowerChildren(axis));
+  };
+  exchange(4);
+  exchange(2);
+  exchange(1);
+  return children;
+}
+
+/** \brief A byte for each bit of a byte, 0 or 1, the lowest first. */
+constexpr std::uint64_t
+bytesOfBits(unsigned int bits)
+{
+  constexpr std::uint64_t ones = 0x0101010101010101;
+  // Bit i of byte i is kept, and carried to the top of the byte.
+  const std::uint64_t own = bits * ones & 0x8040201008040201;
+  return (own + 0x7f * ones) >> 7 & ones;
+}
+
+/** \brief What is around the eight children of a node, a byte for each child. */
+struct NodeSurroundings {
+  /** \brief 8 H + G of the three nodes across its faces outside its parent, that along x
+   * the highest: H and G are the bits of 3 present, 2 pending, 1 absent where one of the four
+   * nodes that share the parent's face is present, 0. */
+  std::uint64_t outside = 0;
+  /** \brief 8, 4, 2, 1 for the nodes outside its parent in x and y, in x and z, in y and z
+   * and in all three, where present or pending. */
+  std::uint64_t beyond = 0;
+  unsigned int nodes = 0; ///< children that are present, a mask
 };
 
 /** \brief A tile of a level and those around it, of which each is looked up once. */
@@ -149,48 +181,101 @@ public:
     tile.pending &= static_cast<std::uint8_t>(~(1u << octant));
   }
 
-  /** \brief The nodes around an octant of the tile.
+  /** \brief What is around the nodes of an octant of the tile.
    * \param[in] octant 0..7
-   * \tparam HasEdges also those beyond the edges and corners of the tile; else they count
-   * as absent
+   * \tparam HasBeyond whether NodeSurroundings::beyond is needed; else it is 0
    */
-  template <bool HasEdges>
-  OctantWindow
-  window(unsigned int octant)
+  template <bool HasBeyond>
+  NodeSurroundings
+  around(unsigned int octant)
   {
-    // By bits: 4 the tile beside this one along x, 2 y, 1 z, on the octant's side.
+    // By axes on which they are beside this one, on the octant's side: 4 x, 2 y, 1 z.
     std::array<Tile, 8> tiles{};
     tiles[0] = tiles_[index_];
     for (const unsigned int beside : {1u, 2u, 4u, 3u, 5u, 6u, 7u}) {
-      if (!HasEdges && beside == 3)
+      if (!HasBeyond && beside == 3)
         break;
       tiles[beside] = tileBeside(octant, beside);
     }
-    OctantWindow window;
-    window.nodes = static_cast<unsigned int>(tiles[0].present >> (8 * octant) & 0xff);
-    std::array<std::uint64_t, 8> masks;
-    for (unsigned int i = 0; i < 8; ++i)
-      masks[i] = tiles[i].present;
-    window.present = shifted(octant, masks);
-    for (unsigned int i = 0; i < 8; ++i)
-      masks[i] = cellsOfOctants(tiles[i].pending);
-    window.pending = shifted(octant, masks) & ~window.present;
-    return window;
+    NodeSurroundings around;
+    around.nodes = presentOf(tiles[0], octant);
+    addOutside<4>(octant, tiles, around);
+    addOutside<2>(octant, tiles, around);
+    addOutside<1>(octant, tiles, around);
+    if constexpr (HasBeyond)
+      around.beyond = 8 * bytesOfBits(across<6>(octant, tiles, notAbsentOf)) |
+                      4 * bytesOfBits(across<5>(octant, tiles, notAbsentOf)) |
+                      2 * bytesOfBits(across<3>(octant, tiles, notAbsentOf)) |
+                      bytesOfBits(across<7>(octant, tiles, notAbsentOf));
+    return around;
   }
 
 private:
-  /** \brief The part of a tile and those beside it that is an octant's window. */
-  static std::uint64_t
-  shifted(unsigned int octant, const std::array<std::uint64_t, 8>& masks)
+  /** \brief The present nodes of an octant, a mask. */
+  static unsigned int
+  presentOf(const Tile& tile, unsigned int octant)
   {
-    const auto along =
-        [&](unsigned int axis, std::uint64_t mask, std::uint64_t beside) {
-          return (octant & (4u >> axis)) != 0 ? occupiedAcross(mask, beside, axis + 3)
-                                              : occupiedAcross(mask, beside, axis);
-        };
-    const auto row = [&](unsigned int i) { return along(2, masks[i], masks[i | 1]); };
-    const auto column = [&](unsigned int i) { return along(1, row(i), row(i | 2)); };
-    return along(0, column(0), column(4));
+    return static_cast<unsigned int>(tile.present >> (8 * octant) & 0xff);
+  }
+
+  /** \brief The present and the pending nodes of an octant, a mask. */
+  static unsigned int
+  notAbsentOf(const Tile& tile, unsigned int octant)
+  {
+    return presentOf(tile, octant) | ((tile.pending >> octant & 1u) * 0xff);
+  }
+
+  /** \brief Adds the states of the nodes along an axis to NodeSurroundings::outside. */
+  template <unsigned int Axis>
+  PCL_EXT_ALWAYS_INLINE static void
+  addOutside(unsigned int octant,
+             const std::array<Tile, 8>& tiles,
+             NodeSurroundings& around)
+  {
+    constexpr unsigned int lower = lowerChildren(Axis);
+    constexpr unsigned int upper = 0xff & ~lower;
+    const unsigned int present = across<Axis>(octant, tiles, presentOf);
+    const unsigned int not_absent = across<Axis>(octant, tiles, notAbsentOf);
+    const unsigned int beside_present =
+        ((present & lower) != 0 ? lower : 0) | ((present & upper) != 0 ? upper : 0);
+    const unsigned int low = present | (beside_present & ~not_absent);
+    around.outside |= bytesOfBits(not_absent) * (8 * Axis) | bytesOfBits(low) * Axis;
+  }
+
+  /** \brief For the nodes of an octant whether the next one outside their parent, along some
+   * axes at once, is in a set.
+   * \tparam Axes sum of 4, 2, 1 for x, y, z
+   * \param[in] nodes_of the set's nodes of an octant of a tile
+   */
+  template <unsigned int Axes, typename NodesOfT>
+  PCL_EXT_ALWAYS_INLINE static unsigned int
+  across(unsigned int octant, const std::array<Tile, 8>& tiles, NodesOfT&& nodes_of)
+  {
+    return acrossFrom<Axes, Axes>(octant, 0, 0xff, tiles, nodes_of);
+  }
+
+  /** \brief The same for some of the children, whose nodes are in a tile beside this one as
+   * far as the axes are decided. */
+  template <unsigned int Axes, unsigned int UndecidedAxes, typename NodesOfT>
+  PCL_EXT_ALWAYS_INLINE static unsigned int
+  acrossFrom(unsigned int octant,
+             unsigned int beside,
+             unsigned int children,
+             const std::array<Tile, 8>& tiles,
+             NodesOfT&& nodes_of)
+  {
+    if constexpr (UndecidedAxes == 0)
+      return children & exchanged<Axes>(nodes_of(tiles[beside], octant ^ Axes));
+    else {
+      constexpr unsigned int axis = UndecidedAxes >= 4 ? 4 : UndecidedAxes >= 2 ? 2 : 1;
+      constexpr unsigned int lower = lowerChildren(axis);
+      // The node is in the tile beside this one for the children on the octant's side.
+      const unsigned int near = (octant & axis) != 0 ? ~lower : lower;
+      return acrossFrom<Axes, UndecidedAxes - axis>(
+                 octant, beside | axis, children & near, tiles, nodes_of) |
+             acrossFrom<Axes, UndecidedAxes - axis>(
+                 octant, beside, children & ~near, tiles, nodes_of);
+    }
   }
 
   Tile
@@ -203,19 +288,23 @@ private:
     const unsigned int slot = 9 * side(4) + 3 * side(2) + side(1);
     if ((fetched_ >> slot & 1) == 0) {
       fetched_ |= 1u << slot;
-      slots_[slot] = BlockDirectory::not_found;
-      std::uint64_t key = key_;
-      bool exists = true;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        if ((beside >> (2 - axis) & 1) != 0)
-          exists =
-              exists &&
-              neighbourBlock(
-                  key, (octant >> (2 - axis) & 1) != 0 ? axis + 3 : axis, levels_, key);
-      if (exists)
-        slots_[slot] = tiles_.find(key);
+      slots_[slot] = find(octant, beside);
     }
     return slots_[slot] == BlockDirectory::not_found ? Tile() : tiles_[slots_[slot]];
+  }
+
+  /** \brief Index of the tile beside this one, or not_found. */
+  std::uint32_t
+  find(unsigned int octant, unsigned int beside) const
+  {
+    std::uint64_t key = key_;
+    for (std::size_t face = 0; face < 3; ++face) {
+      const unsigned int axis = 4u >> face;
+      if ((beside & axis) != 0 &&
+          !neighbourBlock(key, (octant & axis) != 0 ? face + 3 : face, levels_, key))
+        return BlockDirectory::not_found;
+    }
+    return tiles_.find(key);
   }
 
   TileLevel& tiles_;
@@ -225,75 +314,6 @@ private:
   std::uint32_t fetched_ = 0; // slots that were looked up
   std::array<std::uint32_t, 27> slots_{};
 };
-
-/** \brief Bit of a node in a window by its coordinates, 0..3. */
-constexpr unsigned int
-windowPlace(unsigned int x, unsigned int y, unsigned int z)
-{
-  return (x >> 1) << 5 | (y >> 1) << 4 | (z >> 1) << 3 | (x & 1) << 2 | (y & 1) << 1 |
-         (z & 1);
-}
-
-/** \brief Places in a window of the nodes beside a child and outside its parent. */
-struct WindowPlaces {
-  std::array<std::uint8_t, 3> faces; ///< along x, y, z
-  std::array<std::uint8_t, 3> edges; ///< along x and y, x and z, y and z
-  std::uint8_t corner;
-};
-
-constexpr std::array<WindowPlaces, 8>
-makeWindowPlaces()
-{
-  std::array<WindowPlaces, 8> places{};
-  for (unsigned int child = 0; child < 8; ++child) {
-    const std::array<unsigned int, 3> in = {
-        1 + (child >> 2 & 1), 1 + (child >> 1 & 1), 1 + (child & 1)};
-    const std::array<unsigned int, 3> out = {
-        (child >> 2 & 1) * 3, (child >> 1 & 1) * 3, (child & 1) * 3};
-    const auto place = [](unsigned int x, unsigned int y, unsigned int z) {
-      return static_cast<std::uint8_t>(windowPlace(x, y, z));
-    };
-    places[child].faces = {place(out[0], in[1], in[2]),
-                           place(in[0], out[1], in[2]),
-                           place(in[0], in[1], out[2])};
-    places[child].edges = {place(out[0], out[1], in[2]),
-                           place(out[0], in[1], out[2]),
-                           place(in[0], out[1], out[2])};
-    places[child].corner = place(out[0], out[1], out[2]);
-  }
-  return places;
-}
-
-inline constexpr std::array<WindowPlaces, 8> window_places = makeWindowPlaces();
-
-/** \brief By face: the four nodes of a window that touch the octant in the middle. */
-constexpr std::array<std::uint64_t, face_count>
-makeWalls()
-{
-  std::array<std::uint64_t, face_count> walls{};
-  for (unsigned int i = 1; i < 3; ++i)
-    for (unsigned int j = 1; j < 3; ++j)
-      for (unsigned int side = 0; side < 2; ++side) {
-        walls[3 * side] |= std::uint64_t{1} << windowPlace(3 * side, i, j);
-        walls[3 * side + 1] |= std::uint64_t{1} << windowPlace(i, 3 * side, j);
-        walls[3 * side + 2] |= std::uint64_t{1} << windowPlace(i, j, 3 * side);
-      }
-  return walls;
-}
-
-/** \brief The walls of a window of which a node is present. */
-inline std::uint64_t
-wallsOf(std::uint64_t present)
-{
-  constexpr std::array<std::uint64_t, face_count> walls = makeWalls();
-  std::uint64_t found = 0;
-  for (const std::uint64_t wall : walls)
-    found |= wall & (0 - std::uint64_t{isNotZero(present & wall)});
-  return found;
-}
-
-/** \brief Number of bits of 0..7. */
-inline constexpr std::array<std::uint8_t, 8> bit_counts = {0, 1, 1, 2, 1, 2, 2, 3};
 
 } // namespace context
 } // namespace io

@@ -80,7 +80,48 @@ private:
   TileLevel tiles_;
 };
 
-TEST(Tiles, WindowsHaveTheNodesAroundAnOctant)
+/** \brief 3 present, 2 pending, 0 absent. */
+unsigned int
+stateOf(const Nodes& nodes, const Place& place)
+{
+  return nodes.isPresent(place) ? 3 : nodes.isPending(place) ? 2 : 0;
+}
+
+/** \brief The place next to a child outside its parent, along some axes at once.
+ * \param[in] place of the child
+ * \param[in] axes sum of 4, 2, 1 for x, y, z
+ */
+Place
+outsidePlace(const Place& place, unsigned int axes)
+{
+  Place outside = place;
+  for (unsigned int axis = 0; axis < 3; ++axis)
+    if ((axes >> (2 - axis) & 1) != 0)
+      outside[axis] += place[axis] % 2 == 0 ? -1 : 1;
+  return outside;
+}
+
+/** \brief States of the nodes outside a child's parent, as NodeSurroundings has them. */
+unsigned int
+expectedOutside(const Nodes& nodes, const Place& place)
+{
+  unsigned int outside = 0;
+  for (unsigned int axis = 0; axis < 3; ++axis) {
+    unsigned int state = stateOf(nodes, outsidePlace(place, 4u >> axis));
+    // The four nodes that share the parent's face: by the siblings on that side.
+    for (unsigned int sibling = 0; sibling < 8 && state == 0; ++sibling) {
+      Place other = place;
+      for (unsigned int i = 0; i < 3; ++i)
+        if (i != axis)
+          other[i] = place[i] / 2 * 2 + static_cast<int>(sibling >> i & 1);
+      state = nodes.isPresent(outsidePlace(other, 4u >> axis)) ? 1 : 0;
+    }
+    outside |= (state >> 1) << (5 - axis) | (state & 1) << (2 - axis);
+  }
+  return outside;
+}
+
+TEST(Tiles, HaveTheSurroundingsOfTheirNodes)
 {
   std::mt19937_64 random(1);
   Nodes nodes(random);
@@ -91,74 +132,30 @@ TEST(Tiles, WindowsHaveTheNodesAroundAnOctant)
     ASSERT_NE(tile, BlockDirectory::not_found);
     cursor.moveTo(parent >> 3, tile);
     const auto octant = static_cast<unsigned int>(parent & 7);
-    const OctantWindow window = cursor.window<true>(octant);
-    const VoxelPosition first = voxelPosition(parent << 3);
-    for (unsigned int x = 0; x < 4; ++x)
-      for (unsigned int y = 0; y < 4; ++y)
-        for (unsigned int z = 0; z < 4; ++z) {
-          const Place place = {static_cast<int>(first.x + x) - 1,
-                               static_cast<int>(first.y + y) - 1,
-                               static_cast<int>(first.z + z) - 1};
-          const unsigned int bit = windowPlace(x, y, z);
-          ASSERT_EQ((window.present >> bit & 1) != 0, nodes.isPresent(place));
-          ASSERT_EQ((window.pending >> bit & 1) != 0, nodes.isPending(place));
-          const bool is_inside =
-              x - 1 < 2 && y - 1 < 2 && z - 1 < 2; // unsigned: 0 is outside
-          if (is_inside) {
-            ASSERT_EQ((window.nodes >> ((x - 1) * 4 + (y - 1) * 2 + (z - 1)) & 1) != 0,
-                      nodes.isPresent(place));
-          }
-        }
-  }
-}
-
-TEST(Tiles, WindowsWithoutEdgesHaveTheNodesAcrossFaces)
-{
-  std::mt19937_64 random(2);
-  Nodes nodes(random);
-  TileCursor cursor(nodes.tiles(), Nodes::depth - block_levels);
-  for (std::uint64_t parent = 0; parent < std::uint64_t{1} << (3 * Nodes::depth - 3);
-       ++parent) {
-    cursor.moveTo(parent >> 3, nodes.tiles().find(parent >> 3));
-    const auto octant = static_cast<unsigned int>(parent & 7);
-    const OctantWindow whole = cursor.window<true>(octant);
-    const OctantWindow window = cursor.window<false>(octant);
-    for (unsigned int child = 0; child < 8; ++child)
-      for (const unsigned int place : window_places[child].faces) {
-        ASSERT_EQ(window.present >> place & 1, whole.present >> place & 1);
-        ASSERT_EQ(window.pending >> place & 1, whole.pending >> place & 1);
-      }
-    ASSERT_EQ(wallsOf(window.present), wallsOf(whole.present));
-  }
-}
-
-TEST(Tiles, WallsAreFoundByAnyOfTheirNodes)
-{
-  for (unsigned int place = 0; place < block_cells; ++place) {
-    const std::uint64_t walls = wallsOf(std::uint64_t{1} << place);
-    const bool is_beside_a_face = walls != 0;
-    // One coordinate of a wall's node is 0 or 3, and the other two are 1 or 2.
-    unsigned int outside = 0;
-    for (const unsigned int axis : {2u, 1u, 0u}) {
-      const unsigned int coordinate =
-          (place >> (axis + 3) & 1) * 2 + (place >> axis & 1);
-      outside += coordinate == 0 || coordinate == 3 ? 1 : 0;
-    }
-    EXPECT_EQ(is_beside_a_face, outside == 1) << place;
-    if (is_beside_a_face) {
-      EXPECT_EQ(pcl_ext::bitCount(walls), 4u);
-      EXPECT_NE(walls >> place & 1, 0u);
+    const NodeSurroundings around = cursor.around<true>(octant);
+    const NodeSurroundings across_faces = cursor.around<false>(octant);
+    EXPECT_EQ(across_faces.outside, around.outside);
+    EXPECT_EQ(across_faces.nodes, around.nodes);
+    EXPECT_EQ(across_faces.beyond, 0u);
+    for (unsigned int child = 0; child < 8; ++child) {
+      const VoxelPosition at = voxelPosition(parent << 3 | child);
+      const Place place = {
+          static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z)};
+      ASSERT_EQ((around.nodes >> child & 1) != 0, nodes.isPresent(place));
+      ASSERT_EQ(around.outside >> (8 * child) & 0xff, expectedOutside(nodes, place));
+      unsigned int beyond = 0;
+      for (const unsigned int axes : {6u, 5u, 3u, 7u})
+        beyond = beyond << 1 | (stateOf(nodes, outsidePlace(place, axes)) != 0 ? 1 : 0);
+      ASSERT_EQ(around.beyond >> (8 * child) & 0xff, beyond);
     }
   }
 }
 
-TEST(Tiles, CellsOfOctants)
+TEST(Tiles, BytesOfBits)
 {
-  for (unsigned int octants = 0; octants < 256; ++octants) {
-    const std::uint64_t cells = cellsOfOctants(static_cast<std::uint8_t>(octants));
-    for (unsigned int cell = 0; cell < block_cells; ++cell)
-      ASSERT_EQ(cells >> cell & 1, octants >> (cell / 8) & 1);
-  }
+  for (unsigned int bits = 0; bits < 256; ++bits)
+    for (unsigned int bit = 0; bit < 8; ++bit)
+      ASSERT_EQ(bytesOfBits(bits) >> (8 * bit) & 0xff, bits >> bit & 1);
 }
 
 } // namespace
