@@ -18,7 +18,7 @@ namespace io {
 enum class Effort {
   Fast,     ///< hundreds of streams on one computer; a quarter of Balanced's time
   Balanced, ///< a sensor node
-  Small     ///< recording, thin links; 3 to 5 % fewer bytes for three times the time
+  Small     ///< recording, thin links; 3 to 6 % fewer bytes for twice the time
 };
 
 /** \brief The bitstream to write. Decoders detect it by its first bytes. */
@@ -79,8 +79,8 @@ struct IntensityCompressionSettings {
   double resolution = 0.01;
 
   /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
-   * Where P-frames take more bytes, as those of some moving sensors, there are more
-   * I-frames. */
+   * With effort fast there are more I-frames where P-frames take more bytes, as those of
+   * some moving sensors. */
   unsigned int i_frame_rate = 30;
 
   /** \brief Time against size; Version1 only. A decoder reads all three. */
