@@ -157,8 +157,8 @@ class Motion(unittest.TestCase):
 
     def test_history_that_costs_bytes_is_a_problem(self):
         self.assertEqual(self.problems(motion_results()), [])
-        self.assertEqual(self.problems(motion_results("980")), [])
-        problems = self.problems(motion_results("960"))
+        self.assertEqual(self.problems(motion_results("996")), [])
+        problems = self.problems(motion_results("990"))
         self.assertEqual(len(problems), 5 * 4)
         self.assertIn("bytes against I-frames alone, camera on a hand balanced is",
                       problems[10])

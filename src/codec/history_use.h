@@ -12,6 +12,17 @@ namespace io {
  * so that the same frames have the same bytes on every machine. */
 class HistoryUse {
 public:
+  /** \brief False if the history has so few of a frame's voxels that it costs more bytes
+   * than it saves.
+   * \param[in] known number of its voxels that the history has
+   * \param[in] voxels of the frame
+   */
+  static constexpr bool
+  knowsEnough(std::size_t known, std::size_t voxels)
+  {
+    return 2 * known >= voxels;
+  }
+
   /** \brief False if the next frame should do without the history. */
   bool
   isUseful() const

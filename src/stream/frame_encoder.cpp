@@ -177,14 +177,13 @@ private:
       is_refinement_useful_ = false;
       return true;
     }
-    // A history with few of the frame's voxels costs more bytes than it saves. The result of
-    // match() is used by encode().
+    // The result of match() is used by encode().
     const VoxelFrame& coded = cellsOrVoxels(frame);
     const std::size_t known = coder().match(work_, coded);
-    const bool are_new = 4 * known < coded.size();
     if (content_.refinement_levels == 0)
-      is_refinement_useful_ = are_new;
-    return !coder().choosesHistory() && coded.size() >= 64 && are_new;
+      is_refinement_useful_ = 4 * known < coded.size();
+    return !coder().choosesHistory() && coded.size() >= 64 &&
+           !HistoryUse::knowsEnough(known, coded.size());
   }
 
   /** \brief True if half of the voxels were in the last frame, too: then a history of them

@@ -160,8 +160,8 @@ MUTANTS = [
     Mutant(CONTEXT + "new_voxels.h", "nodes that are more than voxels",
            "frame_.children.size() + child_masks.count[children] > max_voxels_",
            "false"),
-    Mutant(CONTEXT + "payload.cpp", "the history is always used",
-           "4 * known_voxels_ >= voxels", "true"),
+    Mutant(CONTEXT + "payload.cpp", "the history is used that knows nothing",
+           "HistoryUse::knowsEnough(known_voxels_, voxels)", "true"),
 
     # Outliers, clouds, nodes.
     Mutant("src/outliers/density_blocks.cpp", "a voxel's own density counts once",

@@ -85,7 +85,8 @@ Payload::encode(CodingWorkspace& /*memory*/,
 bool
 Payload::useHistory(std::size_t voxels) const
 {
-  return voxels == 0 || (history_use_.isUseful() && 4 * known_voxels_ >= voxels);
+  return voxels == 0 ||
+         (history_use_.isUseful() && HistoryUse::knowsEnough(known_voxels_, voxels));
 }
 
 template <bool IsSmall>
