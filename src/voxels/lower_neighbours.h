@@ -35,46 +35,100 @@ public:
   void
   moveTo(std::size_t block)
   {
-    block_ = block;
+    here_ = {frame_.masks[block], frame_.first_voxels[block]};
+    for (std::size_t face = 0; face < lower_faces; ++face)
+      lower_[face] = blockAcross(block, face);
+  }
+
+  /** \brief Calls a function for the lower place beside a cell on each axis, whether or not
+   * a voxel is there, so that the caller needs no branch, which would be mispredicted.
+   * \param[in] cell of the selected block
+   * \param[in] visit_place called with the index of the voxel and 1, or with any index of
+   * the frame's and 0
+   */
+  template <typename VisitT>
+  void
+  forEachPlace(unsigned int cell, VisitT&& visit_place) const
+  {
     for (std::size_t face = 0; face < lower_faces; ++face) {
-      std::uint64_t key = 0;
-      around_[face] = neighbourBlock(frame_.keys[block], face, levels_, key)
-                          ? directory_.find(key)
-                          : BlockDirectory::not_found;
+      const unsigned int low = 1u << (2 - face);
+      const Block& block = (cell & (low | low << 3)) != 0 ? here_ : lower_[face];
+      // One down on the axis: 3 -> 2, 2 -> 1, 1 -> 0, and 0 -> 3 of the next block.
+      const unsigned int other = (cell & low) != 0 ? cell - low : cell ^ low ^ low << 3;
+      const auto is_there = static_cast<std::uint32_t>(block.mask >> other & 1);
+      const std::size_t voxel =
+          block.first_voxel + bitCount(block.mask & ((std::uint64_t{1} << other) - 1));
+      visit_place(voxel * is_there, is_there);
     }
   }
 
   /** \brief Calls a function with the index of each lower neighbour of a cell's voxel.
-   * \param[in] cell of the block
+   * \param[in] cell of the selected block
    */
   template <typename VisitT>
   void
   visit(unsigned int cell, VisitT&& visit_voxel) const
   {
-    for (std::size_t face = 0; face < lower_faces; ++face) {
-      const unsigned int low = 1u << (2 - face);
-      const bool is_here = (cell & (low | low << 3)) != 0;
-      const std::size_t block = is_here ? block_ : around_[face];
-      if (block == BlockDirectory::not_found)
-        continue;
-      // One down on the axis: 3 -> 2, 2 -> 1, 1 -> 0, and 0 -> 3 of the next block.
-      const unsigned int other = (cell & low) != 0 ? cell - low : cell ^ low ^ low << 3;
-      const std::uint64_t bit = std::uint64_t{1} << other;
-      const std::uint64_t mask = frame_.masks[block];
-      if ((mask & bit) != 0)
-        visit_voxel(std::size_t{frame_.first_voxels[block]} +
-                    bitCount(mask & (bit - 1)));
+    forEachPlace(cell, [&](std::size_t voxel, std::uint32_t is_there) {
+      if (is_there != 0)
+        visit_voxel(voxel);
+    });
+  }
+
+protected:
+  static constexpr std::size_t lower_faces = 3;
+
+  /** \brief The cells of a block, and the index of its first voxel. */
+  struct Block {
+    std::uint64_t mask = 0;
+    std::size_t first_voxel = 0;
+  };
+
+  const Block&
+  selected() const
+  {
+    return here_;
+  }
+
+  const Block&
+  lower(std::size_t face) const
+  {
+    return lower_[face];
+  }
+
+  /** \brief The block across a face of a block of the frame; empty if there is none. */
+  Block
+  blockAcross(std::size_t block, std::size_t face) const
+  {
+    std::uint64_t key = 0;
+    if (!neighbourBlock(frame_.keys[block], face, levels_, key))
+      return {};
+    std::size_t other = block;
+    // Parts of the same branch are next to each other.
+    if ((key ^ frame_.keys[block]) < 8) {
+      if (face < lower_faces)
+        while (other > 0 && frame_.keys[other] > key)
+          --other;
+      else
+        while (other + 1 < frame_.size() && frame_.keys[other] < key)
+          ++other;
+      if (frame_.keys[other] != key)
+        return {};
     }
+    else {
+      other = directory_.find(key);
+      if (other == BlockDirectory::not_found)
+        return {};
+    }
+    return {frame_.masks[other], frame_.first_voxels[other]};
   }
 
 private:
-  static constexpr std::size_t lower_faces = 3;
-
   const BlockList& frame_;
   unsigned int levels_;
   BlockDirectory& directory_;
-  std::size_t block_ = 0;
-  std::array<std::uint32_t, lower_faces> around_{};
+  Block here_; // the selected one
+  std::array<Block, lower_faces> lower_;
 };
 
 } // namespace io

@@ -1,6 +1,7 @@
 #include "simulator/robot_cell.h"
 #include "simulator/scene.h"
 #include "simulator/sensor_motion.h"
+#include "support/cell_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -30,16 +30,10 @@ using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::cell::Solid;
 using pcl_ext::cell::Solids;
+using pcl_ext::cell::test::capture;
+using pcl_ext::cell::test::sameBytes;
 
 constexpr double pi = 3.14159265358979323846;
-
-CellFrame
-capture(RobotCell& cell, unsigned int sensor, std::uint32_t frame)
-{
-  CellFrame captured;
-  cell.capture(sensor, frame, captured);
-  return captured;
-}
 
 LidarFrame
 captureLidar(RobotCell& cell, std::uint32_t revolution)
@@ -54,13 +48,7 @@ template <typename FrameT>
 bool
 sameFrame(const FrameT& one, const FrameT& other)
 {
-  if (one.cloud.size() != other.cloud.size() || one.truth != other.truth ||
-      one.pose.matrix() != other.pose.matrix())
-    return false;
-  for (std::size_t i = 0; i < one.cloud.size(); ++i)
-    if (std::memcmp(one.cloud[i].data, other.cloud[i].data, 3 * sizeof(float)) != 0)
-      return false;
-  return true;
+  return sameBytes(one, other) && one.pose.matrix() == other.pose.matrix();
 }
 
 /** \brief Distance of a point from a solid's surface, metres. */

@@ -1,5 +1,6 @@
 #include "simulator/robot_cell.h"
 #include "simulator/scene.h"
+#include "support/cell_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -23,28 +23,10 @@ using pcl_ext::cell::PointTruth;
 using pcl_ext::cell::RayGrid;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::cell::SurfaceImage;
+using pcl_ext::cell::test::capture;
+using pcl_ext::cell::test::sameBytes;
 
 constexpr double pi = 3.14159265358979323846;
-
-CellFrame
-capture(RobotCell& cell, unsigned int sensor, std::uint32_t frame)
-{
-  CellFrame captured;
-  cell.capture(sensor, frame, captured);
-  return captured;
-}
-
-/** \brief Same bytes in all coordinates (NaN included) and the same truth. */
-bool
-sameBytes(const CellFrame& one, const CellFrame& other)
-{
-  if (one.cloud.size() != other.cloud.size() || one.truth != other.truth)
-    return false;
-  for (std::size_t i = 0; i < one.cloud.size(); ++i)
-    if (std::memcmp(one.cloud[i].data, other.cloud[i].data, 3 * sizeof(float)) != 0)
-      return false;
-  return true;
-}
 
 std::size_t
 pixelAt(std::size_t column, std::size_t row)

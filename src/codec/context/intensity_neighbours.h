@@ -1,7 +1,6 @@
 #pragma once
 
-#include "simd/bit_operations.h"
-#include "voxels/block_directory.h"
+#include "voxels/lower_neighbours.h"
 #include "voxels/voxel_block.h"
 
 #include <array>
@@ -15,42 +14,22 @@ namespace context {
 
 /** \brief The face neighbours of a voxel whose number is coded: all voxels of the frame are
  * known, and the numbers of those before it, which are the lower ones on each axis. */
-class IntensityNeighbours {
+class IntensityNeighbours : public LowerNeighbours {
 public:
   /** \brief Shapes are below this. */
   static constexpr std::uint32_t shape_count = 27;
 
-  /** \brief Looks in a frame.
-   * \param[in] frame its blocks
-   * \param[in] levels octree levels above the blocks
-   * \param[in] directory memory for one of the blocks
-   */
-  IntensityNeighbours(const BlockList& frame,
-                      unsigned int levels,
-                      BlockDirectory& directory)
-  : frame_(frame), levels_(levels), directory_(directory)
-  {}
-
-  void
-  begin()
-  {
-    directory_.assign(frame_.keys);
-  }
+  using LowerNeighbours::LowerNeighbours;
 
   /** \brief Selects a block of the frame. */
   void
   moveTo(std::size_t block)
   {
-    const std::uint64_t mask = frame_.masks[block];
-    here_ = {mask, frame_.first_voxels[block]};
+    LowerNeighbours::moveTo(block);
     for (std::size_t face = 0; face < face_count; ++face) {
-      const std::size_t other = neighbourOf(block, face);
-      const Block neighbour =
-          other == not_found ? Block{0, 0}
-                             : Block{frame_.masks[other], frame_.first_voxels[other]};
-      if (face < lower_faces)
-        lower_[face] = neighbour;
-      across_[face] = occupiedAcross(mask, neighbour.mask, face);
+      const std::uint64_t beside =
+          face < lower_faces ? lower(face).mask : blockAcross(block, face).mask;
+      across_[face] = occupiedAcross(selected().mask, beside, face);
     }
   }
 
@@ -76,62 +55,16 @@ public:
             const std::vector<std::uint16_t>& numbers,
             std::uint32_t otherwise) const
   {
-    // Without branches on what is occupied, which would be mispredicted.
     std::uint32_t sum = 0;
     std::uint32_t count = 0;
-    for (std::size_t face = 0; face < lower_faces; ++face) {
-      const unsigned int low = 1u << (2 - face);
-      const bool is_here = (cell & (low | low << 3)) != 0;
-      const std::uint64_t mask = is_here ? here_.mask : lower_[face].mask;
-      const std::size_t first = is_here ? here_.first_voxel : lower_[face].first_voxel;
-      // One down on the axis: 3 -> 2, 2 -> 1, 1 -> 0, and 0 -> 3 of the next block.
-      const unsigned int other = (cell & low) != 0 ? cell - low : cell ^ low ^ low << 3;
-      const auto is_there = static_cast<std::uint32_t>(mask >> other & 1);
-      const std::size_t voxel =
-          first + bitCount(mask & ((std::uint64_t{1} << other) - 1));
-      sum += numbers[voxel * is_there] * is_there;
+    forEachPlace(cell, [&](std::size_t voxel, std::uint32_t is_there) {
+      sum += numbers[voxel] * is_there;
       count += is_there;
-    }
+    });
     return count == 0 ? otherwise : count == 3 ? 16 * sum / 3 : 16 * sum >> (count - 1);
   }
 
 private:
-  static constexpr std::size_t lower_faces = 3;
-  static constexpr std::size_t not_found = static_cast<std::size_t>(-1);
-
-  struct Block {
-    std::uint64_t mask;
-    std::size_t first_voxel;
-  };
-
-  /** \brief Index of the block across a face, or not_found. */
-  std::size_t
-  neighbourOf(std::size_t block, std::size_t face) const
-  {
-    std::uint64_t key = 0;
-    if (!neighbourBlock(frame_.keys[block], face, levels_, key))
-      return not_found;
-    // Parts of the same branch are next to each other.
-    if ((key ^ frame_.keys[block]) < 8) {
-      std::size_t other = block;
-      if (face < lower_faces)
-        while (other > 0 && frame_.keys[other] > key)
-          --other;
-      else
-        while (other + 1 < frame_.size() && frame_.keys[other] < key)
-          ++other;
-      return frame_.keys[other] == key ? other : not_found;
-    }
-    const std::uint32_t found = directory_.find(key);
-    return found == BlockDirectory::not_found ? not_found : found;
-  }
-
-  const BlockList& frame_;
-  unsigned int levels_;
-  BlockDirectory& directory_;
-  // Of the selected block.
-  Block here_{0, 0};
-  std::array<Block, lower_faces> lower_{};
   std::array<std::uint64_t, face_count> across_{}; ///< cells with a neighbour there
 };
 

@@ -11,10 +11,21 @@ namespace context {
 
 Payload::Payload(bool is_small)
 : is_small_(is_small)
-, fresh_models_(is_small)
+, fresh_models_(freshModels(is_small))
 , models_(fresh_models_)
 , trial_models_(fresh_models_)
 {}
+
+const Payload::Models&
+Payload::freshModels(bool is_small)
+{
+  if (is_small) {
+    static const Models models(true);
+    return models;
+  }
+  static const Models models(false);
+  return models;
+}
 
 FrameContext
 Payload::contextOf(const VoxelFrame& frame, bool uses_history)

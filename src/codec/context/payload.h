@@ -78,6 +78,10 @@ private:
     IntensityModels intensity;
   };
 
+  /** \brief Models in their initial state, as at an I-frame, shared by all streams. */
+  static const Models&
+  freshModels(bool is_small);
+
   FrameContext
   contextOf(const VoxelFrame& frame, bool uses_history);
 
@@ -120,7 +124,7 @@ private:
   learnHistory() noexcept;
 
   bool is_small_;
-  Models fresh_models_; // initial state, as at an I-frame
+  const Models& fresh_models_;
   Models models_;
   Models trial_models_; // decoder only: after the frame, until learn()
   History history_;
