@@ -35,7 +35,7 @@ public:
 
   /** \brief ln(p / (1 - p)), in units of 1/256, of a probability p in units of 2^-16. */
   std::int32_t
-  stretch(std::uint16_t probability) const
+  stretch(std::uint32_t probability) const
   {
     return stretch_[probability >> 4];
   }

@@ -55,6 +55,15 @@ makeStateCounts()
 
 inline constexpr std::array<std::uint8_t, 64> state_counts = makeStateCounts();
 
+/** \brief The siblings of each child across its faces, masks. */
+inline constexpr std::array<std::uint8_t, 8> siblings_beside = [] {
+  std::array<std::uint8_t, 8> masks{};
+  for (unsigned int child = 0; child < 8; ++child)
+    masks[child] =
+        static_cast<std::uint8_t>(1u << (child ^ 4) | 1u << (child ^ 2) | 1u << (child ^ 1));
+  return masks;
+}();
+
 /** \brief Which of the siblings of a child across its faces are present: 4 x + 2 y + z.
  * \param[in] nodes siblings that are present, a mask
  */
@@ -89,10 +98,10 @@ codeChildren(CodingT& coding,
       const unsigned int nodes = around.nodes | children;
       const auto outside =
           static_cast<std::uint32_t>(around.outside >> (8 * child) & 63);
-      const std::uint32_t siblings = 1u << child | (nodes & ((1u << child) - 1));
-      const std::uint32_t adjacent = adjacentSiblings(nodes, child);
-      const std::uint32_t full =
-          child_masks.count[adjacent] + (state_counts[outside] >> 2);
+      const unsigned int bit = candidates & (0 - candidates);
+      const std::uint32_t siblings = bit | (nodes & (bit - 1));
+      const std::uint32_t full = child_masks.count[nodes & siblings_beside[child]] +
+                                 (state_counts[outside] >> 2);
       const std::uint32_t pending = state_counts[outside] & 3u;
       const std::uint32_t candidate_class =
           found == 0 ? 7 - left : std::min(6 + found, 8u);
@@ -106,7 +115,8 @@ codeChildren(CodingT& coding,
       if constexpr (CodingT::is_small) {
         const auto beyond =
             static_cast<std::uint32_t>(around.beyond >> (8 * child) & 15);
-        contexts.ways[2] = (outside * 8 + adjacent) * 3 + std::min(found, 2u);
+        contexts.ways[2] = (outside * 8 + adjacentSiblings(nodes, child)) * 3 +
+                           std::min(found, 2u);
         contexts.ways[3] = (outside * 16 + beyond) * 8 + child;
         contexts.ways[4] = siblings;
       }

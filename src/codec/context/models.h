@@ -14,25 +14,36 @@ namespace context {
 
 /** \brief Adaptive probability that a bit is 1: fast at first, then slower
  * (doc/bitstream_context.md, "Adaptive bits"). */
-struct AdaptiveBit {
-  std::uint16_t probability = 0x8000; ///< of a 1, 2^16 is 1
-  std::uint16_t count = 0;            ///< of bits so far, up to 16
+class AdaptiveBit {
+public:
+  /** \brief Probability of a 1; 2^16 is 1. */
+  std::uint32_t
+  probability() const
+  {
+    return state_ >> 16;
+  }
 
   /** \brief Adapts to a bit.
    * \param[in] bit the bit
    * \param[in] shifts the rate after each number of bits, as 2^-shift; see learningShifts
    */
-  void
+  PCL_EXT_ALWAYS_INLINE void
   learn(bool bit, const std::array<std::uint8_t, 17>& shifts)
   {
     // The bounds prevent empty intervals in the range coder.
     constexpr std::int32_t least = 48;
     const std::int32_t target = bit ? 0x10000 - least : least;
-    probability = static_cast<std::uint16_t>(
-        probability +
-        ((target - static_cast<std::int32_t>(probability)) >> shifts[count]));
-    count = static_cast<std::uint16_t>(count + (count < shifts.size() - 1 ? 1 : 0));
+    const std::uint32_t count = state_ & 0xffff;
+    const std::int32_t step =
+        (target - static_cast<std::int32_t>(probability())) >> shifts[count];
+    state_ += (static_cast<std::uint32_t>(step) << 16) +
+              (count < shifts.size() - 1 ? 1u : 0u);
   }
+
+private:
+  // The probability, and below it the number of bits so far, up to 16. In one word, which
+  // is read and written once.
+  std::uint32_t state_ = 0x80000000;
 };
 
 /** \brief Rates of adaptation as shifts: 1/2, 1/4, 1/8 for four bits, 1/16 for ten, then the
@@ -122,7 +133,7 @@ codeAdaptively(CoderT& coder,
                const std::array<std::uint8_t, 17>& shifts,
                bool bit)
 {
-  const bool decision = coder.code(bit, prediction.probability);
+  const bool decision = coder.code(bit, prediction.probability());
   prediction.learn(decision, shifts);
   return decision;
 }
@@ -163,7 +174,7 @@ public:
       std::array<std::int32_t, ways> stretched;
       for (std::size_t way = 0; way < ways; ++way)
         stretched[way] =
-            tables_->stretch(model.bit(way, contexts.ways[way]).probability);
+            tables_->stretch(model.bit(way, contexts.ways[way]).probability());
       std::int32_t* const weights = model.weights(contexts.weight_set, ways);
       const std::int32_t probability = tables_->squash(mix(weights, stretched));
       const bool decision = coder_.code(bit, static_cast<std::uint32_t>(probability));

@@ -111,16 +111,16 @@ lowerChildren(unsigned int axis)
 
 /** \brief Exchanges the lower and the upper children on some axes.
  * \tparam Axes sum of 4, 2, 1 for x, y, z
- * \param[in] children a mask
+ * \param[in] children any number of masks of 8 bits each
  */
 template <unsigned int Axes>
 PCL_EXT_ALWAYS_INLINE constexpr unsigned int
 exchanged(unsigned int children)
 {
   const auto exchange = [&](unsigned int axis) {
+    const unsigned int lower = lowerChildren(axis) * 0x01010101u;
     if ((Axes & axis) != 0)
-      children = (children >> axis & lowerChildren(axis)) |
-                 (children << axis & 0xff & ~lowerChildren(axis));
+      children = (children >> axis & lower) | (children & lower) << axis;
   };
   exchange(4);
   exchange(2);
@@ -190,129 +190,128 @@ public:
   around(unsigned int octant)
   {
     // By axes on which they are beside this one, on the octant's side: 4 x, 2 y, 1 z.
-    std::array<Tile, 8> tiles{};
-    tiles[0] = tiles_[index_];
-    for (const unsigned int beside : {1u, 2u, 4u, 3u, 5u, 6u, 7u}) {
-      if (!HasBeyond && beside == 3)
-        break;
-      tiles[beside] = tileBeside(octant, beside);
-    }
+    std::array<const Tile*, 8> tiles{};
+    tiles[0] = &tiles_[index_];
+    tiles[4] = tileBeside<4>(octant);
+    tiles[2] = tileBeside<2>(octant);
+    tiles[1] = tileBeside<1>(octant);
     NodeSurroundings around;
-    around.nodes = presentOf(tiles[0], octant);
+    around.nodes = static_cast<unsigned int>(tiles[0]->present >> (8 * octant) & 0xff);
     addOutside<4>(octant, tiles, around);
     addOutside<2>(octant, tiles, around);
     addOutside<1>(octant, tiles, around);
-    if constexpr (HasBeyond)
-      around.beyond = 8 * bytesOfBits(across<6>(octant, tiles, notAbsentOf)) |
-                      4 * bytesOfBits(across<5>(octant, tiles, notAbsentOf)) |
-                      2 * bytesOfBits(across<3>(octant, tiles, notAbsentOf)) |
-                      bytesOfBits(across<7>(octant, tiles, notAbsentOf));
+    if constexpr (HasBeyond) {
+      tiles[6] = tileBeside<6>(octant);
+      tiles[5] = tileBeside<5>(octant);
+      tiles[3] = tileBeside<3>(octant);
+      tiles[7] = tileBeside<7>(octant);
+      around.beyond = 8 * bytesOfBits(across<6>(octant, tiles) >> 8) |
+                      4 * bytesOfBits(across<5>(octant, tiles) >> 8) |
+                      2 * bytesOfBits(across<3>(octant, tiles) >> 8) |
+                      bytesOfBits(across<7>(octant, tiles) >> 8);
+    }
     return around;
   }
 
 private:
-  /** \brief The present nodes of an octant, a mask. */
+  /** \brief The nodes of an octant as two masks: 1 * present, 256 * present or pending. */
   static unsigned int
-  presentOf(const Tile& tile, unsigned int octant)
+  nodesOf(const Tile& tile, unsigned int octant)
   {
-    return static_cast<unsigned int>(tile.present >> (8 * octant) & 0xff);
-  }
-
-  /** \brief The present and the pending nodes of an octant, a mask. */
-  static unsigned int
-  notAbsentOf(const Tile& tile, unsigned int octant)
-  {
-    return presentOf(tile, octant) | ((tile.pending >> octant & 1u) * 0xff);
+    const auto present = static_cast<unsigned int>(tile.present >> (8 * octant) & 0xff);
+    return present * 0x101 | (tile.pending >> octant & 1u) * 0xff00;
   }
 
   /** \brief Adds the states of the nodes along an axis to NodeSurroundings::outside. */
   template <unsigned int Axis>
   PCL_EXT_ALWAYS_INLINE static void
   addOutside(unsigned int octant,
-             const std::array<Tile, 8>& tiles,
+             const std::array<const Tile*, 8>& tiles,
              NodeSurroundings& around)
   {
     constexpr unsigned int lower = lowerChildren(Axis);
     constexpr unsigned int upper = 0xff & ~lower;
-    const unsigned int present = across<Axis>(octant, tiles, presentOf);
-    const unsigned int not_absent = across<Axis>(octant, tiles, notAbsentOf);
+    const unsigned int nodes = across<Axis>(octant, tiles);
+    const unsigned int present = nodes & 0xff;
+    const unsigned int not_absent = nodes >> 8;
     const unsigned int beside_present =
         ((present & lower) != 0 ? lower : 0) | ((present & upper) != 0 ? upper : 0);
     const unsigned int low = present | (beside_present & ~not_absent);
     around.outside |= bytesOfBits(not_absent) * (8 * Axis) | bytesOfBits(low) * Axis;
   }
 
-  /** \brief For the nodes of an octant whether the next one outside their parent, along some
-   * axes at once, is in a set.
+  /** \brief For the nodes of an octant the next one outside their parent, along some axes at
+   * once.
    * \tparam Axes sum of 4, 2, 1 for x, y, z
-   * \param[in] nodes_of the set's nodes of an octant of a tile
+   * \return two masks as nodesOf()
    */
-  template <unsigned int Axes, typename NodesOfT>
+  template <unsigned int Axes>
   PCL_EXT_ALWAYS_INLINE static unsigned int
-  across(unsigned int octant, const std::array<Tile, 8>& tiles, NodesOfT&& nodes_of)
+  across(unsigned int octant, const std::array<const Tile*, 8>& tiles)
   {
-    return acrossFrom<Axes, Axes>(octant, 0, 0xff, tiles, nodes_of);
+    return exchanged<Axes>(acrossFrom<Axes, Axes>(octant, 0, 0xffff, tiles));
   }
 
-  /** \brief The same for some of the children, whose nodes are in a tile beside this one as
-   * far as the axes are decided. */
-  template <unsigned int Axes, unsigned int UndecidedAxes, typename NodesOfT>
+  /** \brief Some of the nodes that across() finds, before they are exchanged: those in a tile
+   * beside this one as far as the axes are decided. */
+  template <unsigned int Axes, unsigned int UndecidedAxes>
   PCL_EXT_ALWAYS_INLINE static unsigned int
   acrossFrom(unsigned int octant,
              unsigned int beside,
-             unsigned int children,
-             const std::array<Tile, 8>& tiles,
-             NodesOfT&& nodes_of)
+             unsigned int nodes,
+             const std::array<const Tile*, 8>& tiles)
   {
     if constexpr (UndecidedAxes == 0)
-      return children & exchanged<Axes>(nodes_of(tiles[beside], octant ^ Axes));
+      return nodes & nodesOf(*tiles[beside], octant ^ Axes);
     else {
       constexpr unsigned int axis = UndecidedAxes >= 4 ? 4 : UndecidedAxes >= 2 ? 2 : 1;
-      constexpr unsigned int lower = lowerChildren(axis);
-      // The node is in the tile beside this one for the children on the octant's side.
-      const unsigned int near = (octant & axis) != 0 ? ~lower : lower;
+      constexpr unsigned int lower = lowerChildren(axis) * 0x101;
+      // In the tile beside this one, the nodes on the side of this one.
+      const unsigned int beyond = (octant & axis) != 0 ? lower : ~lower;
       return acrossFrom<Axes, UndecidedAxes - axis>(
-                 octant, beside | axis, children & near, tiles, nodes_of) |
+                 octant, beside | axis, nodes & beyond, tiles) |
              acrossFrom<Axes, UndecidedAxes - axis>(
-                 octant, beside, children & ~near, tiles, nodes_of);
+                 octant, beside, nodes & ~beyond, tiles);
     }
   }
 
-  Tile
-  tileBeside(unsigned int octant, unsigned int beside)
+  /** \brief The tile that is on the octant's side beside this one on some axes. */
+  template <unsigned int Axes>
+  const Tile*
+  tileBeside(unsigned int octant)
   {
-    // Slots by 9 x + 3 y + z, each 0 at the lower side, 1 in the middle, 2 at the upper side.
-    const auto side = [&](unsigned int bit) {
-      return (beside & bit) == 0 ? 1u : (octant & bit) != 0 ? 2u : 0u;
-    };
-    const unsigned int slot = 9 * side(4) + 3 * side(2) + side(1);
+    // A slot for each side of each set of axes, of which one has 8 at most.
+    const unsigned int slot = 8 * Axes + (octant & Axes);
     if ((fetched_ >> slot & 1) == 0) {
-      fetched_ |= 1u << slot;
-      slots_[slot] = find(octant, beside);
+      fetched_ |= std::uint64_t{1} << slot;
+      slots_[slot] = find<Axes>(octant);
     }
-    return slots_[slot] == BlockDirectory::not_found ? Tile() : tiles_[slots_[slot]];
+    return slots_[slot];
   }
 
-  /** \brief Index of the tile beside this one, or not_found. */
-  std::uint32_t
-  find(unsigned int octant, unsigned int beside) const
+  /** \brief The tile beside this one, an empty one if there is none. */
+  template <unsigned int Axes>
+  PCL_EXT_NEVER_INLINE const Tile*
+  find(unsigned int octant) const
   {
+    static constexpr Tile empty{};
     std::uint64_t key = key_;
     for (std::size_t face = 0; face < 3; ++face) {
       const unsigned int axis = 4u >> face;
-      if ((beside & axis) != 0 &&
+      if ((Axes & axis) != 0 &&
           !neighbourBlock(key, (octant & axis) != 0 ? face + 3 : face, levels_, key))
-        return BlockDirectory::not_found;
+        return &empty;
     }
-    return tiles_.find(key);
+    const std::uint32_t index = tiles_.find(key);
+    return index != BlockDirectory::not_found ? &tiles_[index] : &empty;
   }
 
   TileLevel& tiles_;
   unsigned int levels_;
   std::uint64_t key_ = 0;
   std::uint32_t index_ = BlockDirectory::not_found;
-  std::uint32_t fetched_ = 0; // slots that were looked up
-  std::array<std::uint32_t, 27> slots_{};
+  std::uint64_t fetched_ = 0; // slots that were looked up, see tileBeside()
+  std::array<const Tile*, 64> slots_{};
 };
 
 } // namespace context

@@ -306,14 +306,14 @@ TEST(BinaryRangeCoder, EveryFlipOfAByteChangesBitsOrNothing)
 TEST(AdaptiveBit, BeginsEvenAndLearnsFastFirst)
 {
   AdaptiveBit bit;
-  EXPECT_EQ(bit.probability, 0x8000);
+  EXPECT_EQ(bit.probability(), 0x8000u);
   bit.learn(true, learningShifts(5));
-  EXPECT_EQ(bit.probability, 0x8000 + (0x10000 - 48 - 0x8000) / 2);
-  const int step = bit.probability - 0x8000;
-  const int before = bit.probability;
+  EXPECT_EQ(bit.probability(), 0x8000u + (0x10000 - 48 - 0x8000) / 2);
+  const std::uint32_t step = bit.probability() - 0x8000;
+  const std::uint32_t before = bit.probability();
   bit.learn(true, learningShifts(5));
-  EXPECT_GT(bit.probability, before);
-  EXPECT_LT(bit.probability - before, step);
+  EXPECT_GT(bit.probability(), before);
+  EXPECT_LT(bit.probability() - before, step);
 }
 
 TEST(AdaptiveBit, StaysWithinItsLimitsAndRecovers)
@@ -323,15 +323,15 @@ TEST(AdaptiveBit, StaysWithinItsLimitsAndRecovers)
       AdaptiveBit bit;
       for (int i = 0; i < 5000; ++i) {
         bit.learn(usual, learningShifts(shift));
-        ASSERT_GE(bit.probability, 48);
-        ASSERT_LE(bit.probability, 0x10000 - 48);
+        ASSERT_GE(bit.probability(), 48u);
+        ASSERT_LE(bit.probability(), 0x10000u - 48);
       }
-      EXPECT_TRUE(usual ? bit.probability > 65000 : bit.probability < 536)
-          << bit.probability;
+      EXPECT_TRUE(usual ? bit.probability() > 65000 : bit.probability() < 536)
+          << bit.probability();
       for (int i = 0; i < 600; ++i)
         bit.learn(!usual, learningShifts(shift));
-      EXPECT_TRUE(usual ? bit.probability < 1500 : bit.probability > 64036)
-          << bit.probability;
+      EXPECT_TRUE(usual ? bit.probability() < 1500 : bit.probability() > 64036)
+          << bit.probability();
     }
 }
 
@@ -346,7 +346,7 @@ TEST(AdaptiveBit, LearnsTheShareOfOnes)
       for (int i = 0; i < rounds; ++i) {
         bit.learn(static_cast<double>(random() >> 11) * 0x1p-53 < share,
                   learningShifts(shift));
-        mean += bit.probability / 65536.0 / rounds;
+        mean += bit.probability() / 65536.0 / rounds;
       }
       EXPECT_NEAR(mean, share, 0.01) << shift;
     }
@@ -360,11 +360,11 @@ TEST(AdaptiveBit, HigherShiftsAdaptSlower)
     slow.learn(i % 2 == 0, learningShifts(7));
     fast.learn(i % 2 == 0, learningShifts(4));
   }
-  const int slow_before = slow.probability;
-  const int fast_before = fast.probability;
+  const std::uint32_t slow_before = slow.probability();
+  const std::uint32_t fast_before = fast.probability();
   slow.learn(true, learningShifts(7));
   fast.learn(true, learningShifts(4));
-  EXPECT_LT(slow.probability - slow_before, (fast.probability - fast_before) / 4);
+  EXPECT_LT(slow.probability() - slow_before, (fast.probability() - fast_before) / 4);
 }
 
 } // namespace
