@@ -24,7 +24,8 @@ enum Part : std::size_t {
   history_use,
   known_voxels,
   known_blocks,
-  new_nodes,
+  new_voxels,
+  new_blocks,
   numbers,
   residuals,
   part_count
@@ -36,7 +37,8 @@ enum Part : std::size_t {
  * same context (Krichevsky and Trofimov, The performance of universal encoding, 1981).
  * Fixed: with the frequencies known in advance, the conditional entropy.
  * First: by the first context of each decision. Best: by that of a model's contexts
- * that takes the fewest bits. Joint: by all contexts of a decision together.
+ * that takes the fewest bits. Joint: by all contexts of a decision together. Choices
+ * (ChoiceModel) have no contexts: all of these are as ideal.
  */
 enum Figure : std::size_t {
   coded, ///< in the payload
@@ -115,7 +117,7 @@ public:
     figures_[part_][figure] += bits;
   }
 
-  /** \brief Adds bits that no context tells anything of. */
+  /** \brief Adds bits of what has no contexts. */
   void
   addPlain(double bits)
   {
@@ -202,8 +204,28 @@ public:
     return decision;
   }
 
+  std::uint32_t
+  beginShare(std::uint32_t total)
+  {
+    total_ = total;
+    return BinaryRangeDecoder::beginShare(total);
+  }
+
+  void
+  endShare(std::uint32_t begin, std::uint32_t size, bool is_last)
+  {
+    const std::size_t before = settledBytes();
+    BinaryRangeDecoder::endShare(begin, size, is_last);
+    meter_->add(coded, 8.0 * static_cast<double>(settledBytes() - before));
+    const double bits = std::log2(static_cast<double>(total_) / size);
+    meter_->add(ideal, bits);
+    meter_->addPlain(bits);
+    meter_->add(decisions, 1.0);
+  }
+
 private:
   EntropyMeter* meter_;
+  std::uint32_t total_ = 0; // of the share that was begun
 };
 
 /** \brief The decoder's DecisionCoding, with each decision counted. */
@@ -238,6 +260,16 @@ public:
     // A member's address, as these decisions have other contexts than those of code().
     meter_->count(&model.shifts(), ways_, decision);
     return decision;
+  }
+
+  template <std::size_t ClassCount>
+  io::context::Choice
+  codeChoice(io::context::ChoiceModel<ClassCount>& model,
+             const std::array<std::uint32_t, ClassCount>& counts,
+             io::context::Choice choice)
+  {
+    meter_->enter(&model);
+    return Coding::codeChoice(model, counts, choice);
   }
 
   bool

@@ -106,7 +106,8 @@ addParts(const std::array<Figures, part_count>& parts,
   const std::array<const char*, part_count> names = {"use of the history",
                                                      "known voxels",
                                                      "known blocks with new voxels",
-                                                     "nodes of new voxels",
+                                                     "new voxels in known blocks",
+                                                     "nodes of new blocks",
                                                      "numbers",
                                                      "residuals"};
   Figures all{};

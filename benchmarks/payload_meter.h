@@ -8,6 +8,7 @@
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
 #include "codec/context/known_voxels.h"
+#include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
 #include "codec/depth_split.h"
 #include "entropy_meter.h"
@@ -34,8 +35,9 @@ public:
   PayloadMeter()
   {
     meter_.assign(&models_.known_voxels.voxel, known_voxels);
-    meter_.assign(&models_.new_voxels.known_block, known_blocks);
-    meter_.assign(&models_.new_voxels.children.child, new_nodes);
+    meter_.assign(&models_.new_voxels.block, known_blocks);
+    meter_.assign(&models_.new_voxels.cell, new_voxels);
+    meter_.assign(&models_.children.child, new_blocks);
   }
 
   /** \brief Measures the next frame.
@@ -70,6 +72,7 @@ private:
   struct Models {
     io::context::KnownVoxelModels known_voxels{IsSmall};
     io::context::NewVoxelModels new_voxels{IsSmall};
+    io::context::ChildModels children{IsSmall};
     io::context::IntensityModels intensity{IsSmall};
   };
 
@@ -142,7 +145,7 @@ private:
     const bool has_depths = depth_model_ && voxels != 0;
     if (has_depths)
       intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths);
-    history_.makeRoom(blocks_, !uses_history);
+    history_.makeRoom(blocks_, has_depths, !uses_history);
     history_.update(
         blocks_, intensities_.numbers, has_depths ? &depths : nullptr, !uses_history);
     return is_valid;
@@ -156,10 +159,18 @@ private:
     const std::size_t known =
         io::context::KnownVoxelPass(coding, models_.known_voxels, frame_, context)
             .run();
-    meter_.begin(new_nodes);
-    if (known > voxels ||
-        !io::context::NewVoxelPass(
-             coding, models_.new_voxels, frame_, context, voxels - known)
+    if (known > voxels)
+      return false;
+    io::context::NewVoxelPass in_known_blocks(
+        coding, models_.new_voxels, frame_, context, voxels - known);
+    if (!in_known_blocks.run())
+      return false;
+    meter_.begin(new_blocks);
+    if (!io::context::NewBlockPass(coding,
+                                   models_.children,
+                                   frame_,
+                                   context,
+                                   voxels - known - in_known_blocks.voxelCount())
              .run())
       return false;
     frame_.collect(context.history, blocks_);

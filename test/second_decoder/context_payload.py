@@ -20,7 +20,13 @@ from morton import (
     node_at,
     position,
 )
-from range_coder import Kind, RangeDecoder
+from range_coder import Choices, Kind, RangeDecoder
+
+
+# Of the classes of section "New voxels".
+_BY_NEIGHBOURS = (2, 16, 128, 512)
+_CELL_WEIGHTS = [w for w in _BY_NEIGHBOURS for _ in range(3)] + [*_BY_NEIGHBOURS, 256]
+_END_OF_BLOCK = 16
 
 
 class Kinds:
@@ -29,7 +35,8 @@ class Kinds:
     def __init__(self, effort: int) -> None:
         is_small = effort == 2
         self.known_voxel = Kind(2 if is_small else 1, 6)
-        self.known_block = Kind(1, 5)
+        self.block = Kind(1, 5)
+        self.cell = Choices(_CELL_WEIGHTS)
         self.child = Kind(5 if is_small else 2, 5)
         self.number = Kind(4 if is_small else 2, 6)
         self.rest = Kind(3 if is_small else 1, 5)
@@ -147,15 +154,13 @@ class _Level:
         self._pending_parents: Set[int] = set()
 
     def read(
-        self,
-        parents: Sequence[Tuple[int, int]],
-        candidates: Callable[[int], List[int]],
+        self, parents: Sequence[int], candidates: Callable[[int], List[int]]
     ) -> List[int]:
-        """The children of some nodes, each with its k, that have what is asked for."""
-        self._pending_parents = {parent for parent, _ in parents}
+        """The children of some nodes that have what is asked for."""
+        self._pending_parents = set(parents)
         found: List[int] = []
-        for parent, k in parents:
-            found += self._children(candidates(parent), k)
+        for parent in parents:
+            found += self._children(candidates(parent))
             self._pending_parents.remove(parent)
             require(
                 len(found) <= self._payload.frame.voxel_count,
@@ -163,13 +168,13 @@ class _Level:
             )
         return found
 
-    def _children(self, candidates: List[int], k: int) -> List[int]:
+    def _children(self, candidates: List[int]) -> List[int]:
         require(candidates, "a node has no candidates")
         found: List[int] = []
         for place, child in enumerate(candidates):
             left = len(candidates) - place - 1
             if left or found:
-                contexts, f = self._contexts(child, k, len(found), left)
+                contexts, f = self._contexts(child, len(found), left)
                 if not self._payload.kinds.child.read(self._payload.bits, contexts, f):
                     continue
             found.append(child)
@@ -184,9 +189,7 @@ class _Level:
             return 3
         return 2 if node >> 3 in self._pending_parents else 0
 
-    def _contexts(
-        self, child: int, k: int, n: int, left: int
-    ) -> Tuple[List[int], int]:
+    def _contexts(self, child: int, n: int, left: int) -> Tuple[List[int], int]:
         here = position(child)
         c = child & 7
         sides = [1 if c >> (2 - axis) & 1 else -1 for axis in range(3)]
@@ -219,7 +222,7 @@ class _Level:
             e = 2 * e + (self._state(beside(*axes)) > 0)
         contexts = [
             256 * s + q,
-            (((7 * k + f) * 4 + u) * 9 + candidate) * 2 + (child in self._present),
+            ((4 * f + u) * 9 + candidate) * 2 + (child in self._present),
             (8 * s + a) * 3 + min(n, 2),
             (16 * s + e) * 8 + c,
             q,
@@ -243,8 +246,43 @@ class _Level:
         return False
 
 
-def _read_new_blocks(payload: _Payload) -> List[int]:
-    """Step 1 of "New voxels"."""
+def _read_new_voxels(payload: _Payload) -> None:
+    """Section "New voxels"."""
+    cell_count = cells_of_block(payload.frame.depth)
+    for block, cells in payload.known_cells.items():
+        if len(cells) == cell_count:
+            continue
+        k = _class_of(len(cells), (4, 10, 20))
+        context = 4 * payload.history.activities[block] + k
+        if payload.kinds.block.read(payload.bits, [context]):
+            known = set(cells)
+            _read_cells(payload, block, [c for c in range(cell_count) if c not in known])
+
+
+def _read_cells(payload: _Payload, block: int, open_cells: List[int]) -> None:
+    """The new voxels of a known block that has some."""
+    last: Optional[int] = None
+    while open_cells:
+        classes: List[List[int]] = [[] for _ in _CELL_WEIGHTS]
+        for cell in open_cells:
+            around = payload.neighbours(block << BLOCK_BITS | cell)
+            f = min(sum(key in payload.occupied for key in around), 3)
+            g = min(sum(key in payload.history.records for key in around), 2)
+            is_near = last is not None and cell <= last + 3
+            classes[12 + f if is_near else 3 * f + g].append(cell)
+        if last is not None:
+            classes[_END_OF_BLOCK].append(-1)
+        counts = [len(cells) for cells in classes]
+        chosen, place = payload.kinds.cell.read(payload.bits, counts)
+        if chosen == _END_OF_BLOCK:
+            return
+        last = classes[chosen][place]
+        payload.add(block << BLOCK_BITS | last)
+        open_cells = [cell for cell in open_cells if cell > last]
+
+
+def _read_blocks(payload: _Payload) -> List[int]:
+    """Step 1 of "New blocks"."""
     if not payload.bits.bypass_bit():
         return []
     depth = payload.frame.depth
@@ -260,49 +298,20 @@ def _read_new_blocks(payload: _Payload) -> List[int]:
             children = range(8 * parent, 8 * parent + 8)
             return [c for c in children if height > 2 or c not in known]
 
-        parents = [(node, 0) for node in nodes]
-        nodes = _Level(payload, height, present).read(parents, candidates)
+        nodes = _Level(payload, height, present).read(nodes, candidates)
     return nodes
 
 
-def _read_blocks_with_new_voxels(payload: _Payload) -> List[int]:
-    """Step 2 of "New voxels"."""
-    blocks = []
-    for block, cells in payload.known_cells.items():
-        if len(cells) == cells_of_block(payload.frame.depth):
-            continue
-        k = _class_of(len(cells), (4, 10, 20))
-        context = 4 * payload.history.activities[block] + k
-        if payload.kinds.known_block.read(payload.bits, [context]):
-            blocks.append(block)
-    return blocks
-
-
-def _read_new_voxels(payload: _Payload) -> None:
-    """Section "New voxels"."""
-    known = payload.known_cells
-    new_blocks = _read_new_blocks(payload)
-    blocks = sorted(new_blocks + _read_blocks_with_new_voxels(payload))
-    require(
-        len(blocks) <= payload.frame.voxel_count, "there are more blocks than voxels"
-    )
-    cells = cells_of_block(payload.frame.depth)
-
-    def unknown_cells(octant: int) -> List[int]:
-        of_block = known.get(octant >> 3, ())
-        first = 8 * octant
-        return [key for key in range(first, first + 8) if key & 63 not in of_block]
-
-    def octants_of(block: int) -> List[int]:
-        return [o for o in range(8 * block, 8 * block + cells // 8) if unknown_cells(o)]
-
+def _read_new_blocks(payload: _Payload) -> None:
+    """Section "New blocks"."""
+    octant_count = cells_of_block(payload.frame.depth) // 8
     present = {key >> 3 for key in payload.occupied}
     octants = _Level(payload, 1, present).read(
-        [(block, 2 if block in known else 0) for block in blocks], octants_of
+        _read_blocks(payload),
+        lambda block: list(range(8 * block, 8 * block + octant_count)),
     )
     voxels = _Level(payload, 0, set(payload.occupied)).read(
-        [(octant, 1 if octant >> 3 in known else 0) for octant in octants],
-        unknown_cells,
+        octants, lambda octant: list(range(8 * octant, 8 * octant + 8))
     )
     for key in voxels:
         payload.add(key)
@@ -503,6 +512,7 @@ def decode_context_payload(
         payload = _Payload(frame, bits, kinds, history, history.known_cells())
         _KnownVoxels(payload).read()
         _read_new_voxels(payload)
+        _read_new_blocks(payload)
         require(
             len(payload.occupied) == frame.voxel_count,
             "there are fewer voxels than the header says",

@@ -1,6 +1,6 @@
-"""Range coder, adaptive bits and their mixing.
+"""Range coder, adaptive bits, their mixing, and choices.
 
-doc/bitstream_context.md, "Range coder", "Adaptive bits" and "Mixing".
+doc/bitstream_context.md, "Range coder", "Adaptive bits", "Mixing" and "Choices".
 """
 
 from typing import Dict, List, Sequence, Tuple
@@ -33,10 +33,33 @@ class RangeDecoder:
             bit = 0
             self._code -= bound
             self._range -= bound
+        self._read_ahead()
+        return bit
+
+    def choice(self, weights: Sequence[int], counts: Sequence[int]) -> Tuple[int, int]:
+        """Class and place of one of some alternatives."""
+        total = sum(w * n for w, n in zip(weights, counts))
+        unit = self._range // total
+        t = min(self._code // unit, total - 1)
+        begin = 0
+        for chosen, (w, n) in enumerate(zip(weights, counts)):
+            if t < begin + w * n:
+                break
+            begin += w * n
+        place = (t - begin) // w
+        begin += place * w
+        self._code -= unit * begin
+        if begin + w == total:
+            self._range -= unit * begin
+        else:
+            self._range = unit * w
+        self._read_ahead()
+        return chosen, place
+
+    def _read_ahead(self) -> None:
         if self._range < 1 << 16:
             self._range <<= 16
             self._code = self._code << 16 | self._next_bytes(2)
-        return bit
 
     def bypass_bit(self) -> int:
         """A bit that is 0 as often as 1."""
@@ -139,3 +162,27 @@ class Kind:
     def _learnt(self, p: int, count: int, bit: int) -> Tuple[int, int]:
         shift = _FIRST_SHIFTS[count] if count < 16 else self._shift
         return p + (((65488 if bit else 48) - p) >> shift), min(count + 1, 16)
+
+
+class Choices:
+    """The weights of the classes of choices."""
+
+    def __init__(self, weights: Sequence[int]) -> None:
+        self._weights = [w << 16 for w in weights]
+
+    def copy(self) -> "Choices":
+        """Choices that learn without changing these."""
+        other = Choices(())
+        other._weights = list(self._weights)
+        return other
+
+    def read(self, coder: RangeDecoder, counts: Sequence[int]) -> Tuple[int, int]:
+        """Chooses an alternative, given as its class and place, and learns."""
+        weights = [weight >> 16 for weight in self._weights]
+        chosen, place = coder.choice(weights, counts)
+        r = (1 << 32) // sum(w * n for w, n in zip(weights, counts))
+        for i, (w, n) in enumerate(zip(weights, counts)):
+            error = ((i == chosen) << 16) - (w * n * r >> 16)
+            weight = self._weights[i] + (self._weights[i] * error >> 20)
+            self._weights[i] = _held(1 << 16, (1 << 26) - 1, weight)
+        return chosen, place

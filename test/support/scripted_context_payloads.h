@@ -9,6 +9,7 @@
 #include "codec/context/intensities.h"
 #include "codec/context/known_voxels.h"
 #include "codec/context/models.h"
+#include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
 #include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
@@ -27,6 +28,7 @@ using namespace context;
 struct ContextState {
   KnownVoxelModels known_voxels{false};
   NewVoxelModels new_voxels{false};
+  ChildModels children{false};
   IntensityModels intensity{false};
   History history;
   bool is_i_frame = true; // the next frame
@@ -88,15 +90,8 @@ public:
     for (const unsigned int target : {cell >> 3, cell & 7}) {
       ParentNode parent;
       parent.target = 1u << target;
-      codeChildren(coding, state.new_voxels.children, parent, NodeSurroundings());
+      codeChildren(coding, state.children, parent, NodeSurroundings());
     }
-  }
-
-  /** \brief A block of the history has no new voxels. */
-  void
-  nothingNewIn(const HistoryBlock& block)
-  {
-    coding.code(state.new_voxels.known_block, {{block.activity * 4u}}, false);
   }
 
   void
@@ -170,7 +165,8 @@ private:
   newVoxels()
   {
     return NewVoxelPass(coding, state.new_voxels, frame_, context_, largest_frame)
-        .run();
+               .run() &&
+           NewBlockPass(coding, state.children, frame_, context_, largest_frame).run();
   }
 
   FrameContext context_;

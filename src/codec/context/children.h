@@ -19,22 +19,14 @@ struct ChildModels {
   using Child = DecisionModel<5, 2>;
 
   explicit ChildModels(bool is_small)
-  : child(is_small, 5, {64 * 256, 3 * 7 * 4 * 9 * 2, 64 * 8 * 3, 64 * 16 * 8, 256}, 7)
+  : child(is_small, 5, {64 * 256, 7 * 4 * 9 * 2, 64 * 8 * 3, 64 * 16 * 8, 256}, 7)
   {}
 
   Child child; ///< a child has new voxels
 };
 
-/** \brief Where a node is, as far as its children's contexts depend on it. */
-enum class ParentKind : std::uint8_t {
-  New,         ///< a new block, a part of one, or a branch above the blocks
-  KnownOctant, ///< an octant of a block of the history
-  KnownBlock   ///< a block of the history
-};
-
 /** \brief A node whose children are coded. */
 struct ParentNode {
-  ParentKind kind = ParentKind::New;
   unsigned int candidates = 0xff; ///< children that may have new voxels, a mask, not 0
   unsigned int target = 0;        ///< encoder only: those that have
 };
@@ -59,8 +51,8 @@ inline constexpr std::array<std::uint8_t, 64> state_counts = makeStateCounts();
 inline constexpr std::array<std::uint8_t, 8> siblings_beside = [] {
   std::array<std::uint8_t, 8> masks{};
   for (unsigned int child = 0; child < 8; ++child)
-    masks[child] =
-        static_cast<std::uint8_t>(1u << (child ^ 4) | 1u << (child ^ 2) | 1u << (child ^ 1));
+    masks[child] = static_cast<std::uint8_t>(1u << (child ^ 4) | 1u << (child ^ 2) |
+                                             1u << (child ^ 1));
   return masks;
 }();
 
@@ -107,16 +99,13 @@ codeChildren(CodingT& coding,
           found == 0 ? 7 - left : std::min(6 + found, 8u);
       ChildModels::Child::Contexts contexts;
       contexts.ways[0] = outside * 256 + siblings;
-      contexts.ways[1] =
-          (((static_cast<std::uint32_t>(parent.kind) * 7 + full) * 4 + pending) * 9 +
-           candidate_class) *
-              2 +
-          (around.nodes >> child & 1);
+      contexts.ways[1] = ((full * 4 + pending) * 9 + candidate_class) * 2 +
+                         (around.nodes >> child & 1);
       if constexpr (CodingT::is_small) {
         const auto beyond =
             static_cast<std::uint32_t>(around.beyond >> (8 * child) & 15);
-        contexts.ways[2] = (outside * 8 + adjacentSiblings(nodes, child)) * 3 +
-                           std::min(found, 2u);
+        contexts.ways[2] =
+            (outside * 8 + adjacentSiblings(nodes, child)) * 3 + std::min(found, 2u);
         contexts.ways[3] = (outside * 16 + beyond) * 8 + child;
         contexts.ways[4] = siblings;
       }

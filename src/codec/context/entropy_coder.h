@@ -2,6 +2,7 @@
 
 #include "simd/bit_operations.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -44,6 +45,33 @@ public:
       range_ <<= 16;
     }
     return bit;
+  }
+
+  /** \brief Divides the interval into units, of which an alternative is given some.
+   * \param[in] total number of units, 1..2^16
+   * \return a unit of the alternative that is decoded; 0 in an encoder
+   */
+  std::uint32_t
+  beginShare(std::uint32_t total)
+  {
+    unit_ = range_ / total;
+    return 0;
+  }
+
+  /** \brief Writes an alternative after beginShare().
+   * \param[in] begin its first unit
+   * \param[in] size number of its units, not 0
+   * \param[in] is_last no units follow; what remains of the interval belongs to it, too
+   */
+  void
+  endShare(std::uint32_t begin, std::uint32_t size, bool is_last)
+  {
+    low_ += std::uint64_t{unit_} * begin;
+    range_ = is_last ? range_ - unit_ * begin : unit_ * size;
+    if (range_ < least_range) {
+      writeWord();
+      range_ <<= 16;
+    }
   }
 
   /** \brief Number of bytes that further bits change by a carry only; the decoder counts
@@ -97,6 +125,7 @@ private:
   std::size_t begin_;
   std::uint64_t low_ = 0; // 32 bits and the carry
   std::uint32_t range_ = 0xffffffff;
+  std::uint32_t unit_ = 0; // between beginShare() and endShare()
 };
 
 /** \brief Decodes what BinaryRangeEncoder wrote. Never reads beyond the end. */
@@ -133,6 +162,26 @@ public:
     return bit;
   }
 
+  /** \brief As BinaryRangeEncoder::beginShare. */
+  std::uint32_t
+  beginShare(std::uint32_t total)
+  {
+    unit_ = range_ / total;
+    return std::min(code_ / unit_, total - 1);
+  }
+
+  /** \brief As BinaryRangeEncoder::endShare, of the alternative whose unit was returned. */
+  void
+  endShare(std::uint32_t begin, std::uint32_t size, bool is_last)
+  {
+    code_ -= unit_ * begin;
+    range_ = is_last ? range_ - unit_ * begin : unit_ * size;
+    if (range_ < least_range) {
+      readWord();
+      range_ <<= 16;
+    }
+  }
+
   /** \brief As BinaryRangeEncoder::settledBytes. */
   std::size_t
   settledBytes() const
@@ -163,6 +212,7 @@ private:
   std::size_t words_ = 0; // of 16 bits, read so far
   std::uint32_t code_ = 0;
   std::uint32_t range_ = 0xffffffff;
+  std::uint32_t unit_ = 0; // between beginShare() and endShare()
 };
 
 } // namespace context

@@ -31,14 +31,6 @@ struct FrameContext {
   }
 };
 
-/** \brief A block that has new voxels. */
-struct PendingBlock {
-  std::uint64_t key;
-  std::uint64_t target; ///< encoder only: its new voxels
-  std::uint32_t index;  ///< in Frame::blocks
-  std::uint8_t octants; ///< those that have new voxels
-};
-
 /** \brief The blocks of a frame while its occupancy is coded; passed from stage to stage.
  * Kept from frame to frame so that its memory is reused. */
 struct Frame {
@@ -55,7 +47,6 @@ struct Frame {
   std::vector<std::uint64_t> target_keys;
   std::vector<std::uint64_t> target_masks;
 
-  std::vector<PendingBlock> pending_blocks; ///< ascending
   TileLevel tiles;                     ///< of the level that is coded, above the blocks
   std::vector<std::uint64_t> parents;  ///< nodes whose children are coded, ascending
   std::vector<std::uint64_t> children; ///< those found, ascending

@@ -45,6 +45,7 @@ History::clear(unsigned int symbol_bits)
 {
   blocks_.clear();
   record_count_ = 0;
+  has_depths_ = false;
   fraction_bits_ = std::min(4u, 16 - symbol_bits);
 }
 
@@ -62,9 +63,9 @@ History::predictDepths(const BlockList& frame,
       DepthPrediction& prediction = predictions.emplace_back();
       if ((known & cell) == 0)
         continue;
-      const VoxelRecord& record =
-          records_[blocks_[old].first_record + bitCount(known & (cell - 1))];
-      prediction = {true, record.roughness, record.depth_offset};
+      const DepthRecord record =
+          depthRecord(blocks_[old].first_record + bitCount(known & (cell - 1)));
+      prediction = {true, record.roughness, record.offset};
     }
   }
 }
@@ -77,68 +78,78 @@ struct History::Learning {
   unsigned int fraction_bits;
   std::uint16_t first_probability;
 
-  /** \brief Updates the records of a block in place.
-   * \param[in,out] record the first one
+  /** \brief Writes the next records of a block.
+   * \param[in] record the first one
    * \param[in] known the block's cells that have a record
    * \param[in] occupied the block's cells in the frame
    * \param[in] voxel index of the first of these
-   * \return the known cells that are not forgotten
+   * \param[in,out] next where to write; then behind the last one
+   * \return the cells that have a record now
    */
   std::uint64_t
-  learn(VoxelRecord* record,
+  learn(const VoxelRecord* record,
         std::uint64_t known,
         std::uint64_t occupied,
-        std::size_t voxel) const
+        std::size_t voxel,
+        VoxelRecord*& next) const
   {
-    std::uint64_t kept = 0;
-    std::array<std::uint8_t, block_cells> seen; // the records of occupied voxels
+    struct Seen {
+      VoxelRecord* record;
+      std::size_t voxel;
+    };
+    std::array<Seen, block_cells> seen; // known voxels of the frame
     std::size_t seen_count = 0;
-    std::uint8_t index = 0;
-    for (std::uint64_t cells = known; cells != 0; cells &= cells - 1, ++index) {
+    std::uint64_t kept = 0;
+    VoxelRecord* now = next;
+    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const auto is_occupied = static_cast<std::uint32_t>(occupied >> cell & 1);
-      learnOccupancy(record[index], is_occupied);
-      kept |= std::uint64_t{record[index].probability >= least_probability} << cell;
-      seen[seen_count] = index;
-      seen_count += is_occupied;
+      std::uint32_t is_kept = 1;
+      if ((known >> cell & 1) != 0) {
+        *now = *record++;
+        learnOccupancy(*now, is_occupied);
+        is_kept = now->probability >= least_probability ? 1 : 0;
+        seen[seen_count] = {now, voxel};
+        seen_count += is_occupied;
+      }
+      else
+        *now = begin(voxel);
+      kept |= std::uint64_t{is_kept} << cell;
+      now += is_kept;
+      voxel += is_occupied;
     }
-    if ((occupied & ~known) == 0) {
-      for (std::size_t i = 0; i < seen_count; ++i)
-        learnIntensity(record[seen[i]], voxel + i);
-      return kept;
-    }
-    std::size_t next_seen = 0;
-    for (std::uint64_t cells = occupied; cells != 0; cells &= cells - 1, ++voxel)
-      if ((known >> lowestBit(cells) & 1) != 0)
-        learnIntensity(record[seen[next_seen++]], voxel);
+    for (std::size_t i = 0; i < seen_count; ++i)
+      learnIntensity(*seen[i].record, seen[i].voxel);
+    next = now;
     return kept;
   }
 
-  /** \brief Copies the records of a block that are not forgotten, and adds those of its new
-   * voxels.
-   * \param[in] record the first one, after learn()
-   * \param[in] known cells that had a record before the frame
-   * \param[in] block cells that have a record now, and those of the frame
-   * \param[in] voxel index of the first voxel of the frame in the block
+  /** \brief Writes what is remembered for the depth model, after learn().
+   * \param[in] record of the first record of the block
+   * \param[in] kept the cells that have a record now
    * \param[out] next where to write
-   * \return where to write the records of the next block
    */
-  VoxelRecord*
-  write(const VoxelRecord* record,
-        std::uint64_t known,
-        const HistoryBlock& block,
-        std::size_t voxel,
-        VoxelRecord* next) const
+  void
+  learnDepths(const DepthRecord* record,
+              std::uint64_t known,
+              std::uint64_t occupied,
+              std::uint64_t kept,
+              std::size_t voxel,
+              DepthRecord* next) const
   {
-    if (block.known == known)
-      return std::copy(record, record + bitCount(known), next);
-    for (std::uint64_t cells = known | block.last; cells != 0; cells &= cells - 1) {
+    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
-      *next = (known >> cell & 1) != 0 ? *record++ : begin(voxel);
-      next += block.known >> cell & 1;
-      voxel += block.last >> cell & 1;
+      const bool is_occupied = (occupied >> cell & 1) != 0;
+      const bool is_known = (known >> cell & 1) != 0;
+      DepthRecord now;
+      if (is_known)
+        now = *record++;
+      if (is_occupied && depths != nullptr)
+        learnDepth(now, is_known, voxel);
+      if ((kept >> cell & 1) != 0)
+        *next++ = now;
+      voxel += is_occupied ? 1 : 0;
     }
-    return next;
   }
 
   /** \brief A number with the history's fraction bits, 16 bits in all. */
@@ -158,10 +169,6 @@ struct History::Learning {
     record.deviation =
         static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
     record.recent = 1;
-    if (depths != nullptr) {
-      record.depth_offset = depths->offsets[voxel];
-      record.roughness = static_cast<std::uint8_t>(depths->residuals[voxel] << 4);
-    }
     return record;
   }
 
@@ -189,27 +196,37 @@ struct History::Learning {
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);
     record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
     record.deviation = static_cast<std::uint16_t>(record.deviation + (spread >> 2));
-    if (depths != nullptr)
-      learnDepth(record, voxel);
   }
 
   void
-  learnDepth(VoxelRecord& record, std::size_t voxel) const
+  learnDepth(DepthRecord& record, bool is_known, std::size_t voxel) const
   {
-    record.depth_offset = static_cast<std::int16_t>(
-        record.depth_offset + ((depths->offsets[voxel] - record.depth_offset) >> 2));
-    record.roughness = static_cast<std::uint8_t>(
-        record.roughness + (((depths->residuals[voxel] << 4) - record.roughness) >> 2));
+    const std::int16_t offset = depths->offsets[voxel];
+    const int residual = depths->residuals[voxel] << 4;
+    if (!is_known) {
+      record = {offset, static_cast<std::uint8_t>(residual)};
+      return;
+    }
+    record.offset =
+        static_cast<std::int16_t>(record.offset + ((offset - record.offset) >> 2));
+    record.roughness = static_cast<std::uint8_t>(record.roughness +
+                                                 ((residual - record.roughness) >> 2));
   }
 };
 
 void
-History::makeRoom(const BlockList& frame, bool is_i_frame)
+History::makeRoom(const BlockList& frame, bool has_depths, bool is_i_frame)
 {
   // Upper bound: all records are kept and all voxels are new.
   const std::size_t records = (is_i_frame ? 0 : record_count_) + frame.voxelCount();
   if (next_records_.size() < records)
     next_records_.resize(records);
+  if (has_depths || has_depths_) {
+    if (next_depth_records_.size() < records)
+      next_depth_records_.resize(records);
+    if (!has_depths_)
+      depth_records_.assign(record_count_, DepthRecord());
+  }
   const std::size_t blocks = (is_i_frame ? 0 : blocks_.size()) + frame.size();
   next_blocks_.clear();
   reserveAhead(next_blocks_, blocks);
@@ -221,14 +238,15 @@ History::update(const BlockList& frame,
                 const DepthObservations* depths,
                 bool is_i_frame)
 {
-  makeRoom(frame, is_i_frame);
+  makeRoom(frame, depths != nullptr, is_i_frame);
+  has_depths_ = has_depths_ || depths != nullptr;
   const Learning learning{numbers.data(),
                           depths,
                           fraction_bits_,
                           is_i_frame ? first_probability_i_frame
                                      : first_probability_p_frame};
   const std::uint8_t first_activity = is_i_frame ? 0 : first_activity_p_frame;
-  VoxelRecord* record = records_.data();
+  const VoxelRecord* record = records_.data();
   VoxelRecord* next = next_records_.data();
   const auto learn = [&](std::size_t old, std::size_t now) {
     HistoryBlock block{0, 0, 0, 0, first_activity};
@@ -245,9 +263,14 @@ History::update(const BlockList& frame,
       block.last = frame.masks[now];
       voxel = frame.first_voxels[now];
     }
-    const std::uint64_t kept = learning.learn(record, known, block.last, voxel);
-    block.known = kept | (block.last & ~known);
-    next = learning.write(record, known, block, voxel, next);
+    block.known = learning.learn(record, known, block.last, voxel, next);
+    if (has_depths_)
+      learning.learnDepths(depth_records_.data() + (record - records_.data()),
+                           known,
+                           block.last,
+                           block.known,
+                           voxel,
+                           next_depth_records_.data() + block.first_record);
     record += bitCount(known);
     const unsigned int new_voxels =
         is_i_frame ? 0 : std::min(bitCount(block.last & ~known), 7u);
@@ -267,6 +290,8 @@ History::update(const BlockList& frame,
   record_count_ = static_cast<std::size_t>(next - next_records_.data());
   blocks_.swap(next_blocks_);
   records_.swap(next_records_);
+  if (has_depths_)
+    depth_records_.swap(next_depth_records_);
 }
 
 void
@@ -274,6 +299,9 @@ History::releaseMemory()
 {
   next_blocks_ = std::vector<HistoryBlock>();
   next_records_ = std::vector<VoxelRecord>();
+  next_depth_records_ = std::vector<DepthRecord>();
+  depth_records_.resize(has_depths_ ? record_count_ : 0);
+  depth_records_.shrink_to_fit();
   records_.resize(record_count_);
   records_.shrink_to_fit();
   blocks_.shrink_to_fit();

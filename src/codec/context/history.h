@@ -23,12 +23,16 @@ struct HistoryBlock {
 /** \brief The record of one voxel. */
 struct VoxelRecord {
   std::uint16_t probability; ///< running mean of the occupancy, 2^16 is 1
-  std::uint16_t mean;        ///< running mean of the number, fixed point
-  std::uint16_t deviation;   ///< running mean of the distance from it, fixed point
-  std::int16_t depth_offset; ///< running mean, see DepthPrediction
   std::uint8_t recent;       ///< occupancy in the last frames, the last one lowest
   std::uint8_t age;          ///< frames since the first, up to 31
-  std::uint8_t roughness;    ///< running mean of the residual, in sixteenths
+  std::uint16_t mean;        ///< running mean of the number, fixed point
+  std::uint16_t deviation;   ///< running mean of the distance from it, fixed point
+};
+
+/** \brief What is remembered of a voxel for the depth model. */
+struct DepthRecord {
+  std::int16_t offset = 0;    ///< running mean, see DepthPrediction
+  std::uint8_t roughness = 0; ///< running mean of the residual, in sixteenths
 };
 
 /** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder:
@@ -47,6 +51,13 @@ public:
   records() const
   {
     return records_.data();
+  }
+
+  /** \brief What is remembered for the depth model of a record, by its index. */
+  DepthRecord
+  depthRecord(std::size_t record) const
+  {
+    return has_depths_ ? depth_records_[record] : DepthRecord();
   }
 
   /** \brief Predicts the depths of a frame's voxels from the records.
@@ -81,10 +92,11 @@ public:
   /** \brief Allocates the memory that update() needs for a frame, so that it cannot
    * fail.
    * \param[in] frame its blocks
+   * \param[in] has_depths it has a depth model
    * \param[in] is_i_frame all records will be removed first
    */
   void
-  makeRoom(const BlockList& frame, bool is_i_frame);
+  makeRoom(const BlockList& frame, bool has_depths, bool is_i_frame);
 
   /** \brief Updates the records with a frame.
    * \param[in] frame its blocks
@@ -111,10 +123,14 @@ private:
   // would initialise the elements.
   std::vector<VoxelRecord> records_;
   std::size_t record_count_ = 0;
+  // Beside the records, once a frame had a depth model.
+  std::vector<DepthRecord> depth_records_;
+  bool has_depths_ = false;
   unsigned int fraction_bits_ = 4;
   // The next state; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   std::vector<VoxelRecord> next_records_;
+  std::vector<DepthRecord> next_depth_records_;
 };
 
 } // namespace context

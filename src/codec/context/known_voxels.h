@@ -120,8 +120,11 @@ private:
       const bool is_occupied =
           coding.code(models_.voxel, contexts, (target >> cell & 1) != 0);
       occupied |= std::uint64_t{is_occupied} << cell;
-      if (((occupied ^ block.last) >> cell & 1) != 0)
-        (is_occupied ? around.came : around.went).add(cells_beside[cell]);
+      // Without a branch, which would be mispredicted.
+      const std::uint64_t was = 0 - (block.last >> cell & 1);
+      const std::uint64_t is = 0 - std::uint64_t{is_occupied};
+      around.came.add(cells_beside[cell] & is & ~was);
+      around.went.add(cells_beside[cell] & was & ~is);
     }
     return occupied;
   }
@@ -149,11 +152,15 @@ private:
     Surroundings around;
     std::array<std::uint64_t, face_count> before;
     for (std::size_t face = 0; face < face_count; ++face) {
-      const std::uint32_t other = frame_.neighbours[index][face];
-      before[face] = other != BlockDirectory::not_found ? blocks[other].last : 0;
-      if (face >= 3 || other == BlockDirectory::not_found) // not coded yet
+      // Without branches on whether there is a block, which would be mispredicted.
+      const std::uint32_t found = frame_.neighbours[index][face];
+      const bool is_there = found != BlockDirectory::not_found;
+      const std::size_t other = is_there ? found : index;
+      const std::uint64_t mask = 0 - std::uint64_t{is_there};
+      before[face] = blocks[other].last & mask;
+      if (face >= 3) // not coded yet
         continue;
-      const std::uint64_t now = frame_.blocks[other].present;
+      const std::uint64_t now = frame_.blocks[other].present & mask;
       around.came.add(occupiedAcross(0, now & ~before[face], face));
       around.went.add(occupiedAcross(0, before[face] & ~now, face));
     }
@@ -167,8 +174,9 @@ private:
   {
     const std::vector<HistoryBlock>& blocks = history_.blocks();
     constexpr std::uint32_t none = BlockDirectory::not_found;
-    reserveAhead(frame_.neighbours, blocks.size());
-    frame_.neighbours.assign(blocks.size(), {none, none, none, none, none, none});
+    // And one behind them, for what is not there, so that no branch is needed.
+    reserveAhead(frame_.neighbours, blocks.size() + 1);
+    frame_.neighbours.assign(blocks.size() + 1, {none, none, none, none, none, none});
     // Blocks with the same parent, by the last three bits of their keys.
     std::uint64_t parent = ~std::uint64_t{0};
     std::array<std::uint32_t, 8> siblings{};
@@ -187,10 +195,9 @@ private:
           other = siblings[(key ^ axis) & 7];
         else if (neighbourBlock(key, face, levels_, below))
           other = frame_.blocks.find(below);
-        if (other == none)
-          continue;
         frame_.neighbours[i][face] = other;
-        frame_.neighbours[other][face + 3] = static_cast<std::uint32_t>(i);
+        frame_.neighbours[std::min<std::size_t>(other, blocks.size())][face + 3] =
+            static_cast<std::uint32_t>(i);
       }
     }
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "codec/context/bit_mixer.h"
+#include "codec/context/choices.h"
 #include "simd/bit_operations.h"
 
 #include <array>
@@ -191,6 +192,35 @@ public:
   codeFirst(ModelT& model, std::uint32_t context, bool bit)
   {
     return codeAdaptively(coder_, model.bit(0, context), model.shifts(), bit);
+  }
+
+  /** \brief Codes a choice and adapts its model.
+   * \param[in] counts numbers of alternatives of the classes, not all 0
+   * \param[in] choice what is chosen; not used by a decoder
+   * \return what is chosen
+   */
+  template <std::size_t ClassCount>
+  Choice
+  codeChoice(ChoiceModel<ClassCount>& model,
+             const std::array<std::uint32_t, ClassCount>& counts,
+             Choice choice)
+  {
+    const std::uint32_t total = model.total(counts);
+    const std::uint32_t unit = coder_.beginShare(total);
+    std::uint32_t begin = 0;
+    std::size_t chosen = 0;
+    for (;; ++chosen) {
+      const std::uint32_t size = model.weight(chosen) * counts[chosen];
+      if (is_decoder ? unit < begin + size : chosen == choice.alternative_class)
+        break;
+      begin += size;
+    }
+    const std::uint32_t weight = model.weight(chosen);
+    const std::uint32_t index = is_decoder ? (unit - begin) / weight : choice.index;
+    begin += weight * index;
+    coder_.endShare(begin, weight, begin + weight == total);
+    model.learn(counts, total, chosen);
+    return {chosen, index};
   }
 
   /** \brief Codes a bit that bypasses the models, with probability 1/2. */

@@ -1,15 +1,15 @@
 #pragma once
 
-#include "bytes/reserve_ahead.h"
-#include "codec/context/children.h"
+#include "codec/context/choices.h"
 #include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
-#include "codec/context/tiles.h"
-#include "voxels/child_masks.h"
+#include "simd/bit_operations.h"
+#include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -17,19 +17,27 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of new voxels (doc/bitstream_context.md, "New voxels"). */
+/** \brief Models of new voxels in known blocks (doc/bitstream_context.md, "New voxels"). */
 struct NewVoxelModels {
+  /** \brief Classes of cells, by their numbers of neighbours: for each of 0, 1, 2 and more
+   * voxels of the frame, one for each of 0, 1 and more known voxels. Then, by voxels of the
+   * frame only, those of the next three cells behind the last new voxel. */
+  static constexpr std::size_t cell_classes = 16;
+  static constexpr std::size_t near_classes = 12; ///< the first of the latter
+  /** \brief Behind the classes of cells: the block has no further new voxels. */
+  static constexpr std::size_t end_of_block = cell_classes;
+  using Cells = ChoiceModel<cell_classes + 1>;
+
   explicit NewVoxelModels(bool is_small)
-  : known_block(is_small, 5, {8 * 4}), children(is_small)
+  : block(is_small, 5, {8 * 4})
+  , cell({2, 2, 2, 16, 16, 16, 128, 128, 128, 512, 512, 512, 2, 16, 128, 512, 256})
   {}
 
-  DecisionModel<1> known_block; ///< a block of the history has new voxels
-  ChildModels children;
+  DecisionModel<1> block; ///< a block of the history has new voxels
+  Cells cell;             ///< which cell is the next of these
 };
 
-/** \brief Codes the voxels without a record in the history, for either direction: as an
- * octree, level by level, so that the nodes around a node are known one level above its
- * children.
+/** \brief Codes the voxels without a record in blocks of the history, for either direction.
  * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
@@ -49,281 +57,148 @@ public:
   , models_(models)
   , frame_(frame)
   , known_(context.history.blocks())
-  , depth_(context.grid_depth)
+  , grid_cells_(cellsInGrid(context.grid_depth))
   , max_voxels_(max_voxels)
   {}
 
   /** \brief Codes the new voxels.
-   * \return false if the decoded voxels are invalid or more than max_voxels
+   * \return false if there are more than max_voxels
    */
   bool
   run()
   {
-    return codeNewBlocks() && codeKnownBlocks() && codeOctants() && codeCells();
+    for (std::size_t i = 0; i < known_.size() && voxels_ <= max_voxels_; ++i) {
+      const std::uint64_t open = grid_cells_ & ~known_[i].known;
+      const std::uint64_t target = frame_.target_cells[i] & open;
+      if (open != 0 &&
+          coding_.code(models_.block, {{contextOf(known_[i])}}, target != 0))
+        codeBlock(i, open, target);
+    }
+    return voxels_ <= max_voxels_;
+  }
+
+  /** \brief Number of new voxels so far. */
+  std::size_t
+  voxelCount() const
+  {
+    return voxels_;
   }
 
 private:
-  bool
-  codeNewBlocks()
+  using Cells = NewVoxelModels::Cells;
+  static constexpr std::size_t end_of_block = NewVoxelModels::end_of_block;
+
+  /** \brief The cells of each class. */
+  using CellClasses = std::array<std::uint64_t, NewVoxelModels::cell_classes>;
+
+  static std::uint32_t
+  contextOf(const HistoryBlock& block)
   {
-    frame_.children.clear();
-    if (!coding_.codeBypass(!frame_.target_keys.empty()))
-      return true;
-    // A grid of one block: it is new only if the history is empty.
-    if (levelsAboveBlocks(depth_) == 0 && !known_.empty())
-      return false;
-    frame_.children.push_back(0);
-    for (unsigned int height = depth_; height-- > block_levels;)
-      if (!codeBranches(height))
-        return false;
-    frame_.new_keys.assign(frame_.children.begin(), frame_.children.end());
-    frame_.blocks.reserveFor(frame_.new_keys.size());
-    for (const std::uint64_t key : frame_.new_keys)
-      frame_.blocks.append(key);
-    return true;
+    const unsigned int count = bitCount(block.known);
+    const std::uint32_t known_class = count < 4    ? 0
+                                      : count < 10 ? 1
+                                      : count < 20 ? 2
+                                                   : 3;
+    return block.activity * 4u + known_class;
   }
 
-  /** \brief Codes which nodes of a level have new blocks, or are new ones.
-   * \param[in] height of the nodes above the voxels; 2: blocks
-   */
-  bool
-  codeBranches(unsigned int height)
-  {
-    frame_.parents.swap(frame_.children);
-    frame_.children.clear();
-    reserveAhead(frame_.children, std::min(8 * frame_.parents.size(), max_voxels_));
-    const unsigned int shift = 3 * (height - block_levels);
-    beginBranchTiles(shift);
-    beginPending(frame_.parents.size());
-    for (const std::uint64_t parent : frame_.parents)
-      addPending(parent);
-    TileCursor cursor(frame_.tiles, levelsAboveTiles(height));
-    std::size_t next_target = 0;
-    std::size_t next_known = 0;
-    for (std::size_t i = 0; i < frame_.parents.size(); ++i) {
-      const std::uint64_t key = frame_.parents[i];
-      ParentNode parent;
-      for (; next_target < frame_.target_keys.size() &&
-             frame_.target_keys[next_target] >> shift >> 3 == key;
-           ++next_target)
-        parent.target |= 1u << (frame_.target_keys[next_target] >> shift & 7);
-      if (height == block_levels) {
-        parent.candidates &= ~knownChildren(key, next_known);
-        if (parent.candidates == 0)
-          return false;
-      }
-      unsigned int children = codeNode(cursor, parent, key, frame_.parent_tiles[i]);
-      if (frame_.children.size() + child_masks.count[children] > max_voxels_)
-        return false;
-      for (; children != 0; children &= children - 1)
-        frame_.children.push_back(key << 3 | lowestBit(children));
-    }
-    return true;
-  }
-
-  /** \brief Makes the tiles of the nodes that have blocks of the history.
-   * \param[in] shift bits of a block's key below that of a node
+  /** \brief Codes the new voxels of a block that has some, ascending.
+   * \param[in] open cells that may be new voxels
+   * \param[in] target encoder only: those that are
    */
   void
-  beginBranchTiles(unsigned int shift)
+  codeBlock(std::size_t index, std::uint64_t open, std::uint64_t target)
   {
-    frame_.tiles.clear();
-    for (std::size_t i = 0; i < known_.size();) {
-      const std::uint64_t node = known_[i].key >> shift;
-      frame_.tiles.lastOrNew(node >> 6).present |= std::uint64_t{1} << (node & 63);
-      i = firstFrom(i, (node + 1) << shift);
-    }
-  }
-
-  /** \brief Index of the first block of the history from a key on.
-   * \param[in] index of a block before it, near to it as a rule
-   * \param[in] key the key
-   */
-  std::size_t
-  firstFrom(std::size_t index, std::uint64_t key) const
-  {
-    std::size_t step = 1;
-    while (index + step < known_.size() && known_[index + step].key < key) {
-      index += step;
-      step *= 2;
-    }
-    const HistoryBlock* const blocks = known_.data();
-    const HistoryBlock* const end = blocks + std::min(index + step, known_.size());
-    const auto is_before = [](const HistoryBlock& block, std::uint64_t least) {
-      return block.key < least;
-    };
-    return static_cast<std::size_t>(
-        std::lower_bound(blocks + index + 1, end, key, is_before) - blocks);
-  }
-
-  /** \brief The children of a node above blocks that are blocks of the history, a mask.
-   * \param[in] key of the node
-   * \param[in,out] next index of a block not above these
-   */
-  unsigned int
-  knownChildren(std::uint64_t key, std::size_t& next) const
-  {
-    unsigned int children = 0;
-    while (next < known_.size() && known_[next].key >> 3 < key)
-      ++next;
-    for (; next < known_.size() && known_[next].key >> 3 == key; ++next)
-      children |= 1u << (known_[next].key & 7);
-    return children;
-  }
-
-  /** \brief Codes which blocks of the history have new voxels. */
-  bool
-  codeKnownBlocks()
-  {
-    frame_.pending_blocks.clear();
-    reserveAhead(frame_.pending_blocks,
-                 std::min(known_.size() + frame_.new_keys.size(), max_voxels_));
-    std::size_t added = 0; // new blocks, which come in between
-    const auto add_new = [&](std::uint64_t end) {
-      for (; added < frame_.new_keys.size() && frame_.new_keys[added] < end; ++added)
-        frame_.pending_blocks.push_back(
-            {frame_.new_keys[added],
-             CodingT::is_decoder ? 0 : frame_.target_masks[added],
-             static_cast<std::uint32_t>(known_.size() + added),
-             0});
-    };
-    for (std::size_t i = 0; i < known_.size(); ++i) {
-      const auto index = static_cast<std::uint32_t>(i);
-      const std::uint64_t unknown = unknownCells(index);
-      if (unknown == 0)
+    std::array<std::uint64_t, face_count> now{};
+    std::array<std::uint64_t, face_count> known{};
+    for (std::size_t face = 0; face < face_count; ++face) {
+      const std::uint32_t other = frame_.neighbours[index][face];
+      if (other == BlockDirectory::not_found)
         continue;
-      const unsigned int count = bitCount(known_[i].known);
-      const std::uint32_t known_class = count < 4    ? 0
-                                        : count < 10 ? 1
-                                        : count < 20 ? 2
-                                                     : 3;
-      const std::uint64_t target = frame_.target_cells[i] & unknown;
-      if (!coding_.code(models_.known_block,
-                        {{known_[i].activity * 4u + known_class}},
-                        target != 0))
-        continue;
-      add_new(known_[i].key);
-      frame_.pending_blocks.push_back({known_[i].key, target, index, 0});
+      now[face] = frame_.blocks[other].present;
+      known[face] = known_[other].known;
     }
-    add_new(~std::uint64_t{0});
-    return frame_.pending_blocks.size() <= max_voxels_;
+    const NeighbourCounts known_counts = countNeighbours(known_[index].known, known);
+    std::uint64_t& present = frame_.blocks[index].present;
+    std::uint64_t last = 0; // new voxel, a mask
+    while (open != 0) {
+      const std::uint64_t near = (last << 4) - (last << 1);
+      const CellClasses classes =
+          classify(countNeighbours(present, now), known_counts, open, near);
+      Cells::Counts counts;
+      for (std::size_t i = 0; i < classes.size(); ++i)
+        counts[i] = bitCount(classes[i]);
+      counts[end_of_block] = last == 0 ? 0 : 1;
+      Choice choice{end_of_block, 0};
+      if (target != 0)
+        choice = choiceOf(classes, target & (0 - target));
+      choice = coding_.codeChoice(models_.cell, counts, choice);
+      if (choice.alternative_class == end_of_block)
+        return;
+      last = cellAt(classes[choice.alternative_class], choice.index);
+      present |= last;
+      target &= ~last;
+      open &= 0 - (last << 1);
+      ++voxels_;
+    }
   }
 
-  /** \brief Codes which octants of the blocks have new voxels. */
-  bool
-  codeOctants()
-  {
-    if (frame_.pending_blocks.empty())
-      return true;
-    frame_.tiles.clear();
-    for (std::size_t i = 0; i < known_.size(); ++i)
-      frame_.tiles.lastOrNew(known_[i].key >> 3).present |=
-          std::uint64_t{occupiedOctants(frame_.blocks[i].present)}
-          << (8 * (known_[i].key & 7));
-    beginPending(frame_.pending_blocks.size());
-    for (const PendingBlock& block : frame_.pending_blocks)
-      addPending(block.key);
-    TileCursor cursor(frame_.tiles, levelsAboveTiles(1));
-    std::size_t octants = 0;
-    for (std::size_t i = 0; i < frame_.pending_blocks.size(); ++i) {
-      PendingBlock& block = frame_.pending_blocks[i];
-      ParentNode parent;
-      if (block.index < known_.size())
-        parent.kind = ParentKind::KnownBlock;
-      parent.candidates = occupiedOctants(unknownCells(block.index));
-      parent.target = occupiedOctants(block.target);
-      block.octants = static_cast<std::uint8_t>(
-          codeNode(cursor, parent, block.key, frame_.parent_tiles[i]));
-      octants += child_masks.count[block.octants];
-      frame_.blocks[block.index].pending = block.octants;
-    }
-    return octants <= max_voxels_;
-  }
-
-  /** \brief Codes which cells of the octants are new voxels. */
-  bool
-  codeCells()
-  {
-    TileCursor cursor(frame_.blocks, levelsAboveTiles(0));
-    std::size_t voxels = 0;
-    for (const PendingBlock& block : frame_.pending_blocks) {
-      const std::uint64_t unknown = unknownCells(block.index);
-      ParentNode parent;
-      if (block.index < known_.size())
-        parent.kind = ParentKind::KnownOctant;
-      for (unsigned int octants = block.octants; octants != 0; octants &= octants - 1) {
-        const unsigned int octant = lowestBit(octants);
-        parent.candidates = static_cast<unsigned int>(unknown >> (8 * octant) & 0xff);
-        parent.target = static_cast<unsigned int>(block.target >> (8 * octant) & 0xff);
-        voxels +=
-            child_masks
-                .count[codeNode(cursor, parent, block.key << 3 | octant, block.index)];
-      }
-      if (voxels > max_voxels_)
-        return false;
-    }
-    return true;
-  }
-
-  /** \brief Codes the children of a node.
-   * \param[in,out] cursor in the tiles of the children
-   * \param[in] parent the node
-   * \param[in] key of the node
-   * \param[in] tile index of the children's tile
-   * \return the children as a mask
+  /** \brief The open cells by class.
+   * \param[in] now numbers of neighbours in this frame
+   * \param[in] known numbers of neighbours that are known voxels
+   * \param[in] near the next three cells behind the last new voxel
    */
-  unsigned int
-  codeNode(TileCursor& cursor,
-           const ParentNode& parent,
-           std::uint64_t key,
-           std::uint32_t tile)
+  static CellClasses
+  classify(const NeighbourCounts& now,
+           const NeighbourCounts& known,
+           std::uint64_t open,
+           std::uint64_t near)
   {
-    const auto octant = static_cast<unsigned int>(key & 7);
-    cursor.moveTo(key >> 3, tile);
-    const NodeSurroundings around = cursor.around<CodingT::is_small>(octant);
-    const unsigned int children =
-        codeChildren(coding_, models_.children, parent, around);
-    cursor.setChildren(octant, children);
-    return children;
+    const std::array<std::uint64_t, 4> by_now = {
+        now.cellsWith(0),
+        now.cellsWith(1),
+        now.cellsWith(2),
+        ~(now.cellsWith(0) | now.cellsWith(1) | now.cellsWith(2))};
+    const std::uint64_t far = open & ~near;
+    const std::array<std::uint64_t, 3> by_known = {
+        far & known.cellsWith(0),
+        far & known.cellsWith(1),
+        far & ~(known.cellsWith(0) | known.cellsWith(1))};
+    CellClasses classes;
+    for (std::size_t i = 0; i < by_now.size(); ++i) {
+      for (std::size_t j = 0; j < by_known.size(); ++j)
+        classes[by_known.size() * i + j] = by_now[i] & by_known[j];
+      classes[NewVoxelModels::near_classes + i] = by_now[i] & open & near;
+    }
+    return classes;
   }
 
-  /** \brief Prepares for a number of calls of addPending(). */
-  void
-  beginPending(std::size_t parents)
+  /** \brief The choice of a cell, given as a mask. */
+  static Choice
+  choiceOf(const CellClasses& classes, std::uint64_t cell)
   {
-    frame_.tiles.reserveFor(parents);
-    frame_.parent_tiles.clear();
-    reserveAhead(frame_.parent_tiles, parents);
+    std::size_t i = 0;
+    while ((classes[i] & cell) == 0)
+      ++i;
+    return {i, bitCount(classes[i] & (cell - 1))};
   }
 
-  /** \brief Marks the children of a node as pending, and notes their tile. */
-  void
-  addPending(std::uint64_t parent)
+  /** \brief The index-th cell of some, as a mask. */
+  static std::uint64_t
+  cellAt(std::uint64_t cells, std::uint32_t index)
   {
-    const std::uint32_t tile = frame_.tiles.findOrAppend(parent >> 3);
-    frame_.tiles[tile].pending |= static_cast<std::uint8_t>(1u << (parent & 7));
-    frame_.parent_tiles.push_back(tile);
-  }
-
-  unsigned int
-  levelsAboveTiles(unsigned int height) const
-  {
-    return depth_ > height + block_levels ? depth_ - height - block_levels : 0;
-  }
-
-  /** \brief The cells of a block that are not known. */
-  std::uint64_t
-  unknownCells(std::uint32_t block) const
-  {
-    return cellsInGrid(depth_) & ~(block < known_.size() ? known_[block].known : 0);
+    for (; index > 0; --index)
+      cells &= cells - 1;
+    return cells & (0 - cells);
   }
 
   CodingT& coding_;
   NewVoxelModels& models_;
   Frame& frame_;
   const std::vector<HistoryBlock>& known_;
-  unsigned int depth_;
+  std::uint64_t grid_cells_;
   std::size_t max_voxels_;
+  std::size_t voxels_ = 0;
 };
 
 } // namespace context

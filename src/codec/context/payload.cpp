@@ -204,7 +204,14 @@ Payload::codeOccupancy(CodingT& coding,
     return false;
   NewVoxelPass new_voxels(
       coding, models.new_voxels, frame_, context, max_voxels - voxels);
-  return new_voxels.run();
+  if (!new_voxels.run())
+    return false;
+  NewBlockPass new_blocks(coding,
+                          models.children,
+                          frame_,
+                          context,
+                          max_voxels - voxels - new_voxels.voxelCount());
+  return new_blocks.run();
 }
 
 /** \brief Codes the residuals of a depth model, if there is one, after the numbers. */
@@ -230,7 +237,7 @@ Payload::prepareLearning(const VoxelFrame& frame, bool uses_history)
   has_depths_ = frame.depth_model && !frame.keys.empty();
   if (has_depths_)
     intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
-  history_.makeRoom(blocks_, !uses_history);
+  history_.makeRoom(blocks_, has_depths_, !uses_history);
 }
 
 void

@@ -4,6 +4,7 @@
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
 #include "codec/context/known_voxels.h"
+#include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
 #include "codec/history_use.h"
 #include "codec/payload_coder.h"
@@ -70,11 +71,15 @@ public:
 private:
   struct Models {
     explicit Models(bool is_small)
-    : known_voxels(is_small), new_voxels(is_small), intensity(is_small)
+    : known_voxels(is_small)
+    , new_voxels(is_small)
+    , children(is_small)
+    , intensity(is_small)
     {}
 
     KnownVoxelModels known_voxels;
     NewVoxelModels new_voxels;
+    ChildModels children;
     IntensityModels intensity;
   };
 

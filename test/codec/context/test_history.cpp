@@ -157,8 +157,8 @@ expectSame(const History& history, const SimpleHistory& simple)
       ASSERT_EQ(history.records()[record].age, other.age);
       ASSERT_EQ(history.records()[record].mean, other.mean);
       ASSERT_EQ(history.records()[record].deviation, other.deviation);
-      ASSERT_EQ(history.records()[record].depth_offset, other.depth_offset);
-      ASSERT_EQ(history.records()[record].roughness, other.roughness);
+      ASSERT_EQ(history.depthRecord(record).offset, other.depth_offset);
+      ASSERT_EQ(history.depthRecord(record).roughness, other.roughness);
       ++expected;
       ++record;
     }

@@ -103,14 +103,13 @@ TEST(ScriptedContextPayloads, ANewBlockThatIsKnown)
   // The one block of a grid. Said to be new, it has the voxel below the known one: the keys
   // ascend.
   const Stream stream(2, {5});
-  EXPECT_EQ(stream.answerToPFrame(
-                2,
-                [&](ContextScript& script) {
-                  EXPECT_FALSE(script.occupancyWithNewBlock(blocksOf({5}), 0, 1 << 3));
-                  script.nothingNewIn(script.state.history.blocks()[0]);
-                  script.newVoxel(3);
-                  script.numbers(blocksOf({3, 5}), {3, 3});
-                }),
+  EXPECT_EQ(stream.answerToPFrame(2,
+                                  [&](ContextScript& script) {
+                                    EXPECT_FALSE(script.occupancyWithNewBlock(
+                                        blocksOf({5}), 0, 1 << 3));
+                                    script.newVoxel(3);
+                                    script.numbers(blocksOf({3, 5}), {3, 3});
+                                  }),
             corrupt);
   // A known one that has it.
   EXPECT_EQ(stream.answerToPFrame(2,
