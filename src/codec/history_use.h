@@ -7,22 +7,11 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Decides for an encoder whether the next frame uses the history, by the sizes of
- * the last frames: that of a moving sensor may cost more bytes than it saves. Integers only,
- * so that the same frames have the same bytes on every machine. */
+/** \brief Decides for an encoder which frames use the history, by the sizes of frames: that
+ * of a moving sensor may cost more bytes than it saves. Integers only, so that the same frames
+ * have the same bytes on every machine. */
 class HistoryUse {
 public:
-  /** \brief False if the history has so few of a frame's voxels that it costs more bytes
-   * than it saves.
-   * \param[in] known number of its voxels that the history has
-   * \param[in] voxels of the frame
-   */
-  static constexpr bool
-  knowsEnough(std::size_t known, std::size_t voxels)
-  {
-    return 2 * known >= voxels;
-  }
-
   /** \brief False if the next frame should do without the history. */
   bool
   isUseful() const
@@ -30,34 +19,59 @@ public:
     return frames_without_ == 0;
   }
 
-  /** \brief Takes a frame into account.
-   * \param[in] has_used_history whether it was coded with the history
+  /** \brief True if a frame with the history takes more bytes a voxel than the last one
+   * without it, so that it should be encoded without, too.
    * \param[in] voxels of the frame
-   * \param[in] bytes of the frame, or of one like it without the history
+   * \param[in] bytes of the frame
    */
-  void
-  add(bool has_used_history, std::size_t voxels, std::size_t bytes)
+  bool
+  isDoubtful(std::size_t voxels, std::size_t bytes) const
   {
-    if (!has_used_history) {
-      without_history_ = {voxels, bytes};
-      frames_with_ = 0;
-      frames_without_ -= frames_without_ > 0 ? 1 : 0;
-      return;
-    }
-    // A young history of a noisy stream may cost a little until it pays.
-    constexpr unsigned int young = 2;
-    const bool is_young = ++frames_with_ <= young && pause_ == 0;
-    const std::size_t most =
-        without_history_.bytes + (is_young ? without_history_.bytes / 16 : 0);
     // The headers of small frames say more than their voxels.
     constexpr std::size_t least_voxels = 256;
-    const bool is_useless =
-        voxels >= least_voxels &&
-        std::uint64_t{bytes} * without_history_.voxels > std::uint64_t{most} * voxels;
-    // It is tried again after ever more frames, as long as it gains nothing.
+    return voxels >= least_voxels &&
+           std::uint64_t{bytes} * without_history_.voxels >
+               std::uint64_t{most(without_history_.bytes)} * voxels;
+  }
+
+  /** \brief True if a frame should use the history.
+   * \param[in] bytes of the frame with it
+   * \param[in] bytes_without of the same frame
+   */
+  bool
+  isWorth(std::size_t bytes, std::size_t bytes_without) const
+  {
+    return bytes <= most(bytes_without);
+  }
+
+  /** \brief Notes what a frame takes without the history. */
+  void
+  measure(std::size_t voxels, std::size_t bytes)
+  {
+    without_history_ = {voxels, bytes};
+  }
+
+  /** \brief A frame used the history. */
+  void
+  addWith()
+  {
+    if (++frames_with_ > young)
+      pause_ = 0;
+  }
+
+  /** \brief A frame did not use the history, or was an I-frame.
+   * \param[in] was_tried it was not worth its bytes: it is tried again after ever more frames
+   */
+  void
+  addWithout(bool was_tried)
+  {
+    frames_with_ = 0;
+    frames_without_ -= frames_without_ > 0 ? 1 : 0;
+    if (!was_tried)
+      return;
     constexpr unsigned int first_pause = 7;
     constexpr unsigned int longest_pause = 63;
-    pause_ = is_useless ? std::clamp(2 * pause_ + 1, first_pause, longest_pause) : 0;
+    pause_ = std::clamp(2 * pause_ + 1, first_pause, longest_pause);
     frames_without_ = pause_;
   }
 
@@ -67,8 +81,17 @@ private:
     std::size_t bytes = 0;
   };
 
-  Size without_history_;            // the last such frame
-  std::size_t frames_with_ = 0;     // since then
+  /** \brief A young history of a noisy stream may cost a little until it pays. */
+  std::size_t
+  most(std::size_t bytes_without) const
+  {
+    return bytes_without + (frames_with_ < young ? bytes_without / 32 : 0);
+  }
+
+  static constexpr unsigned int young = 2; // frames
+
+  Size without_history_;            // of the last frame that was measured
+  unsigned int frames_with_ = 0;    // since the last one without
   unsigned int pause_ = 0;          // frames until the history is tried again
   unsigned int frames_without_ = 0; // of these, those that are left
 };

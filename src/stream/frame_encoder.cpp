@@ -127,12 +127,35 @@ private:
     }
     is_last_empty_ = frame.keys.empty();
     is_i_frame_requested_ = false;
-    if (format_ == StreamFormat::Version1 && !coder().choosesHistory()) {
-      history_use_.add(!statistics.is_i_frame, statistics.voxels, statistics.bytes);
-      is_i_frame_requested_ = !history_use_.isUseful();
-    }
+    if (format_ == StreamFormat::Version1 && !coder().choosesHistory())
+      followHistory(frame, stamp, bytes, statistics);
     frames_since_i_frame_ = statistics.is_i_frame ? 1 : frames_since_i_frame_ + 1;
     statistics_ = statistics;
+  }
+
+  /** \brief With a coder whose P-frames always use the history: replaces a P-frame that takes
+   * more bytes than an I-frame, and requests I-frames where it would be so again. */
+  void
+  followHistory(const VoxelFrame& frame,
+                const std::optional<FrameStamp>& stamp,
+                std::vector<std::uint8_t>& bytes,
+                CodedFrameStatistics& statistics)
+  {
+    const bool was_tried = !statistics.is_i_frame &&
+                           history_use_.isDoubtful(statistics.voxels, statistics.bytes);
+    if (was_tried) {
+      bytes.clear();
+      --frame_number_;
+      statistics.is_i_frame = true;
+      encodeVersion1(frame, stamp, bytes, statistics);
+    }
+    if (statistics.is_i_frame) {
+      history_use_.measure(statistics.voxels, statistics.bytes);
+      history_use_.addWithout(was_tried);
+    }
+    else if (statistics.voxels > 0)
+      history_use_.addWith();
+    is_i_frame_requested_ = !history_use_.isUseful();
   }
 
   /** \brief Releases memory that recent frames did not need. */
@@ -182,8 +205,7 @@ private:
     const std::size_t known = coder().match(work_, coded);
     if (content_.refinement_levels == 0)
       is_refinement_useful_ = 4 * known < coded.size();
-    return !coder().choosesHistory() && coded.size() >= 64 &&
-           !HistoryUse::knowsEnough(known, coded.size());
+    return false;
   }
 
   /** \brief True if half of the voxels were in the last frame, too: then a history of them

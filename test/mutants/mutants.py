@@ -172,8 +172,8 @@ MUTANTS = [
            "return voxels_ <= max_voxels_;", "return true;"),
     Mutant(CONTEXT + "choices.h", "weights without an upper end",
            "lightest, heaviest", "lightest, 2 * heaviest"),
-    Mutant(CONTEXT + "payload.cpp", "the history is used that knows nothing",
-           "HistoryUse::knowsEnough(known_voxels_, voxels)", "true"),
+    Mutant(CONTEXT + "payload.cpp", "the history is used whatever it costs",
+           "history_use_.isDoubtful(voxels, bytes)", "false"),
 
     # Outliers, clouds, nodes.
     Mutant("src/outliers/density_blocks.cpp", "a voxel's own density counts once",

@@ -50,8 +50,8 @@ std::size_t
 Payload::match(CodingWorkspace& /*memory*/, const VoxelFrame& frame)
 {
   blocks_.assign(frame.keys);
-  known_voxels_ = frame_.match(history_, blocks_);
-  return known_voxels_;
+  is_matched_ = true;
+  return frame_.match(history_, blocks_);
 }
 
 PayloadSizes
@@ -61,14 +61,53 @@ Payload::encode(CodingWorkspace& /*memory*/,
                 std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
-  const bool uses_history = !is_i_frame && useHistory(frame.size());
+  const std::size_t voxels = frame.size();
+  const bool tries_history = !is_i_frame && (voxels == 0 || history_use_.isUseful());
+  bool uses_history = tries_history;
+  trial_models_ = models_;
+  PayloadSizes sizes = encodeAs(frame, is_i_frame, uses_history, payload);
+  const std::size_t bytes = payload.size() - begin;
+  const auto encode_again = [&] {
+    payload.resize(begin);
+    models_ = trial_models_;
+    sizes = encodeAs(frame, false, uses_history, payload);
+    return payload.size() - begin;
+  };
+  if (!uses_history)
+    // Models that start anew cost some bytes, which frames without the history do not.
+    history_use_.measure(voxels, is_i_frame ? bytes - bytes / 32 : bytes);
+  else if (history_use_.isDoubtful(voxels, bytes)) {
+    uses_history = false;
+    history_use_.measure(voxels, encode_again());
+    uses_history = history_use_.isWorth(bytes, payload.size() - begin);
+    if (uses_history)
+      encode_again();
+  }
+  if (!uses_history)
+    history_use_.addWithout(tries_history);
+  else if (voxels > 0)
+    history_use_.addWith();
+  prepareLearning(frame, uses_history);
+  learnHistory();
+  return sizes;
+}
+
+/** \brief Encodes a frame with or without the history, and adapts the models. */
+PayloadSizes
+Payload::encodeAs(const VoxelFrame& frame,
+                  bool is_i_frame,
+                  bool uses_history,
+                  std::vector<std::uint8_t>& payload)
+{
+  const std::size_t begin = payload.size();
   const FrameContext context = contextOf(frame, uses_history);
   if (is_i_frame)
     models_ = fresh_models_;
-  if (!uses_history) {
+  if (!uses_history || !is_matched_) {
     blocks_.assign(frame.keys);
     frame_.match(context.history, blocks_);
   }
+  is_matched_ = false;
   if (frame.hasIntensities())
     copyNumbers(frame.intensities, intensities_.symbols);
   else
@@ -84,20 +123,7 @@ Payload::encode(CodingWorkspace& /*memory*/,
     sizes.occupancy = is_small_ ? encodeWith<true>(context, is_i_frame, payload)
                                 : encodeWith<false>(context, is_i_frame, payload);
   sizes.intensity = payload.size() - begin - sizes.occupancy;
-  // Models that start anew cost some bytes, which frames without the history do not.
-  const std::size_t bytes = payload.size() - begin;
-  history_use_.add(uses_history, frame.size(), is_i_frame ? bytes - bytes / 32 : bytes);
-  prepareLearning(frame, uses_history);
-  learnHistory();
   return sizes;
-}
-
-/** \brief Decides whether a P-frame uses the history; not if that has few of its voxels. */
-bool
-Payload::useHistory(std::size_t voxels) const
-{
-  return voxels == 0 ||
-         (history_use_.isUseful() && HistoryUse::knowsEnough(known_voxels_, voxels));
 }
 
 template <bool IsSmall>

@@ -90,8 +90,11 @@ private:
   FrameContext
   contextOf(const VoxelFrame& frame, bool uses_history);
 
-  bool
-  useHistory(std::size_t voxels) const;
+  PayloadSizes
+  encodeAs(const VoxelFrame& frame,
+           bool is_i_frame,
+           bool uses_history,
+           std::vector<std::uint8_t>& payload);
 
   void
   splitByDepth(const FrameContext& context);
@@ -131,12 +134,13 @@ private:
   bool is_small_;
   const Models& fresh_models_;
   Models models_;
-  Models trial_models_; // decoder only: after the frame, until learn()
+  /** \brief Decoder: after the frame, until learn(). Encoder: before the frame. */
+  Models trial_models_;
   History history_;
   History empty_history_; // for frames without, as a failure must not clear history_
   // Encoder only.
   HistoryUse history_use_;
-  std::size_t known_voxels_ = 0; // of the frame that match() was called with
+  bool is_matched_ = false; // with the history, by match()
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
   Frame frame_;
