@@ -11,7 +11,6 @@
 #include "support/golden_streams.h"
 
 #include <fstream>
-#include <iomanip>
 #include <iostream>
 #include <random>
 #include <string>
@@ -38,17 +37,11 @@ writeGoldenStreams(const std::string& folder)
   std::ofstream checksums(folder + "/checksums.txt");
   bool is_good = true;
   for (const GoldenStream& stream : goldenStreams()) {
-    FrameEncoder encoder(StreamFormat::Version1, stream.i_frame_rate, stream.effort);
-    Bytes bytes;
-    for (const GoldenFrame& frame : stream.frames) {
-      append(encoded(encoder, frame.frame, frame.stamp), bytes);
-      checksums << stream.name << (encoder.statistics().is_i_frame ? " I " : " P ")
-                << std::dec << frame.frame.size() << ' ' << std::hex << std::setw(16)
-                << std::setfill('0') << VoxelChecksum(frame.frame).value() << std::dec
-                << ' ' << (frame.stamp ? std::to_string(frame.stamp->stamp) : "-")
-                << '\n';
-    }
-    is_good = is_good && write(folder + '/' + stream.name + ".pcxi", bytes);
+    const SentStream sent_stream = sent(stream);
+    for (const std::size_t index : sent_stream.decoded)
+      checksums << stream.name << (sent_stream.are_i_frames[index] ? " I " : " P ")
+                << lineOf(stream.frames[index]) << '\n';
+    is_good = is_good && write(folder + '/' + stream.name + ".pcxi", sent_stream.bytes);
   }
   return is_good && checksums.good();
 }

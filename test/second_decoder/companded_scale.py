@@ -3,6 +3,7 @@
 doc/bitstream.md, "Companded scales".
 """
 
+from functools import lru_cache
 from typing import Dict, List
 
 LEAST_COUNTS: Dict[int, List[int]] = {
@@ -14,6 +15,7 @@ LEAST_COUNTS: Dict[int, List[int]] = {
 """The document's table: by bits, the edges of range 254, plus 1."""
 
 
+@lru_cache(maxsize=8)
 def edges(bits: int, number_range: int) -> List[int]:
     """The lowest number of each level, and the one behind the highest of all."""
     if bits == 1:

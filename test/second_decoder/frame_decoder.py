@@ -20,6 +20,7 @@ from frame_header import (
     read_header,
     require_checksum,
 )
+from frame_order import FrameOrder
 from invalid_frame import InvalidFrame, require
 from supplement import SupplementMemory, decode_supplement
 
@@ -65,9 +66,11 @@ class FrameDecoder:
 
     def __init__(self) -> None:
         self._kept: Optional[Kept] = None
+        self._order = FrameOrder()
 
     def decode(self, reader: ByteReader) -> Frame:
-        """The frame at the reader. A frame that fails changes nothing here."""
+        """The frame at the reader. One that fails changes nothing, but that old ones are
+        counted."""
         start = reader.at
         header = read_header(reader)
         require(header.payload_size <= MOST_BYTES, "the payload is too large")
@@ -75,10 +78,32 @@ class FrameDecoder:
         payload = reader.bytes(header.payload_size)
         depended_on = 0
         if not header.is_i_frame:
+            self._require_new(header)
             depended_on = self._frame_before(header).checksum
         require_checksum(header, reader.since(start), depended_on)
+        if header.is_i_frame:
+            self._require_new(header)
         kept = self._with_header(header)
-        return self._with_payload(header, kept, payload)
+        frame = self._with_payload(header, kept, payload)
+        self._order.decoded(
+            header.number,
+            header.checksum,
+            bool(header.voxel_count) or header.stamp is not None,
+        )
+        return frame
+
+    def next_frame(self, reader: ByteReader) -> Optional[Frame]:
+        """The next frame that decodes, wherever it begins behind the reader."""
+        while reader.skip_to(MAGIC):
+            begin = reader.at
+            try:
+                return self.decode(reader)
+            except InvalidFrame:
+                reader.at = begin + 1
+        return None
+
+    def _require_new(self, header: FrameHeader) -> None:
+        self._order.require_new(header.number, header.checksum, header.is_i_frame)
 
     def _frame_before(self, header: FrameHeader) -> Kept:
         if self._kept is None or (self._kept.number + 1) % (1 << 32) != header.number:

@@ -96,6 +96,12 @@ class ByteReader:
         self.at += size
         return self._source[self.at - size : self.at]
 
+    def skip_to(self, wanted: bytes) -> bool:
+        """Goes on to the next place of some bytes; whether there is one."""
+        place = self._source.find(wanted, self.at)
+        self.at = len(self._source) if place < 0 else place
+        return place >= 0
+
     def since(self, start: int) -> bytes:
         """What was read from a place on."""
         return self._source[start : self.at]

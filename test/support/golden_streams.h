@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include "support/golden_rare_cases.h"
+#include "support/golden_stream.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
@@ -19,61 +21,6 @@
 namespace pcl_ext {
 namespace io {
 namespace test {
-
-struct GoldenFrame {
-  VoxelFrame frame;
-  std::optional<FrameStamp> stamp;
-};
-
-struct GoldenStream {
-  std::string name;
-  Effort effort;
-  unsigned int i_frame_rate;
-  std::vector<GoldenFrame> frames;
-};
-
-/** \brief FNV-1a with 64 bits over all that a voxel frame says of its voxels. */
-class VoxelChecksum {
-public:
-  explicit VoxelChecksum(const VoxelFrame& frame)
-  {
-    for (const std::int32_t index : frame.grid.first_index)
-      add(static_cast<std::uint32_t>(index));
-    add(frame.grid.depth);
-    add(frame.intensity_scale.bits);
-    add(frame.intensity_scale.companded_range);
-    add(frame.keys.size());
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      add(frame.keys[i]);
-      if (frame.hasIntensities())
-        add(frame.intensities[i]);
-      if (frame.colour_bits > 0)
-        for (const std::uint8_t channel :
-             {frame.colours[i].r, frame.colours[i].g, frame.colours[i].b})
-          add(channel);
-      if (frame.has_point_counts)
-        add(frame.point_counts[i]);
-    }
-  }
-
-  std::uint64_t
-  value() const
-  {
-    return value_;
-  }
-
-private:
-  void
-  add(std::uint64_t number)
-  {
-    for (int byte = 0; byte < 8; ++byte, number >>= 8) {
-      value_ ^= number & 0xff;
-      value_ *= 0x100000001b3;
-    }
-  }
-
-  std::uint64_t value_ = 0xcbf29ce484222325;
-};
 
 inline GoldenStream
 goldenRoom(const std::string& name,
@@ -170,7 +117,8 @@ goldenDense(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief A depth model that changes: rests as large as there are, and voxels without. */
+/** \brief A depth model that changes, which the encoder does without, as all symbols
+ * are the same. */
 inline GoldenStream
 goldenLargeRests(const std::string& name, Effort effort)
 {
@@ -280,7 +228,16 @@ goldenStreams()
     streams.push_back(goldenLargeRests(std::string(prefix) + "large_rests", effort));
     streams.push_back(goldenColours(std::string(prefix) + "colours", effort));
     streams.push_back(goldenFineVoxels(std::string(prefix) + "fine_voxels", effort));
+    streams.push_back(goldenJumps(std::string(prefix) + "jumps", effort));
+    streams.push_back(goldenDepthLimits(std::string(prefix) + "depth_limits", effort));
+    streams.push_back(
+        goldenLargeResiduals(std::string(prefix) + "large_residuals", effort));
+    streams.push_back(goldenScales(std::string(prefix) + "scales", effort));
+    streams.push_back(goldenFewCells(std::string(prefix) + "few_cells", effort));
   }
+  // What is the same for all efforts.
+  streams.push_back(goldenStill("small_still", Effort::Small));
+  streams.push_back(goldenDisorder("disorder"));
   return streams;
 }
 

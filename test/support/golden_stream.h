@@ -1,0 +1,145 @@
+/** \file
+ * \brief What a golden stream is: frames, how they are sent, and the checksum of each.
+ */
+#pragma once
+
+#include "support/voxel_frames.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <iomanip>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+namespace test {
+
+struct GoldenFrame {
+  VoxelFrame frame;
+  std::optional<FrameStamp> stamp;
+  std::optional<Effort> begins_sender = std::nullopt; ///< a new encoder begins with it
+};
+
+/** \brief A frame on its way to the decoder. */
+struct Sending {
+  enum class Damage { None, InvertedBit, CutOff };
+
+  std::size_t frame; ///< index
+  bool is_decoded = true;
+  Damage damage = Damage::None;
+  std::string before = {}; ///< bytes before it that are no frame
+};
+
+struct GoldenStream {
+  std::string name;
+  Effort effort;
+  unsigned int i_frame_rate;
+  std::vector<GoldenFrame> frames;
+  std::vector<Sending> sendings = {}; ///< none: each frame once
+};
+
+/** \brief FNV-1a with 64 bits over all that a voxel frame says of its voxels. */
+class VoxelChecksum {
+public:
+  explicit VoxelChecksum(const VoxelFrame& frame)
+  {
+    for (const std::int32_t index : frame.grid.first_index)
+      add(static_cast<std::uint32_t>(index));
+    add(frame.grid.depth);
+    add(frame.intensity_scale.bits);
+    add(frame.intensity_scale.companded_range);
+    add(frame.keys.size());
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      add(frame.keys[i]);
+      if (frame.hasIntensities())
+        add(frame.intensities[i]);
+      if (frame.intensity_scale.companded_range != 0)
+        add(compandedMiddle(frame.intensity_scale.bits,
+                            frame.intensity_scale.companded_range,
+                            frame.intensities[i]));
+      if (frame.colour_bits > 0)
+        for (const std::uint8_t channel :
+             {frame.colours[i].r, frame.colours[i].g, frame.colours[i].b})
+          add(channel);
+      if (frame.has_point_counts)
+        add(frame.point_counts[i]);
+    }
+  }
+
+  std::uint64_t
+  value() const
+  {
+    return value_;
+  }
+
+private:
+  void
+  add(std::uint64_t number)
+  {
+    for (int byte = 0; byte < 8; ++byte, number >>= 8) {
+      value_ ^= number & 0xff;
+      value_ *= 0x100000001b3;
+    }
+  }
+
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+/** \brief What checksums.txt has of a frame, but for the name of its stream and whether
+ * it is an I-frame: number of voxels, checksum, and stamp and frame_id or -. */
+inline std::string
+lineOf(const GoldenFrame& frame)
+{
+  std::ostringstream line;
+  line << frame.frame.size() << ' ' << std::hex << std::setw(16) << std::setfill('0')
+       << VoxelChecksum(frame.frame).value() << std::dec << ' ';
+  if (frame.stamp)
+    line << frame.stamp->stamp << " '" << frame.stamp->frame_id << '\'';
+  else
+    line << '-';
+  return line.str();
+}
+
+/** \brief The bytes of a golden stream. */
+struct SentStream {
+  Bytes bytes;
+  std::vector<std::size_t> decoded; ///< indices of frames, as they are decoded
+  std::vector<bool> are_i_frames;   ///< of all frames
+};
+
+inline SentStream
+sent(const GoldenStream& stream)
+{
+  SentStream result;
+  FrameEncoder encoder(StreamFormat::Version1, stream.i_frame_rate, stream.effort);
+  std::vector<Bytes> frames;
+  std::vector<Sending> sendings = stream.sendings;
+  for (const GoldenFrame& frame : stream.frames) {
+    if (frame.begins_sender)
+      encoder = FrameEncoder(
+          StreamFormat::Version1, stream.i_frame_rate, *frame.begins_sender);
+    if (stream.sendings.empty())
+      sendings.push_back({frames.size()});
+    frames.push_back(encoded(encoder, frame.frame, frame.stamp));
+    result.are_i_frames.push_back(encoder.statistics().is_i_frame);
+  }
+  for (const Sending& sending : sendings) {
+    append({sending.before.begin(), sending.before.end()}, result.bytes);
+    Bytes bytes = frames[sending.frame];
+    if (sending.damage == Sending::Damage::InvertedBit)
+      bytes = flipped(bytes, 8 * bytes.size() - 5);
+    if (sending.damage == Sending::Damage::CutOff)
+      bytes.resize(bytes.size() - 3);
+    append(bytes, result.bytes);
+    if (sending.is_decoded)
+      result.decoded.push_back(sending.frame);
+  }
+  return result;
+}
+
+} // namespace test
+} // namespace io
+} // namespace pcl_ext
