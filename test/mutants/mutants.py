@@ -135,6 +135,9 @@ MUTANTS = [
            "(next_ != end_ ? *next_++ : 0u)", "*next_++"),
     Mutant(CONTEXT + "entropy_coder.h", "settled bytes are counted wrong",
            "return 2 * words_ - 4;", "return 2 * words_ - 2;"),
+    Mutant(CONTEXT + "bit_mixer.h", "weights of mixing without an end",
+           "(1 << 14)) >> 15), -heaviest, heaviest);",
+           "(1 << 14)) >> 15), -2 * heaviest, 2 * heaviest);"),
 
     Mutant(CONTEXT + "entropy_coder.h", "a decoder that loses the end of an interval",
            "code_ -= unit_ * begin;\n    range_ = is_last ? range_ - unit_ * begin :",
