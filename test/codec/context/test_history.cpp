@@ -240,6 +240,21 @@ TEST(History, MatchesTheSpecificationForTheHighestSymbols)
   }
 }
 
+TEST(History, ActivitiesHaveAnEnd)
+{
+  Histories both;
+  both.clear(8);
+  VoxelFrame frame = emptyFrame(2);
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    for (std::uint64_t cell = 0; cell < 8; ++cell)
+      frame.keys.push_back(8 * i + cell);
+    frame.intensities.assign(frame.keys.size(), 3);
+    both.update(frame, nullptr, i == 0);
+    ASSERT_NO_FATAL_FAILURE(expectSame(both.history, both.simple));
+  }
+  EXPECT_EQ(both.history.blocks()[0].activity, 7);
+}
+
 TEST(History, BlocksAtTheEndOfTheLargestGrid)
 {
   Histories both;
