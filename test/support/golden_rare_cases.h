@@ -88,6 +88,37 @@ goldenJumps(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Voxels that stay, and others that come and go at random, each with a share of
+ * its own, of blocks that get many new ones: what is remembered reaches its thresholds. */
+inline GoldenStream
+goldenFlicker(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 40, {}};
+  std::mt19937_64 random(67);
+  VoxelFrame frame = emptyFrame(4);
+  std::set<std::uint64_t> seen;
+  for (int i = 0; i < 32; ++i) {
+    std::set<std::uint64_t> keys;
+    for (std::uint64_t key = 2048; key < 4096; key += 16)
+      keys.insert(key);
+    for (const std::uint64_t key : seen)
+      if (below(random, 32) < key * 37 % 61 % 9 * (key % 4) + 1)
+        keys.insert(key);
+    for (int block = 0; block < 5; ++block) {
+      const std::uint64_t first = 64 * below(random, 32);
+      for (std::uint64_t count = below(random, 13); count > 0; --count)
+        keys.insert(first + below(random, 64));
+    }
+    seen.insert(keys.begin(), keys.lower_bound(2048));
+    frame.keys.assign(keys.begin(), keys.end());
+    frame.intensities.clear();
+    for (const std::uint64_t key : keys)
+      frame.intensities.push_back(static_cast<std::uint16_t>(key % 3));
+    stream.frames.push_back({frame, std::nullopt});
+  }
+  return stream;
+}
+
 /** \brief A voxel frame with a depth model and these keys, of 1 or 2 points each.
  * \param[in] share of a point's symbol, in 2^-6, by a voxel's key
  * \param[in] noise added to the symbol, by a voxel's key

@@ -229,6 +229,7 @@ goldenStreams()
     streams.push_back(goldenColours(std::string(prefix) + "colours", effort));
     streams.push_back(goldenFineVoxels(std::string(prefix) + "fine_voxels", effort));
     streams.push_back(goldenJumps(std::string(prefix) + "jumps", effort));
+    streams.push_back(goldenFlicker(std::string(prefix) + "flicker", effort));
     streams.push_back(goldenDepthLimits(std::string(prefix) + "depth_limits", effort));
     streams.push_back(
         goldenLargeResiduals(std::string(prefix) + "large_residuals", effort));
