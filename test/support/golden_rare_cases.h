@@ -88,6 +88,31 @@ goldenJumps(const std::string& name, Effort effort)
   return stream;
 }
 
+/** \brief Blocks with voxels in three or all four of their octants with the highest
+ * numbers: it depends on how many there are where else new ones come. */
+inline GoldenStream
+goldenOctants(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 40, {}};
+  VoxelFrame frame = emptyFrame(4);
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    std::set<std::uint64_t> keys;
+    for (std::uint64_t block = 0; block < 64; ++block) {
+      const std::uint64_t first = 64 * block;
+      const bool is_full = block % 2 == 0;
+      keys.insert({first + 32, first + 40, first + 48});
+      if (is_full)
+        keys.insert(first + 56);
+      if (i > 0)
+        keys.insert({first + i, first + 8 + i, first + (is_full ? 32 : 56) + i});
+    }
+    frame.keys.assign(keys.begin(), keys.end());
+    frame.intensities.assign(keys.size(), 1);
+    stream.frames.push_back({frame, std::nullopt});
+  }
+  return stream;
+}
+
 /** \brief Voxels that stay, and others that come and go at random, each with a share of
  * its own, of blocks that get many new ones: what is remembered reaches its thresholds. */
 inline GoldenStream
@@ -190,7 +215,8 @@ goldenDepthLimits(const std::string& name, Effort effort)
       model.exponent = 2;
     send(keys, i);
   }
-  send(everySome(3, 3600), 8);
+  send(everySome(3, 3072), 8); // 1023 voxels
+  send(everySome(3, 3075), 8); // 1024 voxels
   send(everySome(2, 4096), 8);
   return stream;
 }
@@ -240,6 +266,33 @@ goldenScales(const std::string& name, Effort effort)
       stream.frames.push_back({frame, std::nullopt});
       walk(random, 5, frame);
     }
+  }
+  return stream;
+}
+
+/** \brief Symbols of all sizes, of which some stay, some vary, and some jump. */
+inline GoldenStream
+goldenSpread(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 40, {}};
+  std::mt19937_64 random(71);
+  VoxelFrame frame = emptyFrame(3, 12);
+  constexpr std::uint64_t means[] = {3, 4, 5, 7, 12, 60, 600, 3000};
+  for (int i = 0; i < 8; ++i) {
+    clearVoxels(frame);
+    for (std::uint64_t key = 0; key < 512; ++key) {
+      const std::uint64_t mean = means[key / 64];
+      const std::uint64_t width =
+          key % 8 == 7 ? 2 * mean + 5 : mean * (key % 8) / 6 + 1;
+      const std::uint64_t symbol =
+          below(random, 30) == 0
+              ? below(random, 4096)
+              : mean - std::min(mean, width / 2) + below(random, width);
+      frame.keys.push_back(key);
+      frame.intensities.push_back(
+          static_cast<std::uint16_t>(std::min<std::uint64_t>(symbol, 4095)));
+    }
+    stream.frames.push_back({frame, std::nullopt});
   }
   return stream;
 }

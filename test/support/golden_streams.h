@@ -236,7 +236,9 @@ goldenStreams()
     streams.push_back(goldenScales(std::string(prefix) + "scales", effort));
     streams.push_back(goldenFewCells(std::string(prefix) + "few_cells", effort));
   }
-  // What is the same for all efforts.
+  // What one effort has, or all have in common.
+  streams.push_back(goldenSpread("fast_spread", Effort::Fast));
+  streams.push_back(goldenOctants("fast_octants", Effort::Fast));
   streams.push_back(goldenStill("small_still", Effort::Small));
   streams.push_back(goldenDisorder("disorder"));
   return streams;
