@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "support/golden_disorder.h"
 #include "support/golden_rare_cases.h"
 #include "support/golden_stream.h"
 #include "support/supplement_frames.h"
