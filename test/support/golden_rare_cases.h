@@ -328,6 +328,11 @@ goldenFewCells(const std::string& name, Effort effort)
     keys.insert(cell(4) + 511 - 3 * i);
   }
   send(keys);
+  keys.clear();
+  for (std::size_t i = 0, size = 0; i < 24; ++i)
+    for (size += 15 + i % 3; keys.size() < size;)
+      keys.insert(cell(i) + below(random, 512));
+  send(keys);
   return stream;
 }
 
