@@ -101,10 +101,10 @@ public:
    * \param[in] contexts one for each nibble
    * \param[in] prefetched see NibbleDecoder
    */
-  template <class Prefetched = NoPrefetch>
+  template <class Context, class Prefetched = NoPrefetch>
   bool
   codeRow(NibbleModel* models,
-          const std::uint8_t* contexts,
+          const Context* contexts,
           std::uint8_t* nibbles,
           std::size_t count,
           const Prefetched& prefetched = Prefetched())
@@ -259,10 +259,10 @@ public:
    * (doc/implementation_notes.md, "Prefetching")
    * \return false if there are too few bytes
    */
-  template <class Prefetched = NoPrefetch>
+  template <class Context, class Prefetched = NoPrefetch>
   bool
   codeRow(NibbleModel* models,
-          const std::uint8_t* contexts,
+          const Context* contexts,
           std::uint8_t* nibbles,
           std::size_t count,
           const Prefetched& prefetched = Prefetched())

@@ -28,6 +28,7 @@ Intensities::begin(const Frame& frame,
   ensureSize(after_, count_);
   ensureSize(contexts_, count_);
   ensureSize(lowest_, count_);
+  ensureSize(bins_, count_);
   ensureSize(coded_, count_);
   ensureSize(noted_, count_ + 1);
   std::uint16_t* const before = before_.data();
@@ -77,11 +78,11 @@ Intensities::codeRunning(Coder& coder_now,
   const VoxelPlace* const places = places_;
   std::uint16_t running = symbol_statistics::first(2);
   for (std::size_t i = 0; i < count_; ++i) {
-    const unsigned int lowest = symbol_statistics::lowestBin(running);
+    const unsigned int lowest = symbol_statistics::tables.lowestBin(running);
     unsigned int value = Coder::is_decoder ? 0u : symbols[i];
     unsigned int bin = Coder::is_decoder ? 0 : binOf(value);
     const unsigned int symbol =
-        coder.code(models.running_symbol[symbol_statistics::contextOf(running)],
+        coder.code(models.running_symbol[symbol_statistics::tables.contextOf(running)],
                    std::min(bin - lowest, escape));
     bin = lowest + symbol;
     if (((symbol + 1) | bin) >> 4 != 0) {
@@ -120,54 +121,64 @@ Intensities::codeRow(Coder& coder,
   coder.reserve(count);
   // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint16_t* const before = before_.data();
-  std::uint8_t* const contexts = contexts_.data();
-  std::uint8_t* const lowest = lowest_.data();
+  std::uint16_t* const contexts = contexts_.data();
+  std::uint16_t* const lowest = lowest_.data();
   std::uint8_t* const coded = coded_.data();
   for (std::size_t i = 0; i < count; ++i) {
-    contexts[i] = static_cast<std::uint8_t>(symbol_statistics::contextOf(before[i]));
-    lowest[i] = static_cast<std::uint8_t>(symbol_statistics::lowestBin(before[i]));
+    contexts[i] = symbol_statistics::contextOf<std::int16_t>(before[i]);
+    lowest[i] = symbol_statistics::lowestBin<std::int16_t>(before[i]);
   }
-  if constexpr (!Coder::is_decoder) {
-    unsigned int any = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      any |= symbols[i];
+  if constexpr (Coder::is_decoder) {
+    if (!coder.codeRow(models.symbol.data(), contexts, coded, count))
+      return false;
+    learnRow(statistics, symbols);
+  }
+  else {
+    const std::uint16_t* const bins = binsOf(symbols);
     for (std::size_t i = 0; i < count; ++i) {
-      const unsigned int bin =
-          any < intensity_bins::exact ? symbols[i] : binOf(symbols[i]);
-      coded[i] = static_cast<std::uint8_t>(std::min(bin - lowest[i], escape));
+      const auto above = static_cast<std::uint16_t>(bins[i] - lowest[i]);
+      coded[i] = static_cast<std::uint8_t>(above < escape ? above : escape);
     }
+    coder.codeRow(models.symbol.data(), contexts, coded, count);
+    learnRow(statistics, contexts); // the contexts are not needed any more
   }
-  if (!coder.codeRow(models.symbol.data(), contexts, coded, count))
-    return false;
-  learnRow<Coder::is_decoder>(statistics, symbols);
   return true;
 }
 
-/** \brief Updates the statistics and, in a decoder, sets the symbols, as far as they are
- * coded. */
-template <bool is_decoder, class Symbol>
+/** \brief For an encoder: the bins of all symbols. */
+const std::uint16_t*
+Intensities::binsOf(const std::uint16_t* symbols)
+{
+  unsigned int any = 0;
+  for (std::size_t i = 0; i < count_; ++i)
+    any |= symbols[i];
+  if (any < intensity_bins::exact)
+    return symbols;
+  for (std::size_t i = 0; i < count_; ++i)
+    bins_[i] = static_cast<std::uint16_t>(binOf(symbols[i]));
+  return bins_.data();
+}
+
+/** \brief Updates the statistics as far as the symbols are coded.
+ * \param[out] bins of the voxels as far as they are coded
+ */
 void
-Intensities::learnRow(std::uint16_t* statistics, Symbol* symbols)
+Intensities::learnRow(std::uint16_t* statistics, std::uint16_t* bins)
 {
   const std::size_t count = count_;
   const VoxelPlace* const places = places_;
   const std::uint16_t* const before = before_.data();
   const std::uint8_t* const coded = coded_.data();
-  const std::uint8_t* const lowest = lowest_.data();
+  const std::uint16_t* const lowest = lowest_.data();
   std::uint16_t* const after = after_.data();
-  std::uint8_t* const bins = contexts_.data(); // the contexts are not needed any more
-  unsigned int any = 0;
+  std::uint16_t any = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    bins[i] = static_cast<std::uint8_t>(lowest[i] + coded[i]);
-    any |= (coded[i] + 1u) | bins[i];
+    bins[i] = static_cast<std::uint16_t>(lowest[i] + coded[i]);
+    after[i] = symbol_statistics::next<std::int16_t>(before[i], bins[i]);
+    any = static_cast<std::uint16_t>(any | bins[i] | (coded[i] + 1));
   }
   for (std::size_t i = 0; i < count; ++i)
-    after[i] = symbol_statistics::next(before[i], bins[i]);
-  for (std::size_t i = 0; i < count; ++i)
     statistics[places[i]] = after[i];
-  if constexpr (is_decoder)
-    for (std::size_t i = 0; i < count; ++i)
-      symbols[i] = bins[i];
   // Voxels with an escaped bin or with low bits.
   std::uint32_t* noted = noted_.data();
   for (std::size_t i = 0; i < count && any >> 4 != 0; ++i) {

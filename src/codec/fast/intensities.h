@@ -51,9 +51,11 @@ private:
   bool
   codeRow(Coder& coder, Models& models, std::uint16_t* statistics, Symbol* symbols);
 
-  template <bool is_decoder, class Symbol>
+  const std::uint16_t*
+  binsOf(const std::uint16_t* symbols);
+
   void
-  learnRow(std::uint16_t* statistics, Symbol* symbols);
+  learnRow(std::uint16_t* statistics, std::uint16_t* bins);
 
   template <class Coder, class Symbol>
   bool
@@ -82,8 +84,9 @@ private:
   // By voxel.
   std::vector<std::uint16_t> before_; // statistics before this frame
   std::vector<std::uint16_t> after_;
-  std::vector<std::uint8_t> contexts_;
-  std::vector<std::uint8_t> lowest_; // bins
+  std::vector<std::uint16_t> contexts_;
+  std::vector<std::uint16_t> lowest_; // bins
+  std::vector<std::uint16_t> bins_;   // encoder only
   std::vector<std::uint8_t> coded_;
   std::vector<std::uint32_t>
       noted_; // voxels whose bins or low bits are still to be coded

@@ -48,105 +48,131 @@ binOf(unsigned int value)
  * higher ten, the deviation in the lower six, both in eighths. */
 namespace symbol_statistics {
 
-constexpr unsigned int fraction = 8; ///< 1, in eighths
-constexpr unsigned int deviation_count = 64;
+constexpr int fraction = 8; ///< 1, in eighths
+constexpr unsigned int deviation_bits = 6;
+constexpr unsigned int deviation_count = 1u << deviation_bits;
 constexpr unsigned int mean_count = 1024;
-
-constexpr unsigned int
-mean(std::uint16_t statistics)
-{
-  return statistics / deviation_count;
-}
-
-constexpr unsigned int
-deviation(std::uint16_t statistics)
-{
-  return statistics % deviation_count;
-}
-
-/** \brief The statistics after a voxel's first symbol. */
-constexpr std::uint16_t
-first(unsigned int bin)
-{
-  const unsigned int deviation = bin < 32 ? fraction + bin : 40;
-  return static_cast<std::uint16_t>(bin * fraction * deviation_count | deviation);
-}
 
 /** \brief Statistics of a voxel without symbols; no others have this mean. */
 constexpr std::uint16_t none = 0xffff;
 
+// In the functions below a Number is a type of 16 bits or more. With std::int16_t, and only
+// with it, compilers vectorise a loop over many voxels for eight of them at a time.
+
+template <class Number = int>
+constexpr Number
+mean(std::uint16_t statistics)
+{
+  return static_cast<Number>(statistics / deviation_count);
+}
+
+template <class Number = int>
+constexpr Number
+deviation(std::uint16_t statistics)
+{
+  return static_cast<Number>(statistics % deviation_count);
+}
+
+template <class Number>
+constexpr Number
+least(Number a, Number b)
+{
+  return a < b ? a : b;
+}
+
+/** \brief The statistics after a voxel's first symbol. */
+template <class Number = int>
+constexpr std::uint16_t
+first(unsigned int bin)
+{
+  const auto eighths = static_cast<Number>(bin * fraction);
+  const auto deviation = least(static_cast<Number>(fraction + bin), Number{40});
+  return static_cast<std::uint16_t>((eighths << deviation_bits) + deviation);
+}
+
 /** \brief The statistics after a further symbol; both adapt at a rate of 1/4. */
+template <class Number = int>
 constexpr std::uint16_t
 next(std::uint16_t statistics, unsigned int bin)
 {
-  const int old_mean = static_cast<int>(mean(statistics));
-  const int old_deviation = static_cast<int>(deviation(statistics));
-  const int difference = static_cast<int>(bin * fraction) - old_mean;
-  const int distance = difference < 0 ? -difference : difference;
-  const int clamped = distance < 63 ? distance : 63;
-  const auto further =
-      static_cast<std::uint16_t>((old_mean + ((difference + 2) >> 2)) * 64 +
-                                 old_deviation + ((clamped - old_deviation + 2) >> 2));
-  return statistics == none ? first(bin) : further;
+  const auto old_mean = mean<Number>(statistics);
+  const auto eighths = static_cast<Number>(bin * fraction);
+  const auto above = static_cast<Number>(eighths - old_mean);
+  const auto below = static_cast<Number>(old_mean - eighths);
+  const Number distance = least(above > below ? above : below, Number{63});
+  const auto excess = static_cast<Number>(distance - deviation<Number>(statistics) + 2);
+  const auto mean_step = static_cast<Number>(static_cast<Number>(above + 2) >> 2);
+  const auto further = static_cast<std::uint16_t>(
+      statistics + mean_step * (1 << deviation_bits) + (excess >> 2));
+  return statistics == none ? first<Number>(bin) : further;
 }
 
-/** \brief By mean: the bin of symbol 0 in the model of a voxel. The fifteen bins of the model
- * are 0..14 up to a mean of 7, then those around the mean. */
-constexpr std::array<std::uint8_t, mean_count>
-makeLowestBins()
-{
-  std::array<std::uint8_t, mean_count> lowest{};
-  for (unsigned int mean = 0; mean < mean_count - 1; ++mean) {
-    const unsigned int rounded = (mean + fraction / 2) / fraction;
-    lowest[mean] = static_cast<std::uint8_t>(rounded > 7 ? rounded - 7 : 0);
-  }
-  return lowest;
-}
-
-inline constexpr auto lowest_bins = makeLowestBins();
-
-inline unsigned int
+/** \brief The bin of symbol 0 in the model of a voxel. The fifteen bins of the model are
+ * 0..14 up to a mean of 7, then those around the mean. */
+template <class Number = int>
+constexpr std::uint16_t
 lowestBin(std::uint16_t statistics)
 {
-  return lowest_bins[mean(statistics)];
+  const auto above =
+      static_cast<Number>(mean<Number>(statistics) - (7 * fraction - fraction / 2));
+  const Number clamped = above > 0 ? above : Number{0};
+  const auto lowest = static_cast<std::uint16_t>(clamped / fraction);
+  return statistics == none ? std::uint16_t{0} : lowest;
 }
-
-constexpr unsigned int spread_count = 5;
-constexpr unsigned int last_level = 24;
-
-/** \brief Context of a mean and a deviation below 4. */
-constexpr std::array<std::uint8_t, mean_count>
-makeMeanContexts()
-{
-  std::array<std::uint8_t, mean_count> contexts{};
-  for (unsigned int mean = 0; mean < mean_count; ++mean)
-    contexts[mean] = static_cast<std::uint8_t>(
-        spread_count * std::min({mean / 2, mean / 4 + 6, last_level}));
-  // Of no statistics, whose deviation is the highest: one more than the others.
-  ++contexts[mean_count - 1];
-  return contexts;
-}
-
-inline constexpr auto mean_contexts = makeMeanContexts();
-
-/** \brief Class of each deviation, 0..4. */
-constexpr std::array<std::uint8_t, deviation_count>
-makeSpreads()
-{
-  std::array<std::uint8_t, deviation_count> spreads{};
-  for (unsigned int i = 0; i < deviation_count; ++i)
-    spreads[i] = i < 4 ? 0 : i < 9 ? 1 : i < 16 ? 2 : i < 28 ? 3 : 4;
-  return spreads;
-}
-
-inline constexpr auto spreads = makeSpreads();
 
 /** \brief Context of a voxel with these statistics, 0..124, or 125 without. */
-inline unsigned int
+template <class Number = int>
+constexpr std::uint16_t
 contextOf(std::uint16_t statistics)
 {
-  return unsigned{mean_contexts[mean(statistics)]} + spreads[deviation(statistics)];
+  const auto fine = static_cast<Number>(mean<Number>(statistics) >> 1);
+  const auto coarse = static_cast<Number>((mean<Number>(statistics) >> 2) + 6);
+  const Number level = least(least(fine, coarse), Number{24});
+  const auto size = deviation<Number>(statistics);
+  const auto spread =
+      static_cast<Number>((size >= 4) + (size >= 9) + (size >= 16) + (size >= 28));
+  const Number is_none = statistics == none;
+  return static_cast<std::uint16_t>(level * 5 + spread + is_none);
 }
+
+/** \brief As contextOf and lowestBin of statistics other than `none`; faster for a single
+ * voxel. */
+class Tables {
+public:
+  constexpr Tables()
+  {
+    for (unsigned int i = 0; i < mean_count - 1; ++i) {
+      const auto statistics = static_cast<std::uint16_t>(i << deviation_bits);
+      of_mean_[i] = static_cast<std::uint8_t>(symbol_statistics::contextOf(statistics));
+      lowest_bin_[i] =
+          static_cast<std::uint8_t>(symbol_statistics::lowestBin(statistics));
+    }
+    for (unsigned int i = 0; i < deviation_count; ++i)
+      of_deviation_[i] = static_cast<std::uint8_t>(
+          symbol_statistics::contextOf(static_cast<std::uint16_t>(i)));
+  }
+
+  unsigned int
+  contextOf(std::uint16_t statistics) const
+  {
+    return unsigned{of_mean_[statistics / deviation_count]} +
+           of_deviation_[statistics % deviation_count];
+  }
+
+  unsigned int
+  lowestBin(std::uint16_t statistics) const
+  {
+    return lowest_bin_[statistics / deviation_count];
+  }
+
+private:
+  // Parts of the context, whose sum it is.
+  std::array<std::uint8_t, mean_count> of_mean_{};
+  std::array<std::uint8_t, deviation_count> of_deviation_{};
+  std::array<std::uint8_t, mean_count> lowest_bin_{};
+};
+
+inline constexpr Tables tables;
 
 } // namespace symbol_statistics
 
