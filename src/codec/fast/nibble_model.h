@@ -1,10 +1,12 @@
 #pragma once
 
+#include "simd/bit_operations.h"
 #include "simd/symbol_lanes.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace pcl_ext {
 namespace io {
@@ -43,8 +45,14 @@ public:
   ProbabilityRange
   range(std::size_t symbol) const
   {
-    const std::uint32_t start = std::uint32_t{bounds_[symbol]} >> fine_bits;
-    return {start, (std::uint32_t{bounds_[symbol + 1]} >> fine_bits) - start};
+    // Both bounds at once: two loads take longer.
+    std::uint32_t both;
+    std::memcpy(&both, bounds_.data() + symbol, sizeof(both));
+    const std::uint32_t low = both % (1u << 16);
+    const std::uint32_t high = both >> 16;
+    const std::uint32_t start = (is_big_endian ? high : low) >> fine_bits;
+    const std::uint32_t end = (is_big_endian ? low : high) >> fine_bits;
+    return {start, end - start};
   }
 
   /** \brief The symbol of a slot. */
