@@ -97,7 +97,7 @@ History::reserveFor(const History& other)
   reserveAhead(keys, other.keys.size());
   reserveAhead(numbers, other.numbers.size());
   reserveAhead(activity, other.activity.size());
-  ensureSize(places, other.voxelCount());
+  ensureSize(places, other.voxelCount() + spare_places);
 }
 
 void
@@ -133,7 +133,7 @@ History::clear() noexcept
 void
 History::releaseMemory()
 {
-  places.resize(voxelCount());
+  places.resize(voxelCount() + spare_places);
   statistics.resize(known.size() * block_cells);
   known.shrink_to_fit();
   statistics.shrink_to_fit();

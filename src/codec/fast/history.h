@@ -117,6 +117,8 @@ ensureSize(Vector& vector, std::size_t size)
 struct History {
   /** \brief Statistics of a voxel that has none yet. */
   static constexpr std::uint16_t no_statistics = 0xffff;
+  /** \brief Places that may be read behind a bucket. */
+  static constexpr std::size_t spare_places = 1;
 
   // By block number.
   std::vector<std::uint64_t> known;         ///< cells that are in a bucket
@@ -131,7 +133,7 @@ struct History {
   // Buckets.
   std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `places`
   std::array<std::uint32_t, voxel_past::count> size{};
-  std::vector<VoxelPlace> places;
+  std::vector<VoxelPlace> places; ///< and `spare_places` behind the last bucket
 
   /** \brief Number of known voxels. */
   std::size_t

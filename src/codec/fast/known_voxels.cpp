@@ -5,6 +5,7 @@
 #include "simd/bit_operations.h"
 #include "voxels/voxel_block.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
@@ -63,24 +64,44 @@ nextProbability(std::uint16_t probability, std::uint32_t occupied, std::uint32_t
       (weight * probability + std::uint64_t{0xffff} * occupied) / (weight + count));
 }
 
-/** \brief Number of ones in the lowest two, four, six and eight bits of a byte, in eight bits
- * each. */
-constexpr std::array<std::uint32_t, 256>
-makePairCounts()
+/** \brief How to split eight voxels in empty and occupied ones, as four pairs. */
+struct SplitRule {
+  static constexpr unsigned int pairs = 4;
+
+  // By pair: index of its first empty voxel among the eight, or of the other voxel if there
+  // is none; the same for occupied ones.
+  std::array<std::uint8_t, pairs> first_empty{};
+  std::array<std::uint8_t, pairs> first_occupied{};
+  // By pair: number of voxels up to the end of the pair.
+  std::array<std::uint8_t, pairs> empty{};
+  std::array<std::uint8_t, pairs> occupied{};
+};
+
+/** \brief Rules by occupancy, the first voxel's bit lowest. */
+constexpr std::array<SplitRule, 256>
+makeSplitRules()
 {
-  std::array<std::uint32_t, 256> counts{};
-  for (unsigned int byte = 0; byte < counts.size(); ++byte)
-    for (unsigned int pairs = 1; pairs <= 4; ++pairs)
-      counts[byte] |= bitCount(byte & ((1u << 2 * pairs) - 1)) << 8 * (pairs - 1);
-  return counts;
+  std::array<SplitRule, 256> rules{};
+  for (unsigned int byte = 0; byte < rules.size(); ++byte)
+    for (unsigned int pair = 0; pair < SplitRule::pairs; ++pair) {
+      const unsigned int first = 2 * pair;
+      const unsigned int is_occupied = byte >> first & 1;
+      const unsigned int occupied = bitCount(byte & ((4u << first) - 1));
+      rules[byte].first_empty[pair] = static_cast<std::uint8_t>(first + is_occupied);
+      rules[byte].first_occupied[pair] =
+          static_cast<std::uint8_t>(first + 1 - is_occupied);
+      rules[byte].empty[pair] = static_cast<std::uint8_t>(first + 2 - occupied);
+      rules[byte].occupied[pair] = static_cast<std::uint8_t>(occupied);
+    }
+  return rules;
 }
 
-constexpr auto pair_counts = makePairCounts();
+constexpr auto split_rules = makeSplitRules();
 
 /** \brief Splits a bucket in two, eight voxels at a time. */
 struct BucketSplit {
-  const VoxelPlace* from;  ///< the next voxels
-  const VoxelPlace* last;  ///< the last voxel of all buckets
+  const VoxelPlace* from;  ///< the next voxels; there is another one behind the bucket
+  std::ptrdiff_t ahead;    ///< distance of prefetching
   VoxelPlace* if_empty;    ///< where to store the next empty voxel; two are written
   VoxelPlace* if_occupied; ///< the same for the next occupied voxel
 
@@ -88,41 +109,28 @@ struct BucketSplit {
   void
   operator()(unsigned int byte)
   {
-    // Buckets are contiguous in memory.
-    prefetch(last - from > prefetched_voxels ? from + prefetched_voxels : last);
-    const std::uint32_t occupied = pair_counts[byte];
-    const std::uint32_t empty = 0x08060402 - occupied;
-    putTwo(0, byte << 5, 0, 0);
-    putTwo(2, byte << 3, empty & 255, occupied & 255);
-    putTwo(4, byte << 1, empty >> 8 & 255, occupied >> 8 & 255);
-    putTwo(6, byte >> 1, empty >> 16 & 255, occupied >> 16 & 255);
+    prefetch(from + ahead);
+    const SplitRule& rule = split_rules[byte];
+    // Two voxels are copied to both buckets, from the first one that belongs there on; what
+    // does not is overwritten later.
+    copyTwo(from + rule.first_empty[0], if_empty);
+    copyTwo(from + rule.first_occupied[0], if_occupied);
+    for (unsigned int pair = 1; pair < SplitRule::pairs; ++pair) {
+      copyTwo(from + rule.first_empty[pair], if_empty + rule.empty[pair - 1]);
+      copyTwo(from + rule.first_occupied[pair], if_occupied + rule.occupied[pair - 1]);
+    }
     from += 8;
-    if_empty += empty >> 24;
-    if_occupied += occupied >> 24;
+    if_empty += rule.empty.back();
+    if_occupied += rule.occupied.back();
   }
 
 private:
-  /** \brief Appends two voxels to their buckets. Both are stored in both buckets, shifted so
-   * that voxels of the bucket come first; others are overwritten later.
-   * \param[in] first index of the first of the two among the eight
-   * \param[in] bits bit 5: whether the first one is occupied
-   * \param[in] empty number of empty voxels before them
-   * \param[in] occupied number of occupied voxels before them
-   */
-  void
-  putTwo(unsigned int first,
-         unsigned int bits,
-         std::uint32_t empty,
-         std::uint32_t occupied) const
+  static void
+  copyTwo(const VoxelPlace* source, VoxelPlace* target)
   {
-    const unsigned int if_first = bits & 32;
-    const unsigned int if_not = ~bits & 32;
     std::uint64_t both;
-    std::memcpy(&both, from + first, sizeof(both));
-    const std::uint64_t to_empty = is_big_endian ? both << if_first : both >> if_first;
-    const std::uint64_t to_occupied = is_big_endian ? both << if_not : both >> if_not;
-    std::memcpy(if_empty + empty, &to_empty, sizeof(both));
-    std::memcpy(if_occupied + occupied, &to_occupied, sizeof(both));
+    std::memcpy(&both, source, sizeof(both));
+    std::memcpy(target, &both, sizeof(both));
   }
 };
 
@@ -230,8 +238,11 @@ KnownVoxels::splitBucket(Coder& coder,
   const unsigned int past_if_empty = voxel_past::next(past, 0);
   const unsigned int past_if_occupied = voxel_past::next(past, 1);
   VoxelPlace* const first_occupied = endOf(after, past_if_occupied);
+  const VoxelPlace* const places_end = before.places.data() + before.places.size();
   BucketSplit split = {from,
-                       before.places.data() + before.places.size() - 1,
+                       // Buckets are contiguous in memory.
+                       std::min(prefetched_voxels,
+                                places_end - from - static_cast<std::ptrdiff_t>(count)),
                        endOf(after, past_if_empty),
                        first_occupied};
   if (!coder.codeRow(
