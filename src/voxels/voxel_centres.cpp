@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 
 namespace pcl_ext {
 namespace io {
@@ -96,18 +97,39 @@ computeIntensities(const IntensityScale& scale,
   }
 }
 
+/** \brief Sets a table to the intensities of the lowest symbols of a linear scale. */
+void
+fillTable(const IntensityScale& scale, std::size_t symbols, float* table)
+{
+  std::array<std::uint16_t, capacity> some{};
+  std::array<float, capacity> intensities;
+  for (std::size_t begin = 0; begin < symbols; begin += capacity) {
+    const std::size_t count = std::min(capacity, symbols - begin);
+    std::iota(some.begin(), some.end(), static_cast<std::uint16_t>(begin));
+    computeIntensities(scale, some.data(), count, intensities);
+    std::copy_n(intensities.begin(), count, table + begin);
+  }
+}
+
 } // namespace
 
 VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
   const IntensityScale& scale = frame.intensity_scale;
   const std::size_t symbols = std::size_t{scale.maxSymbol()} + 1;
-  // A large table costs more than it saves for a small frame.
-  if (scale.companded_range == 0 ||
-      symbols > std::max(small_table_.size(), frame.size()))
+  const bool is_small = symbols <= small_table_.size();
+  // A table costs more than it saves for a small frame; the larger one also memory.
+  if (scale.companded_range == 0) {
+    if (!is_small || frame.size() < 2 * symbols)
+      return;
+    fillTable(scale, symbols, small_table_.data());
+    table_ = small_table_.data();
+    return;
+  }
+  if (!is_small && symbols > frame.size())
     return;
   float* table = small_table_.data();
-  if (symbols > small_table_.size()) {
+  if (!is_small) {
     large_table_.resize(symbols);
     table = large_table_.data();
   }
@@ -131,11 +153,11 @@ VoxelCentreReader::read(std::size_t begin, VoxelCentres& centres) const
     return count;
   }
   const std::uint16_t* const symbols = frame_.intensities.data() + begin;
-  if (scale.companded_range == 0)
-    computeIntensities(scale, symbols, count, centres.intensity);
-  else if (table_ != nullptr)
+  if (table_ != nullptr)
     for (std::size_t i = 0; i < count; ++i)
       centres.intensity[i] = table_[symbols[i]];
+  else if (scale.companded_range == 0)
+    computeIntensities(scale, symbols, count, centres.intensity);
   else
     for (std::size_t i = 0; i < count; ++i)
       centres.intensity[i] = scale.value(symbols[i]);

@@ -223,7 +223,7 @@ public:
 
 private:
   const VoxelFrame& frame_;
-  const float* table_ = nullptr;       // intensities by symbol; companded scales only
+  const float* table_ = nullptr;       // intensities by symbol, if it saves time
   std::array<float, 256> small_table_; // up to 8 bits, without an allocation
   std::vector<float> large_table_;
 };
