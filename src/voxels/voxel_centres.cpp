@@ -41,6 +41,14 @@ gatherBits(std::uint64_t bits)
   return static_cast<std::uint32_t>((bits | bits >> 32) & 0x1fffff);
 }
 
+/** \brief Coordinate of a voxel's centre. */
+float
+centreOf(const VoxelGrid& grid, std::size_t axis, std::int32_t index)
+{
+  return static_cast<float>((static_cast<double>(index) + 0.5) * grid.resolution +
+                            grid.anchor[axis]);
+}
+
 template <typename KeyT>
 void
 computeAxis(const VoxelGrid& grid,
@@ -50,16 +58,13 @@ computeAxis(const VoxelGrid& grid,
 {
   const std::size_t lowest_bit = 2 - axis;
   const std::int32_t first_index = grid.first_index[axis];
-  const double resolution = grid.resolution;
-  const double anchor = grid.anchor[axis];
   std::array<std::int32_t, capacity> index;
   for (std::size_t i = 0; i < capacity; ++i)
     // Within the lattice, and so within 32 bits.
     index[i] =
         first_index + static_cast<std::int32_t>(gatherBits(keys[i] >> lowest_bit));
   for (std::size_t i = 0; i < capacity; ++i)
-    coordinates[i] =
-        static_cast<float>((static_cast<double>(index[i]) + 0.5) * resolution + anchor);
+    coordinates[i] = centreOf(grid, axis, index[i]);
 }
 
 template <typename KeyT>
@@ -111,10 +116,24 @@ fillTable(const IntensityScale& scale, std::size_t symbols, float* table)
   }
 }
 
+/** \brief Sets a table to the centres of the lowest positions along an axis. */
+void
+fillTable(const VoxelGrid& grid,
+          std::size_t axis,
+          std::size_t positions,
+          std::array<float, VoxelCentreTables::size>& table)
+{
+  for (std::size_t i = 0; i < positions; ++i)
+    table[i] =
+        centreOf(grid, axis, grid.first_index[axis] + static_cast<std::int32_t>(i));
+}
+
 } // namespace
 
 VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
+  if (!frame.hasIntensities())
+    return;
   const IntensityScale& scale = frame.intensity_scale;
   const std::size_t symbols = std::size_t{scale.maxSymbol()} + 1;
   const bool is_small = symbols <= small_table_.size();
@@ -124,18 +143,26 @@ VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
       return;
     fillTable(scale, symbols, small_table_.data());
     table_ = small_table_.data();
-    return;
   }
-  if (!is_small && symbols > frame.size())
-    return;
-  float* table = small_table_.data();
-  if (!is_small) {
-    large_table_.resize(symbols);
-    table = large_table_.data();
+  else {
+    if (!is_small && symbols > frame.size())
+      return;
+    float* table = small_table_.data();
+    if (!is_small) {
+      large_table_.resize(symbols);
+      table = large_table_.data();
+    }
+    for (std::size_t symbol = 0; symbol < symbols; ++symbol)
+      table[symbol] = scale.value(static_cast<std::uint16_t>(symbol));
+    table_ = table;
   }
-  for (std::size_t symbol = 0; symbol < symbols; ++symbol)
-    table[symbol] = scale.value(static_cast<std::uint16_t>(symbol));
-  table_ = table;
+  const std::size_t positions = std::size_t{1} << frame.grid.depth;
+  if (positions > VoxelCentreTables::size || frame.size() < 3 * positions)
+    return;
+  fillTable(frame.grid, 0, positions, tables_.x);
+  fillTable(frame.grid, 1, positions, tables_.y);
+  fillTable(frame.grid, 2, positions, tables_.z);
+  has_tables_ = true;
 }
 
 std::size_t

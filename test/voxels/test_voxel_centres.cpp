@@ -59,6 +59,36 @@ TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
       expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
 }
 
+// Frames with at least three voxels for each position along an axis are looked up in tables,
+// in grids of up to nine levels.
+TEST(VoxelCentres, AreTheSameByTables)
+{
+  for (unsigned int depth = 1; depth <= 11; ++depth)
+    for (const unsigned int bits : {1u, 6u, 8u, 9u})
+      for (const std::size_t voxels : {100u, 7000u}) {
+        VoxelFrame frame = randomFrame(depth * 100 + bits, depth, voxels);
+        frame.intensity_scale.bits = bits;
+        for (std::uint16_t& symbol : frame.intensities)
+          symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
+        ASSERT_TRUE(isConsistent(frame));
+        expectCentres(frame);
+      }
+}
+
+TEST(VoxelCentres, HaveNoIntensityInAFrameWithoutIntensities)
+{
+  VoxelFrame frame = randomFrame(3, 6, 2000);
+  frame.intensity_scale.bits = 0;
+  frame.intensities.clear();
+  ASSERT_TRUE(isConsistent(frame));
+  std::size_t next = 0;
+  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next++));
+    ASSERT_EQ(intensity, 0.0f);
+  });
+  EXPECT_EQ(next, frame.size());
+}
+
 TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
 {
   for (const IntensityScale& scale :
@@ -82,8 +112,13 @@ TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
 
 TEST(VoxelCentres, IntensitiesStayWithinTheFloats)
 {
-  VoxelFrame frame = randomFrame(1, 5, 100);
+  VoxelFrame frame = randomFrame(1, 5, 600);
   frame.intensity_scale = {-largest, largest / 100.0f, 16};
+  expectCentres(frame);
+  // By tables.
+  frame.intensity_scale.bits = 8;
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol &= 255;
   expectCentres(frame);
 }
 
