@@ -44,6 +44,14 @@ moveEnds(std::uint16_t* ends,
   }
 }
 
+template <class Number>
+inline void
+addToBytes(const std::uint8_t* bytes, Number number, Number* sums)
+{
+  for (std::size_t i = 0; i < 8; ++i)
+    sums[i] = number + bytes[i];
+}
+
 } // namespace portable
 
 /** \brief Index of the first of sixteen ends above number * 2^bits + offset, which must be
@@ -110,6 +118,57 @@ moveEnds(std::uint16_t* ends,
   _mm_store_si128(bytes, zero);
 #else
   portable::moveEnds(ends, counts, least, unit, shift);
+#endif
+}
+
+#if defined(__SSE2__)
+/** \brief Eight numbers of 32 bits. */
+struct EightNumbers {
+  __m128i low;
+  __m128i high;
+};
+
+/** \brief Eight bytes as numbers. */
+inline EightNumbers
+widened(const std::uint8_t* bytes)
+{
+  const __m128i zero = _mm_setzero_si128();
+  const __m128i words =
+      _mm_unpacklo_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes)), zero);
+  return {_mm_unpacklo_epi16(words, zero), _mm_unpackhi_epi16(words, zero)};
+}
+#endif
+
+/** \brief Adds a number to each of eight bytes. */
+inline void
+addToBytes(const std::uint8_t* bytes, std::uint32_t number, std::uint32_t* sums)
+{
+#if defined(__SSE2__)
+  const EightNumbers wide = widened(bytes);
+  const __m128i all = _mm_set1_epi32(static_cast<int>(number));
+  auto* const target = reinterpret_cast<__m128i*>(sums);
+  _mm_storeu_si128(target, _mm_add_epi32(wide.low, all));
+  _mm_storeu_si128(target + 1, _mm_add_epi32(wide.high, all));
+#else
+  portable::addToBytes(bytes, number, sums);
+#endif
+}
+
+/** \brief Adds a number to each of eight bytes. */
+inline void
+addToBytes(const std::uint8_t* bytes, std::uint64_t number, std::uint64_t* sums)
+{
+#if defined(__SSE2__)
+  const EightNumbers wide = widened(bytes);
+  const __m128i zero = _mm_setzero_si128();
+  const __m128i all = _mm_set1_epi64x(static_cast<long long>(number));
+  auto* const target = reinterpret_cast<__m128i*>(sums);
+  _mm_storeu_si128(target, _mm_add_epi64(_mm_unpacklo_epi32(wide.low, zero), all));
+  _mm_storeu_si128(target + 1, _mm_add_epi64(_mm_unpackhi_epi32(wide.low, zero), all));
+  _mm_storeu_si128(target + 2, _mm_add_epi64(_mm_unpacklo_epi32(wide.high, zero), all));
+  _mm_storeu_si128(target + 3, _mm_add_epi64(_mm_unpackhi_epi32(wide.high, zero), all));
+#else
+  portable::addToBytes(bytes, number, sums);
 #endif
 }
 

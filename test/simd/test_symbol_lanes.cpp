@@ -85,4 +85,31 @@ TEST(SymbolLanes, EndsMoveTowardsWhatWasCounted)
     }
 }
 
+template <class Number>
+void
+expectSums(std::mt19937_64& random)
+{
+  std::array<std::uint8_t, 8> bytes;
+  for (std::uint8_t& byte : bytes)
+    byte = static_cast<std::uint8_t>(random());
+  const auto number = static_cast<Number>(random());
+  std::array<Number, 8> sums{};
+  std::array<Number, 8> portable_sums{};
+  addToBytes(bytes.data(), number, sums.data());
+  portable::addToBytes(bytes.data(), number, portable_sums.data());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    ASSERT_EQ(sums[i], static_cast<Number>(number + bytes[i]));
+    ASSERT_EQ(portable_sums[i], sums[i]);
+  }
+}
+
+TEST(SymbolLanes, ANumberIsAddedToEachByte)
+{
+  std::mt19937_64 random(3);
+  for (int round = 0; round < 1000; ++round) {
+    expectSums<std::uint32_t>(random);
+    expectSums<std::uint64_t>(random);
+  }
+}
+
 } // namespace

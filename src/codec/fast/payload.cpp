@@ -2,8 +2,8 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
+#include "codec/fast/cell_list.h"
 #include "codec/fast/entropy_coder.h"
-#include "simd/bit_operations.h"
 
 #include <algorithm>
 
@@ -28,24 +28,19 @@ expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
     keys->resize(frame.voxel_count + 8);
     key = keys->data();
   }
-  constexpr std::uint64_t no_cell = std::uint64_t{1} << 63;
   const std::size_t count = frame.block_count;
   const std::uint64_t* const block_keys = frame.keys.data();
   const std::uint64_t* const masks = frame.masks.data();
   const std::uint32_t* const numbers = frame.numbers.data();
+  CellList list;
   for (std::size_t i = 0; i < count; ++i) {
-    const VoxelPlace first = numbers[i] * block_cells;
-    const std::uint64_t block_key = block_keys[i] << block_key_bits;
-    std::uint64_t mask = masks[i];
-    const unsigned int cells = bitCount(mask);
+    const unsigned int cells = list.assign(masks[i]);
     // Eight at a time, as such a loop is predicted better; the excess is overwritten.
-    for (unsigned int done = 0; done < cells; done += 8)
-      for (unsigned int k = 0; k < 8; ++k, mask &= mask - 1) {
-        const unsigned int cell = lowestBit(mask | no_cell);
-        place[done + k] = first + cell;
-        if constexpr (with_keys)
-          key[done + k] = block_key + cell;
-      }
+    for (unsigned int done = 0; done < cells; done += 8) {
+      list.addTo(numbers[i] * block_cells, done, place + done);
+      if constexpr (with_keys)
+        list.addTo(block_keys[i] << block_key_bits, done, key + done);
+    }
     place += cells;
     if constexpr (with_keys)
       key += cells;
