@@ -134,34 +134,49 @@ VoxelCentreReader::VoxelCentreReader(const VoxelFrame& frame) : frame_(frame)
 {
   if (!frame.hasIntensities())
     return;
-  const IntensityScale& scale = frame.intensity_scale;
+  setIntensityTable();
+  if (table_ != nullptr)
+    setCentreTables();
+}
+
+/** \brief Sets the table of intensities, unless the frame is small, so that it costs more
+ * than it saves. */
+void
+VoxelCentreReader::setIntensityTable()
+{
+  const IntensityScale& scale = frame_.intensity_scale;
   const std::size_t symbols = std::size_t{scale.maxSymbol()} + 1;
   const bool is_small = symbols <= small_table_.size();
-  // A table costs more than it saves for a small frame; the larger one also memory.
   if (scale.companded_range == 0) {
-    if (!is_small || frame.size() < 2 * symbols)
+    if (!is_small || frame_.size() < 2 * symbols)
       return;
     fillTable(scale, symbols, small_table_.data());
     table_ = small_table_.data();
-  }
-  else {
-    if (!is_small && symbols > frame.size())
-      return;
-    float* table = small_table_.data();
-    if (!is_small) {
-      large_table_.resize(symbols);
-      table = large_table_.data();
-    }
-    for (std::size_t symbol = 0; symbol < symbols; ++symbol)
-      table[symbol] = scale.value(static_cast<std::uint16_t>(symbol));
-    table_ = table;
-  }
-  const std::size_t positions = std::size_t{1} << frame.grid.depth;
-  if (positions > VoxelCentreTables::size || frame.size() < 3 * positions)
     return;
-  fillTable(frame.grid, 0, positions, tables_.x);
-  fillTable(frame.grid, 1, positions, tables_.y);
-  fillTable(frame.grid, 2, positions, tables_.z);
+  }
+  if (!is_small && symbols > frame_.size())
+    return;
+  float* table = small_table_.data();
+  if (!is_small) {
+    large_table_.resize(symbols);
+    table = large_table_.data();
+  }
+  for (std::size_t symbol = 0; symbol < symbols; ++symbol)
+    table[symbol] = scale.value(static_cast<std::uint16_t>(symbol));
+  table_ = table;
+}
+
+/** \brief Sets the tables of centres, if the grid is small and the frame is not. */
+void
+VoxelCentreReader::setCentreTables()
+{
+  const VoxelGrid& grid = frame_.grid;
+  const std::size_t positions = std::size_t{1} << grid.depth;
+  if (positions > VoxelCentreTables::size || frame_.size() < 3 * positions)
+    return;
+  fillTable(grid, 0, positions, tables_.x);
+  fillTable(grid, 1, positions, tables_.y);
+  fillTable(grid, 2, positions, tables_.z);
   has_tables_ = true;
 }
 

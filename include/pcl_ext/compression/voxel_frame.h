@@ -275,6 +275,12 @@ public:
   }
 
 private:
+  void
+  setIntensityTable();
+
+  void
+  setCentreTables();
+
   const VoxelFrame& frame_;
   bool has_tables_ = false;
   const float* table_ = nullptr;       // intensities by symbol, if it saves time
