@@ -13,6 +13,7 @@ import argparse
 import os
 import pathlib
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -30,6 +31,7 @@ PROGRAM_OF_ROOM = {"bytes": "test_voxels", "voxels": "test_voxels",
                    "filters": "test_filters", "compression": "test_compression",
                    "nodes": "test_nodes"}
 SECONDS_A_PROGRAM = 600
+MOST_MEMORY = 8 << 30  # bytes of address space
 
 
 def copy_sources(target):
@@ -61,13 +63,19 @@ def compile_tests(build, jobs):
     return result.returncode == 0, result.stdout
 
 
+def limit_memory():
+    """A mutant may allocate without end."""
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+
+
 def first_failure(build, first="test_stream"):
     """The first test that fails, or None."""
     for program in sorted(PROGRAMS, key=lambda program: program != first):
         try:
             result = subprocess.run([build / "test" / program, "--gtest_fail_fast",
                                      "--gtest_brief=1"], capture_output=True, text=True,
-                                    errors="replace", timeout=SECONDS_A_PROGRAM)
+                                    errors="replace", timeout=SECONDS_A_PROGRAM,
+                                    preexec_fn=limit_memory)
         except subprocess.TimeoutExpired:
             return f"{program}: does not end"
         if result.returncode == 0:

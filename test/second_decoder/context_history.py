@@ -1,6 +1,6 @@
 """What efforts 1 and 2 remember of the frames since the last one without history.
 
-doc/bitstream_context.md, "History"; the depth offset's learning is in "Rests".
+doc/bitstream_context.md, "History"; the depth offset's learning is in "Residuals".
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ class SeenVoxel(NamedTuple):
 
     number: int
     depth_offset: int
-    """o of the description: 0 without a rest or without a depth model."""
+    """o of the description: 0 without a residual or without a depth model."""
     roughness: int
     """16 q of the description."""
 

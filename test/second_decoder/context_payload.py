@@ -9,7 +9,7 @@ from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from coded_frame import MOST_VOXELS, CodedFrame, Voxels
 from context_history import ContextHistory, Record, SeenVoxel, fraction_bits
-from depth_model import has_rest, point_with_offset, predicted_symbol
+from depth_model import has_residual, point_with_offset, predicted_symbol
 from frame_header import from_zigzag
 from invalid_frame import require
 from morton import (
@@ -39,7 +39,7 @@ class Kinds:
         self.cell = Choices(_CELL_WEIGHTS)
         self.child = Kind(5 if is_small else 2, 5)
         self.number = Kind(4 if is_small else 2, 6)
-        self.rest = Kind(3 if is_small else 1, 5)
+        self.residual = Kind(3 if is_small else 1, 5)
         self.escape = Kind(1, 5)
 
     def copy(self) -> "Kinds":
@@ -255,8 +255,7 @@ def _read_new_voxels(payload: _Payload) -> None:
         k = _class_of(len(cells), (4, 10, 20))
         context = 4 * payload.history.activities[block] + k
         if payload.kinds.block.read(payload.bits, [context]):
-            known = set(cells)
-            _read_cells(payload, block, [c for c in range(cell_count) if c not in known])
+            _read_cells(payload, block, sorted(set(range(cell_count)) - set(cells)))
 
 
 def _read_cells(payload: _Payload, block: int, open_cells: List[int]) -> None:
@@ -423,7 +422,7 @@ class _Numbers:
 
 
 class _Symbols:
-    """Section "Rests", and what is said of the symbols in doc/bitstream.md."""
+    """Section "Residuals", and what is said of the symbols in doc/bitstream.md."""
 
     def __init__(self, payload: _Payload) -> None:
         self._payload = payload
@@ -441,24 +440,24 @@ class _Symbols:
             return self._without_rest(key, number)
         c = frame.depth_model.point_at_centre(key)
         w = point_with_offset(c, record.depth_offset if record else 0)
-        if not has_rest(w):
+        if not has_residual(w):
             return self._without_rest(key, number)
         exact = number * w
-        rest = self._read_rest(exact, number, record)
-        symbol = predicted_symbol(exact, frame.highest_symbol) + from_zigzag(rest)
+        residual = self._read_residual(exact, number, record)
+        symbol = predicted_symbol(exact, frame.highest_symbol) + from_zigzag(residual)
         require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
         offset = 0
         if number and symbol < frame.highest_symbol:
             offset = _quotient((((symbol << 16) - number * c) << 14), number * c)
         offset = min(max(offset, -(1 << 13)), 1 << 13)
-        self.seen[key] = SeenVoxel(number, offset, 16 * min(rest, 15))
+        self.seen[key] = SeenVoxel(number, offset, 16 * min(residual, 15))
         return symbol
 
     def _without_rest(self, key: int, number: int) -> int:
         self.seen[key] = SeenVoxel(number, 0, 0)
         return number
 
-    def _read_rest(self, exact: int, number: int, record: Optional[Record]) -> int:
+    def _read_residual(self, exact: int, number: int, record: Optional[Record]) -> int:
         z = min(exact >> 17, 127).bit_length()
         w = 1 + _class_of(record.roughness, (6, 14, 24, 48)) if record else 0
         n = _class_of(number, (2, 3, 6))
@@ -468,15 +467,15 @@ class _Symbols:
             (16 * z + (exact >> 12) % 16) * 6 + w,
             (quarter * 4 + min(self._average // 8, 3)) * 4 + n,
         ]
-        rest = 0
-        while rest < 32 and self._payload.kinds.rest.read(
-            self._payload.bits, [32 * x + rest for x in rows], min(rest, 7)
+        residual = 0
+        while residual < 32 and self._payload.kinds.residual.read(
+            self._payload.bits, [32 * x + residual for x in rows], min(residual, 7)
         ):
-            rest += 1
-        if rest == 32:
-            rest += self._payload.escape()
-        self._average += 16 * min(rest, 64) // 8 - self._average // 8
-        return rest
+            residual += 1
+        if residual == 32:
+            residual += self._payload.escape()
+        self._average += 16 * min(residual, 64) // 8 - self._average // 8
+        return residual
 
 
 def _quotient(a: int, b: int) -> int:

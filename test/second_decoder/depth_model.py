@@ -42,8 +42,8 @@ def point_with_offset(at_centre: int, depth_offset: int) -> int:
     return at_centre * ((1 << 14) + depth_offset) >> 14
 
 
-def has_rest(point: int) -> bool:
-    """Whether a voxel has a rest besides its number of points."""
+def has_residual(point: int) -> bool:
+    """Whether a voxel has a residual besides its number of points."""
     return point >= 1 << 16
 
 

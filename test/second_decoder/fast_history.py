@@ -9,20 +9,20 @@ from typing import Dict, List, NamedTuple
 from morton import BLOCK_BITS
 
 
-class Moment(NamedTuple):
-    """Mean, in eighths of a step, and deviation of a voxel's steps."""
+class Statistics(NamedTuple):
+    """Mean, in eighths of a bin, and deviation of a voxel's bins."""
 
     mean: int
     deviation: int
 
     @staticmethod
-    def of_first(step: int) -> "Moment":
-        return Moment(8 * step, 8 + step if step < 32 else 40)
+    def of_first(bin_index: int) -> "Statistics":
+        return Statistics(8 * bin_index, 8 + bin_index if bin_index < 32 else 40)
 
-    def after(self, step: int) -> "Moment":
-        d = 8 * step - self.mean
+    def after(self, bin_index: int) -> "Statistics":
+        d = 8 * bin_index - self.mean
         a = min(abs(d), 63)
-        return Moment(
+        return Statistics(
             self.mean + ((d + 2) >> 2), self.deviation + ((a - self.deviation + 2) >> 2)
         )
 
@@ -49,11 +49,11 @@ def is_forgotten(past: int) -> bool:
 
 @dataclass
 class FastHistory:
-    """Buckets by past, shares by past, moments by key, activities by block."""
+    """Buckets by past, shares by past, statistics by key, activities by block."""
 
     buckets: Dict[int, List[int]] = field(default_factory=dict)
     shares: Dict[int, int] = field(default_factory=dict)
-    moments: Dict[int, Moment] = field(default_factory=dict)
+    statistics: Dict[int, Statistics] = field(default_factory=dict)
     activities: Dict[int, int] = field(default_factory=dict)
 
     def share(self, past: int) -> int:

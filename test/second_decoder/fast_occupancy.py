@@ -18,7 +18,7 @@ from rans import BitModel, RansDecoder, occupancy_table
 class FastOccupancy:
     """Occupied voxels, known ones and those that the frame brings, and what follows.
 
-    `history` is the one behind the frame, with the moments of the one before.
+    `history` is the one behind the frame, with the statistics of the one before.
     """
 
     known: List[int]
@@ -70,7 +70,7 @@ class FastOccupancyReader:
         self._models = models
         self._history = history
         self._after = FastHistory(
-            shares=dict(history.shares), moments=dict(history.moments)
+            shares=dict(history.shares), statistics=dict(history.statistics)
         )
         self._known_cells = history.known_cells()
         self._occupied_cells = {block: 0 for block in self._known_cells}
@@ -128,7 +128,7 @@ class FastOccupancyReader:
             self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
         new_past = next_past(past, is_occupied)
         if is_forgotten(new_past):
-            self._after.moments.pop(key, None)
+            self._after.statistics.pop(key, None)
         else:
             self._after.buckets.setdefault(new_past, []).append(key)
 

@@ -1,14 +1,14 @@
-"""The payload of effort 0, with rests where there is a depth model.
+"""The payload of effort 0, with residuals where there is a depth model.
 
-doc/bitstream_fast.md; "Classed rows" and "Rests" are in this file.
+doc/bitstream_fast.md; "Classed rows" and "Residuals" are in this file.
 """
 
 from dataclasses import dataclass, replace
 from typing import List, Tuple
 
 from coded_frame import CodedFrame, Voxels
-from depth_model import has_rest, predicted_symbol
-from fast_history import FastHistory, Moment
+from depth_model import has_residual, predicted_symbol
+from fast_history import FastHistory, Statistics
 from fast_models import FastModels
 from fast_occupancy import FastOccupancyReader
 from fast_symbols import FastSymbolReader
@@ -42,14 +42,14 @@ def _decode_numbers(
         rans.require_end()
         after = replace(memory, history=occupancy.history, models=models)
         return Voxels(keys, []), after
-    reader = FastSymbolReader(rans, frame, models, memory.history.moments)
-    symbols, steps = reader.read(keys)
+    reader = FastSymbolReader(rans, frame, models, memory.history.statistics)
+    symbols, bins = reader.read(keys)
     rans.require_end()
     history = occupancy.history
     for key in keys:
-        moment, step = memory.history.moments.get(key), steps[key]
-        history.moments[key] = (
-            Moment.of_first(step) if moment is None else moment.after(step)
+        known, bin_index = memory.history.statistics.get(key), bins[key]
+        history.statistics[key] = (
+            Statistics.of_first(bin_index) if known is None else known.after(bin_index)
         )
     return Voxels(keys, symbols), replace(memory, history=history, models=models)
 
@@ -76,7 +76,7 @@ def _classed_row(source: bytes, classes: List[int], models: FastModels) -> List[
 def _decode_with_rests(
     source: bytes, frame: CodedFrame, memory: FastMemory
 ) -> Tuple[Voxels, FastMemory]:
-    """Section "Rests"."""
+    """Section "Residuals"."""
     model = frame.depth_model
     assert model is not None
     reader = ByteReader(source)
@@ -85,7 +85,7 @@ def _decode_with_rests(
     exact = {}
     for key, number in zip(numbers.keys, numbers.symbols):
         w = model.point_at_centre(key)
-        if has_rest(w):
+        if has_residual(w):
             exact[key] = number * w
     classes = []
     for e in exact.values():
@@ -94,9 +94,9 @@ def _decode_with_rests(
     models = memory.models_of_rests.copy()
     row = _classed_row(source[reader.at :], classes, models)
     symbols = dict(zip(numbers.keys, numbers.symbols))
-    for key, rest in zip(exact, row):
+    for key, residual in zip(exact, row):
         predicted = predicted_symbol(exact[key], frame.highest_symbol)
-        symbol = predicted + from_zigzag(rest)
+        symbol = predicted + from_zigzag(residual)
         require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
         symbols[key] = symbol
     return (
