@@ -240,6 +240,8 @@ goldenStreams()
   // What one effort has, or all have in common.
   streams.push_back(goldenSpread("fast_spread", Effort::Fast));
   streams.push_back(goldenOctants("fast_octants", Effort::Fast));
+  streams.push_back(goldenMovedWall("balanced_moved_wall", Effort::Balanced));
+  streams.push_back(goldenMovedWall("small_moved_wall", Effort::Small));
   streams.push_back(goldenStill("small_still", Effort::Small));
   streams.push_back(goldenDisorder("disorder"));
   return streams;
