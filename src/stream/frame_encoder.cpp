@@ -178,8 +178,8 @@ private:
       callOrElse([this] { coder().releaseMemory(); }, [] {});
   }
 
-  /** \brief True if a frame cannot be a P-frame, or would not be smaller as one. If false, it
-   * is matched with the history. */
+  /** \brief True if a frame cannot be a P-frame, or should be none. If false, it is matched
+   * with the history. */
   bool
   needsIFrame(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp)
   {

@@ -50,8 +50,9 @@ public:
     return sum;
   }
 
-  /** \brief Adapts the weights to a choice: an exponentiated gradient
-   * (J. Kivinen, M. K. Warmuth, 1997), to which the step is a 16th.
+  /** \brief Adapts the weights to a choice: exponentiated gradient with steps of 1/16
+   * (J. Kivinen, M. K. Warmuth, Exponentiated gradient versus gradient descent for linear
+   * predictors, 1997).
    * \param[in] total of these counts
    */
   void
@@ -70,7 +71,7 @@ public:
 
 private:
   static constexpr unsigned int fraction_bits = 16;
-  // The total of 64 alternatives is below 2^16, and no share is 0.
+  // So that each alternative has a unit of the range, and 64 of them less than 2^16.
   static constexpr std::int64_t lightest = 1 << 16;
   static constexpr std::int64_t heaviest = (1023 << 16) | 0xffff;
 

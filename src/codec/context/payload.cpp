@@ -64,24 +64,25 @@ Payload::encode(CodingWorkspace& /*memory*/,
   const std::size_t voxels = frame.size();
   const bool tries_history = !is_i_frame && (voxels == 0 || history_use_.isUseful());
   bool uses_history = tries_history;
-  trial_models_ = models_;
-  PayloadSizes sizes = encodeAs(frame, is_i_frame, uses_history, payload);
+  if (tries_history)
+    trial_models_ = models_;
+  PayloadSizes sizes = encodeAs(frame, is_i_frame, tries_history, payload);
   const std::size_t bytes = payload.size() - begin;
-  const auto encode_again = [&] {
+  const auto encode_again = [&](bool with_history) {
     payload.resize(begin);
     models_ = trial_models_;
-    sizes = encodeAs(frame, false, uses_history, payload);
+    sizes = encodeAs(frame, false, with_history, payload);
     return payload.size() - begin;
   };
   if (!uses_history)
     // Models that start anew cost some bytes, which frames without the history do not.
     history_use_.measure(voxels, is_i_frame ? bytes - bytes / 32 : bytes);
   else if (history_use_.isDoubtful(voxels, bytes)) {
-    uses_history = false;
-    history_use_.measure(voxels, encode_again());
-    uses_history = history_use_.isWorth(bytes, payload.size() - begin);
+    const std::size_t bytes_without = encode_again(false);
+    history_use_.measure(voxels, bytes_without);
+    uses_history = history_use_.isWorth(bytes, bytes_without);
     if (uses_history)
-      encode_again();
+      encode_again(true);
   }
   if (!uses_history)
     history_use_.addWithout(tries_history);

@@ -134,7 +134,8 @@ private:
   bool is_small_;
   const Models& fresh_models_;
   Models models_;
-  /** \brief Decoder: after the frame, until learn(). Encoder: before the frame. */
+  /** \brief Decoder: after the frame, until learn(). Encoder: before a frame that tries the
+   * history. */
   Models trial_models_;
   History history_;
   History empty_history_; // for frames without, as a failure must not clear history_
