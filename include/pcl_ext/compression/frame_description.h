@@ -1,0 +1,55 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
+#include <pcl_ext/status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What the header of a frame tells without the frames before it. */
+struct FrameDescription {
+  /** \brief Ok, or that of frameSize(): no other member is valid then. */
+  CompressionStatus status;
+
+  StreamFormat format = StreamFormat::Version1;
+  std::uint32_t frame_number = 0; ///< number of the frame in its stream, from 1
+  bool is_i_frame = false;        ///< decodes without any other frame
+  Effort effort = Effort::Balanced; ///< Version1 only
+  /** \brief Occupied voxels; of the published layout only in I-frames. */
+  std::size_t voxels = 0;
+
+  VoxelGrid grid;                 ///< I-frames only
+  IntensityScale intensity_scale; ///< I-frames only; 0 bits: no intensities
+  unsigned int colour_bits = 0;   ///< I-frames only; 0: no colours
+  bool has_point_counts = false;  ///< I-frames only
+
+  std::optional<std::uint64_t> stamp; ///< I-frames: stamp, if the frame has one
+
+  /** \brief P-frames: difference, modulo 2^64, to the stamp of the last frame that had one,
+   * or to 0 if none had since the I-frame. */
+  std::optional<std::int64_t> stamp_difference;
+
+  /** \brief Name of the coordinate frame; a P-frame has it only if it has changed. */
+  std::optional<std::string> frame_id;
+};
+
+/** \brief Reads the header of the frame at the beginning of a buffer. The frame need not be
+ * complete, and its checksum is not verified.
+ * \param[in] bytes the first byte
+ * \param[in] count number of bytes at hand; 2048 are enough for any header
+ * \param[in] limits of the decoder that gets the frame
+ */
+PCL_EXT_EXPORT FrameDescription
+describeFrame(const std::uint8_t* bytes,
+              std::size_t count,
+              const DecoderLimits& limits = DecoderLimits());
+
+} // namespace io
+} // namespace pcl_ext

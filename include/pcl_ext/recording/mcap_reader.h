@@ -1,0 +1,115 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/recording/mcap_content.h>
+#include <pcl_ext/recording/recording_status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief Where a message is; see McapReader::index(). */
+struct McapEntry {
+  Time log_time{0};
+  std::size_t channel = 0;         ///< index in McapReader::channels()
+  std::size_t chunk = 0;           ///< chunk of the file, or no_chunk
+  std::uint64_t offset = 0;        ///< in the uncompressed chunk, or in the file
+  static constexpr std::size_t no_chunk = ~std::size_t{0};
+};
+
+/** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), and rosbag2
+ * folders of them.
+ *
+ * Messages are found by the indexes of the file. A file without them, or one that was cut
+ * off, is searched for messages once, when it is opened: all whole messages are found, also
+ * in a chunk that is incomplete. A chunk whose checksum is wrong is left out as a whole, and
+ * reported by damage(). Any bytes are safe; memory is bounded by the limit on a chunk.
+ */
+class PCL_EXT_EXPORT McapReader {
+public:
+  /** \brief Whether the messages of a channel are wanted; others are not indexed. */
+  using ChannelFilter = std::function<bool(const McapChannel&)>;
+
+  /** \brief Largest uncompressed chunk that is read, bytes; larger ones are damage. */
+  static constexpr std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;
+
+  McapReader();
+  ~McapReader();
+  McapReader(McapReader&&) noexcept;
+  McapReader&
+  operator=(McapReader&&) noexcept;
+
+  /** \brief Opens a file.
+   * \param[in] path an MCAP file, a rosbag2 folder, or - for the standard input
+   * \param[in] wants channels to index; empty: all
+   * \return Ok even if the file is damaged; see damage()
+   */
+  RecordingStatus
+  open(const std::string& path, const ChannelFilter& wants = ChannelFilter());
+
+  /** \brief True if a file begins as MCAP files do, or is a rosbag2 folder. */
+  static bool
+  isMcap(const std::string& path);
+
+  /** \brief Profile of the file, such as "ros2". */
+  const std::string&
+  profile() const;
+
+  /** \brief All channels. Those of one topic are one channel if they agree in everything
+   * and are in different files of a folder. */
+  const std::vector<McapChannel>&
+  channels() const;
+
+  /** \brief The messages of the wanted channels, by their log time, those of the same time
+   * in the order of the file. */
+  const std::vector<McapEntry>&
+  index() const;
+
+  /** \brief Reads a message.
+   * \param[in] entry one of index()
+   * \param[out] message its memory is reused
+   * \return Damaged if the message cannot be read
+   */
+  RecordingStatus
+  read(const McapEntry& entry, McapMessage& message);
+
+  /** \brief Reads all metadata records. */
+  RecordingStatus
+  readMetadata(std::vector<McapMetadata>& metadata);
+
+  /** \brief Reads the attachments one after the other.
+   * \param[in] visit called for each
+   */
+  RecordingStatus
+  readAttachments(const std::function<RecordingStatus(const McapAttachment&)>& visit);
+
+  /** \brief Byte of its file at which the message or its chunk begins. */
+  std::uint64_t
+  fileOffset(const McapEntry& entry) const;
+
+  /** \brief What could not be read until now. */
+  const std::vector<RecordingDamage>&
+  damage() const;
+
+  /** \brief True if a file had no summary, as one whose recorder did not end in an orderly
+   * way. */
+  bool
+  isUnfinished() const;
+
+  /** \brief Bytes of the file or files. */
+  std::uint64_t
+  fileBytes() const;
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/recording/mcap_content.h>
+#include <pcl_ext/recording/recording_status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief How the messages of a channel are put into chunks. */
+enum class McapChunking {
+  Shared,    ///< compressed chunks that all channels of this kind share
+  OwnStream  ///< uncompressed chunks of this channel alone, which begin where asked for
+};
+
+/** \brief Writes MCAP files with all indexes, statistics and checksums.
+ *
+ * The file is written beside its final name, with ".unfinished" added, and renamed by
+ * finish(), which makes rosbag2 folders, too. Whatever was written until a crash can be read.
+ * After a failure all calls return that failure.
+ */
+class PCL_EXT_EXPORT McapWriter {
+public:
+  /** \brief A chunk that is larger ends, bytes. */
+  static constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
+
+  McapWriter();
+
+  /** \brief Removes an unfinished file. */
+  ~McapWriter();
+  McapWriter(McapWriter&&) noexcept;
+  McapWriter&
+  operator=(McapWriter&&) noexcept;
+
+  /** \brief Begins a file.
+   * \param[in] path file, which is replaced if it exists; a path that ends in / or has no
+   * extension is a rosbag2 folder, which must not exist; - is the standard output
+   * \param[in] profile such as "ros2"
+   */
+  RecordingStatus
+  open(const std::string& path, const std::string& profile);
+
+  /** \brief Adds a channel.
+   * \param[in] channel at most 65535 of them
+   * \param[in] chunking where its messages go
+   * \param[out] number for write()
+   */
+  RecordingStatus
+  addChannel(const McapChannel& channel, McapChunking chunking, std::size_t& number);
+
+  /** \brief Writes a message.
+   * \param[in] message its channel is a number of addChannel()
+   * \param[in] may_begin_chunk OwnStream: whether a chunk may begin with it
+   */
+  RecordingStatus
+  write(const McapMessage& message, bool may_begin_chunk = true);
+
+  RecordingStatus
+  write(const McapMetadata& metadata);
+
+  RecordingStatus
+  write(const McapAttachment& attachment);
+
+  /** \brief Writes all messages at hand to the file. */
+  RecordingStatus
+  flush();
+
+  /** \brief Completes the file and gives it its name. */
+  RecordingStatus
+  finish();
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

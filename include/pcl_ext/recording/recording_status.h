@@ -1,0 +1,38 @@
+#pragma once
+
+#include <pcl_ext/status.h>
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief A time, since the epoch of the clock that stamps the clouds. */
+using Time = std::chrono::nanoseconds;
+
+/** \brief Outcomes of reading or writing a recording. */
+enum class RecordingCode {
+  Ok,
+  EndOfRecording,  ///< there are no more frames or messages
+  InputFailed,     ///< the file is missing, cannot be opened or cannot be read
+  NotARecording,   ///< the file is of another kind; the message names it if it is known
+  Damaged,         ///< bytes are missing or contradict themselves; others can be read
+  InvalidArgument, ///< an unknown stream, a name that is taken, a frame that is none
+  OutputFailed,    ///< the output cannot be opened, or takes no more bytes
+  OutOfMemory
+};
+
+/** \brief Outcome of reading or writing a recording. Messages name the file. */
+using RecordingStatus = Status<RecordingCode>;
+
+/** \brief A place of a recording that could not be read. */
+struct RecordingDamage {
+  std::uint64_t offset = 0; ///< byte of the file at which it begins
+  std::string message;      ///< what is wrong there and what is lost
+  std::string file;         ///< path of the file
+};
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/recording/recording_status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief A stream that is recorded. */
+struct StreamToRecord {
+  std::string name;     ///< topic of the channel, not empty, unlike those of other streams
+  std::string frame_id; ///< coordinate frame of the voxels, where the frames have none
+  std::map<std::string, std::string> metadata; ///< of the channel, such as sensor poses
+};
+
+/** \brief Records the encoded frames of one or several streams.
+ *
+ * A path that ends in .pcxi is a file of one stream: its frames one after the other, as
+ * OctreePointCloudIntensityCompression writes them to a stream. Any other is MCAP, see
+ * McapWriter: a channel for each stream with messages of the type
+ * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. The path
+ * - is the standard output, and .pcxi there.
+ *
+ * \code
+ * pcl_ext::recording::RecordingWriter writer;
+ * std::size_t stream = 0;
+ * auto status = writer.open("cell.mcap");
+ * if (status.ok())
+ *   status = writer.addStream({"/sensor_1", "world", {}}, stream);
+ * if (status.ok())
+ *   status = writer.append(stream, time, bytes.data(), bytes.size()); // each frame
+ * if (status.ok())
+ *   status = writer.finish();
+ * \endcode
+ */
+class PCL_EXT_EXPORT RecordingWriter {
+public:
+  RecordingWriter();
+
+  /** \brief Removes an unfinished recording. */
+  ~RecordingWriter();
+  RecordingWriter(RecordingWriter&&) noexcept;
+  RecordingWriter&
+  operator=(RecordingWriter&&) noexcept;
+
+  /** \brief Begins a recording, beside its final name until finish().
+   * \param[in] path see above
+   */
+  RecordingStatus
+  open(const std::string& path);
+
+  /** \brief Adds a stream.
+   * \param[in] stream .pcxi: only one
+   * \param[out] number for append()
+   */
+  RecordingStatus
+  addStream(const StreamToRecord& stream, std::size_t& number);
+
+  /** \brief Appends the next frame of a stream.
+   * \param[in] stream number of addStream()
+   * \param[in] time of the cloud; not negative; not used by .pcxi, whose frames have the
+   * stamp that they were encoded with
+   * \param[in] bytes one frame, of either format
+   * \param[in] size number of bytes
+   * \return InvalidArgument if the bytes are not exactly one frame; nothing is written then
+   */
+  RecordingStatus
+  append(std::size_t stream, Time time, const std::uint8_t* bytes, std::size_t size);
+
+  /** \brief Writes all frames at hand to the file, for a reader of the unfinished file. */
+  RecordingStatus
+  flush();
+
+  /** \brief Completes the recording and gives it its name. */
+  RecordingStatus
+  finish();
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace recording
+} // namespace pcl_ext
