@@ -19,11 +19,13 @@ struct FrameDescription {
   CompressionStatus status;
 
   StreamFormat format = StreamFormat::Version1;
-  std::uint32_t frame_number = 0; ///< number of the frame in its stream, from 1
-  bool is_i_frame = false;        ///< decodes without any other frame
+  std::uint32_t frame_number = 0;   ///< number of the frame in its stream, from 1
+  bool is_i_frame = false;          ///< decodes without any other frame
   Effort effort = Effort::Balanced; ///< Version1 only
   /** \brief Occupied voxels; of the published layout only in I-frames. */
   std::size_t voxels = 0;
+  std::size_t points =
+      0; ///< of the decoded cloud; voxels, unless these have numbers of points
 
   VoxelGrid grid;                 ///< I-frames only
   IntensityScale intensity_scale; ///< I-frames only; 0 bits: no intensities

@@ -14,13 +14,14 @@
 namespace pcl_ext {
 namespace recording {
 
+class InputFile;
+
 /** \brief Where a message is; see McapReader::index(). */
 struct McapEntry {
   Time log_time{0};
-  std::size_t channel = 0;         ///< index in McapReader::channels()
-  std::size_t chunk = 0;           ///< chunk of the file, or no_chunk
-  std::uint64_t offset = 0;        ///< in the uncompressed chunk, or in the file
-  static constexpr std::size_t no_chunk = ~std::size_t{0};
+  std::size_t channel = 0;  ///< index in McapReader::channels()
+  std::size_t chunk = 0;    ///< place of the file in which it is
+  std::uint64_t offset = 0; ///< in that place, when it is not compressed
 };
 
 /** \brief Reads MCAP files (version 0 of the format, https://mcap.dev/spec), and rosbag2
@@ -37,7 +38,10 @@ public:
   using ChannelFilter = std::function<bool(const McapChannel&)>;
 
   /** \brief Largest uncompressed chunk that is read, bytes; larger ones are damage. */
-  static constexpr std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;
+  static constexpr std::uint64_t max_chunk_bytes = std::uint64_t{1} << 28;
+
+  /** \brief Largest attachment that is read, bytes. */
+  static constexpr std::uint64_t max_attachment_bytes = std::uint64_t{1} << 30;
 
   McapReader();
   ~McapReader();
@@ -107,7 +111,12 @@ public:
   fileBytes() const;
 
 private:
+  friend class RecordingReader;
   class Implementation;
+
+  RecordingStatus
+  open(InputFile&& file, const ChannelFilter& wants);
+
   std::unique_ptr<Implementation> implementation_;
 };
 

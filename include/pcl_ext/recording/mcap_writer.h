@@ -14,24 +14,29 @@ namespace recording {
 
 /** \brief How the messages of a channel are put into chunks. */
 enum class McapChunking {
-  Shared,    ///< compressed chunks that all channels of this kind share
-  OwnStream  ///< uncompressed chunks of this channel alone, which begin where asked for
+  Shared,   ///< compressed chunks that all channels of this kind share
+  OwnStream ///< uncompressed chunks of this channel alone, which begin where asked for
 };
 
 /** \brief Writes MCAP files with all indexes, statistics and checksums.
  *
  * The file is written beside its final name, with ".unfinished" added, and renamed by
- * finish(), which makes rosbag2 folders, too. Whatever was written until a crash can be read.
- * After a failure all calls return that failure.
+ * finish(). What was written until a failure or a crash stays there and can be read. After a
+ * failure all calls return that failure.
  */
 class PCL_EXT_EXPORT McapWriter {
 public:
-  /** \brief A chunk that is larger ends, bytes. */
-  static constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
+  /** \brief A chunk of this size ends with the next message, bytes; those of OwnStream with
+   * the next message that may begin a chunk. */
+  static constexpr std::size_t shared_chunk_bytes = std::size_t{1} << 20;
+  static constexpr std::size_t own_chunk_bytes = std::size_t{1} << 16;
+
+  /** \brief A chunk of OwnStream of this size ends with any message, bytes. */
+  static constexpr std::size_t max_own_chunk_bytes = std::size_t{1} << 22;
 
   McapWriter();
 
-  /** \brief Removes an unfinished file. */
+  /** \brief Removes an unfinished file in which there is no message. */
   ~McapWriter();
   McapWriter(McapWriter&&) noexcept;
   McapWriter&

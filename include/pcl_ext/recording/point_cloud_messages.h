@@ -15,8 +15,9 @@ namespace recording {
 /** \brief A field of a point, as sensor_msgs/msg/PointField. */
 struct PointFieldMessage {
   std::string name;
-  std::uint32_t offset = 0;  ///< bytes from the beginning of the point
-  std::uint8_t datatype = 0; ///< 1 to 8: INT8, UINT8, INT16, ..., FLOAT32 is 7, FLOAT64 8
+  std::uint32_t offset = 0; ///< bytes from the beginning of the point
+  std::uint8_t datatype =
+      0; ///< 1 to 8: INT8, UINT8, INT16, ..., FLOAT32 is 7, FLOAT64 8
   std::uint32_t count = 1;
 };
 
@@ -29,8 +30,8 @@ struct PointCloudMessage {
   std::uint32_t width = 0;
   std::vector<PointFieldMessage> fields;
   bool is_bigendian = false;
-  std::uint32_t point_step = 0; ///< bytes of a point
-  std::uint32_t row_step = 0;   ///< bytes of a row
+  std::uint32_t point_step = 0;    ///< bytes of a point
+  std::uint32_t row_step = 0;      ///< bytes of a row
   std::vector<std::uint8_t> bytes; ///< the points, or the compressed ones
   bool is_dense = false;           ///< no point is invalid
   std::string format;              ///< of compressed bytes
@@ -70,7 +71,7 @@ readPointCloud(const std::uint8_t* bytes,
                PointCloudMessage& message);
 
 /** \brief Writes a message in CDR, little-endian.
- * \param[in] message a stamp beyond the year 2106 or negative is written as 0
+ * \param[in] message a stamp that is negative or beyond 2^31 seconds is written as 0
  * \param[in] is_compressed which of the two types it is
  * \param[out] bytes its memory is reused
  */

@@ -32,7 +32,8 @@ struct RecordedStream {
 struct RecordedFrame {
   std::size_t stream = 0;   ///< index in RecordingReader::streams()
   std::size_t number = 0;   ///< of the frame in its stream, from 0
-  Time time{0};             ///< of the cloud
+  Time time{0};             ///< at which it was recorded; orders the frames
+  Time stamp{0};            ///< of the cloud; 0: unknown
   std::string frame_id;     ///< coordinate frame of the voxels; empty if unknown
   std::uint64_t offset = 0; ///< byte of the file at which the frame or its chunk begins
   std::vector<std::uint8_t> bytes;

@@ -14,7 +14,7 @@ namespace recording {
 
 /** \brief A stream that is recorded. */
 struct StreamToRecord {
-  std::string name;     ///< topic of the channel, not empty, unlike those of other streams
+  std::string name; ///< topic of the channel, not empty, unlike those of other streams
   std::string frame_id; ///< coordinate frame of the voxels, where the frames have none
   std::map<std::string, std::string> metadata; ///< of the channel, such as sensor poses
 };
@@ -43,7 +43,8 @@ class PCL_EXT_EXPORT RecordingWriter {
 public:
   RecordingWriter();
 
-  /** \brief Removes an unfinished recording. */
+  /** \brief Removes an unfinished recording without a frame; another one stays, with
+   * ".unfinished" added to its name. */
   ~RecordingWriter();
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter&

@@ -1,0 +1,113 @@
+#include "recording/cdr.h"
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+/** \brief Bytes before the fields: the kind of encoding and options. */
+constexpr std::size_t encapsulation_size = 4;
+
+constexpr std::size_t alignment = 4;
+
+} // namespace
+
+CdrReader::CdrReader(const std::uint8_t* bytes, std::size_t size)
+: bytes_(bytes), size_(size)
+{
+  // 0, 1: CDR; 6, 7: the same of version 2. The odd ones are little-endian.
+  constexpr std::uint8_t last_of_version_1 = 1;
+  constexpr std::uint8_t first_of_version_2 = 6;
+  constexpr std::uint8_t last_of_version_2 = 7;
+  if (size < encapsulation_size || bytes[0] != 0 || bytes[1] > last_of_version_2 ||
+      (bytes[1] > last_of_version_1 && bytes[1] < first_of_version_2)) {
+    has_failed_ = true;
+    return;
+  }
+  is_big_endian_ = bytes[1] % 2 == 0;
+  bytes_ += encapsulation_size;
+  size_ -= encapsulation_size;
+}
+
+const std::uint8_t*
+CdrReader::take(std::size_t count)
+{
+  if (has_failed_ || count > size_ - position_) {
+    has_failed_ = true;
+    return nullptr;
+  }
+  const std::uint8_t* const begin = bytes_ + position_;
+  position_ += count;
+  return begin;
+}
+
+std::uint8_t
+CdrReader::u8()
+{
+  const std::uint8_t* const byte = take(1);
+  return byte == nullptr ? std::uint8_t{0} : *byte;
+}
+
+std::uint32_t
+CdrReader::u32()
+{
+  take((alignment - position_ % alignment) % alignment);
+  const std::uint8_t* const begin = take(alignment);
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; begin != nullptr && i < alignment; ++i)
+    number |= std::uint32_t{begin[i]} << 8 * (is_big_endian_ ? alignment - 1 - i : i);
+  return number;
+}
+
+std::string
+CdrReader::string()
+{
+  const std::uint32_t size = u32();
+  const std::uint8_t* const begin = take(size);
+  // The last byte is 0 and is counted; some writers leave an empty string without it.
+  return begin == nullptr || size == 0
+             ? std::string()
+             : std::string(reinterpret_cast<const char*>(begin), size - 1);
+}
+
+std::uint32_t
+CdrReader::sequenceSize(std::size_t least_size)
+{
+  const std::uint32_t size = u32();
+  if (has_failed_ || size > (size_ - position_) / least_size) {
+    has_failed_ = true;
+    return 0;
+  }
+  return size;
+}
+
+CdrWriter::CdrWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes)
+{
+  bytes_.assign({0, 1, 0, 0});
+}
+
+void
+CdrWriter::u32(std::uint32_t number)
+{
+  bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
+  for (std::size_t i = 0; i < alignment; ++i, number >>= 8)
+    bytes_.push_back(static_cast<std::uint8_t>(number));
+}
+
+void
+CdrWriter::string(const std::string& text)
+{
+  u32(static_cast<std::uint32_t>(text.size() + 1));
+  bytes_.insert(bytes_.end(), text.begin(), text.end());
+  bytes_.push_back(0);
+}
+
+void
+CdrWriter::sequence(const std::vector<std::uint8_t>& bytes)
+{
+  u32(static_cast<std::uint32_t>(bytes.size()));
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+}
+
+} // namespace recording
+} // namespace pcl_ext

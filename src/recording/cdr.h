@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief Reads the fields of a message in CDR, the encoding of ROS 2 ("plain CDR" of the
+ * OMG's DDS-XTypes, 7.4), of either byte order. Fields of more than four bytes, whose
+ * alignment depends on the version of CDR, are not read.
+ *
+ * Errors are sticky: after a read beyond the end all reads return 0 or nothing.
+ */
+class CdrReader {
+public:
+  CdrReader(const std::uint8_t* bytes, std::size_t size);
+
+  std::uint8_t
+  u8();
+
+  std::uint32_t
+  u32();
+
+  std::string
+  string();
+
+  /** \brief The number of elements of a sequence.
+   * \param[in] least_size bytes that an element has at least; a number that cannot be in
+   * the bytes that are left is an error
+   */
+  std::uint32_t
+  sequenceSize(std::size_t least_size);
+
+  /** \brief Skips bytes and returns where they are; null if there are not as many. */
+  const std::uint8_t*
+  take(std::size_t count);
+
+  bool
+  failed() const
+  {
+    return has_failed_;
+  }
+
+private:
+  const std::uint8_t*
+      bytes_; // behind the encapsulation header, to which fields are aligned
+  std::size_t size_;
+  std::size_t position_ = 0;
+  bool is_big_endian_ = false;
+  bool has_failed_ = false;
+};
+
+/** \brief Writes the fields of a message in CDR, little-endian. */
+class CdrWriter {
+public:
+  /** \param[out] bytes is emptied and gets the encapsulation header */
+  explicit CdrWriter(std::vector<std::uint8_t>& bytes);
+
+  void
+  u8(std::uint8_t number)
+  {
+    bytes_.push_back(number);
+  }
+
+  void
+  u32(std::uint32_t number);
+
+  void
+  string(const std::string& text);
+
+  /** \brief A sequence of bytes. */
+  void
+  sequence(const std::vector<std::uint8_t>& bytes);
+
+private:
+  std::vector<std::uint8_t>& bytes_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,198 @@
+#include "recording/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+/** \brief The status of a system call that failed. */
+RecordingStatus
+systemFailure(RecordingCode code, const std::string& path, const std::string& action)
+{
+  return {code, "cannot " + action + " '" + path + "': " + std::strerror(errno)};
+}
+
+bool
+writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count)
+{
+  while (count > 0) {
+    const ssize_t written = ::write(descriptor, bytes, count);
+    if (written < 0 && errno == EINTR)
+      continue;
+    if (written <= 0)
+      return false;
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+/** \brief Copies an input into a temporary file without a name.
+ * \return its descriptor, or -1
+ */
+int
+copyToTemporaryFile(int input)
+{
+  const char* folder = std::getenv("TMPDIR");
+  std::string name =
+      std::string(folder != nullptr ? folder : "/tmp") + "/pcl_extXXXXXX";
+  const int copy = ::mkostemp(name.data(), O_CLOEXEC);
+  if (copy < 0)
+    return -1;
+  ::unlink(name.c_str());
+  std::array<std::uint8_t, std::size_t{1} << 16> buffer;
+  for (;;) {
+    const ssize_t count = ::read(input, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR)
+      continue;
+    if (count == 0)
+      return copy;
+    if (count < 0 || !writeAll(copy, buffer.data(), static_cast<std::size_t>(count))) {
+      ::close(copy);
+      return -1;
+    }
+  }
+}
+
+} // namespace
+
+InputFile::~InputFile()
+{
+  if (descriptor_ >= 0)
+    ::close(descriptor_);
+}
+
+InputFile::InputFile(InputFile&& other) noexcept { *this = std::move(other); }
+
+InputFile&
+InputFile::operator=(InputFile&& other) noexcept
+{
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(size_, other.size_);
+  std::swap(path_, other.path_);
+  return *this;
+}
+
+RecordingStatus
+InputFile::open(const std::string& path)
+{
+  path_ = path == standard_stream ? "standard input" : path;
+  if (descriptor_ >= 0)
+    ::close(descriptor_);
+  descriptor_ = path == standard_stream ? ::dup(STDIN_FILENO)
+                                        : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat properties {};
+  if (descriptor_ < 0 || ::fstat(descriptor_, &properties) != 0)
+    return systemFailure(RecordingCode::InputFailed, path_, "open");
+  if (S_ISDIR(properties.st_mode)) {
+    errno = EISDIR;
+    return systemFailure(RecordingCode::InputFailed, path_, "read");
+  }
+  if (!S_ISREG(properties.st_mode)) {
+    const int copy = copyToTemporaryFile(descriptor_);
+    if (copy < 0)
+      return systemFailure(RecordingCode::InputFailed, path_, "read");
+    ::close(descriptor_);
+    descriptor_ = copy;
+    if (::fstat(descriptor_, &properties) != 0)
+      return systemFailure(RecordingCode::InputFailed, path_, "read");
+  }
+  size_ = static_cast<std::uint64_t>(properties.st_size);
+  return {};
+}
+
+bool
+InputFile::read(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const
+{
+  if (offset > size_ || count > size_ - offset)
+    return false;
+  while (count > 0) {
+    const ssize_t read = ::pread(descriptor_, bytes, count, static_cast<off_t>(offset));
+    if (read < 0 && errno == EINTR)
+      continue;
+    if (read <= 0)
+      return false;
+    bytes += read;
+    offset += static_cast<std::uint64_t>(read);
+    count -= static_cast<std::size_t>(read);
+  }
+  return true;
+}
+
+OutputFile::~OutputFile()
+{
+  if (descriptor_ >= 0)
+    ::close(descriptor_);
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
+
+OutputFile&
+OutputFile::operator=(OutputFile&& other) noexcept
+{
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(position_, other.position_);
+  std::swap(path_, other.path_);
+  return *this;
+}
+
+RecordingStatus
+OutputFile::open(const std::string& path)
+{
+  path_ = path == standard_stream ? "standard output" : path;
+  position_ = 0;
+  if (descriptor_ >= 0)
+    ::close(descriptor_);
+  descriptor_ =
+      path == standard_stream
+          ? ::dup(STDOUT_FILENO)
+          : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  return descriptor_ < 0 ? systemFailure(RecordingCode::OutputFailed, path_, "write to")
+                         : RecordingStatus();
+}
+
+RecordingStatus
+OutputFile::write(const std::uint8_t* bytes, std::size_t count)
+{
+  if (!writeAll(descriptor_, bytes, count))
+    return systemFailure(RecordingCode::OutputFailed, path_, "write to");
+  position_ += count;
+  return {};
+}
+
+RecordingStatus
+OutputFile::close()
+{
+  const int descriptor = std::exchange(descriptor_, -1);
+  // A pipe or a terminal has nothing to synchronise.
+  const bool is_synchronised =
+      ::fsync(descriptor) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
+  return ::close(descriptor) != 0 || !is_synchronised
+             ? systemFailure(RecordingCode::OutputFailed, path_, "write to")
+             : RecordingStatus();
+}
+
+RecordingStatus
+renameFile(const std::string& from, const std::string& to)
+{
+  return std::rename(from.c_str(), to.c_str()) != 0
+             ? systemFailure(RecordingCode::OutputFailed, to, "write to")
+             : RecordingStatus();
+}
+
+} // namespace recording
+} // namespace pcl_ext

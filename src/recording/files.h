@@ -1,0 +1,109 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief What is added to the name of a file until it is complete. */
+constexpr char unfinished_suffix[] = ".unfinished";
+
+/** \brief The path that stands for the standard input or output. */
+constexpr char standard_stream[] = "-";
+
+/** \brief A file that is read at any place. */
+class InputFile {
+public:
+  InputFile() = default;
+  ~InputFile();
+  InputFile(InputFile&& other) noexcept;
+  InputFile&
+  operator=(InputFile&& other) noexcept;
+
+  /** \brief Opens a file. An input that cannot seek, such as a pipe, is copied into a
+   * temporary file first.
+   * \param[in] path a file, or - for the standard input
+   */
+  RecordingStatus
+  open(const std::string& path);
+
+  /** \brief Bytes of the file when it was opened. */
+  std::uint64_t
+  size() const
+  {
+    return size_;
+  }
+
+  /** \brief Path as it was given, for messages. */
+  const std::string&
+  path() const
+  {
+    return path_;
+  }
+
+  /** \brief Reads bytes at a place.
+   * \return false unless all of them were read
+   */
+  bool
+  read(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const;
+
+private:
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::string path_;
+};
+
+/** \brief A file that is written from its beginning to its end. */
+class OutputFile {
+public:
+  OutputFile() = default;
+
+  /** \brief Closes the file, which stays as it is. */
+  ~OutputFile();
+  OutputFile(OutputFile&& other) noexcept;
+  OutputFile&
+  operator=(OutputFile&& other) noexcept;
+
+  /** \brief Creates a file, or empties the one that exists.
+   * \param[in] path a file, or - for the standard output
+   */
+  RecordingStatus
+  open(const std::string& path);
+
+  /** \brief Appends bytes. */
+  RecordingStatus
+  write(const std::uint8_t* bytes, std::size_t count);
+
+  /** \brief Closes the file; the bytes are on the disk then. */
+  RecordingStatus
+  close();
+
+  /** \brief Number of bytes written. */
+  std::uint64_t
+  position() const
+  {
+    return position_;
+  }
+
+  const std::string&
+  path() const
+  {
+    return path_;
+  }
+
+private:
+  int descriptor_ = -1;
+  std::uint64_t position_ = 0;
+  std::string path_;
+};
+
+/** \brief Gives a complete file or folder its name. A file of that name is replaced. */
+RecordingStatus
+renameFile(const std::string& from, const std::string& to);
+
+} // namespace recording
+} // namespace pcl_ext

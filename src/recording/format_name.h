@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief The format of this library's frames in CompressedPointCloud2. */
+constexpr char format_name[] = "pcl_ext";
+
+/** \brief True if the compressed bytes of a message are frames of this library. A format
+ * may say more behind a slash, such as pcl_ext/version1. */
+inline bool
+isFormatOfFrames(const std::string& format)
+{
+  const std::string name = format_name;
+  return format == name || format.compare(0, name.size() + 1, name + '/') == 0;
+}
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,201 @@
+#include "recording/frame_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+/** \brief Bytes that hold the header of any frame of version 1. */
+constexpr std::uint64_t header_bytes = 2048;
+
+/** \brief What frames begin with, in either format. */
+constexpr std::array<const char*, 2> magics = {"PCXI", "<HEAD>"};
+constexpr std::size_t longest_magic = 6;
+
+bool
+beginsWithMagic(const std::uint8_t* bytes, std::size_t count)
+{
+  return std::any_of(magics.begin(), magics.end(), [&](const char* magic) {
+    const std::size_t size = std::strlen(magic);
+    return count >= size && std::memcmp(bytes, magic, size) == 0;
+  });
+}
+
+/** \brief Where the next frame may begin; count if nowhere. */
+std::size_t
+findMagic(const std::uint8_t* bytes, std::size_t count)
+{
+  std::size_t found = count;
+  for (const char* magic : magics) {
+    const std::uint8_t* const at =
+        std::search(bytes, bytes + found, magic, magic + std::strlen(magic));
+    found = std::min(found, static_cast<std::size_t>(at - bytes));
+  }
+  return found;
+}
+
+} // namespace
+
+/** \brief Size of the frame at a place. The published layout does not tell it, so that as
+ * many bytes are read as it needs. */
+io::FrameSize
+FrameFile::sizeAt(std::uint64_t offset)
+{
+  const std::uint64_t remaining = file_.size() - offset;
+  std::uint64_t at_hand = std::min(remaining, header_bytes);
+  for (;;) {
+    bytes_.resize(static_cast<std::size_t>(at_hand));
+    if (!file_.read(offset, bytes_.size(), bytes_.data()))
+      return {{io::CompressionCode::InputFailed, "the file cannot be read"}, 0};
+    io::FrameSize size = io::frameSize(bytes_.data(), bytes_.size(), limitsOfReading());
+    if (size.status.code() != io::CompressionCode::Truncated || at_hand == remaining ||
+        at_hand >= max_recorded_frame_bytes)
+      return size;
+    at_hand = std::min(remaining, std::max<std::uint64_t>(2 * at_hand, size.bytes));
+  }
+}
+
+void
+FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
+{
+  const io::FrameDescription frame =
+      io::describeFrame(bytes_.data(), bytes_.size(), limitsOfReading());
+  if (frame.is_i_frame)
+    stamp_ = frame.stamp;
+  else if (frame.stamp_difference)
+    stamp_ = stamp_.value_or(0) + static_cast<std::uint64_t>(*frame.stamp_difference);
+  if (frame.frame_id)
+    frame_id_ = *frame.frame_id;
+  const bool has_stamp =
+      stamp_ &&
+      *stamp_ <= std::uint64_t{std::numeric_limits<std::int64_t>::max()} / 1000;
+  const Time time =
+      has_stamp ? Time(std::chrono::microseconds(static_cast<std::int64_t>(*stamp_)))
+                : Time(0);
+  streams_.front().has_times |= has_stamp;
+  addFrame(0, time, frames_.size());
+  frames_.push_back({offset, size, time, frame_id_});
+}
+
+bool
+FrameFile::mayBeginAt(std::uint64_t offset)
+{
+  std::array<std::uint8_t, longest_magic> begin;
+  const auto count = static_cast<std::size_t>(
+      std::min<std::uint64_t>(begin.size(), file_.size() - offset));
+  return file_.read(offset, count, begin.data()) &&
+         beginsWithMagic(begin.data(), count);
+}
+
+/** \brief Where the next frame may begin from a place on; the end of the file if nowhere. */
+std::uint64_t
+FrameFile::findFrame(std::uint64_t offset)
+{
+  constexpr std::uint64_t block_size = std::uint64_t{1} << 16;
+  while (offset < file_.size()) {
+    const std::uint64_t count = std::min(block_size, file_.size() - offset);
+    bytes_.resize(static_cast<std::size_t>(count));
+    if (!file_.read(offset, bytes_.size(), bytes_.data()))
+      return file_.size();
+    const std::size_t found = findMagic(bytes_.data(), bytes_.size());
+    if (found < count)
+      return offset + found;
+    // Magic bytes may be at the end of the block.
+    offset += count < block_size ? count : count - (longest_magic - 1);
+  }
+  return file_.size();
+}
+
+/** \brief Takes a frame, unless its size is wrong, as where bytes are missing.
+ * \return where to go on
+ */
+std::uint64_t
+FrameFile::takeFrame(std::uint64_t offset, std::uint64_t size)
+{
+  const std::uint64_t remaining = file_.size() - offset;
+  if (size == remaining || (size < remaining && mayBeginAt(offset + size))) {
+    addFrameAt(offset, size);
+    return offset + size;
+  }
+  const std::vector<std::uint8_t> header = bytes_; // of the frame
+  const std::uint64_t next = findFrame(offset + 1);
+  if (size > remaining && next == file_.size()) {
+    is_cut_off_ = true;
+    addDamage(offset, "the file ends within a frame, which is lost");
+    return next;
+  }
+  if (size > remaining || next < offset + size) {
+    addDamage(offset, "bytes of a frame are missing; the frame is lost");
+    return next;
+  }
+  bytes_ = header;
+  addFrameAt(offset, size);
+  addDamage(offset + size,
+            std::to_string(next - offset - size) + " bytes that are no frame");
+  return next;
+}
+
+/** \brief Skips bytes that no frame begins with.
+ * \return where to go on
+ */
+std::uint64_t
+FrameFile::skipBytes(std::uint64_t offset, const std::string& reason)
+{
+  const std::uint64_t next = findFrame(offset + 1);
+  addDamage(offset,
+            std::to_string(next - offset) + " bytes that are no frame: " + reason);
+  return next;
+}
+
+RecordingStatus
+FrameFile::open(InputFile file)
+{
+  file_ = std::move(file);
+  RecordedStream stream;
+  stream.name = std::filesystem::path(file_.path()).stem().string();
+  streams_.push_back(stream);
+  if (file_.size() == 0)
+    return {RecordingCode::NotARecording, "'" + file_.path() + "' is empty"};
+  const std::string first_problem = sizeAt(0).status.message();
+  for (std::uint64_t offset = 0; offset < file_.size();) {
+    const io::FrameSize size = sizeAt(offset);
+    if (size.status.ok())
+      offset = takeFrame(offset, size.bytes);
+    else if (size.status.code() == io::CompressionCode::Truncated)
+      offset = takeFrame(offset, std::numeric_limits<std::uint64_t>::max() / 2);
+    else
+      offset = skipBytes(offset, size.status.message());
+    if (frames_.empty() && offset >= max_recorded_frame_bytes)
+      break;
+  }
+  if (frames_.empty())
+    return {RecordingCode::NotARecording,
+            "'" + file_.path() + "' is not a recording: " + first_problem};
+  return {};
+}
+
+RecordingStatus
+FrameFile::read(const FramePlace& place, RecordedFrame& frame)
+{
+  const Frame& indexed = frames_[static_cast<std::size_t>(place.at)];
+  frame.stamp = indexed.stamp;
+  frame.frame_id = indexed.frame_id;
+  frame.offset = indexed.offset;
+  frame.bytes.resize(static_cast<std::size_t>(indexed.size));
+  if (file_.read(indexed.offset, frame.bytes.size(), frame.bytes.data()))
+    return {};
+  frame.bytes.clear();
+  return {RecordingCode::Damaged,
+          "'" + file_.path() + "', byte " + std::to_string(indexed.offset) +
+              ": a frame cannot be read"};
+}
+
+} // namespace recording
+} // namespace pcl_ext

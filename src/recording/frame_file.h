@@ -1,0 +1,86 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "recording/frame_source.h"
+
+#include <optional>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief A file of the frames of one stream, one after the other. Bytes that are no frames
+ * are skipped, as a decoder does. */
+class FrameFile : public FrameSource {
+public:
+  /** \brief Finds the frames of a file.
+   * \param[in] file the file
+   * \return NotARecording if there is none
+   */
+  RecordingStatus
+  open(InputFile file);
+
+  RecordingStatus
+  read(const FramePlace& place, RecordedFrame& frame) override;
+
+  const std::vector<RecordingDamage>&
+  damage() const override
+  {
+    return damage_;
+  }
+
+  bool
+  isUnfinished() const override
+  {
+    return is_cut_off_;
+  }
+
+  std::uint64_t
+  fileBytes() const override
+  {
+    return file_.size();
+  }
+
+private:
+  struct Frame {
+    std::uint64_t offset;
+    std::uint64_t size;
+    Time stamp;
+    std::string frame_id;
+  };
+
+  io::FrameSize
+  sizeAt(std::uint64_t offset);
+
+  void
+  addFrameAt(std::uint64_t offset, std::uint64_t size);
+
+  std::uint64_t
+  takeFrame(std::uint64_t offset, std::uint64_t size);
+
+  std::uint64_t
+  skipBytes(std::uint64_t offset, const std::string& reason);
+
+  bool
+  mayBeginAt(std::uint64_t offset);
+
+  std::uint64_t
+  findFrame(std::uint64_t offset);
+
+  void
+  addDamage(std::uint64_t offset, const std::string& message)
+  {
+    damage_.push_back({offset, message, file_.path()});
+  }
+
+  InputFile file_;
+  std::vector<Frame> frames_;
+  std::vector<RecordingDamage> damage_;
+  bool is_cut_off_ = false;
+  std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds
+  std::string frame_id_;               // of the last frame
+  std::vector<std::uint8_t> bytes_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

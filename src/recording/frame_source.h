@@ -1,0 +1,73 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "recording/files.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief Largest frame that a reader takes, bytes. A decoder has limits of its own. */
+constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
+
+/** \brief Limits for looking at frames without decoding them. */
+io::DecoderLimits
+limitsOfReading();
+
+/** \brief Where a frame of a recording is. */
+struct FramePlace {
+  Time time{0};           // orders the frames
+  std::size_t stream = 0; // index in the streams
+  std::size_t number = 0; // of the frame in its stream
+  std::uint64_t at = 0;   // for the source
+};
+
+/** \brief The frames of a recording, by the kind of its file. */
+class FrameSource {
+public:
+  virtual ~FrameSource() = default;
+
+  /** \brief Reads the bytes of a frame, with its times, its frame_id and its offset. The
+   * description follows from the bytes. */
+  virtual RecordingStatus
+  read(const FramePlace& place, RecordedFrame& frame) = 0;
+
+  virtual const std::vector<RecordingDamage>&
+  damage() const = 0;
+
+  virtual bool
+  isUnfinished() const = 0;
+
+  virtual std::uint64_t
+  fileBytes() const = 0;
+
+  const std::vector<RecordedStream>&
+  streams() const
+  {
+    return streams_;
+  }
+
+  /** \brief All frames in the order of their times. */
+  const std::vector<FramePlace>&
+  places() const
+  {
+    return places_;
+  }
+
+protected:
+  /** \brief Adds a frame behind those of its stream. */
+  void
+  addFrame(std::size_t stream, Time time, std::uint64_t at);
+
+  std::vector<RecordedStream> streams_;
+
+private:
+  std::vector<FramePlace> places_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,160 @@
+#include "recording/mcap/chunk_compression.h"
+
+#include <lz4frame.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+namespace {
+
+constexpr std::size_t piece_size = std::size_t{1} << 17;
+// Compresses maps, poses and images a little better than lz4 in about the same time.
+constexpr int zstd_level = 1;
+
+struct FreeZstd {
+  void
+  operator()(ZSTD_DStream* stream) const
+  {
+    ZSTD_freeDStream(stream);
+  }
+};
+
+struct FreeLz4 {
+  void
+  operator()(LZ4F_dctx* context) const
+  {
+    LZ4F_freeDecompressionContext(context);
+  }
+};
+
+/** \brief Decompresses pieces until the input or the room for the output ends.
+ * \param[in] step takes the output of a piece, its size, the input and its size; sets both
+ * sizes to what it used; returns false if the bytes are invalid
+ */
+template <typename StepT>
+std::string
+decompressPieces(const std::uint8_t* bytes,
+                 std::size_t size,
+                 std::uint64_t max_size,
+                 std::vector<std::uint8_t>& records,
+                 StepT step)
+{
+  std::size_t used = 0;
+  std::size_t written = piece_size;
+  // A full piece of output may have more behind it without any input.
+  while (used < size || written == piece_size) {
+    const std::size_t begin = records.size();
+    records.resize(begin + piece_size);
+    std::size_t read = size - used;
+    written = piece_size;
+    const bool is_valid = step(records.data() + begin, written, bytes + used, read);
+    records.resize(begin + written);
+    if (!is_valid)
+      return "its compressed bytes are invalid";
+    if (records.size() > max_size) {
+      records.resize(static_cast<std::size_t>(max_size));
+      return "it has more bytes than it declares";
+    }
+    if (read == 0 && written == 0)
+      break;
+    used += read;
+  }
+  return {};
+}
+
+std::string
+decompressZstd(const std::uint8_t* bytes,
+               std::size_t size,
+               std::uint64_t max_size,
+               std::vector<std::uint8_t>& records)
+{
+  const std::unique_ptr<ZSTD_DStream, FreeZstd> stream(ZSTD_createDStream());
+  if (!stream)
+    return "zstd has no memory";
+  return decompressPieces(bytes,
+                          size,
+                          max_size,
+                          records,
+                          [&](std::uint8_t* output,
+                              std::size_t& output_size,
+                              const std::uint8_t* input,
+                              std::size_t& input_size) {
+                            ZSTD_outBuffer out{output, output_size, 0};
+                            ZSTD_inBuffer in{input, input_size, 0};
+                            const std::size_t result =
+                                ZSTD_decompressStream(stream.get(), &out, &in);
+                            output_size = out.pos;
+                            input_size = in.pos;
+                            return ZSTD_isError(result) == 0;
+                          });
+}
+
+std::string
+decompressLz4(const std::uint8_t* bytes,
+              std::size_t size,
+              std::uint64_t max_size,
+              std::vector<std::uint8_t>& records)
+{
+  LZ4F_dctx* created = nullptr;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&created, LZ4F_VERSION)) != 0)
+    return "lz4 has no memory";
+  const std::unique_ptr<LZ4F_dctx, FreeLz4> context(created);
+  return decompressPieces(
+      bytes,
+      size,
+      max_size,
+      records,
+      [&](std::uint8_t* output,
+          std::size_t& output_size,
+          const std::uint8_t* input,
+          std::size_t& input_size) {
+        const std::size_t result = LZ4F_decompress(
+            context.get(), output, &output_size, input, &input_size, nullptr);
+        const bool is_valid = LZ4F_isError(result) == 0;
+        output_size = is_valid ? output_size : 0;
+        return is_valid;
+      });
+}
+
+} // namespace
+
+std::string
+decompress(const std::string& compression,
+           const std::uint8_t* bytes,
+           std::size_t size,
+           std::uint64_t max_size,
+           std::vector<std::uint8_t>& records)
+{
+  records.clear();
+  if (compression == zstd_compression)
+    return decompressZstd(bytes, size, max_size, records);
+  if (compression == lz4_compression)
+    return decompressLz4(bytes, size, max_size, records);
+  if (compression != no_compression)
+    return "its compression '" + compression + "' is unknown";
+  if (size > max_size)
+    return "it has more bytes than it declares";
+  records.assign(bytes, bytes + size);
+  return {};
+}
+
+bool
+compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& bytes)
+{
+  bytes.resize(ZSTD_compressBound(records.size()));
+  const std::size_t size = ZSTD_compress(
+      bytes.data(), bytes.size(), records.data(), records.size(), zstd_level);
+  if (ZSTD_isError(size) != 0)
+    return false;
+  bytes.resize(size);
+  return size < records.size();
+}
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,512 @@
+#include "recording/mcap/file_contents.h"
+
+#include "recording/mcap/chunk_compression.h"
+#include "recording/span_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+namespace {
+
+/** \brief Largest summary that is read; a file with a larger one is read as a whole. */
+constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
+
+/** \brief Bytes of a chunk that hold its fields before the records. */
+constexpr std::size_t max_chunk_fields_size = 256;
+
+/** \brief Collects the contents of a file, from its summary or from all of it. */
+class ContentsFinder {
+public:
+  ContentsFinder(const InputFile& file,
+                 const McapReader::ChannelFilter& wants,
+                 FileContents& contents)
+  : file_(file), wants_(wants), contents_(contents)
+  {
+    contents_ = FileContents();
+    contents_.places.push_back({false, 0, file.size(), false});
+  }
+
+  /** \return false if there is no summary, or it does not tell of all messages */
+  bool
+  readSummary();
+
+  void
+  scan();
+
+private:
+  bool
+  hasEnd() const;
+
+  bool
+  loadSummary(std::vector<std::uint8_t>& summary);
+
+  bool
+  parseSummary(const std::vector<std::uint8_t>& summary,
+               std::vector<ChunkIndex>& chunks,
+               std::optional<Statistics>& statistics);
+
+  void
+  addSchema(const std::uint8_t* content, std::size_t size);
+
+  void
+  addChannel(const std::uint8_t* content, std::size_t size);
+
+  bool
+  isWanted(std::uint16_t channel_id);
+
+  bool
+  hasWanted(const ChunkIndex& chunk);
+
+  void
+  addIndexedChunk(const ChunkIndex& chunk);
+
+  bool
+  addByMessageIndex(const ChunkIndex& chunk, std::size_t place);
+
+  void
+  addByRecords(std::size_t place);
+
+  void
+  scanRecords(const std::vector<std::uint8_t>& records, std::size_t place);
+
+  void
+  addMessage(const std::uint8_t* content,
+             std::size_t size,
+             std::size_t place,
+             std::uint64_t offset);
+
+  std::uint64_t
+  scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length);
+
+  void
+  scanLastRecord(std::uint64_t offset, Opcode opcode);
+
+  void
+  addDamage(std::uint64_t offset, const std::string& message)
+  {
+    contents_.damage.push_back({offset, message, file_.path()});
+  }
+
+  const InputFile& file_;
+  const McapReader::ChannelFilter& wants_;
+  FileContents& contents_;
+  std::map<std::uint16_t, McapSchema> schemas_;
+  std::map<std::uint16_t, bool> wanted_; // by the channel's id
+  std::vector<std::uint8_t> buffer_;
+};
+
+/** \brief True if the file ends as a complete file does. */
+bool
+ContentsFinder::hasEnd() const
+{
+  std::array<std::uint8_t, magic.size()> end;
+  return file_.size() >= 2 * magic.size() + footer_size &&
+         file_.read(file_.size() - end.size(), end.size(), end.data()) && end == magic;
+}
+
+bool
+ContentsFinder::loadSummary(std::vector<std::uint8_t>& summary)
+{
+  contents_.has_end = hasEnd();
+  if (!contents_.has_end)
+    return false;
+  const std::uint64_t footer_offset = file_.size() - magic.size() - footer_size;
+  constexpr std::size_t content_size = footer_size - record_prefix_size;
+  Footer footer;
+  if (!readRecord(file_, footer_offset, Opcode::Footer, content_size, summary) ||
+      !parse(summary.data(), summary.size(), footer) ||
+      footer.summary_start < magic.size() || footer.summary_start > footer_offset ||
+      footer_offset - footer.summary_start > max_summary_size)
+    return false;
+  // The checksum covers the footer up to the checksum itself.
+  const auto size = static_cast<std::size_t>(footer_offset - footer.summary_start);
+  const std::size_t checked_size = size + footer_size - sizeof(std::uint32_t);
+  summary.resize(checked_size);
+  if (!file_.read(footer.summary_start, checked_size, summary.data()) ||
+      (footer.summary_checksum != 0 &&
+       footer.summary_checksum != checksumOf(summary.data(), checked_size)))
+    return false;
+  summary.resize(size);
+  return true;
+}
+
+void
+ContentsFinder::addSchema(const std::uint8_t* content, std::size_t size)
+{
+  Schema schema;
+  if (parse(content, size, schema))
+    schemas_.emplace(schema.id, std::move(schema.content));
+}
+
+void
+ContentsFinder::addChannel(const std::uint8_t* content, std::size_t size)
+{
+  Channel channel;
+  if (!parse(content, size, channel))
+    return;
+  const auto schema = schemas_.find(channel.schema_id);
+  if (schema != schemas_.end())
+    channel.content.schema = schema->second;
+  const bool is_wanted = !wants_ || wants_(channel.content);
+  if (contents_.channels.emplace(channel.id, std::move(channel.content)).second)
+    wanted_[channel.id] = is_wanted;
+}
+
+bool
+ContentsFinder::isWanted(std::uint16_t channel_id)
+{
+  const auto found = wanted_.find(channel_id);
+  return found != wanted_.end() && found->second;
+}
+
+bool
+ContentsFinder::parseSummary(const std::vector<std::uint8_t>& summary,
+                             std::vector<ChunkIndex>& chunks,
+                             std::optional<Statistics>& statistics)
+{
+  SpanReader reader(summary.data(), summary.size());
+  while (reader.remaining() > 0) {
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    const std::uint64_t length = reader.u64();
+    const std::uint8_t* const content = reader.take(length);
+    if (content == nullptr)
+      return false;
+    const auto size = static_cast<std::size_t>(length);
+    RecordPlace place;
+    bool is_valid = true;
+    if (opcode == Opcode::Schema)
+      addSchema(content, size);
+    else if (opcode == Opcode::Channel)
+      addChannel(content, size);
+    else if (opcode == Opcode::ChunkIndex)
+      is_valid = parse(content, size, chunks.emplace_back());
+    else if (opcode == Opcode::Statistics)
+      is_valid = parse(content, size, statistics.emplace());
+    else if (opcode == Opcode::AttachmentIndex || opcode == Opcode::MetadataIndex) {
+      is_valid = parse(content, size, place);
+      (opcode == Opcode::MetadataIndex ? contents_.metadata : contents_.attachments)
+          .push_back(place);
+    }
+    if (!is_valid)
+      return false;
+  }
+  return true;
+}
+
+bool
+ContentsFinder::readSummary()
+{
+  std::vector<std::uint8_t> summary;
+  std::vector<ChunkIndex> chunks;
+  std::optional<Statistics> statistics;
+  if (!loadSummary(summary) || !parseSummary(summary, chunks, statistics))
+    return false;
+  // Without statistics it is unknown whether the chunks have all messages.
+  if (!statistics || statistics->attachments != contents_.attachments.size() ||
+      statistics->metadata != contents_.metadata.size() ||
+      statistics->channels > contents_.channels.size())
+    return false;
+  for (const ChunkIndex& chunk : chunks)
+    addIndexedChunk(chunk);
+  std::uint64_t expected = 0;
+  for (const auto& [id, count] : statistics->channel_messages)
+    expected += isWanted(id) ? count : 0;
+  if (statistics->channel_messages.empty() && statistics->messages > 0)
+    expected = wants_ ? ~std::uint64_t{0} : statistics->messages;
+  return expected == contents_.messages.size() || !contents_.damage.empty();
+}
+
+bool
+ContentsFinder::hasWanted(const ChunkIndex& chunk)
+{
+  // Without offsets the chunk has no message index.
+  return chunk.message_index_offsets.empty() ||
+         std::any_of(chunk.message_index_offsets.begin(),
+                     chunk.message_index_offsets.end(),
+                     [this](const auto& offset) { return isWanted(offset.first); });
+}
+
+void
+ContentsFinder::addIndexedChunk(const ChunkIndex& chunk)
+{
+  if (!hasWanted(chunk))
+    return;
+  const std::size_t place = contents_.places.size();
+  if (chunk.chunk_offset > file_.size() ||
+      chunk.chunk_length > file_.size() - chunk.chunk_offset) {
+    addDamage(chunk.chunk_offset, "a chunk is outside of the file; it is lost");
+    return;
+  }
+  contents_.places.push_back({true, chunk.chunk_offset, chunk.chunk_length, false});
+  const std::size_t messages = contents_.messages.size();
+  if (!chunk.message_index_offsets.empty() && addByMessageIndex(chunk, place))
+    return;
+  contents_.messages.resize(messages);
+  addByRecords(place);
+}
+
+/** \brief Adds the messages that the indexes behind a chunk list.
+ * \return false if they are invalid
+ */
+bool
+ContentsFinder::addByMessageIndex(const ChunkIndex& chunk, std::size_t place)
+{
+  const std::uint64_t begin = chunk.chunk_offset + chunk.chunk_length;
+  if (chunk.message_index_length > file_.size() - begin)
+    return false;
+  buffer_.resize(static_cast<std::size_t>(chunk.message_index_length));
+  if (!file_.read(begin, buffer_.size(), buffer_.data()))
+    return false;
+  SpanReader reader(buffer_.data(), buffer_.size());
+  MessageIndex index;
+  while (reader.remaining() > 0) {
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    const std::uint64_t length = reader.u64();
+    const std::uint8_t* const content = reader.take(length);
+    if (content == nullptr || opcode != Opcode::MessageIndex ||
+        !parse(content, static_cast<std::size_t>(length), index) ||
+        chunk.message_index_offsets.count(index.channel_id) == 0)
+      return false;
+    if (!isWanted(index.channel_id))
+      continue;
+    for (const auto& [time, offset] : index.entries) {
+      if (time < chunk.start_time || time > chunk.end_time ||
+          offset >= chunk.uncompressed_size)
+        return false;
+      contents_.messages.push_back({time, place, offset, index.channel_id});
+    }
+  }
+  return !reader.failed();
+}
+
+/** \brief Adds the messages of a chunk by reading all of it. */
+void
+ContentsFinder::addByRecords(std::size_t place)
+{
+  std::vector<std::uint8_t> records;
+  const std::string failure = loadChunk(file_, contents_.places[place], records);
+  if (!failure.empty())
+    addDamage(contents_.places[place].offset, "a chunk: " + failure);
+  scanRecords(records, place);
+}
+
+void
+ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records, std::size_t place)
+{
+  SpanReader reader(records.data(), records.size());
+  while (reader.remaining() > 0) {
+    const std::size_t offset = reader.position();
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    const std::uint64_t length = reader.u64();
+    const std::uint8_t* const content = reader.take(length);
+    if (content == nullptr)
+      return;
+    const auto size = static_cast<std::size_t>(length);
+    if (opcode == Opcode::Schema)
+      addSchema(content, size);
+    else if (opcode == Opcode::Channel)
+      addChannel(content, size);
+    else if (opcode == Opcode::Message)
+      addMessage(content, size, place, offset);
+  }
+}
+
+void
+ContentsFinder::addMessage(const std::uint8_t* content,
+                           std::size_t size,
+                           std::size_t place,
+                           std::uint64_t offset)
+{
+  MessagePrefix message;
+  if (parse(content, size, message) && isWanted(message.channel_id))
+    contents_.messages.push_back({message.log_time, place, offset, message.channel_id});
+}
+
+/** \brief Adds what a whole record of the file tells.
+ * \return where the next record begins; 0 after the last one
+ */
+std::uint64_t
+ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length)
+{
+  const std::uint64_t end = offset + record_prefix_size + length;
+  if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+    return 0;
+  if (opcode == Opcode::Chunk) {
+    contents_.places.push_back({true, offset, end - offset, false});
+    addByRecords(contents_.places.size() - 1);
+    return end;
+  }
+  if (opcode == Opcode::Attachment || opcode == Opcode::Metadata)
+    (opcode == Opcode::Metadata ? contents_.metadata : contents_.attachments)
+        .push_back({offset, end - offset});
+  else if (opcode == Opcode::Message) {
+    buffer_.resize(message_prefix_size - record_prefix_size);
+    if (length >= buffer_.size() &&
+        file_.read(offset + record_prefix_size, buffer_.size(), buffer_.data()))
+      addMessage(buffer_.data(), buffer_.size(), 0, offset);
+  }
+  else if (opcode == Opcode::Header || opcode == Opcode::Schema ||
+           opcode == Opcode::Channel) {
+    Header header;
+    if (!readRecord(file_, offset, opcode, McapReader::max_chunk_bytes, buffer_))
+      addDamage(offset, "a record cannot be read");
+    else if (opcode == Opcode::Schema)
+      addSchema(buffer_.data(), buffer_.size());
+    else if (opcode == Opcode::Channel)
+      addChannel(buffer_.data(), buffer_.size());
+    else if (parse(buffer_.data(), buffer_.size(), header))
+      contents_.profile = header.profile;
+  }
+  return end;
+}
+
+/** \brief Adds what can be read of a record whose end is missing. */
+void
+ContentsFinder::scanLastRecord(std::uint64_t offset, Opcode opcode)
+{
+  addDamage(offset,
+            "the file ends within a record, or the record's length is wrong; what "
+            "follows is lost");
+  if (opcode != Opcode::Chunk)
+    return;
+  contents_.places.push_back({true, offset, file_.size() - offset, true});
+  std::vector<std::uint8_t> records;
+  loadChunk(file_, contents_.places.back(), records);
+  scanRecords(records, contents_.places.size() - 1);
+}
+
+void
+ContentsFinder::scan()
+{
+  for (std::uint64_t offset = magic.size(); offset != 0 && offset < file_.size();) {
+    Opcode opcode{};
+    std::uint64_t length = 0;
+    if (!readRecordPrefix(file_, offset, opcode, length)) {
+      addDamage(offset, "the file ends within a record");
+      return;
+    }
+    if (static_cast<std::uint8_t>(opcode) == 0) {
+      addDamage(offset, "there is no valid record; what follows is lost");
+      return;
+    }
+    if (length > file_.size() - offset - record_prefix_size) {
+      scanLastRecord(offset, opcode);
+      return;
+    }
+    offset = scanRecord(offset, opcode, length);
+  }
+}
+
+} // namespace
+
+bool
+readRecordPrefix(const InputFile& file,
+                 std::uint64_t offset,
+                 Opcode& opcode,
+                 std::uint64_t& content_length)
+{
+  std::array<std::uint8_t, record_prefix_size> prefix;
+  if (!file.read(offset, prefix.size(), prefix.data()))
+    return false;
+  SpanReader reader(prefix.data(), prefix.size());
+  opcode = static_cast<Opcode>(reader.u8());
+  content_length = reader.u64();
+  return true;
+}
+
+bool
+readRecord(const InputFile& file,
+           std::uint64_t offset,
+           Opcode opcode,
+           std::uint64_t max_length,
+           std::vector<std::uint8_t>& content)
+{
+  Opcode found{};
+  std::uint64_t length = 0;
+  if (!readRecordPrefix(file, offset, found, length) || found != opcode ||
+      length > max_length || length > file.size() - offset - record_prefix_size)
+    return false;
+  content.resize(static_cast<std::size_t>(length));
+  return file.read(offset + record_prefix_size, content.size(), content.data());
+}
+
+std::string
+loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& records)
+{
+  records.clear();
+  const auto fields_at_hand = static_cast<std::size_t>(
+      std::min<std::uint64_t>(place.length, max_chunk_fields_size));
+  std::array<std::uint8_t, max_chunk_fields_size> fields;
+  Chunk chunk;
+  std::size_t fields_size = 0;
+  if (fields_at_hand < record_prefix_size ||
+      !file.read(place.offset, fields_at_hand, fields.data()) ||
+      fields[0] != static_cast<std::uint8_t>(Opcode::Chunk) ||
+      !parse(fields.data() + record_prefix_size,
+             fields_at_hand - record_prefix_size,
+             chunk,
+             fields_size))
+    return "its fields are invalid; its messages are lost";
+  const std::uint64_t begin = record_prefix_size + fields_size;
+  std::uint64_t size = place.length - begin;
+  if (place.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
+    return "its size contradicts that of its record; its messages are lost";
+  if (chunk.uncompressed_size > McapReader::max_chunk_bytes ||
+      size > McapReader::max_chunk_bytes)
+    return "it is larger than the limit of " +
+           std::to_string(McapReader::max_chunk_bytes) +
+           " bytes; its messages are lost";
+  std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
+  if (!file.read(place.offset + begin, compressed.size(), compressed.data()))
+    return "it cannot be read; its messages are lost";
+  std::string failure = decompress(chunk.compression,
+                                   compressed.data(),
+                                   compressed.size(),
+                                   chunk.uncompressed_size,
+                                   records);
+  if (place.is_cut_off)
+    return failure;
+  if (failure.empty() && records.size() != chunk.uncompressed_size)
+    failure = "it has fewer bytes than it declares";
+  if (failure.empty() && chunk.uncompressed_checksum != 0 &&
+      checksumOf(records.data(), records.size()) != chunk.uncompressed_checksum)
+    failure = "its checksum is wrong";
+  if (failure.empty())
+    return {};
+  records.clear();
+  return failure + "; its messages are lost";
+}
+
+RecordingStatus
+findContents(const InputFile& file,
+             const McapReader::ChannelFilter& wants,
+             FileContents& contents)
+{
+  std::array<std::uint8_t, magic.size()> begin;
+  if (!file.read(0, begin.size(), begin.data()) || begin != magic)
+    return {RecordingCode::NotARecording, "'" + file.path() + "' is not an MCAP file"};
+  if (ContentsFinder finder(file, wants, contents); finder.readSummary()) {
+    // The summary has no header.
+    std::vector<std::uint8_t> content;
+    Header header;
+    if (readRecord(
+            file, magic.size(), Opcode::Header, McapReader::max_chunk_bytes, content) &&
+        parse(content.data(), content.size(), header))
+      contents.profile = header.profile;
+    return {};
+  }
+  const bool has_end = contents.has_end;
+  ContentsFinder(file, wants, contents).scan();
+  contents.has_end = has_end;
+  return {};
+}
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

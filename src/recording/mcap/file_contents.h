@@ -1,0 +1,94 @@
+#pragma once
+
+#include <pcl_ext/recording/mcap_content.h>
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/recording_status.h>
+
+#include "recording/files.h"
+#include "recording/mcap/records.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+/** \brief Where messages are: a chunk, or the file itself for messages without a chunk. */
+struct Place {
+  bool is_chunk = true;
+  std::uint64_t offset = 0; // of the record of the chunk
+  std::uint64_t length =
+      0; // of that record with its prefix, as far as it is in the file
+  bool is_cut_off = false; // the end of the chunk is missing
+};
+
+/** \brief A message of a wanted channel. */
+struct IndexedMessage {
+  std::uint64_t log_time = 0;
+  std::size_t place = 0;    // index in the places
+  std::uint64_t offset = 0; // of the record in the uncompressed chunk, or in the file
+  std::uint16_t channel_id = 0;
+};
+
+/** \brief All that a reader has to know of an MCAP file before it reads messages. */
+struct FileContents {
+  std::string profile;
+  std::map<std::uint16_t, McapChannel> channels;
+  std::vector<Place> places;            // the first one is the file itself
+  std::vector<IndexedMessage> messages; // of wanted channels, in the order of the file
+  std::vector<RecordPlace> attachments;
+  std::vector<RecordPlace> metadata;
+  std::vector<RecordingDamage> damage;
+  bool has_end = false; // the file ends as a complete one does
+};
+
+/** \brief Finds the contents of a file: by its summary, and if that is missing or does not
+ * tell of all messages, by reading all of the file.
+ * \param[in] file the file
+ * \param[in] wants channels whose messages are wanted; empty: all
+ * \param[out] contents also of a damaged file
+ * \return NotARecording if it is no MCAP file
+ */
+RecordingStatus
+findContents(const InputFile& file,
+             const McapReader::ChannelFilter& wants,
+             FileContents& contents);
+
+/** \brief Loads the records of a chunk, as far as they can be read.
+ * \param[in] file the file
+ * \param[in] place a chunk
+ * \param[out] records uncompressed; its memory is reused; empty if the checksum is wrong
+ * \return empty, or what is wrong
+ */
+std::string
+loadChunk(const InputFile& file,
+          const Place& place,
+          std::vector<std::uint8_t>& records);
+
+/** \brief Reads the opcode and the length of a record.
+ * \return false if there are none
+ */
+bool
+readRecordPrefix(const InputFile& file,
+                 std::uint64_t offset,
+                 Opcode& opcode,
+                 std::uint64_t& content_length);
+
+/** \brief Reads the content of a record of a file.
+ * \param[in] max_length larger records are not read
+ * \return false if it cannot be read
+ */
+bool
+readRecord(const InputFile& file,
+           std::uint64_t offset,
+           Opcode opcode,
+           std::uint64_t max_length,
+           std::vector<std::uint8_t>& content);
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

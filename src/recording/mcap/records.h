@@ -1,0 +1,222 @@
+/** \file
+ * The records of MCAP files, version 0 of the format (https://mcap.dev/spec), field by field.
+ */
+#pragma once
+
+#include <pcl_ext/recording/mcap_content.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+/** \brief The bytes that an MCAP file begins and ends with; the 0 is the version. */
+constexpr std::array<std::uint8_t, 8> magic = {
+    0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+
+enum class Opcode : std::uint8_t {
+  Header = 1,
+  Footer,
+  Schema,
+  Channel,
+  Message,
+  Chunk,
+  MessageIndex,
+  ChunkIndex,
+  Attachment,
+  AttachmentIndex,
+  Statistics,
+  Metadata,
+  MetadataIndex,
+  SummaryOffset,
+  DataEnd
+};
+
+/** \brief Bytes before the content of a record: opcode and length of the content. */
+constexpr std::size_t record_prefix_size = 9;
+
+/** \brief Bytes of a footer with its prefix. */
+constexpr std::size_t footer_size = record_prefix_size + 20;
+
+/** \brief Bytes of a message before its own, with the prefix of the record. */
+constexpr std::size_t message_prefix_size = record_prefix_size + 22;
+
+struct Header {
+  std::string profile;
+  std::string library;
+};
+
+struct Footer {
+  std::uint64_t summary_start = 0;
+  std::uint64_t summary_offset_start = 0;
+  std::uint32_t summary_checksum = 0;
+};
+
+struct Schema {
+  std::uint16_t id = 0;
+  McapSchema content;
+};
+
+/** \brief The schema of its content is not part of the record, but its id. */
+struct Channel {
+  std::uint16_t id = 0;
+  std::uint16_t schema_id = 0;
+  McapChannel content;
+};
+
+struct MessagePrefix {
+  std::uint16_t channel_id = 0;
+  std::uint32_t sequence = 0;
+  std::uint64_t log_time = 0;
+  std::uint64_t publish_time = 0;
+};
+
+struct Chunk {
+  std::uint64_t start_time = 0;
+  std::uint64_t end_time = 0;
+  std::uint64_t uncompressed_size = 0;
+  std::uint32_t uncompressed_checksum = 0; // 0: none
+  std::string compression;
+  std::uint64_t records_size = 0; // as they are in the file
+};
+
+struct MessageIndex {
+  std::uint16_t channel_id = 0;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> entries; // log time, offset
+};
+
+struct ChunkIndex {
+  std::uint64_t start_time = 0;
+  std::uint64_t end_time = 0;
+  std::uint64_t chunk_offset = 0;
+  std::uint64_t chunk_length = 0; // of the record with its prefix
+  std::map<std::uint16_t, std::uint64_t> message_index_offsets;
+  std::uint64_t message_index_length = 0;
+  std::string compression;
+  std::uint64_t compressed_size = 0;
+  std::uint64_t uncompressed_size = 0;
+};
+
+struct Statistics {
+  std::uint64_t messages = 0;
+  std::uint16_t schemas = 0;
+  std::uint32_t channels = 0;
+  std::uint32_t attachments = 0;
+  std::uint32_t metadata = 0;
+  std::uint32_t chunks = 0;
+  std::uint64_t start_time = 0;
+  std::uint64_t end_time = 0;
+  std::map<std::uint16_t, std::uint64_t> channel_messages;
+};
+
+/** \brief Where an attachment or a metadata record is. */
+struct RecordPlace {
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0; // of the record with its prefix
+};
+
+/** \brief Parse the content of a record, without its prefix. Later versions of the format may
+ * append fields, which are ignored.
+ * \return false if the content is too short or contradicts itself
+ */
+bool
+parse(const std::uint8_t* bytes, std::size_t size, Header& header);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, Footer& footer);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, Schema& schema);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, Channel& channel);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, MessagePrefix& message);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, MessageIndex& index);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, ChunkIndex& index);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, Statistics& statistics);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, McapMetadata& metadata);
+bool
+parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment);
+
+/** \brief The same for the fields of a chunk before its records.
+ * \param[in] size bytes at hand; 256 are enough for known compressions
+ * \param[out] fields_size bytes of these fields; the records begin behind them
+ */
+bool
+parse(const std::uint8_t* bytes,
+      std::size_t size,
+      Chunk& chunk,
+      std::size_t& fields_size);
+
+/** \brief Place of a record from an index of attachments or metadata. */
+bool
+parse(const std::uint8_t* bytes, std::size_t size, RecordPlace& place);
+
+/** \brief Append a whole record. */
+void
+append(const Header& header, std::vector<std::uint8_t>& bytes);
+void
+append(const Schema& schema, std::vector<std::uint8_t>& bytes);
+void
+append(const Channel& channel, std::vector<std::uint8_t>& bytes);
+void
+append(const MessageIndex& index, std::vector<std::uint8_t>& bytes);
+void
+append(const ChunkIndex& index, std::vector<std::uint8_t>& bytes);
+void
+append(const Statistics& statistics, std::vector<std::uint8_t>& bytes);
+void
+append(const McapMetadata& metadata, std::vector<std::uint8_t>& bytes);
+void
+append(const McapAttachment& attachment, std::vector<std::uint8_t>& bytes);
+void
+append(const MessagePrefix& prefix,
+       const std::vector<std::uint8_t>& message,
+       std::vector<std::uint8_t>& bytes);
+
+/** \brief Appends a chunk up to and without its records. */
+void
+appendChunkFields(const Chunk& chunk, std::vector<std::uint8_t>& bytes);
+
+/** \brief Append index records of metadata and attachments. */
+void
+appendMetadataIndex(const RecordPlace& place,
+                    const std::string& name,
+                    std::vector<std::uint8_t>& bytes);
+void
+appendAttachmentIndex(const RecordPlace& place,
+                      const McapAttachment& attachment_without_bytes,
+                      std::uint64_t size,
+                      std::vector<std::uint8_t>& bytes);
+
+void
+appendSummaryOffset(Opcode group,
+                    std::uint64_t start,
+                    std::uint64_t length,
+                    std::vector<std::uint8_t>& bytes);
+
+void
+appendDataEnd(std::uint32_t data_checksum, std::vector<std::uint8_t>& bytes);
+
+/** \brief Appends a footer whose checksum is 0, as it covers the fields before it. */
+void
+appendFooter(const Footer& footer, std::vector<std::uint8_t>& bytes);
+
+/** \brief CRC-32 (ISO-HDLC) of bytes that follow others.
+ * \param[in] checksum of the bytes before, 0 if there are none
+ */
+std::uint32_t
+checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum = 0);
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

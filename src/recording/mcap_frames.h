@@ -1,0 +1,54 @@
+#pragma once
+
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/frame_source.h"
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief The frames in the messages of an MCAP file or a rosbag2 folder. */
+class McapFrames : public FrameSource {
+public:
+  /** \brief Finds the frames of an open file, whose compressed clouds are indexed.
+   * \return NotARecording if there are none of this library
+   */
+  RecordingStatus
+  open(McapReader reader, const std::string& path);
+
+  RecordingStatus
+  read(const FramePlace& place, RecordedFrame& frame) override;
+
+  const std::vector<RecordingDamage>&
+  damage() const override
+  {
+    return reader_.damage();
+  }
+
+  bool
+  isUnfinished() const override
+  {
+    return reader_.isUnfinished();
+  }
+
+  std::uint64_t
+  fileBytes() const override
+  {
+    return reader_.fileBytes();
+  }
+
+private:
+  std::vector<std::string>
+  formatsOfChannels();
+
+  RecordingStatus
+  nothingFound(const std::string& path, const std::vector<std::string>& formats) const;
+
+  McapReader reader_;
+  McapMessage message_;
+  PointCloudMessage cloud_;
+};
+
+} // namespace recording
+} // namespace pcl_ext

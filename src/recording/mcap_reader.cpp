@@ -1,0 +1,385 @@
+#include <pcl_ext/recording/mcap_reader.h>
+
+#include "recording/files.h"
+#include "recording/mcap/chunk_cache.h"
+#include "recording/mcap/file_contents.h"
+#include "recording/rosbag2_folder.h"
+#include "recording/span_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+Time
+timeOf(std::uint64_t nanoseconds)
+{
+  return Time(static_cast<std::int64_t>(nanoseconds));
+}
+
+bool
+areSame(const McapChannel& first, const McapChannel& second)
+{
+  return first.topic == second.topic &&
+         first.message_encoding == second.message_encoding &&
+         first.schema.name == second.schema.name &&
+         first.schema.encoding == second.schema.encoding &&
+         first.schema.text == second.schema.text;
+}
+
+/** \brief A place of one of several files. */
+struct FilePlace {
+  std::size_t file;
+  mcap::Place place;
+};
+
+/** \brief A file of a bag. */
+struct BagFile {
+  InputFile file;
+  std::map<std::uint16_t, std::size_t> channels; // index in all channels, by id
+  std::vector<mcap::RecordPlace> metadata;
+  std::vector<mcap::RecordPlace> attachments;
+};
+
+} // namespace
+
+class McapReader::Implementation {
+public:
+  RecordingStatus
+  open(const std::string& path, const ChannelFilter& wants);
+
+  RecordingStatus
+  addFile(InputFile file, const ChannelFilter& wants);
+
+  void
+  sortIndex();
+
+  RecordingStatus
+  read(const McapEntry& entry, McapMessage& message);
+
+  RecordingStatus
+  readMetadata(std::vector<McapMetadata>& metadata);
+
+  RecordingStatus
+  readAttachments(const std::function<RecordingStatus(const McapAttachment&)>& visit);
+
+  std::string profile_;
+  std::vector<McapChannel> channels_;
+  std::vector<McapEntry> index_;
+  std::vector<FilePlace> places_;
+  std::vector<RecordingDamage> damage_;
+  bool is_unfinished_ = false;
+  std::uint64_t file_bytes_ = 0;
+
+private:
+  void
+  addChannels(std::map<std::uint16_t, McapChannel>& channels, BagFile& bag_file);
+
+  RecordingStatus
+  readRecords(const std::vector<std::uint8_t>& records,
+              const McapEntry& entry,
+              McapMessage& message);
+
+  RecordingStatus
+  fail(std::size_t file, std::uint64_t offset, const std::string& message);
+
+  std::vector<BagFile> files_;
+  mcap::ChunkCache cache_;
+  std::vector<std::uint8_t> record_;
+};
+
+void
+McapReader::Implementation::addChannels(std::map<std::uint16_t, McapChannel>& channels,
+                                        BagFile& bag_file)
+{
+  const std::size_t of_earlier_files = channels_.size();
+  for (auto& [id, channel] : channels) {
+    std::size_t number = 0;
+    while (number < of_earlier_files && !areSame(channels_[number], channel))
+      ++number;
+    if (number == of_earlier_files) {
+      number = channels_.size();
+      channels_.push_back(std::move(channel));
+    }
+    bag_file.channels[id] = number;
+  }
+}
+
+RecordingStatus
+McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
+{
+  BagFile bag_file;
+  bag_file.file = std::move(file);
+  mcap::FileContents contents;
+  if (RecordingStatus status = mcap::findContents(bag_file.file, wants, contents);
+      !status.ok())
+    return status;
+  if (files_.empty())
+    profile_ = contents.profile;
+  addChannels(contents.channels, bag_file);
+  const std::size_t first_place = places_.size();
+  for (const mcap::Place& place : contents.places)
+    places_.push_back({files_.size(), place});
+  for (const mcap::IndexedMessage& message : contents.messages)
+    index_.push_back({timeOf(message.log_time),
+                      bag_file.channels[message.channel_id],
+                      first_place + message.place,
+                      message.offset});
+  bag_file.metadata = std::move(contents.metadata);
+  bag_file.attachments = std::move(contents.attachments);
+  damage_.insert(damage_.end(), contents.damage.begin(), contents.damage.end());
+  is_unfinished_ |= !contents.has_end;
+  file_bytes_ += bag_file.file.size();
+  files_.push_back(std::move(bag_file));
+  return {};
+}
+
+RecordingStatus
+McapReader::Implementation::open(const std::string& path, const ChannelFilter& wants)
+{
+  std::vector<std::string> paths;
+  if (isRosbag2Folder(path)) {
+    if (RecordingStatus status = filesOfRosbag2Folder(path, paths); !status.ok())
+      return status;
+  }
+  else
+    paths.push_back(path);
+  for (const std::string& file_path : paths) {
+    InputFile file;
+    RecordingStatus status = file.open(file_path);
+    if (status.ok())
+      status = addFile(std::move(file), wants);
+    if (!status.ok())
+      return status;
+  }
+  sortIndex();
+  return {};
+}
+
+void
+McapReader::Implementation::sortIndex()
+{
+  std::stable_sort(
+      index_.begin(), index_.end(), [](const McapEntry& a, const McapEntry& b) {
+        return a.log_time < b.log_time;
+      });
+}
+
+RecordingStatus
+McapReader::Implementation::fail(std::size_t file,
+                                 std::uint64_t offset,
+                                 const std::string& message)
+{
+  const std::string& path = files_[file].file.path();
+  const bool is_known =
+      std::any_of(damage_.begin(), damage_.end(), [&](const RecordingDamage& damage) {
+        return damage.offset == offset && damage.file == path;
+      });
+  if (!is_known)
+    damage_.push_back({offset, message, path});
+  return {RecordingCode::Damaged,
+          "'" + path + "', byte " + std::to_string(offset) + ": " + message};
+}
+
+/** \brief Reads a message from uncompressed records, if it is the one that the index says. */
+RecordingStatus
+McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records,
+                                        const McapEntry& entry,
+                                        McapMessage& message)
+{
+  const FilePlace& place = places_[entry.chunk];
+  const std::uint64_t offset = place.place.is_chunk ? entry.offset : 0;
+  mcap::MessagePrefix prefix;
+  const std::size_t at_hand =
+      offset < records.size() ? records.size() - static_cast<std::size_t>(offset) : 0;
+  SpanReader reader(records.data() + (at_hand > 0 ? offset : 0), at_hand);
+  const auto opcode = static_cast<mcap::Opcode>(reader.u8());
+  const std::uint64_t length = reader.u64();
+  const std::uint8_t* const content = reader.take(length);
+  const BagFile& bag_file = files_[place.file];
+  const auto channel =
+      content != nullptr && opcode == mcap::Opcode::Message &&
+              mcap::parse(content, static_cast<std::size_t>(length), prefix)
+          ? bag_file.channels.find(prefix.channel_id)
+          : bag_file.channels.end();
+  if (channel == bag_file.channels.end() || channel->second != entry.channel ||
+      timeOf(prefix.log_time) != entry.log_time)
+    return fail(place.file,
+                place.place.is_chunk ? place.place.offset : entry.offset,
+                "a message is not where the index says");
+  constexpr std::size_t fields_size =
+      mcap::message_prefix_size - mcap::record_prefix_size;
+  message.channel = entry.channel;
+  message.sequence = prefix.sequence;
+  message.log_time = timeOf(prefix.log_time);
+  message.publish_time = timeOf(prefix.publish_time);
+  message.bytes.assign(content + fields_size, content + length);
+  return {};
+}
+
+RecordingStatus
+McapReader::Implementation::read(const McapEntry& entry, McapMessage& message)
+{
+  const FilePlace& place = places_[entry.chunk];
+  const InputFile& file = files_[place.file].file;
+  if (!place.place.is_chunk) {
+    if (!mcap::readRecord(
+            file, entry.offset, mcap::Opcode::Message, max_chunk_bytes, record_))
+      return fail(place.file, entry.offset, "a message cannot be read");
+    std::vector<std::uint8_t> prefix(mcap::record_prefix_size);
+    file.read(entry.offset, prefix.size(), prefix.data());
+    record_.insert(record_.begin(), prefix.begin(), prefix.end());
+    return readRecords(record_, entry, message);
+  }
+  std::string failure;
+  const std::vector<std::uint8_t>& records =
+      cache_.records(file, place.place, entry.chunk, failure);
+  // What could be read of a chunk that was cut off is valid.
+  if (!failure.empty() && !place.place.is_cut_off)
+    return fail(place.file, place.place.offset, "a chunk: " + failure);
+  return readRecords(records, entry, message);
+}
+
+RecordingStatus
+McapReader::Implementation::readMetadata(std::vector<McapMetadata>& metadata)
+{
+  metadata.clear();
+  RecordingStatus status;
+  for (std::size_t i = 0; i < files_.size(); ++i)
+    for (const mcap::RecordPlace& place : files_[i].metadata) {
+      McapMetadata read;
+      if (mcap::readRecord(files_[i].file,
+                           place.offset,
+                           mcap::Opcode::Metadata,
+                           max_chunk_bytes,
+                           record_) &&
+          mcap::parse(record_.data(), record_.size(), read))
+        metadata.push_back(std::move(read));
+      else
+        status = fail(i, place.offset, "a metadata record cannot be read");
+    }
+  return status;
+}
+
+RecordingStatus
+McapReader::Implementation::readAttachments(
+    const std::function<RecordingStatus(const McapAttachment&)>& visit)
+{
+  RecordingStatus status;
+  for (std::size_t i = 0; i < files_.size(); ++i)
+    for (const mcap::RecordPlace& place : files_[i].attachments) {
+      McapAttachment attachment;
+      if (!mcap::readRecord(files_[i].file,
+                            place.offset,
+                            mcap::Opcode::Attachment,
+                            max_attachment_bytes,
+                            record_) ||
+          !mcap::parse(record_.data(), record_.size(), attachment))
+        status = fail(i, place.offset, "an attachment cannot be read");
+      else if (RecordingStatus visited = visit(attachment); !visited.ok())
+        return visited;
+    }
+  return status;
+}
+
+McapReader::McapReader() : implementation_(new Implementation) {}
+McapReader::~McapReader() = default;
+McapReader::McapReader(McapReader&&) noexcept = default;
+McapReader&
+McapReader::operator=(McapReader&&) noexcept = default;
+
+RecordingStatus
+McapReader::open(const std::string& path, const ChannelFilter& wants)
+{
+  implementation_ = std::make_unique<Implementation>();
+  return implementation_->open(path, wants);
+}
+
+RecordingStatus
+McapReader::open(InputFile&& file, const ChannelFilter& wants)
+{
+  implementation_ = std::make_unique<Implementation>();
+  RecordingStatus status = implementation_->addFile(std::move(file), wants);
+  implementation_->sortIndex();
+  return status;
+}
+
+bool
+McapReader::isMcap(const std::string& path)
+{
+  if (isRosbag2Folder(path))
+    return true;
+  InputFile file;
+  std::array<std::uint8_t, mcap::magic.size()> begin;
+  return path != standard_stream && file.open(path).ok() &&
+         file.read(0, begin.size(), begin.data()) && begin == mcap::magic;
+}
+
+const std::string&
+McapReader::profile() const
+{
+  return implementation_->profile_;
+}
+
+const std::vector<McapChannel>&
+McapReader::channels() const
+{
+  return implementation_->channels_;
+}
+
+const std::vector<McapEntry>&
+McapReader::index() const
+{
+  return implementation_->index_;
+}
+
+RecordingStatus
+McapReader::read(const McapEntry& entry, McapMessage& message)
+{
+  return implementation_->read(entry, message);
+}
+
+RecordingStatus
+McapReader::readMetadata(std::vector<McapMetadata>& metadata)
+{
+  return implementation_->readMetadata(metadata);
+}
+
+RecordingStatus
+McapReader::readAttachments(
+    const std::function<RecordingStatus(const McapAttachment&)>& visit)
+{
+  return implementation_->readAttachments(visit);
+}
+
+std::uint64_t
+McapReader::fileOffset(const McapEntry& entry) const
+{
+  const mcap::Place& place = implementation_->places_[entry.chunk].place;
+  return place.is_chunk ? place.offset : entry.offset;
+}
+
+const std::vector<RecordingDamage>&
+McapReader::damage() const
+{
+  return implementation_->damage_;
+}
+
+bool
+McapReader::isUnfinished() const
+{
+  return implementation_->is_unfinished_;
+}
+
+std::uint64_t
+McapReader::fileBytes() const
+{
+  return implementation_->file_bytes_;
+}
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,187 @@
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/cdr.h"
+
+#include <limits>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+constexpr char cloud_type[] = "sensor_msgs/msg/PointCloud2";
+constexpr char compressed_cloud_type[] =
+    "point_cloud_interfaces/msg/CompressedPointCloud2";
+constexpr char cdr_encoding[] = "cdr";
+constexpr char schema_encoding[] = "ros2msg";
+
+// The definitions as ROS 2 has them, with the types in them.
+constexpr char cloud_definition[] = R"(std_msgs/Header header
+uint32 height
+uint32 width
+sensor_msgs/PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+)";
+constexpr char compressed_cloud_definition[] = R"(std_msgs/Header header
+uint32 height
+uint32 width
+sensor_msgs/PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] compressed_data
+bool is_dense
+string format
+)";
+constexpr char definitions_in_both[] =
+    R"(================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+)";
+
+constexpr std::int64_t nanoseconds_per_second = 1'000'000'000;
+
+bool
+hasType(const McapChannel& channel, const char* type)
+{
+  return channel.message_encoding == cdr_encoding && channel.schema.name == type;
+}
+
+McapChannel
+channelOf(const std::string& topic, const char* type, const char* definition)
+{
+  McapChannel channel;
+  channel.topic = topic;
+  channel.message_encoding = cdr_encoding;
+  channel.schema.name = type;
+  channel.schema.encoding = schema_encoding;
+  channel.schema.text = std::string(definition) + definitions_in_both;
+  return channel;
+}
+
+void
+readField(CdrReader& reader, PointFieldMessage& field)
+{
+  field.name = reader.string();
+  field.offset = reader.u32();
+  field.datatype = reader.u8();
+  field.count = reader.u32();
+}
+
+} // namespace
+
+bool
+isPointCloud(const McapChannel& channel)
+{
+  return hasType(channel, cloud_type);
+}
+
+bool
+isCompressedPointCloud(const McapChannel& channel)
+{
+  return hasType(channel, compressed_cloud_type);
+}
+
+McapChannel
+pointCloudChannel(const std::string& topic)
+{
+  return channelOf(topic, cloud_type, cloud_definition);
+}
+
+McapChannel
+compressedPointCloudChannel(const std::string& topic)
+{
+  return channelOf(topic, compressed_cloud_type, compressed_cloud_definition);
+}
+
+RecordingStatus
+readPointCloud(const std::uint8_t* bytes,
+               std::size_t size,
+               bool is_compressed,
+               PointCloudMessage& message)
+{
+  // A field has a string, two numbers and a byte, each with its alignment.
+  constexpr std::size_t least_field_size = 13;
+  CdrReader reader(bytes, size);
+  const auto seconds = static_cast<std::int32_t>(reader.u32());
+  message.stamp = Time(seconds * nanoseconds_per_second + reader.u32());
+  message.frame_id = reader.string();
+  message.height = reader.u32();
+  message.width = reader.u32();
+  message.fields.resize(reader.sequenceSize(least_field_size));
+  for (PointFieldMessage& field : message.fields)
+    readField(reader, field);
+  message.is_bigendian = reader.u8() != 0;
+  message.point_step = reader.u32();
+  message.row_step = reader.u32();
+  const std::uint32_t count = reader.sequenceSize(1);
+  const std::uint8_t* const begin = reader.take(count);
+  message.is_dense = reader.u8() != 0;
+  message.format = is_compressed ? reader.string() : std::string();
+  if (reader.failed()) {
+    message = PointCloudMessage();
+    return {RecordingCode::Damaged,
+            std::string("the bytes are not a message of ") +
+                (is_compressed ? compressed_cloud_type : cloud_type)};
+  }
+  message.bytes.assign(begin, begin + count);
+  return {};
+}
+
+void
+writePointCloud(const PointCloudMessage& message,
+                bool is_compressed,
+                std::vector<std::uint8_t>& bytes)
+{
+  CdrWriter writer(bytes);
+  const std::int64_t nanoseconds = message.stamp.count();
+  const std::int64_t seconds = nanoseconds / nanoseconds_per_second;
+  const bool is_valid =
+      nanoseconds >= 0 && seconds <= std::numeric_limits<std::int32_t>::max();
+  writer.u32(is_valid ? static_cast<std::uint32_t>(seconds) : 0);
+  writer.u32(is_valid ? static_cast<std::uint32_t>(nanoseconds % nanoseconds_per_second)
+                      : 0);
+  writer.string(message.frame_id);
+  writer.u32(message.height);
+  writer.u32(message.width);
+  writer.u32(static_cast<std::uint32_t>(message.fields.size()));
+  for (const PointFieldMessage& field : message.fields) {
+    writer.string(field.name);
+    writer.u32(field.offset);
+    writer.u8(field.datatype);
+    writer.u32(field.count);
+  }
+  writer.u8(message.is_bigendian ? 1 : 0);
+  writer.u32(message.point_step);
+  writer.u32(message.row_step);
+  writer.sequence(message.bytes);
+  writer.u8(message.is_dense ? 1 : 0);
+  if (is_compressed)
+    writer.string(message.format);
+}
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,274 @@
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "recording/frame_file.h"
+#include "recording/mcap/records.h"
+#include "recording/mcap_frames.h"
+#include "recording/rosbag2_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+class RecordingReader::Implementation {
+public:
+  /** \brief The place of a frame; null if there is no such frame. */
+  const FramePlace*
+  find(std::size_t stream, std::size_t number) const
+  {
+    if (stream >= by_stream_.size() || number >= by_stream_[stream].size())
+      return nullptr;
+    return &source_->places()[by_stream_[stream][number]];
+  }
+
+  RecordingStatus
+  read(const FramePlace& place, RecordedFrame& frame)
+  {
+    frame.stream = place.stream;
+    frame.number = place.number;
+    frame.time = place.time;
+    RecordingStatus status = source_->read(place, frame);
+    frame.description = status.ok() ? io::describeFrame(frame.bytes.data(),
+                                                        frame.bytes.size(),
+                                                        limitsOfReading())
+                                    : io::FrameDescription();
+    if (!status.ok())
+      frame.description.status = {io::CompressionCode::InputFailed, status.message()};
+    return status;
+  }
+
+  void
+  setSource(std::unique_ptr<FrameSource> source)
+  {
+    source_ = std::move(source);
+    by_stream_.resize(source_->streams().size());
+    for (std::size_t i = 0; i < source_->places().size(); ++i)
+      by_stream_[source_->places()[i].stream].push_back(i);
+  }
+
+  std::unique_ptr<FrameSource> source_{new FrameFile};
+  std::vector<std::vector<std::size_t>> by_stream_; // indices in the places
+  std::size_t next_ = 0;                            // index in the places
+};
+
+RecordingReader::RecordingReader() : implementation_(new Implementation) {}
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader&
+RecordingReader::operator=(RecordingReader&&) noexcept = default;
+
+RecordingStatus
+RecordingReader::open(const std::string& path)
+{
+  implementation_ = std::make_unique<Implementation>();
+  const bool is_folder = isRosbag2Folder(path);
+  InputFile file;
+  RecordingStatus status = is_folder ? RecordingStatus() : file.open(path);
+  if (!status.ok())
+    return status;
+  std::array<std::uint8_t, mcap::magic.size()> begin{};
+  const bool is_mcap =
+      is_folder || (file.read(0, begin.size(), begin.data()) && begin == mcap::magic);
+  if (!is_mcap) {
+    auto frames = std::make_unique<FrameFile>();
+    status = frames->open(std::move(file));
+    implementation_->setSource(std::move(frames));
+    return status;
+  }
+  McapReader reader;
+  status = is_folder ? reader.open(path, isCompressedPointCloud)
+                     : reader.open(std::move(file), isCompressedPointCloud);
+  if (!status.ok())
+    return status;
+  auto frames = std::make_unique<McapFrames>();
+  status = frames->open(std::move(reader), path);
+  implementation_->setSource(std::move(frames));
+  return status;
+}
+
+const std::vector<RecordedStream>&
+RecordingReader::streams() const
+{
+  return implementation_->source_->streams();
+}
+
+RecordingStatus
+RecordingReader::next(RecordedFrame& frame)
+{
+  const std::vector<FramePlace>& places = implementation_->source_->places();
+  if (implementation_->next_ >= places.size())
+    return {RecordingCode::EndOfRecording, "the recording has no more frames"};
+  return implementation_->read(places[implementation_->next_++], frame);
+}
+
+void
+RecordingReader::seek(Time time)
+{
+  const std::vector<FramePlace>& places = implementation_->source_->places();
+  const auto found =
+      std::find_if(places.begin(), places.end(), [time](const FramePlace& place) {
+        return place.time >= time;
+      });
+  implementation_->next_ = static_cast<std::size_t>(found - places.begin());
+}
+
+RecordingStatus
+RecordingReader::read(std::size_t stream, std::size_t number, RecordedFrame& frame)
+{
+  const FramePlace* const place = implementation_->find(stream, number);
+  if (place == nullptr)
+    return {RecordingCode::InvalidArgument,
+            "the recording has no frame " + std::to_string(number) + " of stream " +
+                std::to_string(stream)};
+  return implementation_->read(*place, frame);
+}
+
+std::optional<std::size_t>
+RecordingReader::frameAt(std::size_t stream, Time time) const
+{
+  std::optional<std::size_t> last;
+  if (stream >= implementation_->by_stream_.size())
+    return last;
+  for (const std::size_t index : implementation_->by_stream_[stream]) {
+    const FramePlace& place = implementation_->source_->places()[index];
+    if (place.time <= time)
+      last = place.number;
+  }
+  return last;
+}
+
+Time
+RecordingReader::timeOf(std::size_t stream, std::size_t number) const
+{
+  const FramePlace* const place = implementation_->find(stream, number);
+  return place == nullptr ? Time(0) : place->time;
+}
+
+std::size_t
+RecordingReader::iFrameBefore(std::size_t stream, std::size_t number)
+{
+  RecordedFrame frame;
+  for (; number > 0; --number)
+    if (read(stream, number, frame).ok() && frame.description.status.ok() &&
+        frame.description.is_i_frame)
+      break;
+  return number;
+}
+
+const std::vector<RecordingDamage>&
+RecordingReader::damage() const
+{
+  return implementation_->source_->damage();
+}
+
+bool
+RecordingReader::isUnfinished() const
+{
+  return implementation_->source_->isUnfinished();
+}
+
+std::uint64_t
+RecordingReader::fileBytes() const
+{
+  return implementation_->source_->fileBytes();
+}
+
+class RecordedStreamDecoder::Implementation {
+public:
+  Implementation(RecordingReader& reader,
+                 std::size_t stream,
+                 const io::DecoderLimits& limits)
+  : reader_(reader), stream_(stream), limits_(limits), decoder_(limits)
+  {}
+
+  io::CompressionStatus
+  decode(std::size_t number, io::VoxelFrame& voxels);
+
+  io::CompressionStatus
+  decode(const RecordedFrame& frame, io::VoxelFrame& voxels);
+
+  const io::CodedFrameStatistics&
+  statistics() const
+  {
+    return decoder_.statistics();
+  }
+
+private:
+  RecordingReader& reader_;
+  std::size_t stream_;
+  io::DecoderLimits limits_;
+  io::FrameDecoder decoder_;
+  std::size_t next_ = 0; // number of the frame that follows the last one
+  RecordedFrame frame_;
+};
+
+io::CompressionStatus
+RecordedStreamDecoder::Implementation::decode(const RecordedFrame& frame,
+                                              io::VoxelFrame& voxels)
+{
+  next_ = frame.number + 1;
+  return decoder_.decode(frame.bytes.data(), frame.bytes.size(), voxels);
+}
+
+io::CompressionStatus
+RecordedStreamDecoder::Implementation::decode(std::size_t number,
+                                              io::VoxelFrame& voxels)
+{
+  std::size_t first = number;
+  if (number != next_) {
+    first = reader_.iFrameBefore(stream_, number);
+    // If the last frame lies between the two, its history serves, too.
+    if (next_ > first && next_ <= number)
+      first = next_;
+    else
+      decoder_ = io::FrameDecoder(limits_);
+  }
+  io::CompressionStatus status;
+  for (std::size_t i = first; i <= number; ++i) {
+    voxels.clearVoxels();
+    const RecordingStatus read = reader_.read(stream_, i, frame_);
+    frame_.number = i;
+    status = read.ok() ? decode(frame_, voxels)
+                       : io::CompressionStatus{io::CompressionCode::InputFailed,
+                                               read.message()};
+  }
+  next_ = number + 1;
+  return status;
+}
+
+RecordedStreamDecoder::RecordedStreamDecoder(RecordingReader& reader,
+                                             std::size_t stream,
+                                             const io::DecoderLimits& limits)
+: implementation_(new Implementation(reader, stream, limits))
+{}
+RecordedStreamDecoder::~RecordedStreamDecoder() = default;
+RecordedStreamDecoder::RecordedStreamDecoder(RecordedStreamDecoder&&) noexcept =
+    default;
+RecordedStreamDecoder&
+RecordedStreamDecoder::operator=(RecordedStreamDecoder&&) noexcept = default;
+
+io::CompressionStatus
+RecordedStreamDecoder::decode(std::size_t number, io::VoxelFrame& voxels)
+{
+  return implementation_->decode(number, voxels);
+}
+
+io::CompressionStatus
+RecordedStreamDecoder::decode(const RecordedFrame& frame, io::VoxelFrame& voxels)
+{
+  return implementation_->decode(frame, voxels);
+}
+
+const io::CodedFrameStatistics&
+RecordedStreamDecoder::statistics() const
+{
+  return implementation_->statistics();
+}
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,272 @@
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+#include <pcl_ext/recording/recording_writer.h>
+
+#include "recording/files.h"
+#include "recording/format_name.h"
+#include "recording/frame_source.h"
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char frames_extension[] = ".pcxi";
+constexpr std::uint8_t float32_datatype = 7;
+
+bool
+isFileOfFrames(const std::string& path)
+{
+  return path == standard_stream || fs::path(path).extension() == frames_extension;
+}
+
+/** \brief A stream that is being recorded. */
+struct WrittenStream {
+  std::string name;
+  PointCloudMessage message; // with the layout of the decoded clouds
+  std::size_t channel = 0;
+  std::uint32_t frames = 0;
+};
+
+void
+setFields(bool has_intensities, bool has_colours, PointCloudMessage& message)
+{
+  message.fields.clear();
+  message.point_step = 0;
+  const auto add = [&](const char* name) {
+    message.fields.push_back({name, message.point_step, float32_datatype, 1});
+    message.point_step += sizeof(float);
+  };
+  for (const char* coordinate : {"x", "y", "z"})
+    add(coordinate);
+  if (has_intensities)
+    add("intensity");
+  if (has_colours)
+    add("rgb");
+}
+
+} // namespace
+
+class RecordingWriter::Implementation {
+public:
+  ~Implementation();
+
+  RecordingStatus
+  open(const std::string& path);
+
+  RecordingStatus
+  addStream(const StreamToRecord& stream, std::size_t& number);
+
+  RecordingStatus
+  append(std::size_t stream, Time time, const std::uint8_t* bytes, std::size_t size);
+
+  RecordingStatus
+  flush()
+  {
+    return has_file_of_frames_ ? status_ : mcap_.flush();
+  }
+
+  RecordingStatus
+  finish();
+
+private:
+  RecordingStatus
+  appendMessage(WrittenStream& stream,
+                Time time,
+                const io::FrameDescription& frame,
+                const std::uint8_t* bytes,
+                std::size_t size);
+
+  bool has_file_of_frames_ = false;
+  bool is_finished_ = true;
+  std::string path_;
+  OutputFile file_; // of frames
+  RecordingStatus status_{RecordingCode::OutputFailed, "no recording is open"};
+  McapWriter mcap_;
+  McapMessage mcap_message_;
+  std::vector<WrittenStream> streams_;
+};
+
+RecordingWriter::Implementation::~Implementation()
+{
+  std::error_code ignored;
+  if (has_file_of_frames_ && !is_finished_ && file_.position() == 0 &&
+      path_ != standard_stream)
+    fs::remove(path_ + unfinished_suffix, ignored);
+}
+
+RecordingStatus
+RecordingWriter::Implementation::open(const std::string& path)
+{
+  path_ = path;
+  has_file_of_frames_ = isFileOfFrames(path);
+  std::error_code ignored;
+  if (!has_file_of_frames_)
+    status_ = mcap_.open(path, "ros2");
+  else if (fs::is_directory(path, ignored))
+    status_ = {RecordingCode::OutputFailed, "'" + path + "' is a folder"};
+  else
+    status_ = file_.open(path == standard_stream ? path : path + unfinished_suffix);
+  is_finished_ = !status_.ok();
+  return status_;
+}
+
+RecordingStatus
+RecordingWriter::Implementation::addStream(const StreamToRecord& stream,
+                                           std::size_t& number)
+{
+  if (!status_.ok())
+    return status_;
+  if (stream.name.empty())
+    return {RecordingCode::InvalidArgument, "a stream needs a name"};
+  if (has_file_of_frames_ && !streams_.empty())
+    return {RecordingCode::InvalidArgument,
+            "a .pcxi file has one stream; several need .mcap"};
+  for (const WrittenStream& known : streams_)
+    if (known.name == stream.name)
+      return {RecordingCode::InvalidArgument,
+              "there are two streams of the name '" + stream.name + "'"};
+  WrittenStream written;
+  written.name = stream.name;
+  written.message.frame_id = stream.frame_id;
+  written.message.height = 1;
+  written.message.is_dense = true;
+  setFields(true, false, written.message);
+  if (!has_file_of_frames_) {
+    McapChannel channel = compressedPointCloudChannel(stream.name);
+    channel.metadata = stream.metadata;
+    RecordingStatus status =
+        mcap_.addChannel(channel, McapChunking::OwnStream, written.channel);
+    if (!status.ok())
+      return status;
+  }
+  number = streams_.size();
+  streams_.push_back(std::move(written));
+  return {};
+}
+
+RecordingStatus
+RecordingWriter::Implementation::appendMessage(WrittenStream& stream,
+                                               Time time,
+                                               const io::FrameDescription& frame,
+                                               const std::uint8_t* bytes,
+                                               std::size_t size)
+{
+  PointCloudMessage& message = stream.message;
+  if (frame.is_i_frame)
+    setFields(frame.intensity_scale.bits > 0 ||
+                  frame.format == io::StreamFormat::Published,
+              frame.colour_bits > 0,
+              message);
+  if (frame.frame_id && !frame.frame_id->empty())
+    message.frame_id = *frame.frame_id;
+  message.stamp = time;
+  message.width = static_cast<std::uint32_t>(frame.points);
+  message.row_step = message.point_step * message.width;
+  message.bytes.assign(bytes, bytes + size);
+  message.format = format_name;
+  mcap_message_.channel = stream.channel;
+  mcap_message_.sequence = stream.frames;
+  mcap_message_.log_time = mcap_message_.publish_time = time;
+  writePointCloud(message, true, mcap_message_.bytes);
+  return mcap_.write(mcap_message_, frame.is_i_frame);
+}
+
+RecordingStatus
+RecordingWriter::Implementation::append(std::size_t stream,
+                                        Time time,
+                                        const std::uint8_t* bytes,
+                                        std::size_t size)
+{
+  if (!status_.ok())
+    return status_;
+  if (stream >= streams_.size())
+    return {RecordingCode::InvalidArgument, "a frame of an unknown stream"};
+  if (time.count() < 0)
+    return {RecordingCode::InvalidArgument, "a frame of a negative time"};
+  const io::FrameSize frame_size = io::frameSize(bytes, size, limitsOfReading());
+  const io::FrameDescription frame = io::describeFrame(bytes, size, limitsOfReading());
+  if (!frame_size.status.ok() || frame_size.bytes != size || !frame.status.ok())
+    return {RecordingCode::InvalidArgument,
+            "the bytes are not one frame: " +
+                (frame_size.status.ok() ? "it has " + std::to_string(frame_size.bytes) +
+                                              " bytes, not " + std::to_string(size)
+                                        : frame_size.status.message())};
+  RecordingStatus status;
+  if (has_file_of_frames_)
+    status = status_ = file_.write(bytes, size);
+  else
+    status = appendMessage(streams_[stream], time, frame, bytes, size);
+  streams_[stream].frames += status.ok() ? 1 : 0;
+  return status;
+}
+
+RecordingStatus
+RecordingWriter::Implementation::finish()
+{
+  if (!status_.ok())
+    return status_;
+  RecordingStatus status;
+  if (!has_file_of_frames_)
+    status = mcap_.finish();
+  else {
+    status = file_.close();
+    if (status.ok() && path_ != standard_stream)
+      status = renameFile(path_ + unfinished_suffix, path_);
+  }
+  is_finished_ = true;
+  status_ = {RecordingCode::OutputFailed, "the recording is finished"};
+  return status;
+}
+
+RecordingWriter::RecordingWriter() : implementation_(new Implementation) {}
+RecordingWriter::~RecordingWriter() = default;
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+RecordingWriter&
+RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
+
+RecordingStatus
+RecordingWriter::open(const std::string& path)
+{
+  implementation_ = std::make_unique<Implementation>();
+  return implementation_->open(path);
+}
+
+RecordingStatus
+RecordingWriter::addStream(const StreamToRecord& stream, std::size_t& number)
+{
+  return implementation_->addStream(stream, number);
+}
+
+RecordingStatus
+RecordingWriter::append(std::size_t stream,
+                        Time time,
+                        const std::uint8_t* bytes,
+                        std::size_t size)
+{
+  return implementation_->append(stream, time, bytes, size);
+}
+
+RecordingStatus
+RecordingWriter::flush()
+{
+  return implementation_->flush();
+}
+
+RecordingStatus
+RecordingWriter::finish()
+{
+  return implementation_->finish();
+}
+
+} // namespace recording
+} // namespace pcl_ext

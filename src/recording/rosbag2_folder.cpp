@@ -1,0 +1,140 @@
+#include "recording/rosbag2_folder.h"
+
+#include "recording/files.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char metadata_name[] = "metadata.yaml";
+
+/** \brief The number at the end of the name of a bag's file, such as 12 of bag_12.mcap, so
+ * that 10 comes after 9. */
+std::pair<std::size_t, std::string>
+orderOf(const fs::path& file)
+{
+  const std::string stem = file.stem().string();
+  const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
+  return {stem.size() - digits, stem.substr(digits)};
+}
+
+/** \brief A text in double quotes, for YAML. */
+std::string
+quoted(const std::string& text)
+{
+  std::ostringstream output;
+  output << '"';
+  for (const char character : text) {
+    if (character == '"' || character == '\\')
+      output << '\\' << character;
+    else if (character == '\n')
+      output << "\\n";
+    else if (static_cast<unsigned char>(character) < 0x20)
+      output << ' ';
+    else
+      output << character;
+  }
+  output << '"';
+  return output.str();
+}
+
+std::string
+valueOf(const McapChannel& channel, const std::string& key)
+{
+  const auto found = channel.metadata.find(key);
+  return found == channel.metadata.end() ? std::string() : found->second;
+}
+
+} // namespace
+
+bool
+isRosbag2Folder(const std::string& path)
+{
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) &&
+         fs::exists(fs::path(path) / metadata_name, ignored);
+}
+
+RecordingStatus
+filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
+{
+  std::error_code error;
+  std::vector<fs::path> paths;
+  bool has_database = false;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() == ".mcap")
+      paths.push_back(entry->path());
+    has_database |= entry->path().extension() == ".db3";
+  }
+  if (error)
+    return {RecordingCode::InputFailed,
+            "cannot read '" + folder + "': " + error.message()};
+  if (paths.empty())
+    return {RecordingCode::NotARecording,
+            "the bag '" + folder + "' has no MCAP file" +
+                (has_database ? ", but those of the storage sqlite3: convert it with "
+                                "'ros2 bag convert'"
+                              : "")};
+  std::sort(paths.begin(), paths.end(), [](const fs::path& a, const fs::path& b) {
+    return std::make_pair(orderOf(a), a) < std::make_pair(orderOf(b), b);
+  });
+  for (const fs::path& path : paths)
+    files.push_back(path.string());
+  return {};
+}
+
+RecordingStatus
+writeRosbag2Metadata(const std::string& folder,
+                     const std::string& file,
+                     const std::vector<Rosbag2Topic>& topics,
+                     Time first_time,
+                     Time last_time)
+{
+  std::uint64_t messages = 0;
+  for (const Rosbag2Topic& topic : topics)
+    messages += topic.messages;
+  std::ostringstream text;
+  text << "rosbag2_bagfile_information:\n"
+          "  version: 5\n"
+          "  storage_identifier: mcap\n"
+          "  duration:\n    nanoseconds: "
+       << (last_time - first_time).count()
+       << "\n  starting_time:\n    nanoseconds_since_epoch: " << first_time.count()
+       << "\n  message_count: " << messages << "\n  topics_with_message_count:";
+  for (const Rosbag2Topic& topic : topics)
+    text << "\n    - topic_metadata:\n        name: " << quoted(topic.channel->topic)
+         << "\n        type: " << quoted(topic.channel->schema.name)
+         << "\n        serialization_format: "
+         << quoted(topic.channel->message_encoding)
+         << "\n        offered_qos_profiles: "
+         << quoted(valueOf(*topic.channel, "offered_qos_profiles"))
+         << "\n      message_count: " << topic.messages;
+  text << (topics.empty() ? " []" : "")
+       << "\n  compression_format: \"\"\n  compression_mode: \"\"\n"
+          "  relative_file_paths:\n    - "
+       << quoted(file) << "\n  files:\n    - path: " << quoted(file)
+       << "\n      starting_time:\n        nanoseconds_since_epoch: "
+       << first_time.count()
+       << "\n      duration:\n        nanoseconds: " << (last_time - first_time).count()
+       << "\n      message_count: " << messages << '\n';
+  const std::string bytes = text.str();
+  OutputFile output;
+  RecordingStatus status = output.open((fs::path(folder) / metadata_name).string());
+  if (status.ok())
+    status =
+        output.write(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  return status.ok() ? output.close() : status;
+}
+
+} // namespace recording
+} // namespace pcl_ext

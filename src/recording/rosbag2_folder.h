@@ -1,0 +1,45 @@
+#pragma once
+
+#include <pcl_ext/recording/mcap_content.h>
+#include <pcl_ext/recording/recording_status.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief True if a path is a folder with the metadata of a rosbag2 bag. */
+bool
+isRosbag2Folder(const std::string& path);
+
+/** \brief The MCAP files of a rosbag2 folder in the order of their numbers.
+ * \param[in] folder the folder
+ * \param[out] files paths
+ * \return NotARecording if there are none, as with bags of the storage sqlite3
+ */
+RecordingStatus
+filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files);
+
+/** \brief What the metadata of a bag says of a topic. */
+struct Rosbag2Topic {
+  const McapChannel* channel = nullptr;
+  std::uint64_t messages = 0;
+};
+
+/** \brief Writes metadata.yaml of a bag of one file, as rosbag2 does (version 5 of it).
+ * \param[in] folder the folder
+ * \param[in] file name of the MCAP file in it
+ * \param[in] topics channels with their numbers of messages
+ * \param[in] first_time,last_time of the messages
+ */
+RecordingStatus
+writeRosbag2Metadata(const std::string& folder,
+                     const std::string& file,
+                     const std::vector<Rosbag2Topic>& topics,
+                     Time first_time,
+                     Time last_time);
+
+} // namespace recording
+} // namespace pcl_ext
