@@ -18,6 +18,9 @@ function(pcl_ext_install target file)
     DESTINATION ${PCL_EXT_CONFIG_DIR})
 endfunction()
 pcl_ext_install(pcl_ext_codec pcl_ext-codec-targets)
+if(PCL_EXT_WITH_RECORDING)
+  pcl_ext_install(pcl_ext_recording pcl_ext-recording-targets)
+endif()
 if(PCL_EXT_WITH_PCL)
   pcl_ext_install(pcl_ext pcl_ext-targets)
 endif()
@@ -31,11 +34,13 @@ set(PCL_EXT_HEADERS_WITH_PCL
     point_intensity.h
     point_types.h
     sensor_preprocessor.h)
-if(PCL_EXT_WITH_PCL)
-  set(left_out_headers)
-else()
+set(left_out_headers)
+if(NOT PCL_EXT_WITH_PCL)
   list(TRANSFORM PCL_EXT_HEADERS_WITH_PCL REPLACE "(.+)" "PATTERN;\\1;EXCLUDE"
        OUTPUT_VARIABLE left_out_headers)
+endif()
+if(NOT PCL_EXT_WITH_RECORDING)
+  list(APPEND left_out_headers PATTERN recording EXCLUDE)
 endif()
 install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         ${left_out_headers})

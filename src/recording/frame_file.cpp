@@ -19,12 +19,12 @@ constexpr std::uint64_t header_bytes = 2048;
 constexpr std::array<const char*, 2> magics = {"PCXI", "<HEAD>"};
 constexpr std::size_t longest_magic = 6;
 
+/** \brief True if bytes begin with magic bytes, or may do so if more follow. */
 bool
-beginsWithMagic(const std::uint8_t* bytes, std::size_t count)
+mayBeginWithMagic(const std::uint8_t* bytes, std::size_t count)
 {
   return std::any_of(magics.begin(), magics.end(), [&](const char* magic) {
-    const std::size_t size = std::strlen(magic);
-    return count >= size && std::memcmp(bytes, magic, size) == 0;
+    return std::memcmp(bytes, magic, std::min(count, std::strlen(magic))) == 0;
   });
 }
 
@@ -91,7 +91,7 @@ FrameFile::mayBeginAt(std::uint64_t offset)
   const auto count = static_cast<std::size_t>(
       std::min<std::uint64_t>(begin.size(), file_.size() - offset));
   return file_.read(offset, count, begin.data()) &&
-         beginsWithMagic(begin.data(), count);
+         mayBeginWithMagic(begin.data(), count);
 }
 
 /** \brief Where the next frame may begin from a place on; the end of the file if nowhere. */

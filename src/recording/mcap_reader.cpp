@@ -7,7 +7,6 @@
 #include "recording/span_reader.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace pcl_ext {
@@ -314,9 +313,7 @@ McapReader::isMcap(const std::string& path)
   if (isRosbag2Folder(path))
     return true;
   InputFile file;
-  std::array<std::uint8_t, mcap::magic.size()> begin;
-  return path != standard_stream && file.open(path).ok() &&
-         file.read(0, begin.size(), begin.data()) && begin == mcap::magic;
+  return path != standard_stream && file.open(path).ok() && mcap::isMcapFile(file);
 }
 
 const std::string&

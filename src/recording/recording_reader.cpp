@@ -4,12 +4,11 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "recording/frame_file.h"
-#include "recording/mcap/records.h"
+#include "recording/mcap/file_contents.h"
 #include "recording/mcap_frames.h"
 #include "recording/rosbag2_folder.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace pcl_ext {
@@ -71,10 +70,7 @@ RecordingReader::open(const std::string& path)
   RecordingStatus status = is_folder ? RecordingStatus() : file.open(path);
   if (!status.ok())
     return status;
-  std::array<std::uint8_t, mcap::magic.size()> begin{};
-  const bool is_mcap =
-      is_folder || (file.read(0, begin.size(), begin.data()) && begin == mcap::magic);
-  if (!is_mcap) {
+  if (!is_folder && !mcap::isMcapFile(file)) {
     auto frames = std::make_unique<FrameFile>();
     status = frames->open(std::move(file));
     implementation_->setSource(std::move(frames));

@@ -20,6 +20,21 @@ constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
 /** \brief Bytes of a chunk that hold its fields before the records. */
 constexpr std::size_t max_chunk_fields_size = 256;
 
+bool
+hasMagic(const InputFile& file, std::uint64_t offset)
+{
+  std::array<std::uint8_t, magic.size()> bytes;
+  return file.read(offset, bytes.size(), bytes.data()) && bytes == magic;
+}
+
+/** \brief True if the file ends as a complete file does. */
+bool
+hasMcapEnd(const InputFile& file)
+{
+  return file.size() >= 2 * magic.size() + footer_size &&
+         hasMagic(file, file.size() - magic.size());
+}
+
 /** \brief Collects the contents of a file, from its summary or from all of it. */
 class ContentsFinder {
 public:
@@ -40,9 +55,6 @@ public:
   scan();
 
 private:
-  bool
-  hasEnd() const;
-
   bool
   loadSummary(std::vector<std::uint8_t>& summary);
 
@@ -101,19 +113,10 @@ private:
   std::vector<std::uint8_t> buffer_;
 };
 
-/** \brief True if the file ends as a complete file does. */
-bool
-ContentsFinder::hasEnd() const
-{
-  std::array<std::uint8_t, magic.size()> end;
-  return file_.size() >= 2 * magic.size() + footer_size &&
-         file_.read(file_.size() - end.size(), end.size(), end.data()) && end == magic;
-}
-
 bool
 ContentsFinder::loadSummary(std::vector<std::uint8_t>& summary)
 {
-  contents_.has_end = hasEnd();
+  contents_.has_end = hasMcapEnd(file_);
   if (!contents_.has_end)
     return false;
   const std::uint64_t footer_offset = file_.size() - magic.size() - footer_size;
@@ -406,6 +409,12 @@ ContentsFinder::scan()
 } // namespace
 
 bool
+isMcapFile(const InputFile& file)
+{
+  return hasMagic(file, 0) || hasMcapEnd(file);
+}
+
+bool
 readRecordPrefix(const InputFile& file,
                  std::uint64_t offset,
                  Opcode& opcode,
@@ -488,10 +497,12 @@ findContents(const InputFile& file,
              const McapReader::ChannelFilter& wants,
              FileContents& contents)
 {
-  std::array<std::uint8_t, magic.size()> begin;
-  if (!file.read(0, begin.size(), begin.data()) || begin != magic)
+  if (!isMcapFile(file))
     return {RecordingCode::NotARecording, "'" + file.path() + "' is not an MCAP file"};
   if (ContentsFinder finder(file, wants, contents); finder.readSummary()) {
+    if (!hasMagic(file, 0))
+      contents.damage.push_back(
+          {0, "the file does not begin as MCAP files do", file.path()});
     // The summary has no header.
     std::vector<std::uint8_t> content;
     Header header;

@@ -46,6 +46,11 @@ struct FileContents {
   bool has_end = false; // the file ends as a complete one does
 };
 
+/** \brief True if a file has the magic bytes of MCAP at its beginning or, if these are
+ * damaged, at its end. */
+bool
+isMcapFile(const InputFile& file);
+
 /** \brief Finds the contents of a file: by its summary, and if that is missing or does not
  * tell of all messages, by reading all of the file.
  * \param[in] file the file

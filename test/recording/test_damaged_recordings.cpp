@@ -1,0 +1,195 @@
+#include <pcl_ext/recording/mcap_reader.h>
+
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+std::size_t
+sumOf(const std::vector<std::size_t>& numbers)
+{
+  return std::accumulate(numbers.begin(), numbers.end(), std::size_t{0});
+}
+
+std::size_t
+framesOf(const std::vector<KnownStream>& streams)
+{
+  std::size_t frames = 0;
+  for (const KnownStream& stream : streams)
+    frames += stream.frames.size();
+  return frames;
+}
+
+/** \brief Reads a file with each of its bits changed in turn.
+ *
+ * No frame may be wrong, and a frame may be lost only with a report.
+ */
+void
+changeEveryBit(const std::vector<KnownStream>& streams, const std::string& path)
+{
+  const Bytes original = bytesOf(path);
+  const std::size_t frames = framesOf(streams);
+  std::size_t fewest = frames;
+  for (std::size_t bit = 0; bit < 8 * original.size(); ++bit) {
+    Bytes changed = original;
+    changed[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
+    writeBytes(path, changed);
+    const ReadRecording read = readAll(path, streams);
+    ASSERT_EQ(read.wrong, 0u) << "bit " << bit;
+    ASSERT_TRUE(read.status.ok()) << "bit " << bit << ": " << read.status;
+    const std::size_t decoded = sumOf(read.decoded);
+    ASSERT_TRUE(decoded == frames || read.failed + read.damages > 0 ||
+                read.is_unfinished)
+        << "bit " << bit << ": " << decoded << " frames";
+    fewest = std::min(fewest, decoded);
+  }
+  // A stream of its own chunk is not affected by the other's.
+  EXPECT_GE(fewest, streams.size() > 1 ? frames / 2 : 0);
+}
+
+std::size_t
+endOf(const Bytes& part, const Bytes& file)
+{
+  const auto at = std::search(file.begin(), file.end(), part.begin(), part.end());
+  EXPECT_NE(at, file.end());
+  return static_cast<std::size_t>(at - file.begin()) + part.size();
+}
+
+/** \brief Reads each beginning of a file.
+ * \param[in] ends of the messages or frames in the file
+ * \param[in] tells_its_end whether the reader knows that the end is missing
+ */
+void
+cutAnywhere(const std::vector<KnownStream>& streams,
+            const std::string& path,
+            const std::vector<std::size_t>& ends,
+            bool tells_its_end)
+{
+  const Bytes original = bytesOf(path);
+  for (std::size_t size = 0; size < original.size(); ++size) {
+    Bytes cut = original;
+    cut.resize(size);
+    writeBytes(path, cut);
+    const ReadRecording read = readAll(path, streams);
+    const auto whole = static_cast<std::size_t>(std::count_if(
+        ends.begin(), ends.end(), [size](std::size_t end) { return end <= size; }));
+    ASSERT_EQ(read.wrong, 0u) << size;
+    ASSERT_EQ(read.failed, 0u) << size;
+    ASSERT_EQ(sumOf(read.decoded), whole) << size << " bytes";
+    const bool is_between_frames =
+        std::find(ends.begin(), ends.end(), size) != ends.end();
+    ASSERT_TRUE(!read.status.ok() ||
+                read.is_unfinished == (tells_its_end || !is_between_frames))
+        << size;
+  }
+}
+
+} // namespace
+
+TEST(DamagedRecordings, EveryBitOfAnMcapFile)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 3, 10),
+                                            knownStream(1, 3, 10)};
+  record(streams, folder / "cell.mcap");
+  changeEveryBit(streams, folder / "cell.mcap");
+}
+
+TEST(DamagedRecordings, EveryBitOfAFileOfFrames)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
+  record(streams, folder / "sensor.pcxi");
+  changeEveryBit(streams, folder / "sensor.pcxi");
+}
+
+TEST(DamagedRecordings, McapFilesCutAnywhereAreReadUpToTheLastWholeMessage)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 2),
+                                            knownStream(1, 4, 10)};
+  record(streams, folder / "cell.mcap");
+  const Bytes file = bytesOf(folder / "cell.mcap");
+  McapReader mcap;
+  ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
+  McapMessage message;
+  std::vector<std::size_t> ends;
+  for (const McapEntry& entry : mcap.index()) {
+    ASSERT_TRUE(mcap.read(entry, message).ok());
+    ends.push_back(endOf(message.bytes, file));
+  }
+  ASSERT_EQ(ends.size(), 9u);
+  cutAnywhere(streams, folder / "cell.mcap", ends, true);
+}
+
+TEST(DamagedRecordings, FilesOfFramesCutAnywhereAreReadUpToTheLastWholeFrame)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 8, 3)};
+  record(streams, folder / "sensor.pcxi");
+  const Bytes file = bytesOf(folder / "sensor.pcxi");
+  std::vector<std::size_t> ends;
+  for (const KnownFrame& frame : streams[0].frames)
+    ends.push_back(endOf(frame.bytes, file));
+  cutAnywhere(streams, folder / "sensor.pcxi", ends, false);
+}
+
+TEST(DamagedRecordings, BytesBetweenFramesAreSkippedAndReported)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
+  Bytes file = {'j', 'u', 'n', 'k'};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Bytes& frame = streams[0].frames[i].bytes;
+    // The third frame lacks its end.
+    file.insert(file.end(), frame.begin(), frame.end() - (i == 2 ? 5 : 0));
+    if (i == 3)
+      file.insert(file.end(), 1000, std::uint8_t{'P'});
+  }
+  writeBytes(folder / "sensor.pcxi", file);
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "sensor.pcxi").ok());
+  EXPECT_EQ(reader.streams().front().frames, 5u);
+  ASSERT_EQ(reader.damage().size(), 3u);
+  EXPECT_EQ(reader.damage()[0].offset, 0u);
+  const std::size_t third =
+      4 + streams[0].frames[0].bytes.size() + streams[0].frames[1].bytes.size();
+  EXPECT_EQ(reader.damage()[1].offset, third);
+  EXPECT_EQ(reader.damage()[2].message, "1000 bytes that are no frame");
+  EXPECT_EQ(readAll(folder / "sensor.pcxi", streams).decoded[0], 5u);
+}
+
+TEST(DamagedRecordings, WhatIsNoRecordingIsRefusedWithItsKind)
+{
+  const TestFolder folder;
+  const auto refused = [&](const std::string& name, const Bytes& bytes) {
+    writeBytes(folder / name, bytes);
+    RecordingReader reader;
+    const RecordingStatus status = reader.open(folder / name);
+    EXPECT_EQ(status.code(), RecordingCode::NotARecording) << name;
+    EXPECT_NE(status.message().find(name), std::string::npos) << status;
+    EXPECT_TRUE(reader.streams().empty() || reader.streams().front().frames == 0);
+    return status.message();
+  };
+  EXPECT_NE(refused("empty", {}).find("is empty"), std::string::npos);
+  const std::string pcd = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n";
+  EXPECT_NE(refused("cloud.pcd", Bytes(pcd.begin(), pcd.end())).find("PCD"),
+            std::string::npos);
+  refused("zeros", Bytes(100'000));
+  refused("short.mcap", {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'});
+  RecordingReader reader;
+  EXPECT_EQ(reader.open(folder / "missing").code(), RecordingCode::InputFailed);
+  EXPECT_EQ(reader.open(folder / "").code(), RecordingCode::InputFailed);
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext

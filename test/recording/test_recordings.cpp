@@ -1,0 +1,232 @@
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+std::vector<KnownStream>
+threeStreams()
+{
+  return {knownStream(0, 40, 10), knownStream(1, 31, 7), knownStream(2, 12, 1)};
+}
+
+void
+expectAllFrames(const std::string& path, const std::vector<KnownStream>& streams)
+{
+  const ReadRecording read = readAll(path, streams);
+  EXPECT_TRUE(read.status.ok()) << read.status;
+  for (std::size_t i = 0; i < streams.size(); ++i)
+    EXPECT_EQ(read.decoded[i], streams[i].frames.size()) << streams[i].name;
+  EXPECT_EQ(read.failed, 0u);
+  EXPECT_EQ(read.wrong, 0u);
+  EXPECT_EQ(read.damages, 0u);
+  EXPECT_FALSE(read.is_unfinished);
+}
+
+} // namespace
+
+TEST(Recordings, McapFileHasAllFramesOfAllStreams)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = threeStreams();
+  record(streams, folder / "cell.mcap");
+  expectAllFrames(folder / "cell.mcap", streams);
+}
+
+TEST(Recordings, Rosbag2FolderHasAllFramesOfAllStreams)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = threeStreams();
+  record(streams, folder / "cell");
+  expectAllFrames(folder / "cell", streams);
+  EXPECT_TRUE(std::filesystem::exists(folder / "cell/metadata.yaml"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "cell/cell_0.mcap"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "cell.unfinished"));
+}
+
+TEST(Recordings, FileOfFramesIsTheFramesOneAfterTheOther)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 25, 10)};
+  record(streams, folder / "sensor.pcxi");
+  Bytes expected;
+  for (const KnownFrame& frame : streams.front().frames)
+    expected.insert(expected.end(), frame.bytes.begin(), frame.bytes.end());
+  EXPECT_EQ(bytesOf(folder / "sensor.pcxi"), expected);
+  expectAllFrames(folder / "sensor.pcxi", streams);
+}
+
+TEST(Recordings, KindOfFileIsFoundByItsContent)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 3, 10)};
+  record(streams, folder / "a.mcap");
+  record(streams, folder / "b.pcxi");
+  std::filesystem::rename(folder / "a.mcap", folder / "a.bin");
+  std::filesystem::rename(folder / "b.pcxi", folder / "b.mcap");
+  expectAllFrames(folder / "a.bin", streams);
+  expectAllFrames(folder / "b.mcap", streams);
+}
+
+TEST(Recordings, FramesComeInTheOrderOfTheirTimes)
+{
+  const TestFolder folder;
+  record(threeStreams(), folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  RecordedFrame frame;
+  Time last{0};
+  std::size_t count = 0;
+  for (; reader.next(frame).ok(); ++count) {
+    EXPECT_GE(frame.time, last);
+    last = frame.time;
+  }
+  EXPECT_EQ(count, 83u);
+}
+
+TEST(Recordings, SeekContinuesWithTheFirstFrameOfATimeOrLater)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = threeStreams();
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  RecordedFrame frame;
+  reader.seek(streams[1].frames[5].time);
+  ASSERT_TRUE(reader.next(frame).ok());
+  EXPECT_EQ(frame.stream, 1u);
+  EXPECT_EQ(frame.number, 5u);
+  reader.seek(streams[1].frames[5].time + Time(1));
+  ASSERT_TRUE(reader.next(frame).ok());
+  EXPECT_EQ(frame.stream, 2u);
+  EXPECT_EQ(frame.number, 5u);
+  reader.seek(streams[0].frames.back().time + Time(1));
+  EXPECT_EQ(reader.next(frame).code(), RecordingCode::EndOfRecording);
+  EXPECT_EQ(reader.frameAt(0, streams[0].frames[7].time), 7u);
+  EXPECT_EQ(reader.frameAt(0, streams[0].frames[7].time - Time(1)), 6u);
+  EXPECT_EQ(reader.frameAt(0, Time(0)), std::nullopt);
+}
+
+TEST(Recordings, AnyFrameIsDecodedByItself)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = threeStreams();
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  std::mt19937_64 random(3);
+  io::VoxelFrame voxels;
+  for (std::size_t stream = 0; stream < streams.size(); ++stream) {
+    RecordedStreamDecoder decoder(reader, stream);
+    const std::vector<KnownFrame>& frames = streams[stream].frames;
+    for (int i = 0; i < 100; ++i) {
+      const std::size_t number = io::test::below(random, frames.size());
+      const io::CompressionStatus status = decoder.decode(number, voxels);
+      ASSERT_TRUE(status.ok()) << status;
+      EXPECT_TRUE(areSame(voxels, frames[number].voxels)) << number;
+    }
+    EXPECT_EQ(decoder.decode(frames.size(), voxels).code(),
+              io::CompressionCode::InputFailed);
+    EXPECT_TRUE(voxels.keys.empty());
+    EXPECT_TRUE(decoder.decode(0, voxels).ok());
+  }
+}
+
+TEST(Recordings, ChunksBeginAtIFrames)
+{
+  const TestFolder folder;
+  // Frames of some kilobytes, so that there are several chunks.
+  const std::vector<KnownStream> streams = {knownStream(0, 300, 20, 60),
+                                            knownStream(1, 300, 20, 60)};
+  record(streams, folder / "cell.mcap");
+  McapReader mcap;
+  ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
+  std::set<std::size_t> chunks;
+  PointCloudMessage cloud;
+  McapMessage message;
+  for (const McapEntry& entry : mcap.index()) {
+    if (!chunks.insert(entry.chunk).second)
+      continue;
+    ASSERT_TRUE(mcap.read(entry, message).ok());
+    ASSERT_TRUE(
+        readPointCloud(message.bytes.data(), message.bytes.size(), true, cloud).ok());
+    EXPECT_TRUE(io::describeFrame(cloud.bytes.data(), cloud.bytes.size()).is_i_frame);
+  }
+  EXPECT_GE(chunks.size(), 4u);
+}
+
+TEST(Recordings, MessagesDescribeTheDecodedCloud)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 2, 10)};
+  record(streams, folder / "cell.mcap");
+  McapReader mcap;
+  ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
+  ASSERT_EQ(mcap.channels().size(), 1u);
+  EXPECT_TRUE(isCompressedPointCloud(mcap.channels().front()));
+  EXPECT_EQ(mcap.channels().front().topic, "/sensor_0");
+  EXPECT_EQ(mcap.profile(), "ros2");
+  ASSERT_EQ(mcap.index().size(), 2u);
+  McapMessage message;
+  PointCloudMessage cloud;
+  ASSERT_TRUE(mcap.read(mcap.index()[1], message).ok());
+  EXPECT_EQ(message.sequence, 1u);
+  EXPECT_EQ(message.publish_time, streams[0].frames[1].time);
+  ASSERT_TRUE(
+      readPointCloud(message.bytes.data(), message.bytes.size(), true, cloud).ok());
+  EXPECT_EQ(cloud.stamp, streams[0].frames[1].time);
+  EXPECT_EQ(cloud.frame_id, "world");
+  EXPECT_EQ(cloud.format, "pcl_ext");
+  EXPECT_EQ(cloud.height, 1u);
+  EXPECT_EQ(cloud.width, streams[0].frames[1].voxels.size());
+  EXPECT_EQ(cloud.point_step, 16u);
+  EXPECT_EQ(cloud.row_step, 16 * cloud.width);
+  ASSERT_EQ(cloud.fields.size(), 4u);
+  EXPECT_EQ(cloud.fields[3].name, "intensity");
+  EXPECT_EQ(cloud.fields[3].offset, 12u);
+  EXPECT_EQ(cloud.bytes, streams[0].frames[1].bytes);
+}
+
+TEST(Recordings, FramesOfThePublishedLayoutAreRecorded)
+{
+  const TestFolder folder;
+  for (const char* name : {"published.pcxi", "published.mcap"}) {
+    io::FrameEncoder encoder(io::StreamFormat::Published, 5);
+    const KnownStream room = knownStream(0, 12, 10);
+    RecordingWriter writer;
+    std::size_t stream = 0;
+    ASSERT_TRUE(writer.open(folder / name).ok());
+    ASSERT_TRUE(writer.addStream({"/a", "", {}}, stream).ok());
+    Bytes bytes;
+    for (const KnownFrame& frame : room.frames) {
+      ASSERT_TRUE(encoder.encode(frame.voxels, std::nullopt, bytes).ok());
+      ASSERT_TRUE(writer.append(stream, frame.time, bytes.data(), bytes.size()).ok());
+    }
+    ASSERT_TRUE(writer.finish().ok());
+    RecordingReader reader;
+    ASSERT_TRUE(reader.open(folder / name).ok());
+    ASSERT_EQ(reader.streams().front().frames, room.frames.size());
+    RecordedStreamDecoder decoder(reader, 0);
+    io::VoxelFrame voxels;
+    for (const std::size_t number : {3u, 11u, 6u}) {
+      ASSERT_TRUE(decoder.decode(number, voxels).ok());
+      EXPECT_EQ(voxels.size(), room.frames[number].voxels.size());
+      EXPECT_EQ(voxels.intensities, room.frames[number].voxels.intensities);
+    }
+  }
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext

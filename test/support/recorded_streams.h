@@ -1,0 +1,211 @@
+/** \file
+ * \brief Small recordings whose content is known.
+ */
+#pragma once
+
+#include <pcl_ext/compression/frame_encoder.h>
+#include <pcl_ext/recording/recording_reader.h>
+#include <pcl_ext/recording/recording_writer.h>
+
+#include "support/voxel_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/** \brief A folder for the files of a test, which is removed with them. */
+class TestFolder {
+public:
+  TestFolder()
+  {
+    const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
+    path_ = std::filesystem::path(::testing::TempDir()) /
+            (std::string("pcl_ext_") + test->test_suite_name() + "_" + test->name());
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+  }
+
+  ~TestFolder()
+  {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  TestFolder(const TestFolder&) = delete;
+  TestFolder&
+  operator=(const TestFolder&) = delete;
+
+  std::string
+  operator/(const std::string& name) const
+  {
+    return (path_ / name).string();
+  }
+
+private:
+  std::filesystem::path path_;
+};
+
+inline Bytes
+bytesOf(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+inline void
+writeBytes(const std::string& path, const Bytes& bytes)
+{
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+}
+
+/** \brief A frame as it was recorded. */
+struct KnownFrame {
+  io::VoxelFrame voxels;
+  Bytes bytes;
+  Time time{0};
+};
+
+/** \brief The frames of one sensor. */
+struct KnownStream {
+  std::string name;
+  std::vector<KnownFrame> frames;
+};
+
+/** \brief Encodes a stream of a room. Frames are 50 ms apart and have stamps.
+ * \param[in] number of the stream, which differs from others; its times are number + 1 ms
+ * later than those of a stream 0
+ * \param[in] frames their number
+ * \param[in] i_frame_rate of the encoder
+ * \param[in] width of the room, voxels
+ */
+inline KnownStream
+knownStream(std::size_t number,
+            std::size_t frames,
+            unsigned int i_frame_rate,
+            std::uint32_t width = 5)
+{
+  io::test::RoomStream::Settings settings;
+  settings.seed = 1 + number;
+  settings.depth = 6;
+  settings.width = width;
+  settings.noise = 2;
+  io::test::RoomStream room(settings);
+  io::FrameEncoder encoder(io::StreamFormat::Version1, i_frame_rate);
+  KnownStream stream;
+  stream.name = "/sensor_" + std::to_string(number);
+  for (std::size_t i = 0; i < frames; ++i) {
+    KnownFrame frame;
+    frame.voxels = room.next();
+    frame.time = std::chrono::milliseconds(1'000'000 + 50 * i) +
+                 std::chrono::milliseconds(number);
+    const io::FrameStamp stamp{static_cast<std::uint64_t>(frame.time.count() / 1000),
+                               "world"};
+    EXPECT_TRUE(encoder.encode(frame.voxels, stamp, frame.bytes).ok());
+    stream.frames.push_back(std::move(frame));
+  }
+  return stream;
+}
+
+/** \brief Records streams in the order of their times. */
+inline void
+record(const std::vector<KnownStream>& streams, const std::string& path)
+{
+  RecordingWriter writer;
+  ASSERT_TRUE(writer.open(path).ok());
+  std::vector<std::size_t> numbers(streams.size());
+  for (std::size_t i = 0; i < streams.size(); ++i)
+    ASSERT_TRUE(writer.addStream({streams[i].name, "world", {}}, numbers[i]).ok());
+  std::size_t most_frames = 0;
+  for (const KnownStream& stream : streams)
+    most_frames = std::max(most_frames, stream.frames.size());
+  for (std::size_t frame = 0; frame < most_frames; ++frame)
+    for (std::size_t i = 0; i < streams.size(); ++i)
+      if (frame < streams[i].frames.size()) {
+        const KnownFrame& known = streams[i].frames[frame];
+        ASSERT_TRUE(
+            writer
+                .append(numbers[i], known.time, known.bytes.data(), known.bytes.size())
+                .ok());
+      }
+  const RecordingStatus status = writer.finish();
+  ASSERT_TRUE(status.ok()) << status;
+}
+
+inline bool
+areSame(const io::VoxelFrame& first, const io::VoxelFrame& second)
+{
+  return first.grid == second.grid && first.keys == second.keys &&
+         first.intensities == second.intensities;
+}
+
+/** \brief What a reader made of a recording, compared with what was recorded. */
+struct ReadRecording {
+  RecordingStatus status;           // of open()
+  std::vector<std::size_t> decoded; // frames of each known stream
+  std::size_t failed = 0;           // frames that were not read or not decoded
+  std::size_t wrong = 0;            // decoded frames that nobody recorded
+  std::size_t damages = 0;
+  bool is_unfinished = false;
+};
+
+/** \brief Reads all of a recording. */
+inline ReadRecording
+readAll(const std::string& path, const std::vector<KnownStream>& known)
+{
+  ReadRecording result;
+  result.decoded.resize(known.size());
+  RecordingReader reader;
+  result.status = reader.open(path);
+  if (!result.status.ok())
+    return result;
+  std::vector<RecordedStreamDecoder> decoders;
+  for (std::size_t i = 0; i < reader.streams().size(); ++i)
+    decoders.emplace_back(reader, i);
+  RecordedFrame frame;
+  io::VoxelFrame voxels;
+  for (;;) {
+    const RecordingStatus status = reader.next(frame);
+    if (status.code() == RecordingCode::EndOfRecording)
+      break;
+    if (!status.ok() || !decoders[frame.stream].decode(frame, voxels).ok()) {
+      ++result.failed;
+      continue;
+    }
+    bool is_known = false;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const std::size_t number = frame.description.frame_number - std::size_t{1};
+      if (known.size() > 1 && known[i].name != reader.streams()[frame.stream].name)
+        continue;
+      if (number >= known[i].frames.size())
+        continue;
+      const KnownFrame& recorded = known[i].frames[number];
+      is_known = areSame(recorded.voxels, voxels) && recorded.time == frame.time &&
+                 recorded.time == frame.stamp && frame.frame_id == "world";
+      result.decoded[i] += is_known ? 1 : 0;
+      break;
+    }
+    result.wrong += is_known ? 0 : 1;
+  }
+  result.damages = reader.damage().size();
+  result.is_unfinished = reader.isUnfinished();
+  return result;
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext
