@@ -20,6 +20,8 @@ for group in "${@:-build}"; do
   [ -n "$packages" ] || stop "no group '$group' in $list"
   for package in $packages; do
     status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+    # Other packages of nodejs than Debian's have npm in them, and conflict with Debian's.
+    [ "$package" = npm ] && command -v npm > /dev/null && status=installed
     [ "$status" = installed ] || missing+=("$package")
   done
 done

@@ -1,6 +1,7 @@
 #include <pcl_ext/recording/mcap_reader.h>
 
 #include "recording/files.h"
+#include "recording/guarded.h"
 #include "recording/mcap/chunk_cache.h"
 #include "recording/mcap/file_contents.h"
 #include "recording/rosbag2_folder.h"
@@ -294,17 +295,21 @@ McapReader::operator=(McapReader&&) noexcept = default;
 RecordingStatus
 McapReader::open(const std::string& path, const ChannelFilter& wants)
 {
-  implementation_ = std::make_unique<Implementation>();
-  return implementation_->open(path, wants);
+  return guarded([&] {
+    implementation_ = std::make_unique<Implementation>();
+    return implementation_->open(path, wants);
+  });
 }
 
 RecordingStatus
 McapReader::open(InputFile&& file, const ChannelFilter& wants)
 {
-  implementation_ = std::make_unique<Implementation>();
-  RecordingStatus status = implementation_->addFile(std::move(file), wants);
-  implementation_->sortIndex();
-  return status;
+  return guarded([&] {
+    implementation_ = std::make_unique<Implementation>();
+    RecordingStatus status = implementation_->addFile(std::move(file), wants);
+    implementation_->sortIndex();
+    return status;
+  });
 }
 
 bool
@@ -337,20 +342,20 @@ McapReader::index() const
 RecordingStatus
 McapReader::read(const McapEntry& entry, McapMessage& message)
 {
-  return implementation_->read(entry, message);
+  return guarded([&] { return implementation_->read(entry, message); });
 }
 
 RecordingStatus
 McapReader::readMetadata(std::vector<McapMetadata>& metadata)
 {
-  return implementation_->readMetadata(metadata);
+  return guarded([&] { return implementation_->readMetadata(metadata); });
 }
 
 RecordingStatus
 McapReader::readAttachments(
     const std::function<RecordingStatus(const McapAttachment&)>& visit)
 {
-  return implementation_->readAttachments(visit);
+  return guarded([&] { return implementation_->readAttachments(visit); });
 }
 
 std::uint64_t

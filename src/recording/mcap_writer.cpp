@@ -1,6 +1,7 @@
 #include <pcl_ext/recording/mcap_writer.h>
 
 #include "recording/files.h"
+#include "recording/guarded.h"
 #include "recording/mcap/chunk_builder.h"
 #include "recording/mcap/records.h"
 #include "recording/rosbag2_folder.h"
@@ -396,8 +397,10 @@ McapWriter::operator=(McapWriter&&) noexcept = default;
 RecordingStatus
 McapWriter::open(const std::string& path, const std::string& profile)
 {
-  implementation_ = std::make_unique<Implementation>();
-  return implementation_->open(path, profile);
+  return guarded([&] {
+    implementation_ = std::make_unique<Implementation>();
+    return implementation_->open(path, profile);
+  });
 }
 
 RecordingStatus
@@ -405,37 +408,38 @@ McapWriter::addChannel(const McapChannel& channel,
                        McapChunking chunking,
                        std::size_t& number)
 {
-  return implementation_->addChannel(channel, chunking, number);
+  return guarded(
+      [&] { return implementation_->addChannel(channel, chunking, number); });
 }
 
 RecordingStatus
 McapWriter::write(const McapMessage& message, bool may_begin_chunk)
 {
-  return implementation_->write(message, may_begin_chunk);
+  return guarded([&] { return implementation_->write(message, may_begin_chunk); });
 }
 
 RecordingStatus
 McapWriter::write(const McapMetadata& metadata)
 {
-  return implementation_->write(metadata);
+  return guarded([&] { return implementation_->write(metadata); });
 }
 
 RecordingStatus
 McapWriter::write(const McapAttachment& attachment)
 {
-  return implementation_->write(attachment);
+  return guarded([&] { return implementation_->write(attachment); });
 }
 
 RecordingStatus
 McapWriter::flush()
 {
-  return implementation_->flush();
+  return guarded([&] { return implementation_->flush(); });
 }
 
 RecordingStatus
 McapWriter::finish()
 {
-  return implementation_->finish();
+  return guarded([&] { return implementation_->finish(); });
 }
 
 } // namespace recording

@@ -4,6 +4,7 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "recording/frame_file.h"
+#include "recording/guarded.h"
 #include "recording/mcap/file_contents.h"
 #include "recording/mcap_frames.h"
 #include "recording/rosbag2_folder.h"
@@ -16,6 +17,9 @@ namespace recording {
 
 class RecordingReader::Implementation {
 public:
+  RecordingStatus
+  open(const std::string& path);
+
   /** \brief The place of a frame; null if there is no such frame. */
   const FramePlace*
   find(std::size_t stream, std::size_t number) const
@@ -55,16 +59,9 @@ public:
   std::size_t next_ = 0;                            // index in the places
 };
 
-RecordingReader::RecordingReader() : implementation_(new Implementation) {}
-RecordingReader::~RecordingReader() = default;
-RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
-RecordingReader&
-RecordingReader::operator=(RecordingReader&&) noexcept = default;
-
 RecordingStatus
-RecordingReader::open(const std::string& path)
+RecordingReader::Implementation::open(const std::string& path)
 {
-  implementation_ = std::make_unique<Implementation>();
   const bool is_folder = isRosbag2Folder(path);
   InputFile file;
   RecordingStatus status = is_folder ? RecordingStatus() : file.open(path);
@@ -73,7 +70,7 @@ RecordingReader::open(const std::string& path)
   if (!is_folder && !mcap::isMcapFile(file)) {
     auto frames = std::make_unique<FrameFile>();
     status = frames->open(std::move(file));
-    implementation_->setSource(std::move(frames));
+    setSource(std::move(frames));
     return status;
   }
   McapReader reader;
@@ -83,8 +80,23 @@ RecordingReader::open(const std::string& path)
     return status;
   auto frames = std::make_unique<McapFrames>();
   status = frames->open(std::move(reader), path);
-  implementation_->setSource(std::move(frames));
+  setSource(std::move(frames));
   return status;
+}
+
+RecordingReader::RecordingReader() : implementation_(new Implementation) {}
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader&
+RecordingReader::operator=(RecordingReader&&) noexcept = default;
+
+RecordingStatus
+RecordingReader::open(const std::string& path)
+{
+  return guarded([&] {
+    implementation_ = std::make_unique<Implementation>();
+    return implementation_->open(path);
+  });
 }
 
 const std::vector<RecordedStream>&
@@ -99,7 +111,8 @@ RecordingReader::next(RecordedFrame& frame)
   const std::vector<FramePlace>& places = implementation_->source_->places();
   if (implementation_->next_ >= places.size())
     return {RecordingCode::EndOfRecording, "the recording has no more frames"};
-  return implementation_->read(places[implementation_->next_++], frame);
+  const FramePlace& place = places[implementation_->next_++];
+  return guarded([&] { return implementation_->read(place, frame); });
 }
 
 void
@@ -121,7 +134,7 @@ RecordingReader::read(std::size_t stream, std::size_t number, RecordedFrame& fra
     return {RecordingCode::InvalidArgument,
             "the recording has no frame " + std::to_string(number) + " of stream " +
                 std::to_string(stream)};
-  return implementation_->read(*place, frame);
+  return guarded([&] { return implementation_->read(*place, frame); });
 }
 
 std::optional<std::size_t>

@@ -7,6 +7,7 @@
 #include "recording/files.h"
 #include "recording/format_name.h"
 #include "recording/frame_source.h"
+#include "recording/guarded.h"
 
 #include <filesystem>
 #include <system_error>
@@ -237,14 +238,16 @@ RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
 RecordingStatus
 RecordingWriter::open(const std::string& path)
 {
-  implementation_ = std::make_unique<Implementation>();
-  return implementation_->open(path);
+  return guarded([&] {
+    implementation_ = std::make_unique<Implementation>();
+    return implementation_->open(path);
+  });
 }
 
 RecordingStatus
 RecordingWriter::addStream(const StreamToRecord& stream, std::size_t& number)
 {
-  return implementation_->addStream(stream, number);
+  return guarded([&] { return implementation_->addStream(stream, number); });
 }
 
 RecordingStatus
@@ -253,19 +256,19 @@ RecordingWriter::append(std::size_t stream,
                         const std::uint8_t* bytes,
                         std::size_t size)
 {
-  return implementation_->append(stream, time, bytes, size);
+  return guarded([&] { return implementation_->append(stream, time, bytes, size); });
 }
 
 RecordingStatus
 RecordingWriter::flush()
 {
-  return implementation_->flush();
+  return guarded([&] { return implementation_->flush(); });
 }
 
 RecordingStatus
 RecordingWriter::finish()
 {
-  return implementation_->finish();
+  return guarded([&] { return implementation_->finish(); });
 }
 
 } // namespace recording

@@ -35,7 +35,7 @@ while [ $# -gt 0 ]; do
 done
 [ "$runs" -lt 0 ] || seconds=0
 [ ${#targets[@]} -gt 0 ] ||
-  targets=(cloud_layouts decode_any_bytes failing_memory frames round_trip sequences)
+  targets=(cloud_layouts decode_any_bytes failing_memory frames recordings round_trip sequences)
 tools/install_packages.sh build check fuzz
 export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 # Files named on the command line that ccache would not hash.
@@ -61,6 +61,7 @@ mkdir -p "$build/corpus" "$build/failures" "$build/logs"
 longest_input() {
   case $1 in
     frames | decode_any_bytes) echo 1024 ;;
+    recordings) echo 4096 ;;
     *) echo 256 ;;
   esac
 }

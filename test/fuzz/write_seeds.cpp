@@ -7,9 +7,13 @@
  * parts that targets can hold, and short streams of all kinds. Of what other targets read,
  * a few inputs are made that get far into them.
  */
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
 #include "frame_row.h"
 #include "small_streams.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -18,6 +22,7 @@
 #include <iterator>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -38,6 +43,13 @@ public:
     is_good_ = is_good_ && file.flush().good();
   }
 
+  /** \brief Path of a file in the folder of all seeds. */
+  std::string
+  pathOf(const std::string& name) const
+  {
+    return (folder_ / name).string();
+  }
+
   bool
   isGood() const
   {
@@ -48,6 +60,69 @@ private:
   std::filesystem::path folder_;
   bool is_good_ = true;
 };
+
+/** \brief An MCAP file of the frames of a stream. It has no checksums, which no fuzzer
+ * guesses, and the schema has no text, so that it is small.
+ * \param[in] compresses whether the chunk is compressed
+ */
+Bytes
+mcapFileOf(const FrameRow& row, bool compresses, const std::string& path)
+{
+  using namespace pcl_ext::recording;
+  McapChannel channel = compressedPointCloudChannel("/a");
+  channel.schema.text.clear();
+  McapWriter mcap;
+  std::size_t number = 0;
+  mcap.open(path, "ros2");
+  mcap.addChannel(
+      channel, compresses ? McapChunking::Shared : McapChunking::OwnStream, number);
+  McapMessage message;
+  PointCloudMessage cloud;
+  cloud.fields = {{"x", 0, 7, 1}};
+  cloud.format = "pcl_ext";
+  for (const RowFrame& frame : row.frames) {
+    cloud.bytes = frame.bytes;
+    message.log_time += Time(1);
+    writePointCloud(cloud, true, message.bytes);
+    mcap.write(message);
+  }
+  mcap.write(McapMetadata{"m", {{"k", "v"}}});
+  mcap.write(McapAttachment{Time(1), Time(2), "a", "b", {1, 2, 3}});
+  mcap.finish();
+  std::ifstream file(path, std::ios::binary);
+  Bytes bytes{std::istreambuf_iterator<char>(file), {}};
+  file.close();
+  std::filesystem::remove(path);
+  // The checksum of the chunk, behind the header, the schema, the channel and the first
+  // fields of the chunk, and that of the summary, before the magic bytes at the end.
+  constexpr std::uint8_t chunk_opcode = 6;
+  constexpr std::size_t prefix_size = 9;
+  std::size_t at = 8;
+  while (bytes[at] != chunk_opcode)
+    at += prefix_size + bytes[at + 1] + std::size_t{256} * bytes[at + 2];
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at + prefix_size + 24), 4, 0);
+  std::fill_n(bytes.end() - 12, 4, 0);
+  return bytes;
+}
+
+/** \brief Recordings of a stream: a file of frames, and MCAP files. The first byte chooses
+ * how the target reads them. */
+void
+writeRecordings(const std::string& name, const Bytes& stream, SeedWriter& writer)
+{
+  const FrameRow row(stream.data(), stream.size());
+  std::vector<Bytes> files = {stream};
+  for (const bool compresses : {false, true})
+    files.push_back(mcapFileOf(row, compresses, writer.pathOf("recording.mcap")));
+  for (std::size_t file = 0; file < files.size(); ++file)
+    for (std::uint8_t way = 0; way < 3; ++way) {
+      Bytes input = {way};
+      append(files[file], input);
+      writer.write("recordings",
+                   name + '_' + std::to_string(file) + '_' + std::to_string(way),
+                   input);
+    }
+}
 
 /** \brief A stream in parts, of which each begins with an I-frame and none is larger than
  * what mutates well. */
@@ -67,6 +142,8 @@ writeParts(const std::string& name,
     const std::string part_name = name + '_' + std::to_string(parts++);
     writer.write("frames", part_name, part);
     writer.write("decode_any_bytes", part_name, part);
+    if (parts == 1)
+      writeRecordings(part_name, part, writer);
     part.clear();
   };
   for (const RowFrame& frame : row.frames) {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_status.h>
+
+#include "bytes/exceptions.h"
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief Calls a function that returns a status; if it throws, the status says why. */
+template <typename FunctionT>
+RecordingStatus
+guarded(FunctionT function)
+{
+  return callOrElse(
+      function,
+      [] { return outOfMemoryStatus<RecordingStatus>(); },
+      [](const char* what) {
+        return RecordingStatus{RecordingCode::InputFailed, what};
+      });
+}
+
+} // namespace recording
+} // namespace pcl_ext

@@ -1,0 +1,405 @@
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/mcap/chunk_compression.h"
+#include "recording/mcap/records.h"
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <lz4frame.h>
+
+#include <algorithm>
+#include <random>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+McapChannel
+channelOf(const std::string& topic)
+{
+  McapChannel channel;
+  channel.topic = topic;
+  channel.message_encoding = "cdr";
+  channel.schema = {"std_msgs/msg/String", "ros2msg", "string data\n"};
+  channel.metadata = {{"offered_qos_profiles", ""}, {"key", "a value"}};
+  return channel;
+}
+
+McapMessage
+messageOf(std::size_t channel, std::int64_t time, const Bytes& bytes)
+{
+  McapMessage message;
+  message.channel = channel;
+  message.sequence = 3;
+  message.log_time = Time(time);
+  message.publish_time = Time(time + 1);
+  message.bytes = bytes;
+  return message;
+}
+
+Bytes
+randomBytes(std::mt19937_64& random, std::size_t size)
+{
+  Bytes bytes(size);
+  for (std::uint8_t& byte : bytes)
+    byte = static_cast<std::uint8_t>(random());
+  return bytes;
+}
+
+/** \brief An MCAP file of one chunk whose records are compressed in a given way. */
+Bytes
+fileOfOneChunk(const std::string& compression,
+               const Bytes& records,
+               const Bytes& stored)
+{
+  Bytes file(mcap::magic.begin(), mcap::magic.end());
+  mcap::append(mcap::Header{"ros2", "test"}, file);
+  mcap::append(mcap::Schema{1, channelOf("/a").schema}, file);
+  mcap::append(mcap::Channel{5, 1, channelOf("/a")}, file);
+  mcap::Chunk chunk;
+  chunk.start_time = 100;
+  chunk.end_time = 300;
+  chunk.uncompressed_size = records.size();
+  chunk.uncompressed_checksum = mcap::checksumOf(records.data(), records.size());
+  chunk.compression = compression;
+  chunk.records_size = stored.size();
+  mcap::appendChunkFields(chunk, file);
+  file.insert(file.end(), stored.begin(), stored.end());
+  mcap::appendDataEnd(0, file);
+  mcap::appendFooter({}, file);
+  file.insert(file.end(), mcap::magic.begin(), mcap::magic.end());
+  return file;
+}
+
+Bytes
+recordsOfThreeMessages()
+{
+  Bytes records;
+  std::mt19937_64 random(1);
+  for (std::uint64_t time : {200u, 100u, 300u})
+    mcap::append(
+        mcap::MessagePrefix{5, 0, time, time}, randomBytes(random, 1000), records);
+  return records;
+}
+
+Bytes
+compressedByLz4(const Bytes& bytes)
+{
+  Bytes compressed(LZ4F_compressFrameBound(bytes.size(), nullptr));
+  compressed.resize(LZ4F_compressFrame(
+      compressed.data(), compressed.size(), bytes.data(), bytes.size(), nullptr));
+  return compressed;
+}
+
+/** \brief Times of the messages of a file. */
+std::vector<std::int64_t>
+timesOf(const McapReader& reader)
+{
+  std::vector<std::int64_t> times;
+  for (const McapEntry& entry : reader.index())
+    times.push_back(entry.log_time.count());
+  return times;
+}
+
+} // namespace
+
+TEST(McapFiles, KeepMessagesMetadataAndAttachmentsByteForByte)
+{
+  const TestFolder folder;
+  std::mt19937_64 random(7);
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  std::size_t shared = 0;
+  std::size_t own = 0;
+  ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, shared).ok());
+  ASSERT_TRUE(writer.addChannel(channelOf("/b"), McapChunking::OwnStream, own).ok());
+  std::vector<McapMessage> written;
+  // Some are larger than a chunk, some are empty, and some can be compressed.
+  for (std::int64_t i = 0; i < 60; ++i) {
+    const std::size_t size = i % 20 == 0 ? 3'000'000 : io::test::below(random, 5000);
+    written.push_back(messageOf(i % 3 == 0 ? own : shared,
+                                1000 + i,
+                                i % 2 == 0 ? randomBytes(random, i % 7 == 0 ? 0 : size)
+                                           : Bytes(size, 7)));
+    ASSERT_TRUE(writer.write(written.back()).ok());
+  }
+  const McapAttachment attachment{
+      Time(1), Time(2), "a", "b/c", randomBytes(random, 99)};
+  ASSERT_TRUE(writer.write(attachment).ok());
+  ASSERT_TRUE(writer.write(McapMetadata{"m", {{"k", "v"}}}).ok());
+  ASSERT_TRUE(writer.finish().ok());
+
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "bag.mcap").ok());
+  ASSERT_EQ(reader.channels().size(), 2u);
+  EXPECT_EQ(reader.channels()[0].topic, "/a");
+  EXPECT_EQ(reader.channels()[1].metadata, channelOf("/b").metadata);
+  EXPECT_EQ(reader.channels()[1].schema.text, "string data\n");
+  ASSERT_EQ(reader.index().size(), written.size());
+  McapMessage message;
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    ASSERT_TRUE(reader.read(reader.index()[i], message).ok());
+    EXPECT_EQ(message.channel, written[i].channel);
+    EXPECT_EQ(message.sequence, 3u);
+    EXPECT_EQ(message.log_time, written[i].log_time);
+    EXPECT_EQ(message.publish_time, written[i].publish_time);
+    EXPECT_TRUE(message.bytes == written[i].bytes) << i;
+  }
+  std::size_t attachments = 0;
+  EXPECT_TRUE(reader
+                  .readAttachments([&](const McapAttachment& read) {
+                    EXPECT_EQ(read.bytes, attachment.bytes);
+                    EXPECT_EQ(read.create_time, Time(2));
+                    ++attachments;
+                    return RecordingStatus();
+                  })
+                  .ok());
+  EXPECT_EQ(attachments, 1u);
+  EXPECT_TRUE(reader.damage().empty());
+}
+
+TEST(McapFiles, OnlyWantedChannelsAreIndexed)
+{
+  const TestFolder folder;
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "").ok());
+  std::size_t number = 0;
+  for (const char* topic : {"/a", "/b"}) {
+    ASSERT_TRUE(writer.addChannel(channelOf(topic), McapChunking::Shared, number).ok());
+    ASSERT_TRUE(writer.write(messageOf(number, 5, {1})).ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  McapReader reader;
+  const auto wants = [](const McapChannel& channel) { return channel.topic == "/b"; };
+  ASSERT_TRUE(reader.open(folder / "bag.mcap", wants).ok());
+  EXPECT_EQ(reader.channels().size(), 2u);
+  ASSERT_EQ(reader.index().size(), 1u);
+  EXPECT_EQ(reader.channels()[reader.index()[0].channel].topic, "/b");
+}
+
+TEST(McapFiles, ChunksOfAllCompressionsAreRead)
+{
+  const TestFolder folder;
+  const Bytes records = recordsOfThreeMessages();
+  Bytes zstd;
+  mcap::compress(Bytes(records), zstd);
+  const std::pair<std::string, Bytes> compressions[] = {
+      {"", records}, {"lz4", compressedByLz4(records)}, {"zstd", zstd}};
+  for (const auto& [compression, stored] : compressions) {
+    writeBytes(folder / "one.mcap", fileOfOneChunk(compression, records, stored));
+    McapReader reader;
+    ASSERT_TRUE(reader.open(folder / "one.mcap").ok());
+    EXPECT_EQ(timesOf(reader), (std::vector<std::int64_t>{100, 200, 300}))
+        << compression;
+    EXPECT_TRUE(reader.damage().empty());
+    McapMessage message;
+    for (const McapEntry& entry : reader.index())
+      EXPECT_TRUE(reader.read(entry, message).ok());
+    // Of a chunk that is cut off the messages that are whole.
+    Bytes cut = fileOfOneChunk(compression, records, stored);
+    cut.resize(cut.size() - 60 - 500);
+    writeBytes(folder / "cut.mcap", cut);
+    ASSERT_TRUE(reader.open(folder / "cut.mcap").ok());
+    EXPECT_LT(reader.index().size(), 3u) << compression;
+    EXPECT_EQ(reader.damage().size(), 1u);
+    EXPECT_TRUE(reader.isUnfinished());
+    for (const McapEntry& entry : reader.index())
+      EXPECT_TRUE(reader.read(entry, message).ok());
+  }
+}
+
+TEST(McapFiles, ChunksThatContradictThemselvesAreLeftOutAndReported)
+{
+  const TestFolder folder;
+  const Bytes records = recordsOfThreeMessages();
+  Bytes damaged = records;
+  damaged[500] ^= 1;
+  Bytes longer = records;
+  longer.resize(2 * longer.size());
+  const auto lost = [&](const std::string& compression, const Bytes& stored) {
+    writeBytes(folder / "bag.mcap", fileOfOneChunk(compression, records, stored));
+    McapReader reader;
+    EXPECT_TRUE(reader.open(folder / "bag.mcap").ok());
+    EXPECT_TRUE(reader.index().empty());
+    EXPECT_EQ(reader.damage().size(), 1u);
+    return reader.damage().empty() ? std::string() : reader.damage().front().message;
+  };
+  EXPECT_NE(lost("", damaged).find("checksum"), std::string::npos);
+  EXPECT_NE(lost("lz4", damaged).find("invalid"), std::string::npos);
+  EXPECT_NE(lost("zstd", damaged).find("invalid"), std::string::npos);
+  EXPECT_NE(lost("lz4", compressedByLz4(longer)).find("more bytes than it declares"),
+            std::string::npos);
+  EXPECT_NE(lost("bz2", records).find("'bz2' is unknown"), std::string::npos);
+}
+
+TEST(McapFiles, Rosbag2FoldersOfSeveralFilesAreOneBag)
+{
+  const TestFolder folder;
+  std::filesystem::create_directories(folder / "bag");
+  for (int part = 0; part < 12; ++part) {
+    McapWriter writer;
+    ASSERT_TRUE(
+        writer.open(folder / ("bag/bag_" + std::to_string(part) + ".mcap"), "ros2")
+            .ok());
+    std::size_t number = 0;
+    ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, number).ok());
+    // All of the same time, so that the order is that of the files.
+    ASSERT_TRUE(
+        writer.write(messageOf(number, 5, {static_cast<std::uint8_t>(part)})).ok());
+    ASSERT_TRUE(writer.finish().ok());
+  }
+  writeBytes(folder / "bag/metadata.yaml", {});
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "bag").ok());
+  EXPECT_EQ(reader.channels().size(), 1u);
+  ASSERT_EQ(reader.index().size(), 12u);
+  McapMessage message;
+  for (std::size_t i = 0; i < 12; ++i) {
+    ASSERT_TRUE(reader.read(reader.index()[i], message).ok());
+    EXPECT_EQ(message.bytes, Bytes{static_cast<std::uint8_t>(i)});
+  }
+}
+
+TEST(McapFiles, BagsOfOtherStoragesAreRefused)
+{
+  const TestFolder folder;
+  std::filesystem::create_directories(folder / "bag");
+  writeBytes(folder / "bag/metadata.yaml", {});
+  writeBytes(folder / "bag/bag_0.db3", {});
+  McapReader reader;
+  const RecordingStatus status = reader.open(folder / "bag");
+  EXPECT_EQ(status.code(), RecordingCode::NotARecording);
+  EXPECT_NE(status.message().find("ros2 bag convert"), std::string::npos);
+}
+
+TEST(McapFiles, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
+{
+  const TestFolder folder;
+  const std::string path = folder / "bag.mcap";
+  writeBytes(path, {1, 2, 3});
+  {
+    McapWriter writer;
+    ASSERT_TRUE(writer.open(path, "").ok());
+    std::size_t number = 0;
+    ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, number).ok());
+    EXPECT_EQ(bytesOf(path), (Bytes{1, 2, 3}));
+  }
+  // Nothing was written but the beginning.
+  EXPECT_FALSE(std::filesystem::exists(path + ".unfinished"));
+  {
+    McapWriter writer;
+    ASSERT_TRUE(writer.open(path, "").ok());
+    std::size_t number = 0;
+    ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, number).ok());
+    ASSERT_TRUE(writer.write(messageOf(number, 5, {1})).ok());
+    ASSERT_TRUE(writer.flush().ok());
+  }
+  EXPECT_EQ(bytesOf(path), (Bytes{1, 2, 3}));
+  McapReader reader;
+  ASSERT_TRUE(reader.open(path + ".unfinished").ok());
+  EXPECT_TRUE(reader.isUnfinished());
+  EXPECT_EQ(reader.index().size(), 1u);
+}
+
+TEST(McapFiles, AFullDiskIsReportedAndEndsTheFile)
+{
+  RecordingWriter writer;
+  // Every write to this device fails as on a full disk.
+  const TestFolder folder;
+  std::filesystem::create_symlink("/dev/full", folder / "full.mcap.unfinished");
+  McapWriter mcap;
+  RecordingStatus status = mcap.open(folder / "full.mcap", "");
+  EXPECT_EQ(status.code(), RecordingCode::OutputFailed);
+  EXPECT_NE(status.message().find("No space left"), std::string::npos) << status;
+  EXPECT_EQ(mcap.finish().code(), RecordingCode::OutputFailed);
+  EXPECT_FALSE(std::filesystem::exists(folder / "full.mcap"));
+}
+
+TEST(McapFiles, PathsThatCannotBeWrittenAreRefused)
+{
+  const TestFolder folder;
+  McapWriter writer;
+  EXPECT_EQ(writer.open(folder / "missing/bag.mcap", "").code(),
+            RecordingCode::OutputFailed);
+  std::filesystem::create_directories(folder / "folder.mcap");
+  EXPECT_EQ(writer.open(folder / "folder.mcap", "").code(),
+            RecordingCode::OutputFailed);
+  std::filesystem::create_directories(folder / "bag");
+  EXPECT_NE(writer.open(folder / "bag", "").message().find("exists"),
+            std::string::npos);
+  std::size_t number = 0;
+  EXPECT_EQ(writer.addChannel(channelOf("/a"), McapChunking::Shared, number).code(),
+            RecordingCode::OutputFailed);
+}
+
+TEST(RecordingWriter, RefusesWhatIsNotOneFrame)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 2, 10);
+  for (const char* name : {"a.pcxi", "a.mcap"}) {
+    RecordingWriter writer;
+    std::size_t number = 0;
+    std::size_t second = 0;
+    ASSERT_TRUE(writer.open(folder / name).ok());
+    ASSERT_TRUE(writer.addStream({"/a", "", {}}, number).ok());
+    EXPECT_EQ(writer.addStream({"/a", "", {}}, second).code(),
+              RecordingCode::InvalidArgument);
+    EXPECT_EQ(writer.addStream({"", "", {}}, second).code(),
+              RecordingCode::InvalidArgument);
+    Bytes bytes = stream.frames[0].bytes;
+    const auto append = [&](std::size_t to, Time time) {
+      return writer.append(to, time, bytes.data(), bytes.size()).code();
+    };
+    EXPECT_EQ(append(number, Time(-1)), RecordingCode::InvalidArgument);
+    EXPECT_EQ(append(number + 1, Time(1)), RecordingCode::InvalidArgument);
+    bytes.push_back(0);
+    EXPECT_EQ(append(number, Time(1)), RecordingCode::InvalidArgument);
+    bytes.resize(bytes.size() - 2);
+    EXPECT_EQ(append(number, Time(1)), RecordingCode::InvalidArgument);
+    bytes.clear();
+    EXPECT_EQ(append(number, Time(1)), RecordingCode::InvalidArgument);
+    bytes = stream.frames[0].bytes;
+    EXPECT_EQ(append(number, Time(1)), RecordingCode::Ok);
+    EXPECT_TRUE(writer.finish().ok());
+    EXPECT_EQ(append(number, Time(1)), RecordingCode::OutputFailed);
+    RecordingReader reader;
+    ASSERT_TRUE(reader.open(folder / name).ok());
+    EXPECT_EQ(reader.streams().front().frames, 1u);
+  }
+}
+
+TEST(RecordingReader, NamesTheCloudsOfABagWithoutCompressedOnes)
+{
+  const TestFolder folder;
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  std::size_t number = 0;
+  ASSERT_TRUE(
+      writer.addChannel(pointCloudChannel("/points"), McapChunking::Shared, number)
+          .ok());
+  ASSERT_TRUE(writer
+                  .addChannel(compressedPointCloudChannel("/points/draco"),
+                              McapChunking::Shared,
+                              number)
+                  .ok());
+  PointCloudMessage cloud;
+  cloud.format = "draco";
+  McapMessage message = messageOf(number, 5, {});
+  writePointCloud(cloud, true, message.bytes);
+  ASSERT_TRUE(writer.write(message).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  RecordingReader reader;
+  const RecordingStatus status = reader.open(folder / "bag.mcap");
+  EXPECT_EQ(status.code(), RecordingCode::NotARecording);
+  EXPECT_NE(status.message().find("it has clouds on /points"), std::string::npos);
+  EXPECT_NE(status.message().find("/points/draco (draco)"), std::string::npos);
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext

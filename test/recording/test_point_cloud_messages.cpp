@@ -1,0 +1,170 @@
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+PointCloudMessage
+smallCloud()
+{
+  PointCloudMessage cloud;
+  cloud.stamp = std::chrono::seconds(258) + Time(3);
+  cloud.frame_id = "map";
+  cloud.height = 1;
+  cloud.width = 2;
+  cloud.fields = {{"x", 0, 7, 1}};
+  cloud.point_step = 4;
+  cloud.row_step = 8;
+  cloud.bytes = {1, 2, 3, 4, 5, 6, 7, 8};
+  cloud.is_dense = true;
+  return cloud;
+}
+
+/** \brief The bytes of the small cloud, written by hand from the rules of CDR.
+ * \param[in] is_big_endian order of the bytes of numbers
+ */
+Bytes
+smallCloudInCdr(bool is_big_endian)
+{
+  Bytes bytes = {0, std::uint8_t(is_big_endian ? 0 : 1), 0, 0};
+  const auto number = [&](std::uint32_t value) {
+    for (int i = 0; i < 4; ++i)
+      bytes.push_back(
+          static_cast<std::uint8_t>(value >> 8 * (is_big_endian ? 3 - i : i)));
+  };
+  const auto raw = [&](const Bytes& values) {
+    bytes.insert(bytes.end(), values.begin(), values.end());
+  };
+  number(258); // seconds
+  number(3);   // nanoseconds
+  number(4);   // frame_id with its 0
+  raw({'m', 'a', 'p', 0});
+  number(1); // height
+  number(2); // width
+  number(1); // fields
+  number(2);
+  raw({'x', 0, 0, 0}); // and two bytes of alignment
+  number(0);           // offset
+  raw({7, 0, 0, 0});   // datatype, and three bytes of alignment
+  number(1);           // count
+  raw({0, 0, 0, 0});   // is_bigendian, and three bytes of alignment
+  number(4);           // point_step
+  number(8);           // row_step
+  number(8);           // bytes
+  raw({1, 2, 3, 4, 5, 6, 7, 8});
+  raw({1}); // is_dense
+  return bytes;
+}
+
+void
+expectSmallCloud(const PointCloudMessage& cloud)
+{
+  EXPECT_EQ(cloud.stamp, smallCloud().stamp);
+  EXPECT_EQ(cloud.frame_id, "map");
+  EXPECT_EQ(cloud.height, 1u);
+  EXPECT_EQ(cloud.width, 2u);
+  ASSERT_EQ(cloud.fields.size(), 1u);
+  EXPECT_EQ(cloud.fields[0].name, "x");
+  EXPECT_EQ(cloud.fields[0].offset, 0u);
+  EXPECT_EQ(cloud.fields[0].datatype, 7u);
+  EXPECT_EQ(cloud.fields[0].count, 1u);
+  EXPECT_FALSE(cloud.is_bigendian);
+  EXPECT_EQ(cloud.point_step, 4u);
+  EXPECT_EQ(cloud.row_step, 8u);
+  EXPECT_EQ(cloud.bytes, smallCloud().bytes);
+  EXPECT_TRUE(cloud.is_dense);
+}
+
+} // namespace
+
+TEST(PointCloudMessages, AreWrittenInCdr)
+{
+  Bytes bytes = {9, 9};
+  writePointCloud(smallCloud(), false, bytes);
+  EXPECT_EQ(bytes, smallCloudInCdr(false));
+}
+
+TEST(PointCloudMessages, AreReadInBothByteOrdersAndVersionsOfCdr)
+{
+  for (const bool is_big_endian : {false, true})
+    for (const int version : {0, 6}) {
+      Bytes bytes = smallCloudInCdr(is_big_endian);
+      bytes[1] = static_cast<std::uint8_t>(bytes[1] + version);
+      PointCloudMessage cloud;
+      const RecordingStatus status =
+          readPointCloud(bytes.data(), bytes.size(), false, cloud);
+      ASSERT_TRUE(status.ok()) << status;
+      expectSmallCloud(cloud);
+    }
+}
+
+TEST(PointCloudMessages, EveryTruncationAndOtherEncodingsAreRefused)
+{
+  const Bytes bytes = smallCloudInCdr(false);
+  PointCloudMessage cloud;
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const RecordingStatus status = readPointCloud(bytes.data(), size, false, cloud);
+    EXPECT_EQ(status.code(), RecordingCode::Damaged) << size;
+    EXPECT_TRUE(cloud.bytes.empty());
+  }
+  for (const int encoding : {2, 3, 5, 8, 255}) {
+    Bytes other = bytes;
+    other[1] = static_cast<std::uint8_t>(encoding);
+    EXPECT_FALSE(readPointCloud(other.data(), other.size(), false, cloud).ok());
+  }
+  EXPECT_FALSE(readPointCloud(bytes.data(), bytes.size(), true, cloud).ok());
+}
+
+TEST(PointCloudMessages, CountsBeyondTheBytesTakeNoMemory)
+{
+  // The numbers of fields, of characters and of bytes are 2^32 - 1 in turn.
+  for (const std::size_t place : {12u, 28u, 32u, 64u}) {
+    Bytes bytes = smallCloudInCdr(false);
+    for (std::size_t i = 0; i < 4; ++i)
+      bytes[place + i] = 255;
+    PointCloudMessage cloud;
+    EXPECT_FALSE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok())
+        << place;
+    EXPECT_LT(cloud.fields.capacity(), 10u);
+  }
+}
+
+TEST(PointCloudMessages, CompressedCloudsHaveAFormat)
+{
+  for (const std::size_t size : {0u, 1u, 2u, 3u, 4u, 1000u}) {
+    PointCloudMessage cloud = smallCloud();
+    cloud.bytes.assign(size, 7);
+    cloud.format = "pcl_ext";
+    Bytes bytes;
+    writePointCloud(cloud, true, bytes);
+    PointCloudMessage read;
+    ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), true, read).ok());
+    EXPECT_EQ(read.format, "pcl_ext");
+    EXPECT_EQ(read.bytes, cloud.bytes);
+  }
+}
+
+TEST(PointCloudMessages, StampsOutOfRangeAreWrittenAsZero)
+{
+  for (const Time stamp :
+       {Time(-1), Time(std::chrono::seconds(std::int64_t{1} << 31))}) {
+    PointCloudMessage cloud = smallCloud();
+    cloud.stamp = stamp;
+    Bytes bytes;
+    writePointCloud(cloud, false, bytes);
+    ASSERT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, cloud).ok());
+    EXPECT_EQ(cloud.stamp, Time(0));
+  }
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext
