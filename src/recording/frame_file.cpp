@@ -15,6 +15,11 @@ namespace {
 /** \brief Bytes that hold the header of any frame of version 1. */
 constexpr std::uint64_t header_bytes = 2048;
 
+/** \brief Bytes that may be read in vain to find the sizes of frames, for each byte of the
+ * file, and besides. Without a bound a file of forged beginnings would take for ever. */
+constexpr std::uint64_t rereads = 16;
+constexpr std::uint64_t more_rereads = std::uint64_t{1} << 24;
+
 /** \brief What frames begin with, in either format. */
 constexpr std::array<const char*, 2> magics = {"PCXI", "<HEAD>"};
 constexpr std::size_t longest_magic = 6;
@@ -56,8 +61,11 @@ FrameFile::sizeAt(std::uint64_t offset)
       return {{io::CompressionCode::InputFailed, "the file cannot be read"}, 0};
     io::FrameSize size = io::frameSize(bytes_.data(), bytes_.size(), limitsOfReading());
     if (size.status.code() != io::CompressionCode::Truncated || at_hand == remaining ||
-        at_hand >= max_recorded_frame_bytes)
+        at_hand >= max_recorded_frame_bytes ||
+        reread_ > rereads * file_.size() + more_rereads) {
+      reread_ += size.status.ok() || at_hand <= header_bytes ? 0 : at_hand;
       return size;
+    }
     at_hand = std::min(remaining, std::max<std::uint64_t>(2 * at_hand, size.bytes));
   }
 }

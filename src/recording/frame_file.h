@@ -80,6 +80,7 @@ private:
   std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds
   std::string frame_id_;               // of the last frame
   std::vector<std::uint8_t> bytes_;
+  std::uint64_t reread_ = 0; // bytes of frames whose size was not found
 };
 
 } // namespace recording

@@ -235,13 +235,15 @@ McapReader::Implementation::read(const McapEntry& entry, McapMessage& message)
     record_.insert(record_.begin(), prefix.begin(), prefix.end());
     return readRecords(record_, entry, message);
   }
-  std::string failure;
-  const std::vector<std::uint8_t>& records =
-      cache_.records(file, place.place, entry.chunk, failure);
+  const mcap::ChunkCache::Records& records =
+      cache_.records(file, place.place, entry.chunk);
   // What could be read of a chunk that was cut off is valid.
-  if (!failure.empty() && !place.place.is_cut_off)
-    return fail(place.file, place.place.offset, "a chunk: " + failure);
-  return readRecords(records, entry, message);
+  if (!records.failure.empty() && !place.place.is_cut_off)
+    return fail(place.file, place.place.offset, "a chunk: " + records.failure);
+  if (!records.hasMessageAt(entry.offset))
+    return fail(
+        place.file, place.place.offset, "a message is not where the index says");
+  return readRecords(records.bytes, entry, message);
 }
 
 RecordingStatus

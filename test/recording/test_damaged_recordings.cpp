@@ -28,6 +28,14 @@ framesOf(const std::vector<KnownStream>& streams)
   return frames;
 }
 
+void
+writeByte(const std::string& path, std::size_t offset, std::uint8_t byte)
+{
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(offset));
+  file.put(static_cast<char>(byte));
+}
+
 /** \brief Reads a file with each of its bits changed in turn.
  *
  * No frame may be wrong, and a frame may be lost only with a report.
@@ -39,10 +47,10 @@ changeEveryBit(const std::vector<KnownStream>& streams, const std::string& path)
   const std::size_t frames = framesOf(streams);
   std::size_t fewest = frames;
   for (std::size_t bit = 0; bit < 8 * original.size(); ++bit) {
-    Bytes changed = original;
-    changed[bit / 8] ^= static_cast<std::uint8_t>(1 << bit % 8);
-    writeBytes(path, changed);
+    const auto changed = static_cast<std::uint8_t>(original[bit / 8] ^ 1 << bit % 8);
+    writeByte(path, bit / 8, changed);
     const ReadRecording read = readAll(path, streams);
+    writeByte(path, bit / 8, original[bit / 8]);
     ASSERT_EQ(read.wrong, 0u) << "bit " << bit;
     ASSERT_TRUE(read.status.ok()) << "bit " << bit << ": " << read.status;
     const std::size_t decoded = sumOf(read.decoded);
@@ -73,11 +81,8 @@ cutAnywhere(const std::vector<KnownStream>& streams,
             const std::vector<std::size_t>& ends,
             bool tells_its_end)
 {
-  const Bytes original = bytesOf(path);
-  for (std::size_t size = 0; size < original.size(); ++size) {
-    Bytes cut = original;
-    cut.resize(size);
-    writeBytes(path, cut);
+  for (std::size_t size = std::filesystem::file_size(path); size-- > 0;) {
+    std::filesystem::resize_file(path, size);
     const ReadRecording read = readAll(path, streams);
     const auto whole = static_cast<std::size_t>(std::count_if(
         ends.begin(), ends.end(), [size](std::size_t end) { return end <= size; }));

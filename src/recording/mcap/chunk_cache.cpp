@@ -1,5 +1,8 @@
 #include "recording/mcap/chunk_cache.h"
 
+#include "recording/mcap/records.h"
+#include "recording/span_reader.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -7,11 +10,30 @@ namespace pcl_ext {
 namespace recording {
 namespace mcap {
 
-const std::vector<std::uint8_t>&
-ChunkCache::records(const InputFile& file,
-                    const Place& place,
-                    std::size_t number,
-                    std::string& failure)
+namespace {
+
+void
+findMessages(ChunkCache::Records& records)
+{
+  SpanReader reader(records.bytes.data(), records.bytes.size());
+  while (reader.remaining() > 0) {
+    const std::size_t offset = reader.position();
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    if (reader.take(reader.u64()) != nullptr && opcode == Opcode::Message)
+      records.offsets.push_back(offset);
+  }
+}
+
+} // namespace
+
+bool
+ChunkCache::Records::hasMessageAt(std::uint64_t offset) const
+{
+  return std::binary_search(offsets.begin(), offsets.end(), offset);
+}
+
+const ChunkCache::Records&
+ChunkCache::records(const InputFile& file, const Place& place, std::size_t number)
 {
   const auto found =
       std::find_if(chunks_.begin(), chunks_.end(), [number](const CachedChunk& chunk) {
@@ -19,15 +41,15 @@ ChunkCache::records(const InputFile& file,
       });
   if (found != chunks_.end()) {
     chunks_.splice(chunks_.begin(), chunks_, found);
-    failure = chunks_.front().failure;
     return chunks_.front().records;
   }
-  std::vector<std::uint8_t> records;
-  failure = loadChunk(file, place, records);
-  bytes_ += records.size();
-  chunks_.push_front({number, failure, std::move(records)});
+  Records records;
+  records.failure = loadChunk(file, place, records.bytes);
+  findMessages(records);
+  bytes_ += records.bytes.size();
+  chunks_.push_front({number, std::move(records)});
   while (bytes_ > max_bytes && chunks_.size() > 1) {
-    bytes_ -= chunks_.back().records.size();
+    bytes_ -= chunks_.back().records.bytes.size();
     chunks_.pop_back();
   }
   return chunks_.front().records;

@@ -20,23 +20,30 @@ public:
   /** \brief Most bytes to keep, apart from the last chunk. */
   static constexpr std::size_t max_bytes = std::size_t{1} << 26;
 
-  /** \brief The records of a chunk.
+  /** \brief The records of a chunk, and where they begin. */
+  struct Records {
+    std::vector<std::uint8_t> bytes;
+    std::vector<std::uint64_t> offsets; // of the messages
+    std::string failure;                // empty, or what is wrong with the chunk
+
+    /** \brief True if a message begins at a place. Within another message there may be
+     * bytes that look like one. */
+    bool
+    hasMessageAt(std::uint64_t offset) const;
+  };
+
+  /** \brief Loads a chunk unless it is here.
    * \param[in] file,place where the chunk is
    * \param[in] number of the chunk in the cache
-   * \param[out] failure empty, or what is wrong
-   * \return the uncompressed records, valid until the next call
+   * \return valid until the next call
    */
-  const std::vector<std::uint8_t>&
-  records(const InputFile& file,
-          const Place& place,
-          std::size_t number,
-          std::string& failure);
+  const Records&
+  records(const InputFile& file, const Place& place, std::size_t number);
 
 private:
   struct CachedChunk {
     std::size_t number;
-    std::string failure;
-    std::vector<std::uint8_t> records;
+    Records records;
   };
 
   std::list<CachedChunk> chunks_; // the last one used first

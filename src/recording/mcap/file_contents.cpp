@@ -17,6 +17,11 @@ namespace {
 /** \brief Largest summary that is read; a file with a larger one is read as a whole. */
 constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
 
+/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed one,
+ * which bounds the time to read a file that was made to take long. */
+constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
+constexpr std::uint64_t plausible_compression_ratio = 1000;
+
 /** \brief Bytes of a chunk that hold its fields before the records. */
 constexpr std::size_t max_chunk_fields_size = 256;
 
@@ -74,6 +79,9 @@ private:
 
   bool
   hasWanted(const ChunkIndex& chunk);
+
+  void
+  addIndexedChunks(std::vector<ChunkIndex>& chunks);
 
   void
   addIndexedChunk(const ChunkIndex& chunk);
@@ -215,8 +223,7 @@ ContentsFinder::readSummary()
       statistics->metadata != contents_.metadata.size() ||
       statistics->channels > contents_.channels.size())
     return false;
-  for (const ChunkIndex& chunk : chunks)
-    addIndexedChunk(chunk);
+  addIndexedChunks(chunks);
   std::uint64_t expected = 0;
   for (const auto& [id, count] : statistics->channel_messages)
     expected += isWanted(id) ? count : 0;
@@ -235,17 +242,33 @@ ContentsFinder::hasWanted(const ChunkIndex& chunk)
                      [this](const auto& offset) { return isWanted(offset.first); });
 }
 
+/** \brief Adds the chunks in the order of the file. Chunks that overlap, which could be read
+ * any number of times, are damage. */
+void
+ContentsFinder::addIndexedChunks(std::vector<ChunkIndex>& chunks)
+{
+  std::sort(chunks.begin(), chunks.end(), [](const ChunkIndex& a, const ChunkIndex& b) {
+    return a.chunk_offset < b.chunk_offset;
+  });
+  std::uint64_t end = 0;
+  for (const ChunkIndex& chunk : chunks) {
+    if (chunk.chunk_offset < end || chunk.chunk_offset > file_.size() ||
+        chunk.chunk_length > file_.size() - chunk.chunk_offset) {
+      addDamage(chunk.chunk_offset,
+                "a chunk overlaps another, or is outside of the file; it is lost");
+      continue;
+    }
+    end = chunk.chunk_offset + chunk.chunk_length;
+    addIndexedChunk(chunk);
+  }
+}
+
 void
 ContentsFinder::addIndexedChunk(const ChunkIndex& chunk)
 {
   if (!hasWanted(chunk))
     return;
   const std::size_t place = contents_.places.size();
-  if (chunk.chunk_offset > file_.size() ||
-      chunk.chunk_length > file_.size() - chunk.chunk_offset) {
-    addDamage(chunk.chunk_offset, "a chunk is outside of the file; it is lost");
-    return;
-  }
   contents_.places.push_back({true, chunk.chunk_offset, chunk.chunk_length, false});
   const std::size_t messages = contents_.messages.size();
   if (!chunk.message_index_offsets.empty() && addByMessageIndex(chunk, place))
@@ -268,6 +291,7 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk, std::size_t place)
     return false;
   SpanReader reader(buffer_.data(), buffer_.size());
   MessageIndex index;
+  std::vector<std::uint64_t> offsets;
   while (reader.remaining() > 0) {
     const auto opcode = static_cast<Opcode>(reader.u8());
     const std::uint64_t length = reader.u64();
@@ -283,9 +307,12 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk, std::size_t place)
           offset >= chunk.uncompressed_size)
         return false;
       contents_.messages.push_back({time, place, offset, index.channel_id});
+      offsets.push_back(offset);
     }
   }
-  return !reader.failed();
+  std::sort(offsets.begin(), offsets.end());
+  return !reader.failed() &&
+         std::adjacent_find(offsets.begin(), offsets.end()) == offsets.end();
 }
 
 /** \brief Adds the messages of a chunk by reading all of it. */
@@ -466,10 +493,12 @@ loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& 
   std::uint64_t size = place.length - begin;
   if (place.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
     return "its size contradicts that of its record; its messages are lost";
-  if (chunk.uncompressed_size > McapReader::max_chunk_bytes ||
-      size > McapReader::max_chunk_bytes)
-    return "it is larger than the limit of " +
-           std::to_string(McapReader::max_chunk_bytes) +
+  const std::uint64_t most_bytes =
+      std::min(McapReader::max_chunk_bytes,
+               plausible_chunk_bytes + plausible_compression_ratio *
+                                           std::min(size, McapReader::max_chunk_bytes));
+  if (chunk.uncompressed_size > most_bytes || size > most_bytes)
+    return "it is larger than the limit of " + std::to_string(most_bytes) +
            " bytes; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
   if (!file.read(place.offset + begin, compressed.size(), compressed.data()))
