@@ -186,7 +186,8 @@ parse(int argc, const char* const* argv, ByteOptions& result)
     result.efforts.push_back(named.second);
   Choices<IntensityLaw> laws;
   for (const NamedIntensityLaw& named : intensity_laws)
-    laws.emplace_back(named.name, named.law);
+    if (named.law != IntensityLaw::None) // its tables tell the bytes of intensities
+      laws.emplace_back(named.name, named.law);
   options::options_description description(
       "Prints where the bytes of a stream go, and the entropy of its decisions by "
       "their "

@@ -67,8 +67,10 @@ measuring::Choices<std::optional<IntensityLaw>>
 lawChoices()
 {
   measuring::Choices<std::optional<IntensityLaw>> choices = {{"auto", std::nullopt}};
+  // Its clouds are of a type with intensities; without a law all of them would be 1.
   for (const NamedIntensityLaw& named : intensity_laws)
-    choices.emplace_back(named.name, named.law);
+    if (named.law != IntensityLaw::None)
+      choices.emplace_back(named.name, named.law);
   return choices;
 }
 

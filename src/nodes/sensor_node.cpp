@@ -236,9 +236,10 @@ private:
                std::vector<std::uint8_t>& bytes)
   {
     const auto& points = pipeline_->filters->points;
-    io::PointView view = settings_.law == IntensityLaw::Count
-                             ? pointViewOf(points)
-                             : pointViewWithIntensities(points);
+    const bool has_intensities =
+        settings_.law != IntensityLaw::Count && settings_.law != IntensityLaw::None;
+    io::PointView view =
+        has_intensities ? pointViewWithIntensities(points) : pointViewOf(points);
     if (!preprocessing.has_colours)
       view.colours = nullptr;
     view.count_behind_sensor = preprocessing.points_behind_sensor;

@@ -44,6 +44,29 @@ lawNames()
   return names;
 }
 
+/** \brief What is wrong with the outlier removal, which has to be set; empty if nothing. */
+std::string
+outlierRemovalFault(const SensorNodeSettings& settings)
+{
+  const VoxelOutlierRemovalSettings& removal = *settings.outlier_removal;
+  if (removal.unit == DensityUnit::Faces || removal.unit == DensityUnit::Points) {
+    if (settings.law == IntensityLaw::Native)
+      return "outlier_removal.unit is Faces or Points and law is Native, whose "
+             "intensities are neither; choose Automatic or Voxels";
+    if (settings.law == IntensityLaw::None)
+      return "outlier_removal.unit is Faces or Points and law is None, which has no "
+             "intensities; choose Automatic or Voxels";
+  }
+  if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
+    return "outlier_removal: " + status.message();
+  if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
+    return "outlier_removal is set and compression.resolution is " +
+           std::to_string(settings.compression.resolution) + "; it must be " +
+           std::to_string(VoxelOutlierRemoval::min_resolution) + " to " +
+           std::to_string(VoxelOutlierRemoval::max_resolution) + " for that";
+  return {};
+}
+
 } // namespace
 
 io::IntensityCompressionSettings
@@ -92,21 +115,9 @@ checkSettings(const SensorNodeSettings& settings)
     return invalid(
         "compression.sensor_pose or compression.depth_law is set; they follow "
         "from the transform and the law of the node");
-  if (settings.outlier_removal && settings.law == IntensityLaw::Native &&
-      settings.outlier_removal->unit != DensityUnit::Automatic &&
-      settings.outlier_removal->unit != DensityUnit::Voxels)
-    return invalid("outlier_removal.unit is Faces or Points and law is Native, whose "
-                   "intensities are neither; choose Automatic or Voxels");
   if (settings.outlier_removal)
-    if (const OutlierRemovalStatus status = checkSettings(*settings.outlier_removal);
-        !status.ok())
-      return invalid("outlier_removal: " + status.message());
-  if (settings.outlier_removal &&
-      !VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
-    return invalid("outlier_removal is set and compression.resolution is " +
-                   std::to_string(settings.compression.resolution) + "; it must be " +
-                   std::to_string(VoxelOutlierRemoval::min_resolution) + " to " +
-                   std::to_string(VoxelOutlierRemoval::max_resolution) + " for that");
+    if (const std::string fault = outlierRemovalFault(settings); !fault.empty())
+      return invalid(fault);
   if (!settings.clock)
     return invalid("clock is empty; it must be set");
   if (settings.crop_box)

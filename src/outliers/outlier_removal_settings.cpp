@@ -14,6 +14,7 @@ densityUnitOf(IntensityLaw law)
   case IntensityLaw::Quadratic:
     return DensityUnit::Faces;
   case IntensityLaw::Native:
+  case IntensityLaw::None:
     return DensityUnit::Voxels;
   default:
     return DensityUnit::Automatic;

@@ -25,6 +25,7 @@ using pcl_ext::CountIntensity;
 using pcl_ext::IntensityModel;
 using pcl_ext::IntensityUnit;
 using pcl_ext::NativeIntensity;
+using pcl_ext::NoIntensity;
 using pcl_ext::RuntimeSensor;
 using pcl_ext::SensorPreprocessor;
 using pcl_ext::WorldPose;
@@ -141,6 +142,8 @@ TEST(SensorNode, BytesAreThoseOfThePipeline)
         settingsWith(IntensityLaw::Count), CountIntensity(resolution), std::nullopt);
     expectBytesOfPipeline<NativeIntensity, NativeIntensity>(
         settingsWith(IntensityLaw::Native), NativeIntensity(resolution), std::nullopt);
+    expectBytesOfPipeline<NoIntensity, NoIntensity>(
+        settingsWith(IntensityLaw::None), NoIntensity(resolution), std::nullopt);
     expectBytesOfPipeline<Quadratic, GivenShare>(
         settingsWith(IntensityLaw::Quadratic),
         quadratic,

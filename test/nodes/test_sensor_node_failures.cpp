@@ -212,7 +212,7 @@ TEST(SensorNodeSettings, InvalidOnesAreReported)
   expectInvalid(
       IntensityLaw::Count,
       {{[](auto& settings) { settings.law = static_cast<IntensityLaw>(7); },
-        "law is 7; it must be one of count, quadratic, linear, native"},
+        "law is 7; it must be one of count, quadratic, linear, native, none"},
        {[](auto& settings) { settings.clock = nullptr; },
         "clock is empty; it must be set"},
        {[](auto& settings) { settings.crop_box = too_wide_box; },

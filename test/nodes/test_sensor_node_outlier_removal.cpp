@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -128,17 +129,24 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
 
 TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 {
-  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
-  settings.outlier_removal.emplace();
-  for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Voxels}) {
-    settings.outlier_removal->unit = unit;
-    EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
-  }
-  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
-    settings.outlier_removal->unit = unit;
-    expectInvalid(settings,
-                  "outlier_removal.unit is Faces or Points and law is Native, whose "
-                  "intensities are neither; choose Automatic or Voxels");
+  const std::pair<IntensityLaw, std::string> cases[] = {
+      {IntensityLaw::Native,
+       "outlier_removal.unit is Faces or Points and law is Native, whose "
+       "intensities are neither; choose Automatic or Voxels"},
+      {IntensityLaw::None,
+       "outlier_removal.unit is Faces or Points and law is None, which has no "
+       "intensities; choose Automatic or Voxels"}};
+  for (const auto& [law, message] : cases) {
+    nodes::SensorNodeSettings settings = settingsOf(law);
+    settings.outlier_removal.emplace();
+    for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Voxels}) {
+      settings.outlier_removal->unit = unit;
+      EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
+    }
+    for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
+      settings.outlier_removal->unit = unit;
+      expectInvalid(settings, message);
+    }
   }
 }
 

@@ -78,6 +78,15 @@ TEST(VoxelOutlierRemovalSettings, EndsOfTheRangesAreValid)
       }
 }
 
+TEST(VoxelOutlierRemovalSettings, EachLawHasAUnit)
+{
+  EXPECT_EQ(densityUnitOf(IntensityLaw::Count), DensityUnit::Points);
+  EXPECT_EQ(densityUnitOf(IntensityLaw::Quadratic), DensityUnit::Faces);
+  EXPECT_EQ(densityUnitOf(IntensityLaw::Linear), DensityUnit::Automatic);
+  EXPECT_EQ(densityUnitOf(IntensityLaw::Native), DensityUnit::Voxels);
+  EXPECT_EQ(densityUnitOf(IntensityLaw::None), DensityUnit::Voxels);
+}
+
 TEST(VoxelOutlierRemovalSettings, UnsupportedVoxelEdgesAreRefused)
 {
   std::mt19937_64 random(16);

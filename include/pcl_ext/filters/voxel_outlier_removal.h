@@ -59,8 +59,8 @@ enum class DensityUnit {
 };
 
 /** \brief The unit for intensities of a law: Faces for the quadratic one, Points for counts
- * of depth cameras, Voxels for native ones, and Automatic for the linear one, which needs a
- * depth model for Faces. Lidars need Voxels whatever their law. */
+ * of depth cameras, Voxels for native ones and where there are none, and Automatic for the
+ * linear one, which needs a depth model for Faces. Lidars need Voxels whatever their law. */
 PCL_EXT_EXPORT DensityUnit
 densityUnitOf(IntensityLaw law);
 

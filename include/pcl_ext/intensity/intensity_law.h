@@ -8,13 +8,14 @@
 
 namespace pcl_ext {
 
-/** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw, LinearLaw and
- * NativeLaw. */
+/** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw, LinearLaw,
+ * NativeLaw and NoIntensity. */
 enum class IntensityLaw {
   Count,     ///< the number of points in a voxel
   Quadratic, ///< share of a voxel face that they cover; needs the sensor
   Linear,    ///< as quadratic, with more weight for near points; needs the sensor
-  Native     ///< the sensor's own intensity; needs a field of the clouds
+  Native,    ///< the sensor's own intensity; needs a field of the clouds
+  None       ///< no intensity: positions alone
 };
 
 /** \brief A law and its name on command lines and in parameter files. */
@@ -24,11 +25,12 @@ struct NamedIntensityLaw {
 };
 
 /** \brief All laws. */
-inline constexpr std::array<NamedIntensityLaw, 4> intensity_laws = {
+inline constexpr std::array<NamedIntensityLaw, 5> intensity_laws = {
     {{IntensityLaw::Count, "count"},
      {IntensityLaw::Quadratic, "quadratic"},
      {IntensityLaw::Linear, "linear"},
-     {IntensityLaw::Native, "native"}}};
+     {IntensityLaw::Native, "native"},
+     {IntensityLaw::None, "none"}}};
 
 /** \brief Name of a law. */
 inline std::string
@@ -87,6 +89,8 @@ visitIntensityModel(IntensityLaw law,
     return visitor(IntensityModel<RuntimeSensor, LinearLaw>(resolution, *sensor));
   case IntensityLaw::Native:
     return visitor(NativeIntensity(resolution));
+  case IntensityLaw::None:
+    return visitor(NoIntensity(resolution));
   }
   detail::throwInvalidArgument("unknown intensity law");
 }
