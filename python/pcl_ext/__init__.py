@@ -1,0 +1,44 @@
+"""Compresses streams of point clouds into voxels, each with an intensity.
+
+    import numpy, pcl_ext
+    encoder = pcl_ext.Encoder(resolution=0.04)
+    decoder = pcl_ext.Decoder()
+    frame = encoder.encode(numpy.random.rand(1000, 3))   # bytes
+    cloud = decoder.decode(frame)                        # x, y, z, intensity
+    print(len(frame), "bytes,", len(cloud), "voxels,", cloud["x"].max())
+
+Coordinates are metres, times are seconds. See the classes for what they take.
+"""
+
+from ._native import version as __version__
+from .codec import (
+    CloudStatistics,
+    CompressionWarning,
+    Decoder,
+    Encoder,
+    FrameSize,
+    FrameStatistics,
+    frame_size,
+    laws,
+    positions,
+    sensors,
+)
+from .outliers import OutlierRemoval
+from .status import Error, Status
+
+__all__ = [
+    "CloudStatistics",
+    "CompressionWarning",
+    "Decoder",
+    "Encoder",
+    "Error",
+    "FrameSize",
+    "FrameStatistics",
+    "OutlierRemoval",
+    "Status",
+    "__version__",
+    "frame_size",
+    "laws",
+    "positions",
+    "sensors",
+]

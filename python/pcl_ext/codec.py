@@ -1,0 +1,470 @@
+"""Encoder and decoder of streams of point clouds."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from .outliers import OutlierRemoval
+from .status import Error, Status
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Buffer = Union[bytes, bytearray, memoryview, NDArray[np.uint8]]
+
+Effort = Literal["fast", "balanced", "small"]
+Law = Literal["automatic", "count", "quadratic", "linear", "native", "none"]
+Sensor = Union[str, Tuple[float, float, int, int]]
+
+_MICROSECONDS = 1e6
+
+
+class CompressionWarning(UserWarning):
+    """Not all of a cloud is in its frame."""
+
+
+class FrameStatistics(NamedTuple):
+    """Figures of a frame. Sizes are in bytes."""
+
+    frame_number: int = 0  #: number of the frame in the stream
+    is_i_frame: bool = False  #: decodes without any other frame
+    voxels: int = 0  #: occupied voxels
+    bytes: int = 0  #: the whole frame
+    header_bytes: int = 0  #: of these: header
+    occupancy_bytes: int = 0  #: of these: which voxels are occupied
+    intensity_bytes: int = 0  #: of these: the voxels' intensities
+    attribute_bytes: int = 0  #: of these: what else a voxel has
+    skipped_bytes: int = 0  #: decoding: bytes skipped before the frame
+
+
+class CloudStatistics(NamedTuple):
+    """Figures of an encoded cloud. Each point is exactly one of: used, not finite, outside
+    the box, outside the grid."""
+
+    resolution: float = 0.0  #: voxel edge that was used, metres
+    points: int = 0  #: points of the cloud
+    points_used: int = 0  #: points that are in a voxel
+    points_not_finite: int = 0  #: a coordinate is NaN or infinite
+    points_outside_box: int = 0  #: outside the bounding box
+    points_outside_grid: int = 0  #: more than 2**20 voxels from the origin
+    points_behind_sensor: int = 0  #: of negative depth, with a law that uses the depth
+    intensities_not_finite: int = 0  #: points used with intensity 0 instead
+    intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale
+    intensities_vanished: int = 0  #: voxels above 0 that became 0
+    colours_left_out: int = 0  #: points whose colour has no field
+
+
+class Encoder:
+    """Encodes the clouds of one stream into frames.
+
+    A cloud's points are assigned to the voxels of a grid; a voxel keeps an intensity and the
+    mean colour of its points. An encoder is for one stream. Several threads may call it, one
+    after the other; while it encodes, other threads run.
+
+    Parameters
+    ----------
+    resolution : float
+        Voxel edge, metres, 1e-6 to 1e6.
+    effort : str
+        Time against size: "fast", "balanced" or "small". A decoder reads all three.
+    i_frame_rate : int
+        Most frames from one I-frame, which decodes alone, to the next; 0 and 1: I-frames
+        only.
+    law : str
+        Intensity of a voxel. "count": the number of its points; "native": the mean of the
+        intensities of its points; "quadratic" and "linear": the share of its face that they
+        cover, 0 to 255, from their depth, which needs `sensor`; "none": positions alone;
+        "automatic": "native" if the first cloud has an intensity, else "count".
+    sensor : str or (float, float, int, int), optional
+        Name of a sensor of `sensors()`, or horizontal and vertical field of view, degrees,
+        and columns and rows of its image.
+    sensor_pose : array_like of shape (4, 4), optional
+        Pose of the sensor in the frame of the clouds (sensor -> cloud, metres), for the
+        depth of the points, which is along the sensor's z axis. By default the clouds are in
+        the sensor's own frame.
+    bounding_box : ((x, y, z), (x, y, z)), optional
+        Lower and upper corner, metres; points outside are left out. By default the grid
+        follows the points.
+    intensity_bits : int
+        Bits of an intensity, 1 to 16; 0: automatic.
+    intensity_range : float
+        Intensity at the top of the scale; 0: automatic.
+    intensity_curve : str
+        "linear", or "companded": small numbers exact, then steps that grow.
+    aggregation : str
+        "sum" or "mean" of a voxel's points; "automatic": the mean with the law "native".
+    depth_law : (int, float, float), optional
+        For native intensities that already follow the quadratic law (exponent 2) or the
+        linear one (1): exponent, cut-off depth in metres, intensity of a full voxel face. A
+        hint that saves bytes.
+    colour_bits : int
+        Bits of a colour channel, 1 to 8; 0: no colours. Without effect on clouds without.
+    keep_points : bool
+        Also code the number of points of each voxel: as many are decoded, at its centre.
+    coarsen_wide_clouds : bool
+        For clouds wider than 2**21 voxels double the resolution as often as needed.
+    origin : (float, float, float), optional
+        Position from which voxels are counted, metres, 2**20 each way.
+    format : str
+        "version1", or "published": the layout of the paper's authors.
+    frame_id : str, optional
+        Name of the clouds' coordinate frame, which frames then carry.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a setting is outside its range, or two contradict each other.
+
+    Examples
+    --------
+    >>> import numpy, pcl_ext
+    >>> encoder = pcl_ext.Encoder(resolution=0.1, effort="fast")
+    >>> frame = encoder.encode(numpy.zeros((10, 3), "float32"), stamp=12.5)
+    >>> encoder.statistics.voxels
+    1
+    """
+
+    def __init__(
+        self,
+        resolution: float = 0.04,
+        *,
+        effort: Effort = "balanced",
+        i_frame_rate: int = 30,
+        law: Law = "automatic",
+        sensor: Optional[Sensor] = None,
+        sensor_pose: Optional[ArrayLike] = None,
+        bounding_box: Optional[Sequence[Sequence[float]]] = None,
+        intensity_bits: int = 0,
+        intensity_range: float = 0.0,
+        intensity_curve: Literal["linear", "companded"] = "linear",
+        aggregation: Literal["automatic", "sum", "mean"] = "automatic",
+        depth_law: Optional[Tuple[int, float, float]] = None,
+        colour_bits: int = 6,
+        keep_points: bool = False,
+        coarsen_wide_clouds: bool = False,
+        origin: Optional[Sequence[float]] = None,
+        format: Literal["version1", "published"] = "version1",
+        frame_id: Optional[str] = None,
+    ):
+        settings = dict(locals())
+        del settings["self"]
+        if frame_id is not None and not isinstance(frame_id, str):
+            raise TypeError(f"frame_id is {frame_id!r}; it must be a text")
+        self._frame_id = frame_id
+        self._native = _native.Encoder(settings)
+        self._warning = ""
+        self._warned: set[str] = set()
+
+    def encode(
+        self,
+        xyz: ArrayLike,
+        intensity: Optional[ArrayLike] = None,
+        colour: Optional[ArrayLike] = None,
+        *,
+        stamp: Optional[float] = None,
+        sensor_pose: Optional[ArrayLike] = None,
+        outliers: Optional[OutlierRemoval] = None,
+    ) -> bytes:
+        """Encodes the next cloud of the stream.
+
+        Parameters
+        ----------
+        xyz : array_like
+            float32 or float64 of shape (N, 3) or (rows, columns, 3), metres; or a structured
+            array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
+            b (uint8), as `Decoder.decode` returns it. Points that are not finite are left
+            out. May be empty, read-only, of any strides: float32 with x, y, z side by side
+            is not copied. Must not be changed during the call.
+        intensity : array_like, optional
+            Numbers in the shape of the cloud, for the law "native".
+        colour : array_like, optional
+            uint8 in the shape of the cloud with red, green, blue (and alpha, which is
+            ignored).
+        stamp : float, optional
+            Time of the cloud, seconds, which the frame then carries to the microsecond.
+        sensor_pose : array_like of shape (4, 4), optional
+            The sensor's pose for this cloud, if it moves.
+        outliers : OutlierRemoval, optional
+            Removes noise before the voxels are encoded, which saves bytes.
+
+        Returns
+        -------
+        bytes
+            The frame.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an array has another type or shape, or a value is outside its range.
+        Error
+            If the cloud cannot be encoded, as one of more than 2**24 voxels.
+        MemoryError
+            After which the next frame is an I-frame.
+
+        Warns
+        -----
+        CompressionWarning
+            If not all of the cloud is in the frame: once for each kind. The message of every
+            frame is in `warning`.
+        """
+        frame, code, message = self._native.encode(
+            xyz,
+            intensity,
+            colour,
+            self._header(stamp),
+            sensor_pose,
+            None if outliers is None else outliers._native,
+        )
+        if frame is None:
+            self._warning = ""
+            if code == "OutOfMemory":
+                raise MemoryError(message)
+            raise Error(message, code)
+        self._warning = message
+        if message:
+            self._warn(message)
+        return frame
+
+    def request_i_frame(self) -> None:
+        """Makes the next frame an I-frame, for a receiver that is new or lost a frame."""
+        self._native.request_i_frame()
+
+    @property
+    def law(self) -> str:
+        """The law; "automatic" until the first cloud decides."""
+        return self._native.law()
+
+    @property
+    def statistics(self) -> FrameStatistics:
+        """Figures of the last frame."""
+        return FrameStatistics(**self._native.statistics()[0])
+
+    @property
+    def cloud_statistics(self) -> CloudStatistics:
+        """Figures of the last cloud: points used and left out."""
+        return CloudStatistics(**self._native.statistics()[1])
+
+    @property
+    def warning(self) -> str:
+        """What of the last cloud is not in its frame, and which setting helps; empty if all
+        is."""
+        return self._warning
+
+    def _header(self, stamp: Optional[float]) -> Optional[Tuple[int, str]]:
+        if stamp is None:
+            return None if self._frame_id is None else (0, self._frame_id)
+        seconds = float(stamp)
+        # Also refuses NaN.
+        if not 0.0 <= seconds * _MICROSECONDS < 2.0**63:
+            raise ValueError(
+                f"stamp is {stamp!r}; it must be seconds, not negative, and less than "
+                "9.2e12 (of nanoseconds pass stamp * 1e-9)"
+            )
+        return (round(seconds * _MICROSECONDS), self._frame_id or "")
+
+    def _warn(self, message: str) -> None:
+        words = re.sub(r"[0-9]", "", message)
+        if words not in self._warned:
+            self._warned.add(words)
+            warnings.warn(message, CompressionWarning, stacklevel=3)
+
+
+class Decoder:
+    """Decodes the frames of one stream, in either format.
+
+    Any bytes are safe: `decode` ends in bounded time and memory and never raises because of
+    them. Several threads may call a decoder, one after the other; while it decodes, other
+    threads run.
+
+    Parameters
+    ----------
+    max_voxels : int
+        Most voxels of a frame; 600 bytes of memory for each.
+    max_frame_bytes : int
+        Most bytes of a frame, and most bytes that are skipped to find one.
+    max_points : int
+        Most points of a frame whose voxels have a number of points.
+
+    Examples
+    --------
+    >>> import numpy, pcl_ext
+    >>> decoder = pcl_ext.Decoder()
+    >>> cloud = decoder.decode(pcl_ext.Encoder().encode(numpy.zeros((10, 3))))
+    >>> cloud["intensity"]
+    array([10.], dtype=float32)
+    >>> decoder.decode(b"something else") is None
+    True
+    >>> decoder.status.code
+    'NoFrame'
+    """
+
+    def __init__(
+        self,
+        *,
+        max_voxels: int = 1 << 20,
+        max_frame_bytes: int = 1 << 24,
+        max_points: int = 1 << 24,
+    ):
+        self._native = _native.Decoder(_limits(max_voxels, max_frame_bytes, max_points))
+        self._status = Status()
+
+    def decode(
+        self,
+        data: Buffer,
+        *,
+        outliers: Optional[OutlierRemoval] = None,
+        min_intensity: Optional[float] = None,
+    ) -> Optional[NDArray[Any]]:
+        """Decodes the first frame in memory.
+
+        It ends at ``statistics.skipped_bytes + statistics.bytes``, where the next call may
+        continue. If there is no frame, the stream continues with the next one that depends
+        on a decoded one, at the latest with the next I-frame.
+
+        Parameters
+        ----------
+        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+            Must not be changed during the call.
+        outliers : OutlierRemoval, optional
+            Removes noise from the frame.
+        min_intensity : float, optional
+            Voxels of lower intensity are removed, after the outliers.
+
+        Returns
+        -------
+        numpy.ndarray or None
+            One point at the centre of each voxel: a structured array with x, y, z (float32,
+            metres), intensity (float32) if the stream has it, and r, g, b (uint8) if it has
+            colours; see `positions` for an array of shape (N, 3). None if no frame was
+            decoded: `status` says why.
+
+        Raises
+        ------
+        TypeError
+            If `data` is not bytes.
+        """
+        cloud, code, message = self._native.decode(
+            data, None if outliers is None else outliers._native, min_intensity
+        )
+        self._status = Status(code, message)
+        return cloud
+
+    @property
+    def status(self) -> Status:
+        """Outcome of the last call of `decode`."""
+        return self._status
+
+    @property
+    def statistics(self) -> FrameStatistics:
+        """Figures of the last frame that was decoded."""
+        return FrameStatistics(**self._native.statistics())
+
+    @property
+    def stamp(self) -> Optional[float]:
+        """Time of the last decoded frame, seconds; None if it carries none."""
+        header = self._native.stamp()
+        return None if header is None else header[0] / _MICROSECONDS
+
+    @property
+    def frame_id(self) -> Optional[str]:
+        """Coordinate frame of the last decoded frame; None if it carries none."""
+        header = self._native.stamp()
+        return None if header is None else header[1]
+
+
+class FrameSize(NamedTuple):
+    """What `frame_size` found at the beginning of some bytes.
+
+    Attributes
+    ----------
+    status : Status
+        Ok: the size is known. "Truncated": more bytes are needed to know it. Else: no frame
+        begins here.
+    bytes : int
+        Ok: bytes of the whole frame, of which fewer may be there. "Truncated": the least
+        that it has. Else: bytes to drop, after which a frame may begin.
+    """
+
+    status: Status
+    bytes: int
+
+
+def frame_size(
+    data: Buffer,
+    *,
+    max_voxels: int = 1 << 20,
+    max_frame_bytes: int = 1 << 24,
+    max_points: int = 1 << 24,
+) -> FrameSize:
+    """Tells how many bytes the frame at the beginning of some bytes has, for bytes that
+    arrive in pieces, as from a socket.
+
+    Parameters
+    ----------
+    data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+        The bytes at hand; may be empty.
+    max_voxels, max_frame_bytes, max_points : int
+        Limits of the `Decoder` that gets the frame.
+
+    Returns
+    -------
+    FrameSize
+        `status` and `bytes`.
+    """
+    code, message, size = _native.frame_size(
+        data, _limits(max_voxels, max_frame_bytes, max_points)
+    )
+    return FrameSize(Status(code, message), size)
+
+
+def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
+    """The coordinates of a decoded cloud, not copied.
+
+    Parameters
+    ----------
+    cloud : numpy.ndarray
+        As `Decoder.decode` returns it, or a part of it.
+
+    Returns
+    -------
+    numpy.ndarray
+        float32 of shape (N, 3), metres. Changes of it change the cloud.
+    """
+    type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
+    for axis, name in enumerate("xyz"):
+        if cloud.dtype.fields[name][:2] != (np.dtype("f4"), offset + 4 * axis):  # type: ignore[index]
+            raise ValueError(f"x, y, z of dtype {cloud.dtype} are not float32 side by side")
+    return np.lib.stride_tricks.as_strided(
+        cloud["x"], (*cloud.shape, 3), (*cloud.strides, type_of_x.itemsize)
+    )
+
+
+def sensors() -> dict[str, Tuple[float, float, int, int]]:
+    """The sensors that an `Encoder` knows by name.
+
+    Returns
+    -------
+    dict
+        Horizontal and vertical field of view, degrees, columns and rows, by name.
+    """
+    return _native.sensors()
+
+
+def laws() -> list[str]:
+    """The laws of intensity that an `Encoder` knows, besides "automatic"."""
+    return _native.laws()
+
+
+def _limits(max_voxels: int, max_frame_bytes: int, max_points: int) -> dict[str, int]:
+    return {
+        "max_voxels": max_voxels,
+        "max_frame_bytes": max_frame_bytes,
+        "max_points": max_points,
+    }

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <pcl_ext/compression/voxelizer.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+/** \brief Types of numbers that a column may have, in the machine's byte order. */
+enum class NumberType {
+  Float32,
+  Float64,
+  Int8,
+  Int16,
+  Int32,
+  Int64,
+  UInt8,
+  UInt16,
+  UInt32,
+  UInt64
+};
+
+/** \brief One number for each point: a column of an array or a field of a structured one. */
+struct Column {
+  const char* first = nullptr; ///< may be unaligned
+  std::ptrdiff_t stride = 0;   ///< bytes from one number to the next; any sign
+  NumberType type = NumberType::Float32;
+};
+
+/** \brief A cloud as it lies in the caller's arrays. */
+struct CloudColumns {
+  std::size_t count = 0;
+  std::array<Column, 3> coordinates; ///< Float32 or Float64, metres
+  std::optional<Column> intensity;
+  std::optional<Column> packed_colour;           ///< 32 bits, as PCL's field rgba
+  std::optional<std::array<Column, 3>> channels; ///< or red, green and blue, UInt8
+
+  bool
+  hasColours() const
+  {
+    return packed_colour || channels;
+  }
+};
+
+/** \brief Copies of columns that a PointView cannot point to; reused from cloud to cloud. */
+struct CloudMemory {
+  std::vector<float> coordinates;
+  std::vector<float> intensities;
+  std::vector<std::uint32_t> colours;
+};
+
+/** \brief Copies a column.
+ * \param[in] column numbers
+ * \param[in] count their number
+ * \param[in] stride floats from one result to the next
+ * \param[out] result the numbers, rounded to float
+ */
+void
+copyColumn(const Column& column, std::size_t count, std::size_t stride, float* result);
+
+/** \brief The points for the voxelizer: where they lie if its strides allow that, else
+ * copies.
+ * \param[in] cloud must not change while the view is used
+ * \param[in] uses_intensities the view has the intensities, which the cloud must have
+ * \param[out] memory for copies; must not change while the view is used
+ */
+io::PointView
+viewOf(const CloudColumns& cloud, bool uses_intensities, CloudMemory& memory);
+
+} // namespace python
+} // namespace pcl_ext

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+namespace py = pybind11;
+
+/** \brief Settings by name, as Python gives them. Every function throws py::type_error or
+ * py::value_error with the name, the value and what is allowed. */
+class Keywords {
+public:
+  explicit Keywords(const py::dict& values) : values_(values) {}
+
+  /** \brief The value itself, which must be there. */
+  py::object
+  at(const char* name) const
+  {
+    return values_[name];
+  }
+
+  bool
+  isSet(const char* name) const
+  {
+    return !at(name).is_none();
+  }
+
+  double
+  number(const char* name) const;
+
+  /** \brief A whole number of 0 to highest. */
+  std::size_t
+  count(const char* name, std::size_t highest) const;
+
+  /** \brief The same within 32 bits. */
+  unsigned int
+  smallCount(const char* name) const;
+
+  bool
+  flag(const char* name) const;
+
+  std::string
+  text(const char* name) const;
+
+  /** \brief As many numbers as said. */
+  std::vector<double>
+  numbers(const char* name, std::size_t count) const;
+
+  /** \brief The value that a word stands for. */
+  template <typename ValueT>
+  ValueT
+  choice(const char* name,
+         std::initializer_list<std::pair<const char*, ValueT>> choices) const
+  {
+    const std::string word = text(name);
+    std::string words;
+    for (const auto& [known, value] : choices) {
+      if (word == known)
+        return value;
+      words += std::string(words.empty() ? "" : ", ") + known;
+    }
+    throw py::value_error(std::string(name) + " is '" + word + "'; it must be one of " +
+                          words);
+  }
+
+  [[noreturn]] void
+  refuse(const char* name, const std::string& demand) const;
+
+private:
+  py::dict values_;
+};
+
+/** \brief Numbers in a sequence or an array.
+ * \param[in] name for messages
+ * \param[in] object what a caller gave
+ * \param[in] count how many they must be
+ */
+std::vector<double>
+numbersOf(const char* name, const py::object& object, std::size_t count);
+
+} // namespace python
+} // namespace pcl_ext

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include <mutex>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+/** \brief A VoxelOutlierRemoval that any thread may use. Not to be called with the GIL held,
+ * as a call may wait for another thread. */
+class OutlierFilter {
+public:
+  explicit OutlierFilter(const VoxelOutlierRemovalSettings& settings)
+  : removal_(settings)
+  {}
+
+  /** \brief Filters the stream's next frame. */
+  void
+  filter(io::VoxelFrame& frame);
+
+  /** \brief Log-odds of the voxels of the stream's next frame. */
+  std::vector<float>
+  score(const io::VoxelFrame& frame);
+
+  void
+  reset();
+
+  /** \brief Outcome of the last call. */
+  OutlierRemovalStatus
+  status() const;
+
+private:
+  mutable std::mutex mutex_;
+  VoxelOutlierRemoval removal_;
+  OutlierRemovalStatus status_;
+};
+
+} // namespace python
+} // namespace pcl_ext

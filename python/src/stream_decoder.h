@@ -1,0 +1,64 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/status.h>
+
+#include "decoded_cloud.h"
+#include "outlier_filter.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+/** \brief What to remove from a decoded frame. */
+struct Denoising {
+  OutlierFilter* outliers = nullptr;  ///< applied first
+  std::optional<float> min_intensity; ///< voxels below are removed
+};
+
+/** \brief Decodes the frames of one stream.
+ *
+ * Any thread may call it, and not with the GIL held, as a call may wait for another thread.
+ */
+class StreamDecoder {
+public:
+  explicit StreamDecoder(const io::DecoderLimits& limits) : decoder_(limits) {}
+
+  /** \brief Decodes the first frame in memory.
+   * \param[in] bytes must not change meanwhile
+   * \param[in] size number of bytes
+   * \param[in] denoising what to remove
+   * \param[out] cloud the points; none unless the status is Ok
+   */
+  io::CompressionStatus
+  decode(const std::uint8_t* bytes,
+         std::size_t size,
+         const Denoising& denoising,
+         std::optional<DecodedCloud>& cloud);
+
+  /** \brief Log-odds of the points of the last frame, for which the filter's history is
+   * used and continued; empty if there is none. */
+  std::vector<float>
+  score(OutlierFilter& outliers) const;
+
+  std::optional<io::FrameStamp>
+  stamp() const;
+
+  io::CodedFrameStatistics
+  statistics() const;
+
+private:
+  mutable std::mutex mutex_;
+  io::FrameDecoder decoder_;
+  io::VoxelFrame frame_; // member so that its memory is reused
+};
+
+} // namespace python
+} // namespace pcl_ext

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/status.h>
+
+#include "cloud_columns.h"
+#include "outlier_filter.h"
+#include "stream_settings.h"
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+/** \brief A cloud to encode, and what belongs to it. */
+struct CloudToEncode {
+  const CloudColumns& columns;
+  bool has_intensity_argument = false; ///< not a field that came along
+  std::optional<io::FrameStamp> stamp;
+  std::optional<io::SensorPose> sensor_pose; ///< none: that of the settings
+  OutlierFilter* outliers = nullptr;
+};
+
+/** \brief Encodes the clouds of one stream: OctreePointCloudIntensityCompression's half of
+ * it for columns, with a law that is chosen at run time.
+ *
+ * Any thread may call it, and not with the GIL held, as a call may wait for another thread.
+ */
+class StreamEncoder {
+public:
+  /** \param[in] settings checked */
+  explicit StreamEncoder(const EncoderSettings& settings);
+
+  /** \brief Encodes the next cloud.
+   * \param[in] cloud must not change meanwhile
+   * \param[out] bytes the frame; empty unless the status is Ok
+   * \throws std::invalid_argument if the cloud lacks the intensities of the law, or has ones
+   * that it does not use
+   */
+  io::CompressionStatus
+  encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& bytes);
+
+  void
+  requestIFrame();
+
+  io::FrameStatistics
+  statistics() const;
+
+  /** \brief The law; none until the first cloud decides. */
+  std::optional<IntensityLaw>
+  law() const;
+
+private:
+  void
+  start(IntensityLaw law);
+
+  void
+  checkIntensities(const CloudToEncode& cloud) const;
+
+  io::CompressionStatus
+  encodeView(const io::PointView& view,
+             const io::SensorPose& pose,
+             const CloudToEncode& cloud,
+             std::vector<std::uint8_t>& bytes);
+
+  mutable std::mutex mutex_;
+  EncoderSettings settings_;
+  std::optional<io::CloudEncoder> encoder_; // once the law is known
+  bool wants_i_frame_ = false;              // of an encoder that is yet to be made
+  // Members so that their memory is reused.
+  CloudMemory memory_;
+  std::vector<float> intensities_;
+  io::VoxelFrame frame_;
+};
+
+} // namespace python
+} // namespace pcl_ext

@@ -1,0 +1,230 @@
+#include "stream_settings.h"
+
+#include "keywords.h"
+
+#include <pybind11/numpy.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+namespace {
+
+constexpr std::size_t any_size =
+    static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max());
+
+template <typename StatusT>
+void
+throwUnlessOk(const StatusT& status)
+{
+  if (!status.ok())
+    throw py::value_error(status.message());
+}
+
+std::array<double, 3>
+pointOf(const std::vector<double>& numbers)
+{
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+io::BoundingBox
+readBox(const Keywords& values)
+{
+  const py::object box = values.at("bounding_box");
+  if (!py::isinstance<py::sequence>(box) && !py::hasattr(box, "shape"))
+    values.refuse("bounding_box", "two corners, (min, max)");
+  if (py::len(box) != 2)
+    values.refuse("bounding_box", "two corners, (min, max)");
+  return {pointOf(numbersOf("the lower corner of bounding_box", box[py::int_(0)], 3)),
+          pointOf(numbersOf("the upper corner of bounding_box", box[py::int_(1)], 3))};
+}
+
+std::optional<IntensityLaw>
+readLaw(const Keywords& values)
+{
+  const std::string word = values.text("law");
+  if (word == "automatic")
+    return std::nullopt;
+  std::string words = "automatic";
+  for (const NamedIntensityLaw& known : intensity_laws) {
+    if (word == known.name)
+      return known.law;
+    words += std::string(", ") + known.name;
+  }
+  values.refuse("law", "one of " + words);
+}
+
+RuntimeSensor
+readSensor(const Keywords& values)
+{
+  std::string demand = "its name (";
+  if (py::isinstance<py::str>(values.at("sensor"))) {
+    const std::string name = values.text("sensor");
+    for (const NamedSensor& known : named_sensors)
+      if (name == known.name)
+        return known.sensor;
+  }
+  for (const NamedSensor& known : named_sensors)
+    demand += std::string(known.name) + ", ";
+  demand.replace(demand.size() - 2, 2, ") or (fov_x_deg, fov_y_deg, columns, rows)");
+  if (py::isinstance<py::str>(values.at("sensor")))
+    values.refuse("sensor", demand);
+  const std::vector<double> figures = values.numbers("sensor", 4);
+  const auto pixels = [&](double number) {
+    if (!(number >= 0.0 && number <= 1 << 16))
+      values.refuse("sensor", "1 to 65536 columns and rows, after the field of view");
+    return static_cast<unsigned int>(number);
+  };
+  try {
+    return {figures[0], figures[1], pixels(figures[2]), pixels(figures[3])};
+  }
+  catch (const std::invalid_argument& error) {
+    throw py::value_error(std::string("sensor: ") + error.what());
+  }
+}
+
+void
+readIntensityCoding(const Keywords& values, io::IntensityCompressionSettings& settings)
+{
+  settings.aggregation =
+      values.choice<io::Aggregation>("aggregation",
+                                     {{"automatic", io::Aggregation::Automatic},
+                                      {"sum", io::Aggregation::Sum},
+                                      {"mean", io::Aggregation::Mean}});
+  settings.intensity_range = static_cast<float>(values.number("intensity_range"));
+  settings.intensity_bits = values.smallCount("intensity_bits");
+  settings.intensity_curve =
+      values.choice<io::IntensityCurve>("intensity_curve",
+                                        {{"linear", io::IntensityCurve::Linear},
+                                         {"companded", io::IntensityCurve::Companded}});
+  if (!values.isSet("depth_law"))
+    return;
+  const std::vector<double> law = values.numbers("depth_law", 3);
+  const bool is_exponent = law[0] == 1.0 || law[0] == 2.0;
+  settings.depth_law = {
+      is_exponent ? static_cast<unsigned int>(law[0]) : 0, law[1], law[2]};
+}
+
+io::IntensityCompressionSettings
+readCodecSettings(const Keywords& values)
+{
+  io::IntensityCompressionSettings settings;
+  settings.resolution = values.number("resolution");
+  settings.i_frame_rate = values.smallCount("i_frame_rate");
+  settings.effort = values.choice<io::Effort>("effort",
+                                              {{"fast", io::Effort::Fast},
+                                               {"balanced", io::Effort::Balanced},
+                                               {"small", io::Effort::Small}});
+  settings.format =
+      values.choice<io::StreamFormat>("format",
+                                      {{"version1", io::StreamFormat::Version1},
+                                       {"published", io::StreamFormat::Published}});
+  readIntensityCoding(values, settings);
+  settings.colour_bits = values.smallCount("colour_bits");
+  settings.keep_points = values.flag("keep_points");
+  settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
+  if (values.isSet("origin"))
+    settings.origin = pointOf(values.numbers("origin", 3));
+  if (values.isSet("bounding_box"))
+    settings.bounding_box = readBox(values);
+  if (values.isSet("sensor_pose"))
+    settings.sensor_pose = readPose(values.at("sensor_pose"));
+  throwUnlessOk(io::checkSettings(settings));
+  return settings;
+}
+
+} // namespace
+
+io::SensorPose
+readPose(const py::object& matrix)
+{
+  const auto numbers =
+      py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(matrix);
+  if (!numbers || numbers.ndim() != 2 || numbers.shape(0) != 4 || numbers.shape(1) != 4)
+    throw py::value_error("sensor_pose must be an array of 4 x 4 numbers");
+  Eigen::Matrix4d values;
+  for (Eigen::Index row = 0; row < 4; ++row)
+    for (Eigen::Index column = 0; column < 4; ++column)
+      values(row, column) = numbers.at(row, column);
+  const Eigen::Isometry3f pose(values.cast<float>());
+  if (values.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0) || !isRigid(pose))
+    throw py::value_error("sensor_pose is not a rotation and a translation (sensor -> "
+                          "cloud, metres, last row 0, 0, 0, 1)");
+  return io::SensorPose(pose);
+}
+
+EncoderSettings
+readEncoderSettings(const py::dict& values)
+{
+  const Keywords keywords(values);
+  EncoderSettings settings;
+  settings.codec = readCodecSettings(keywords);
+  settings.law = readLaw(keywords);
+  if (keywords.isSet("sensor"))
+    settings.sensor = readSensor(keywords);
+  if (settings.law && needsSensor(*settings.law) && !settings.sensor)
+    throw py::value_error("the law '" + nameOf(*settings.law) +
+                          "' needs a sensor: its name, as 'kinect_v2', or (fov_x_deg, "
+                          "fov_y_deg, columns, rows)");
+  return settings;
+}
+
+io::DecoderLimits
+readLimits(const py::dict& values)
+{
+  const Keywords keywords(values);
+  io::DecoderLimits limits;
+  limits.max_frame_bytes = keywords.count("max_frame_bytes", any_size);
+  limits.max_voxels = keywords.count("max_voxels", any_size);
+  limits.max_points = keywords.count("max_points", any_size);
+  throwUnlessOk(io::checkLimits(limits));
+  return limits;
+}
+
+VoxelOutlierRemovalSettings
+readRemovalSettings(const py::dict& values)
+{
+  const Keywords keywords(values);
+  VoxelOutlierRemovalSettings settings;
+  settings.min_log_odds = static_cast<float>(keywords.number("min_log_odds"));
+  settings.unit = keywords.choice<DensityUnit>("unit",
+                                               {{"automatic", DensityUnit::Automatic},
+                                                {"faces", DensityUnit::Faces},
+                                                {"points", DensityUnit::Points},
+                                                {"voxels", DensityUnit::Voxels}});
+  settings.full_intensity = static_cast<float>(keywords.number("full_intensity"));
+  settings.use_history = keywords.flag("use_history");
+  settings.max_blocks = keywords.count("max_blocks", any_size);
+  throwUnlessOk(checkSettings(settings));
+  return settings;
+}
+
+py::dict
+defaultSettings()
+{
+  using namespace py::literals;
+  const io::IntensityCompressionSettings codec;
+  const io::DecoderLimits limits;
+  const VoxelOutlierRemovalSettings removal;
+  return py::dict("i_frame_rate"_a = codec.i_frame_rate,
+                  "intensity_range"_a = codec.intensity_range,
+                  "intensity_bits"_a = codec.intensity_bits,
+                  "colour_bits"_a = codec.colour_bits,
+                  "keep_points"_a = codec.keep_points,
+                  "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
+                  "max_frame_bytes"_a = limits.max_frame_bytes,
+                  "max_voxels"_a = limits.max_voxels,
+                  "max_points"_a = limits.max_points,
+                  "min_log_odds"_a = removal.min_log_odds,
+                  "full_intensity"_a = removal.full_intensity,
+                  "use_history"_a = removal.use_history,
+                  "max_blocks"_a = removal.max_blocks);
+}
+
+} // namespace python
+} // namespace pcl_ext

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/intensity/intensity_law.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include <pybind11/pybind11.h>
+
+#include <optional>
+
+namespace pcl_ext {
+namespace python {
+
+namespace py = pybind11;
+
+/** \brief Settings of a StreamEncoder. */
+struct EncoderSettings {
+  io::IntensityCompressionSettings codec;
+  std::optional<IntensityLaw> law; ///< none: by the first cloud
+  std::optional<RuntimeSensor> sensor;
+};
+
+/** \brief Reads and checks the settings of an encoder.
+ * \param[in] values a value for each name that Encoder.__init__ has
+ * \throws py::type_error, py::value_error with the name and what is allowed
+ */
+EncoderSettings
+readEncoderSettings(const py::dict& values);
+
+/** \brief Reads and checks the limits of a decoder. */
+io::DecoderLimits
+readLimits(const py::dict& values);
+
+/** \brief Reads and checks the settings of an outlier removal. */
+VoxelOutlierRemovalSettings
+readRemovalSettings(const py::dict& values);
+
+/** \brief A pose from a matrix of 4 x 4 numbers. */
+io::SensorPose
+readPose(const py::object& matrix);
+
+/** \brief The defaults of the library, by the names of the settings. */
+py::dict
+defaultSettings();
+
+} // namespace python
+} // namespace pcl_ext
