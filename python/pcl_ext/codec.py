@@ -6,12 +6,21 @@ import math
 import re
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Literal,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import numpy as np
 
 from . import _native
-from .outliers import OutlierRemoval
+from .outliers import OutlierRemoval, native_removal
 from .status import Error, Status
 
 if TYPE_CHECKING:
@@ -220,7 +229,7 @@ class Encoder:
             colour,
             self._header(stamp),
             sensor_pose,
-            None if outliers is None else outliers._native,
+            native_removal(outliers),
         )
         if frame is None:
             self._warning = ""
@@ -271,9 +280,15 @@ class Encoder:
 
     def _warn(self, message: str) -> None:
         words = re.sub(r"[0-9]", "", message)
-        if words not in self._warned:
-            self._warned.add(words)
+        if words in self._warned:
+            return
+        self._warned.add(words)
+        try:
             warnings.warn(message, CompressionWarning, stacklevel=3)
+        except CompressionWarning:
+            # The caller has made it an error and gets no frame, on which others would depend.
+            self.request_i_frame()
+            raise
 
 
 class Decoder:
@@ -351,7 +366,7 @@ class Decoder:
             If `data` is not bytes.
         """
         cloud, code, message = self._native.decode(
-            data, None if outliers is None else outliers._native, min_intensity
+            data, native_removal(outliers), min_intensity
         )
         self._status = Status(code, message)
         return cloud
@@ -440,7 +455,9 @@ def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
     type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
     for axis, name in enumerate("xyz"):
         if cloud.dtype.fields[name][:2] != (np.dtype("f4"), offset + 4 * axis):  # type: ignore[index]
-            raise ValueError(f"x, y, z of dtype {cloud.dtype} are not float32 side by side")
+            raise ValueError(
+                f"x, y, z of dtype {cloud.dtype} are not float32 side by side"
+            )
     return np.lib.stride_tricks.as_strided(
         cloud["x"], (*cloud.shape, 3), (*cloud.strides, type_of_x.itemsize)
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Optional
 
 from . import _native
 from .status import Status
@@ -104,8 +104,24 @@ class OutlierRemoval:
             float32, one for each point: natural logarithm of the odds of surface against
             noise; infinite where none is judged (see `status`).
         """
-        return self._native.score(decoder._native)
+        native = getattr(decoder, "_native", None)
+        if not isinstance(native, _native.Decoder):
+            raise TypeError(f"decoder is a '{type(decoder).__name__}', not a Decoder")
+        return self._native.score(native)
 
     def reset(self) -> None:
         """Forgets all frames, as at the start of a stream."""
         self._native.reset()
+
+
+def native_removal(
+    outliers: Optional[OutlierRemoval],
+) -> Optional[_native.OutlierRemoval]:
+    """What the module takes in the place of an argument `outliers`."""
+    if outliers is None:
+        return None
+    if not isinstance(outliers, OutlierRemoval):
+        raise TypeError(
+            f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
+        )
+    return outliers._native

@@ -69,12 +69,11 @@ Keywords::count(const char* name, std::size_t highest) const
   if (PyIndex_Check(value.ptr()) == 0 || PyBool_Check(value.ptr()))
     throw py::type_error(std::string(name) + " is " + shown(value) +
                          "; it must be a whole number");
-  const std::size_t number = PyNumber_AsSsize_t(value.ptr(), nullptr) < 0
-                                 ? std::numeric_limits<std::size_t>::max()
-                                 : py::int_(value).cast<std::size_t>();
-  if (number > highest)
+  // Clamped to the range of the type.
+  const py::ssize_t number = PyNumber_AsSsize_t(value.ptr(), nullptr);
+  if (number < 0 || static_cast<std::size_t>(number) > highest)
     refuse(name, "a whole number of 0 to " + std::to_string(highest));
-  return number;
+  return static_cast<std::size_t>(number);
 }
 
 unsigned int

@@ -15,8 +15,9 @@ namespace python {
 
 namespace {
 
+// Any, but for what does not fit into the type.
 constexpr std::size_t any_size =
-    static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max());
+    static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) - 1;
 
 template <typename StatusT>
 void

@@ -1,0 +1,234 @@
+"""Settings: those of the library, by their names; wrong ones are refused."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+import pcl_ext
+from pcl_ext import _native
+
+BAD_SETTINGS = [
+    ({"resolution": 0}, ValueError, "resolution is 0; it must be 1e-6 to 1e6 metres"),
+    ({"resolution": float("nan")}, ValueError, "resolution is nan"),
+    ({"resolution": "fine"}, TypeError, "resolution is 'fine'; it must be a number"),
+    ({"resolution": None}, TypeError, "resolution is None"),
+    ({"resolution": True}, TypeError, "resolution is True"),
+    (
+        {"effort": "great"},
+        ValueError,
+        "effort is 'great'; it must be one of fast, balanced, small",
+    ),
+    ({"effort": 1}, TypeError, "effort is 1; it must be a text"),
+    (
+        {"format": "zip"},
+        ValueError,
+        "format is 'zip'; it must be one of version1, published",
+    ),
+    (
+        {"i_frame_rate": -1},
+        ValueError,
+        "i_frame_rate is -1; it must be a whole number of 0",
+    ),
+    ({"i_frame_rate": 2**40}, ValueError, "i_frame_rate is 1099511627776"),
+    (
+        {"i_frame_rate": 2**80},
+        ValueError,
+        "i_frame_rate is 1208925819614629174706176",
+    ),
+    (
+        {"i_frame_rate": -(2**80)},
+        ValueError,
+        "i_frame_rate is -1208925819614629174706176",
+    ),
+    (
+        {"i_frame_rate": 2.0},
+        TypeError,
+        "i_frame_rate is 2.0; it must be a whole number",
+    ),
+    (
+        {"law": "loud"},
+        ValueError,
+        "law is 'loud'; it must be one of automatic, count, quadr",
+    ),
+    ({"law": "quadratic"}, ValueError, "the law 'quadratic' needs a sensor"),
+    ({"law": "linear"}, ValueError, "the law 'linear' needs a sensor"),
+    (
+        {"sensor": "d435"},
+        ValueError,
+        r"sensor is 'd435'; it must be its name \(kinect_v2, ",
+    ),
+    (
+        {"sensor": (70, 60, 512)},
+        ValueError,
+        r"sensor is \(70, 60, 512\); it must be 4 numbers",
+    ),
+    (
+        {"sensor": (700, 60, 512, 424)},
+        ValueError,
+        "sensor: field of view must be between 0",
+    ),
+    (
+        {"sensor": (70, 60, 0, 424)},
+        ValueError,
+        "sensor: a sensor needs at least one column",
+    ),
+    ({"sensor": (70, 60, 1e9, 424)}, ValueError, "1 to 65536 columns"),
+    ({"sensor": (70, 60, float("nan"), 424)}, ValueError, "1 to 65536 columns"),
+    ({"sensor": 5}, ValueError, "sensor is 5; it must be 4 numbers"),
+    (
+        {"sensor_pose": np.full((4, 4), np.nan)},
+        ValueError,
+        "sensor_pose is not a rotation",
+    ),
+    (
+        {"sensor_pose": [1, 2]},
+        ValueError,
+        "sensor_pose must be an array of 4 x 4 numbers",
+    ),
+    ({"bounding_box": 5}, ValueError, r"bounding_box is 5; it must be two corners"),
+    (
+        {"bounding_box": ((0, 0, 0), (1, 1))},
+        ValueError,
+        "upper corner of bounding_box is",
+    ),
+    (
+        {"bounding_box": ((0, 0, 0), (1, -1, 1))},
+        ValueError,
+        "bounding_box is 0.0.* to -1.0",
+    ),
+    (
+        {"bounding_box": ((0, 0, 0), (1, np.nan, 1))},
+        ValueError,
+        "bounding_box is 0.0.* to nan",
+    ),
+    ({"intensity_bits": 17}, ValueError, "intensity_bits is 17"),
+    ({"intensity_range": -1}, ValueError, "intensity_range is -1"),
+    ({"intensity_curve": "bent"}, ValueError, "intensity_curve is 'bent'"),
+    ({"intensity_curve": "companded", "format": "published"}, ValueError, "companded"),
+    ({"aggregation": "most"}, ValueError, "aggregation is 'most'"),
+    ({"depth_law": (3, 14.0, 255.0)}, ValueError, "depth_law.exponent"),
+    ({"depth_law": (2, -1, 255.0)}, ValueError, "depth_law.cut_off_depth is -1"),
+    ({"depth_law": 2}, ValueError, "depth_law is 2; it must be 3 numbers"),
+    ({"colour_bits": 9}, ValueError, "colour_bits is 9"),
+    ({"keep_points": 1}, TypeError, "keep_points is 1; it must be True or False"),
+    ({"origin": (1, 2)}, ValueError, r"origin is \(1, 2\); it must be 3 numbers"),
+    ({"origin": (1, 2, np.inf)}, ValueError, "origin"),
+    ({"frame_id": 5}, TypeError, "frame_id is 5; it must be a text"),
+]
+
+
+@pytest.mark.parametrize("settings, error, message", BAD_SETTINGS)
+def test_bad_settings(settings, error, message):
+    with pytest.raises(error, match=message) as raised:
+        pcl_ext.Encoder(**settings)
+    assert "\n" not in str(raised.value)
+
+
+def test_settings_are_named():
+    with pytest.raises(TypeError):
+        pcl_ext.Encoder(0.04, "fast")
+    with pytest.raises(TypeError):
+        pcl_ext.Encoder(brightness=1)
+
+
+def test_a_long_frame_id(room):
+    encoder = pcl_ext.Encoder(frame_id="x" * 1025)
+    with pytest.raises(pcl_ext.Error, match="frame_id has 1025 bytes"):
+        encoder.encode(room)
+
+
+@pytest.mark.parametrize(
+    "limits, error, message",
+    [
+        ({"max_voxels": 0}, ValueError, "max_voxels is 0"),
+        ({"max_points": 0}, ValueError, "max_points is 0"),
+        ({"max_frame_bytes": 0}, ValueError, "max_frame_bytes is 0"),
+        ({"max_voxels": -1}, ValueError, "max_voxels is -1"),
+        ({"max_voxels": 2**70}, ValueError, "max_voxels is 1180591620717411303424"),
+        ({"max_voxels": 1.5}, TypeError, "max_voxels is 1.5"),
+    ],
+)
+def test_bad_limits(limits, error, message):
+    with pytest.raises(error, match=message):
+        pcl_ext.Decoder(**limits)
+    with pytest.raises(error, match=message):
+        pcl_ext.frame_size(b"", **limits)
+
+
+@pytest.mark.parametrize(
+    "settings, error, message",
+    [
+        (
+            {"unit": "litres"},
+            ValueError,
+            "unit is 'litres'; it must be one of automatic, fa",
+        ),
+        ({"min_log_odds": float("nan")}, ValueError, "min_log_odds is nan"),
+        ({"min_log_odds": "low"}, TypeError, "min_log_odds is 'low'"),
+        ({"full_intensity": 0}, ValueError, "full_intensity is 0"),
+        ({"use_history": 0}, TypeError, "use_history is 0"),
+        ({"max_blocks": -1}, ValueError, "max_blocks is -1"),
+    ],
+)
+def test_bad_outlier_removals(settings, error, message):
+    with pytest.raises(error, match=message):
+        pcl_ext.OutlierRemoval(**settings)
+
+
+def test_defaults_are_those_of_the_library():
+    defaults = {}
+    for of_class in (pcl_ext.Encoder, pcl_ext.Decoder, pcl_ext.OutlierRemoval):
+        for name, parameter in inspect.signature(of_class).parameters.items():
+            defaults[name] = parameter.default
+    for name, default in _native.default_settings().items():
+        assert defaults[name] == default, name
+    # Where the words are those of the library: the same frame as with none of them named.
+    cloud = np.random.default_rng(1).random((1000, 3))
+    named = pcl_ext.Encoder(
+        effort="balanced",
+        format="version1",
+        intensity_curve="linear",
+        aggregation="sum",
+    )
+    assert named.encode(cloud) == pcl_ext.Encoder().encode(cloud)
+
+
+def test_settings_reach_the_library(room):
+    """Each of them changes the frame."""
+    intensity = np.linspace(0, 300, len(room), dtype="f4")
+    colour = np.full((len(room), 3), 77, "u1")
+    plain = pcl_ext.Encoder(0.1).encode(room, intensity, colour)
+    pose = np.eye(4)
+    pose[2, 3] = -0.5
+    for settings in (
+        {"effort": "fast"},
+        {"effort": "small"},
+        {"bounding_box": ((-3, -3, -3), (3, 3, 3))},
+        {"intensity_bits": 5},
+        {"intensity_range": 400.0},
+        {"intensity_curve": "companded"},
+        {"aggregation": "sum"},
+        {"depth_law": (2, 14.0, 255.0), "intensity_range": 400.0},
+        {"colour_bits": 3},
+        {"keep_points": True},
+        {"origin": (0.5, 0.0, 0.0)},
+        {"frame_id": "cell"},
+    ):
+        frame = pcl_ext.Encoder(0.1, **settings).encode(room, intensity, colour)
+        assert frame != plain, settings
+        assert pcl_ext.Decoder().decode(frame) is not None
+
+
+def test_wide_clouds():
+    cloud = np.zeros((100, 3))
+    cloud[:, 0] = np.linspace(0, 3000, 100)
+    fine = pcl_ext.Encoder(0.001)
+    with pytest.warns(pcl_ext.CompressionWarning, match="grid"):
+        fine.encode(cloud)
+    assert fine.cloud_statistics.points_outside_grid > 0
+    coarser = pcl_ext.Encoder(0.001, coarsen_wide_clouds=True)
+    with pytest.warns(pcl_ext.CompressionWarning, match="wider than"):
+        coarser.encode(cloud)
+    assert coarser.cloud_statistics.points_used == 100
+    assert coarser.cloud_statistics.resolution == 0.002

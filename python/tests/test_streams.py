@@ -1,0 +1,273 @@
+"""Streams: I-frames and P-frames, losses, headers, warnings, sizes."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import pcl_ext
+
+
+def clouds_of(room, count):
+    return [room + np.float32(0.02 * frame) for frame in range(count)]
+
+
+def frames_of(clouds, **settings):
+    encoder = pcl_ext.Encoder(0.1, **settings)
+    frames = []
+    kinds = ""
+    for cloud in clouds:
+        frames.append(encoder.encode(cloud))
+        kinds += "I" if encoder.statistics.is_i_frame else "P"
+    return frames, kinds
+
+
+def test_i_frame_rate(room):
+    box = ((-2, -2, 0), (3, 2, 4))
+    assert (
+        frames_of(clouds_of(room, 7), i_frame_rate=3, bounding_box=box)[1] == "IPPIPPI"
+    )
+    assert frames_of(clouds_of(room, 3), i_frame_rate=1)[1] == "III"
+    encoder = pcl_ext.Encoder(0.1, bounding_box=box)
+    kinds = ""
+    for frame, cloud in enumerate(clouds_of(room, 5)):
+        if frame == 3:
+            encoder.request_i_frame()
+        encoder.encode(cloud)
+        kinds += "I" if encoder.statistics.is_i_frame else "P"
+    assert kinds == "IPPIP"
+
+
+def test_a_request_before_the_first_cloud_is_harmless(room):
+    encoder = pcl_ext.Encoder(0.1)
+    encoder.request_i_frame()
+    assert encoder.encode(room) == pcl_ext.Encoder(0.1).encode(room)
+    encoder.encode(room)
+    assert not encoder.statistics.is_i_frame
+
+
+def test_lost_late_and_repeated_frames(room):
+    frames, kinds = frames_of(
+        clouds_of(room, 6), i_frame_rate=4, bounding_box=((-2, -2, 0), (3, 2, 4))
+    )
+    assert kinds == "IPPPIP"
+    complete = pcl_ext.Decoder()
+    expected = [complete.decode(frame) for frame in frames]
+    decoder = pcl_ext.Decoder()
+    outcomes = []
+    for frame in (0, 2, 1, 1, 2, 0, 4, 5):
+        cloud = decoder.decode(frames[frame])
+        outcomes.append(decoder.status.code)
+        assert decoder.status.ok == (cloud is not None)
+        assert decoder.status.ok or decoder.status.message
+        if cloud is not None:
+            np.testing.assert_array_equal(cloud, expected[frame])
+    assert " ".join(outcomes) == "Ok MissingReference Ok OldFrame Ok OldFrame Ok Ok"
+
+
+def test_frames_one_after_the_other(room):
+    frames, _ = frames_of(clouds_of(room, 4))
+    expected = [len(frame) for frame in frames]
+    data = b"some bytes before" + b"".join(frames)
+    view = memoryview(data)
+    decoder = pcl_ext.Decoder()
+    sizes = []
+    position = 0
+    while decoder.decode(view[position:]) is not None:
+        sizes.append(decoder.statistics.bytes)
+        position += decoder.statistics.skipped_bytes + decoder.statistics.bytes
+    assert decoder.status.code == "EndOfStream"
+    assert sizes == expected
+    assert position == len(data)
+
+
+@pytest.mark.parametrize(
+    "made_of",
+    [
+        bytes,
+        bytearray,
+        memoryview,
+        lambda data: np.frombuffer(data, np.uint8),
+        lambda data: np.frombuffer(data, np.int8),
+        lambda data: memoryview(bytearray(data)).toreadonly(),
+    ],
+)
+def test_kinds_of_bytes(room, made_of):
+    frame = pcl_ext.Encoder(0.1).encode(room)
+    expected = pcl_ext.Decoder().decode(frame)
+    np.testing.assert_array_equal(pcl_ext.Decoder().decode(made_of(frame)), expected)
+    assert pcl_ext.frame_size(made_of(frame)).bytes == len(frame)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "text",
+        5,
+        None,
+        [1, 2],
+        np.zeros(4),
+        np.zeros((2, 2), "u1"),
+        memoryview(b"abcd")[::2],
+    ],
+)
+def test_what_is_not_bytes(data):
+    with pytest.raises(
+        TypeError, match="it must be bytes, bytearray, memoryview or a uint8"
+    ):
+        pcl_ext.Decoder().decode(data)
+    with pytest.raises(TypeError):
+        pcl_ext.frame_size(data)
+
+
+def test_decoded_clouds_are_the_callers_own(room):
+    frames, _ = frames_of(clouds_of(room, 2))
+    decoder = pcl_ext.Decoder()
+    first = decoder.decode(frames[0])
+    copy = first.copy()
+    decoder.decode(frames[1])
+    np.testing.assert_array_equal(first, copy)
+    xyz = pcl_ext.positions(first)
+    assert xyz.shape == (len(first), 3) and np.shares_memory(xyz, first)
+    xyz[:] = 7
+    assert (first["z"] == 7).all()
+    del decoder
+    assert (first["x"] == 7).all()
+
+
+def test_positions_of_other_arrays():
+    points = np.zeros((4, 5), [("t", "f8"), ("x", "f4"), ("y", "f4"), ("z", "f4")])
+    points["y"] = 2
+    np.testing.assert_array_equal(pcl_ext.positions(points[1:, ::2])[2, 1], (0, 2, 0))
+    assert pcl_ext.positions(points[:0, 0]).shape == (0, 3)
+    with pytest.raises(ValueError, match="not float32 side by side"):
+        pcl_ext.positions(np.zeros(4, [("x", "f8"), ("y", "f8"), ("z", "f8")]))
+
+
+def test_stamp_and_frame_id(room):
+    encoder = pcl_ext.Encoder(0.1, frame_id="cell")
+    decoder = pcl_ext.Decoder()
+    assert decoder.stamp is None and decoder.frame_id is None
+    for stamp in (0.0, 12.000001, 1700000000.123456, np.float64(3.25)):
+        decoder.decode(encoder.encode(room, stamp=stamp))
+        assert decoder.stamp == stamp
+        assert decoder.frame_id == "cell"
+    # To the nearest microsecond.
+    decoder.decode(encoder.encode(room, stamp=1.4999996))
+    assert decoder.stamp == 1.5
+    plain = pcl_ext.Encoder(0.1)
+    decoder = pcl_ext.Decoder()
+    decoder.decode(plain.encode(room))
+    assert decoder.stamp is None and decoder.frame_id is None
+    decoder.decode(plain.encode(room, stamp=2))
+    assert decoder.stamp == 2.0 and decoder.frame_id == ""
+
+
+def test_the_published_layout_has_no_header(room):
+    encoder = pcl_ext.Encoder(0.1, format="published", colour_bits=0)
+    with pytest.raises(pcl_ext.Error, match="no fields for stamp") as raised:
+        encoder.encode(room, stamp=1.0)
+    assert raised.value.code == "InvalidInput"
+    assert isinstance(raised.value, RuntimeError)
+    assert pcl_ext.Decoder().decode(encoder.encode(room)) is not None
+
+
+def test_warnings_come_once_for_each_kind(room):
+    encoder = pcl_ext.Encoder(0.1, bounding_box=((-1, -1, 0), (1, 1, 3)))
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        for cloud in clouds_of(room, 3):
+            encoder.encode(cloud)
+            assert "outside" in encoder.warning
+        encoder.encode(room[:0])
+    assert encoder.warning == ""
+    assert [warning.category for warning in seen] == [pcl_ext.CompressionWarning]
+    # The line that is shown is the caller's.
+    assert seen[0].filename == __file__
+
+
+def test_a_warning_that_is_an_error_loses_no_frame(room):
+    box = ((-1, -1, 0), (1, 1, 3))
+    encoder = pcl_ext.Encoder(0.1, bounding_box=box)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pcl_ext.CompressionWarning)
+        with pytest.raises(pcl_ext.CompressionWarning):
+            encoder.encode(room)
+    decoder = pcl_ext.Decoder()
+    assert decoder.decode(encoder.encode(room)) is not None
+
+
+def test_statistics(room):
+    encoder = pcl_ext.Encoder(0.1)
+    assert encoder.statistics == pcl_ext.FrameStatistics()
+    assert encoder.cloud_statistics == pcl_ext.CloudStatistics()
+    room[3] = np.nan
+    frame = encoder.encode(room)
+    decoder = pcl_ext.Decoder()
+    assert decoder.statistics == pcl_ext.FrameStatistics()
+    cloud = decoder.decode(frame)
+    statistics = encoder.statistics
+    assert statistics == decoder.statistics
+    assert statistics.bytes == len(frame)
+    assert statistics.voxels == len(cloud)
+    assert statistics.bytes == (
+        statistics.header_bytes
+        + statistics.occupancy_bytes
+        + statistics.intensity_bytes
+        + statistics.attribute_bytes
+    )
+    assert encoder.cloud_statistics == pcl_ext.CloudStatistics(
+        resolution=0.1, points=len(room), points_used=len(room) - 1, points_not_finite=1
+    )
+    # What fails leaves them as they were.
+    assert decoder.decode(b"") is None
+    assert decoder.statistics == statistics
+
+
+def test_limits(room):
+    frame = pcl_ext.Encoder(0.1, keep_points=True).encode(room)
+    voxels = len(np.unique(np.floor(room.astype(float) / 0.1), axis=0))
+    for limits in (
+        {"max_voxels": voxels - 1},
+        {"max_points": 6499},
+        {"max_frame_bytes": len(frame) - 1},
+    ):
+        decoder = pcl_ext.Decoder(**limits)
+        assert decoder.decode(frame) is None
+        assert decoder.status.code == "LimitExceeded"
+        assert pcl_ext.frame_size(frame, **limits).status.code in (
+            "Ok",
+            "LimitExceeded",
+        )
+    limits = {"max_voxels": voxels, "max_points": 6500, "max_frame_bytes": len(frame)}
+    assert len(pcl_ext.Decoder(**limits).decode(frame)) == 6500
+
+
+def test_frame_size_of_bytes_in_pieces(room):
+    frame = pcl_ext.Encoder(0.1).encode(room)
+    needed = 0
+    while True:
+        size = pcl_ext.frame_size(frame[:needed])
+        if size.status.ok:
+            break
+        assert size.status.code == "Truncated"
+        assert size.bytes > needed
+        needed = size.bytes
+    assert size.bytes == len(frame) and needed <= 100
+    assert pcl_ext.frame_size(frame + b"more").bytes == len(frame)
+    text = pcl_ext.frame_size(b"x" * 50 + frame)
+    assert text.status.code == "NoFrame"
+    assert text.bytes == 50
+
+
+def test_min_intensity(room):
+    frame = pcl_ext.Encoder(0.1).encode(room)
+    complete = pcl_ext.Decoder().decode(frame)
+    kept = pcl_ext.Decoder().decode(frame, min_intensity=3)
+    np.testing.assert_array_equal(kept, complete[complete["intensity"] >= 3])
+    assert 0 < len(kept) < len(complete)
+    np.testing.assert_array_equal(
+        pcl_ext.Decoder().decode(frame, min_intensity=-np.inf), complete
+    )
+    with pytest.raises(TypeError):
+        pcl_ext.Decoder().decode(frame, min_intensity="low")
