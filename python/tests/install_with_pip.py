@@ -1,0 +1,42 @@
+"""Installs the package with pip into a virtual environment and tests it there.
+
+Usage: install_with_pip.py FOLDER, which is made anew. Needs no network: the virtual
+environment sees the packages of the system.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# What MANIFEST.in puts into a source distribution.
+FILES = ("CMakeLists.txt", "LICENSE", "pyproject.toml", "setup.py")
+FOLDERS = ("cmake", "include", "python", "src")
+
+
+def main(folder):
+    shutil.rmtree(folder, ignore_errors=True)
+    source = folder / "source"
+    source.mkdir(parents=True)
+    for name in FILES:
+        shutil.copy(ROOT / name, source)
+    for name in FOLDERS:
+        shutil.copytree(ROOT / name, source / name)
+    python = folder / "venv" / "bin" / "python"
+    venv = [sys.executable, "-m", "venv", "--system-site-packages", folder / "venv"]
+    subprocess.check_call(venv)
+    offline = ["--no-build-isolation", "--no-deps", "--no-index"]
+    install = [python, "-m", "pip", "install", "--quiet", *offline, "."]
+    subprocess.check_call(install, cwd=source)
+    # From another folder, as the source has a package of the same name.
+    where = "import pathlib, pcl_ext; print(pathlib.Path(pcl_ext.__file__).parent)"
+    package = subprocess.check_output([python, "-c", where], cwd=folder, text=True)
+    if pathlib.Path(package.strip()).parents[3] != python.parents[1]:
+        sys.exit(f"the package was found in {package}")
+    tests = pathlib.Path(__file__).resolve().parent
+    pytest = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", tests]
+    subprocess.check_call(pytest, cwd=folder)
+
+
+main(pathlib.Path(sys.argv[1]).resolve())
