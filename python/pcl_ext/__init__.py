@@ -24,21 +24,35 @@ from .codec import (
     sensors,
 )
 from .outliers import OutlierRemoval
+from .recording import (
+    Damage,
+    RecordedFrame,
+    RecordedStream,
+    Recording,
+    RecordingWriter,
+    open,
+)
 from .status import Error, Status
 
 __all__ = [
     "CloudStatistics",
     "CompressionWarning",
+    "Damage",
     "Decoder",
     "Encoder",
     "Error",
     "FrameSize",
     "FrameStatistics",
     "OutlierRemoval",
+    "RecordedFrame",
+    "RecordedStream",
+    "Recording",
+    "RecordingWriter",
     "Status",
     "__version__",
     "frame_size",
     "laws",
+    "open",
     "positions",
     "sensors",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import warnings
 from dataclasses import dataclass
@@ -20,7 +19,14 @@ from typing import (
 import numpy as np
 
 from . import _native
-from .outliers import OutlierRemoval, native_removal
+from ._arguments import (
+    MICROSECONDS,
+    least_intensity,
+    limits,
+    microseconds,
+    removal,
+)
+from .outliers import OutlierRemoval
 from .status import Error, Status
 
 if TYPE_CHECKING:
@@ -31,8 +37,6 @@ if TYPE_CHECKING:
 Effort = Literal["fast", "balanced", "small"]
 Law = Literal["automatic", "count", "quadratic", "linear", "native", "none"]
 Sensor = Union[str, Tuple[float, float, int, int]]
-
-_MICROSECONDS = 1e6
 
 
 class CompressionWarning(UserWarning):
@@ -229,7 +233,7 @@ class Encoder:
             colour,
             self._header(stamp),
             sensor_pose,
-            native_removal(outliers),
+            removal(outliers),
         )
         if frame is None:
             self._warning = ""
@@ -269,14 +273,8 @@ class Encoder:
     def _header(self, stamp: Optional[float]) -> Optional[Tuple[int, str]]:
         if stamp is None:
             return None if self._frame_id is None else (0, self._frame_id)
-        seconds = float(stamp)
-        # Also refuses NaN.
-        if not 0.0 <= seconds * _MICROSECONDS < 2.0**63:
-            raise ValueError(
-                f"stamp is {stamp!r}; it must be seconds, not negative, and less than "
-                "9.2e12 (of nanoseconds pass stamp * 1e-9)"
-            )
-        return (round(seconds * _MICROSECONDS), self._frame_id or "")
+        time = microseconds("stamp", stamp, end=9.2e12)
+        return (round(time), self._frame_id or "")
 
     def _warn(self, message: str) -> None:
         words = re.sub(r"[0-9]", "", message)
@@ -327,7 +325,7 @@ class Decoder:
         max_frame_bytes: int = 1 << 24,
         max_points: int = 1 << 24,
     ):
-        self._native = _native.Decoder(_limits(max_voxels, max_frame_bytes, max_points))
+        self._native = _native.Decoder(limits(max_voxels, max_frame_bytes, max_points))
         self._status = Status()
 
     def decode(
@@ -366,7 +364,7 @@ class Decoder:
             If `data` is not bytes.
         """
         cloud, code, message = self._native.decode(
-            data, native_removal(outliers), min_intensity
+            data, removal(outliers), least_intensity(min_intensity)
         )
         self._status = Status(code, message)
         return cloud
@@ -385,7 +383,7 @@ class Decoder:
     def stamp(self) -> Optional[float]:
         """Time of the last decoded frame, seconds; None if it carries none."""
         header = self._native.stamp()
-        return None if header is None else header[0] / _MICROSECONDS
+        return None if header is None else header[0] / MICROSECONDS
 
     @property
     def frame_id(self) -> Optional[str]:
@@ -434,7 +432,7 @@ def frame_size(
         `status` and `bytes`.
     """
     code, message, size = _native.frame_size(
-        data, _limits(max_voxels, max_frame_bytes, max_points)
+        data, limits(max_voxels, max_frame_bytes, max_points)
     )
     return FrameSize(Status(code, message), size)
 
@@ -477,11 +475,3 @@ def sensors() -> dict[str, Tuple[float, float, int, int]]:
 def laws() -> list[str]:
     """The laws of intensity that an `Encoder` knows, besides "automatic"."""
     return _native.laws()
-
-
-def _limits(max_voxels: int, max_frame_bytes: int, max_points: int) -> dict[str, int]:
-    return {
-        "max_voxels": max_voxels,
-        "max_frame_bytes": max_frame_bytes,
-        "max_points": max_points,
-    }

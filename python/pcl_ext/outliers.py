@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Optional
+from typing import TYPE_CHECKING, Literal
 
 from . import _native
 from .status import Status
@@ -112,16 +112,3 @@ class OutlierRemoval:
     def reset(self) -> None:
         """Forgets all frames, as at the start of a stream."""
         self._native.reset()
-
-
-def native_removal(
-    outliers: Optional[OutlierRemoval],
-) -> Optional[_native.OutlierRemoval]:
-    """What the module takes in the place of an argument `outliers`."""
-    if outliers is None:
-        return None
-    if not isinstance(outliers, OutlierRemoval):
-        raise TypeError(
-            f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
-        )
-    return outliers._native

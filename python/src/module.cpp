@@ -1,323 +1,50 @@
 /** \file
- * \brief The module pcl_ext._native: the codec for the classes of the package, which have the
- * documentation. Outcomes are returned as tuples with the name of their code.
+ * \brief The module pcl_ext._native: the library for the classes of the package, which have
+ * the documentation. Outcomes are returned as tuples with the name of their code.
  */
-#include <pcl_ext/compression/frame_decoder.h>
+#include "bindings.h"
 
-#include "cloud_arrays.h"
-#include "outlier_filter.h"
-#include "stream_decoder.h"
-#include "stream_encoder.h"
-#include "stream_settings.h"
-
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
-
-#include <cstdint>
-#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace pcl_ext {
 namespace python {
 
 namespace {
 
-using namespace py::literals;
-
-const char*
-nameOf(io::CompressionCode code)
+[[noreturn]] void
+refuseBytes(const py::object& object)
 {
-  using Code = io::CompressionCode;
-  constexpr std::pair<Code, const char*> names[] = {
-      {Code::Ok, "Ok"},
-      {Code::InvalidSettings, "InvalidSettings"},
-      {Code::InvalidInput, "InvalidInput"},
-      {Code::OutputFailed, "OutputFailed"},
-      {Code::EndOfStream, "EndOfStream"},
-      {Code::NoFrame, "NoFrame"},
-      {Code::UnsupportedVersion, "UnsupportedVersion"},
-      {Code::Truncated, "Truncated"},
-      {Code::Corrupt, "Corrupt"},
-      {Code::LimitExceeded, "LimitExceeded"},
-      {Code::MissingReference, "MissingReference"},
-      {Code::InputFailed, "InputFailed"},
-      {Code::OldFrame, "OldFrame"},
-      {Code::OutOfMemory, "OutOfMemory"}};
-  for (const auto& [known, name] : names)
-    if (known == code)
-      return name;
-  return "unknown";
-}
-
-const char*
-nameOf(OutlierRemovalCode code)
-{
-  switch (code) {
-  case OutlierRemovalCode::Ok:
-    return "Ok";
-  case OutlierRemovalCode::InvalidSettings:
-    return "InvalidSettings";
-  case OutlierRemovalCode::UnsupportedResolution:
-    return "UnsupportedResolution";
-  case OutlierRemovalCode::NoDensities:
-    return "NoDensities";
-  case OutlierRemovalCode::DifferentCloud:
-    return "DifferentCloud";
-  }
-  return "unknown";
-}
-
-/** \brief Calls a function without the GIL, so that other threads run meanwhile. */
-template <typename FunctionT>
-auto
-withoutGil(const FunctionT& function)
-{
-  const py::gil_scoped_release released;
-  return function();
-}
-
-/** \brief Bytes that a caller gave, which stay valid and are not copied. */
-class ByteView {
-public:
-  explicit ByteView(const py::object& object)
-  {
-    if (PyObject_CheckBuffer(object.ptr()) == 0)
-      refuse(object);
-    view_ = py::reinterpret_borrow<py::buffer>(object).request();
-    if (view_.ndim != 1 || view_.itemsize != 1 ||
-        (view_.strides[0] != 1 && view_.shape[0] > 1))
-      refuse(object);
-  }
-
-  const std::uint8_t*
-  data() const
-  {
-    return static_cast<const std::uint8_t*>(view_.ptr);
-  }
-
-  std::size_t
-  size() const
-  {
-    return static_cast<std::size_t>(view_.size);
-  }
-
-private:
-  [[noreturn]] static void
-  refuse(const py::object& object)
-  {
-    throw py::type_error(
-        "data is a '" +
-        py::str(py::type::of(object).attr("__name__")).cast<std::string>() +
-        "'; it must be bytes, bytearray, memoryview or a uint8 array, of one dimension "
-        "and without gaps");
-  }
-
-  py::buffer_info view_;
-};
-
-py::dict
-asDict(const io::CodedFrameStatistics& coding)
-{
-  return py::dict("frame_number"_a = coding.frame_number,
-                  "is_i_frame"_a = coding.is_i_frame,
-                  "voxels"_a = coding.voxels,
-                  "bytes"_a = coding.bytes,
-                  "header_bytes"_a = coding.header_bytes,
-                  "occupancy_bytes"_a = coding.occupancy_bytes,
-                  "intensity_bytes"_a = coding.intensity_bytes,
-                  "attribute_bytes"_a = coding.attribute_bytes,
-                  "skipped_bytes"_a = coding.skipped_bytes);
-}
-
-py::dict
-asDict(const io::VoxelizationStatistics& cloud)
-{
-  return py::dict("resolution"_a = cloud.resolution,
-                  "points"_a = cloud.points,
-                  "points_used"_a = cloud.points_used,
-                  "points_not_finite"_a = cloud.points_not_finite,
-                  "points_outside_box"_a = cloud.points_outside_box,
-                  "points_outside_grid"_a = cloud.points_outside_grid,
-                  "points_behind_sensor"_a = cloud.points_behind_sensor,
-                  "intensities_not_finite"_a = cloud.intensities_not_finite,
-                  "intensities_out_of_range"_a = cloud.intensities_out_of_range,
-                  "intensities_vanished"_a = cloud.intensities_vanished,
-                  "colours_left_out"_a = cloud.colours_left_out);
-}
-
-/** \brief stamp is None, or microseconds and a frame_id. */
-py::tuple
-encode(StreamEncoder& encoder,
-       const py::object& xyz,
-       const py::object& intensity,
-       const py::object& colour,
-       const std::optional<std::pair<std::uint64_t, std::string>>& stamp,
-       const py::object& sensor_pose,
-       OutlierFilter* outliers)
-{
-  const CloudArrays arrays(xyz, intensity, colour);
-  CloudToEncode cloud{
-      arrays.columns(), arrays.hasIntensityArgument(), {}, {}, outliers};
-  if (stamp)
-    cloud.stamp = io::FrameStamp{stamp->first, stamp->second};
-  if (!sensor_pose.is_none())
-    cloud.sensor_pose = readPose(sensor_pose);
-  std::vector<std::uint8_t> bytes;
-  const io::CompressionStatus status =
-      withoutGil([&] { return encoder.encode(cloud, bytes); });
-  py::object frame = py::none();
-  if (status.ok())
-    frame = py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return py::make_tuple(frame, nameOf(status.code()), status.message());
-}
-
-py::tuple
-decode(StreamDecoder& decoder,
-       const py::object& data,
-       OutlierFilter* outliers,
-       std::optional<float> min_intensity)
-{
-  const ByteView bytes(data);
-  std::optional<DecodedCloud> cloud;
-  const io::CompressionStatus status = withoutGil([&] {
-    return decoder.decode(bytes.data(), bytes.size(), {outliers, min_intensity}, cloud);
-  });
-  py::object points = py::none();
-  if (cloud)
-    points = cloud->intoArray();
-  return py::make_tuple(points, nameOf(status.code()), status.message());
-}
-
-py::object
-stampOf(const StreamDecoder& decoder)
-{
-  const std::optional<io::FrameStamp> stamp =
-      withoutGil([&] { return decoder.stamp(); });
-  if (!stamp)
-    return py::none();
-  return py::make_tuple(stamp->stamp, stamp->frame_id);
-}
-
-py::array_t<float>
-score(OutlierFilter& outliers, const StreamDecoder& decoder)
-{
-  const std::vector<float> log_odds =
-      withoutGil([&] { return decoder.score(outliers); });
-  return py::array_t<float>(static_cast<py::ssize_t>(log_odds.size()), log_odds.data());
-}
-
-py::tuple
-statusOf(const OutlierFilter& outliers)
-{
-  const OutlierRemovalStatus status = withoutGil([&] { return outliers.status(); });
-  return py::make_tuple(nameOf(status.code()), status.message(), status.removed);
-}
-
-py::tuple
-frameSize(const py::object& data, const py::dict& limits)
-{
-  const ByteView bytes(data);
-  const io::DecoderLimits checked = readLimits(limits);
-  const io::FrameSize size =
-      withoutGil([&] { return io::frameSize(bytes.data(), bytes.size(), checked); });
-  return py::make_tuple(nameOf(size.status.code()), size.status.message(), size.bytes);
-}
-
-py::dict
-sensors()
-{
-  py::dict sensors;
-  for (const NamedSensor& known : named_sensors)
-    sensors[known.name] = py::make_tuple(known.sensor.fov_x_deg,
-                                         known.sensor.fov_y_deg,
-                                         known.sensor.columns,
-                                         known.sensor.rows);
-  return sensors;
-}
-
-py::list
-laws()
-{
-  py::list laws;
-  for (const NamedIntensityLaw& known : intensity_laws)
-    laws.append(known.name);
-  return laws;
-}
-
-void
-addEncoder(py::module_& module)
-{
-  py::class_<StreamEncoder>(module, "Encoder")
-      .def(py::init([](const py::dict& settings) {
-             return std::make_unique<StreamEncoder>(readEncoderSettings(settings));
-           }),
-           "settings"_a)
-      .def("encode",
-           &encode,
-           "xyz"_a,
-           "intensity"_a,
-           "colour"_a,
-           "stamp"_a,
-           "sensor_pose"_a,
-           "outliers"_a)
-      .def("request_i_frame",
-           [](StreamEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
-      .def("law",
-           [](const StreamEncoder& encoder) {
-             const auto law = withoutGil([&] { return encoder.law(); });
-             return law ? pcl_ext::nameOf(*law) : "automatic";
-           })
-      .def("statistics", [](const StreamEncoder& encoder) {
-        const io::FrameStatistics frame =
-            withoutGil([&] { return encoder.statistics(); });
-        return py::make_tuple(asDict(frame.coding), asDict(frame.voxelization));
-      });
-}
-
-void
-addDecoder(py::module_& module)
-{
-  py::class_<StreamDecoder>(module, "Decoder")
-      .def(py::init([](const py::dict& limits) {
-             return std::make_unique<StreamDecoder>(readLimits(limits));
-           }),
-           "limits"_a)
-      .def("decode", &decode, "data"_a, "outliers"_a, "min_intensity"_a)
-      .def("stamp", &stampOf)
-      .def("statistics", [](const StreamDecoder& decoder) {
-        return asDict(withoutGil([&] { return decoder.statistics(); }));
-      });
-}
-
-void
-addOutlierRemoval(py::module_& module)
-{
-  py::class_<OutlierFilter>(module, "OutlierRemoval")
-      .def(py::init([](const py::dict& settings) {
-             return std::make_unique<OutlierFilter>(readRemovalSettings(settings));
-           }),
-           "settings"_a)
-      .def("score", &score, "decoder"_a)
-      .def("reset",
-           [](OutlierFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
-      .def("status", &statusOf);
+  throw py::type_error(
+      "data is a '" +
+      py::str(py::type::of(object).attr("__name__")).cast<std::string>() +
+      "'; it must be bytes, bytearray, memoryview or a uint8 array, of one dimension "
+      "and without gaps");
 }
 
 } // namespace
 
+ByteView::ByteView(const py::object& object)
+{
+  if (PyObject_CheckBuffer(object.ptr()) == 0)
+    refuseBytes(object);
+  view_ = py::reinterpret_borrow<py::buffer>(object).request();
+  if (view_.ndim != 1 || view_.itemsize != 1 ||
+      (view_.strides[0] != 1 && view_.shape[0] > 1))
+    refuseBytes(object);
+}
+
+py::str
+text(const std::string& bytes)
+{
+  return py::reinterpret_steal<py::str>(PyUnicode_DecodeUTF8(
+      bytes.data(), static_cast<py::ssize_t>(bytes.size()), "replace"));
+}
+
 PYBIND11_MODULE(_native, module)
 {
   module.attr("version") = PCL_EXT_VERSION;
-  addEncoder(module);
-  addDecoder(module);
-  addOutlierRemoval(module);
-  module.def("frame_size", &frameSize, "data"_a, "limits"_a);
-  module.def("default_settings", &defaultSettings);
-  module.def("sensors", &sensors);
-  module.def("laws", &laws);
+  addCodec(module);
+  addRecordings(module);
 }
 
 } // namespace python

@@ -33,5 +33,14 @@ OutlierFilter::status() const
   return status_;
 }
 
+void
+Denoising::apply(io::VoxelFrame& frame) const
+{
+  if (outliers != nullptr)
+    outliers->filter(frame);
+  if (min_intensity)
+    removeFaintVoxels(frame, *min_intensity);
+}
+
 } // namespace python
 } // namespace pcl_ext

@@ -4,6 +4,7 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include <mutex>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -36,6 +37,15 @@ private:
   mutable std::mutex mutex_;
   VoxelOutlierRemoval removal_;
   OutlierRemovalStatus status_;
+};
+
+/** \brief What to remove from a decoded frame. */
+struct Denoising {
+  OutlierFilter* outliers = nullptr;  ///< applied first
+  std::optional<float> min_intensity; ///< voxels below are removed
+
+  void
+  apply(io::VoxelFrame& frame) const;
 };
 
 } // namespace python

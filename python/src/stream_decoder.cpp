@@ -17,10 +17,7 @@ StreamDecoder::decode(const std::uint8_t* bytes,
   if (!status.ok())
     return status;
   try {
-    if (denoising.outliers != nullptr)
-      denoising.outliers->filter(frame_);
-    if (denoising.min_intensity)
-      removeFaintVoxels(frame_, *denoising.min_intensity);
+    denoising.apply(frame_);
     cloud.emplace(frame_);
   }
   catch (const std::bad_alloc&) {

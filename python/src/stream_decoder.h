@@ -17,12 +17,6 @@
 namespace pcl_ext {
 namespace python {
 
-/** \brief What to remove from a decoded frame. */
-struct Denoising {
-  OutlierFilter* outliers = nullptr;  ///< applied first
-  std::optional<float> min_intensity; ///< voxels below are removed
-};
-
 /** \brief Decodes the frames of one stream.
  *
  * Any thread may call it, and not with the GIL held, as a call may wait for another thread.

@@ -269,5 +269,6 @@ def test_min_intensity(room):
     np.testing.assert_array_equal(
         pcl_ext.Decoder().decode(frame, min_intensity=-np.inf), complete
     )
-    with pytest.raises(TypeError):
-        pcl_ext.Decoder().decode(frame, min_intensity="low")
+    for wrong in ("low", np.nan):
+        with pytest.raises(ValueError, match="min_intensity is"):
+            pcl_ext.Decoder().decode(frame, min_intensity=wrong)

@@ -144,3 +144,28 @@ def test_streams_in_threads_of_their_own(room):
 
     in_threads(6, work)
     assert results == [stream(number) for number in range(6)]
+
+
+def test_a_recording_of_several_threads(room, tmp_path):
+    """Each frame comes once, to one of the threads; writers may share a file, too."""
+    path = tmp_path / "cell.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+
+        def write(number):
+            encoder = pcl_ext.Encoder(0.1)
+            stream = writer.add_stream(f"/sensor_{number}")
+            for turn in range(25):
+                writer.append(stream, encoder.encode(room[turn:]), turn + 0.1 * number)
+
+        in_threads(4, write)
+    recording = pcl_ext.open(path)
+    assert [stream.frames for stream in recording.streams] == [25] * 4
+    seen = []
+
+    def read(number):
+        for frame in recording:
+            assert recording.frame(frame.stream, frame.number) is not None
+            seen.append((frame.time, frame.stream, frame.number))
+
+    in_threads(4, read)
+    assert len(set(seen)) == len(seen) == 100

@@ -1,0 +1,60 @@
+"""Arguments that several classes take, as the module takes them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Optional
+
+from . import _native
+from .outliers import OutlierRemoval
+
+MICROSECONDS = 1e6
+
+
+def limits(max_voxels: int, max_frame_bytes: int, max_points: int) -> dict[str, int]:
+    return {
+        "max_voxels": max_voxels,
+        "max_frame_bytes": max_frame_bytes,
+        "max_points": max_points,
+    }
+
+
+def removal(outliers: Optional[OutlierRemoval]) -> Optional[_native.OutlierRemoval]:
+    if outliers is None:
+        return None
+    if not isinstance(outliers, OutlierRemoval):
+        raise TypeError(
+            f"outliers is a '{type(outliers).__name__}', not an OutlierRemoval"
+        )
+    return outliers._native
+
+
+def least_intensity(min_intensity: Optional[float]) -> Optional[float]:
+    if min_intensity is None:
+        return None
+    if isinstance(min_intensity, (str, bytes)) or math.isnan(min_intensity):
+        raise ValueError(f"min_intensity is {min_intensity!r}; it must be a number")
+    return float(min_intensity)
+
+
+def microseconds(name: str, seconds: Any, end: float) -> float:
+    """A time in microseconds, not rounded.
+
+    Parameters
+    ----------
+    name : str
+        For messages.
+    seconds : float
+        A time of 0 to less than `end`.
+    """
+    try:
+        time = float(seconds) * MICROSECONDS
+    except (TypeError, ValueError):
+        time = math.nan
+    # Also refuses NaN.
+    if not 0.0 <= time < end * MICROSECONDS:
+        raise ValueError(
+            f"{name} is {seconds!r}; it must be seconds, not negative and less than "
+            f"{end:g} (of nanoseconds pass {name} * 1e-9)"
+        )
+    return time

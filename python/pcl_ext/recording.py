@@ -1,0 +1,446 @@
+"""Recordings: files of one or several streams."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, NamedTuple, Optional, Union
+
+from . import _native
+from ._arguments import MICROSECONDS, least_intensity, limits, microseconds, removal
+from .outliers import OutlierRemoval
+from .status import Error, Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .codec import Buffer
+
+_NANOSECONDS = 1e9
+# Nanoseconds have 63 bits.
+_END_OF_TIME = 9.2e9
+
+
+class RecordedStream(NamedTuple):
+    """A stream of a recording."""
+
+    name: str  #: topic of the channel; .pcxi: name of the file
+    frames: int  #: number of frames
+    has_times: bool  #: False: all times are 0
+    first_time: float  #: of the frames, seconds
+    last_time: float  #: of the frames, seconds
+    metadata: Dict[str, str]  #: of the channel
+
+
+class RecordedFrame(NamedTuple):
+    """An encoded frame of a recording; `Recording.frame` decodes it."""
+
+    stream: int  #: index in `Recording.streams`
+    number: int  #: of the frame in its stream, from 0
+    time: float  #: at which it was recorded, seconds
+    stamp: Optional[float]  #: time of the cloud, seconds; None if unknown
+    frame_id: str  #: coordinate frame of the voxels; empty if unknown
+    offset: int  #: byte of the file at which the frame or its chunk begins
+    is_i_frame: bool  #: decodes without any other frame
+    data: bytes  #: what the encoder returned
+
+
+class Damage(NamedTuple):
+    """A place of a recording that could not be read."""
+
+    offset: int  #: byte of the file at which it begins
+    message: str  #: what is wrong there and what is lost
+    file: str  #: path of the file
+
+
+class Recording:
+    """A recording that is read, as `open` returns it.
+
+    To iterate over it gives a `RecordedFrame` at a time, of all streams in the order of
+    their times, from where the last iteration ended or `seek` went. Frames that cannot be
+    read are left out; see `damage`. Close it with `close`, or use it in a ``with``
+    statement. Several threads may call it, one after the other.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
+    max_voxels, max_frame_bytes, max_points : int
+        Limits of decoding, see `Decoder`.
+    """
+
+    def __init__(
+        self,
+        path: Union[str, os.PathLike[str]],
+        *,
+        max_voxels: int = 1 << 20,
+        max_frame_bytes: int = 1 << 24,
+        max_points: int = 1 << 24,
+    ):
+        name = os.fspath(path)
+        if name != "-" and not os.path.exists(name):
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
+        self._native = _native.Recording()
+        _check(
+            *self._native.open(
+                os.fsencode(name), limits(max_voxels, max_frame_bytes, max_points)
+            )
+        )
+        self._streams = [
+            RecordedStream(
+                name,
+                frames,
+                has_times,
+                first / _NANOSECONDS,
+                last / _NANOSECONDS,
+                metadata,
+            )
+            for name, frames, has_times, first, last, metadata in self._native.streams()
+        ]
+        self._status = Status()
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[RecordedFrame]:
+        return self
+
+    def __next__(self) -> RecordedFrame:
+        while True:
+            frame, code, message = self._native.next()
+            if frame is not None:
+                return _frame(frame)
+            if code == "EndOfRecording":
+                raise StopIteration
+            if code != "Damaged":
+                _check(code, message)
+
+    @property
+    def streams(self) -> List[RecordedStream]:
+        """The streams of the recording."""
+        return list(self._streams)
+
+    def seek(self, time: float) -> None:
+        """Continues the iteration with the first frame of a time or later.
+
+        Parameters
+        ----------
+        time : float
+            Seconds, on the clock of `RecordedStream.first_time`; compared to the
+            microsecond. 0 is the beginning.
+        """
+        # A float of seconds may be above the time that it was made of.
+        earlier = math.floor(microseconds("time", time, _END_OF_TIME) - 0.5)
+        self._native.seek(max(0, earlier) * 1000)
+
+    def read(self, stream: Union[int, str], number: int) -> RecordedFrame:
+        """Reads a frame without decoding it.
+
+        Parameters
+        ----------
+        stream : int or str
+            Index or name of a stream in `streams`.
+        number : int
+            Number of the frame in its stream, from 0.
+
+        Returns
+        -------
+        RecordedFrame
+            Its `data` are the bytes of the encoder.
+
+        Raises
+        ------
+        IndexError, KeyError
+            If there is no such frame or stream.
+        Error
+            If the file is damaged there.
+        """
+        index = self._index(stream, number)
+        frame, code, message = self._native.read(index, number)
+        if frame is None:
+            raise Error(message, code)
+        return _frame(frame)
+
+    def frame(
+        self,
+        stream: Union[int, str],
+        number: int,
+        *,
+        outliers: Optional[OutlierRemoval] = None,
+        min_intensity: Optional[float] = None,
+    ) -> Optional[NDArray[Any]]:
+        """Decodes a frame. In order this takes no longer than `Decoder.decode`; any other
+        frame is decoded from the I-frame before it on.
+
+        Parameters
+        ----------
+        stream : int or str
+            Index or name of a stream in `streams`.
+        number : int
+            Number of the frame in its stream, from 0.
+        outliers : OutlierRemoval, optional
+            Removes noise; for the frames of one stream, in order.
+        min_intensity : float, optional
+            Voxels of lower intensity are removed, after the outliers.
+
+        Returns
+        -------
+        numpy.ndarray or None
+            As `Decoder.decode`. None if the frame cannot be decoded: `status` says why.
+
+        Raises
+        ------
+        IndexError, KeyError
+            If there is no such frame or stream.
+        """
+        index = self._index(stream, number)
+        cloud, code, message = self._native.decode(
+            index, number, removal(outliers), least_intensity(min_intensity)
+        )
+        self._status = Status(code, message)
+        return cloud
+
+    def frame_at(self, stream: Union[int, str], time: float) -> Optional[int]:
+        """Number of the last frame of a stream that is not later than a time.
+
+        Parameters
+        ----------
+        stream : int or str
+            Index or name of a stream in `streams`.
+        time : float
+            Seconds; compared to the microsecond.
+
+        Returns
+        -------
+        int or None
+            None if all frames are later.
+        """
+        later = math.ceil(microseconds("time", time, _END_OF_TIME) + 0.5)
+        return self._native.frame_at(self._index(stream), later * 1000)
+
+    def time_of(self, stream: Union[int, str], number: int) -> float:
+        """Time of a frame, seconds, without reading it.
+
+        Parameters
+        ----------
+        stream : int or str
+            Index or name of a stream in `streams`.
+        number : int
+            Number of the frame in its stream, from 0.
+        """
+        index = self._index(stream, number)
+        return self._native.time_of(index, number) / _NANOSECONDS
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._native.close()
+
+    @property
+    def status(self) -> Status:
+        """Outcome of the last call of `frame`."""
+        return self._status
+
+    @property
+    def damage(self) -> List[Damage]:
+        """What could not be read until now."""
+        return [Damage(*place) for place in self._native.damage()]
+
+    @property
+    def is_unfinished(self) -> bool:
+        """True if the recording has no orderly end, as after a power failure."""
+        return self._native.is_unfinished()
+
+    @property
+    def file_bytes(self) -> int:
+        """Bytes of the file or files."""
+        return self._native.file_bytes()
+
+    def _index(self, stream: Union[int, str], number: int = 0) -> int:
+        if isinstance(stream, str):
+            names = [known.name for known in self._streams]
+            if stream not in names:
+                raise KeyError(f"there is no stream '{stream}', but {', '.join(names)}")
+            stream = names.index(stream)
+        if not 0 <= stream < len(self._streams):
+            raise IndexError(f"stream is {stream}; there are {len(self._streams)}")
+        frames = self._streams[stream].frames
+        if not 0 <= number < max(1, frames):
+            raise IndexError(f"number is {number}; the stream has {frames} frames")
+        return stream
+
+
+def open(
+    path: Union[str, os.PathLike[str]],
+    *,
+    max_voxels: int = 1 << 20,
+    max_frame_bytes: int = 1 << 24,
+    max_points: int = 1 << 24,
+) -> Recording:
+    """Opens a recording, which is found by its content: a .pcxi file, an MCAP file, or a
+    rosbag2 folder with messages of type point_cloud_interfaces/msg/CompressedPointCloud2.
+
+    Files that were cut off or damaged are read as far as possible.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A file, a folder, or "-" for the standard input.
+    max_voxels, max_frame_bytes, max_points : int
+        Limits of decoding, see `Decoder`.
+
+    Returns
+    -------
+    Recording
+        To be iterated over.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is nothing of this name.
+    Error
+        If it cannot be read, or is no recording.
+    """
+    return Recording(
+        path,
+        max_voxels=max_voxels,
+        max_frame_bytes=max_frame_bytes,
+        max_points=max_points,
+    )
+
+
+class RecordingWriter:
+    """Records the encoded frames of one or several streams.
+
+    In a ``with`` statement the recording is completed at the end. Until then the file has
+    ".unfinished" added to its name, which stays after an exception. Several threads may call
+    it, one after the other.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A name that ends in .pcxi: a file of one stream, its frames one after the other. Any
+        other: MCAP, with a channel for each stream. "-": .pcxi on the standard output.
+
+    Raises
+    ------
+    Error
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy, os, pcl_ext, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "cell.mcap")
+    >>> encoder = pcl_ext.Encoder()
+    >>> with pcl_ext.RecordingWriter(path) as writer:
+    ...     stream = writer.add_stream("/sensor_1", frame_id="world")
+    ...     for number in range(3):
+    ...         cloud = numpy.random.rand(1000, 3)
+    ...         writer.append(stream, encoder.encode(cloud), time=10.0 + number)
+    >>> recording = pcl_ext.open(path)
+    >>> [frame.time for frame in recording]
+    [10.0, 11.0, 12.0]
+    """
+
+    def __init__(self, path: Union[str, os.PathLike[str]]):
+        self._native = _native.RecordingWriter()
+        _check(*self._native.open(os.fsencode(path)))
+
+    def __enter__(self) -> RecordingWriter:
+        return self
+
+    def __exit__(self, kind: object, *exception: object) -> None:
+        if kind is None:
+            self.finish()
+        else:
+            self._native.abandon()
+
+    def add_stream(
+        self,
+        name: str,
+        *,
+        frame_id: str = "",
+        metadata: Optional[Dict[str, str]] = None,
+    ) -> int:
+        """Adds a stream.
+
+        Parameters
+        ----------
+        name : str
+            Topic of the channel, unlike those of other streams.
+        frame_id : str
+            Coordinate frame of the voxels, where the frames have none.
+        metadata : dict of str, optional
+            Of the channel, such as a sensor's pose.
+
+        Returns
+        -------
+        int
+            For `append`.
+
+        Raises
+        ------
+        ValueError
+            If the name is empty or taken, or a .pcxi file has a stream already.
+        """
+        number, code, message = self._native.add_stream(name, frame_id, metadata or {})
+        _check(code, message)
+        return number
+
+    def append(self, stream: int, data: Buffer, time: float) -> None:
+        """Appends the next frame of a stream.
+
+        Parameters
+        ----------
+        stream : int
+            What `add_stream` returned.
+        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+            A frame, as `Encoder.encode` returns it.
+        time : float
+            Time of the cloud, seconds, which is stored to the microsecond. A .pcxi file does
+            not store it; its frames may have a stamp.
+
+        Raises
+        ------
+        ValueError
+            If the bytes are not exactly one frame; nothing is written then.
+        Error
+            If the file takes no more bytes.
+        """
+        nanoseconds = round(microseconds("time", time, _END_OF_TIME)) * 1000
+        _check(*self._native.append(stream, data, nanoseconds))
+
+    def flush(self) -> None:
+        """Writes all frames at hand to the file, for a reader of the unfinished file."""
+        _check(*self._native.flush())
+
+    def finish(self) -> None:
+        """Completes the recording and gives it its name. Does nothing if that was done."""
+        _check(*self._native.finish())
+
+
+def _frame(values: Any) -> RecordedFrame:
+    stream, number, time, stamp, frame_id, offset, is_i_frame, data = values
+    return RecordedFrame(
+        stream,
+        number,
+        time / _NANOSECONDS,
+        stamp / _NANOSECONDS if stamp != 0 else None,
+        frame_id,
+        offset,
+        is_i_frame,
+        data,
+    )
+
+
+def _check(code: str, message: str) -> None:
+    if code == "Ok":
+        return
+    if code == "OutOfMemory":
+        raise MemoryError(message)
+    if code == "InvalidArgument":
+        raise ValueError(message)
+    raise Error(message, code)

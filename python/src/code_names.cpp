@@ -1,0 +1,78 @@
+#include "bindings.h"
+
+#include <utility>
+
+namespace pcl_ext {
+namespace python {
+
+using recording::RecordingCode;
+
+const char*
+codeName(io::CompressionCode code)
+{
+  using Code = io::CompressionCode;
+  constexpr std::pair<Code, const char*> names[] = {
+      {Code::Ok, "Ok"},
+      {Code::InvalidSettings, "InvalidSettings"},
+      {Code::InvalidInput, "InvalidInput"},
+      {Code::OutputFailed, "OutputFailed"},
+      {Code::EndOfStream, "EndOfStream"},
+      {Code::NoFrame, "NoFrame"},
+      {Code::UnsupportedVersion, "UnsupportedVersion"},
+      {Code::Truncated, "Truncated"},
+      {Code::Corrupt, "Corrupt"},
+      {Code::LimitExceeded, "LimitExceeded"},
+      {Code::MissingReference, "MissingReference"},
+      {Code::InputFailed, "InputFailed"},
+      {Code::OldFrame, "OldFrame"},
+      {Code::OutOfMemory, "OutOfMemory"}};
+  for (const auto& [known, name] : names)
+    if (known == code)
+      return name;
+  return "unknown";
+}
+
+const char*
+codeName(OutlierRemovalCode code)
+{
+  switch (code) {
+  case OutlierRemovalCode::Ok:
+    return "Ok";
+  case OutlierRemovalCode::InvalidSettings:
+    return "InvalidSettings";
+  case OutlierRemovalCode::UnsupportedResolution:
+    return "UnsupportedResolution";
+  case OutlierRemovalCode::NoDensities:
+    return "NoDensities";
+  case OutlierRemovalCode::DifferentCloud:
+    return "DifferentCloud";
+  }
+  return "unknown";
+}
+
+const char*
+codeName(RecordingCode code)
+{
+  switch (code) {
+  case RecordingCode::Ok:
+    return "Ok";
+  case RecordingCode::EndOfRecording:
+    return "EndOfRecording";
+  case RecordingCode::InputFailed:
+    return "InputFailed";
+  case RecordingCode::NotARecording:
+    return "NotARecording";
+  case RecordingCode::Damaged:
+    return "Damaged";
+  case RecordingCode::InvalidArgument:
+    return "InvalidArgument";
+  case RecordingCode::OutputFailed:
+    return "OutputFailed";
+  case RecordingCode::OutOfMemory:
+    return "OutOfMemory";
+  }
+  return "unknown";
+}
+
+} // namespace python
+} // namespace pcl_ext

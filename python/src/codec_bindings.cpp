@@ -1,0 +1,232 @@
+#include <pcl_ext/compression/frame_decoder.h>
+
+#include "bindings.h"
+#include "cloud_arrays.h"
+#include "outlier_filter.h"
+#include "stream_decoder.h"
+#include "stream_encoder.h"
+#include "stream_settings.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace python {
+
+namespace {
+
+using namespace py::literals;
+
+py::dict
+asDict(const io::CodedFrameStatistics& coding)
+{
+  return py::dict("frame_number"_a = coding.frame_number,
+                  "is_i_frame"_a = coding.is_i_frame,
+                  "voxels"_a = coding.voxels,
+                  "bytes"_a = coding.bytes,
+                  "header_bytes"_a = coding.header_bytes,
+                  "occupancy_bytes"_a = coding.occupancy_bytes,
+                  "intensity_bytes"_a = coding.intensity_bytes,
+                  "attribute_bytes"_a = coding.attribute_bytes,
+                  "skipped_bytes"_a = coding.skipped_bytes);
+}
+
+py::dict
+asDict(const io::VoxelizationStatistics& cloud)
+{
+  return py::dict("resolution"_a = cloud.resolution,
+                  "points"_a = cloud.points,
+                  "points_used"_a = cloud.points_used,
+                  "points_not_finite"_a = cloud.points_not_finite,
+                  "points_outside_box"_a = cloud.points_outside_box,
+                  "points_outside_grid"_a = cloud.points_outside_grid,
+                  "points_behind_sensor"_a = cloud.points_behind_sensor,
+                  "intensities_not_finite"_a = cloud.intensities_not_finite,
+                  "intensities_out_of_range"_a = cloud.intensities_out_of_range,
+                  "intensities_vanished"_a = cloud.intensities_vanished,
+                  "colours_left_out"_a = cloud.colours_left_out);
+}
+
+/** \brief stamp is None, or microseconds and a frame_id. */
+py::tuple
+encode(StreamEncoder& encoder,
+       const py::object& xyz,
+       const py::object& intensity,
+       const py::object& colour,
+       const std::optional<std::pair<std::uint64_t, std::string>>& stamp,
+       const py::object& sensor_pose,
+       OutlierFilter* outliers)
+{
+  const CloudArrays arrays(xyz, intensity, colour);
+  CloudToEncode cloud{
+      arrays.columns(), arrays.hasIntensityArgument(), {}, {}, outliers};
+  if (stamp)
+    cloud.stamp = io::FrameStamp{stamp->first, stamp->second};
+  if (!sensor_pose.is_none())
+    cloud.sensor_pose = readPose(sensor_pose);
+  std::vector<std::uint8_t> bytes;
+  const io::CompressionStatus status =
+      withoutGil([&] { return encoder.encode(cloud, bytes); });
+  py::object frame = py::none();
+  if (status.ok())
+    frame = py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return py::make_tuple(frame, codeName(status.code()), text(status.message()));
+}
+
+py::tuple
+decode(StreamDecoder& decoder,
+       const py::object& data,
+       OutlierFilter* outliers,
+       std::optional<float> min_intensity)
+{
+  const ByteView bytes(data);
+  std::optional<DecodedCloud> cloud;
+  const io::CompressionStatus status = withoutGil([&] {
+    return decoder.decode(bytes.data(), bytes.size(), {outliers, min_intensity}, cloud);
+  });
+  py::object points = py::none();
+  if (cloud)
+    points = cloud->intoArray();
+  return py::make_tuple(points, codeName(status.code()), text(status.message()));
+}
+
+py::object
+stampOf(const StreamDecoder& decoder)
+{
+  const std::optional<io::FrameStamp> stamp =
+      withoutGil([&] { return decoder.stamp(); });
+  if (!stamp)
+    return py::none();
+  return py::make_tuple(stamp->stamp, text(stamp->frame_id));
+}
+
+py::array_t<float>
+score(OutlierFilter& outliers, const StreamDecoder& decoder)
+{
+  const std::vector<float> log_odds =
+      withoutGil([&] { return decoder.score(outliers); });
+  return py::array_t<float>(static_cast<py::ssize_t>(log_odds.size()), log_odds.data());
+}
+
+py::tuple
+statusOf(const OutlierFilter& outliers)
+{
+  const OutlierRemovalStatus status = withoutGil([&] { return outliers.status(); });
+  return py::make_tuple(
+      codeName(status.code()), text(status.message()), status.removed);
+}
+
+py::tuple
+frameSize(const py::object& data, const py::dict& limits)
+{
+  const ByteView bytes(data);
+  const io::DecoderLimits checked = readLimits(limits);
+  const io::FrameSize size =
+      withoutGil([&] { return io::frameSize(bytes.data(), bytes.size(), checked); });
+  return py::make_tuple(
+      codeName(size.status.code()), text(size.status.message()), size.bytes);
+}
+
+py::dict
+sensors()
+{
+  py::dict sensors;
+  for (const NamedSensor& known : named_sensors)
+    sensors[known.name] = py::make_tuple(known.sensor.fov_x_deg,
+                                         known.sensor.fov_y_deg,
+                                         known.sensor.columns,
+                                         known.sensor.rows);
+  return sensors;
+}
+
+py::list
+laws()
+{
+  py::list laws;
+  for (const NamedIntensityLaw& known : intensity_laws)
+    laws.append(known.name);
+  return laws;
+}
+
+void
+addEncoder(py::module_& module)
+{
+  py::class_<StreamEncoder>(module, "Encoder")
+      .def(py::init([](const py::dict& settings) {
+             return std::make_unique<StreamEncoder>(readEncoderSettings(settings));
+           }),
+           "settings"_a)
+      .def("encode",
+           &encode,
+           "xyz"_a,
+           "intensity"_a,
+           "colour"_a,
+           "stamp"_a,
+           "sensor_pose"_a,
+           "outliers"_a)
+      .def("request_i_frame",
+           [](StreamEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
+      .def("law",
+           [](const StreamEncoder& encoder) {
+             const auto law = withoutGil([&] { return encoder.law(); });
+             return law ? pcl_ext::nameOf(*law) : "automatic";
+           })
+      .def("statistics", [](const StreamEncoder& encoder) {
+        const io::FrameStatistics frame =
+            withoutGil([&] { return encoder.statistics(); });
+        return py::make_tuple(asDict(frame.coding), asDict(frame.voxelization));
+      });
+}
+
+void
+addDecoder(py::module_& module)
+{
+  py::class_<StreamDecoder>(module, "Decoder")
+      .def(py::init([](const py::dict& limits) {
+             return std::make_unique<StreamDecoder>(readLimits(limits));
+           }),
+           "limits"_a)
+      .def("decode", &decode, "data"_a, "outliers"_a, "min_intensity"_a)
+      .def("stamp", &stampOf)
+      .def("statistics", [](const StreamDecoder& decoder) {
+        return asDict(withoutGil([&] { return decoder.statistics(); }));
+      });
+}
+
+void
+addOutlierRemoval(py::module_& module)
+{
+  py::class_<OutlierFilter>(module, "OutlierRemoval")
+      .def(py::init([](const py::dict& settings) {
+             return std::make_unique<OutlierFilter>(readRemovalSettings(settings));
+           }),
+           "settings"_a)
+      .def("score", &score, "decoder"_a)
+      .def("reset",
+           [](OutlierFilter& outliers) { withoutGil([&] { outliers.reset(); }); })
+      .def("status", &statusOf);
+}
+
+} // namespace
+
+void
+addCodec(py::module_& module)
+{
+  addEncoder(module);
+  addDecoder(module);
+  addOutlierRemoval(module);
+  module.def("frame_size", &frameSize, "data"_a, "limits"_a);
+  module.def("default_settings", &defaultSettings);
+  module.def("sensors", &sensors);
+  module.def("laws", &laws);
+}
+
+} // namespace python
+} // namespace pcl_ext

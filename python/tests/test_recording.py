@@ -1,0 +1,319 @@
+"""Recordings that are written and read, damaged ones, and wrong arguments."""
+
+import os
+import pathlib
+
+import numpy as np
+import pytest
+
+import pcl_ext
+
+EPOCH = 1700000000.123457
+
+
+def frames_of(room, count, **settings):
+    encoder = pcl_ext.Encoder(
+        0.1, bounding_box=((-2, -2, 0), (3, 2, 4)), i_frame_rate=4, **settings
+    )
+    return [
+        encoder.encode(room + np.float32(0.02 * frame), stamp=EPOCH + frame)
+        for frame in range(count)
+    ]
+
+
+def decoded(frames):
+    decoder = pcl_ext.Decoder()
+    return [decoder.decode(frame) for frame in frames]
+
+
+@pytest.fixture
+def two_streams(room, tmp_path):
+    """An MCAP file of two streams, and their frames: the second's half as often."""
+    path = tmp_path / "cell.mcap"
+    frames = [frames_of(room, 12), frames_of(room * np.float32(0.5), 6, effort="fast")]
+    with pcl_ext.RecordingWriter(path) as writer:
+        first = writer.add_stream("/left", frame_id="cell", metadata={"side": "left"})
+        second = writer.add_stream("/right")
+        assert (first, second) == (0, 1)
+        for number in range(12):
+            writer.append(first, frames[0][number], EPOCH + 0.05 * number)
+            if number % 2 == 0:
+                writer.append(
+                    second, frames[1][number // 2], EPOCH + 0.05 * number + 0.01
+                )
+    return path, frames
+
+
+def test_what_is_written_is_read(two_streams):
+    path, frames = two_streams
+    assert list(path.parent.iterdir()) == [path]
+    with pcl_ext.open(path) as recording:
+        left, right = recording.streams
+        assert (left.name, left.frames, left.has_times) == ("/left", 12, True)
+        assert left.metadata["side"] == "left"
+        assert left.first_time == EPOCH and right.frames == 6
+        assert left.last_time == pytest.approx(EPOCH + 0.55, abs=1e-6)
+        seen = [[], []]
+        times = []
+        for frame in recording:
+            assert frame.number == len(seen[frame.stream])
+            assert frame.is_i_frame == (frame.number % 4 == 0)
+            assert recording.time_of(frame.stream, frame.number) == frame.time
+            seen[frame.stream].append(frame.data)
+            times.append(frame.time)
+        assert seen == frames
+        assert times == sorted(times)
+        assert next(recording, None) is None
+        assert recording.damage == [] and not recording.is_unfinished
+        assert recording.file_bytes == path.stat().st_size
+        assert recording.read("/left", 3).frame_id == "cell"
+
+
+def test_frames_in_any_order(two_streams, random):
+    path, frames = two_streams
+    expected = [decoded(of_stream) for of_stream in frames]
+    recording = pcl_ext.open(path)
+    places = [(0, number) for number in range(12)] + [
+        (1, number) for number in range(6)
+    ]
+    for index in [*range(18), *random.permutation(18)]:
+        stream, number = places[index]
+        cloud = recording.frame(stream, number)
+        assert recording.status == pcl_ext.Status()
+        np.testing.assert_array_equal(cloud, expected[stream][number])
+        assert recording.read(stream, number).data == frames[stream][number]
+    np.testing.assert_array_equal(recording.frame("/right", 5), expected[1][5])
+
+
+def test_decoding_while_iterating(two_streams):
+    path, frames = two_streams
+    expected = [decoded(of_stream) for of_stream in frames]
+    recording = pcl_ext.open(str(path))
+    for frame in recording:
+        cloud = recording.frame(frame.stream, frame.number)
+        np.testing.assert_array_equal(cloud, expected[frame.stream][frame.number])
+
+
+def test_noise_is_removed(two_streams):
+    path, frames = two_streams
+    recording = pcl_ext.open(path)
+    removal = pcl_ext.OutlierRemoval("points")
+    same_removal = pcl_ext.OutlierRemoval("points")
+    decoder = pcl_ext.Decoder()
+    for number, frame in enumerate(frames[0]):
+        cloud = recording.frame(0, number, outliers=removal, min_intensity=2)
+        expected = decoder.decode(frame, outliers=same_removal, min_intensity=2)
+        np.testing.assert_array_equal(cloud, expected)
+
+
+def test_seek(two_streams):
+    path, _ = two_streams
+    recording = pcl_ext.open(path)
+    every = list(recording)
+    for index, frame in enumerate(every):
+        recording.seek(frame.time)
+        assert list(recording) == every[index:]
+        recording.seek(frame.time + 2e-6)
+        assert list(recording) == every[index + 1 :]
+    recording.seek(0)
+    assert next(recording) == every[0]
+    recording.seek(EPOCH + 100)
+    assert list(recording) == []
+
+
+def test_frame_at(two_streams):
+    path, _ = two_streams
+    recording = pcl_ext.open(path)
+    for stream in (0, 1):
+        for number in range(recording.streams[stream].frames):
+            time = recording.time_of(stream, number)
+            assert recording.frame_at(stream, time) == number
+            assert recording.frame_at(stream, time + 0.001) == number
+            before = recording.frame_at(stream, time - 3e-6)
+            assert before == (number - 1 if number > 0 else None)
+    assert recording.frame_at("/right", EPOCH + 1e6) == 5
+
+
+def test_a_file_of_frames(room, tmp_path):
+    """.pcxi: the frames one after the other, whoever writes them."""
+    frames = frames_of(room, 6)
+    path = tmp_path / "sensor.pcxi"
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("sensor")
+        for frame in frames:
+            writer.append(stream, frame, 0.0)
+    assert path.read_bytes() == b"".join(frames)
+    recording = pcl_ext.open(path)
+    assert [frame.data for frame in recording] == frames
+    assert recording.streams[0].frames == 6
+    assert recording.read(0, 5).stamp == EPOCH + 5
+    for number, expected in enumerate(decoded(frames)):
+        np.testing.assert_array_equal(recording.frame(0, number), expected)
+
+
+@pytest.mark.parametrize("suffix", [".pcxi", ".mcap"])
+def test_files_that_are_cut_off(room, tmp_path, suffix):
+    """Read up to where they end, and never anything else."""
+    path = tmp_path / ("whole" + suffix)
+    frames = frames_of(room[:200], 6)
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("s")
+        for number, frame in enumerate(frames):
+            writer.append(stream, frame, float(number))
+    whole = path.read_bytes()
+    part = tmp_path / ("part" + suffix)
+    counts = set()
+    for size in range(0, len(whole), max(1, len(whole) // 150)):
+        part.write_bytes(whole[:size])
+        try:
+            recording = pcl_ext.open(part)
+        except pcl_ext.Error as error:
+            assert error.code == "NotARecording" and str(part) in str(error)
+            continue
+        read = [frame.data for frame in recording]
+        assert read == frames[: len(read)]
+        counts.add(len(read))
+        for number in range(len(read)):
+            assert recording.frame(0, number) is not None
+    assert len(counts) > 1
+
+
+def test_damaged_files(two_streams, random, tmp_path):
+    path, frames = two_streams
+    whole = np.fromfile(path, "u1")
+    known = set(frames[0] + frames[1])
+    damaged = tmp_path / "damaged.mcap"
+    for _ in range(200):
+        data = whole.copy()
+        data[random.integers(len(data), size=3)] ^= np.uint8(1 << random.integers(8))
+        data.tofile(damaged)
+        try:
+            recording = pcl_ext.open(damaged)
+        except pcl_ext.Error:
+            continue
+        for frame in recording:
+            assert frame.data in known
+        for stream, of_stream in enumerate(recording.streams):
+            for number in range(of_stream.frames):
+                recording.frame(stream, number)
+        for damage in recording.damage:
+            assert damage.message and damage.offset <= len(whole)
+
+
+def test_files_that_are_none(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no_such.mcap"):
+        pcl_ext.open(tmp_path / "no_such.mcap")
+    for content in (b"", b"some text", b"# .PCD v0.7\nVERSION 0.7\n"):
+        other = tmp_path / "other"
+        other.write_bytes(content)
+        with pytest.raises(pcl_ext.Error, match="other") as raised:
+            pcl_ext.open(other)
+        assert raised.value.code == "NotARecording"
+    with pytest.raises(pcl_ext.Error, match="folder"):
+        (tmp_path / "folder").mkdir()
+        pcl_ext.open(tmp_path / "folder")
+    with pytest.raises(TypeError):
+        pcl_ext.open(5)
+    with pytest.raises(ValueError, match="max_voxels is 0"):
+        pcl_ext.open(other, max_voxels=0)
+
+
+def test_frames_that_are_none(two_streams):
+    recording = pcl_ext.open(two_streams[0])
+    for call in (recording.read, recording.frame, recording.time_of):
+        for place in ((0, 12), (0, -1), (2, 0), (-1, 0)):
+            with pytest.raises(IndexError):
+                call(*place)
+        with pytest.raises(KeyError, match="/middle.*/left, /right"):
+            call("/middle", 0)
+    for time in (-1.0, np.nan, 1e10, "noon"):
+        with pytest.raises(ValueError, match="time is"):
+            recording.seek(time)
+        with pytest.raises(ValueError, match="time is"):
+            recording.frame_at(0, time)
+
+
+def test_what_is_closed(two_streams):
+    with pcl_ext.open(two_streams[0]) as recording:
+        pass
+    for call in (
+        lambda: next(recording),
+        lambda: recording.frame(0, 0),
+        lambda: recording.read(0, 0),
+        lambda: recording.seek(1.0),
+        lambda: recording.damage,
+        lambda: recording.file_bytes,
+    ):
+        with pytest.raises(ValueError, match="the recording is closed"):
+            call()
+    recording.close()
+    assert len(recording.streams) == 2
+
+
+def test_wrong_frames_and_streams(room, tmp_path):
+    frame = frames_of(room, 1)[0]
+    path = tmp_path / "cell.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("/left")
+        for name, message in (
+            ("/left", "two streams of the name"),
+            ("", "needs a name"),
+        ):
+            with pytest.raises(ValueError, match=message):
+                writer.add_stream(name)
+        for data in (b"", b"no frame", frame[:-1], frame + b"x"):
+            with pytest.raises(ValueError, match="the bytes are not one frame"):
+                writer.append(stream, data, 1.0)
+        with pytest.raises(ValueError, match="unknown stream"):
+            writer.append(7, frame, 1.0)
+        for time in (-0.1, np.nan, 1.7e18):
+            with pytest.raises(ValueError, match="time is"):
+                writer.append(stream, frame, time)
+        with pytest.raises(TypeError, match="it must be bytes"):
+            writer.append(stream, "text", 1.0)
+        writer.append(stream, bytearray(frame), 1.0)
+        writer.flush()
+    assert [frame.data for frame in pcl_ext.open(path)] == [frame]
+    with pytest.raises(ValueError, match="the recording is finished"):
+        writer.append(stream, frame, 2.0)
+    writer.finish()
+    with pcl_ext.RecordingWriter(tmp_path / "one.pcxi") as writer:
+        writer.append(writer.add_stream("a"), frame, 0)
+        with pytest.raises(ValueError, match="one stream"):
+            writer.add_stream("b")
+
+
+def test_an_exception_leaves_an_unfinished_file(room, tmp_path):
+    path = tmp_path / "cell.mcap"
+    frame = frames_of(room, 1)[0]
+    with pytest.raises(RuntimeError, match="mine"):
+        with pcl_ext.RecordingWriter(path) as writer:
+            writer.append(writer.add_stream("/left"), frame, 1.0)
+            raise RuntimeError("mine")
+    assert not path.exists()
+    (unfinished,) = tmp_path.iterdir()
+    assert unfinished.name.startswith("cell.mcap") and "unfinished" in unfinished.name
+    recording = pcl_ext.open(unfinished)
+    assert [frame.data for frame in recording] == [frame]
+    assert recording.is_unfinished
+
+
+def test_places_that_cannot_be_written(tmp_path):
+    with pytest.raises(pcl_ext.Error, match="no_such_folder") as raised:
+        pcl_ext.RecordingWriter(tmp_path / "no_such_folder" / "cell.mcap")
+    assert raised.value.code == "OutputFailed"
+    with pytest.raises(pcl_ext.Error):
+        pcl_ext.RecordingWriter(tmp_path)
+    with pytest.raises(TypeError):
+        pcl_ext.RecordingWriter(None)
+
+
+def test_names_that_are_no_text(room, tmp_path):
+    """A file name of any bytes."""
+    path = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.mcap")
+    with pcl_ext.RecordingWriter(path) as writer:
+        writer.append(writer.add_stream("/left"), frames_of(room, 1)[0], 1.0)
+    assert len(list(pcl_ext.open(path))) == 1
+    pathlib.Path(path).write_bytes(b"text")
+    with pytest.raises(pcl_ext.Error):
+        pcl_ext.open(path)
