@@ -11,27 +11,12 @@ Coordinates are metres, times are seconds. See the classes for what they take.
 """
 
 from ._native import version as __version__
-from .codec import (
-    CloudStatistics,
-    CompressionWarning,
-    Decoder,
-    Encoder,
-    FrameSize,
-    FrameStatistics,
-    frame_size,
-    laws,
-    positions,
-    sensors,
-)
+from .codec import CompressionWarning, Decoder, Encoder
+from .frames import FrameSize, frame_size, laws, positions, sensors
 from .outliers import OutlierRemoval
-from .recording import (
-    Damage,
-    RecordedFrame,
-    RecordedStream,
-    Recording,
-    RecordingWriter,
-    open,
-)
+from .recording import Damage, RecordedFrame, RecordedStream, Recording, open
+from .recording_writer import RecordingWriter
+from .statistics import CloudStatistics, FrameStatistics
 from .status import Error, Status
 
 __all__ = [

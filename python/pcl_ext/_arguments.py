@@ -1,14 +1,23 @@
-"""Arguments that several classes take, as the module takes them."""
+"""Arguments that several classes take and outcomes that they have, as those of the module."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Optional
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
 from .outliers import OutlierRemoval
+from .status import Error
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Buffer = Union[bytes, bytearray, memoryview, NDArray[np.uint8]]
 
 MICROSECONDS = 1e6
+# Of recordings, seconds: nanoseconds have 63 bits.
+END_OF_TIME = 9.2e9
 
 
 def limits(max_voxels: int, max_frame_bytes: int, max_points: int) -> dict[str, int]:
@@ -58,3 +67,14 @@ def microseconds(name: str, seconds: Any, end: float) -> float:
             f"{end:g} (of nanoseconds pass {name} * 1e-9)"
         )
     return time
+
+
+def check_recording(code: str, message: str) -> None:
+    """Raises what belongs to the status of a recording."""
+    if code == "Ok":
+        return
+    if code == "OutOfMemory":
+        raise MemoryError(message)
+    if code == "InvalidArgument":
+        raise ValueError(message)
+    raise Error(message, code)

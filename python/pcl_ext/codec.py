@@ -4,35 +4,18 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import dataclass
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    Literal,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal, Optional, Sequence, Tuple, Union
 
 from . import _native
-from ._arguments import (
-    MICROSECONDS,
-    least_intensity,
-    limits,
-    microseconds,
-    removal,
-)
+from ._arguments import MICROSECONDS, least_intensity, limits, microseconds, removal
 from .outliers import OutlierRemoval
+from .statistics import CloudStatistics, FrameStatistics
 from .status import Error, Status
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    Buffer = Union[bytes, bytearray, memoryview, NDArray[np.uint8]]
+    from ._arguments import Buffer
 
 Effort = Literal["fast", "balanced", "small"]
 Law = Literal["automatic", "count", "quadratic", "linear", "native", "none"]
@@ -41,37 +24,6 @@ Sensor = Union[str, Tuple[float, float, int, int]]
 
 class CompressionWarning(UserWarning):
     """Not all of a cloud is in its frame."""
-
-
-class FrameStatistics(NamedTuple):
-    """Figures of a frame. Sizes are in bytes."""
-
-    frame_number: int = 0  #: number of the frame in the stream
-    is_i_frame: bool = False  #: decodes without any other frame
-    voxels: int = 0  #: occupied voxels
-    bytes: int = 0  #: the whole frame
-    header_bytes: int = 0  #: of these: header
-    occupancy_bytes: int = 0  #: of these: which voxels are occupied
-    intensity_bytes: int = 0  #: of these: the voxels' intensities
-    attribute_bytes: int = 0  #: of these: what else a voxel has
-    skipped_bytes: int = 0  #: decoding: bytes skipped before the frame
-
-
-class CloudStatistics(NamedTuple):
-    """Figures of an encoded cloud. Each point is exactly one of: used, not finite, outside
-    the box, outside the grid."""
-
-    resolution: float = 0.0  #: voxel edge that was used, metres
-    points: int = 0  #: points of the cloud
-    points_used: int = 0  #: points that are in a voxel
-    points_not_finite: int = 0  #: a coordinate is NaN or infinite
-    points_outside_box: int = 0  #: outside the bounding box
-    points_outside_grid: int = 0  #: more than 2**20 voxels from the origin
-    points_behind_sensor: int = 0  #: of negative depth, with a law that uses the depth
-    intensities_not_finite: int = 0  #: points used with intensity 0 instead
-    intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale
-    intensities_vanished: int = 0  #: voxels above 0 that became 0
-    colours_left_out: int = 0  #: points whose colour has no field
 
 
 class Encoder:
@@ -390,88 +342,3 @@ class Decoder:
         """Coordinate frame of the last decoded frame; None if it carries none."""
         header = self._native.stamp()
         return None if header is None else header[1]
-
-
-class FrameSize(NamedTuple):
-    """What `frame_size` found at the beginning of some bytes.
-
-    Attributes
-    ----------
-    status : Status
-        Ok: the size is known. "Truncated": more bytes are needed to know it. Else: no frame
-        begins here.
-    bytes : int
-        Ok: bytes of the whole frame, of which fewer may be there. "Truncated": the least
-        that it has. Else: bytes to drop, after which a frame may begin.
-    """
-
-    status: Status
-    bytes: int
-
-
-def frame_size(
-    data: Buffer,
-    *,
-    max_voxels: int = 1 << 20,
-    max_frame_bytes: int = 1 << 24,
-    max_points: int = 1 << 24,
-) -> FrameSize:
-    """Tells how many bytes the frame at the beginning of some bytes has, for bytes that
-    arrive in pieces, as from a socket.
-
-    Parameters
-    ----------
-    data : bytes, bytearray, memoryview or numpy.ndarray of uint8
-        The bytes at hand; may be empty.
-    max_voxels, max_frame_bytes, max_points : int
-        Limits of the `Decoder` that gets the frame.
-
-    Returns
-    -------
-    FrameSize
-        `status` and `bytes`.
-    """
-    code, message, size = _native.frame_size(
-        data, limits(max_voxels, max_frame_bytes, max_points)
-    )
-    return FrameSize(Status(code, message), size)
-
-
-def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
-    """The coordinates of a decoded cloud, not copied.
-
-    Parameters
-    ----------
-    cloud : numpy.ndarray
-        As `Decoder.decode` returns it, or a part of it.
-
-    Returns
-    -------
-    numpy.ndarray
-        float32 of shape (N, 3), metres. Changes of it change the cloud.
-    """
-    type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
-    for axis, name in enumerate("xyz"):
-        if cloud.dtype.fields[name][:2] != (np.dtype("f4"), offset + 4 * axis):  # type: ignore[index]
-            raise ValueError(
-                f"x, y, z of dtype {cloud.dtype} are not float32 side by side"
-            )
-    return np.lib.stride_tricks.as_strided(
-        cloud["x"], (*cloud.shape, 3), (*cloud.strides, type_of_x.itemsize)
-    )
-
-
-def sensors() -> dict[str, Tuple[float, float, int, int]]:
-    """The sensors that an `Encoder` knows by name.
-
-    Returns
-    -------
-    dict
-        Horizontal and vertical field of view, degrees, columns and rows, by name.
-    """
-    return _native.sensors()
-
-
-def laws() -> list[str]:
-    """The laws of intensity that an `Encoder` knows, besides "automatic"."""
-    return _native.laws()

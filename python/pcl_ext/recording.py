@@ -8,18 +8,21 @@ import os
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, NamedTuple, Optional, Union
 
 from . import _native
-from ._arguments import MICROSECONDS, least_intensity, limits, microseconds, removal
+from ._arguments import (
+    END_OF_TIME,
+    check_recording,
+    least_intensity,
+    limits,
+    microseconds,
+    removal,
+)
 from .outliers import OutlierRemoval
 from .status import Error, Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .codec import Buffer
-
 _NANOSECONDS = 1e9
-# Nanoseconds have 63 bits.
-_END_OF_TIME = 9.2e9
 
 
 class RecordedStream(NamedTuple):
@@ -82,7 +85,7 @@ class Recording:
         if name != "-" and not os.path.exists(name):
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
         self._native = _native.Recording()
-        _check(
+        check_recording(
             *self._native.open(
                 os.fsencode(name), limits(max_voxels, max_frame_bytes, max_points)
             )
@@ -117,7 +120,7 @@ class Recording:
             if code == "EndOfRecording":
                 raise StopIteration
             if code != "Damaged":
-                _check(code, message)
+                check_recording(code, message)
 
     @property
     def streams(self) -> List[RecordedStream]:
@@ -134,7 +137,7 @@ class Recording:
             microsecond. 0 is the beginning.
         """
         # A float of seconds may be above the time that it was made of.
-        earlier = math.floor(microseconds("time", time, _END_OF_TIME) - 0.5)
+        earlier = math.floor(microseconds("time", time, END_OF_TIME) - 0.5)
         self._native.seek(max(0, earlier) * 1000)
 
     def read(self, stream: Union[int, str], number: int) -> RecordedFrame:
@@ -219,7 +222,7 @@ class Recording:
         int or None
             None if all frames are later.
         """
-        later = math.ceil(microseconds("time", time, _END_OF_TIME) + 0.5)
+        later = math.ceil(microseconds("time", time, END_OF_TIME) + 0.5)
         return self._native.frame_at(self._index(stream), later * 1000)
 
     def time_of(self, stream: Union[int, str], number: int) -> float:
@@ -312,116 +315,6 @@ def open(
     )
 
 
-class RecordingWriter:
-    """Records the encoded frames of one or several streams.
-
-    In a ``with`` statement the recording is completed at the end. Until then the file has
-    ".unfinished" added to its name, which stays after an exception. Several threads may call
-    it, one after the other.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-        A name that ends in .pcxi: a file of one stream, its frames one after the other. Any
-        other: MCAP, with a channel for each stream. "-": .pcxi on the standard output.
-
-    Raises
-    ------
-    Error
-        If the file cannot be written.
-
-    Examples
-    --------
-    >>> import numpy, os, pcl_ext, tempfile
-    >>> path = os.path.join(tempfile.mkdtemp(), "cell.mcap")
-    >>> encoder = pcl_ext.Encoder()
-    >>> with pcl_ext.RecordingWriter(path) as writer:
-    ...     stream = writer.add_stream("/sensor_1", frame_id="world")
-    ...     for number in range(3):
-    ...         cloud = numpy.random.rand(1000, 3)
-    ...         writer.append(stream, encoder.encode(cloud), time=10.0 + number)
-    >>> recording = pcl_ext.open(path)
-    >>> [frame.time for frame in recording]
-    [10.0, 11.0, 12.0]
-    """
-
-    def __init__(self, path: Union[str, os.PathLike[str]]):
-        self._native = _native.RecordingWriter()
-        _check(*self._native.open(os.fsencode(path)))
-
-    def __enter__(self) -> RecordingWriter:
-        return self
-
-    def __exit__(self, kind: object, *exception: object) -> None:
-        if kind is None:
-            self.finish()
-        else:
-            self._native.abandon()
-
-    def add_stream(
-        self,
-        name: str,
-        *,
-        frame_id: str = "",
-        metadata: Optional[Dict[str, str]] = None,
-    ) -> int:
-        """Adds a stream.
-
-        Parameters
-        ----------
-        name : str
-            Topic of the channel, unlike those of other streams.
-        frame_id : str
-            Coordinate frame of the voxels, where the frames have none.
-        metadata : dict of str, optional
-            Of the channel, such as a sensor's pose.
-
-        Returns
-        -------
-        int
-            For `append`.
-
-        Raises
-        ------
-        ValueError
-            If the name is empty or taken, or a .pcxi file has a stream already.
-        """
-        number, code, message = self._native.add_stream(name, frame_id, metadata or {})
-        _check(code, message)
-        return number
-
-    def append(self, stream: int, data: Buffer, time: float) -> None:
-        """Appends the next frame of a stream.
-
-        Parameters
-        ----------
-        stream : int
-            What `add_stream` returned.
-        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
-            A frame, as `Encoder.encode` returns it.
-        time : float
-            Time of the cloud, seconds, which is stored to the microsecond. A .pcxi file does
-            not store it; its frames may have a stamp.
-
-        Raises
-        ------
-        ValueError
-            If the bytes are not exactly one frame; nothing is written then.
-        Error
-            If the file takes no more bytes.
-        """
-        nanoseconds = round(microseconds("time", time, _END_OF_TIME)) * 1000
-        _check(*self._native.append(stream, data, nanoseconds))
-
-    def flush(self) -> None:
-        """Writes all frames at hand to the file, for a reader of the unfinished file."""
-        _check(*self._native.flush())
-
-    def finish(self) -> None:
-        """Completes the recording and gives it its name. Does nothing if that was done."""
-        _check(*self._native.finish())
-
-
 def _frame(values: Any) -> RecordedFrame:
     stream, number, time, stamp, frame_id, offset, is_i_frame, data = values
     return RecordedFrame(
@@ -434,13 +327,3 @@ def _frame(values: Any) -> RecordedFrame:
         is_i_frame,
         data,
     )
-
-
-def _check(code: str, message: str) -> None:
-    if code == "Ok":
-        return
-    if code == "OutOfMemory":
-        raise MemoryError(message)
-    if code == "InvalidArgument":
-        raise ValueError(message)
-    raise Error(message, code)

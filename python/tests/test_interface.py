@@ -125,7 +125,7 @@ def test_examples_in_the_documentation():
         pcl_ext,
         pcl_ext.codec,
         pcl_ext.outliers,
-        pcl_ext.recording,
+        pcl_ext.recording_writer,
     ):
         assert doctest.testmod(module).failed == 0
 

@@ -1,0 +1,101 @@
+"""What is asked of frames and decoded clouds, and what can be chosen by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Tuple
+
+import numpy as np
+
+from . import _native
+from ._arguments import limits
+from .status import Status
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ._arguments import Buffer
+
+
+class FrameSize(NamedTuple):
+    """What `frame_size` found at the beginning of some bytes.
+
+    Attributes
+    ----------
+    status : Status
+        Ok: the size is known. "Truncated": more bytes are needed to know it. Else: no frame
+        begins here.
+    bytes : int
+        Ok: bytes of the whole frame, of which fewer may be there. "Truncated": the least
+        that it has. Else: bytes to drop, after which a frame may begin.
+    """
+
+    status: Status
+    bytes: int
+
+
+def frame_size(
+    data: Buffer,
+    *,
+    max_voxels: int = 1 << 20,
+    max_frame_bytes: int = 1 << 24,
+    max_points: int = 1 << 24,
+) -> FrameSize:
+    """Tells how many bytes the frame at the beginning of some bytes has, for bytes that
+    arrive in pieces, as from a socket.
+
+    Parameters
+    ----------
+    data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+        The bytes at hand; may be empty.
+    max_voxels, max_frame_bytes, max_points : int
+        Limits of the `Decoder` that gets the frame.
+
+    Returns
+    -------
+    FrameSize
+        `status` and `bytes`.
+    """
+    code, message, size = _native.frame_size(
+        data, limits(max_voxels, max_frame_bytes, max_points)
+    )
+    return FrameSize(Status(code, message), size)
+
+
+def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
+    """The coordinates of a decoded cloud, not copied.
+
+    Parameters
+    ----------
+    cloud : numpy.ndarray
+        As `Decoder.decode` returns it, or a part of it.
+
+    Returns
+    -------
+    numpy.ndarray
+        float32 of shape (N, 3), metres. Changes of it change the cloud.
+    """
+    type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
+    for axis, name in enumerate("xyz"):
+        if cloud.dtype.fields[name][:2] != (np.dtype("f4"), offset + 4 * axis):  # type: ignore[index]
+            raise ValueError(
+                f"x, y, z of dtype {cloud.dtype} are not float32 side by side"
+            )
+    return np.lib.stride_tricks.as_strided(
+        cloud["x"], (*cloud.shape, 3), (*cloud.strides, type_of_x.itemsize)
+    )
+
+
+def sensors() -> dict[str, Tuple[float, float, int, int]]:
+    """The sensors that an `Encoder` knows by name.
+
+    Returns
+    -------
+    dict
+        Horizontal and vertical field of view, degrees, columns and rows, by name.
+    """
+    return _native.sensors()
+
+
+def laws() -> list[str]:
+    """The laws of intensity that an `Encoder` knows, besides "automatic"."""
+    return _native.laws()

@@ -1,0 +1,122 @@
+"""Writing of recordings."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Dict, Optional, Union
+
+from . import _native
+from ._arguments import END_OF_TIME, check_recording, microseconds
+
+if TYPE_CHECKING:
+    from ._arguments import Buffer
+
+
+class RecordingWriter:
+    """Records the encoded frames of one or several streams.
+
+    In a ``with`` statement the recording is completed at the end. Until then the file has
+    ".unfinished" added to its name, which stays after an exception. Several threads may call
+    it, one after the other.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A name that ends in .pcxi: a file of one stream, its frames one after the other. Any
+        other: MCAP, with a channel for each stream. "-": .pcxi on the standard output.
+
+    Raises
+    ------
+    Error
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy, os, pcl_ext, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "cell.mcap")
+    >>> encoder = pcl_ext.Encoder()
+    >>> with pcl_ext.RecordingWriter(path) as writer:
+    ...     stream = writer.add_stream("/sensor_1", frame_id="world")
+    ...     for number in range(3):
+    ...         cloud = numpy.random.rand(1000, 3)
+    ...         writer.append(stream, encoder.encode(cloud), time=10.0 + number)
+    >>> recording = pcl_ext.open(path)
+    >>> [frame.time for frame in recording]
+    [10.0, 11.0, 12.0]
+    """
+
+    def __init__(self, path: Union[str, os.PathLike[str]]):
+        self._native = _native.RecordingWriter()
+        check_recording(*self._native.open(os.fsencode(path)))
+
+    def __enter__(self) -> RecordingWriter:
+        return self
+
+    def __exit__(self, kind: object, *exception: object) -> None:
+        if kind is None:
+            self.finish()
+        else:
+            self._native.abandon()
+
+    def add_stream(
+        self,
+        name: str,
+        *,
+        frame_id: str = "",
+        metadata: Optional[Dict[str, str]] = None,
+    ) -> int:
+        """Adds a stream.
+
+        Parameters
+        ----------
+        name : str
+            Topic of the channel, unlike those of other streams.
+        frame_id : str
+            Coordinate frame of the voxels, where the frames have none.
+        metadata : dict of str, optional
+            Of the channel, such as a sensor's pose.
+
+        Returns
+        -------
+        int
+            For `append`.
+
+        Raises
+        ------
+        ValueError
+            If the name is empty or taken, or a .pcxi file has a stream already.
+        """
+        number, code, message = self._native.add_stream(name, frame_id, metadata or {})
+        check_recording(code, message)
+        return number
+
+    def append(self, stream: int, data: Buffer, time: float) -> None:
+        """Appends the next frame of a stream.
+
+        Parameters
+        ----------
+        stream : int
+            What `add_stream` returned.
+        data : bytes, bytearray, memoryview or numpy.ndarray of uint8
+            A frame, as `Encoder.encode` returns it.
+        time : float
+            Time of the cloud, seconds, which is stored to the microsecond. A .pcxi file does
+            not store it; its frames may have a stamp.
+
+        Raises
+        ------
+        ValueError
+            If the bytes are not exactly one frame; nothing is written then.
+        Error
+            If the file takes no more bytes.
+        """
+        nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
+        check_recording(*self._native.append(stream, data, nanoseconds))
+
+    def flush(self) -> None:
+        """Writes all frames at hand to the file, for a reader of the unfinished file."""
+        check_recording(*self._native.flush())
+
+    def finish(self) -> None:
+        """Completes the recording and gives it its name. Does nothing if that was done."""
+        check_recording(*self._native.finish())

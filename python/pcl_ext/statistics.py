@@ -1,0 +1,36 @@
+"""Figures of clouds and frames."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class FrameStatistics(NamedTuple):
+    """Figures of a frame. Sizes are in bytes."""
+
+    frame_number: int = 0  #: number of the frame in the stream
+    is_i_frame: bool = False  #: decodes without any other frame
+    voxels: int = 0  #: occupied voxels
+    bytes: int = 0  #: the whole frame
+    header_bytes: int = 0  #: of these: header
+    occupancy_bytes: int = 0  #: of these: which voxels are occupied
+    intensity_bytes: int = 0  #: of these: the voxels' intensities
+    attribute_bytes: int = 0  #: of these: what else a voxel has
+    skipped_bytes: int = 0  #: decoding: bytes skipped before the frame
+
+
+class CloudStatistics(NamedTuple):
+    """Figures of an encoded cloud. Each point is exactly one of: used, not finite, outside
+    the box, outside the grid."""
+
+    resolution: float = 0.0  #: voxel edge that was used, metres
+    points: int = 0  #: points of the cloud
+    points_used: int = 0  #: points that are in a voxel
+    points_not_finite: int = 0  #: a coordinate is NaN or infinite
+    points_outside_box: int = 0  #: outside the bounding box
+    points_outside_grid: int = 0  #: more than 2**20 voxels from the origin
+    points_behind_sensor: int = 0  #: of negative depth, with a law that uses the depth
+    intensities_not_finite: int = 0  #: points used with intensity 0 instead
+    intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale
+    intensities_vanished: int = 0  #: voxels above 0 that became 0
+    colours_left_out: int = 0  #: points whose colour has no field
