@@ -55,8 +55,6 @@ StreamEncoder::start(IntensityLaw law)
         encoder_.emplace(codec, std::decay_t<decltype(model)>::unit);
       });
   settings_.law = law;
-  if (wants_i_frame_)
-    encoder_->requestIFrame();
 }
 
 void
@@ -130,8 +128,7 @@ void
 StreamEncoder::requestIFrame()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  wants_i_frame_ = true;
-  if (encoder_)
+  if (encoder_) // else the next frame is the first
     encoder_->requestIFrame();
 }
 

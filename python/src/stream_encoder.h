@@ -71,7 +71,6 @@ private:
   mutable std::mutex mutex_;
   EncoderSettings settings_;
   std::optional<io::CloudEncoder> encoder_; // once the law is known
-  bool wants_i_frame_ = false;              // of an encoder that is yet to be made
   // Members so that their memory is reused.
   CloudMemory memory_;
   std::vector<float> intensities_;
