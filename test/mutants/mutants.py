@@ -17,6 +17,7 @@ class Mutant(NamedTuple):
 
 CONTEXT = "src/codec/context/"
 FAST = "src/codec/fast/"
+RECORDING = "src/recording/"
 STREAM = "src/stream/"
 VOXELIZING = "src/voxelizing/"
 
@@ -207,4 +208,30 @@ MUTANTS = [
            "!voxel.has_colour ||", "false ||"),
     Mutant("src/nodes/merged_voxels.cpp", "the origin of merged voxels never moves",
            "if (placed <= most)", "if (true)"),
+
+    # Recordings.
+    Mutant(RECORDING + "mcap/file_contents.cpp", "the checksum of a chunk is not verified",
+           "failure = \"its checksum is wrong\";", "failure = \"\";"),
+    Mutant(RECORDING + "mcap/file_contents.cpp", "the checksum of the summary is not verified",
+           "footer.summary_checksum != checksumOf(summary.data(), checked_size)", "false"),
+    Mutant(RECORDING + "mcap/file_contents.cpp", "statistics are not compared with the indexes",
+           "return expected == contents_.messages.size() || !contents_.damage.empty();",
+           "return true;"),
+    Mutant(RECORDING + "mcap/file_contents.cpp", "a chunk that is cut off is lost",
+           "scanRecords(records, contents_.places.size() - 1);\n}\n\nvoid\nContentsFinder::scan()",
+           "}\n\nvoid\nContentsFinder::scan()"),
+    Mutant(RECORDING + "mcap_reader.cpp", "a message is not compared with its index",
+           "timeOf(prefix.log_time) != entry.log_time", "false"),
+    Mutant(RECORDING + "mcap_writer.cpp", "chunks end at any frame",
+           "(may_begin_chunk && chunk.size() >= own_chunk_bytes)",
+           "(chunk.size() >= own_chunk_bytes)"),
+    Mutant(RECORDING + "frame_file.cpp", "a frame whose end is missing is taken",
+           "if (size > remaining || next < offset + size) {", "if (size > remaining) {"),
+    Mutant(RECORDING + "recording_reader.cpp", "every frame is decoded from an I-frame",
+           "if (next_ > first && next_ <= number)", "if (false)",
+           "only slower"),
+    Mutant(RECORDING + "recording_reader.cpp", "an older history serves",
+           "if (next_ > first && next_ <= number)", "if (next_ <= number)"),
+    Mutant(RECORDING + "cdr.cpp", "no alignment of numbers",
+           "take((alignment - position_ % alignment) % alignment);", ""),
 ]
