@@ -131,6 +131,8 @@ private:
 
 McapWriter::Implementation::~Implementation()
 {
+  if (!is_finished_)
+    guarded([this] { return flush(); });
   std::error_code ignored;
   if (!is_finished_ && chunks_.empty() && !paths_.unfinished.empty())
     fs::remove_all(paths_.unfinished, ignored);

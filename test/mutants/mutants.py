@@ -231,7 +231,8 @@ MUTANTS = [
            "if (next_ > first && next_ <= number)", "if (false)",
            "only slower"),
     Mutant(RECORDING + "recording_reader.cpp", "an older history serves",
-           "if (next_ > first && next_ <= number)", "if (next_ <= number)"),
+           "if (next_ > first && next_ <= number)", "if (next_ <= number)",
+           "frames before the I-frame are decoded in vain"),
     Mutant(RECORDING + "cdr.cpp", "no alignment of numbers",
            "take((alignment - position_ % alignment) % alignment);", ""),
 ]

@@ -36,7 +36,7 @@ public:
 
   McapWriter();
 
-  /** \brief Removes an unfinished file in which there is no message. */
+  /** \brief Writes the messages at hand to an unfinished file; removes it if it has none. */
   ~McapWriter();
   McapWriter(McapWriter&&) noexcept;
   McapWriter&
