@@ -1,4 +1,5 @@
-# What `cmake --install` puts where, and how find_package(pcl_ext) finds it.
+# What `cmake --install` puts where, and how find_package(pcl_ext) and pkg-config find it.
+# The components library, dev and tools are packages of their own, see packages.cmake.
 include(CMakePackageConfigHelpers)
 
 set(PCL_EXT_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ext)
@@ -9,13 +10,18 @@ function(pcl_ext_install target file)
     TARGETS ${target}
     EXPORT ${file}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+            COMPONENT library
+            NAMELINK_COMPONENT dev
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
   install(
     EXPORT ${file}
     NAMESPACE pcl_ext::
     FILE ${file}.cmake
-    DESTINATION ${PCL_EXT_CONFIG_DIR})
+    DESTINATION ${PCL_EXT_CONFIG_DIR}
+    COMPONENT dev)
+  get_target_property(directory ${target} BINARY_DIR)
+  set_property(GLOBAL APPEND PROPERTY PCL_EXT_LIBRARY_DIRS ${directory})
 endfunction()
 pcl_ext_install(pcl_ext_codec pcl_ext-codec-targets)
 if(PCL_EXT_WITH_RECORDING)
@@ -42,8 +48,10 @@ endif()
 if(NOT PCL_EXT_WITH_RECORDING)
   list(APPEND left_out_headers PATTERN recording EXCLUDE)
 endif()
-install(DIRECTORY include/pcl_ext DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        ${left_out_headers})
+install(
+  DIRECTORY include/pcl_ext
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT dev ${left_out_headers})
 
 set(PCL_EXT_IS_SHARED OFF)
 if(BUILD_SHARED_LIBS)
@@ -55,8 +63,18 @@ write_basic_package_version_file(pcl_ext-config-version.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/pcl_ext-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/pcl_ext-config-version.cmake
-        DESTINATION ${PCL_EXT_CONFIG_DIR})
+        DESTINATION ${PCL_EXT_CONFIG_DIR}
+        COMPONENT dev)
+
+include(${CMAKE_CURRENT_LIST_DIR}/pkg_config.cmake)
 
 # For ROS workspaces, which find packages of build type cmake by their manifest.
-install(FILES package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/pcl_ext)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(
+  FILES package.xml
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/pcl_ext
+  COMPONENT dev)
+# Debian packages have their own file of the licence.
+install(
+  FILES LICENSE
+  DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  COMPONENT licence)
