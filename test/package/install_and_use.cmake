@@ -1,5 +1,5 @@
 # Installs the library into an empty prefix, moves the prefix, and there builds and runs
-# projects with find_package(pcl_ext).
+# projects with find_package(pcl_ext), and programs with pkg-config.
 # Usage: cmake -DSOURCE_DIR=... -DWORK_DIR=... -DLIBDIR=... -DGENERATOR=...
 #   -DCXX_COMPILER=... -DCXX_FLAGS=... [-DBUILD_DIR=... | -DAS_SUBDIRECTORY=ON |
 #   -DCODEC_ALONE=ON] [-DWITH_EXAMPLES=ON] -P install_and_use.cmake
@@ -34,6 +34,17 @@ endfunction()
 function(run_program name)
   run(${WORK_DIR}/${name})
   message(STATUS "${output}")
+endfunction()
+
+# Compiles a program without CMake, with what pkg-config says of a module.
+function(compile_with_pkg_config module program)
+  run(${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${prefix}/${LIBDIR}/pkgconfig
+      pkg-config --cflags --libs ${module})
+  string(STRIP "${output}" flags)
+  separate_arguments(flags UNIX_COMMAND "${CXX_FLAGS} ${flags}")
+  run(${CXX_COMPILER} -std=c++17 ${packages}/${program}/${program}.cpp ${flags}
+      -Wl,-rpath,${prefix}/${LIBDIR} -o ${WORK_DIR}/${program}_by_pkg_config)
+  run_program(${program}_by_pkg_config)
 endfunction()
 
 function(expect_without text what)
@@ -109,6 +120,8 @@ build_project(${packages}/codec_consumer codec_consumer ${without_pcl}
 run_program(codec_consumer/codec_consumer)
 build_project(${packages}/recording_consumer recording_consumer ${without_pcl})
 run_program(recording_consumer/recording_consumer)
+compile_with_pkg_config(pcl_ext_codec codec_consumer)
+compile_with_pkg_config(pcl_ext_recording recording_consumer)
 set(codec ${prefix}/${LIBDIR}/libpcl_ext_codec.so)
 if(EXISTS ${codec})
   run(readelf -W --dynamic --dyn-syms ${codec})
@@ -133,6 +146,7 @@ expect_find("COMPONENTS codec OPTIONAL_COMPONENTS pcl_ext" 0 "found: codec recor
 expect_find("COMPONENTS codec foo" 1 "unknown component 'foo': the components are codec,")
 build_project(${packages}/consumer consumer)
 run_program(consumer/consumer)
+compile_with_pkg_config(pcl_ext consumer)
 if(WITH_EXAMPLES)
   write_readme_block("#include <pcl_ext" app.cpp)
   write_readme_block("cmake_minimum" CMakeLists.txt)
