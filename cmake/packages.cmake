@@ -82,7 +82,7 @@ if(PCL_EXT_BUILD_TOOLS)
 endif()
 
 # The module is compiled for one minor version of Python, whose byte code dpkg does not know.
-if(PCL_EXT_BUILD_PYTHON)
+if(TARGET pcl_ext_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   pcl_ext_describe_package(
     python python3-pcl-ext python "compression of 3D sensor clouds - Python module"
