@@ -3,7 +3,7 @@
 # project's packages there with apt and without recommendations, and uses them:
 #   1. library, programs and Python alone: each program finds its libraries and runs;
 #   2. development files, a compiler, CMake and pkg-config: example 01 as a project of its
-#      own, and two programs compiled with pkg-config;
+#      own, and programs compiled with pkg-config;
 #   3. removed again: no file stays.
 # Step 2 takes 2.6 GB while it runs, as libpcl-dev needs that; all is deleted in the end.
 #
@@ -161,6 +161,7 @@ if [ "$with_dev" = yes ]; then
   build_example
   step "programs by pkg-config"
   compile_with_pkg_config pcl_ext_codec codec_consumer
+  compile_with_pkg_config pcl_ext_recording recording_consumer
   compile_with_pkg_config pcl_ext consumer
 fi
 
