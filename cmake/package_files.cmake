@@ -43,7 +43,16 @@ foreach(component ${CPACK_COMPONENTS_ALL})
     " -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
   configure_file(${CPACK_PCL_EXT_SOURCE_DIR}/CHANGELOG.md ${doc}/changelog COPYONLY)
   file(GLOB_RECURSE manual_pages ${installed}/share/man/*.[1-9])
-  foreach(file ${doc}/changelog.Debian ${doc}/changelog ${manual_pages})
+  set(written ${doc}/copyright ${doc}/changelog.Debian ${doc}/changelog)
+  file(
+    CHMOD ${written}
+    PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+  list(REMOVE_ITEM written ${doc}/copyright)
+  foreach(file ${written} ${manual_pages})
     compress(${file})
   endforeach()
+  # Not those of the umask that cpack was run with.
+  execute_process(
+    COMMAND find ${CPACK_TEMPORARY_DIRECTORY}/${component} -type d -exec chmod 755 {} +
+            COMMAND_ERROR_IS_FATAL ANY)
 endforeach()

@@ -13,7 +13,8 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build-package
 
 bash "$root/tools/install_packages.sh" build package
-# The time of the files' last change is that in the packages: they are the same each time.
+# The packages are the same bytes each time: their files have the time of the last commit.
+umask 022
 if time=$(git -C "$root" log -1 --format=%ct 2> /dev/null); then
   export SOURCE_DATE_EPOCH="$time"
 fi
