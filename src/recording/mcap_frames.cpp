@@ -76,6 +76,7 @@ McapFrames::open(McapReader reader, const std::string& path)
     const int use = ++uses[channels[i].topic];
     stream.name = channels[i].topic + (use > 1 ? "#" + std::to_string(use) : "");
     stream.metadata = channels[i].metadata;
+    stream.channel = i;
     stream.has_times = true;
     streams[i] = streams_.size();
     streams_.push_back(std::move(stream));
@@ -102,6 +103,7 @@ McapFrames::read(const FramePlace& place, RecordedFrame& frame)
     return status;
   frame.stamp = cloud_.stamp;
   frame.frame_id = cloud_.frame_id;
+  frame.message_points = std::uint64_t{cloud_.width} * cloud_.height;
   frame.bytes.swap(cloud_.bytes);
   return {};
 }

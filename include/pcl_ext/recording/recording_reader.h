@@ -26,6 +26,7 @@ struct RecordedStream {
   Time first_time{0};     ///< of the frames
   Time last_time{0};
   std::map<std::string, std::string> metadata; ///< of the channel
+  std::size_t channel = 0; ///< MCAP: index in McapReader::channels() of the same file
 };
 
 /** \brief An encoded frame of a recording. */
@@ -36,6 +37,9 @@ struct RecordedFrame {
   Time stamp{0};            ///< of the cloud; 0: unknown
   std::string frame_id;     ///< coordinate frame of the voxels; empty if unknown
   std::uint64_t offset = 0; ///< byte of the file at which the frame or its chunk begins
+  /** \brief MCAP: width x height of the message, which are those of the cloud that was
+   * encoded, or of the decoded one. */
+  std::uint64_t message_points = 0;
   std::vector<std::uint8_t> bytes;
   io::FrameDescription description;
 };
