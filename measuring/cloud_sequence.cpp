@@ -1,11 +1,12 @@
 #include "measuring/cloud_sequence.h"
 
+#include "measuring/cloud_file_headers.h"
+#include "measuring/cloud_files.h"
+
 #include <pcl/conversions.h>
-#include <pcl/io/pcd_io.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -17,42 +18,6 @@ namespace measuring {
 namespace {
 
 namespace fs = std::filesystem;
-
-/** \brief The lines of a PCD file's header that tell sensors apart. */
-struct PcdHeader {
-  std::string fields;
-  std::string width;
-  std::string height;
-  std::string viewpoint;
-};
-
-/** \brief Reads the header of a PCD file.
- * \return nothing if the file lacks lines that a header must have. PCL 1.13's reader does
- * not check that and crashes on such files.
- */
-std::optional<PcdHeader>
-readPcdHeader(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::map<std::string, std::string> values;
-  std::string line;
-  constexpr int most_header_lines = 100;
-  for (int i = 0; i < most_header_lines && std::getline(file, line); ++i) {
-    if (!line.empty() && line.back() == '\r')
-      line.pop_back();
-    const std::size_t space = line.find(' ');
-    if (space == std::string::npos)
-      continue;
-    const std::string name = line.substr(0, space);
-    values[name == "COLUMNS" ? "FIELDS" : name] = line.substr(space + 1);
-    if (name == "DATA" && values.count("FIELDS") != 0)
-      return PcdHeader{
-          values["FIELDS"], values["WIDTH"], values["HEIGHT"], values["VIEWPOINT"]};
-    if (name == "DATA")
-      return std::nullopt;
-  }
-  return std::nullopt;
-}
 
 std::string
 describe(const PcdHeader& header)
@@ -98,9 +63,9 @@ checkSameSensor(const std::string& stream, const std::vector<std::string>& files
            "put those of each into a folder of their own and name the folders\n";
 }
 
-class PcdSequence : public CloudSequence {
+class FileSequence : public CloudSequence {
 public:
-  PcdSequence(std::string name, std::vector<std::string> files)
+  FileSequence(std::string name, std::vector<std::string> files)
   : CloudSequence(std::move(name)), files_(std::move(files))
   {}
 
@@ -119,14 +84,16 @@ public:
   void
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
-    // PCL prints the reason.
-    if (!readPcdHeader(files_[index]) || reader_.read(files_[index], cloud) < 0)
-      throw std::runtime_error("cannot read '" + files_[index] + "' as a PCD file");
+    try {
+      readCloud(files_[index], cloud);
+    }
+    catch (const std::exception& error) {
+      throw std::runtime_error("cannot read '" + files_[index] + "': " + error.what());
+    }
   }
 
 private:
   std::vector<std::string> files_;
-  pcl::PCDReader reader_;
 };
 
 class CellSequence : public CloudSequence {
@@ -220,32 +187,34 @@ private:
 };
 
 bool
-isPcdFile(const fs::directory_entry& entry)
+isCloudFile(const fs::directory_entry& entry)
 {
-  return entry.path().extension() == ".pcd";
+  return hasNameOfCloud(entry.path().string()) && !entry.is_directory();
 }
 
-/** \brief A folder in a folder that has PCD files. */
+/** \brief A folder in a folder that has files of clouds. */
 std::optional<std::string>
 folderOfCloudsIn(const fs::path& folder)
 {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() &&
-        std::any_of(fs::directory_iterator(entry), fs::directory_iterator(), isPcdFile))
+    if (entry.is_directory() && std::any_of(fs::directory_iterator(entry),
+                                            fs::directory_iterator(),
+                                            isCloudFile))
       return entry.path().string();
   return std::nullopt;
 }
 
 std::vector<std::string>
-pcdFilesOf(const fs::path& folder)
+cloudFilesOf(const fs::path& folder)
 {
   std::vector<std::string> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (isPcdFile(entry))
+    if (isCloudFile(entry))
       files.push_back(entry.path().string());
   if (files.empty()) {
     const std::optional<std::string> inner = folderOfCloudsIn(folder);
-    throw std::runtime_error("no PCD file in the folder '" + folder.string() + "'" +
+    throw std::runtime_error("no PCD, PLY or KITTI .bin file in the folder '" +
+                             folder.string() + "'" +
                              (inner ? "; name the folders in it, each of which is a "
                                       "stream, such as '" +
                                           *inner + "'"
@@ -263,7 +232,7 @@ makeSequence(const std::string& name,
   if (max_frames != 0 && files.size() > max_frames)
     files.resize(max_frames);
   checkSameSensor(name, files);
-  return std::make_unique<PcdSequence>(name, std::move(files));
+  return std::make_unique<FileSequence>(name, std::move(files));
 }
 
 /** \brief Numbers the sequences of the same name, as names become folders. */
@@ -294,7 +263,7 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
       throw std::runtime_error("there is no '" + input + "'");
     if (fs::is_directory(path))
       sequences.push_back(
-          makeSequence(path.filename().string(), pcdFilesOf(path), max_frames));
+          makeSequence(path.filename().string(), cloudFilesOf(path), max_frames));
     else
       single_files.push_back(input);
   }

@@ -59,12 +59,12 @@ private:
   std::string name_;
 };
 
-/** \brief Sequences of the PCD files and folders that a user names: one for each
- * folder, one for all files named singly.
+/** \brief Sequences of the files and folders that a user names: one for each folder, one
+ * for all files named singly; see readCloud() for the kinds of files.
  * \param[in] inputs paths
  * \param[in] max_frames of each sequence; 0: all
- * \throws std::runtime_error if a path does not exist, a folder has no PCD file, or the
- * files of a sequence are of several sensors, as far as their headers tell
+ * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud, or
+ * the files of a sequence are of several sensors, as far as their headers tell
  */
 std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
