@@ -42,8 +42,8 @@ countRemoved(const std::vector<float>& scores,
 
 } // namespace
 
-CellTruth::CellTruth(const StreamOptions& options)
-: stream_(options.seed, options.cell_sensor, options.settings.resolution)
+CellTruth::CellTruth(std::uint32_t seed, unsigned int sensor, double resolution)
+: stream_(seed, sensor, resolution)
 {}
 
 const std::vector<noise::VoxelTruth>*
@@ -54,13 +54,14 @@ CellTruth::of(std::size_t number, const io::VoxelFrame& frame)
                                                             : nullptr;
 }
 
-Denoising::Denoising(const StreamOptions& options, IntensityLaw law)
+Denoising::Denoising(IntensityLaw law,
+                     double resolution,
+                     const std::optional<float>& threshold)
 : settings_(removalSettings(law)), removal_(settings_)
 {
-  report_.has_filter = VoxelOutlierRemoval::isMadeFor(options.settings.resolution);
-  report_.threshold =
-      options.threshold.value_or(defaultThreshold(law, options.settings.resolution));
-  report_.uses_filter = report_.has_filter && !options.threshold;
+  report_.has_filter = VoxelOutlierRemoval::isMadeFor(resolution);
+  report_.threshold = threshold.value_or(defaultThreshold(law, resolution));
+  report_.uses_filter = report_.has_filter && !threshold;
 }
 
 const std::vector<int>&

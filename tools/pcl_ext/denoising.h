@@ -4,7 +4,6 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "simulator/labelled_stream.h"
-#include "stream_options.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +35,10 @@ struct DenoisingReport {
 /** \brief Truth of the voxels of the robot cell. */
 class CellTruth {
 public:
-  explicit CellTruth(const StreamOptions& options);
+  /** \param[in] sensor of the cell
+   * \param[in] resolution voxel edge, metres
+   */
+  CellTruth(std::uint32_t seed, unsigned int sensor, double resolution);
 
   /** \brief What the voxels of a frame are.
    * \return null if the frame has other voxels than the cell's crop box
@@ -53,7 +55,12 @@ private:
  * intensity, and by VoxelOutlierRemoval. */
 class Denoising {
 public:
-  Denoising(const StreamOptions& options, IntensityLaw law);
+  /** \param[in] law of the intensities
+   * \param[in] resolution voxel edge, metres
+   * \param[in] threshold least intensity that denoising keeps; none: the outlier filter
+   * denoises
+   */
+  Denoising(IntensityLaw law, double resolution, const std::optional<float>& threshold);
 
   /** \brief Judges the stream's next frame.
    * \param[in] frame as decoded

@@ -1,0 +1,157 @@
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+std::string
+textOf(const std::string& path)
+{
+  const Bytes bytes = bytesOf(path);
+  return {bytes.begin(), bytes.end()};
+}
+
+} // namespace
+
+ProgramRun
+runShell(const TestFolder& folder, const std::string& line)
+{
+  const std::string command = "cd '" + folder / "" + "' && P='" + PCL_EXT_PROGRAM +
+                              "'; (" + line + ") > .output 2> .errors";
+  const int result = std::system(command.c_str());
+  return {WIFEXITED(result) ? WEXITSTATUS(result) : -1,
+          textOf(folder / ".output"),
+          textOf(folder / ".errors")};
+}
+
+ProgramRun
+run(const TestFolder& folder, const std::string& arguments)
+{
+  return runShell(folder, "\"$P\" " + arguments);
+}
+
+ProgramRun
+expectRun(const TestFolder& folder, const std::string& arguments)
+{
+  ProgramRun result = run(folder, arguments);
+  EXPECT_EQ(result.status, 0) << arguments << '\n' << result.errors;
+  EXPECT_EQ(result.errors, "") << arguments;
+  return result;
+}
+
+void
+expectFailure(const TestFolder& folder,
+              const std::string& arguments,
+              int status,
+              const std::string& text)
+{
+  const ProgramRun result = run(folder, arguments);
+  EXPECT_EQ(result.status, status) << arguments << '\n' << result.errors;
+  EXPECT_NE(result.errors.find(text), std::string::npos) << arguments << '\n'
+                                                         << result.errors;
+  EXPECT_EQ(result.errors.find('\n'), result.errors.size() - 1) << arguments << '\n'
+                                                                << result.errors;
+  EXPECT_EQ(result.errors.rfind("pcl_ext", 0), 0u) << result.errors;
+}
+
+std::vector<pcl::PointCloud<pcl::PointXYZI>>
+roomClouds(std::size_t frames, unsigned int seed)
+{
+  std::mt19937 random(seed);
+  const auto error = [&random] {
+    return 0.02f * (static_cast<float>(random() % 1000) / 1000.0f - 0.5f);
+  };
+  std::vector<pcl::PointCloud<pcl::PointXYZI>> clouds(frames);
+  for (std::size_t frame = 0; frame < frames; ++frame)
+    for (float x = -1.0f; x < 1.0f; x += 0.04f)
+      for (float y = -1.0f; y < 1.0f; y += 0.04f) {
+        pcl::PointXYZI point;
+        point.x = x + error();
+        point.y = y + error();
+        // A step that moves.
+        point.z =
+            (x > -0.5f + 0.05f * static_cast<float>(frame) ? 2.0f : 1.5f) + error();
+        point.intensity = std::floor(50.0f + 49.0f * std::sin(3.0f * x + y));
+        clouds[frame].push_back(point);
+      }
+  return clouds;
+}
+
+void
+writeClouds(const TestFolder& folder,
+            const std::string& name,
+            const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds)
+{
+  std::filesystem::create_directories(folder / name);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    char file[40];
+    std::snprintf(file, sizeof(file), "/%03zu.pcd", i);
+    ASSERT_EQ(pcl::io::savePCDFileBinary(folder / (name + file), clouds[i]), 0);
+  }
+}
+
+pcl::PointCloud<pcl::PointXYZI>
+readCloud(const std::string& path)
+{
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  const bool is_ply = std::filesystem::path(path).extension() == ".ply";
+  EXPECT_GE(
+      is_ply ? pcl::io::loadPLYFile(path, cloud) : pcl::io::loadPCDFile(path, cloud), 0)
+      << path;
+  return cloud;
+}
+
+std::vector<DecodedStream>
+decode(const std::string& path)
+{
+  recording::RecordingReader reader;
+  std::vector<DecodedStream> streams;
+  const recording::RecordingStatus status = reader.open(path);
+  EXPECT_TRUE(status.ok()) << status;
+  for (std::size_t i = 0; status.ok() && i < reader.streams().size(); ++i) {
+    streams.emplace_back();
+    DecodedStream& stream = streams.back();
+    stream.name = reader.streams()[i].name;
+    recording::RecordedStreamDecoder decoder(reader, i);
+    for (std::size_t number = 0; number < reader.streams()[i].frames; ++number) {
+      stream.frames.emplace_back();
+      stream.voxels.emplace_back();
+      EXPECT_TRUE(reader.read(i, number, stream.frames.back()).ok());
+      const io::CompressionStatus decoded =
+          decoder.decode(stream.frames.back(), stream.voxels.back());
+      EXPECT_TRUE(decoded.ok()) << path << ", frame " << number << ": " << decoded;
+    }
+  }
+  EXPECT_TRUE(reader.damage().empty()) << path;
+  EXPECT_FALSE(reader.isUnfinished()) << path;
+  return streams;
+}
+
+void
+expectSameFrames(const DecodedStream& stream,
+                 std::size_t first,
+                 const DecodedStream& part)
+{
+  ASSERT_LE(first + part.frames.size(), stream.frames.size());
+  for (std::size_t i = 0; i < part.frames.size(); ++i)
+    EXPECT_EQ(part.frames[i].bytes, stream.frames[first + i].bytes) << "frame " << i;
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,89 @@
+/** \file
+ * \brief Runs the program pcl_ext, and makes what it reads.
+ */
+#pragma once
+
+#include "support/recorded_streams.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+using recording::test::Bytes;
+using recording::test::bytesOf;
+using recording::test::TestFolder;
+using recording::test::writeBytes;
+
+/** \brief What a run of the program left. */
+struct ProgramRun {
+  int status = -1;
+  std::string output;
+  std::string errors;
+};
+
+/** \brief Runs the program.
+ * \param[in] folder working folder
+ * \param[in] arguments as a shell takes them
+ */
+ProgramRun
+run(const TestFolder& folder, const std::string& arguments);
+
+/** \brief Runs a line of a shell, in which $P is the program. */
+ProgramRun
+runShell(const TestFolder& folder, const std::string& line);
+
+/** \brief Expects that the program does all and prints no error. */
+ProgramRun
+expectRun(const TestFolder& folder, const std::string& arguments);
+
+/** \brief Expects that the program ends with a status and one line of error.
+ * \param[in] text that the line has
+ */
+void
+expectFailure(const TestFolder& folder,
+              const std::string& arguments,
+              int status,
+              const std::string& text);
+
+/** \brief Frames of a small room that a sensor sees, with some noise; intensity 0 to 99 in
+ * whole numbers. */
+std::vector<pcl::PointCloud<pcl::PointXYZI>>
+roomClouds(std::size_t frames, unsigned int seed = 1);
+
+/** \brief Writes clouds as 000.pcd and so on into a folder of a folder. */
+void
+writeClouds(const TestFolder& folder,
+            const std::string& name,
+            const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds);
+
+/** \brief Reads a PCD or PLY file. */
+pcl::PointCloud<pcl::PointXYZI>
+readCloud(const std::string& path);
+
+/** \brief The decoded frames of a stream of a recording; all must be readable. */
+struct DecodedStream {
+  std::string name;
+  std::vector<recording::RecordedFrame> frames;
+  std::vector<io::VoxelFrame> voxels;
+};
+std::vector<DecodedStream>
+decode(const std::string& path);
+
+/** \brief Expects that two streams have the same frames, byte for byte.
+ * \param[in] first number of the first stream's frame that is the other's first
+ */
+void
+expectSameFrames(const DecodedStream& stream,
+                 std::size_t first,
+                 const DecodedStream& part);
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,61 @@
+# The program pcl_ext, run as a user runs it.
+find_package(nlohmann_json 3 REQUIRED)
+pcl_ext_add_test(
+  test_program
+  SOURCES
+    tools/program.cpp
+    tools/test_program_bags.cpp
+    tools/test_program_encode.cpp
+    tools/test_program_recordings.cpp
+  LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
+target_compile_definitions(test_program
+                           PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")
+add_dependencies(test_program pcl_ext_program)
+get_target_property(rosbag_headers pcl_ext_program PCL_EXT_ROSBAG_HEADERS)
+get_target_property(rosbag_libraries pcl_ext_program PCL_EXT_ROSBAG_LIBRARIES)
+if(rosbag_libraries)
+  target_sources(test_program PRIVATE tools/test_ros1_bags.cpp)
+  target_include_directories(test_program SYSTEM PRIVATE ${rosbag_headers})
+  target_link_libraries(test_program PRIVATE ${rosbag_libraries})
+endif()
+
+set(output ${CMAKE_CURRENT_BINARY_DIR}/out)
+file(MAKE_DIRECTORY ${output})
+set(clouds ${CMAKE_CURRENT_SOURCE_DIR}/data/clouds)
+function(pcl_ext_encode_refuses name status message)
+  pcl_ext_add_program_test(encode_refuses_${name} ${status} "${message}"
+                           $<TARGET_FILE:pcl_ext_program> encode ${ARGN} -o
+                           ${output}/refused.mcap)
+endfunction()
+pcl_ext_encode_refuses(other_file 1 "'.*CMakeLists.txt' is not a cloud: it is no PCD"
+                       ${CMAKE_CURRENT_SOURCE_DIR}/CMakeLists.txt)
+pcl_ext_encode_refuses(folder_without_clouds 1 "no PCD, PLY or KITTI .bin file in"
+                       ${PROJECT_SOURCE_DIR}/src)
+pcl_ext_encode_refuses(folder_of_folders 1 "name the folders in it.*data/clouds"
+                       ${CMAKE_CURRENT_SOURCE_DIR}/data)
+pcl_ext_encode_refuses(images_of_two_sizes 1 "3 x 2 points .*is not of the sensor of"
+                       ${clouds}/image_2x2.pcd ${clouds}/image_3x2.pcd)
+pcl_ext_add_program_test(
+  encode_two_viewpoints 0 "image_2x2: the files have different viewpoints"
+  $<TARGET_FILE:pcl_ext_program> encode ${clouds}/image_2x2.pcd ${clouds}/image_2x2_moved.pcd
+  -o ${output}/viewpoints.pcxi)
+pcl_ext_add_program_test(
+  encode_colours 0 "coloured.pcxi: 1 frame" $<TARGET_FILE:pcl_ext_program> encode
+  --colour-bits=8 ${clouds}/coloured.pcd -o ${output}/coloured.pcxi)
+pcl_ext_add_program_test(info_of_colours 0 "colours 8 bits" $<TARGET_FILE:pcl_ext_program>
+                         info ${output}/coloured.pcxi)
+pcl_ext_add_program_test(
+  decode_colours 0 "1 frame" $<TARGET_FILE:pcl_ext_program> decode --overwrite --ply
+  ${output}/coloured.pcxi -o ${output}/coloured)
+set_tests_properties(info_of_colours decode_colours PROPERTIES DEPENDS encode_colours)
+pcl_ext_add_program_test(no_command 2 "Usage: pcl_ext" $<TARGET_FILE:pcl_ext_program>)
+
+# The script prints the help before it installs or builds anything, which takes longer.
+pcl_ext_add_program_test(run_script_help 0 "Usage: .*encode IN" sh
+                         ${PROJECT_SOURCE_DIR}/tools/run.sh --help)
+pcl_ext_add_program_test(run_script_missing_file 1 "There is no 'no_such_file.pcd'" sh
+                         ${PROJECT_SOURCE_DIR}/tools/run.sh encode no_such_file.pcd -o x)
+pcl_ext_add_program_test(run_script_missing_command 2 "There is no command 'encore'" sh
+                         ${PROJECT_SOURCE_DIR}/tools/run.sh encore x.pcd)
+set_tests_properties(run_script_help run_script_missing_file run_script_missing_command
+                     PROPERTIES TIMEOUT 10)

@@ -1,0 +1,375 @@
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "tools/program.h"
+
+#include <pcl/conversions.h>
+#include <pcl/PCLPointCloud2.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+using recording::McapChannel;
+using recording::McapEntry;
+using recording::McapMessage;
+using recording::Time;
+
+/** \brief Log time of cloud i; its stamp is earlier. */
+Time
+logTime(std::size_t i)
+{
+  return Time(5'000'000'000'000 + 100'000'000 * static_cast<std::int64_t>(i));
+}
+
+Time
+stampOf(std::size_t i)
+{
+  return logTime(i) - Time(30'000'001);
+}
+
+McapChannel
+imuChannel()
+{
+  return {"/imu", "cdr", {"sensor_msgs/msg/Imu", "ros2msg", "float64 x"}, {{"a", "b"}}};
+}
+
+/** \brief Message of a cloud, of either byte order. */
+McapMessage
+cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
+             std::size_t i,
+             bool is_bigendian)
+{
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(points, cloud);
+  recording::PointCloudMessage message;
+  message.stamp = stampOf(i);
+  message.frame_id = "lidar";
+  message.height = cloud.height;
+  message.width = cloud.width;
+  for (const auto& field : cloud.fields)
+    message.fields.push_back({field.name, field.offset, field.datatype, field.count});
+  message.point_step = cloud.point_step;
+  message.row_step = cloud.row_step;
+  message.bytes = cloud.data;
+  message.is_bigendian = is_bigendian;
+  if (is_bigendian)
+    for (std::size_t at = 0; at + 4 <= message.bytes.size(); at += 4)
+      std::reverse(message.bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                   message.bytes.begin() + static_cast<std::ptrdiff_t>(at + 4));
+  McapMessage written;
+  written.sequence = static_cast<std::uint32_t>(70 + i);
+  written.log_time = logTime(i);
+  written.publish_time = logTime(i) - Time(7);
+  recording::writePointCloud(message, false, written.bytes);
+  return written;
+}
+
+/** \brief Writes a bag with two topics of clouds, another topic, metadata and an
+ * attachment. */
+void
+writeBag(const std::string& path, std::size_t frames, bool is_bigendian = false)
+{
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(path, "ros2").ok());
+  std::size_t front = 0;
+  std::size_t rear = 0;
+  std::size_t imu = 0;
+  const auto shared = recording::McapChunking::Shared;
+  ASSERT_TRUE(
+      writer.addChannel(recording::pointCloudChannel("/front/points"), shared, front)
+          .ok());
+  ASSERT_TRUE(writer.addChannel(imuChannel(), shared, imu).ok());
+  ASSERT_TRUE(
+      writer.addChannel(recording::pointCloudChannel("/rear/points"), shared, rear)
+          .ok());
+  const auto front_clouds = roomClouds(frames, 1);
+  const auto rear_clouds = roomClouds(frames, 2);
+  for (std::size_t i = 0; i < frames; ++i) {
+    McapMessage message = cloudMessage(front_clouds[i], i, is_bigendian);
+    message.channel = front;
+    ASSERT_TRUE(writer.write(message).ok());
+    message = cloudMessage(rear_clouds[i], i, is_bigendian);
+    message.channel = rear;
+    ASSERT_TRUE(writer.write(message).ok());
+    message.channel = imu;
+    message.log_time += Time(50'000'000);
+    message.bytes.assign(i + 1, static_cast<std::uint8_t>(i));
+    ASSERT_TRUE(writer.write(message).ok());
+  }
+  recording::McapMetadata metadata{"robot", {{"serial", "17"}}};
+  ASSERT_TRUE(writer.write(metadata).ok());
+  recording::McapAttachment attachment;
+  attachment.name = "notes.txt";
+  attachment.media_type = "text/plain";
+  attachment.log_time = attachment.create_time = Time(3);
+  attachment.bytes = {1, 2, 3};
+  ASSERT_TRUE(writer.write(attachment).ok());
+  ASSERT_TRUE(writer.finish().ok());
+}
+
+/** \brief All of a bag. */
+struct Bag {
+  std::string profile;
+  std::map<std::string, McapChannel> channels;
+  std::map<std::string, std::vector<McapMessage>> messages; // by topic
+  std::vector<recording::McapMetadata> metadata;
+  std::vector<recording::McapAttachment> attachments;
+};
+
+Bag
+readBag(const std::string& path)
+{
+  recording::McapReader reader;
+  const recording::RecordingStatus status = reader.open(path);
+  EXPECT_TRUE(status.ok()) << status;
+  Bag bag;
+  bag.profile = reader.profile();
+  for (const McapChannel& channel : reader.channels())
+    bag.channels[channel.topic] = channel;
+  for (const McapEntry& entry : reader.index()) {
+    McapMessage message;
+    EXPECT_TRUE(reader.read(entry, message).ok());
+    bag.messages[reader.channels()[message.channel].topic].push_back(message);
+  }
+  EXPECT_TRUE(reader.readMetadata(bag.metadata).ok());
+  EXPECT_TRUE(reader
+                  .readAttachments([&bag](const auto& attachment) {
+                    bag.attachments.push_back(attachment);
+                    return recording::RecordingStatus();
+                  })
+                  .ok());
+  return bag;
+}
+
+void
+expectSameMessages(const std::vector<McapMessage>& first,
+                   const std::vector<McapMessage>& second)
+{
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].bytes, second[i].bytes) << "message " << i;
+    EXPECT_EQ(first[i].log_time, second[i].log_time);
+    EXPECT_EQ(first[i].publish_time, second[i].publish_time);
+    EXPECT_EQ(first[i].sequence, second[i].sequence);
+  }
+}
+
+/** \brief Expects that a bag has what is no cloud of another one. */
+void
+expectSameRest(const Bag& first, const Bag& second)
+{
+  EXPECT_EQ(first.profile, second.profile);
+  ASSERT_EQ(second.channels.count("/imu"), 1u);
+  const McapChannel& channel = second.channels.at("/imu");
+  EXPECT_EQ(channel.message_encoding, "cdr");
+  EXPECT_EQ(channel.schema.name, "sensor_msgs/msg/Imu");
+  EXPECT_EQ(channel.schema.encoding, "ros2msg");
+  EXPECT_EQ(channel.schema.text, "float64 x");
+  EXPECT_EQ(channel.metadata, imuChannel().metadata);
+  expectSameMessages(first.messages.at("/imu"), second.messages.at("/imu"));
+  ASSERT_EQ(second.metadata.size(), 1u);
+  EXPECT_EQ(second.metadata[0].name, "robot");
+  EXPECT_EQ(second.metadata[0].values, first.metadata[0].values);
+  ASSERT_EQ(second.attachments.size(), 1u);
+  EXPECT_EQ(second.attachments[0].name, "notes.txt");
+  EXPECT_EQ(second.attachments[0].media_type, "text/plain");
+  EXPECT_EQ(second.attachments[0].create_time, Time(3));
+  EXPECT_EQ(second.attachments[0].bytes, first.attachments[0].bytes);
+}
+
+recording::PointCloudMessage
+cloudOf(const McapMessage& message, bool is_compressed)
+{
+  recording::PointCloudMessage cloud;
+  EXPECT_TRUE(recording::readPointCloud(
+                  message.bytes.data(), message.bytes.size(), is_compressed, cloud)
+                  .ok());
+  return cloud;
+}
+
+} // namespace
+
+TEST(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 5);
+  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.05");
+  const Bag before = readBag(folder / "bag.mcap");
+  const Bag after = readBag(folder / "small.mcap");
+  expectSameRest(before, after);
+  EXPECT_EQ(after.channels.size(), 3u);
+  for (const std::string topic : {"/front/points", "/rear/points"}) {
+    ASSERT_EQ(after.channels.count(topic + "/pcl_ext"), 1u) << topic;
+    EXPECT_TRUE(
+        recording::isCompressedPointCloud(after.channels.at(topic + "/pcl_ext")));
+    const auto& messages = after.messages.at(topic + "/pcl_ext");
+    ASSERT_EQ(messages.size(), 5u);
+    for (std::size_t i = 0; i < 5; ++i) {
+      const McapMessage& original = before.messages.at(topic)[i];
+      EXPECT_EQ(messages[i].log_time, original.log_time);
+      EXPECT_EQ(messages[i].publish_time, original.publish_time);
+      EXPECT_EQ(messages[i].sequence, original.sequence);
+      const auto cloud = cloudOf(messages[i], true);
+      EXPECT_EQ(cloud.format, "pcl_ext");
+      EXPECT_EQ(cloud.stamp, stampOf(i));
+      EXPECT_EQ(cloud.frame_id, "lidar");
+      EXPECT_EQ(cloud.width, roomClouds(1)[0].size());
+      EXPECT_LT(messages[i].bytes.size(), original.bytes.size() / 4);
+    }
+  }
+}
+
+TEST(ProgramBags, InfoTellsTheRatioOfThePoints)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 2);
+  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.1");
+  const ProgramRun result = expectRun(folder, "info small.mcap --json");
+  const nlohmann::json json = nlohmann::json::parse(result.output);
+  const nlohmann::json& stream = json["streams"][0];
+  const double points = 2.0 * static_cast<double>(roomClouds(1)[0].size());
+  EXPECT_DOUBLE_EQ(stream["ratio_16_bytes_a_point"],
+                   16.0 * points / stream["bytes"].get<double>());
+  ASSERT_EQ(json["other_topics"].size(), 1u);
+  EXPECT_EQ(json["other_topics"][0]["topic"], "/imu");
+  EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
+}
+
+TEST(ProgramBags, DecodedBagHasTheTopicsAgain)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 4);
+  expectRun(folder, "encode bag.mcap -o small.mcap -r 0.05");
+  expectRun(folder, "decode small.mcap -o again.mcap");
+  const Bag before = readBag(folder / "bag.mcap");
+  const Bag after = readBag(folder / "again.mcap");
+  expectSameRest(before, after);
+  EXPECT_EQ(after.channels.size(), 3u);
+  const std::vector<DecodedStream> streams = decode(folder / "small.mcap");
+  ASSERT_EQ(streams.size(), 2u);
+  for (const DecodedStream& stream : streams) {
+    const std::string topic =
+        stream.name.substr(0, stream.name.size() - std::string("/pcl_ext").size());
+    ASSERT_EQ(after.channels.count(topic), 1u) << topic;
+    EXPECT_TRUE(recording::isPointCloud(after.channels.at(topic)));
+    const auto& messages = after.messages.at(topic);
+    ASSERT_EQ(messages.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(messages[i].log_time, logTime(i));
+      EXPECT_EQ(messages[i].publish_time, logTime(i) - Time(7));
+      EXPECT_EQ(messages[i].sequence, 70 + i);
+      const auto cloud = cloudOf(messages[i], false);
+      EXPECT_EQ(cloud.stamp, stampOf(i));
+      EXPECT_EQ(cloud.frame_id, "lidar");
+      EXPECT_EQ(cloud.width, stream.voxels[i].size());
+      ASSERT_EQ(cloud.fields.size(), 4u);
+      EXPECT_EQ(cloud.fields[3].name, "intensity");
+    }
+  }
+}
+
+TEST(ProgramBags, FoldersOfRosbag2AreReadAndWritten)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag", 3);
+  expectRun(folder, "encode bag -o small -r 0.05");
+  EXPECT_TRUE(std::filesystem::exists(folder / "small/metadata.yaml"));
+  expectRun(folder, "decode small -o again --bag");
+  expectSameRest(readBag(folder / "bag"), readBag(folder / "again"));
+  expectFailure(folder, "encode bag -o small", 1, "exists");
+}
+
+TEST(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 3);
+  expectRun(folder, "encode bag.mcap -o one.mcap --topics /rear/points");
+  const Bag before = readBag(folder / "bag.mcap");
+  const Bag after = readBag(folder / "one.mcap");
+  expectSameRest(before, after);
+  ASSERT_EQ(after.messages.count("/front/points"), 1u);
+  expectSameMessages(before.messages.at("/front/points"),
+                     after.messages.at("/front/points"));
+  EXPECT_EQ(after.messages.count("/rear/points"), 0u);
+  EXPECT_EQ(after.messages.count("/rear/points/pcl_ext"), 1u);
+  expectFailure(folder,
+                "encode bag.mcap -o x.mcap --topics /left",
+                2,
+                "no clouds of '/left'; there are /front/points, /rear/points");
+  expectFailure(folder, "encode bag.mcap -o x.pcxi", 2, "choose one with --topics");
+  expectRun(folder, "encode --topics /rear/points bag.mcap -o x.pcxi");
+  expectSameFrames(decode(folder / "one.mcap")[0], 0, decode(folder / "x.pcxi")[0]);
+}
+
+TEST(ProgramBags, ByteOrderOfTheCloudsDoesNotMatter)
+{
+  const TestFolder folder;
+  writeBag(folder / "little.mcap", 3, false);
+  writeBag(folder / "big.mcap", 3, true);
+  expectRun(folder, "encode little.mcap -o a.pcxi --topics /rear/points");
+  expectRun(folder, "encode big.mcap -o b.pcxi --topics /rear/points");
+  EXPECT_EQ(bytesOf(folder / "a.pcxi"), bytesOf(folder / "b.pcxi"));
+}
+
+TEST(ProgramBags, BagsThatCannotBeEncodedAreNamedWithARemedy)
+{
+  const TestFolder folder;
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "imu.mcap", "ros2").ok());
+  std::size_t channel = 0;
+  ASSERT_TRUE(
+      writer.addChannel(imuChannel(), recording::McapChunking::Shared, channel).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  expectFailure(folder,
+                "encode imu.mcap -o x.mcap",
+                1,
+                "has no clouds (sensor_msgs/msg/PointCloud2); its topics are /imu");
+  writeBag(folder / "bag.mcap", 1);
+  expectFailure(folder, "encode bag.mcap -o bag.mcap", 2, "is an input");
+  expectFailure(folder, "encode bag.mcap imu.mcap -o x.mcap", 2, "encoded alone");
+  expectFailure(folder, "info bag.mcap", 1, "'pcl_ext encode' compresses");
+  expectRun(folder, "encode bag.mcap -o small.mcap");
+  expectFailure(folder, "encode small.mcap -o x.mcap", 1, "compressed already");
+}
+
+TEST(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
+{
+  const TestFolder folder;
+  writeBag(folder / "bag.mcap", 10);
+  expectRun(folder, "encode bag.mcap -o all.mcap --i-frame-rate 4");
+  const ProgramRun result =
+      run(folder, "cut all.mcap -o part.mcap --from 0.5 --to 0.7");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.errors.find("/front/points/pcl_ext begins 1 frame earlier, with the "
+                               "I-frame 4"),
+            std::string::npos)
+      << result.errors;
+  const Bag all = readBag(folder / "all.mcap");
+  const Bag part = readBag(folder / "part.mcap");
+  for (const std::string topic : {"/front/points/pcl_ext", "/rear/points/pcl_ext"}) {
+    const std::vector<McapMessage>& messages = all.messages.at(topic);
+    expectSameMessages({messages.begin() + 4, messages.begin() + 7},
+                       part.messages.at(topic));
+  }
+  // 50 ms behind the clouds.
+  const std::vector<McapMessage>& imu = all.messages.at("/imu");
+  expectSameMessages({imu.begin() + 5, imu.begin() + 7}, part.messages.at("/imu"));
+  EXPECT_EQ(part.metadata.size(), 1u);
+  EXPECT_EQ(part.attachments.size(), 1u);
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,363 @@
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "tools/program.h"
+
+#include <pcl/common/io.h>
+#include <pcl/conversions.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+using Clouds = std::vector<pcl::PointCloud<pcl::PointXYZI>>;
+
+/** \brief The bytes that a user of the class has on disk. */
+template <typename PointT, typename ModelT>
+Bytes
+bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& settings)
+{
+  io::OctreePointCloudIntensityCompression<PointT, ModelT> encoder(settings);
+  std::ostringstream file;
+  for (const auto& cloud : clouds) {
+    typename pcl::PointCloud<PointT>::Ptr points(new pcl::PointCloud<PointT>);
+    pcl::copyPointCloud(cloud, *points);
+    EXPECT_TRUE(encoder.encodePointCloud(points, file).ok());
+  }
+  const std::string text = file.str();
+  return {text.begin(), text.end()};
+}
+
+/** \brief Writes the points of a cloud as KITTI does. */
+void
+writeKitti(const std::string& path,
+           const pcl::PointCloud<pcl::PointXYZI>& cloud,
+           bool is_swapped = false)
+{
+  Bytes bytes;
+  for (const pcl::PointXYZI& point : cloud)
+    for (const float number : {point.x, point.y, point.z, point.intensity}) {
+      std::uint8_t of_number[4];
+      std::memcpy(of_number, &number, 4);
+      if (is_swapped)
+        std::reverse(of_number, of_number + 4);
+      bytes.insert(bytes.end(), of_number, of_number + 4);
+    }
+  writeBytes(path, bytes);
+}
+
+} // namespace
+
+TEST(ProgramEncode, FileHasTheBytesOfTheClass)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(7);
+  writeClouds(folder, "room", clouds);
+  io::IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  settings.i_frame_rate = 3;
+  settings.effort = io::Effort::Small;
+  expectRun(folder,
+            "encode room -o native.pcxi -r 0.05 --i-frame-rate 3 -e small "
+            "--no-header");
+  const Bytes native = bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "native.pcxi"), native);
+  expectRun(folder,
+            "encode room -o count.pcxi -r 0.05 --i-frame-rate 3 -e small "
+            "--no-header --law count");
+  const Bytes count = bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "count.pcxi"), count);
+  expectRun(folder,
+            "encode room -o none.pcxi -r 0.05 --i-frame-rate 3 -e small "
+            "--no-header --law none");
+  const Bytes none = bytesOfClass<pcl::PointXYZ, NoIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "none.pcxi"), none);
+}
+
+TEST(ProgramEncode, SettingsReachTheEncoder)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(4);
+  writeClouds(folder, "room", clouds);
+  io::IntensityCompressionSettings settings;
+  settings.resolution = 0.1;
+  settings.effort = io::Effort::Fast;
+  settings.intensity_bits = 5;
+  settings.intensity_range = 200.0f;
+  settings.intensity_curve = io::IntensityCurve::Companded;
+  settings.aggregation = io::Aggregation::Sum;
+  settings.keep_points = true;
+  settings.origin = {0.03, 0.01, 0.02};
+  settings.bounding_box = io::BoundingBox{{-0.9, -0.9, 0.0}, {0.9, 0.9, 3.0}};
+  expectRun(folder,
+            "encode room -o x.pcxi -r 0.1 -e fast --intensity-bits 5 "
+            "--intensity-range 200 --intensity-curve companded --aggregation "
+            "sum --keep-points --origin 0.03,0.01,0.02 --bounding-box "
+            "-0.9,-0.9,0,0.9,0.9,3 --no-header -q");
+  const Bytes bytes = bytesOfClass<pcl::PointXYZI, NativeIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytes);
+}
+
+TEST(ProgramEncode, PublishedLayoutHasTheBytesOfTheClass)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(3);
+  writeClouds(folder, "room", clouds);
+  io::IntensityCompressionSettings settings;
+  settings.resolution = 0.05;
+  settings.format = io::StreamFormat::Published;
+  settings.colour_bits = 0;
+  expectRun(folder, "encode room -o x.pcxi -r 0.05 -l count --format published");
+  const Bytes bytes = bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, settings);
+  EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytes);
+}
+
+TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(3);
+  writeClouds(folder, "room", clouds);
+  nodes::SensorNodeSettings settings;
+  settings.compression.resolution = 0.05;
+  settings.law = IntensityLaw::Quadratic;
+  settings.sensor = RuntimeSensor(70.0, 60.0, 100, 90);
+  settings.crop_box = io::BoundingBox{{0.0, -1.0, -1.0}, {4.0, 2.0, 1.5}};
+  settings.outlier_removal.emplace();
+  nodes::SensorNode node(settings);
+  ASSERT_TRUE(node.settingsStatus().ok()) << node.settingsStatus();
+  // Half a turn about x and a way.
+  WorldPose pose = WorldPose::Identity();
+  pose.translate(Eigen::Vector3d(1.0, 0.5, 2.0));
+  pose.rotate(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0));
+  Bytes expected;
+  for (const auto& cloud : clouds) {
+    pcl::PCLPointCloud2 message;
+    pcl::toPCLPointCloud2(cloud, message);
+    Bytes bytes;
+    ASSERT_TRUE(node.encode(message, pose, bytes).hasFrame());
+    expected.insert(expected.end(), bytes.begin(), bytes.end());
+  }
+  const std::string common = "encode room -r 0.05 -l quadratic --sensor 70,60,100,90 "
+                             "--crop 0,-1,-1,4,2,1.5 --remove-outliers --no-header ";
+  expectRun(folder, common + "-o quaternion.pcxi --pose 1,0.5,2,1,0,0,0");
+  EXPECT_EQ(bytesOf(folder / "quaternion.pcxi"), expected);
+  expectRun(folder,
+            common + "-o matrix.pcxi --pose "
+                     "'1 0 0 1  0 -1 0 0.5  0 0 -1 2  0 0 0 1'");
+  EXPECT_EQ(bytesOf(folder / "matrix.pcxi"), expected);
+  expectRun(folder, common + "-o x.mcap --pose 1,0.5,2,1,0,0,0");
+  recording::RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
+  EXPECT_EQ(reader.streams()[0].metadata.at("sensor_pose"), "1,0.5,2,1,0,0,0");
+  expectRun(folder,
+            common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0 "
+                     "--pose /hall=7,0,0,0,0,0");
+  EXPECT_EQ(bytesOf(folder / "named.pcxi"), expected);
+}
+
+TEST(ProgramEncode, AnglesAreAboutTheFixedAxes)
+{
+  const TestFolder folder;
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  cloud.push_back(pcl::PointXYZI{1.01f, 2.01f, 3.01f, 0.0f});
+  writeClouds(folder, "point", {cloud});
+  // Roll turns (1, 2, 3) to (1, -3, 2), yaw then to (3, 1, 2).
+  expectRun(folder, "encode point -o x.pcxi -r 0.1 --pose 10,20,30,90,0,90");
+  expectRun(folder, "decode x.pcxi -o decoded");
+  const auto decoded = readCloud(folder / "decoded/000000.pcd");
+  ASSERT_EQ(decoded.size(), 1u);
+  EXPECT_NEAR(decoded[0].x, 13.01f, 0.06f);
+  EXPECT_NEAR(decoded[0].y, 21.01f, 0.06f);
+  EXPECT_NEAR(decoded[0].z, 32.01f, 0.06f);
+}
+
+TEST(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
+{
+  const TestFolder folder;
+  writeClouds(folder, "a", roomClouds(4, 1));
+  writeClouds(folder, "b", roomClouds(2, 2));
+  expectRun(folder, "encode a b -o x.mcap --rate 4 --frame-id hall --frames 1:");
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.size(), 2u);
+  EXPECT_EQ(streams[0].name, "/a");
+  EXPECT_EQ(streams[1].name, "/b");
+  ASSERT_EQ(streams[0].frames.size(), 3u);
+  ASSERT_EQ(streams[1].frames.size(), 1u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const recording::Time time = std::chrono::milliseconds(250 * (i + 1));
+    EXPECT_EQ(streams[0].frames[i].time, time);
+    EXPECT_EQ(streams[0].frames[i].stamp, time);
+    EXPECT_EQ(streams[0].frames[i].frame_id, "hall");
+  }
+}
+
+TEST(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(4);
+  std::filesystem::create_directories(folder / "room");
+  ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "room/0.pcd", clouds[0]), 0);
+  ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "room/1.pcd", clouds[1]), 0);
+  ASSERT_EQ(pcl::io::savePLYFileBinary(folder / "room/2.ply", clouds[2]), 0);
+  writeKitti(folder / "room/3.bin", clouds[3]);
+  expectRun(folder, "encode 'room/*' -o pattern.pcxi --resolution 0.05");
+  expectRun(folder, "encode room/ -o folder.pcxi --resolution 0.05");
+  expectRun(folder,
+            "encode room/0.pcd room/1.pcd room/2.ply room/3.bin -o files.pcxi "
+            "--resolution 0.05");
+  writeClouds(folder, "binary", clouds);
+  expectRun(folder, "encode binary -o binary.pcxi --resolution 0.05");
+  const Bytes expected = bytesOf(folder / "binary.pcxi");
+  EXPECT_FALSE(expected.empty());
+  // Text has fewer digits, which may move a point across the side of a voxel.
+  expectRun(folder, "encode room/1.pcd room/2.ply room/3.bin -o three.pcxi -r 0.05");
+  expectRun(folder,
+            "encode binary/001.pcd binary/002.pcd binary/003.pcd -o same.pcxi "
+            "-r 0.05");
+  EXPECT_EQ(bytesOf(folder / "three.pcxi"), bytesOf(folder / "same.pcxi"));
+  EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "folder.pcxi"));
+  EXPECT_EQ(bytesOf(folder / "files.pcxi"), bytesOf(folder / "folder.pcxi"));
+}
+
+TEST(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(4);
+  writeClouds(folder, "room", clouds);
+  Bytes cut = bytesOf(folder / "room/001.pcd");
+  cut.resize(cut.size() / 2);
+  writeBytes(folder / "room/001.pcd", cut);
+  expectFailure(folder,
+                "encode room -o x.mcap",
+                1,
+                "pcl_ext encode: room, frame 1: cannot read 'room/001.pcd': it was cut "
+                "off: it has ");
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.size(), 1u);
+  EXPECT_EQ(streams[0].frames.size(), 3u);
+  EXPECT_EQ(streams[0].frames[1].time, std::chrono::milliseconds(200));
+}
+
+TEST(ProgramEncode, FilesThatAreNoCloudsAreNamedWithARemedy)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(1);
+  writeClouds(folder, "room", clouds);
+  writeBytes(folder / "empty.pcd", {});
+  const std::string pcl = "<PCL-OCT-COMPRESSED>x";
+  writeBytes(folder / "pcl.pcd", {pcl.begin(), pcl.end()});
+  writeKitti(folder / "swapped.bin", clouds[0], true);
+  writeBytes(folder / "odd.bin", Bytes(17));
+  const std::string huge = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 "
+                           "1 1\nWIDTH 4000000000\nHEIGHT 1\nDATA binary\n";
+  writeBytes(folder / "huge.pcd", {huge.begin(), huge.end()});
+  std::string large = huge;
+  large.replace(large.find("4000000000"), 10, "100000000");
+  writeBytes(folder / "large.pcd", {large.begin(), large.end()});
+  const std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex "
+                          "900000000\nproperty float x\nend_header\n";
+  writeBytes(folder / "huge.ply", {ply.begin(), ply.end()});
+  // PCL 1.13 would crash on these two.
+  std::string odd_line = huge;
+  odd_line.replace(odd_line.find("4000000000"), 10, "1");
+  odd_line.insert(odd_line.find("SIZE"), "size 4\n");
+  writeBytes(folder / "odd_line.pcd", {odd_line.begin(), odd_line.end()});
+  const std::string image =
+      "ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows "
+      "1\nelement vertex 1\nproperty float x\nend_header\n1\n";
+  writeBytes(folder / "image.ply", {image.begin(), image.end()});
+  const auto expectReason = [&](const std::string& file, const std::string& reason) {
+    const ProgramRun result = run(folder, "encode " + file + " -o x.pcxi");
+    EXPECT_EQ(result.status, 1) << file;
+    EXPECT_NE(result.errors.find("'" + file + "': " + reason), std::string::npos)
+        << result.errors;
+    EXPECT_NE(result.errors.find("'x.pcxi' was not written"), std::string::npos)
+        << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi.unfinished"));
+  };
+  expectReason("odd_line.pcd", "its header has a line that PCD has not: 'size 4'");
+  expectReason("image.ply", "num_cols x num_rows and the number of vertices");
+  expectReason("empty.pcd", "it is empty");
+  expectReason("pcl.pcd", "it is a stream of PCL's own class");
+  expectReason("swapped.bin", "its coordinates are no lengths");
+  expectReason("odd.bin", "it has 17 bytes, which is no multiple of 16");
+  expectReason("huge.pcd", "its header promises 4000000000 x 1 points, which is too");
+  expectReason("large.pcd", "it was cut off: it has 0 bytes of points, not 1200000000");
+  expectReason("huge.ply", "it was cut off, or its header is wrong: it promises");
+}
+
+TEST(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  const Bytes before = {1, 2, 3};
+  writeBytes(folder / "x.mcap", before);
+  writeBytes(folder / "no.pcd", {});
+  EXPECT_EQ(run(folder, "encode no.pcd -o x.mcap").status, 1);
+  EXPECT_EQ(bytesOf(folder / "x.mcap"), before);
+  expectFailure(folder, "encode room -o missing/x.pcxi", 1, "missing/x.pcxi");
+  EXPECT_EQ(runShell(folder, "\"$P\" encode room -o - > /dev/full").status, 1);
+}
+
+TEST(ProgramEncode, WrongCommandLinesAreRefused)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  writeClouds(folder, "hall", roomClouds(1));
+  const auto expectRefusal = [&](const std::string& arguments,
+                                 const std::string& text) {
+    expectFailure(folder, "encode " + arguments, 2, text);
+  };
+  expectRefusal("room hall -o x.pcxi", "takes one stream, and there are 2: /room");
+  expectRefusal("room -o x.las", "is no kind of output");
+  expectRefusal("room", "--output is required");
+  expectRefusal("-o x.pcxi", "IN is required");
+  expectRefusal("room -o x.pcxi --brightness 1", "--brightness");
+  expectRefusal("room -o x.pcxi -r 0", "--resolution: Value 0 not in range");
+  expectRefusal("room -o x.pcxi -e great", "great not in {fast,balanced,small}");
+  expectRefusal("room -o x.pcxi -l quadratic", "sensor is not set");
+  expectRefusal("room -o x.pcxi --sensor d435", "unknown sensor 'd435'");
+  expectRefusal("room -o x.pcxi --sensor 87,58,848", "--sensor needs 4 numbers");
+  expectRefusal("room -o x.pcxi --sensor 87,58,848,0", "columns and rows are whole");
+  expectRefusal("room -o x.pcxi --crop 0,0,0,1,1", "--crop needs 6 numbers");
+  expectRefusal("room -o x.pcxi --crop wide,0,0,1,1,1", "'wide' is not a number");
+  expectRefusal("room -o x.pcxi --crop 0,0,0,1,0,1", "must be below");
+  expectRefusal("room -o x.pcxi --pose 0,0,nan,0,0,0", "'nan' is not a finite number");
+  expectRefusal("room -o x.pcxi --pose 0,0,0", "--pose has 3 numbers");
+  expectRefusal("room -o x.pcxi --pose 0,0,0,1,1,0,0", "has the length 1.4");
+  expectRefusal("room -o x.pcxi --pose 2,0,0,0,0,2,0,0,0,0,2,0", "not a rotation");
+  expectRefusal("room -o x.pcxi --frames 1:", "the longest stream has 1 clouds");
+  expectRefusal("room -o x.pcxi --frames 2:1", "is no frame");
+  expectRefusal("room -o x.pcxi --topics /a", "--topics is for bags");
+  expectRefusal("room -o x.pcxi --format published --intensity-curve companded",
+                "intensity_curve is companded");
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi"));
+  expectFailure(folder, "frobnicate", 2, "frobnicate");
+  expectFailure(folder, "encode nowhere -o x.pcxi", 1, "there is no 'nowhere'");
+}
+
+TEST(ProgramEncode, BoxWithoutPointsIsReportedWithWhereTheyAre)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectFailure(folder,
+                "encode room -o x.pcxi --crop 100,100,100,101,101,101",
+                1,
+                "/room: no point is inside the box; its first points are between (-1");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

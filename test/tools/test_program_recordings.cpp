@@ -1,0 +1,452 @@
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::test::knownStream;
+using recording::test::KnownStream;
+using recording::test::record;
+
+/** \brief Records two streams: 40 frames with an I-frame every 10, and 31 every 7. */
+std::vector<KnownStream>
+recordTwoStreams(const std::string& path)
+{
+  const std::vector<KnownStream> streams = {knownStream(0, 40, 10),
+                                            knownStream(1, 31, 7)};
+  record(streams, path);
+  return streams;
+}
+
+/** \brief Expects that a cloud has the voxels of a frame. */
+void
+expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>& cloud)
+{
+  ASSERT_EQ(cloud.size(), frame.size());
+  std::size_t i = 0;
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    const pcl::PointXYZI& point = cloud[i++];
+    ASSERT_FLOAT_EQ(point.x, x);
+    ASSERT_FLOAT_EQ(point.y, y);
+    ASSERT_FLOAT_EQ(point.z, z);
+    ASSERT_FLOAT_EQ(point.intensity, intensity);
+  });
+}
+
+std::size_t
+filesIn(const std::string& path)
+{
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+}
+
+} // namespace
+
+TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
+  record(streams, folder / "x.pcxi");
+  const std::pair<const char*, const char*> kinds[] = {{"", ".pcd"},
+                                                       {"--pcd binary", ".pcd"},
+                                                       {"--pcd compressed", ".pcd"},
+                                                       {"--pcd ascii", ".pcd"},
+                                                       {"--ply", ".ply"}};
+  for (const auto& [option, extension] : kinds) {
+    SCOPED_TRACE(option);
+    expectRun(folder, std::string("decode x.pcxi -o out --overwrite ") + option);
+    EXPECT_EQ(filesIn(folder / "out"), 6u);
+    for (std::size_t i = 0; i < 6; ++i)
+      expectVoxels(streams[0].frames[i].voxels,
+                   readCloud(folder / ("out/00000" + std::to_string(i) + extension)));
+  }
+  EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
+}
+
+TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
+  expectRun(folder, "decode x.mcap -o by_number --frames 12:15");
+  for (std::size_t stream = 0; stream < 2; ++stream) {
+    const std::string of_stream = "by_number/sensor_" + std::to_string(stream);
+    EXPECT_EQ(filesIn(folder / of_stream), 3u);
+    for (std::size_t i = 12; i < 15; ++i)
+      expectVoxels(
+          streams[stream].frames[i].voxels,
+          readCloud(folder / (of_stream + "/0000" + std::to_string(i) + ".pcd")));
+  }
+  // Frames are 50 ms apart; stream 1 is a millisecond behind.
+  expectRun(folder,
+            "decode x.mcap -o by_time --from 0.5 --to 0.601 --streams /sensor_1");
+  EXPECT_EQ(filesIn(folder / "by_time"), 2u);
+  expectVoxels(streams[1].frames[10].voxels, readCloud(folder / "by_time/000010.pcd"));
+  expectVoxels(streams[1].frames[11].voxels, readCloud(folder / "by_time/000011.pcd"));
+}
+
+TEST(ProgramDecode, VoxelsAreFiltered)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 3, 3)};
+  record(streams, folder / "x.pcxi");
+  expectRun(folder, "decode x.pcxi -o faint --min-intensity 5");
+  io::VoxelFrame kept = streams[0].frames[2].voxels;
+  ASSERT_GT(removeFaintVoxels(kept, 5.0f), 0u);
+  expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
+  expectRun(folder, "decode x.pcxi -o clean --remove-outliers --unit points");
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = DensityUnit::Points;
+  VoxelOutlierRemoval removal(settings);
+  for (std::size_t i = 0; i < 3; ++i) {
+    io::VoxelFrame voxels = streams[0].frames[i].voxels;
+    ASSERT_TRUE(removal.filter(voxels).ok());
+    if (!voxels.keys.empty())
+      expectVoxels(voxels,
+                   readCloud(folder / ("clean/00000" + std::to_string(i) + ".pcd")));
+  }
+}
+
+TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
+{
+  const TestFolder folder;
+  record({knownStream(0, 3, 3)}, folder / "x.pcxi");
+  fs::create_directories(folder / "out");
+  writeBytes(folder / "out/notes.pcd", {1});
+  writeBytes(folder / "out/000007.pcd", {1});
+  expectFailure(folder, "decode x.pcxi -o out", 2, "is not empty");
+  expectRun(folder, "decode x.pcxi -o out --overwrite");
+  EXPECT_EQ(bytesOf(folder / "out/notes.pcd").size(), 1u);
+  EXPECT_FALSE(fs::exists(folder / "out/000007.pcd"));
+  EXPECT_EQ(filesIn(folder / "out"), 4u);
+}
+
+TEST(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 1, 1), knownStream(1, 1, 1)};
+  streams[0].name = "/../../escaped";
+  streams[1].name = "..";
+  record(streams, folder / "x.mcap");
+  expectRun(folder, "decode x.mcap -o out");
+  EXPECT_EQ(filesIn(folder / "out"), 2u);
+  EXPECT_TRUE(fs::exists(folder / "out/______escaped/000000.pcd"));
+  EXPECT_TRUE(fs::exists(folder / "out/__/000000.pcd"));
+}
+
+TEST(ProgramPipe, EncodeAndDecodeInAPipe)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(3));
+  const ProgramRun result =
+      runShell(folder,
+               "cat room/000.pcd | \"$P\" encode - -o - -q | \"$P\" "
+               "decode - -o out -q && \"$P\" encode room -o - -q | "
+               "\"$P\" cut - -o part.pcxi --frames 0:2");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  expectRun(folder, "encode room/000.pcd -o one.pcxi");
+  expectVoxels(decode(folder / "one.pcxi")[0].voxels[0],
+               readCloud(folder / "out/000000.pcd"));
+  expectRun(folder, "encode room -o all.pcxi");
+  EXPECT_EQ(decode(folder / "part.pcxi")[0].frames.size(), 2u);
+  expectSameFrames(decode(folder / "all.pcxi")[0], 0, decode(folder / "part.pcxi")[0]);
+}
+
+TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
+  const ProgramRun result = expectRun(folder, "info x.mcap --json");
+  const nlohmann::json json = nlohmann::json::parse(result.output);
+  EXPECT_EQ(json["frames"], 71);
+  EXPECT_EQ(json["file_bytes"], fs::file_size(folder / "x.mcap"));
+  EXPECT_EQ(json["is_unfinished"], false);
+  EXPECT_EQ(json["duration_s"], 1.95);
+  ASSERT_EQ(json["streams"].size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const nlohmann::json& stream = json["streams"][i];
+    std::size_t bytes = 0;
+    std::size_t voxels = 0;
+    for (const auto& frame : streams[i].frames) {
+      bytes += frame.bytes.size();
+      voxels += frame.voxels.size();
+    }
+    const double frames = static_cast<double>(streams[i].frames.size());
+    EXPECT_EQ(stream["name"], streams[i].name);
+    EXPECT_EQ(stream["frames"], streams[i].frames.size());
+    EXPECT_EQ(stream["i_frames"], i == 0 ? 4 : 5);
+    EXPECT_EQ(stream["missing_frames"], 0);
+    EXPECT_EQ(stream["bytes"], bytes);
+    EXPECT_DOUBLE_EQ(stream["mean_frame_voxels"], static_cast<double>(voxels) / frames);
+    EXPECT_DOUBLE_EQ(stream["bytes_per_voxel"],
+                     static_cast<double>(bytes) / static_cast<double>(voxels));
+    EXPECT_DOUBLE_EQ(stream["ratio_16_bytes_a_voxel"],
+                     16.0 * static_cast<double>(voxels) / static_cast<double>(bytes));
+    EXPECT_DOUBLE_EQ(stream["rate_hz"], 20.0);
+    EXPECT_DOUBLE_EQ(stream["resolution_m"],
+                     streams[i].frames[0].voxels.grid.resolution);
+    EXPECT_EQ(stream["effort"], "balanced");
+    EXPECT_EQ(stream["frame_id"], "world");
+  }
+  const ProgramRun table = expectRun(folder, "info x.mcap");
+  EXPECT_NE(table.output.find("| /sensor_1 | 31     | 5        | 0    | 20.0    |"),
+            std::string::npos)
+      << table.output;
+}
+
+TEST(ProgramVerify, EachLossHasALine)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 20, 5);
+  record({stream}, folder / "good.pcxi");
+  const ProgramRun good = expectRun(folder, "verify good.pcxi");
+  EXPECT_EQ(good.output, "20 frames decoded, 0 lost\n");
+  // Without frame 7 the next two cannot be decoded; frame 13 has a wrong bit.
+  Bytes bytes;
+  std::size_t at_8 = 0;
+  std::size_t at_13 = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    if (i == 7)
+      continue;
+    at_8 = i == 8 ? bytes.size() : at_8;
+    at_13 = i == 13 ? bytes.size() : at_13;
+    bytes.insert(
+        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
+  }
+  bytes[at_13 + stream.frames[13].bytes.size() - 6] ^= 1;
+  writeBytes(folder / "bad.pcxi", bytes);
+  const ProgramRun bad = run(folder, "verify bad.pcxi");
+  EXPECT_EQ(bad.status, 1);
+  const std::string& text = bad.output;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 6) << text;
+  const auto expectLine = [&text](const std::string& line) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << '\n' << text;
+  };
+  expectLine("frame 7 at byte " + std::to_string(at_8) +
+             ": 1 before it is not in the recording");
+  expectLine("frame 7 at byte " + std::to_string(at_8) + ": ");
+  expectLine("frame 12 at byte " + std::to_string(at_13) + ": ");
+  expectLine("15 frames decoded, 5 lost");
+  const ProgramRun info = expectRun(folder, "info bad.pcxi --json");
+  EXPECT_EQ(nlohmann::json::parse(info.output)["streams"][0]["missing_frames"], 1);
+}
+
+TEST(ProgramVerify, FileThatWasCutOffIsReadUpToThere)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  Bytes bytes = bytesOf(folder / "x.mcap");
+  bytes.resize(bytes.size() * 2 / 3);
+  writeBytes(folder / "cut.mcap", bytes);
+  const ProgramRun result = run(folder, "verify cut.mcap");
+  EXPECT_NE(result.output.find("was not finished"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find(" 0 lost"), std::string::npos) << result.output;
+  const ProgramRun info = run(folder, "info cut.mcap");
+  EXPECT_EQ(info.status, 0);
+  EXPECT_NE(info.output.find("unfinished"), std::string::npos) << info.output;
+}
+
+TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  const ProgramRun result =
+      run(folder, "cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.errors,
+            "pcl_ext cut: /sensor_0 begins 3 frames earlier, with the I-frame 20, "
+            "without which the others cannot be decoded\n");
+  const std::vector<DecodedStream> part = decode(folder / "part.pcxi");
+  ASSERT_EQ(part.size(), 1u);
+  EXPECT_EQ(part[0].frames.size(), 7u);
+  expectSameFrames(all[0], 20, part[0]);
+  expectFailure(folder, "cut x.mcap -o y.pcxi", 2, "choose one with --streams");
+  expectFailure(folder, "cut x.mcap -o y.mcap --from 9", 2, "takes 1.950 s");
+  expectFailure(folder, "cut x.mcap -o y.mcap --streams /a", 2, "there is no '/a'");
+  expectFailure(folder, "cut x.mcap -o x.mcap", 2, "is an input");
+}
+
+TEST(ProgramMerge, PartsBecomeOneStreamAgain)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o a.mcap --to 0.999");
+  expectRun(folder, "cut x.mcap -o b.mcap --streams /sensor_0 --from 1");
+  expectRun(folder, "cut x.mcap -o c.pcxi --streams /sensor_1 --frames 21:");
+  expectRun(folder, "merge b.mcap a.mcap -o ab.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  const std::vector<DecodedStream> merged = decode(folder / "ab.mcap");
+  ASSERT_EQ(merged.size(), 2u);
+  for (const DecodedStream& stream : merged) {
+    const DecodedStream& original = all[stream.name == all[0].name ? 0 : 1];
+    EXPECT_EQ(stream.frames.size(), stream.name == "/sensor_0" ? 40u : 20u);
+    expectSameFrames(original, 0, stream);
+    for (std::size_t i = 0; i < stream.frames.size(); ++i)
+      EXPECT_EQ(stream.frames[i].time, original.frames[i].time);
+  }
+  expectRun(folder, "cut x.mcap -o d.pcxi --streams /sensor_1 --frames :21");
+  expectRun(folder, "merge d.pcxi c.pcxi -o dc.pcxi");
+  const std::vector<DecodedStream> of_files = decode(folder / "dc.pcxi");
+  EXPECT_EQ(of_files[0].frames.size(), 31u);
+  expectSameFrames(all[1], 0, of_files[0]);
+}
+
+TEST(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  expectFailure(folder,
+                "merge x.mcap x.mcap -o y.mcap",
+                2,
+                "the stream /sensor_0 is in 'x.mcap' and in 'x.mcap' at the same time");
+  expectFailure(
+      folder, "merge x.mcap x.mcap -o y.mcap --prefix a", 2, "--prefix needs");
+  expectRun(folder, "merge x.mcap x.mcap -o y.mcap --prefix left,right");
+  const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
+  ASSERT_EQ(streams.size(), 4u);
+  EXPECT_EQ(streams[0].name, "/left/sensor_0");
+  EXPECT_EQ(streams[3].name, "/right/sensor_1");
+  expectSameFrames(decode(folder / "x.mcap")[1], 0, streams[3]);
+}
+
+TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
+{
+  const TestFolder folder;
+  // More bytes than a pipe holds, so that the program waits for this test.
+  writeClouds(folder, "room", roomClouds(60));
+  const std::string input = folder / "room";
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[1], STDOUT_FILENO);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    ::close(STDERR_FILENO);
+    ::open("/dev/null", O_WRONLY);
+    ::execl(PCL_EXT_PROGRAM,
+            "pcl_ext",
+            "encode",
+            input.c_str(),
+            "-o",
+            "-",
+            "-r",
+            "0.01",
+            "--i-frame-rate",
+            "1",
+            static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  Bytes bytes;
+  std::uint8_t part[4096];
+  bool is_interrupted = false;
+  for (ssize_t count; (count = ::read(ends[0], part, sizeof(part))) > 0;) {
+    bytes.insert(bytes.end(), part, part + count);
+    if (!is_interrupted)
+      ::kill(child, SIGINT);
+    is_interrupted = true;
+  }
+  ::close(ends[0]);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  writeBytes(folder / "x.pcxi", bytes);
+  const std::vector<DecodedStream> streams = decode(folder / "x.pcxi");
+  ASSERT_EQ(streams.size(), 1u);
+  EXPECT_GT(streams[0].frames.size(), 0u);
+  EXPECT_LT(streams[0].frames.size(), 60u);
+}
+
+TEST(ProgramDemo, MakesARecordingAndClouds)
+{
+  const TestFolder folder;
+  const ProgramRun result =
+      run(folder,
+          "demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
+          "--frames 2 -o out -q -l quadratic --threshold 30");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(result.errors, "");
+  EXPECT_NE(result.output.find("| cell_sensor_2 | count     | 3      |"),
+            std::string::npos)
+      << result.output;
+  EXPECT_NE(result.output.find("outlier filter (denoised clouds)"), std::string::npos);
+  EXPECT_NE(result.output.find("threshold 30 (denoised clouds)"), std::string::npos);
+  EXPECT_NE(result.output.find("pcl_ext info out/cell.mcap"), std::string::npos);
+  const std::vector<DecodedStream> streams = decode(folder / "out/cell.mcap");
+  ASSERT_EQ(streams.size(), 2u);
+  EXPECT_EQ(streams[1].name, "/cell_sensor_2");
+  ASSERT_EQ(streams[1].voxels.size(), 2u);
+  EXPECT_TRUE(streams[1].voxels[0].depth_model);
+  // The clouds of the first run are gone.
+  EXPECT_EQ(filesIn(folder / "out/cell_sensor_2/decoded"), 2u);
+  EXPECT_EQ(filesIn(folder / "out/cell_sensor_2/denoised"), 2u);
+  expectVoxels(streams[1].voxels[1],
+               readCloud(folder / "out/cell_sensor_2/decoded/000001.pcd"));
+}
+
+TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
+{
+  const TestFolder folder;
+  expectRun(folder, "documentation man pcl_ext.1");
+  const Bytes page = bytesOf(folder / "pcl_ext.1");
+  const std::string man(page.begin(), page.end());
+  for (const std::string command :
+       {"encode", "decode", "info", "verify", "cut", "merge", "demo"}) {
+    const ProgramRun help = expectRun(folder, command + " --help");
+    EXPECT_LE(std::count(help.output.begin(), help.output.end(), '\n'), 45) << command;
+    std::size_t longest = 0;
+    for (std::size_t begin = 0; begin < help.output.size();) {
+      const std::size_t end = help.output.find('\n', begin);
+      longest = std::max(longest, end - begin);
+      begin = end + 1;
+    }
+    EXPECT_LE(longest, 100u) << command;
+    EXPECT_NE(man.find("\n.SS " + command + "\n"), std::string::npos);
+  }
+  EXPECT_NE(man.find("\\fB\\-\\-i\\-frame\\-rate\\fR \\fIN\\fR"), std::string::npos);
+  EXPECT_EQ(man.find("documentation"), std::string::npos);
+}
+
+TEST(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
+{
+  const TestFolder folder;
+  expectRun(folder, "documentation bash completion");
+  writeBytes(folder / "x.mcap", {});
+  const auto complete = [&folder](const std::string& words) {
+    const ProgramRun result = runShell(folder,
+                                       "bash -c '. ./completion; COMP_WORDS=(" + words +
+                                           "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); "
+                                           "_pcl_ext; echo ${COMPREPLY[*]}'");
+    EXPECT_EQ(result.errors, "") << words;
+    return result.output;
+  };
+  EXPECT_EQ(complete("pcl_ext e"), "encode\n");
+  EXPECT_EQ(complete("pcl_ext encode --eff"), "--effort\n");
+  EXPECT_EQ(complete("pcl_ext encode --effort \"\""), "fast balanced small\n");
+  EXPECT_EQ(complete("pcl_ext decode --pcd a"), "ascii\n");
+  EXPECT_EQ(complete("pcl_ext decode --from \"\""), "\n");
+  EXPECT_EQ(complete("pcl_ext info x.m"), "x.mcap\n");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,171 @@
+#include "cloud_folder.h"
+
+#include "exit_status.h"
+#include "point_cloud_conversions.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* unfinished_suffix = ".unfinished";
+
+bool
+isCloudOfFrame(const fs::path& file)
+{
+  const std::string stem = file.stem().string();
+  return !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos &&
+         (file.extension() == ".pcd" || file.extension() == ".ply");
+}
+
+std::string
+nameOfFile(std::size_t number, CloudFormat format)
+{
+  char name[40];
+  std::snprintf(name,
+                sizeof(name),
+                "%06zu.%s",
+                number,
+                format == CloudFormat::Ply ? "ply" : "pcd");
+  return name;
+}
+
+int
+writeFile(const std::string& path, CloudFormat format, const pcl::PCLPointCloud2& cloud)
+{
+  const Eigen::Vector4f origin = Eigen::Vector4f::Zero();
+  const Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
+  switch (format) {
+  case CloudFormat::PcdBinary:
+    return pcl::PCDWriter().writeBinary(path, cloud, origin, orientation);
+  case CloudFormat::PcdCompressed:
+    return pcl::PCDWriter().writeBinaryCompressed(path, cloud, origin, orientation);
+  case CloudFormat::PcdAscii:
+    return pcl::PCDWriter().writeASCII(path, cloud, origin, orientation);
+  case CloudFormat::Ply:
+    return pcl::PLYWriter().writeBinary(path, cloud, origin, orientation, false);
+  }
+  return -1;
+}
+
+} // namespace
+
+std::vector<std::string>
+folderNames(const std::vector<std::string>& streams)
+{
+  constexpr const char* usual = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789_-";
+  std::map<std::string, int> uses;
+  std::vector<std::string> names;
+  for (const std::string& stream : streams) {
+    const std::string topic = topicOf(stream);
+    std::string name =
+        topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
+    constexpr std::size_t longest = 200;
+    name.resize(std::min(name.size(), longest));
+    for (char& character : name)
+      if (std::string(usual).find(character) == std::string::npos)
+        character = '_';
+    if (name.empty())
+      name = "stream";
+    while (++uses[name] > 1)
+      name += "_" + std::to_string(uses[name]);
+    names.push_back(name);
+  }
+  return names;
+}
+
+CloudFolder::CloudFolder(const std::string& path,
+                         CloudFormat format,
+                         bool may_replace,
+                         std::vector<std::string> folders)
+: path_(fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
+, unfinished_(path_.string() + unfinished_suffix)
+, format_(format)
+, folders_(std::move(folders))
+{
+  if (folders_.size() == 1)
+    folders_.front().clear();
+  if (fs::exists(path_) && !fs::is_directory(path_))
+    throw UsageError("'" + path_.string() + "' is a file; the clouds need a folder");
+  if (fs::exists(path_) && !fs::is_empty(path_) && !may_replace)
+    throw UsageError("the folder '" + path_.string() +
+                     "' is not empty: name another one, or replace the clouds in it "
+                     "with --overwrite");
+  std::error_code error;
+  fs::remove_all(unfinished_, error); // of a run that was ended
+  for (const std::string& folder : folders_) {
+    fs::create_directories(unfinished_ / folder, error);
+    if (error)
+      throw std::runtime_error("cannot create the folder '" +
+                               (unfinished_ / folder).string() +
+                               "': " + error.message());
+  }
+}
+
+CloudFolder::~CloudFolder()
+{
+  std::error_code ignored;
+  fs::remove_all(unfinished_, ignored);
+}
+
+void
+CloudFolder::write(std::size_t stream,
+                   std::size_t number,
+                   const pcl::PCLPointCloud2& cloud)
+{
+  const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, format_);
+  bool is_written = false;
+  try {
+    is_written = writeFile(file_.path(), format_, cloud) == 0;
+  }
+  catch (const pcl::IOException&) {
+    // As below.
+  }
+  if (!is_written)
+    throw std::runtime_error("PCL cannot write the cloud of '" + name.string() + "'");
+  file_.copyTo((unfinished_ / name).string());
+  last_ = name;
+}
+
+/** \brief Moves the files of a stream, and removes those of an earlier run. */
+void
+CloudFolder::replaceFolder(const fs::path& from, const fs::path& to)
+{
+  fs::create_directories(to);
+  // Files of other names are the user's.
+  std::vector<fs::path> old;
+  for (const fs::directory_entry& entry : fs::directory_iterator(to))
+    if (isCloudOfFrame(entry.path()))
+      old.push_back(entry.path());
+  for (const fs::path& file : old)
+    fs::remove(file);
+  for (const fs::directory_entry& entry : fs::directory_iterator(from))
+    if (!entry.is_directory())
+      fs::rename(entry.path(), to / entry.path().filename());
+}
+
+std::string
+CloudFolder::finish()
+{
+  if (!fs::exists(path_))
+    fs::rename(unfinished_, path_);
+  else
+    for (const std::string& folder : folders_)
+      replaceFolder(unfinished_ / folder, path_ / folder);
+  return last_.empty() ? std::string() : (path_ / last_).string();
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "memory_file.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief How the files of clouds are written. */
+enum class CloudFormat { PcdBinary, PcdCompressed, PcdAscii, Ply };
+
+/** \brief Names of folders for streams, without any character that is special in paths; no
+ * two are the same. */
+std::vector<std::string>
+folderNames(const std::vector<std::string>& streams);
+
+/** \brief A folder that gets a file for each cloud, in a folder for each stream if there are
+ * several. The files are written beside it, and get their place when all are complete.
+ * Failures throw std::exception. */
+class CloudFolder {
+public:
+  /** \param[in] path of the folder
+   * \param[in] may_replace clouds that are there are replaced; else the folder must be new or
+   * empty
+   * \param[in] folders of the streams in it; one stream alone has none
+   */
+  CloudFolder(const std::string& path,
+              CloudFormat format,
+              bool may_replace,
+              std::vector<std::string> folders);
+
+  /** \brief Removes what was not finished. */
+  ~CloudFolder();
+  CloudFolder(const CloudFolder&) = delete;
+  CloudFolder&
+  operator=(const CloudFolder&) = delete;
+
+  /** \brief Writes a cloud as 000123.pcd, or .ply.
+   * \param[in] stream index of its folder
+   * \param[in] number of the frame
+   * \param[in] cloud not empty: PCD has no empty clouds
+   */
+  void
+  write(std::size_t stream, std::size_t number, const pcl::PCLPointCloud2& cloud);
+
+  /** \brief Moves all files to their place.
+   * \return the last file
+   */
+  std::string
+  finish();
+
+private:
+  void
+  replaceFolder(const std::filesystem::path& from, const std::filesystem::path& to);
+
+  std::filesystem::path path_;
+  std::filesystem::path unfinished_;
+  CloudFormat format_;
+  std::vector<std::string> folders_;
+  std::filesystem::path last_; // in path_
+  MemoryFile file_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

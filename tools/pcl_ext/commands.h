@@ -1,0 +1,38 @@
+/** \file
+ * \brief The subcommands of the program. Each function adds one with its options; it
+ * returns what runs it, which returns the exit status.
+ */
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include <functional>
+
+namespace pcl_ext {
+namespace tools {
+
+using Run = std::function<int()>;
+
+Run
+addEncode(CLI::App& app);
+Run
+addDecode(CLI::App& app);
+Run
+addInfo(CLI::App& app);
+Run
+addVerify(CLI::App& app);
+Run
+addCut(CLI::App& app);
+Run
+addMerge(CLI::App& app);
+Run
+addDemo(CLI::App& app);
+
+/** \brief The hidden subcommand that prints the man page and the completions.
+ * \param[in] program whose options they list
+ */
+Run
+addDocumentation(CLI::App& app, const CLI::App& program);
+
+} // namespace tools
+} // namespace pcl_ext

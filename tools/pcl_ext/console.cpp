@@ -1,0 +1,144 @@
+#include "console.h"
+
+#include "measuring/markdown_table.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+
+constexpr std::chrono::milliseconds first_after{1000};
+constexpr std::chrono::milliseconds bar_period{100};
+constexpr std::chrono::milliseconds line_period{1000};
+
+/** \brief 1:05 or 1:02:05. */
+std::string
+minutesAndSeconds(double seconds)
+{
+  const auto whole = static_cast<long>(std::ceil(seconds));
+  char text[40];
+  if (whole >= 3600)
+    std::snprintf(text,
+                  sizeof(text),
+                  "%ld:%02ld:%02ld",
+                  whole / 3600,
+                  whole / 60 % 60,
+                  whole % 60);
+  else
+    std::snprintf(text, sizeof(text), "%ld:%02ld", whole / 60, whole % 60);
+  return text;
+}
+
+std::string
+bar(std::size_t done, std::size_t total)
+{
+  constexpr std::size_t width = 30;
+  const std::size_t full = width * std::min(done, total) / total;
+  return "[" + std::string(full, '#') + std::string(width - full, ' ') + "] ";
+}
+
+} // namespace
+
+Console::Console(const std::string& command)
+: name_("pcl_ext " + command), is_terminal_(isatty(STDERR_FILENO) != 0)
+{}
+
+void
+Console::beQuiet()
+{
+  is_quiet_ = true;
+}
+
+void
+Console::keepOutputFree()
+{
+  is_output_free_ = true;
+}
+
+void
+Console::error(const std::string& message)
+{
+  endProgress();
+  std::cout.flush();
+  std::cerr << name_ << ": " << message << std::endl;
+}
+
+void
+Console::remark(const std::string& message)
+{
+  if (!is_quiet_)
+    error(message);
+}
+
+void
+Console::summary(const std::string& line)
+{
+  endProgress();
+  (is_output_free_ ? std::cerr : std::cout) << line << std::endl;
+}
+
+void
+Console::startProgress(const std::string& what, std::size_t total)
+{
+  endProgress();
+  what_ = what;
+  total_ = total;
+  done_ = 0;
+  start_ = Clock::now();
+  next_ = start_ + first_after;
+}
+
+void
+Console::advance(std::size_t count)
+{
+  done_ += count;
+  if (is_quiet_)
+    return;
+  const Clock::time_point now = Clock::now();
+  if (now < next_)
+    return;
+  next_ = now + (is_terminal_ ? bar_period : line_period);
+  show(now);
+}
+
+void
+Console::show(Clock::time_point now)
+{
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double rate = static_cast<double>(done_) / seconds;
+  std::string text = formatted(static_cast<double>(done_), 0);
+  if (total_ > 0)
+    text += " of " + formatted(static_cast<double>(total_), 0);
+  text += " " + what_ + ", " + formatted(rate, rate < 10.0 ? 1 : 0) + " a second";
+  if (total_ > done_ && rate > 0.0)
+    text +=
+        ", " + minutesAndSeconds(static_cast<double>(total_ - done_) / rate) + " left";
+  if (!is_terminal_) {
+    std::cerr << name_ << ": " << text << std::endl;
+    return;
+  }
+  // Back to the first column, and clear to the end of the line.
+  std::cerr << '\r' << (total_ > 0 ? bar(done_, total_) : "") << text << "\x1b[K"
+            << std::flush;
+  is_bar_shown_ = true;
+}
+
+void
+Console::endProgress()
+{
+  if (is_bar_shown_)
+    std::cerr << "\r\x1b[K" << std::flush;
+  is_bar_shown_ = false;
+}
+
+} // namespace tools
+} // namespace pcl_ext

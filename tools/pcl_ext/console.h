@@ -1,0 +1,74 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What a command prints while it works: errors, remarks, and how far it is.
+ *
+ * Progress goes to standard error: on a terminal a bar with rate and remaining time, else a
+ * line a second; none in the first second, so that short runs have none.
+ */
+class Console {
+public:
+  /** \param[in] command such as "encode", for messages */
+  explicit Console(const std::string& command);
+
+  /** \brief Leaves progress and remarks out. */
+  void
+  beQuiet();
+
+  /** \brief Standard output takes frames: summaries go to standard error. */
+  void
+  keepOutputFree();
+
+  /** \brief Prints one line with the name of the command on standard error. */
+  void
+  error(const std::string& message);
+
+  /** \brief The same, but not if quiet. */
+  void
+  remark(const std::string& message);
+
+  /** \brief Prints a line on standard output: what was done. */
+  void
+  summary(const std::string& line);
+
+  /** \brief Starts counting anew.
+   * \param[in] what is counted, such as "frames"
+   * \param[in] total number of them; 0: unknown
+   */
+  void
+  startProgress(const std::string& what, std::size_t total);
+
+  /** \brief One more is done. */
+  void
+  advance(std::size_t count = 1);
+
+  /** \brief Removes the bar. */
+  void
+  endProgress();
+
+private:
+  using Clock = std::chrono::steady_clock;
+
+  void
+  show(Clock::time_point now);
+
+  std::string name_;
+  bool is_quiet_ = false;
+  bool is_output_free_ = false;
+  bool is_terminal_;
+  std::string what_;
+  std::size_t total_ = 0;
+  std::size_t done_ = 0;
+  bool is_bar_shown_ = false;
+  Clock::time_point start_;
+  Clock::time_point next_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,78 @@
+#include "commands.h"
+#include "console.h"
+#include "copied_streams.h"
+#include "exit_status.h"
+#include "frame_output.h"
+#include "interruption.h"
+#include "measuring/markdown_table.h"
+#include "options.h"
+#include "output_path.h"
+#include "recording_input.h"
+
+#include <memory>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+
+struct CutOptions {
+  std::string input;
+  std::string output;
+  Selection selection;
+  bool is_quiet = false;
+};
+
+int
+cut(const CutOptions& options)
+{
+  Console console("cut");
+  if (options.is_quiet)
+    console.beQuiet();
+  if (options.output == "-")
+    console.keepOutputFree();
+  RecordingInput input = RecordingInput::openBag(options.input);
+  refuseSameFile({input.path()}, options.output);
+  input.select(options.selection);
+  std::size_t chosen = 0;
+  for (std::size_t i = 0; i < input.reader().streams().size(); ++i)
+    chosen += input.isChosen(i) ? 1 : 0;
+  if (kindOfOutput(options.output) == OutputKind::Frames && chosen > 1)
+    throw UsageError("'" + options.output + "' takes one stream, and there are " +
+                     std::to_string(chosen) +
+                     ": choose one with --streams or name x.mcap");
+  CopiedStreams copied(options.output, input.bag() != nullptr, input.bag(), console);
+  copied.addInput(input, "");
+  for (std::size_t i = 0; i < input.reader().streams().size(); ++i)
+    if (const std::size_t more = input.firstWanted(i) - input.firstRead(i); more > 0)
+      console.remark(input.reader().streams()[i].name + " begins " +
+                     std::to_string(more) + (more == 1 ? " frame" : " frames") +
+                     " earlier, with the I-frame " +
+                     std::to_string(input.firstRead(i)) +
+                     ", without which the others cannot be decoded");
+  console.startProgress("frames", input.size());
+  RecordingInput::Item item;
+  while (!isInterrupted() && input.next(item)) {
+    copied.copy(0, item);
+    console.advance();
+  }
+  return copied.finish();
+}
+
+} // namespace
+
+Run
+addCut(CLI::App& app)
+{
+  const auto options = std::make_shared<CutOptions>();
+  addInput(app, options->input, "recording; - is standard input");
+  addOutput(app, options->output, "x.pcxi (one stream), x.mcap, a folder, or -");
+  addSelection(app, options->selection);
+  addQuiet(app, options->is_quiet);
+  return [options] { return cut(*options); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,223 @@
+#include "cloud_folder.h"
+#include "commands.h"
+#include "console.h"
+#include "decoded_bag.h"
+#include "decoding_options.h"
+#include "exit_status.h"
+#include "interruption.h"
+#include "measuring/markdown_table.h"
+#include "options.h"
+#include "output_path.h"
+#include "point_cloud_conversions.h"
+#include "recording_input.h"
+#include "stream_decoder.h"
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+using recording::RecordedFrame;
+
+struct DecodeOptions {
+  std::string input;
+  std::string output;
+  Selection selection;
+  DecodingOptions decoding;
+  CloudFormat format = CloudFormat::PcdCompressed;
+  bool is_bag = false;
+  bool may_replace = false;
+  bool is_quiet = false;
+};
+
+/** \brief Decodes the frames of a recording into files, or a bag. */
+class Decode {
+public:
+  explicit Decode(const DecodeOptions& options)
+  : options_(options)
+  , console_("decode")
+  , is_bag_(options.is_bag || isNameOfBag(options.output))
+  , input_(is_bag_ ? RecordingInput::openBag(options.input)
+                   : RecordingInput(options.input))
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    input_.select(options.selection);
+    refuseSameFile({input_.path()}, options.output);
+    std::vector<std::string> chosen;
+    for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
+      decoders_.emplace_back(input_.reader(), stream, options.decoding);
+      folder_of_stream_.push_back(chosen.size());
+      if (input_.isChosen(stream))
+        chosen.push_back(input_.reader().streams()[stream].name);
+    }
+    if (is_bag_)
+      bag_ = std::make_unique<DecodedBag>(options.output, input_);
+    else
+      folder_ = std::make_unique<CloudFolder>(
+          options.output, options.format, options.may_replace, folderNames(chosen));
+    streams_ = chosen.size();
+  }
+
+  int
+  run()
+  {
+    console_.startProgress("frames", input_.size());
+    RecordingInput::Item item;
+    while (!isInterrupted() && input_.next(item)) {
+      if (item.is_frame)
+        decode(item);
+      else if (bag_) {
+        bag_->passThrough(item, input_);
+        ++other_messages_;
+      }
+      console_.advance();
+    }
+    console_.endProgress();
+    for (const std::string& place : input_.damage())
+      console_.error(place);
+    for (const StreamDecoder& decoder : decoders_)
+      if (!decoder.remark().empty())
+        console_.remark(decoder.remark());
+    if (frames_ == 0)
+      throw std::runtime_error("no frame could be decoded; '" + options_.output +
+                               "' was not written");
+    if (bag_)
+      bag_->finish(input_);
+    else
+      folder_->finish();
+    printSummary();
+    if (isInterrupted())
+      return interrupted;
+    return lost_ > 0 || !input_.damage().empty() ? something_failed : all_done;
+  }
+
+private:
+  static bool
+  isNameOfBag(const std::string& path)
+  {
+    const std::string extension = std::filesystem::path(path).extension().string();
+    for (const char* other : {".pcxi", ".pcd", ".ply", ".bag", ".db3"})
+      if (path == "-" || path.empty() || extension == other)
+        throw UsageError("'" + path +
+                         "' is no output of this command: name a folder for files, or "
+                         "x.mcap for a bag");
+    return extension == ".mcap";
+  }
+
+  void
+  decode(const RecordingInput::Item& item)
+  {
+    StreamDecoder& decoder = decoders_[item.stream];
+    std::string failure;
+    const auto read = input_.read(item, frame_);
+    if (!read.ok())
+      failure = read.message();
+    else if (const auto status = decoder.decode(frame_); !status.ok())
+      failure = status.message();
+    if (!item.is_wanted)
+      return;
+    if (!failure.empty()) {
+      ++lost_;
+      console_.error(input_.reader().streams()[item.stream].name + ", frame " +
+                     std::to_string(item.number) + " at byte " +
+                     std::to_string(frame_.offset) + ": " + failure);
+      return;
+    }
+    ++frames_;
+    decoded_ += decoder.decodedVoxels();
+    removed_ += decoder.decodedVoxels() - decoder.voxels().size();
+    toCloud(decoder.voxels(), cloud_);
+    points_ += cloud_.width;
+    if (bag_)
+      bag_->write(item, frame_, cloud_, input_);
+    else if (cloud_.width > 0)
+      folder_->write(folder_of_stream_[item.stream], item.number, cloud_);
+    else
+      ++empty_;
+  }
+
+  void
+  printSummary()
+  {
+    const auto number = [](std::size_t count) {
+      return formatted(static_cast<double>(count), 0);
+    };
+    std::string line = options_.output + ": " + number(frames_) +
+                       (frames_ == 1 ? " frame" : " frames");
+    if (streams_ > 1)
+      line += " of " + std::to_string(streams_) + " streams";
+    line += ", " + number(points_) + " points";
+    if (empty_ > 0)
+      line += ", " + number(empty_) + " frames are empty and have no file";
+    if (removed_ > 0)
+      line += ", " +
+              formatted(100.0 * static_cast<double>(removed_) /
+                            static_cast<double>(decoded_),
+                        1) +
+              " % of the voxels left out";
+    if (other_messages_ > 0)
+      line += ", " + number(other_messages_) + " other messages passed through";
+    if (lost_ > 0)
+      line += ", " + number(lost_) + " lost";
+    if (isInterrupted())
+      line += "; interrupted, and complete up to there";
+    console_.summary(line);
+  }
+
+  DecodeOptions options_;
+  Console console_;
+  bool is_bag_;
+  RecordingInput input_;
+  std::vector<StreamDecoder> decoders_;       // of each stream
+  std::vector<std::size_t> folder_of_stream_; // likewise
+  std::size_t streams_ = 0;                   // that were chosen
+  std::unique_ptr<DecodedBag> bag_;           // or the next one
+  std::unique_ptr<CloudFolder> folder_;
+  RecordedFrame frame_;
+  pcl::PCLPointCloud2 cloud_;
+  std::size_t frames_ = 0;
+  std::size_t points_ = 0;
+  std::size_t empty_ = 0;
+  std::size_t decoded_ = 0; // voxels
+  std::size_t removed_ = 0; // of these
+  std::size_t other_messages_ = 0;
+  std::size_t lost_ = 0;
+};
+
+} // namespace
+
+Run
+addDecode(CLI::App& app)
+{
+  const auto options = std::make_shared<DecodeOptions>();
+  addInput(app, options->input, "recording; - is standard input");
+  addOutput(app, options->output, "folder for the clouds, one file a frame; or x.mcap");
+  CLI::Option* const pcd =
+      addChoice<CloudFormat>(app,
+                             "--pcd",
+                             {{"binary", CloudFormat::PcdBinary},
+                              {"compressed", CloudFormat::PcdCompressed},
+                              {"ascii", CloudFormat::PcdAscii}},
+                             options->format,
+                             "kind of PCD files");
+  CLI::Option* const ply = app.add_flag_callback(
+      "--ply", [options] { options->format = CloudFormat::Ply; }, "PLY files");
+  CLI::Option* const bag = app.add_flag(
+      "--bag", options->is_bag, "OUT is a rosbag2 folder with PointCloud2");
+  ply->excludes(pcd);
+  bag->excludes(pcd)->excludes(ply);
+  app.add_flag("--overwrite", options->may_replace, "replace the clouds in OUT");
+  addDecodingOptions(app, options->decoding);
+  addSelection(app, options->selection);
+  addQuiet(app, options->is_quiet);
+  return [options] { return Decode(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,79 @@
+#include "decoded_bag.h"
+
+#include "frame_output.h"
+#include "point_cloud_conversions.h"
+
+#include <algorithm>
+#include <set>
+
+namespace pcl_ext {
+namespace tools {
+
+using recording::McapChannel;
+using recording::McapChunking;
+
+DecodedBag::DecodedBag(const std::string& path, RecordingInput& input)
+{
+  recording::McapReader* const bag = input.bag();
+  throwUnlessOk(writer_.open(path, bag != nullptr ? bag->profile() : "ros2"));
+  std::set<std::string> topics;
+  const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
+  others_.resize(channels);
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    if (input.isStream(channel))
+      continue;
+    others_[channel].emplace();
+    throwUnlessOk(writer_.addChannel(
+        bag->channels()[channel], McapChunking::Shared, *others_[channel]));
+    topics.insert(bag->channels()[channel].topic);
+  }
+  for (std::size_t stream = 0; stream < input.reader().streams().size(); ++stream) {
+    streams_.push_back(0);
+    if (!input.isChosen(stream))
+      continue;
+    std::string topic = topicOf(input.reader().streams()[stream].name);
+    while (!topics.insert(topic).second)
+      topic += "/decoded";
+    throwUnlessOk(writer_.addChannel(
+        recording::pointCloudChannel(topic), McapChunking::Shared, streams_.back()));
+  }
+}
+
+void
+DecodedBag::write(const RecordingInput::Item& item,
+                  const recording::RecordedFrame& frame,
+                  const pcl::PCLPointCloud2& cloud,
+                  RecordingInput& input)
+{
+  message_.log_time = message_.publish_time = item.time;
+  message_.sequence = static_cast<std::uint32_t>(item.number);
+  if (item.has_message)
+    throwUnlessOk(input.read(item, message_));
+  message_.channel = streams_[item.stream];
+  recording::PointCloudMessage content =
+      describeCloud(cloud, frame.stamp.count() != 0 ? frame.stamp : item.time);
+  content.frame_id = frame.frame_id;
+  content.bytes = cloud.data;
+  recording::writePointCloud(content, false, message_.bytes);
+  throwUnlessOk(writer_.write(message_));
+}
+
+void
+DecodedBag::passThrough(const RecordingInput::Item& item, RecordingInput& input)
+{
+  if (!input.read(item, message_).ok())
+    return; // It is part of the damage.
+  message_.channel = others_[message_.channel].value();
+  throwUnlessOk(writer_.write(message_));
+}
+
+void
+DecodedBag::finish(RecordingInput& input)
+{
+  if (input.bag() != nullptr)
+    copyExtras(*input.bag(), writer_);
+  throwUnlessOk(writer_.finish());
+}
+
+} // namespace tools
+} // namespace pcl_ext

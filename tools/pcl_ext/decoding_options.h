@@ -1,0 +1,30 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include <CLI/App.hpp>
+
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Options of decoding. */
+struct DecodingOptions {
+  io::DecoderLimits limits;
+  std::optional<float> min_intensity; ///< voxels below are left out
+  bool removes_outliers = false;
+  DensityUnit unit = DensityUnit::Automatic;
+};
+
+/** \brief Adds what is done with decoded voxels. */
+void
+addDecodingOptions(CLI::App& app, DecodingOptions& options);
+
+/** \brief Adds --max-voxels. */
+void
+addLimits(CLI::App& app, io::DecoderLimits& limits);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,275 @@
+#include "cloud_input.h"
+#include "commands.h"
+#include "console.h"
+#include "encoding_options.h"
+#include "exit_status.h"
+#include "frame_output.h"
+#include "interruption.h"
+#include "measuring/markdown_table.h"
+#include "options.h"
+#include "output_path.h"
+#include "point_cloud_conversions.h"
+#include "stream_encoder.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+using recording::McapMessage;
+
+struct EncodeOptions {
+  InputOptions input;
+  EncodingOptions encoding;
+  std::string output;
+  bool is_quiet = false;
+};
+
+/** \brief Encodes all clouds of an input. */
+class Encode {
+public:
+  explicit Encode(const EncodeOptions& options) : options_(options), console_("encode")
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    if (options.output == "-")
+      console_.keepOutputFree();
+  }
+
+  int
+  run()
+  {
+    options_.encoding.check();
+    const OutputKind kind = kindOfOutput(options_.output);
+    input_ = openInput(options_.input);
+    refuseSameFile(options_.input.inputs, options_.output);
+    const std::vector<std::string>& names = input_->streams();
+    if (kind == OutputKind::Frames && names.size() > 1)
+      throw UsageError("'" + options_.output + "' takes one stream, and there are " +
+                       std::to_string(names.size()) + ": " + names[0] + ", " +
+                       names[1] + (names.size() > 2 ? ", ..." : "") +
+                       (input_->isBag() ? "; choose one with --topics or name x.mcap"
+                                        : "; name x.mcap"));
+    // Not only of bags: the messages tell how many points the clouds had.
+    output_.emplace(options_.output, true, input_->profile());
+    for (const std::string& name : names)
+      streams_.push_back(std::make_unique<Stream>(options_.encoding, name));
+    for (const recording::McapChannel& channel : input_->channels())
+      other_channels_.push_back(passesThrough(channel) && output_->isBag()
+                                    ? std::optional(output_->addChannel(
+                                          channel, recording::McapChunking::Shared))
+                                    : std::nullopt);
+    encodeAll();
+    return finish();
+  }
+
+private:
+  struct Stream {
+    Stream(const EncodingOptions& options, const std::string& name)
+    : encoder(options, name)
+    {}
+
+    StreamEncoder encoder;
+    std::optional<std::size_t> output;
+    std::size_t failures = 0;
+  };
+
+  /** \brief True for channels whose messages are not encoded. */
+  bool
+  passesThrough(const recording::McapChannel& channel) const
+  {
+    const std::vector<std::string>& names = input_->streams();
+    const bool is_cloud = recording::isPointCloud(channel) ||
+                          channel.schema.name == "sensor_msgs/PointCloud2"; // of ROS 1
+    return !is_cloud ||
+           std::find(names.begin(), names.end(), channel.topic) == names.end();
+  }
+
+  void
+  encodeAll()
+  {
+    InputCloud cloud;
+    McapMessage other;
+    console_.startProgress(input_->isBag() ? "messages" : "clouds", input_->size());
+    while (!isInterrupted()) {
+      const CloudInput::Found found = input_->next(cloud, other);
+      if (found == CloudInput::Found::End)
+        break;
+      if (found == CloudInput::Found::Cloud)
+        encode(cloud);
+      else
+        passThrough(other);
+      console_.advance();
+    }
+    console_.endProgress();
+  }
+
+  void
+  encode(const InputCloud& cloud)
+  {
+    Stream& stream = *streams_[cloud.stream];
+    std::string failure = cloud.failure;
+    if (failure.empty())
+      try {
+        stream.encoder.encode(cloud.cloud, cloud.source, frame_.bytes);
+      }
+      catch (const UsageError&) {
+        throw;
+      }
+      catch (const std::runtime_error& error) {
+        failure = error.what();
+      }
+    if (!failure.empty()) {
+      // The next clouds may be valid.
+      console_.error(cloud.source + ": " + failure);
+      ++stream.failures;
+      return;
+    }
+    if (!stream.output)
+      stream.output = addStream(cloud.stream, stream);
+    frame_.message.log_time = cloud.message.log_time;
+    frame_.message.publish_time = cloud.message.publish_time;
+    frame_.message.sequence = cloud.message.sequence;
+    frame_.cloud = describeCloud(cloud.cloud, cloud.stamp);
+    frame_.cloud.frame_id = stream.encoder.frameId();
+    output_->write(*stream.output, frame_);
+  }
+
+  std::size_t
+  addStream(std::size_t number, const Stream& stream)
+  {
+    recording::StreamToRecord added;
+    added.name = input_->streams()[number];
+    if (input_->isBag())
+      added.name += compressed_suffix;
+    added.frame_id = stream.encoder.frameId();
+    added.metadata = options_.encoding.metadataOf(input_->streams()[number]);
+    return output_->addStream(added);
+  }
+
+  void
+  passThrough(McapMessage& message)
+  {
+    if (!output_->isBag() || !other_channels_[message.channel])
+      return;
+    message.channel = *other_channels_[message.channel];
+    output_->write(message);
+    ++other_messages_;
+  }
+
+  int
+  finish()
+  {
+    std::size_t failures = 0;
+    EncodedSums sums;
+    bool has_empty_stream = false;
+    for (const auto& stream : streams_) {
+      const EncodedSums& part = stream->encoder.sums();
+      failures += stream->failures;
+      sums.frames += part.frames;
+      sums.points += part.points;
+      sums.encoded_points += part.encoded_points;
+      sums.bytes += part.bytes;
+      if (part.warnings > 0)
+        console_.remark(part.first_warning +
+                        (part.warnings > 1
+                             ? " (and " + std::to_string(part.warnings - 1) +
+                                   " more frames with warnings)"
+                             : ""));
+      if (const std::string why = stream->encoder.whyNothingWasEncoded();
+          !why.empty()) {
+        console_.error(why);
+        has_empty_stream = true;
+      }
+    }
+    const std::vector<std::string> damage = input_->damage();
+    for (const std::string& place : damage)
+      console_.error(place);
+    if (sums.frames == 0)
+      throw std::runtime_error("no cloud could be encoded; '" + options_.output +
+                               "' was not written");
+    if (input_->mcap() != nullptr && output_->isBag())
+      output_->copyExtras(*input_->mcap());
+    output_->finish();
+    printSummary(sums, failures);
+    if (isInterrupted())
+      return interrupted;
+    return failures > 0 || has_empty_stream || !damage.empty() ? something_failed
+                                                               : all_done;
+  }
+
+  void
+  printSummary(const EncodedSums& sums, std::size_t failures)
+  {
+    const auto number = [](std::size_t count) {
+      return formatted(static_cast<double>(count), 0);
+    };
+    std::string line = options_.output + ": " + number(sums.frames) +
+                       (sums.frames == 1 ? " frame" : " frames");
+    if (streams_.size() > 1)
+      line += " of " + std::to_string(streams_.size()) + " streams";
+    line += ", " + number(sums.encoded_points) +
+            (sums.encoded_points < sums.points ? " of " + number(sums.points) : "") +
+            " points in " + number(sums.bytes) + " bytes (16 bytes a point: ratio " +
+            formatted(16.0 * static_cast<double>(sums.encoded_points) /
+                          static_cast<double>(sums.bytes),
+                      1) +
+            ")";
+    if (other_messages_ > 0)
+      line += ", " + number(other_messages_) + " other messages passed through";
+    if (failures > 0)
+      line += ", " + number(failures) + " failed";
+    if (isInterrupted())
+      line += "; interrupted, and complete up to there";
+    console_.summary(line);
+  }
+
+  EncodeOptions options_;
+  Console console_;
+  std::unique_ptr<CloudInput> input_;
+  std::optional<FrameOutput> output_;
+  std::vector<std::unique_ptr<Stream>> streams_;
+  std::vector<std::optional<std::size_t>> other_channels_; // of the input's channels
+  std::size_t other_messages_ = 0;
+  OutputFrame frame_; // a member so that its memory is reused
+};
+
+} // namespace
+
+Run
+addEncode(CLI::App& app)
+{
+  const auto options = std::make_shared<EncodeOptions>();
+  addInput(app,
+           options->input.inputs,
+           "PCD, PLY and KITTI .bin files, folders and 'globs' of them; or a bag: "
+           "MCAP, rosbag2 folder, ROS 1; - is standard input");
+  addOutput(app,
+            options->output,
+            "x.pcxi (one stream), x.mcap, a folder (rosbag2), - (.pcxi)");
+  addNumber(
+      app, "--rate", options->input.rate, 1e-6, 1e6, "HZ", "clouds a second of files");
+  addParsed(app,
+            "--frames",
+            "A:B",
+            "only frames A to B - 1 of each stream, from 0",
+            [options](const std::string& text) {
+              options->input.frames = parseFrames(text);
+            });
+  addNames(app,
+           "--topics",
+           options->input.topics,
+           "only these clouds of a bag; others stay as they are");
+  options->encoding.addCodecOptions(app);
+  options->encoding.addCloudOptions(app);
+  addQuiet(app, options->is_quiet);
+  return [options] { return Encode(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

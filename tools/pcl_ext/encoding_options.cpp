@@ -1,0 +1,294 @@
+#include "encoding_options.h"
+
+#include "exit_status.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <sstream>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+constexpr unsigned int largest_count = std::numeric_limits<std::int32_t>::max();
+
+std::vector<std::pair<std::string, std::optional<IntensityLaw>>>
+lawChoices()
+{
+  std::vector<std::pair<std::string, std::optional<IntensityLaw>>> choices = {
+      {"auto", std::nullopt}};
+  for (const NamedIntensityLaw& named : intensity_laws)
+    choices.emplace_back(named.name, named.law);
+  return choices;
+}
+
+/** \brief The name of a stream before a pose, and the pose. */
+std::pair<std::string, WorldPose>
+parseNamedPose(const std::string& text)
+{
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos)
+    return {"", parsePose(text)};
+  return {text.substr(0, equals), parsePose(text.substr(equals + 1))};
+}
+
+} // namespace
+
+void
+addUnit(CLI::App& app, DensityUnit& unit)
+{
+  addChoice<DensityUnit>(app,
+                         "--unit",
+                         {{"auto", DensityUnit::Automatic},
+                          {"faces", DensityUnit::Faces},
+                          {"points", DensityUnit::Points},
+                          {"voxels", DensityUnit::Voxels}},
+                         unit,
+                         "of intensities, for --remove-outliers; lidars: voxels");
+}
+
+io::IntensityCompressionSettings
+EncodingOptions::defaultCodec()
+{
+  io::IntensityCompressionSettings codec;
+  codec.resolution = 0.04;
+  codec.carry_header = true;
+  return codec;
+}
+
+void
+EncodingOptions::addCodecOptions(CLI::App& app)
+{
+  addNumber(app,
+            "-r,--resolution",
+            codec_.resolution,
+            1e-6,
+            1e6,
+            "M",
+            "edge of a voxel, metres");
+  addChoice(app,
+            "-l,--law",
+            lawChoices(),
+            law_,
+            "of a point; auto: native if clouds have one, else count");
+  addParsed(app,
+            "--sensor",
+            "SENSOR",
+            "for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov, or "
+            "degrees,degrees,columns,rows",
+            [this](const std::string& text) { sensor_ = parseSensor(text); });
+  addChoice<io::Effort>(app,
+                        "-e,--effort",
+                        {{"fast", io::Effort::Fast},
+                         {"balanced", io::Effort::Balanced},
+                         {"small", io::Effort::Small}},
+                        codec_.effort,
+                        "time against size");
+  addNumber(app,
+            "--i-frame-rate",
+            codec_.i_frame_rate,
+            0u,
+            largest_count,
+            "N",
+            "frames from one I-frame to the next");
+  addNumber(app,
+            "--colour-bits",
+            codec_.colour_bits,
+            0u,
+            8u,
+            "N",
+            "of a channel, where clouds have colours; 0: none");
+  addScaleOptions(app);
+}
+
+void
+EncodingOptions::addScaleOptions(CLI::App& app)
+{
+  addNumber(app,
+            "--intensity-bits",
+            codec_.intensity_bits,
+            0u,
+            16u,
+            "N",
+            "1 to 16; 0: automatic");
+  addNumber(app,
+            "--intensity-range",
+            codec_.intensity_range,
+            0.0f,
+            std::numeric_limits<float>::max(),
+            "I",
+            "top of the scale; 0: automatic");
+  addChoice<io::IntensityCurve>(app,
+                                "--intensity-curve",
+                                {{"linear", io::IntensityCurve::Linear},
+                                 {"companded", io::IntensityCurve::Companded}},
+                                codec_.intensity_curve,
+                                "companded: small ones are exact, large ones rounded");
+  addChoice<io::Aggregation>(app,
+                             "--aggregation",
+                             {{"auto", io::Aggregation::Automatic},
+                              {"sum", io::Aggregation::Sum},
+                              {"mean", io::Aggregation::Mean}},
+                             codec_.aggregation,
+                             "of the intensities in a voxel");
+  addChoice<io::StreamFormat>(app,
+                              "--format",
+                              {{"version1", io::StreamFormat::Version1},
+                               {"published", io::StreamFormat::Published}},
+                              codec_.format,
+                              "published: that of the paper's authors");
+  app.add_flag_callback(
+      "--no-header",
+      [this] { codec_.carry_header = false; },
+      "frames without stamp and frame_id");
+}
+
+void
+EncodingOptions::addGridOptions(CLI::App& app)
+{
+  addParsed(app,
+            "--origin",
+            "X,Y,Z",
+            "where voxels are counted from (automatic)",
+            [this](const std::string& text) {
+              codec_.origin = parsePosition("origin", text);
+            });
+  addParsed(app,
+            "--bounding-box",
+            "BOX",
+            "fixed grid (the crop box, or it follows the points)",
+            [this](const std::string& text) {
+              codec_.bounding_box = parseBox("bounding-box", text);
+            });
+  app.add_flag(
+      "--keep-points", codec_.keep_points, "code the number of points of each voxel");
+  app.add_flag("--coarsen",
+               codec_.coarsen_wide_clouds,
+               "larger voxels for clouds wider than 2^21 of them");
+}
+
+void
+EncodingOptions::addCropOption(CLI::App& app)
+{
+  addParsed(app,
+            "--crop",
+            "BOX",
+            "keep only x0,y0,z0,x1,y1,z1 of the world, metres",
+            [this](const std::string& text) { crop_box_ = parseBox("crop", text); });
+}
+
+void
+EncodingOptions::addCloudOptions(CLI::App& app)
+{
+  app.add_option_function<std::vector<std::string>>(
+         "--pose",
+         [this](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts)
+             poses_.push_back(parseNamedPose(text));
+         },
+         "sensor -> world: x,y,z,roll,pitch,yaw (degrees), x,y,z,qx,qy,qz,qw or a "
+         "matrix; STREAM=POSE for one stream")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("POSE");
+  addCropOption(app);
+  app.add_flag("--remove-outliers", removes_outliers_, "before encoding");
+  addUnit(app, unit_);
+  app.add_option("--intensity-field", intensity_field_, "for native (intensity)")
+      ->type_name("NAME");
+  app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
+      ->type_name("NAME");
+  addGridOptions(app);
+}
+
+void
+EncodingOptions::check() const
+{
+  // The law of a stream follows from its clouds; these checks hold for any.
+  const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
+  if (!node.settingsStatus().ok())
+    throw UsageError(node.settingsStatus().message());
+}
+
+IntensityLaw
+EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
+{
+  if (law_)
+    return *law_;
+  const bool has_intensity =
+      std::any_of(cloud.fields.begin(), cloud.fields.end(), [this](const auto& field) {
+        return field.name == intensity_field_;
+      });
+  return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
+}
+
+nodes::SensorNodeSettings
+EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) const
+{
+  nodes::SensorNodeSettings settings;
+  settings.compression = codec_;
+  // The published layout has no field for it.
+  settings.compression.carry_header &= codec_.format == io::StreamFormat::Version1;
+  if (codec_.format == io::StreamFormat::Published)
+    settings.compression.colour_bits = 0;
+  settings.law = law;
+  settings.sensor = sensor_;
+  settings.intensity_field = intensity_field_;
+  settings.crop_box = crop_box_;
+  settings.global_frame = !frame_id_.empty() ? frame_id_
+                          : frame_id.empty() ? "world"
+                                             : frame_id;
+  if (removes_outliers_) {
+    settings.outlier_removal.emplace();
+    settings.outlier_removal->unit = unit_;
+  }
+  return settings;
+}
+
+WorldPose
+EncodingOptions::poseOf(const std::string& stream) const
+{
+  WorldPose pose = WorldPose::Identity();
+  for (const auto& [name, named_pose] : poses_)
+    if (name == stream)
+      return named_pose;
+    else if (name.empty())
+      pose = named_pose;
+  return pose;
+}
+
+bool
+EncodingOptions::hasPose(const std::string& stream) const
+{
+  return std::any_of(poses_.begin(), poses_.end(), [&stream](const auto& pose) {
+    return pose.first.empty() || pose.first == stream;
+  });
+}
+
+std::map<std::string, std::string>
+EncodingOptions::metadataOf(const std::string& stream) const
+{
+  if (!hasPose(stream))
+    return {};
+  const WorldPose pose = poseOf(stream);
+  const Eigen::Quaterniond rotation(pose.linear());
+  std::ostringstream text;
+  text.precision(std::numeric_limits<double>::max_digits10);
+  const char* separator = "";
+  for (const double number : {pose.translation().x(),
+                              pose.translation().y(),
+                              pose.translation().z(),
+                              rotation.x(),
+                              rotation.y(),
+                              rotation.z(),
+                              rotation.w()}) {
+    text << separator << number;
+    separator = ",";
+  }
+  return {{"sensor_pose", text.str()}};
+}
+
+} // namespace tools
+} // namespace pcl_ext

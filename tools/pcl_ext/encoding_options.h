@@ -1,0 +1,140 @@
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "options.h"
+#include "text_values.h"
+
+#include <CLI/App.hpp>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Adds --unit of an outlier removal. */
+void
+addUnit(CLI::App& app, DensityUnit& unit);
+
+/** \brief All options of encoding. */
+class EncodingOptions {
+public:
+  /** \brief Adds resolution, law, effort and the other settings of the codec. */
+  void
+  addCodecOptions(CLI::App& app);
+
+  /** \brief Adds what concerns the clouds: pose, crop box, outliers. */
+  void
+  addCloudOptions(CLI::App& app);
+
+  /** \brief Adds --crop, which addCloudOptions() has, too. */
+  void
+  addCropOption(CLI::App& app);
+
+  /** \brief Checks all settings against their ranges and each other.
+   * \throws UsageError
+   */
+  void
+  check() const;
+
+  /** \brief The law of a cloud; automatic: native if it has an intensity, else count. */
+  IntensityLaw
+  lawOf(const pcl::PCLPointCloud2& cloud) const;
+
+  /** \brief The settings of the node of a stream.
+   * \param[in] law that of its clouds
+   * \param[in] frame_id that of its clouds, which is used if there is no pose
+   */
+  nodes::SensorNodeSettings
+  nodeSettings(IntensityLaw law, const std::string& frame_id) const;
+
+  /** \brief Pose of a stream's sensor, or the identity. */
+  WorldPose
+  poseOf(const std::string& stream) const;
+
+  /** \brief True if a stream's clouds are moved by a pose. */
+  bool
+  hasPose(const std::string& stream) const;
+
+  /** \brief What a recording keeps of a stream's settings that frames do not have: the pose
+   * as x,y,z,qx,qy,qz,qw, if there is one. */
+  std::map<std::string, std::string>
+  metadataOf(const std::string& stream) const;
+
+  const io::IntensityCompressionSettings&
+  codec() const
+  {
+    return codec_;
+  }
+
+  void
+  setCropBox(const io::BoundingBox& box)
+  {
+    crop_box_ = box;
+  }
+
+  const std::optional<io::BoundingBox>&
+  cropBox() const
+  {
+    return crop_box_;
+  }
+
+  /** \brief Sets the pose of a stream's sensor. */
+  void
+  setPose(const std::string& stream, const WorldPose& pose)
+  {
+    poses_.emplace_back(stream, pose);
+  }
+
+  bool
+  hasSensor() const
+  {
+    return sensor_.has_value();
+  }
+
+  void
+  setSensor(const RuntimeSensor& sensor)
+  {
+    sensor_ = sensor;
+  }
+
+  const std::optional<IntensityLaw>&
+  law() const
+  {
+    return law_;
+  }
+
+  const std::string&
+  intensityField() const
+  {
+    return intensity_field_;
+  }
+
+private:
+  void
+  addScaleOptions(CLI::App& app);
+
+  void
+  addGridOptions(CLI::App& app);
+
+  io::IntensityCompressionSettings codec_ = defaultCodec();
+  std::optional<IntensityLaw> law_; ///< none: automatic
+  std::optional<RuntimeSensor> sensor_;
+  std::optional<io::BoundingBox> crop_box_;
+  /** \brief By stream; that of the empty name is for all others. */
+  std::vector<std::pair<std::string, WorldPose>> poses_;
+  std::string frame_id_; ///< empty: that of the clouds
+  std::string intensity_field_ = "intensity";
+  bool removes_outliers_ = false;
+  DensityUnit unit_ = DensityUnit::Automatic;
+
+  static io::IntensityCompressionSettings
+  defaultCodec();
+};
+
+} // namespace tools
+} // namespace pcl_ext

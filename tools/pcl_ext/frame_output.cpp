@@ -1,0 +1,110 @@
+#include "frame_output.h"
+
+#include <pcl_ext/compression/frame_description.h>
+
+#include "output_path.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+using recording::McapChunking;
+using recording::RecordingStatus;
+
+void
+throwUnlessOk(const RecordingStatus& status)
+{
+  if (!status.ok())
+    throw std::runtime_error(status.message());
+}
+
+FrameOutput::FrameOutput(const std::string& path,
+                         bool is_bag,
+                         const std::string& profile)
+: is_bag_(is_bag && kindOfOutput(path) != OutputKind::Frames)
+{
+  throwUnlessOk(is_bag_ ? bag_.open(path, profile) : recording_.open(path));
+}
+
+std::size_t
+FrameOutput::addStream(const recording::StreamToRecord& stream)
+{
+  std::size_t number = 0;
+  if (is_bag_) {
+    recording::McapChannel channel =
+        recording::compressedPointCloudChannel(stream.name);
+    channel.metadata = stream.metadata;
+    number = addChannel(channel, McapChunking::OwnStream);
+  }
+  else
+    throwUnlessOk(recording_.addStream(stream, number));
+  return number;
+}
+
+std::size_t
+FrameOutput::addChannel(const recording::McapChannel& channel, McapChunking chunking)
+{
+  std::size_t number = 0;
+  throwUnlessOk(bag_.addChannel(channel, chunking, number));
+  return number;
+}
+
+void
+FrameOutput::write(std::size_t stream, OutputFrame& frame)
+{
+  if (!is_bag_) {
+    throwUnlessOk(recording_.append(
+        stream, frame.message.log_time, frame.bytes.data(), frame.bytes.size()));
+    return;
+  }
+  const bool is_i_frame =
+      io::describeFrame(frame.bytes.data(), frame.bytes.size()).is_i_frame;
+  frame.message.channel = stream;
+  frame.cloud.format = "pcl_ext";
+  std::swap(frame.cloud.bytes, frame.bytes);
+  recording::writePointCloud(frame.cloud, true, frame.message.bytes);
+  copy(frame.message, is_i_frame);
+}
+
+void
+FrameOutput::copy(const recording::McapMessage& message, bool is_i_frame)
+{
+  throwUnlessOk(bag_.write(message, is_i_frame));
+}
+
+void
+FrameOutput::write(const recording::McapMessage& message)
+{
+  throwUnlessOk(bag_.write(message));
+}
+
+void
+copyExtras(recording::McapReader& from, recording::McapWriter& to)
+{
+  std::vector<recording::McapMetadata> metadata;
+  throwUnlessOk(from.readMetadata(metadata));
+  for (const recording::McapMetadata& record : metadata)
+    throwUnlessOk(to.write(record));
+  throwUnlessOk(
+      from.readAttachments([&to](const recording::McapAttachment& attachment) {
+        return to.write(attachment);
+      }));
+}
+
+void
+FrameOutput::copyExtras(recording::McapReader& bag)
+{
+  if (is_bag_)
+    tools::copyExtras(bag, bag_);
+}
+
+void
+FrameOutput::finish()
+{
+  throwUnlessOk(is_bag_ ? bag_.finish() : recording_.finish());
+}
+
+} // namespace tools
+} // namespace pcl_ext

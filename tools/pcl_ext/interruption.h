@@ -1,0 +1,16 @@
+#pragma once
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief From now on SIGINT and SIGTERM set a flag instead of ending the program; a second
+ * one ends it. A pipe whose reader is gone is an error of writing. */
+void
+catchInterruptions();
+
+/** \brief True if the user wants the program to end; loops over frames ask. */
+bool
+isInterrupted();
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,111 @@
+/** \file
+ * \brief The program pcl_ext: recordings of compressed clouds, on the command line.
+ */
+#include "commands.h"
+#include "exit_status.h"
+#include "help_format.h"
+#include "help_texts.h"
+#include "interruption.h"
+
+#include <pcl/console/print.h>
+
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::tools;
+
+struct Command {
+  CLI::App* app;
+  Run run;
+};
+
+std::vector<Command>
+addCommands(CLI::App& program)
+{
+  std::vector<Command> commands;
+  const auto add = [&](const char* name, const char* text, Run (*addTo)(CLI::App&)) {
+    CLI::App* const app = program.add_subcommand(name, text);
+    commands.push_back({app, addTo(*app)});
+  };
+  add("encode", "Encode clouds of files or a bag into a recording", addEncode);
+  add("decode",
+      "Decode a recording into PCD or PLY files, or a bag of clouds",
+      addDecode);
+  add("info", "Print what is in a recording, without decoding it", addInfo);
+  add("verify", "Decode all frames of a recording, and tell which are lost", addVerify);
+  add("cut", "Copy a part of a recording, by time, frames and streams", addCut);
+  add("merge", "Put the streams of several recordings into one", addMerge);
+  add("demo", "Take clouds of a simulated robot cell through all of it", addDemo);
+  CLI::App* const documentation = program.add_subcommand("documentation");
+  commands.push_back({documentation, addDocumentation(*documentation, program)});
+  return commands;
+}
+
+int
+run(CLI::App& program, const std::vector<Command>& commands)
+{
+  for (const Command& command : commands) {
+    if (!command.app->parsed())
+      continue;
+    const std::string name = "pcl_ext " + command.app->get_name();
+    try {
+      return command.run();
+    }
+    catch (const UsageError& error) {
+      std::cerr << name << ": " << error.what() << '\n';
+      return wrong_command_line;
+    }
+    catch (const std::exception& error) {
+      std::cerr << name << ": " << error.what() << '\n';
+      return isInterrupted() ? interrupted : something_failed;
+    }
+  }
+  std::cout << program.help();
+  return wrong_command_line;
+}
+
+/** \brief The name of the command that was given, for messages. */
+std::string
+nameOfCommand(const std::vector<Command>& commands)
+{
+  for (const Command& command : commands)
+    if (command.app->parsed())
+      return "pcl_ext " + command.app->get_name();
+  return "pcl_ext";
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  CLI::App program(description, "pcl_ext");
+  program.formatter(std::make_shared<HelpFormat>());
+  program.footer(footer);
+  program.set_version_flag("--version", PCL_EXT_VERSION, "print the version and exit");
+  program.set_help_flag("-h,--help", "print this and exit");
+  program.require_subcommand(0, 1);
+  program.get_formatter()->label("SUBCOMMAND", "COMMAND");
+  const std::vector<Command> commands = addCommands(program);
+  try {
+    program.parse(argc, argv);
+  }
+  catch (const CLI::Success& asked) { // --help or --version
+    return program.exit(asked);
+  }
+  catch (const std::exception& error) {
+    std::cerr << nameOfCommand(commands) << ": " << error.what() << "; see "
+              << nameOfCommand(commands) << " --help\n";
+    return wrong_command_line;
+  }
+  catchInterruptions();
+  // What PCL would print is part of this program's own messages.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  return run(program, commands);
+}

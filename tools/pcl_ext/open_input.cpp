@@ -1,0 +1,91 @@
+#include "cloud_input.h"
+#include "exit_status.h"
+#include "measuring/cloud_files.h"
+#include "standard_input.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using measuring::FileKind;
+
+/** \brief The paths that a pattern stands for, in their order; the path itself if it is
+ * none. */
+std::vector<std::string>
+pathsOf(const std::string& pattern)
+{
+  if (pattern == "-" || fs::exists(pattern))
+    return {pathOfInput(pattern)};
+  glob_t found{};
+  std::vector<std::string> paths;
+  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  if (paths.empty())
+    throw std::runtime_error("there is no '" + pattern + "'");
+  return paths;
+}
+
+bool
+isBag(const std::string& path)
+{
+  if (fs::is_directory(path))
+    return recording::McapReader::isMcap(path);
+  const FileKind kind = measuring::kindOf(path);
+  return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
+}
+
+} // namespace
+
+std::unique_ptr<CloudInput>
+openInput(const InputOptions& options)
+{
+  std::vector<std::string> paths;
+  for (const std::string& input : options.inputs)
+    for (const std::string& path : pathsOf(input))
+      paths.push_back(path);
+  const auto bag = std::find_if(paths.begin(), paths.end(), isBag);
+  if (bag != paths.end() && paths.size() > 1)
+    throw UsageError("'" + *bag + "' is a bag; a bag is encoded alone");
+  if (bag != paths.end())
+    return !fs::is_directory(*bag) && measuring::kindOf(*bag) == FileKind::Ros1Bag
+               ? openRos1Bag(*bag, options)
+               : openMcap(*bag, options);
+  for (const std::string& path : paths) {
+    if (fs::is_directory(path))
+      continue;
+    const FileKind kind = measuring::kindOf(path);
+    // Clouds that are damaged are reported when they are read, and the others go on.
+    if (!measuring::isCloud(kind) && !measuring::hasNameOfCloud(path))
+      throw std::runtime_error("'" + path +
+                               "' is not a cloud: " + measuring::whyNotACloud(kind));
+  }
+  return openFiles(paths, options);
+}
+
+void
+checkTopics(const std::vector<std::string>& chosen,
+            const std::vector<std::string>& topics)
+{
+  for (const std::string& topic : chosen) {
+    if (std::find(topics.begin(), topics.end(), topic) != topics.end())
+      continue;
+    std::string known;
+    for (const std::string& other : topics)
+      known += (known.empty() ? "" : ", ") + other;
+    throw UsageError("--topics: there are no clouds of '" + topic + "'; there are " +
+                     known);
+  }
+}
+
+} // namespace tools
+} // namespace pcl_ext

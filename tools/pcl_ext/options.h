@@ -1,0 +1,124 @@
+/** \file
+ * \brief Kinds of options that all commands share. Descriptions end with the default in
+ * parentheses.
+ */
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Adds an option with a few named values.
+ * \param[in] name as CLI11 takes it
+ * \param[in] choices names and what they stand for
+ * \param[in,out] value the default; is set if the option is given
+ */
+template <typename ValueT>
+CLI::Option*
+addChoice(CLI::App& app,
+          const std::string& name,
+          const std::vector<std::pair<std::string, ValueT>>& choices,
+          ValueT& value,
+          const std::string& description)
+{
+  std::vector<std::string> names;
+  std::string joined;
+  std::string default_name;
+  for (const auto& choice : choices) {
+    names.push_back(choice.first);
+    joined += (joined.empty() ? "" : "|") + choice.first;
+    if (choice.second == value)
+      default_name = choice.first;
+  }
+  return app
+      .add_option_function<std::string>(
+          name,
+          [choices, &value](const std::string& given) {
+            for (const auto& choice : choices)
+              if (choice.first == given)
+                value = choice.second;
+          },
+          description + " (" + default_name + ")")
+      ->check(CLI::IsMember(names).description(""))
+      ->type_name(joined);
+}
+
+/** \brief Adds an option that is a number in a range.
+ * \param[in,out] value the default; is set if the option is given
+ * \param[in] type what stands for the number, such as METRES
+ */
+template <typename NumberT>
+CLI::Option*
+addNumber(CLI::App& app,
+          const std::string& name,
+          NumberT& value,
+          NumberT lowest,
+          NumberT highest,
+          const std::string& type,
+          const std::string& description)
+{
+  std::ostringstream default_value;
+  default_value << value;
+  return app.add_option(name, value, description + " (" + default_value.str() + ")")
+      ->check(CLI::Range(lowest, highest).description(""))
+      ->type_name(type);
+}
+
+/** \brief Adds an option whose text is parsed by a function, which throws UsageError. */
+template <typename ParseT>
+CLI::Option*
+addParsed(CLI::App& app,
+          const std::string& name,
+          const std::string& type,
+          const std::string& description,
+          ParseT parse)
+{
+  return app
+      .add_option_function<std::string>(
+          name, [parse](const std::string& text) { parse(text); }, description)
+      ->type_name(type);
+}
+
+/** \brief Adds an option that takes names with commas between them. It does not take the
+ * words behind them, which may be inputs. */
+inline CLI::Option*
+addNames(CLI::App& app,
+         const std::string& name,
+         std::vector<std::string>& names,
+         const std::string& description)
+{
+  return addParsed(app, name, "NAMES", description, [&names](const std::string& text) {
+    std::istringstream stream(text);
+    for (std::string one; std::getline(stream, one, ',');)
+      names.push_back(one);
+  });
+}
+
+/** \brief Adds the input of a command, and the output, which are required. */
+template <typename InputT>
+void
+addInput(CLI::App& app, InputT& input, const std::string& description)
+{
+  app.add_option("IN", input, description)->required()->type_name("");
+}
+inline void
+addOutput(CLI::App& app, std::string& output, const std::string& description)
+{
+  app.add_option("-o,--output", output, description)->required()->type_name("OUT");
+}
+
+/** \brief Adds --quiet. */
+inline void
+addQuiet(CLI::App& app, bool& is_quiet)
+{
+  app.add_flag("-q,--quiet", is_quiet, "no progress and no remarks");
+}
+
+} // namespace tools
+} // namespace pcl_ext

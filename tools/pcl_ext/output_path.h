@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What the name of an output asks for. */
+enum class OutputKind {
+  Frames, ///< .pcxi, or - for the standard output: one stream
+  Mcap,   ///< .mcap
+  Folder  ///< no extension, or a slash at the end
+};
+
+/** \brief The kind of an output by its name.
+ * \throws UsageError for other extensions
+ */
+OutputKind
+kindOfOutput(const std::string& path);
+
+/** \brief Refuses an output that is an input, as reading it would fail half way.
+ * \throws UsageError
+ */
+void
+refuseSameFile(const std::vector<std::string>& inputs, const std::string& output);
+
+} // namespace tools
+} // namespace pcl_ext

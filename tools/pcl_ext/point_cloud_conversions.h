@@ -1,0 +1,42 @@
+/** \file
+ * \brief Between clouds of PCL, voxels, and messages.
+ */
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The cloud of a message; numbers in the byte order of this machine.
+ * \param[in,out] message its points are moved out
+ * \throws std::runtime_error if its sizes contradict each other
+ */
+void
+toCloud(recording::PointCloudMessage& message, pcl::PCLPointCloud2& cloud);
+
+/** \brief The message of a cloud, without its points.
+ * \param[in] stamp of the cloud
+ */
+recording::PointCloudMessage
+describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp);
+
+/** \brief The points of decoded voxels: x, y, z, and what the frame has of intensity and rgb;
+ * a voxel with a number of points has as many. */
+void
+toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud);
+
+/** \brief What point_cloud_transport adds to the topic of clouds that are compressed. */
+constexpr const char* compressed_suffix = "/pcl_ext";
+
+/** \brief The topic of the clouds that a stream was made of: without that suffix. */
+std::string
+topicOf(const std::string& stream);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,39 @@
+#include "stream_decoder.h"
+
+namespace pcl_ext {
+namespace tools {
+
+StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
+                             std::size_t stream,
+                             const DecodingOptions& options)
+: decoder_(reader, stream, options.limits)
+, name_(reader.streams()[stream].name)
+, min_intensity_(options.min_intensity)
+{
+  if (!options.removes_outliers)
+    return;
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = options.unit;
+  removal_.emplace(settings);
+}
+
+io::CompressionStatus
+StreamDecoder::decode(const recording::RecordedFrame& frame)
+{
+  io::CompressionStatus status = decoder_.decode(frame, voxels_);
+  if (!status.ok())
+    return status;
+  decoded_voxels_ = voxels_.size();
+  if (removal_) {
+    const OutlierRemovalStatus removed = removal_->filter(voxels_);
+    if (!removed.ok() && remark_.empty())
+      remark_ = name_ + ", frame " + std::to_string(frame.number) +
+                ": outliers stay: " + removed.message();
+  }
+  if (min_intensity_)
+    removeFaintVoxels(voxels_, *min_intensity_);
+  return status;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "decoding_options.h"
+
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Decodes the frames of a stream in their order, and filters them. */
+class StreamDecoder {
+public:
+  /** \param[in] reader must outlive this
+   * \param[in] stream index in its streams
+   */
+  StreamDecoder(recording::RecordingReader& reader,
+                std::size_t stream,
+                const DecodingOptions& options);
+
+  /** \brief Decodes the next frame. */
+  io::CompressionStatus
+  decode(const recording::RecordedFrame& frame);
+
+  /** \brief What is left of the last frame. */
+  const io::VoxelFrame&
+  voxels() const
+  {
+    return voxels_;
+  }
+
+  /** \brief How many the last frame had before. */
+  std::size_t
+  decodedVoxels() const
+  {
+    return decoded_voxels_;
+  }
+
+  /** \brief Why outliers were not removed from some frame; empty if they were. */
+  const std::string&
+  remark() const
+  {
+    return remark_;
+  }
+
+private:
+  recording::RecordedStreamDecoder decoder_;
+  std::string name_;
+  std::optional<float> min_intensity_;
+  std::optional<VoxelOutlierRemoval> removal_;
+  io::VoxelFrame voxels_;
+  std::size_t decoded_voxels_ = 0;
+  std::string remark_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,94 @@
+#include "stream_encoder.h"
+
+#include <pcl_ext/filters/sensor_preprocessor.h>
+
+#include "exit_status.h"
+
+#include <pcl/common/common.h>
+
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+std::string
+corner(const Eigen::Vector4f& point)
+{
+  std::ostringstream text;
+  text << std::setprecision(3) << '(' << point.x() << ", " << point.y() << ", "
+       << point.z() << ')';
+  return text.str();
+}
+
+} // namespace
+
+StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
+: options_(options), name_(std::move(name)), pose_(options.poseOf(name_))
+{}
+
+void
+StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
+                      const std::string& source,
+                      std::vector<std::uint8_t>& bytes)
+{
+  if (!node_) {
+    const std::string frame_id =
+        options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
+    const nodes::SensorNodeSettings settings =
+        options_.nodeSettings(options_.lawOf(cloud), frame_id);
+    frame_id_ = settings.global_frame;
+    node_.emplace(settings);
+    if (!node_->settingsStatus().ok())
+      throw UsageError(node_->settingsStatus().message());
+  }
+  const nodes::SensorNodeStatus status = node_->encode(cloud, pose_, bytes);
+  if (!status.hasFrame())
+    throw std::runtime_error(status.message());
+  if (status.hasWarning() && sums_.warnings++ == 0)
+    sums_.first_warning = source + ": " + status.message();
+  const nodes::SensorNodeStatistics statistics = node_->statistics();
+  ++sums_.frames;
+  sums_.points +=
+      statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
+  sums_.encoded_points += statistics.frame.voxelization.points_used;
+  sums_.voxels += statistics.frame.coding.voxels;
+  sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
+  sums_.bytes += bytes.size();
+  if (sums_.encoded_points == 0 && extent_.empty())
+    noteExtent(cloud);
+}
+
+void
+StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
+{
+  SensorPreprocessor<NoIntensity> preprocessor(
+      NoIntensity(options_.codec().resolution));
+  preprocessor.setSensorPose(Eigen::Isometry3d(pose_));
+  pcl::PointCloud<pcl::PointXYZI> points;
+  if (!preprocessor.process(cloud, points).ok() || points.empty())
+    return;
+  Eigen::Vector4f min;
+  Eigen::Vector4f max;
+  pcl::getMinMax3D(points, min, max);
+  extent_ =
+      "its first points are between " + corner(min) + " and " + corner(max) + " m";
+}
+
+std::string
+StreamEncoder::whyNothingWasEncoded() const
+{
+  if (sums_.frames == 0 || sums_.encoded_points > 0)
+    return {};
+  if (extent_.empty())
+    return name_ + ": no cloud has a point that is finite";
+  return name_ + ": no point is inside the box; " + extent_ +
+         ": choose --crop or --bounding-box to hold some of them";
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "encoding_options.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Sums over the frames of a stream. */
+struct EncodedSums {
+  std::size_t frames = 0;
+  std::size_t points = 0;         ///< of the clouds, finite ones
+  std::size_t encoded_points = 0; ///< in voxels
+  std::size_t voxels = 0;
+  std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
+  std::size_t bytes = 0;
+  std::size_t warnings = 0;  ///< frames with one
+  std::string first_warning; ///< with its frame
+};
+
+/** \brief Encodes the clouds of a stream. */
+class StreamEncoder {
+public:
+  /** \param[in] options must outlive this
+   * \param[in] name of the stream
+   */
+  StreamEncoder(const EncodingOptions& options, std::string name);
+
+  /** \brief Encodes a cloud.
+   * \param[in] cloud the first one decides on the law, if it is automatic
+   * \param[in] source of the cloud, for warnings
+   * \param[out] bytes the frame
+   * \throws std::runtime_error if it cannot be encoded
+   * \throws UsageError if the settings are invalid
+   */
+  void
+  encode(const pcl::PCLPointCloud2& cloud,
+         const std::string& source,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief The coordinate frame of the voxels; after the first cloud. */
+  const std::string&
+  frameId() const
+  {
+    return frame_id_;
+  }
+
+  const EncodedSums&
+  sums() const
+  {
+    return sums_;
+  }
+
+  /** \brief Where the points of the first cloud are, if none was inside the crop box; empty
+   * if points were encoded. */
+  std::string
+  whyNothingWasEncoded() const;
+
+private:
+  void
+  noteExtent(const pcl::PCLPointCloud2& cloud);
+
+  const EncodingOptions& options_;
+  std::string name_;
+  WorldPose pose_;
+  std::optional<nodes::SensorNode> node_;
+  std::string frame_id_;
+  EncodedSums sums_;
+  std::string extent_; ///< of the first cloud, in the world
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,66 @@
+/** \file
+ * \brief Values of options that are more than a number or a name.
+ */
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/intensity/intensity_model.h>
+#include <pcl_ext/rigid_pose.h>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Reads numbers with commas or spaces between them.
+ * \param[in] option for messages
+ * \throws UsageError if one is no finite number
+ */
+std::vector<double>
+parseNumbers(const std::string& option, const std::string& text);
+
+/** \brief Reads a box: x0,y0,z0,x1,y1,z1.
+ * \throws UsageError
+ */
+io::BoundingBox
+parseBox(const std::string& option, const std::string& text);
+
+/** \brief Reads x,y,z.
+ * \throws UsageError
+ */
+std::array<double, 3>
+parsePosition(const std::string& option, const std::string& text);
+
+/** \brief Reads the name of a sensor, or horizontal degrees,vertical
+ * degrees,columns,rows.
+ * \throws UsageError
+ */
+RuntimeSensor
+parseSensor(const std::string& text);
+
+/** \brief Reads a pose: x,y,z,roll,pitch,yaw in metres and degrees (about the fixed axes x,
+ * y and z, in this order, as in ROS); x,y,z,qx,qy,qz,qw; or the 12 or 16 numbers of a matrix
+ * of 3 or 4 rows.
+ * \throws UsageError if the numbers are no rigid transform
+ */
+WorldPose
+parsePose(const std::string& text);
+
+/** \brief Numbers of frames: begin to end - 1. */
+struct FrameRange {
+  std::size_t begin = 0;
+  std::size_t end = std::numeric_limits<std::size_t>::max();
+};
+
+/** \brief Reads A:B, either of which may be left out; N alone is 0:N.
+ * \throws UsageError, also if the range is empty
+ */
+FrameRange
+parseFrames(const std::string& text);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,142 @@
+#include "commands.h"
+#include "console.h"
+#include "decoding_options.h"
+#include "exit_status.h"
+#include "interruption.h"
+#include "loss_count.h"
+#include "measuring/markdown_table.h"
+#include "options.h"
+#include "recording_input.h"
+
+#include <iostream>
+#include <memory>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+using recording::RecordedFrame;
+using recording::RecordedStreamDecoder;
+
+struct VerifyOptions {
+  std::string input;
+  Selection selection;
+  io::DecoderLimits limits;
+  bool is_quiet = false;
+};
+
+/** \brief Decodes all frames and prints a line for each one that is lost. */
+class Verify {
+public:
+  explicit Verify(const VerifyOptions& options)
+  : console_("verify"), input_(options.input)
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    input_.select(options.selection);
+    for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream)
+      decoders_.emplace_back(input_.reader(), stream, options.limits);
+    gaps_.resize(decoders_.size());
+  }
+
+  int
+  run()
+  {
+    console_.startProgress("frames", input_.size());
+    RecordingInput::Item item;
+    while (!isInterrupted() && input_.next(item)) {
+      verify(item);
+      console_.advance();
+    }
+    console_.endProgress();
+    std::size_t damaged_places = 0;
+    for (const std::string& place : input_.damage()) {
+      report("damage: " + place);
+      ++damaged_places;
+    }
+    if (input_.reader().isUnfinished())
+      report(
+          "the recording was not finished, as after a power failure; all whole frames "
+          "were found");
+    console_.summary(formatted(static_cast<double>(frames_), 0) +
+                     (frames_ == 1 ? " frame decoded, " : " frames decoded, ") +
+                     formatted(static_cast<double>(lost_), 0) + " lost" +
+                     (damaged_places > 0
+                          ? ", damage at " + std::to_string(damaged_places) +
+                                (damaged_places == 1 ? " place" : " places")
+                          : "") +
+                     (isInterrupted() ? "; interrupted" : ""));
+    if (isInterrupted())
+      return interrupted;
+    return lost_ > 0 || damaged_places > 0 ? something_failed : all_done;
+  }
+
+private:
+  void
+  verify(const RecordingInput::Item& item)
+  {
+    const std::string name = input_.reader().streams()[item.stream].name + ", frame " +
+                             std::to_string(item.number);
+    const auto status = input_.read(item, frame_);
+    if (!status.ok()) {
+      loseFrame(name, status.message());
+      return;
+    }
+    if (const std::size_t missing =
+            gaps_[item.stream].missingBefore(frame_.description);
+        missing > 0 && item.is_wanted) {
+      lost_ += missing;
+      report(name + " at byte " + std::to_string(frame_.offset) + ": " +
+             std::to_string(missing) + " before it " + (missing == 1 ? "is" : "are") +
+             " not in the recording");
+    }
+    const auto decoded = decoders_[item.stream].decode(frame_, voxels_);
+    if (!item.is_wanted)
+      return;
+    if (decoded.ok())
+      ++frames_;
+    else
+      loseFrame(name, decoded.message());
+  }
+
+  void
+  loseFrame(const std::string& name, const std::string& reason)
+  {
+    ++lost_;
+    report(name + " at byte " + std::to_string(frame_.offset) + ": " + reason);
+  }
+
+  void
+  report(const std::string& line)
+  {
+    console_.endProgress();
+    std::cout << line << std::endl;
+  }
+
+  Console console_;
+  RecordingInput input_;
+  std::vector<RecordedStreamDecoder> decoders_; // of each stream
+  std::vector<LossCount> gaps_;                 // likewise
+  RecordedFrame frame_;
+  io::VoxelFrame voxels_;
+  std::size_t frames_ = 0;
+  std::size_t lost_ = 0;
+};
+
+} // namespace
+
+Run
+addVerify(CLI::App& app)
+{
+  const auto options = std::make_shared<VerifyOptions>();
+  addInput(app, options->input, "recording; - is standard input");
+  addLimits(app, options->limits);
+  addSelection(app, options->selection);
+  addQuiet(app, options->is_quiet);
+  return [options] { return Verify(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext
