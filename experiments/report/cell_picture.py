@@ -1,7 +1,7 @@
 """Draws the README's picture, doc/robot_cell.png: a cloud, its voxels, and their outliers.
 
     build/experiments/report/sample_pictures <folder>
-    bash tools/run.sh --frames 91 --output <clouds>
+    bash tools/run.sh demo --sensors 1 --frames 91 --output <clouds>
     python3 experiments/report/cell_picture.py <folder> <clouds>/cell_sensor_1 doc/robot_cell.png
 
 The points are those of frame 90, the last of the 91 (`shown_frame` of sample_pictures.cpp).
@@ -47,7 +47,7 @@ def unpacked(data, size):
 
 
 def read_voxels(path):
-    """x, y, z and intensity of a cloud that pcl_ext_stream wrote."""
+    """x, y, z and intensity of a cloud that pcl_ext wrote."""
     header, body = path.read_bytes().split(b"DATA binary_compressed\n", 1)
     lines = dict(line.split(" ", 1) for line in header.decode().splitlines() if " " in line)
     if lines["FIELDS"] != "x y z intensity":
@@ -78,7 +78,7 @@ def draw(axes, x, y, z, colours, size, title, **options):
 def main(measurements, clouds, output):
     points = np.genfromtxt(measurements / "cell_points.csv", delimiter=",", names=True)
     points = points[points["sensor"] == 1]
-    decoded, denoised = (read_voxels(clouds / kind / f"{FRAME:04d}.pcd")
+    decoded, denoised = (read_voxels(clouds / kind / f"{FRAME:06d}.pcd")
                          for kind in ("decoded", "denoised"))
     kept = {tuple(centre) for centre in denoised[:3].T}
     removed = decoded[:, [tuple(centre) not in kept for centre in decoded[:3].T]]
