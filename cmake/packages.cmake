@@ -79,7 +79,8 @@ if(PCL_EXT_BUILD_TOOLS)
   set(CPACK_DEBIAN_TOOLS_PACKAGE_MULTIARCH foreign)
 endif()
 
-# The module is compiled for one minor version of Python, whose byte code dpkg does not know.
+# The module is compiled for one minor version of Python. The package's scripts write and
+# delete Python's byte code, of which dpkg knows nothing.
 if(TARGET pcl_ext_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   pcl_ext_describe_package(
@@ -88,8 +89,9 @@ if(TARGET pcl_ext_python)
   set(CPACK_COMPONENT_PYTHON_DEPENDS library)
   find_package(Python3 REQUIRED COMPONENTS Interpreter)
   math(EXPR next_minor_version "${Python3_VERSION_MINOR} + 1")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
-      "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor_version}), python3-numpy")
+  string(JOIN ", " CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+         "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next_minor_version})"
+         python3-numpy)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
       ${CMAKE_CURRENT_LIST_DIR}/python_package/postinst
       ${CMAKE_CURRENT_LIST_DIR}/python_package/prerm)

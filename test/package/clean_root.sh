@@ -51,8 +51,8 @@ step() { printf '%4d s  %s\n' "$SECONDS" "$*"; }
 
 # Runs a command in the root, with none of this machine's settings but the proxy.
 in_root() {
-  chroot "$root" /usr/bin/env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
-    HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive CACERT_UPDATES=disabled \
+  chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
+    LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive CACERT_UPDATES=disabled \
     ${http_proxy:+"http_proxy=$http_proxy"} ${https_proxy:+"https_proxy=$https_proxy"} "$@"
 }
 run() { in_root "$@" >> "$log" 2>&1 || stop "failed in the clean root: $*"; }
@@ -148,7 +148,9 @@ expect_libraries '/usr/lib/*/libpcl_ext*.so.*'
 if [ -n "$(package 'python3-pcl-ext_*')" ]; then
   step "Python"
   install_in_root "$(package 'python3-pcl-ext_*')"
-  run python3 -c 'import pcl_ext; pcl_ext.Encoder(resolution=0.04)'
+  run python3 -c 'import numpy, pcl_ext
+frame = pcl_ext.Encoder(resolution=0.1).encode(numpy.arange(30.0).reshape(10, 3))
+assert len(pcl_ext.Decoder().decode(frame)) == 10'
 fi
 step "programs"
 install_in_root "$(package 'pcl-ext-tools_*')"
@@ -168,6 +170,6 @@ fi
 step "removed again"
 mapfile -t names < <(in_root dpkg-query -W -f '${Package}\n' '*pcl-ext*')
 run apt-get purge -y -q "${names[@]}"
-left=$(find "$root/usr" "$root/etc" "$root/var/lib" -name '*pcl[_-]ext*' ! -path '*/var/lib/apt/*')
+left=$(find "$root"/{usr,etc,var/lib} -name '*pcl[_-]ext*' ! -path '*/var/lib/apt/*')
 [ -z "$left" ] || stop "files stay after the packages' removal: $left"
 step "done"
