@@ -15,25 +15,33 @@ constexpr std::size_t no_stream = ~std::size_t{0};
 
 } // namespace
 
-/** \brief The format of each channel by its first message that can be read; empty where there
- * is none. */
+/** \brief The format of each channel by one of its first messages; empty if none of them can
+ * be read. */
 std::vector<std::string>
 McapFrames::formatsOfChannels()
 {
+  constexpr unsigned int max_attempts = 8;
   std::vector<std::string> formats(reader_.channels().size());
+  std::vector<unsigned int> attempts(formats.size());
+  std::vector<McapEntry> first;
+  for (const McapEntry& entry : reader_.index())
+    if (attempts[entry.channel] < max_attempts) {
+      ++attempts[entry.channel];
+      first.push_back(entry);
+    }
+  // Each chunk is decompressed once.
+  std::stable_sort(
+      first.begin(), first.end(), [](const McapEntry& a, const McapEntry& b) {
+        return a.chunk < b.chunk;
+      });
   std::vector<bool> is_known(formats.size());
-  std::size_t unknown = static_cast<std::size_t>(std::count_if(
-      reader_.channels().begin(), reader_.channels().end(), isCompressedPointCloud));
-  for (const McapEntry& entry : reader_.index()) {
-    if (unknown == 0)
-      break;
+  for (const McapEntry& entry : first) {
     if (is_known[entry.channel] || !reader_.read(entry, message_).ok() ||
         !readPointCloud(message_.bytes.data(), message_.bytes.size(), true, cloud_)
              .ok())
       continue;
     formats[entry.channel] = cloud_.format;
     is_known[entry.channel] = true;
-    --unknown;
   }
   return formats;
 }

@@ -8,6 +8,9 @@
 #include "recording/span_reader.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
 #include <utility>
 
 namespace pcl_ext {
@@ -21,14 +24,15 @@ timeOf(std::uint64_t nanoseconds)
   return Time(static_cast<std::int64_t>(nanoseconds));
 }
 
-bool
-areSame(const McapChannel& first, const McapChannel& second)
+/** \brief What channels of several files agree in if they are one. */
+auto
+identityOf(const McapChannel& channel)
 {
-  return first.topic == second.topic &&
-         first.message_encoding == second.message_encoding &&
-         first.schema.name == second.schema.name &&
-         first.schema.encoding == second.schema.encoding &&
-         first.schema.text == second.schema.text;
+  return std::tie(channel.topic,
+                  channel.message_encoding,
+                  channel.schema.name,
+                  channel.schema.encoding,
+                  channel.schema.text);
 }
 
 /** \brief A place of one of several files. */
@@ -88,6 +92,7 @@ private:
   fail(std::size_t file, std::uint64_t offset, const std::string& message);
 
   std::vector<BagFile> files_;
+  std::set<std::pair<std::size_t, std::uint64_t>> known_damage_; // file and offset
   mcap::ChunkCache cache_;
   std::vector<std::uint8_t> record_;
 };
@@ -96,16 +101,20 @@ void
 McapReader::Implementation::addChannels(std::map<std::uint16_t, McapChannel>& channels,
                                         BagFile& bag_file)
 {
-  const std::size_t of_earlier_files = channels_.size();
+  channels_.reserve(channels_.size() + channels.size()); // so that none moves below
+  // Each continues at most one channel of this file: a topic may have several.
+  std::multimap<decltype(identityOf(channels_.front())), std::size_t> earlier;
+  for (std::size_t number = 0; number < channels_.size(); ++number)
+    earlier.emplace(identityOf(channels_[number]), number);
   for (auto& [id, channel] : channels) {
-    std::size_t number = 0;
-    while (number < of_earlier_files && !areSame(channels_[number], channel))
-      ++number;
-    if (number == of_earlier_files) {
-      number = channels_.size();
-      channels_.push_back(std::move(channel));
+    const auto same = earlier.lower_bound(identityOf(channel));
+    if (same != earlier.end() && same->first == identityOf(channel)) {
+      bag_file.channels[id] = same->second;
+      earlier.erase(same);
+      continue;
     }
-    bag_file.channels[id] = number;
+    bag_file.channels[id] = channels_.size();
+    channels_.push_back(std::move(channel));
   }
 }
 
@@ -131,7 +140,10 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
                       message.offset});
   bag_file.metadata = std::move(contents.metadata);
   bag_file.attachments = std::move(contents.attachments);
-  damage_.insert(damage_.end(), contents.damage.begin(), contents.damage.end());
+  for (RecordingDamage& damage : contents.damage) {
+    known_damage_.emplace(files_.size(), damage.offset);
+    damage_.push_back(std::move(damage));
+  }
   is_unfinished_ |= !contents.has_end;
   file_bytes_ += bag_file.file.size();
   files_.push_back(std::move(bag_file));
@@ -175,11 +187,7 @@ McapReader::Implementation::fail(std::size_t file,
                                  const std::string& message)
 {
   const std::string& path = files_[file].file.path();
-  const bool is_known =
-      std::any_of(damage_.begin(), damage_.end(), [&](const RecordingDamage& damage) {
-        return damage.offset == offset && damage.file == path;
-      });
-  if (!is_known)
+  if (known_damage_.emplace(file, offset).second)
     damage_.push_back({offset, message, path});
   return {RecordingCode::Damaged,
           "'" + path + "', byte " + std::to_string(offset) + ": " + message};

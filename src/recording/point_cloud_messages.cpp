@@ -3,6 +3,7 @@
 #include "recording/cdr.h"
 
 #include <limits>
+#include <string>
 
 namespace pcl_ext {
 namespace recording {
@@ -61,6 +62,10 @@ uint32 offset
 uint8 datatype
 uint32 count
 )";
+
+/** \brief More fields of a point are damage; their descriptions need several times the
+ * bytes of the message. */
+constexpr std::uint32_t max_fields = 1 << 12;
 
 constexpr std::int64_t nanoseconds_per_second = 1'000'000'000;
 
@@ -131,7 +136,13 @@ readPointCloud(const std::uint8_t* bytes,
   message.frame_id = reader.string();
   message.height = reader.u32();
   message.width = reader.u32();
-  message.fields.resize(reader.sequenceSize(least_field_size));
+  const std::uint32_t fields = reader.sequenceSize(least_field_size);
+  if (fields > max_fields) {
+    message = PointCloudMessage();
+    return {RecordingCode::Damaged,
+            "a message of a cloud with " + std::to_string(fields) + " fields"};
+  }
+  message.fields.resize(fields);
   for (PointFieldMessage& field : message.fields)
     readField(reader, field);
   message.is_bigendian = reader.u8() != 0;

@@ -32,6 +32,15 @@ ChunkCache::Records::hasMessageAt(std::uint64_t offset) const
   return std::binary_search(offsets.begin(), offsets.end(), offset);
 }
 
+std::size_t
+ChunkCache::CachedChunk::cost() const
+{
+  constexpr std::size_t least_cost = std::size_t{1} << 16;
+  return std::max(least_cost,
+                  records.bytes.size() +
+                      records.offsets.size() * sizeof(records.offsets.front()));
+}
+
 const ChunkCache::Records&
 ChunkCache::records(const InputFile& file, const Place& place, std::size_t number)
 {
@@ -46,10 +55,12 @@ ChunkCache::records(const InputFile& file, const Place& place, std::size_t numbe
   Records records;
   records.failure = loadChunk(file, place, records.bytes);
   findMessages(records);
-  bytes_ += records.bytes.size();
+  // Decompression leaves room behind the bytes.
+  records.bytes.shrink_to_fit();
   chunks_.push_front({number, std::move(records)});
+  bytes_ += chunks_.front().cost();
   while (bytes_ > max_bytes && chunks_.size() > 1) {
-    bytes_ -= chunks_.back().records.bytes.size();
+    bytes_ -= chunks_.back().cost();
     chunks_.pop_back();
   }
   return chunks_.front().records;

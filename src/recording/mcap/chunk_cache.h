@@ -44,6 +44,11 @@ private:
   struct CachedChunk {
     std::size_t number;
     Records records;
+
+    /** \brief Bytes that count; small chunks count more, so that they are not too many
+     * to search. */
+    std::size_t
+    cost() const;
   };
 
   std::list<CachedChunk> chunks_; // the last one used first

@@ -45,13 +45,16 @@ decompressPieces(const std::uint8_t* bytes,
                  StepT step)
 {
   std::size_t used = 0;
-  std::size_t written = piece_size;
+  bool is_full = true;
   // A full piece of output may have more behind it without any input.
-  while (used < size || written == piece_size) {
+  while (used < size || is_full) {
     const std::size_t begin = records.size();
-    records.resize(begin + piece_size);
+    // One byte more than there may be, to notice that there are more.
+    const auto room = static_cast<std::size_t>(
+        std::min<std::uint64_t>(piece_size, max_size - begin + 1));
+    records.resize(begin + room);
     std::size_t read = size - used;
-    written = piece_size;
+    std::size_t written = room;
     const bool is_valid = step(records.data() + begin, written, bytes + used, read);
     records.resize(begin + written);
     if (!is_valid)
@@ -63,6 +66,7 @@ decompressPieces(const std::uint8_t* bytes,
     if (read == 0 && written == 0)
       break;
     used += read;
+    is_full = written == room;
   }
   return {};
 }

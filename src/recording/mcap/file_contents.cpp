@@ -22,6 +22,10 @@ constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
 constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
 constexpr std::uint64_t plausible_compression_ratio = 1000;
 
+/** \brief Bytes of all channels with their schemas. Many channels may have one schema, of
+ * which each gets a copy. */
+constexpr std::size_t max_channel_bytes = std::size_t{1} << 27;
+
 /** \brief Bytes of a chunk that hold its fields before the records. */
 constexpr std::size_t max_chunk_fields_size = 256;
 
@@ -84,10 +88,12 @@ private:
   addIndexedChunks(std::vector<ChunkIndex>& chunks);
 
   void
-  addIndexedChunk(const ChunkIndex& chunk);
+  addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chunk);
 
   bool
-  addByMessageIndex(const ChunkIndex& chunk, std::size_t place);
+  addByMessageIndex(const ChunkIndex& chunk,
+                    std::uint64_t next_chunk,
+                    std::size_t place);
 
   void
   addByRecords(std::size_t place);
@@ -118,6 +124,8 @@ private:
   FileContents& contents_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, bool> wanted_; // by the channel's id
+  std::size_t channel_bytes_ = 0;        // of all channels with their schemas
+  bool has_too_many_channels_ = false;
   std::vector<std::uint8_t> buffer_;
 };
 
@@ -159,14 +167,21 @@ void
 ContentsFinder::addChannel(const std::uint8_t* content, std::size_t size)
 {
   Channel channel;
-  if (!parse(content, size, channel))
+  if (!parse(content, size, channel) || contents_.channels.count(channel.id) != 0)
     return;
   const auto schema = schemas_.find(channel.schema_id);
+  channel_bytes_ += size + (schema != schemas_.end() ? schema->second.text.size() : 0);
+  if (channel_bytes_ > max_channel_bytes) {
+    if (!has_too_many_channels_)
+      addDamage(0, "there are too many channels with too large schemas; some are lost");
+    has_too_many_channels_ = true;
+    return;
+  }
   if (schema != schemas_.end())
     channel.content.schema = schema->second;
   const bool is_wanted = !wants_ || wants_(channel.content);
-  if (contents_.channels.emplace(channel.id, std::move(channel.content)).second)
-    wanted_[channel.id] = is_wanted;
+  contents_.channels.emplace(channel.id, std::move(channel.content));
+  wanted_[channel.id] = is_wanted;
 }
 
 bool
@@ -251,40 +266,47 @@ ContentsFinder::addIndexedChunks(std::vector<ChunkIndex>& chunks)
     return a.chunk_offset < b.chunk_offset;
   });
   std::uint64_t end = 0;
-  for (const ChunkIndex& chunk : chunks) {
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    const ChunkIndex& chunk = chunks[i];
     if (chunk.chunk_offset < end || chunk.chunk_offset > file_.size() ||
+        chunk.chunk_length < record_prefix_size ||
         chunk.chunk_length > file_.size() - chunk.chunk_offset) {
       addDamage(chunk.chunk_offset,
                 "a chunk overlaps another, or is outside of the file; it is lost");
       continue;
     }
     end = chunk.chunk_offset + chunk.chunk_length;
-    addIndexedChunk(chunk);
+    addIndexedChunk(chunk,
+                    i + 1 < chunks.size() ? chunks[i + 1].chunk_offset : file_.size());
   }
 }
 
 void
-ContentsFinder::addIndexedChunk(const ChunkIndex& chunk)
+ContentsFinder::addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chunk)
 {
   if (!hasWanted(chunk))
     return;
   const std::size_t place = contents_.places.size();
   contents_.places.push_back({true, chunk.chunk_offset, chunk.chunk_length, false});
   const std::size_t messages = contents_.messages.size();
-  if (!chunk.message_index_offsets.empty() && addByMessageIndex(chunk, place))
+  if (!chunk.message_index_offsets.empty() &&
+      addByMessageIndex(chunk, next_chunk, place))
     return;
   contents_.messages.resize(messages);
   addByRecords(place);
 }
 
-/** \brief Adds the messages that the indexes behind a chunk list.
+/** \brief Adds the messages that the indexes behind a chunk list. They end before the next
+ * chunk, so that no bytes are read for several chunks.
  * \return false if they are invalid
  */
 bool
-ContentsFinder::addByMessageIndex(const ChunkIndex& chunk, std::size_t place)
+ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
+                                  std::uint64_t next_chunk,
+                                  std::size_t place)
 {
   const std::uint64_t begin = chunk.chunk_offset + chunk.chunk_length;
-  if (chunk.message_index_length > file_.size() - begin)
+  if (begin > next_chunk || chunk.message_index_length > next_chunk - begin)
     return false;
   buffer_.resize(static_cast<std::size_t>(chunk.message_index_length));
   if (!file_.read(begin, buffer_.size(), buffer_.data()))

@@ -1,0 +1,206 @@
+/** \file
+ * Files that were made to take long or much memory, and calls that are wrong.
+ */
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/mcap/chunk_compression.h"
+#include "recording/mcap/records.h"
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <zstd.h>
+
+#include <limits>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+McapChannel
+channelWithSchema(const std::string& topic, const std::string& text)
+{
+  McapChannel channel = compressedPointCloudChannel(topic);
+  channel.schema.text = text;
+  return channel;
+}
+
+Bytes
+beginning()
+{
+  Bytes file(mcap::magic.begin(), mcap::magic.end());
+  mcap::append(mcap::Header{"ros2", "test"}, file);
+  return file;
+}
+
+/** \brief Appends the end of a file to its data. */
+void
+appendEnd(const Bytes& summary, Bytes& file)
+{
+  mcap::appendDataEnd(0, file);
+  const std::uint64_t start = file.size();
+  file.insert(file.end(), summary.begin(), summary.end());
+  mcap::appendFooter({start, 0, 0}, file);
+  file.insert(file.end(), mcap::magic.begin(), mcap::magic.end());
+}
+
+Bytes
+messageOfFormat(const std::string& format)
+{
+  PointCloudMessage message;
+  message.format = format;
+  Bytes bytes;
+  writePointCloud(message, true, bytes);
+  return bytes;
+}
+
+} // namespace
+
+TEST(HostileFiles, ManyChannelsOfALargeSchemaAreBounded)
+{
+  const TestFolder folder;
+  const McapSchema schema{"type", "ros2msg", std::string(std::size_t{1} << 20, 'x')};
+  Bytes file = beginning();
+  mcap::append(mcap::Schema{1, schema}, file);
+  constexpr std::uint16_t channels = 200;
+  for (std::uint16_t id = 0; id < channels; ++id)
+    mcap::append(mcap::Channel{id, 1, channelWithSchema(std::to_string(id), "")}, file);
+  writeBytes(folder / "a.mcap", file);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  EXPECT_GT(reader.channels().size(), 100u);
+  EXPECT_LT(reader.channels().size(), 130u);
+  EXPECT_EQ(reader.damage().size(), 1u);
+}
+
+TEST(HostileFiles, AMessageIndexBelongsToOneChunk)
+{
+  const TestFolder folder;
+  Bytes file = beginning();
+  const McapChannel channel = compressedPointCloudChannel("/a");
+  Bytes summary;
+  mcap::append(mcap::Schema{1, channel.schema}, summary);
+  mcap::append(mcap::Channel{0, 1, channel}, summary);
+  file.insert(file.end(), summary.begin(), summary.end());
+  mcap::ChunkIndex chunk;
+  chunk.end_time = 100;
+  chunk.uncompressed_size = 1000;
+  chunk.chunk_offset = file.size();
+  chunk.message_index_offsets[0] = file.size();
+  mcap::MessageIndex index;
+  for (std::uint64_t i = 0; i < 100; ++i)
+    index.entries.emplace_back(i, i);
+  mcap::append(index, file);
+  chunk.message_index_length = file.size() - chunk.chunk_offset;
+  constexpr std::uint32_t chunks = 50;
+  for (std::uint32_t i = 0; i < chunks; ++i)
+    mcap::append(chunk, summary);
+  mcap::Statistics statistics;
+  statistics.channels = 1;
+  statistics.chunks = chunks;
+  mcap::append(statistics, summary);
+  appendEnd(summary, file);
+  writeBytes(folder / "a.mcap", file);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  EXPECT_LE(reader.index().size(), 100u);
+  EXPECT_FALSE(reader.damage().empty());
+}
+
+TEST(HostileFiles, SmallChunksTakeLittleMemory)
+{
+  const Bytes bytes(31, 7);
+  Bytes compressed(ZSTD_compressBound(bytes.size()));
+  compressed.resize(ZSTD_compress(
+      compressed.data(), compressed.size(), bytes.data(), bytes.size(), 1));
+  Bytes records;
+  EXPECT_EQ(mcap::decompress("zstd", compressed.data(), compressed.size(), 31, records),
+            "");
+  EXPECT_EQ(records, bytes);
+  EXPECT_LT(records.capacity(), 1000u);
+  EXPECT_NE(mcap::decompress("zstd", compressed.data(), compressed.size(), 30, records),
+            "");
+  EXPECT_EQ(records.size(), 30u);
+}
+
+TEST(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
+{
+  PointCloudMessage message;
+  message.fields.resize(5000);
+  Bytes bytes;
+  writePointCloud(message, false, bytes);
+  PointCloudMessage read;
+  EXPECT_EQ(readPointCloud(bytes.data(), bytes.size(), false, read).code(),
+            RecordingCode::Damaged);
+  message.fields.resize(4096);
+  writePointCloud(message, false, bytes);
+  EXPECT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, read).ok());
+  EXPECT_EQ(read.fields.size(), 4096u);
+}
+
+TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
+{
+  const TestFolder folder;
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "a.mcap", "ros2").ok());
+  std::size_t channel = 0;
+  ASSERT_TRUE(
+      writer
+          .addChannel(compressedPointCloudChannel("/a"), McapChunking::Shared, channel)
+          .ok());
+  McapMessage message;
+  message.channel = channel;
+  for (int i = 0; i < 3; ++i) {
+    message.log_time = Time(i);
+    message.bytes = {1, 2, 3};
+    ASSERT_TRUE(writer.write(message).ok());
+  }
+  message.log_time = Time(3);
+  message.bytes = messageOfFormat("draco");
+  ASSERT_TRUE(writer.write(message).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  RecordingReader reader;
+  const RecordingStatus status = reader.open(folder / "a.mcap");
+  EXPECT_EQ(status.code(), RecordingCode::NotARecording);
+  EXPECT_NE(status.message().find("draco"), std::string::npos);
+}
+
+TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
+{
+  const TestFolder folder;
+  std::filesystem::create_directories(folder / "bag");
+  writeBytes(folder / "bag/metadata.yaml", {});
+  for (int part = 0; part < 2; ++part) {
+    McapWriter writer;
+    ASSERT_TRUE(
+        writer.open(folder / ("bag/b_" + std::to_string(part) + ".mcap"), "ros2").ok());
+    for (std::uint8_t publisher = 0; publisher < 2; ++publisher) {
+      McapMessage message;
+      ASSERT_TRUE(writer
+                      .addChannel(compressedPointCloudChannel("/a"),
+                                  McapChunking::Shared,
+                                  message.channel)
+                      .ok());
+      message.bytes = {publisher};
+      ASSERT_TRUE(writer.write(message).ok());
+    }
+    ASSERT_TRUE(writer.finish().ok());
+  }
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "bag").ok());
+  ASSERT_EQ(reader.channels().size(), 2u);
+  ASSERT_EQ(reader.index().size(), 4u);
+  McapMessage message;
+  for (const McapEntry& entry : reader.index()) {
+    ASSERT_TRUE(reader.read(entry, message).ok());
+    EXPECT_EQ(message.bytes.at(0), entry.channel);
+  }
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext
