@@ -37,16 +37,28 @@ mayBeginWithMagic(const std::uint8_t* bytes, std::size_t count)
 std::size_t
 findMagic(const std::uint8_t* bytes, std::size_t count)
 {
-  std::size_t found = count;
-  for (const char* magic : magics) {
-    const std::uint8_t* const at =
-        std::search(bytes, bytes + found, magic, magic + std::strlen(magic));
-    found = std::min(found, static_cast<std::size_t>(at - bytes));
-  }
-  return found;
+  for (std::size_t i = 0; i < count; ++i)
+    for (const char* magic : magics)
+      if (bytes[i] == static_cast<std::uint8_t>(magic[0]) &&
+          count - i >= std::strlen(magic) &&
+          std::memcmp(bytes + i, magic, std::strlen(magic)) == 0)
+        return i;
+  return count;
 }
 
 } // namespace
+
+/** \brief Reads bytes of the file, from the block that was searched last if they are in it. */
+bool
+FrameFile::readBytes(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const
+{
+  const bool is_in_block = offset >= block_offset_ && count <= block_.size() &&
+                           offset - block_offset_ <= block_.size() - count;
+  if (!is_in_block)
+    return file_.read(offset, count, bytes);
+  std::memcpy(bytes, block_.data() + (offset - block_offset_), count);
+  return true;
+}
 
 /** \brief Size of the frame at a place. The published layout does not tell it, so that as
  * many bytes are read as it needs. */
@@ -57,7 +69,7 @@ FrameFile::sizeAt(std::uint64_t offset)
   std::uint64_t at_hand = std::min(remaining, header_bytes);
   for (;;) {
     bytes_.resize(static_cast<std::size_t>(at_hand));
-    if (!file_.read(offset, bytes_.size(), bytes_.data()))
+    if (!readBytes(offset, bytes_.size(), bytes_.data()))
       return {{io::CompressionCode::InputFailed, "the file cannot be read"}, 0};
     io::FrameSize size = io::frameSize(bytes_.data(), bytes_.size(), limitsOfReading());
     if (size.status.code() != io::CompressionCode::Truncated || at_hand == remaining ||
@@ -98,7 +110,7 @@ FrameFile::mayBeginAt(std::uint64_t offset)
   std::array<std::uint8_t, longest_magic> begin;
   const auto count = static_cast<std::size_t>(
       std::min<std::uint64_t>(begin.size(), file_.size() - offset));
-  return file_.read(offset, count, begin.data()) &&
+  return readBytes(offset, count, begin.data()) &&
          mayBeginWithMagic(begin.data(), count);
 }
 
@@ -108,15 +120,28 @@ FrameFile::findFrame(std::uint64_t offset)
 {
   constexpr std::uint64_t block_size = std::uint64_t{1} << 16;
   while (offset < file_.size()) {
-    const std::uint64_t count = std::min(block_size, file_.size() - offset);
-    bytes_.resize(static_cast<std::size_t>(count));
-    if (!file_.read(offset, bytes_.size(), bytes_.data()))
-      return file_.size();
-    const std::size_t found = findMagic(bytes_.data(), bytes_.size());
+    const bool is_in_block =
+        offset >= block_offset_ && offset < block_offset_ + block_.size();
+    if (!is_in_block) {
+      block_offset_ = offset;
+      block_.resize(
+          static_cast<std::size_t>(std::min(block_size, file_.size() - offset)));
+      if (!file_.read(offset, block_.size(), block_.data())) {
+        block_.clear();
+        return file_.size();
+      }
+    }
+    const auto begin = static_cast<std::size_t>(offset - block_offset_);
+    const std::size_t count = block_.size() - begin;
+    const std::size_t found = findMagic(block_.data() + begin, count);
     if (found < count)
       return offset + found;
     // Magic bytes may be at the end of the block.
-    offset += count < block_size ? count : count - (longest_magic - 1);
+    const std::uint64_t end = block_offset_ + block_.size();
+    block_.clear();
+    if (end == file_.size())
+      break;
+    offset = std::max(offset, end - (longest_magic - 1));
   }
   return file_.size();
 }
@@ -157,8 +182,15 @@ std::uint64_t
 FrameFile::skipBytes(std::uint64_t offset, const std::string& reason)
 {
   const std::uint64_t next = findFrame(offset + 1);
-  addDamage(offset,
-            std::to_string(next - offset) + " bytes that are no frame: " + reason);
+  const bool follows = !damage_.empty() && skipped_end_ == offset;
+  const std::uint64_t begin = follows ? damage_.back().offset : offset;
+  if (!follows) {
+    addDamage(offset, {});
+    skip_reason_ = reason;
+  }
+  damage_.back().message =
+      std::to_string(next - begin) + " bytes that are no frame: " + skip_reason_;
+  skipped_end_ = next;
   return next;
 }
 

@@ -49,6 +49,9 @@ private:
     std::string frame_id;
   };
 
+  bool
+  readBytes(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const;
+
   io::FrameSize
   sizeAt(std::uint64_t offset);
 
@@ -80,6 +83,10 @@ private:
   std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds
   std::string frame_id_;               // of the last frame
   std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint8_t> block_; // in which frames are searched for
+  std::uint64_t block_offset_ = 0;
+  std::uint64_t skipped_end_ = 0; // behind the last bytes that were no frame
+  std::string skip_reason_;
   std::uint64_t reread_ = 0; // bytes of frames whose size was not found
 };
 

@@ -142,6 +142,22 @@ TEST(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
   EXPECT_EQ(read.fields.size(), 4096u);
 }
 
+TEST(HostileFiles, ForgedBeginningsOfFramesAreOneDamage)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 2, 1);
+  Bytes file = stream.frames[0].bytes;
+  for (int i = 0; i < 100'000; ++i)
+    for (const char character : std::string("PCXI"))
+      file.push_back(static_cast<std::uint8_t>(character));
+  file.insert(file.end(), stream.frames[1].bytes.begin(), stream.frames[1].bytes.end());
+  writeBytes(folder / "a.pcxi", file);
+  const ReadRecording read = readAll(folder / "a.pcxi", {stream});
+  EXPECT_EQ(read.decoded[0], 2u);
+  EXPECT_EQ(read.wrong, 0u);
+  EXPECT_LE(read.damages, 4u);
+}
+
 TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
 {
   const TestFolder folder;
