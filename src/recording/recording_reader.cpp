@@ -162,6 +162,9 @@ std::size_t
 RecordingReader::iFrameBefore(std::size_t stream, std::size_t number)
 {
   RecordedFrame frame;
+  const std::size_t frames =
+      stream < streams().size() ? streams()[stream].frames : std::size_t{0};
+  number = std::min(number, std::max<std::size_t>(frames, 1) - 1);
   for (; number > 0; --number)
     if (read(stream, number, frame).ok() && frame.description.status.ok() &&
         frame.description.is_i_frame)
@@ -228,6 +231,12 @@ io::CompressionStatus
 RecordedStreamDecoder::Implementation::decode(std::size_t number,
                                               io::VoxelFrame& voxels)
 {
+  voxels.clearVoxels();
+  const std::vector<RecordedStream>& streams = reader_.streams();
+  if (stream_ >= streams.size() || number >= streams[stream_].frames)
+    return {io::CompressionCode::InputFailed,
+            "the recording has no frame " + std::to_string(number) + " of stream " +
+                std::to_string(stream_)};
   std::size_t first = number;
   if (number != next_) {
     first = reader_.iFrameBefore(stream_, number);

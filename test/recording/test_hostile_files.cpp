@@ -185,6 +185,27 @@ TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
   EXPECT_NE(status.message().find("draco"), std::string::npos);
 }
 
+TEST(WrongCalls, FramesBeyondTheEndAreRefusedAtOnce)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
+  record(streams, folder / "a.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  constexpr std::size_t huge = std::numeric_limits<std::size_t>::max();
+  EXPECT_EQ(reader.iFrameBefore(0, huge), 3u);
+  EXPECT_EQ(reader.iFrameBefore(7, huge), 0u);
+  io::VoxelFrame voxels;
+  RecordedStreamDecoder decoder(reader, 0);
+  ASSERT_TRUE(decoder.decode(1, voxels).ok());
+  EXPECT_EQ(decoder.decode(huge, voxels).code(), io::CompressionCode::InputFailed);
+  EXPECT_EQ(voxels.size(), 0u);
+  // It does not lose its place.
+  EXPECT_TRUE(decoder.decode(2, voxels).ok());
+  RecordedStreamDecoder other(reader, 7);
+  EXPECT_EQ(other.decode(huge, voxels).code(), io::CompressionCode::InputFailed);
+}
+
 TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
 {
   const TestFolder folder;
