@@ -173,7 +173,8 @@ RecordingOutput::finish()
   if (!writer_)
     return {};
   RecordingStatus status = writer_->finish();
-  writer_.reset();
+  if (status.ok()) // else the next call fails, too
+    writer_.reset();
   return status;
 }
 

@@ -225,7 +225,9 @@ RecordingWriter::Implementation::finish()
       status = renameFile(path_ + unfinished_suffix, path_);
   }
   is_finished_ = true;
-  status_ = {RecordingCode::OutputFailed, "the recording is finished"};
+  status_ = status.ok() ? RecordingStatus{RecordingCode::OutputFailed,
+                                          "the recording is finished"}
+                        : status;
   return status;
 }
 

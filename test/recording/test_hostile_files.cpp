@@ -206,6 +206,18 @@ TEST(WrongCalls, FramesBeyondTheEndAreRefusedAtOnce)
   EXPECT_EQ(other.decode(huge, voxels).code(), io::CompressionCode::InputFailed);
 }
 
+TEST(WrongCalls, AFailureOfFinishIsKept)
+{
+  const TestFolder folder;
+  RecordingWriter writer;
+  std::filesystem::create_directories(folder / "gone");
+  ASSERT_TRUE(writer.open(folder / "gone/a.mcap").ok());
+  std::filesystem::remove_all(folder / "gone");
+  const RecordingStatus status = writer.finish();
+  EXPECT_EQ(status.code(), RecordingCode::OutputFailed);
+  EXPECT_EQ(writer.finish().message(), status.message());
+}
+
 TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
 {
   const TestFolder folder;
