@@ -1,6 +1,7 @@
 #include "recording/files.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -65,6 +66,38 @@ copyToTemporaryFile(int input)
       ::close(copy);
       return -1;
     }
+  }
+}
+
+/** \brief Creates or empties a file that nobody else is writing.
+ * \return its descriptor, or -1
+ */
+int
+openOutput(const std::string& path)
+{
+  for (;;) {
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor < 0)
+      return -1;
+    // A file system without locks does without.
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(descriptor);
+      errno = EBUSY;
+      return -1;
+    }
+    struct stat opened {};
+    struct stat named {};
+    const bool is_named =
+        ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &named) == 0 &&
+        opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+    if (is_named && (!S_ISREG(opened.st_mode) || ::ftruncate(descriptor, 0) == 0))
+      return descriptor;
+    // Its writer completed it meanwhile, and gave it its final name.
+    const int error = errno;
+    ::close(descriptor);
+    errno = error;
+    if (is_named)
+      return -1;
   }
 }
 
@@ -157,10 +190,7 @@ OutputFile::open(const std::string& path)
   position_ = 0;
   if (descriptor_ >= 0)
     ::close(descriptor_);
-  descriptor_ =
-      path == standard_stream
-          ? ::dup(STDOUT_FILENO)
-          : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  descriptor_ = path == standard_stream ? ::dup(STDOUT_FILENO) : openOutput(path);
   return descriptor_ < 0 ? systemFailure(RecordingCode::OutputFailed, path_, "write to")
                          : RecordingStatus();
 }

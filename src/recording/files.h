@@ -68,7 +68,7 @@ public:
   OutputFile&
   operator=(OutputFile&& other) noexcept;
 
-  /** \brief Creates a file, or empties the one that exists.
+  /** \brief Creates a file, or empties the one that exists, unless somebody writes it.
    * \param[in] path a file, or - for the standard output
    */
   RecordingStatus

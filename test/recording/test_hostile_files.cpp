@@ -206,6 +206,26 @@ TEST(WrongCalls, FramesBeyondTheEndAreRefusedAtOnce)
   EXPECT_EQ(other.decode(huge, voxels).code(), io::CompressionCode::InputFailed);
 }
 
+TEST(WrongCalls, OneFileHasOneWriter)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
+  for (const char* name : {"a.mcap", "a.pcxi"}) {
+    RecordingWriter first;
+    ASSERT_TRUE(first.open(folder / name).ok());
+    std::size_t stream = 0;
+    ASSERT_TRUE(first.addStream({"/a", "", {}}, stream).ok());
+    RecordingWriter second;
+    EXPECT_EQ(second.open(folder / name).code(), RecordingCode::OutputFailed);
+    const KnownFrame& frame = streams[0].frames[0];
+    ASSERT_TRUE(
+        first.append(stream, frame.time, frame.bytes.data(), frame.bytes.size()).ok());
+    ASSERT_TRUE(first.finish().ok());
+    EXPECT_EQ(readAll(folder / name, streams).decoded[0], 1u);
+    EXPECT_TRUE(second.open(folder / name).ok());
+  }
+}
+
 TEST(WrongCalls, AFailureOfFinishIsKept)
 {
   const TestFolder folder;
