@@ -160,16 +160,23 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
   }
   else
     paths.push_back(path);
+  RecordingStatus first_failure;
   for (const std::string& file_path : paths) {
     InputFile file;
     RecordingStatus status = file.open(file_path);
     if (status.ok())
       status = addFile(std::move(file), wants);
-    if (!status.ok())
+    if (status.ok())
+      continue;
+    // The last file of a bag may be empty after a power failure.
+    if (paths.size() == 1 || status.code() != RecordingCode::NotARecording)
       return status;
+    damage_.push_back({0, "the file is not an MCAP file", file_path});
+    is_unfinished_ = true;
+    first_failure = first_failure.ok() ? status : first_failure;
   }
   sortIndex();
-  return {};
+  return files_.empty() ? first_failure : RecordingStatus();
 }
 
 void

@@ -60,8 +60,19 @@ bool
 isRosbag2Folder(const std::string& path)
 {
   std::error_code ignored;
-  return fs::is_directory(path, ignored) &&
-         fs::exists(fs::path(path) / metadata_name, ignored);
+  if (!fs::is_directory(path, ignored))
+    return false;
+  if (fs::exists(fs::path(path) / metadata_name, ignored))
+    return true;
+  // It is written last: a recorder that did not end in an orderly way left files alone.
+  const fs::path given(path);
+  std::string name =
+      (given.has_filename() ? given : given.parent_path()).filename().string();
+  const std::string suffix = unfinished_suffix;
+  if (name.size() > suffix.size() &&
+      name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0)
+    name.resize(name.size() - suffix.size());
+  return fs::exists(given / (name + "_0.mcap"), ignored);
 }
 
 RecordingStatus

@@ -238,6 +238,27 @@ TEST(WrongCalls, AFailureOfFinishIsKept)
   EXPECT_EQ(writer.finish().message(), status.message());
 }
 
+TEST(Rosbag2Folders, WithoutMetadataAreThoseOfARecorderThatDidNotEnd)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
+  record(streams, folder / "bag");
+  std::filesystem::remove(folder / "bag/metadata.yaml");
+  EXPECT_EQ(readAll(folder / "bag", streams).decoded[0], 5u);
+  std::filesystem::rename(folder / "bag", folder / "bag.unfinished");
+  EXPECT_EQ(readAll(folder / "bag.unfinished/", streams).decoded[0], 5u);
+  std::filesystem::rename(folder / "bag.unfinished", folder / "bag");
+  // The next file of the bag was begun and never written.
+  writeBytes(folder / "bag/bag_1.mcap", {});
+  const ReadRecording read = readAll(folder / "bag", streams);
+  EXPECT_EQ(read.decoded[0], 5u);
+  EXPECT_EQ(read.damages, 1u);
+  EXPECT_TRUE(read.is_unfinished);
+  std::filesystem::create_directories(folder / "empty");
+  RecordingReader reader;
+  EXPECT_EQ(reader.open(folder / "empty").code(), RecordingCode::InputFailed);
+}
+
 TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
 {
   const TestFolder folder;
