@@ -262,7 +262,7 @@ class Recording:
         """Bytes of the file or files."""
         return self._native.file_bytes()
 
-    def _index(self, stream: Union[int, str], number: int = 0) -> int:
+    def _index(self, stream: Union[int, str], number: Optional[int] = None) -> int:
         if isinstance(stream, str):
             names = [known.name for known in self._streams]
             if stream not in names:
@@ -271,7 +271,7 @@ class Recording:
         if not 0 <= stream < len(self._streams):
             raise IndexError(f"stream is {stream}; there are {len(self._streams)}")
         frames = self._streams[stream].frames
-        if not 0 <= number < max(1, frames):
+        if number is not None and not 0 <= number < frames:
             raise IndexError(f"number is {number}; the stream has {frames} frames")
         return stream
 

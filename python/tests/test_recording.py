@@ -317,3 +317,25 @@ def test_names_that_are_no_text(room, tmp_path):
     pathlib.Path(path).write_bytes(b"text")
     with pytest.raises(pcl_ext.Error):
         pcl_ext.open(path)
+
+
+def test_a_stream_without_frames_has_no_frame_0(room, tmp_path):
+    with pcl_ext.RecordingWriter(tmp_path / "a.mcap") as writer:
+        writer.add_stream("/empty")
+        writer.append(writer.add_stream("/full"), frames_of(room, 1)[0], EPOCH)
+    recording = pcl_ext.open(tmp_path / "a.mcap")
+    assert recording.frame_at("/empty", EPOCH) is None
+    for call in (recording.frame, recording.read, recording.time_of):
+        with pytest.raises(IndexError, match="0 frames"):
+            call("/empty", 0)
+
+
+def test_a_failure_of_finish_is_kept(tmp_path):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    writer = pcl_ext.RecordingWriter(folder / "a.mcap")
+    (folder / "a.mcap.unfinished").unlink()
+    folder.rmdir()
+    for _ in range(2):
+        with pytest.raises(pcl_ext.Error, match="a.mcap"):
+            writer.finish()
