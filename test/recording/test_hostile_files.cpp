@@ -111,6 +111,29 @@ TEST(HostileFiles, AMessageIndexBelongsToOneChunk)
   EXPECT_FALSE(reader.damage().empty());
 }
 
+TEST(HostileFiles, AMetadataRecordIsReadOnce)
+{
+  const TestFolder folder;
+  Bytes file = beginning();
+  const std::uint64_t offset = file.size();
+  mcap::append(McapMetadata{"name", {{"key", "value"}}}, file);
+  const std::uint64_t length = file.size() - offset;
+  Bytes summary;
+  for (int i = 0; i < 50; ++i)
+    mcap::appendMetadataIndex({offset, length}, "name", summary);
+  mcap::Statistics statistics;
+  statistics.metadata = 50;
+  mcap::append(statistics, summary);
+  appendEnd(summary, file);
+  writeBytes(folder / "a.mcap", file);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  std::vector<McapMetadata> metadata;
+  EXPECT_TRUE(reader.readMetadata(metadata).ok());
+  ASSERT_EQ(metadata.size(), 1u);
+  EXPECT_EQ(metadata[0].values.at("key"), "value");
+}
+
 TEST(HostileFiles, SmallChunksTakeLittleMemory)
 {
   const Bytes bytes(31, 7);

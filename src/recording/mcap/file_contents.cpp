@@ -44,6 +44,27 @@ hasMcapEnd(const InputFile& file)
          hasMagic(file, file.size() - magic.size());
 }
 
+/** \brief True if records are where their indexes say, and each has one index. */
+bool
+areIndexedOnce(const InputFile& file, Opcode opcode, std::vector<RecordPlace> places)
+{
+  std::sort(
+      places.begin(), places.end(), [](const RecordPlace& a, const RecordPlace& b) {
+        return a.offset < b.offset;
+      });
+  std::uint64_t end = 0;
+  for (const RecordPlace& place : places) {
+    Opcode found{};
+    std::uint64_t length = 0;
+    if (place.offset < end || place.length > file.size() ||
+        !readRecordPrefix(file, place.offset, found, length) || found != opcode ||
+        length != place.length - record_prefix_size)
+      return false;
+    end = place.offset + place.length;
+  }
+  return true;
+}
+
 /** \brief Collects the contents of a file, from its summary or from all of it. */
 class ContentsFinder {
 public:
@@ -236,7 +257,9 @@ ContentsFinder::readSummary()
   // Without statistics it is unknown whether the chunks have all messages.
   if (!statistics || statistics->attachments != contents_.attachments.size() ||
       statistics->metadata != contents_.metadata.size() ||
-      statistics->channels > contents_.channels.size())
+      statistics->channels > contents_.channels.size() ||
+      !areIndexedOnce(file_, Opcode::Attachment, contents_.attachments) ||
+      !areIndexedOnce(file_, Opcode::Metadata, contents_.metadata))
     return false;
   addIndexedChunks(chunks);
   std::uint64_t expected = 0;
