@@ -224,6 +224,14 @@ RecordedStreamDecoder::Implementation::decode(const RecordedFrame& frame,
                                               io::VoxelFrame& voxels)
 {
   next_ = frame.number + 1;
+  io::CompressionStatus status =
+      decoder_.decode(frame.bytes.data(), frame.bytes.size(), voxels);
+  // Frames arrive in order here: this is a stream that was recorded again, as of a bag
+  // that was played in a loop, and an I-frame decodes whatever was before it.
+  if (status.code() != io::CompressionCode::OldFrame ||
+      !frame.description.status.ok() || !frame.description.is_i_frame)
+    return status;
+  decoder_ = io::FrameDecoder(limits_);
   return decoder_.decode(frame.bytes.data(), frame.bytes.size(), voxels);
 }
 

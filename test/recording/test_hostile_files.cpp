@@ -229,6 +229,30 @@ TEST(WrongCalls, FramesBeyondTheEndAreRefusedAtOnce)
   EXPECT_EQ(other.decode(huge, voxels).code(), io::CompressionCode::InputFailed);
 }
 
+TEST(WrongCalls, FramesRecordedTwiceAreDecodedInAnyOrder)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 40, 10);
+  Bytes file;
+  for (int loop = 0; loop < 2; ++loop)
+    for (const KnownFrame& frame : stream.frames)
+      file.insert(file.end(), frame.bytes.begin(), frame.bytes.end());
+  writeBytes(folder / "a.pcxi", file);
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.pcxi").ok());
+  io::VoxelFrame voxels;
+  RecordedStreamDecoder forwards(reader, 0);
+  for (std::size_t i = 0; i < 80; ++i)
+    EXPECT_TRUE(forwards.decode(i, voxels).ok()) << i;
+  RecordedStreamDecoder backwards(reader, 0);
+  for (std::size_t i = 80; i-- > 0;)
+    EXPECT_TRUE(backwards.decode(i, voxels).ok()) << i;
+  RecordedStreamDecoder all(reader, 0);
+  RecordedFrame frame;
+  while (reader.next(frame).ok())
+    EXPECT_TRUE(all.decode(frame, voxels).ok()) << frame.number;
+}
+
 TEST(WrongCalls, OneFileHasOneWriter)
 {
   const TestFolder folder;
