@@ -217,6 +217,42 @@ OutputFile::close()
 }
 
 RecordingStatus
+setAsideUnfinished(const std::string& path, const std::string& written_file)
+{
+  struct stat properties {};
+  if (::stat(path.c_str(), &properties) != 0 ||
+      (!S_ISREG(properties.st_mode) && !S_ISDIR(properties.st_mode)))
+    return {};
+  const int written = ::open(written_file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (written >= 0 && ::flock(written, LOCK_EX | LOCK_NB) != 0 &&
+      errno == EWOULDBLOCK) {
+    ::close(written);
+    errno = EBUSY;
+    return systemFailure(RecordingCode::OutputFailed, written_file, "write to");
+  }
+  bool is_done = false;
+  if (S_ISREG(properties.st_mode) && properties.st_size == 0)
+    is_done = ::unlink(path.c_str()) == 0;
+  else
+    for (unsigned int number = 1; !is_done; ++number) {
+      const std::string name = path + '.' + std::to_string(number);
+      if (::access(name.c_str(), F_OK) == 0)
+        continue;
+      if (std::rename(path.c_str(), name.c_str()) != 0)
+        break;
+      is_done = true;
+    }
+  // Its writer may have completed it meanwhile.
+  const RecordingStatus status =
+      is_done || errno == ENOENT
+          ? RecordingStatus()
+          : systemFailure(RecordingCode::OutputFailed, path, "rename");
+  if (written >= 0)
+    ::close(written);
+  return status;
+}
+
+RecordingStatus
 renameFile(const std::string& from, const std::string& to)
 {
   return std::rename(from.c_str(), to.c_str()) != 0

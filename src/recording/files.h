@@ -101,6 +101,15 @@ private:
   std::string path_;
 };
 
+/** \brief Keeps what a recorder left that did not end: the unfinished file or folder gets a
+ * name with a number behind it. An empty file is removed.
+ * \param[in] path the unfinished file or folder; nothing is done if there is none
+ * \param[in] written_file the file that its writer has locked: itself, or one in the folder
+ * \return OutputFailed if another writer is writing it
+ */
+RecordingStatus
+setAsideUnfinished(const std::string& path, const std::string& written_file);
+
 /** \brief Gives a complete file or folder its name. A file of that name is replaced. */
 RecordingStatus
 renameFile(const std::string& from, const std::string& to);

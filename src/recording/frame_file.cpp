@@ -87,8 +87,14 @@ FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
 {
   const io::FrameDescription frame =
       io::describeFrame(bytes_.data(), bytes_.size(), limitsOfReading());
+  // Stamps are differences, and unknown between a lost frame and the next I-frame.
+  knows_stamps_ =
+      frame.is_i_frame || (knows_stamps_ && frame.frame_number == last_number_ + 1);
+  last_number_ = frame.frame_number;
   if (frame.is_i_frame)
     stamp_ = frame.stamp;
+  else if (!knows_stamps_)
+    stamp_.reset();
   else if (frame.stamp_difference)
     stamp_ = stamp_.value_or(0) + static_cast<std::uint64_t>(*frame.stamp_difference);
   if (frame.frame_id)
@@ -98,7 +104,7 @@ FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
       *stamp_ <= std::uint64_t{std::numeric_limits<std::int64_t>::max()} / 1000;
   const Time time =
       has_stamp ? Time(std::chrono::microseconds(static_cast<std::int64_t>(*stamp_)))
-                : Time(0);
+                : streams_.front().last_time;
   streams_.front().has_times |= has_stamp;
   addFrame(0, time, frames_.size());
   frames_.push_back({offset, size, time, frame_id_});

@@ -81,7 +81,9 @@ private:
   std::vector<RecordingDamage> damage_;
   bool is_cut_off_ = false;
   std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds
-  std::string frame_id_;               // of the last frame
+  bool knows_stamps_ = false;
+  std::uint32_t last_number_ = 0; // of a frame
+  std::string frame_id_;          // of the last frame
   std::vector<std::uint8_t> bytes_;
   std::vector<std::uint8_t> block_; // in which frames are searched for
   std::uint64_t block_offset_ = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace pcl_ext {
@@ -91,11 +92,40 @@ McapFrames::open(McapReader reader, const std::string& path)
   }
   if (streams_.empty())
     return nothingFound(path, formats);
-  const std::vector<McapEntry>& index = reader_.index();
-  for (std::size_t i = 0; i < index.size(); ++i)
-    if (streams[index[i].channel] != no_stream)
-      addFrame(streams[index[i].channel], index[i].log_time, i);
+  addFrames(streams);
   return {};
+}
+
+/** \brief Adds the frames of all streams. Those of a stream stay in the order of the file, as
+ * P-frames need the ones before, also if the clock was set back meanwhile.
+ * \param[in] streams by channel
+ */
+void
+McapFrames::addFrames(const std::vector<std::size_t>& streams)
+{
+  struct Frame {
+    Time time; // not below those before it in its stream
+    std::size_t stream;
+    std::size_t entry;
+  };
+  const std::vector<McapEntry>& index = reader_.index();
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < index.size(); ++i)
+    if (const std::size_t stream = streams[index[i].channel]; stream != no_stream)
+      frames.push_back({index[i].log_time, stream, i});
+  std::stable_sort(frames.begin(), frames.end(), [&](const Frame& a, const Frame& b) {
+    const McapEntry& first = index[a.entry];
+    const McapEntry& second = index[b.entry];
+    return std::tie(first.chunk, first.offset) < std::tie(second.chunk, second.offset);
+  });
+  std::vector<Time> last(streams_.size(), Time::min());
+  for (Frame& frame : frames)
+    frame.time = last[frame.stream] = std::max(last[frame.stream], frame.time);
+  std::stable_sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) {
+    return a.time < b.time;
+  });
+  for (const Frame& frame : frames)
+    addFrame(frame.stream, frame.time, frame.entry);
 }
 
 RecordingStatus
@@ -109,6 +139,7 @@ McapFrames::read(const FramePlace& place, RecordedFrame& frame)
     status = readPointCloud(message_.bytes.data(), message_.bytes.size(), true, cloud_);
   if (!status.ok())
     return status;
+  frame.time = message_.log_time;
   frame.stamp = cloud_.stamp;
   frame.frame_id = cloud_.frame_id;
   frame.message_points = std::uint64_t{cloud_.width} * cloud_.height;

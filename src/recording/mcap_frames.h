@@ -42,6 +42,9 @@ private:
   std::vector<std::string>
   formatsOfChannels();
 
+  void
+  addFrames(const std::vector<std::size_t>& streams);
+
   RecordingStatus
   nothingFound(const std::string& path, const std::vector<std::string>& formats) const;
 

@@ -155,7 +155,10 @@ McapWriter::Implementation::createFolder()
     return {RecordingCode::OutputFailed,
             "'" + paths_.final +
                 "' exists; a bag is not written into a folder that exists"};
-  fs::remove_all(paths_.unfinished, error);
+  if (RecordingStatus status = setAsideUnfinished(paths_.unfinished, paths_.file);
+      !status.ok())
+    return status;
+  error.clear();
   fs::create_directories(paths_.unfinished, error);
   return error ? RecordingStatus{RecordingCode::OutputFailed,
                                  "cannot create '" + paths_.unfinished +
@@ -171,10 +174,10 @@ McapWriter::Implementation::open(const std::string& path, const std::string& pro
   if (!paths_.is_folder && fs::is_directory(paths_.final, ignored))
     return status_ = {RecordingCode::OutputFailed, "'" + path + "' is a folder"};
   if (paths_.is_folder)
-    if (status_ = createFolder(); !status_.ok())
-      return status_;
-  status_ = file_.open(paths_.file);
-  if (!status_.ok())
+    status_ = createFolder();
+  else if (!paths_.unfinished.empty())
+    status_ = setAsideUnfinished(paths_.unfinished, paths_.file);
+  if (!status_.ok() || !(status_ = file_.open(paths_.file)).ok())
     return status_;
   is_finished_ = false;
   bytes_.assign(mcap::magic.begin(), mcap::magic.end());

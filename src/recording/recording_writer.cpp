@@ -115,8 +115,14 @@ RecordingWriter::Implementation::open(const std::string& path)
     status_ = mcap_.open(path, "ros2");
   else if (fs::is_directory(path, ignored))
     status_ = {RecordingCode::OutputFailed, "'" + path + "' is a folder"};
-  else
-    status_ = file_.open(path == standard_stream ? path : path + unfinished_suffix);
+  else if (path == standard_stream)
+    status_ = file_.open(path);
+  else {
+    const std::string unfinished = path + unfinished_suffix;
+    status_ = setAsideUnfinished(unfinished, unfinished);
+    if (status_.ok())
+      status_ = file_.open(unfinished);
+  }
   is_finished_ = !status_.ok();
   return status_;
 }

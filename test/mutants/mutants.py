@@ -210,7 +210,7 @@ MUTANTS = [
            "if (placed <= most)", "if (true)"),
 
     # Recordings.
-    Mutant(RECORDING + "mcap/file_contents.cpp", "the checksum of a chunk is not verified",
+    Mutant(RECORDING + "mcap/record_access.cpp", "the checksum of a chunk is not verified",
            "failure = \"its checksum is wrong\";", "failure = \"\";"),
     Mutant(RECORDING + "mcap/file_contents.cpp", "the checksum of the summary is not verified",
            "footer.summary_checksum != checksumOf(summary.data(), checked_size)", "false"),

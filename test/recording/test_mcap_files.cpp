@@ -305,6 +305,32 @@ TEST(McapFiles, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
   EXPECT_EQ(reader.index().size(), 1u);
 }
 
+TEST(McapFiles, WhatARecorderLeftIsKeptBesideTheNextRecording)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 3, 10)};
+  for (const std::string name : {"cell.mcap", "cell.pcxi", "cell"}) {
+    const std::string file = name == "cell" ? "/cell_0.mcap" : "";
+    for (int run = 0; run < 3; ++run) {
+      RecordingWriter writer;
+      std::size_t number = 0;
+      ASSERT_TRUE(writer.open(folder / name).ok()) << name;
+      ASSERT_TRUE(writer.addStream({streams[0].name, "", {}}, number).ok());
+      const KnownFrame& frame = streams[0].frames[0];
+      ASSERT_TRUE(
+          writer.append(number, frame.time, frame.bytes.data(), frame.bytes.size())
+              .ok());
+    }
+    for (const char* left : {".unfinished", ".unfinished.1", ".unfinished.2"})
+      EXPECT_EQ(readAll(folder / (name + left + file), streams).decoded[0], 1u)
+          << name << left;
+    record(streams, folder / name);
+    EXPECT_EQ(readAll(folder / name, streams).decoded[0], 3u);
+    EXPECT_TRUE(std::filesystem::exists(folder / (name + ".unfinished.3")));
+    EXPECT_FALSE(std::filesystem::exists(folder / (name + ".unfinished")));
+  }
+}
+
 TEST(McapFiles, AFullDiskIsReportedAndEndsTheFile)
 {
   RecordingWriter writer;

@@ -143,6 +143,53 @@ TEST(Recordings, AnyFrameIsDecodedByItself)
   }
 }
 
+TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 20, 10), knownStream(1, 20, 10)};
+  const Time set_back = std::chrono::milliseconds(400);
+  for (std::size_t i = 13; i < 20; ++i)
+    streams[0].frames[i].time -= set_back;
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  RecordedStreamDecoder decoder(reader, 0);
+  io::VoxelFrame voxels;
+  RecordedFrame frame;
+  for (std::size_t i = 0; i < 20; ++i) {
+    ASSERT_TRUE(decoder.decode(i, voxels).ok()) << i;
+    EXPECT_TRUE(areSame(voxels, streams[0].frames[i].voxels)) << i;
+    ASSERT_TRUE(reader.read(0, i, frame).ok());
+    EXPECT_EQ(reader.timeOf(0, i), streams[0].frames[std::min<std::size_t>(i, 12)].time);
+    EXPECT_EQ(frame.time, streams[0].frames[i].time) << i;
+    EXPECT_EQ(frame.stamp, streams[0].frames[i].time) << i;
+  }
+}
+
+TEST(Recordings, StampsAreNotGuessedBehindALostFrame)
+{
+  const TestFolder folder;
+  const std::vector<KnownFrame> frames = knownStream(0, 12, 5).frames;
+  // The second and the eighth one are lost.
+  Bytes file;
+  std::vector<std::size_t> kept;
+  for (const std::size_t i : {0, 2, 3, 4, 5, 6, 8, 9, 10, 11}) {
+    file.insert(file.end(), frames[i].bytes.begin(), frames[i].bytes.end());
+    kept.push_back(i);
+  }
+  writeBytes(folder / "sensor.pcxi", file);
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "sensor.pcxi").ok());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    // Frames without a known time have that of the frame before: of frame 0, and 6.
+    const std::size_t known = kept[i] < 5    ? 0
+                              : kept[i] < 8  ? kept[i]
+                              : kept[i] < 10 ? 6
+                                             : kept[i];
+    EXPECT_EQ(reader.timeOf(0, i), frames[known].time) << kept[i];
+  }
+}
+
 TEST(Recordings, ChunksBeginAtIFrames)
 {
   const TestFolder folder;

@@ -33,7 +33,7 @@ struct RecordedStream {
 struct RecordedFrame {
   std::size_t stream = 0;   ///< index in RecordingReader::streams()
   std::size_t number = 0;   ///< of the frame in its stream, from 0
-  Time time{0};             ///< at which it was recorded; orders the frames
+  Time time{0};             ///< at which it was recorded
   Time stamp{0};            ///< of the cloud; 0: unknown
   std::string frame_id;     ///< coordinate frame of the voxels; empty if unknown
   std::uint64_t offset = 0; ///< byte of the file at which the frame or its chunk begins
@@ -98,7 +98,8 @@ public:
   std::optional<std::size_t>
   frameAt(std::size_t stream, Time time) const;
 
-  /** \brief Time of a frame, without reading it. */
+  /** \brief Time of a frame, without reading it; that of the frame before in its stream if
+   * the clock was set back between them. Orders the frames of all streams. */
   Time
   timeOf(std::size_t stream, std::size_t number) const;
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "recording/files.h"
-#include "recording/mcap/file_contents.h"
+#include "recording/mcap/record_access.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,7 @@
 #include "recording/mcap/file_contents.h"
 
-#include "recording/mcap/chunk_compression.h"
+#include "recording/mcap/channel_list.h"
+#include "recording/mcap/record_access.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>
@@ -16,18 +17,6 @@ namespace {
 
 /** \brief Largest summary that is read; a file with a larger one is read as a whole. */
 constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
-
-/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed one,
- * which bounds the time to read a file that was made to take long. */
-constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
-constexpr std::uint64_t plausible_compression_ratio = 1000;
-
-/** \brief Bytes of all channels with their schemas. Many channels may have one schema, of
- * which each gets a copy. */
-constexpr std::size_t max_channel_bytes = std::size_t{1} << 27;
-
-/** \brief Bytes of a chunk that hold its fields before the records. */
-constexpr std::size_t max_chunk_fields_size = 256;
 
 bool
 hasMagic(const InputFile& file, std::uint64_t offset)
@@ -71,10 +60,19 @@ public:
   ContentsFinder(const InputFile& file,
                  const McapReader::ChannelFilter& wants,
                  FileContents& contents)
-  : file_(file), wants_(wants), contents_(contents)
+  : file_(file), contents_(contents), channels_(wants)
   {
     contents_ = FileContents();
     contents_.places.push_back({false, 0, file.size(), false});
+  }
+
+  /** \brief Hands the channels over, when all are known. */
+  void
+  finish()
+  {
+    if (channels_.hasTooMany())
+      addDamage(0, "there are too many channels with too large schemas; some are lost");
+    contents_.channels = channels_.takeAll();
   }
 
   /** \return false if there is no summary, or it does not tell of all messages */
@@ -92,15 +90,6 @@ private:
   parseSummary(const std::vector<std::uint8_t>& summary,
                std::vector<ChunkIndex>& chunks,
                std::optional<Statistics>& statistics);
-
-  void
-  addSchema(const std::uint8_t* content, std::size_t size);
-
-  void
-  addChannel(const std::uint8_t* content, std::size_t size);
-
-  bool
-  isWanted(std::uint16_t channel_id);
 
   bool
   hasWanted(const ChunkIndex& chunk);
@@ -141,12 +130,8 @@ private:
   }
 
   const InputFile& file_;
-  const McapReader::ChannelFilter& wants_;
   FileContents& contents_;
-  std::map<std::uint16_t, McapSchema> schemas_;
-  std::map<std::uint16_t, bool> wanted_; // by the channel's id
-  std::size_t channel_bytes_ = 0;        // of all channels with their schemas
-  bool has_too_many_channels_ = false;
+  ChannelList channels_;
   std::vector<std::uint8_t> buffer_;
 };
 
@@ -176,42 +161,6 @@ ContentsFinder::loadSummary(std::vector<std::uint8_t>& summary)
   return true;
 }
 
-void
-ContentsFinder::addSchema(const std::uint8_t* content, std::size_t size)
-{
-  Schema schema;
-  if (parse(content, size, schema))
-    schemas_.emplace(schema.id, std::move(schema.content));
-}
-
-void
-ContentsFinder::addChannel(const std::uint8_t* content, std::size_t size)
-{
-  Channel channel;
-  if (!parse(content, size, channel) || contents_.channels.count(channel.id) != 0)
-    return;
-  const auto schema = schemas_.find(channel.schema_id);
-  channel_bytes_ += size + (schema != schemas_.end() ? schema->second.text.size() : 0);
-  if (channel_bytes_ > max_channel_bytes) {
-    if (!has_too_many_channels_)
-      addDamage(0, "there are too many channels with too large schemas; some are lost");
-    has_too_many_channels_ = true;
-    return;
-  }
-  if (schema != schemas_.end())
-    channel.content.schema = schema->second;
-  const bool is_wanted = !wants_ || wants_(channel.content);
-  contents_.channels.emplace(channel.id, std::move(channel.content));
-  wanted_[channel.id] = is_wanted;
-}
-
-bool
-ContentsFinder::isWanted(std::uint16_t channel_id)
-{
-  const auto found = wanted_.find(channel_id);
-  return found != wanted_.end() && found->second;
-}
-
 bool
 ContentsFinder::parseSummary(const std::vector<std::uint8_t>& summary,
                              std::vector<ChunkIndex>& chunks,
@@ -228,9 +177,9 @@ ContentsFinder::parseSummary(const std::vector<std::uint8_t>& summary,
     RecordPlace place;
     bool is_valid = true;
     if (opcode == Opcode::Schema)
-      addSchema(content, size);
+      channels_.addSchema(content, size);
     else if (opcode == Opcode::Channel)
-      addChannel(content, size);
+      channels_.addChannel(content, size);
     else if (opcode == Opcode::ChunkIndex)
       is_valid = parse(content, size, chunks.emplace_back());
     else if (opcode == Opcode::Statistics)
@@ -257,16 +206,16 @@ ContentsFinder::readSummary()
   // Without statistics it is unknown whether the chunks have all messages.
   if (!statistics || statistics->attachments != contents_.attachments.size() ||
       statistics->metadata != contents_.metadata.size() ||
-      statistics->channels > contents_.channels.size() ||
+      statistics->channels > channels_.size() ||
       !areIndexedOnce(file_, Opcode::Attachment, contents_.attachments) ||
       !areIndexedOnce(file_, Opcode::Metadata, contents_.metadata))
     return false;
   addIndexedChunks(chunks);
   std::uint64_t expected = 0;
   for (const auto& [id, count] : statistics->channel_messages)
-    expected += isWanted(id) ? count : 0;
+    expected += channels_.isWanted(id) ? count : 0;
   if (statistics->channel_messages.empty() && statistics->messages > 0)
-    expected = wants_ ? ~std::uint64_t{0} : statistics->messages;
+    expected = channels_.hasFilter() ? ~std::uint64_t{0} : statistics->messages;
   return expected == contents_.messages.size() || !contents_.damage.empty();
 }
 
@@ -275,9 +224,10 @@ ContentsFinder::hasWanted(const ChunkIndex& chunk)
 {
   // Without offsets the chunk has no message index.
   return chunk.message_index_offsets.empty() ||
-         std::any_of(chunk.message_index_offsets.begin(),
-                     chunk.message_index_offsets.end(),
-                     [this](const auto& offset) { return isWanted(offset.first); });
+         std::any_of(
+             chunk.message_index_offsets.begin(),
+             chunk.message_index_offsets.end(),
+             [this](const auto& offset) { return channels_.isWanted(offset.first); });
 }
 
 /** \brief Adds the chunks in the order of the file. Chunks that overlap, which could be read
@@ -345,7 +295,7 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
         !parse(content, static_cast<std::size_t>(length), index) ||
         chunk.message_index_offsets.count(index.channel_id) == 0)
       return false;
-    if (!isWanted(index.channel_id))
+    if (!channels_.isWanted(index.channel_id))
       continue;
     for (const auto& [time, offset] : index.entries) {
       if (time < chunk.start_time || time > chunk.end_time ||
@@ -384,9 +334,9 @@ ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records, std::size_
       return;
     const auto size = static_cast<std::size_t>(length);
     if (opcode == Opcode::Schema)
-      addSchema(content, size);
+      channels_.addSchema(content, size);
     else if (opcode == Opcode::Channel)
-      addChannel(content, size);
+      channels_.addChannel(content, size);
     else if (opcode == Opcode::Message)
       addMessage(content, size, place, offset);
   }
@@ -399,7 +349,7 @@ ContentsFinder::addMessage(const std::uint8_t* content,
                            std::uint64_t offset)
 {
   MessagePrefix message;
-  if (parse(content, size, message) && isWanted(message.channel_id))
+  if (parse(content, size, message) && channels_.isWanted(message.channel_id))
     contents_.messages.push_back({message.log_time, place, offset, message.channel_id});
 }
 
@@ -432,9 +382,9 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
     if (!readRecord(file_, offset, opcode, McapReader::max_chunk_bytes, buffer_))
       addDamage(offset, "a record cannot be read");
     else if (opcode == Opcode::Schema)
-      addSchema(buffer_.data(), buffer_.size());
+      channels_.addSchema(buffer_.data(), buffer_.size());
     else if (opcode == Opcode::Channel)
-      addChannel(buffer_.data(), buffer_.size());
+      channels_.addChannel(buffer_.data(), buffer_.size());
     else if (parse(buffer_.data(), buffer_.size(), header))
       contents_.profile = header.profile;
   }
@@ -486,86 +436,6 @@ isMcapFile(const InputFile& file)
   return hasMagic(file, 0) || hasMcapEnd(file);
 }
 
-bool
-readRecordPrefix(const InputFile& file,
-                 std::uint64_t offset,
-                 Opcode& opcode,
-                 std::uint64_t& content_length)
-{
-  std::array<std::uint8_t, record_prefix_size> prefix;
-  if (!file.read(offset, prefix.size(), prefix.data()))
-    return false;
-  SpanReader reader(prefix.data(), prefix.size());
-  opcode = static_cast<Opcode>(reader.u8());
-  content_length = reader.u64();
-  return true;
-}
-
-bool
-readRecord(const InputFile& file,
-           std::uint64_t offset,
-           Opcode opcode,
-           std::uint64_t max_length,
-           std::vector<std::uint8_t>& content)
-{
-  Opcode found{};
-  std::uint64_t length = 0;
-  if (!readRecordPrefix(file, offset, found, length) || found != opcode ||
-      length > max_length || length > file.size() - offset - record_prefix_size)
-    return false;
-  content.resize(static_cast<std::size_t>(length));
-  return file.read(offset + record_prefix_size, content.size(), content.data());
-}
-
-std::string
-loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& records)
-{
-  records.clear();
-  const auto fields_at_hand = static_cast<std::size_t>(
-      std::min<std::uint64_t>(place.length, max_chunk_fields_size));
-  std::array<std::uint8_t, max_chunk_fields_size> fields;
-  Chunk chunk;
-  std::size_t fields_size = 0;
-  if (fields_at_hand < record_prefix_size ||
-      !file.read(place.offset, fields_at_hand, fields.data()) ||
-      fields[0] != static_cast<std::uint8_t>(Opcode::Chunk) ||
-      !parse(fields.data() + record_prefix_size,
-             fields_at_hand - record_prefix_size,
-             chunk,
-             fields_size))
-    return "its fields are invalid; its messages are lost";
-  const std::uint64_t begin = record_prefix_size + fields_size;
-  std::uint64_t size = place.length - begin;
-  if (place.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
-    return "its size contradicts that of its record; its messages are lost";
-  const std::uint64_t most_bytes =
-      std::min(McapReader::max_chunk_bytes,
-               plausible_chunk_bytes + plausible_compression_ratio *
-                                           std::min(size, McapReader::max_chunk_bytes));
-  if (chunk.uncompressed_size > most_bytes || size > most_bytes)
-    return "it is larger than the limit of " + std::to_string(most_bytes) +
-           " bytes; its messages are lost";
-  std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
-  if (!file.read(place.offset + begin, compressed.size(), compressed.data()))
-    return "it cannot be read; its messages are lost";
-  std::string failure = decompress(chunk.compression,
-                                   compressed.data(),
-                                   compressed.size(),
-                                   chunk.uncompressed_size,
-                                   records);
-  if (place.is_cut_off)
-    return failure;
-  if (failure.empty() && records.size() != chunk.uncompressed_size)
-    failure = "it has fewer bytes than it declares";
-  if (failure.empty() && chunk.uncompressed_checksum != 0 &&
-      checksumOf(records.data(), records.size()) != chunk.uncompressed_checksum)
-    failure = "its checksum is wrong";
-  if (failure.empty())
-    return {};
-  records.clear();
-  return failure + "; its messages are lost";
-}
-
 RecordingStatus
 findContents(const InputFile& file,
              const McapReader::ChannelFilter& wants,
@@ -574,6 +444,7 @@ findContents(const InputFile& file,
   if (!isMcapFile(file))
     return {RecordingCode::NotARecording, "'" + file.path() + "' is not an MCAP file"};
   if (ContentsFinder finder(file, wants, contents); finder.readSummary()) {
+    finder.finish();
     if (!hasMagic(file, 0))
       contents.damage.push_back(
           {0, "the file does not begin as MCAP files do", file.path()});
@@ -587,7 +458,9 @@ findContents(const InputFile& file,
     return {};
   }
   const bool has_end = contents.has_end;
-  ContentsFinder(file, wants, contents).scan();
+  ContentsFinder finder(file, wants, contents);
+  finder.scan();
+  finder.finish();
   contents.has_end = has_end;
   return {};
 }

@@ -1,0 +1,109 @@
+#include "recording/mcap/record_access.h"
+
+#include <pcl_ext/recording/mcap_reader.h>
+
+#include "recording/mcap/chunk_compression.h"
+#include "recording/span_reader.h"
+
+#include <algorithm>
+#include <array>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+namespace {
+
+/** \brief A chunk may have so many uncompressed bytes, and so many for each compressed one,
+ * which bounds the time to read a file that was made to take long. */
+constexpr std::uint64_t plausible_chunk_bytes = std::uint64_t{1} << 24;
+constexpr std::uint64_t plausible_compression_ratio = 1000;
+
+/** \brief Bytes of a chunk that hold its fields before the records. */
+constexpr std::size_t max_chunk_fields_size = 256;
+
+} // namespace
+
+bool
+readRecordPrefix(const InputFile& file,
+                 std::uint64_t offset,
+                 Opcode& opcode,
+                 std::uint64_t& content_length)
+{
+  std::array<std::uint8_t, record_prefix_size> prefix;
+  if (!file.read(offset, prefix.size(), prefix.data()))
+    return false;
+  SpanReader reader(prefix.data(), prefix.size());
+  opcode = static_cast<Opcode>(reader.u8());
+  content_length = reader.u64();
+  return true;
+}
+
+bool
+readRecord(const InputFile& file,
+           std::uint64_t offset,
+           Opcode opcode,
+           std::uint64_t max_length,
+           std::vector<std::uint8_t>& content)
+{
+  Opcode found{};
+  std::uint64_t length = 0;
+  if (!readRecordPrefix(file, offset, found, length) || found != opcode ||
+      length > max_length || length > file.size() - offset - record_prefix_size)
+    return false;
+  content.resize(static_cast<std::size_t>(length));
+  return file.read(offset + record_prefix_size, content.size(), content.data());
+}
+
+std::string
+loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& records)
+{
+  records.clear();
+  const auto fields_at_hand = static_cast<std::size_t>(
+      std::min<std::uint64_t>(place.length, max_chunk_fields_size));
+  std::array<std::uint8_t, max_chunk_fields_size> fields;
+  Chunk chunk;
+  std::size_t fields_size = 0;
+  if (fields_at_hand < record_prefix_size ||
+      !file.read(place.offset, fields_at_hand, fields.data()) ||
+      fields[0] != static_cast<std::uint8_t>(Opcode::Chunk) ||
+      !parse(fields.data() + record_prefix_size,
+             fields_at_hand - record_prefix_size,
+             chunk,
+             fields_size))
+    return "its fields are invalid; its messages are lost";
+  const std::uint64_t begin = record_prefix_size + fields_size;
+  std::uint64_t size = place.length - begin;
+  if (place.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
+    return "its size contradicts that of its record; its messages are lost";
+  const std::uint64_t most_bytes =
+      std::min(McapReader::max_chunk_bytes,
+               plausible_chunk_bytes + plausible_compression_ratio *
+                                           std::min(size, McapReader::max_chunk_bytes));
+  if (chunk.uncompressed_size > most_bytes || size > most_bytes)
+    return "it is larger than the limit of " + std::to_string(most_bytes) +
+           " bytes; its messages are lost";
+  std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
+  if (!file.read(place.offset + begin, compressed.size(), compressed.data()))
+    return "it cannot be read; its messages are lost";
+  std::string failure = decompress(chunk.compression,
+                                   compressed.data(),
+                                   compressed.size(),
+                                   chunk.uncompressed_size,
+                                   records);
+  if (place.is_cut_off)
+    return failure;
+  if (failure.empty() && records.size() != chunk.uncompressed_size)
+    failure = "it has fewer bytes than it declares";
+  if (failure.empty() && chunk.uncompressed_checksum != 0 &&
+      checksumOf(records.data(), records.size()) != chunk.uncompressed_checksum)
+    failure = "its checksum is wrong";
+  if (failure.empty())
+    return {};
+  records.clear();
+  return failure + "; its messages are lost";
+}
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext

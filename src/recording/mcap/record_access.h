@@ -1,0 +1,56 @@
+#pragma once
+
+#include "recording/files.h"
+#include "recording/mcap/records.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+/** \brief Where messages are: a chunk, or the file itself for messages without a chunk. */
+struct Place {
+  bool is_chunk = true;
+  std::uint64_t offset = 0; // of the record of the chunk
+  std::uint64_t length =
+      0; // of that record with its prefix, as far as it is in the file
+  bool is_cut_off = false; // the end of the chunk is missing
+};
+
+/** \brief Loads the records of a chunk, as far as they can be read.
+ * \param[in] file the file
+ * \param[in] place a chunk
+ * \param[out] records uncompressed; its memory is reused; empty if the checksum is wrong
+ * \return empty, or what is wrong
+ */
+std::string
+loadChunk(const InputFile& file,
+          const Place& place,
+          std::vector<std::uint8_t>& records);
+
+/** \brief Reads the opcode and the length of a record.
+ * \return false if there are none
+ */
+bool
+readRecordPrefix(const InputFile& file,
+                 std::uint64_t offset,
+                 Opcode& opcode,
+                 std::uint64_t& content_length);
+
+/** \brief Reads the content of a record of a file.
+ * \param[in] max_length larger records are not read
+ * \return false if it cannot be read
+ */
+bool
+readRecord(const InputFile& file,
+           std::uint64_t offset,
+           Opcode opcode,
+           std::uint64_t max_length,
+           std::vector<std::uint8_t>& content);
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext
