@@ -160,6 +160,10 @@ TEST(ProgramPipe, EncodeAndDecodeInAPipe)
                "decode - -o out -q && \"$P\" encode room -o - -q | "
                "\"$P\" cut - -o part.pcxi --frames 0:2");
   EXPECT_EQ(result.status, 0) << result.errors;
+  expectFailure(folder,
+                "info - < room/000.pcd",
+                1,
+                "pcl_ext info: 'standard input' is not a recording: ");
   expectRun(folder, "encode room/000.pcd -o one.pcxi");
   expectVoxels(decode(folder / "one.pcxi")[0].voxels[0],
                readCloud(folder / "out/000000.pcd"));

@@ -1,6 +1,7 @@
 #include "console.h"
 
 #include "measuring/markdown_table.h"
+#include "standard_input.h"
 
 #include <unistd.h>
 
@@ -69,7 +70,7 @@ Console::error(const std::string& message)
 {
   endProgress();
   std::cout.flush();
-  std::cerr << name_ << ": " << message << std::endl;
+  std::cerr << name_ << ": " << shown(message) << std::endl;
 }
 
 void

@@ -5,6 +5,7 @@
 #include "options.h"
 #include "recording_figures.h"
 #include "recording_input.h"
+#include "standard_input.h"
 
 #include <nlohmann/json.hpp>
 
@@ -276,8 +277,9 @@ printJson(const std::string& name,
     json["other_topics"].push_back({{"topic", topic}, {"type", type}});
   json["damage"] = nlohmann::ordered_json::array();
   for (const recording::RecordingDamage& place : summary.damage)
-    json["damage"].push_back(
-        {{"file", place.file}, {"offset", place.offset}, {"message", place.message}});
+    json["damage"].push_back({{"file", shown(place.file)},
+                              {"offset", place.offset},
+                              {"message", place.message}});
   // Names may have any bytes.
   std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
             << '\n';

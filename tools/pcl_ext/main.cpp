@@ -6,6 +6,7 @@
 #include "help_format.h"
 #include "help_texts.h"
 #include "interruption.h"
+#include "standard_input.h"
 
 #include <pcl/console/print.h>
 
@@ -58,11 +59,11 @@ run(CLI::App& program, const std::vector<Command>& commands)
       return command.run();
     }
     catch (const UsageError& error) {
-      std::cerr << name << ": " << error.what() << '\n';
+      std::cerr << name << ": " << shown(error.what()) << '\n';
       return wrong_command_line;
     }
     catch (const std::exception& error) {
-      std::cerr << name << ": " << error.what() << '\n';
+      std::cerr << name << ": " << shown(error.what()) << '\n';
       return isInterrupted() ? interrupted : something_failed;
     }
   }

@@ -69,7 +69,7 @@ checkStreams(const Selection& selection, const std::vector<RecordedStream>& stre
 std::string
 describe(const recording::RecordingDamage& damage)
 {
-  return shownPathOf(damage.file) + ", byte " + std::to_string(damage.offset) + ": " +
+  return shown(damage.file) + ", byte " + std::to_string(damage.offset) + ": " +
          damage.message;
 }
 
@@ -113,7 +113,7 @@ RecordingInput::RecordingInput(const std::string& path) : path_(pathOfInput(path
 std::string
 RecordingInput::shownPath() const
 {
-  return shownPathOf(path_);
+  return shown(path_);
 }
 
 RecordingInput

@@ -16,16 +16,15 @@ namespace tools {
 
 namespace {
 
-const std::string kept_folder = "/proc/self/fd/";
+std::string kept_path; // empty: the standard input was not read
 
 } // namespace
 
 std::string
 keepStandardInput()
 {
-  static std::string path; // the standard input can be read once only
-  if (!path.empty())
-    return path;
+  if (!kept_path.empty()) // it can be read once only
+    return kept_path;
   std::FILE* const file = std::tmpfile();
   const auto fail = [](const std::string& what) {
     throw std::runtime_error(what + ": " + std::strerror(errno));
@@ -50,8 +49,8 @@ keepStandardInput()
   }
   if (std::fflush(file) != 0)
     fail("keeping the standard input in /tmp failed");
-  path = kept_folder + std::to_string(fileno(file));
-  return path;
+  kept_path = "/proc/self/fd/" + std::to_string(fileno(file));
+  return kept_path;
 }
 
 std::string
@@ -61,10 +60,12 @@ pathOfInput(const std::string& path)
 }
 
 std::string
-shownPathOf(const std::string& path)
+shown(std::string text)
 {
-  return path.compare(0, kept_folder.size(), kept_folder) == 0 ? "standard input"
-                                                               : path;
+  for (std::size_t at = 0;
+       !kept_path.empty() && (at = text.find(kept_path, at)) != std::string::npos;)
+    text.replace(at, kept_path.size(), "standard input");
+  return text;
 }
 
 } // namespace tools

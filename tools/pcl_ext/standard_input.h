@@ -17,9 +17,10 @@ keepStandardInput();
 std::string
 pathOfInput(const std::string& path);
 
-/** \brief A path for messages: that of the standard input has a name there. */
+/** \brief A path, or a message with paths, for people: the standard input has a name there.
+ */
 std::string
-shownPathOf(const std::string& path);
+shown(std::string text);
 
 } // namespace tools
 } // namespace pcl_ext
