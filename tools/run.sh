@@ -57,4 +57,5 @@ bash "$root/tools/install_packages.sh" build
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF > /dev/null
 cmake --build "$build" --target pcl_ext_program -j "${PCL_EXT_JOBS:-2}"
+export PCL_EXT_COMMAND="bash $0" # what the demonstration tells to call
 exec "$program" "$@"

@@ -10,6 +10,7 @@
 #include "simulator/crop_box.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -121,10 +122,13 @@ private:
   void
   printNextSteps(const std::string& example) const
   {
+    // tools/run.sh says how it is called.
+    const char* const given = std::getenv("PCL_EXT_COMMAND");
+    const std::string command = given != nullptr ? given : "pcl_ext";
     std::cout << "\nThe frames are in " << recording_
-              << ", the decoded and the denoised clouds beside it. Next:\n"
-              << "  pcl_ext info " << recording_ << '\n'
-              << "  pcl_ext decode " << recording_ << " -o clouds --remove-outliers\n";
+              << ", the decoded and the denoised clouds beside it. Next:\n  " << command
+              << " info " << recording_ << "\n  " << command << " decode " << recording_
+              << " -o clouds --remove-outliers\n";
     if (!example.empty())
       std::cout << "  pcl_viewer " << example << '\n';
   }
