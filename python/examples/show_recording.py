@@ -93,6 +93,7 @@ def draw_sizes(axes, sizes, number):
     axes.clear()
     axes.bar(range(len(sizes)), sizes, width=1.0, color="#9ecae1")
     axes.bar([number], [sizes[number]], width=1.0, color="#08519c")
+    axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set(xlabel="frame", ylabel="bytes", xlim=(-0.5, len(sizes) - 0.5))
 
 
