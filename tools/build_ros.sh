@@ -10,10 +10,10 @@ jobs=${PCL_EXT_JOBS:-2}
 "$root/tools/install_packages.sh" build ros
 cmake -S "$root" -B "$build/library" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF \
-  -DPCL_EXT_BUILD_TOOLS=OFF > /dev/null
+  -DPCL_EXT_BUILD_TOOLS=OFF ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build/library" -j "$jobs"
 cmake --install "$build/library" --prefix "$build/prefix" > /dev/null
 # Debian's catkin is for Debian's Python; another one may come first in the PATH.
 cmake -S "$root/ros" -B "$build" -G Ninja -DCMAKE_PREFIX_PATH="$build/prefix" \
-  -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" > /dev/null
+  -DPYTHON_EXECUTABLE=/usr/bin/python3 ${PCL_EXT_CMAKE_ARGUMENTS:-} "$@" > /dev/null
 cmake --build "$build" -j "$jobs"
