@@ -223,7 +223,9 @@ FrameFile::open(InputFile file)
   }
   if (frames_.empty())
     return {RecordingCode::NotARecording,
-            "'" + file_.path() + "' is not a recording: " + first_problem};
+            "'" + file_.path() + "' is not a recording: " +
+                (first_problem.empty() ? "the file ends within its first frame"
+                                       : first_problem)};
   return {};
 }
 
