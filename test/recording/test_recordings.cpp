@@ -160,7 +160,8 @@ TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)
     ASSERT_TRUE(decoder.decode(i, voxels).ok()) << i;
     EXPECT_TRUE(areSame(voxels, streams[0].frames[i].voxels)) << i;
     ASSERT_TRUE(reader.read(0, i, frame).ok());
-    EXPECT_EQ(reader.timeOf(0, i), streams[0].frames[std::min<std::size_t>(i, 12)].time);
+    EXPECT_EQ(reader.timeOf(0, i),
+              streams[0].frames[std::min<std::size_t>(i, 12)].time);
     EXPECT_EQ(frame.time, streams[0].frames[i].time) << i;
     EXPECT_EQ(frame.stamp, streams[0].frames[i].time) << i;
   }
