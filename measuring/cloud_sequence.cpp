@@ -2,6 +2,7 @@
 
 #include "measuring/cloud_file_headers.h"
 #include "measuring/cloud_files.h"
+#include "measuring/natural_order.h"
 
 #include <pcl/conversions.h>
 
@@ -220,7 +221,7 @@ cloudFilesOf(const fs::path& folder)
                                           *inner + "'"
                                     : ""));
   }
-  std::sort(files.begin(), files.end());
+  std::sort(files.begin(), files.end(), comesBefore);
   return files;
 }
 

@@ -87,9 +87,10 @@ writeBag(const std::string& path, std::size_t frames, bool is_bigendian = false)
   std::size_t rear = 0;
   std::size_t imu = 0;
   const auto shared = recording::McapChunking::Shared;
-  ASSERT_TRUE(
-      writer.addChannel(recording::pointCloudChannel("/front/points"), shared, front)
-          .ok());
+  McapChannel front_channel = recording::pointCloudChannel("/front/points");
+  front_channel.metadata = {{"offered_qos_profiles", "- durability: 1"},
+                            {"topic_type_hash", "RIHS01_1"}};
+  ASSERT_TRUE(writer.addChannel(front_channel, shared, front).ok());
   ASSERT_TRUE(writer.addChannel(imuChannel(), shared, imu).ok());
   ASSERT_TRUE(
       writer.addChannel(recording::pointCloudChannel("/rear/points"), shared, rear)
@@ -210,6 +211,9 @@ TEST(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
   const Bag after = readBag(folder / "small.mcap");
   expectSameRest(before, after);
   EXPECT_EQ(after.channels.size(), 3u);
+  const std::map<std::string, std::string> metadata = {
+      {"intensity_law", "native"}, {"offered_qos_profiles", "- durability: 1"}};
+  EXPECT_EQ(after.channels.at("/front/points/pcl_ext").metadata, metadata);
   for (const std::string topic : {"/front/points", "/rear/points"}) {
     ASSERT_EQ(after.channels.count(topic + "/pcl_ext"), 1u) << topic;
     EXPECT_TRUE(
@@ -264,6 +268,13 @@ TEST(ProgramBags, DecodedBagHasTheTopicsAgain)
         stream.name.substr(0, stream.name.size() - std::string("/pcl_ext").size());
     ASSERT_EQ(after.channels.count(topic), 1u) << topic;
     EXPECT_TRUE(recording::isPointCloud(after.channels.at(topic)));
+    const auto& metadata = after.channels.at(topic).metadata;
+    const std::map<std::string, std::string> expected =
+        topic == "/front/points"
+            ? std::map<std::string, std::string>{{"offered_qos_profiles",
+                                                  "- durability: 1"}}
+            : std::map<std::string, std::string>{};
+    EXPECT_EQ(metadata, expected);
     const auto& messages = after.messages.at(topic);
     ASSERT_EQ(messages.size(), 4u);
     for (std::size_t i = 0; i < 4; ++i) {

@@ -160,10 +160,25 @@ TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
   recording::RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   EXPECT_EQ(reader.streams()[0].metadata.at("sensor_pose"), "1,0.5,2,1,0,0,0");
-  expectRun(folder,
-            common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0 "
-                     "--pose /hall=7,0,0,0,0,0");
+  expectRun(folder, common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0");
   EXPECT_EQ(bytesOf(folder / "named.pcxi"), expected);
+}
+
+TEST(ProgramEncode, NumbersInNamesOfFilesOrderThem)
+{
+  const TestFolder folder;
+  const Clouds clouds = roomClouds(4);
+  writeClouds(folder, "room", clouds);
+  std::filesystem::create_directories(folder / "numbered");
+  const char* const names[] = {"cloud_2", "cloud_009", "cloud_10", "cloud_11"};
+  for (std::size_t i = 0; i < 4; ++i)
+    std::filesystem::copy(folder / ("room/00" + std::to_string(i) + ".pcd"),
+                          folder / (std::string("numbered/") + names[i] + ".pcd"));
+  expectRun(folder, "encode room -o room.pcxi -r 0.05");
+  expectRun(folder, "encode numbered -o folder.pcxi -r 0.05");
+  expectRun(folder, "encode 'numbered/*.pcd' -o pattern.pcxi -r 0.05");
+  EXPECT_EQ(bytesOf(folder / "folder.pcxi"), bytesOf(folder / "room.pcxi"));
+  EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "room.pcxi"));
 }
 
 TEST(ProgramEncode, AnglesAreAboutTheFixedAxes)
@@ -322,6 +337,10 @@ TEST(ProgramEncode, WrongCommandLinesAreRefused)
   };
   expectRefusal("room hall -o x.pcxi", "takes one stream, and there are 2: /room");
   expectRefusal("room -o x.las", "is no kind of output");
+  expectRefusal("room -o x.pcxi --pose /roof=1,2,3,0,0,0",
+                "--pose: there is no stream '/roof'; there are /room");
+  expectRefusal("room -o x.pcxi --intensity-field signal",
+                "the clouds have no field 'signal'");
   expectRefusal("room", "--output is required");
   expectRefusal("-o x.pcxi", "IN is required");
   expectRefusal("room -o x.pcxi --brightness 1", "--brightness");

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <random>
 
 namespace pcl_ext {
 namespace tools {
@@ -121,6 +122,36 @@ TEST(ProgramDecode, VoxelsAreFiltered)
       expectVoxels(voxels,
                    readCloud(folder / ("clean/00000" + std::to_string(i) + ".pcd")));
   }
+}
+
+TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
+{
+  const TestFolder folder;
+  auto clouds = roomClouds(3);
+  std::mt19937_64 random(5);
+  for (auto& cloud : clouds)
+    for (int i = 0; i < 50; ++i) { // of noise, away from the surfaces
+      pcl::PointXYZI point;
+      point.x = io::test::uniform(random, -1.0, 1.0);
+      point.y = io::test::uniform(random, -1.0, 1.0);
+      point.z = io::test::uniform(random, 0.2, 1.2);
+      cloud.push_back(point);
+    }
+  writeClouds(folder, "room", clouds);
+  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count");
+  const ProgramRun automatic =
+      expectRun(folder, "decode x.mcap -o a --remove-outliers");
+  const ProgramRun points =
+      expectRun(folder, "decode x.mcap -o b --remove-outliers --unit points");
+  EXPECT_NE(points.output.find("of the voxels left out"), std::string::npos);
+  for (const char* file : {"000000.pcd", "000001.pcd", "000002.pcd"})
+    EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
+              bytesOf(folder / (std::string("b/") + file)));
+  // Frames alone do not tell their law.
+  expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count");
+  const ProgramRun unknown = run(folder, "decode x.pcxi -o c --remove-outliers");
+  EXPECT_EQ(unknown.status, 0);
+  EXPECT_NE(unknown.errors.find("--unit points"), std::string::npos);
 }
 
 TEST(ProgramDecode, FolderOfTheUserIsNotTouched)

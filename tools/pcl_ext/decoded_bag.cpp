@@ -2,6 +2,7 @@
 
 #include "frame_output.h"
 #include "point_cloud_conversions.h"
+#include "stream_metadata.h"
 
 #include <algorithm>
 #include <set>
@@ -34,8 +35,9 @@ DecodedBag::DecodedBag(const std::string& path, RecordingInput& input)
     std::string topic = topicOf(input.reader().streams()[stream].name);
     while (!topics.insert(topic).second)
       topic += "/decoded";
-    throwUnlessOk(writer_.addChannel(
-        recording::pointCloudChannel(topic), McapChunking::Shared, streams_.back()));
+    recording::McapChannel decoded = recording::pointCloudChannel(topic);
+    addOtherMetadata(input.reader().streams()[stream].metadata, decoded.metadata);
+    throwUnlessOk(writer_.addChannel(decoded, McapChunking::Shared, streams_.back()));
   }
 }
 

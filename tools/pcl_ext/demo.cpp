@@ -97,10 +97,10 @@ private:
     for (const auto& stream : streams_) {
       folders.push_back(stream->name() + "/decoded");
       folders.push_back(stream->name() + "/denoised");
-      numbers_.push_back(
-          output_->addStream({"/" + stream->name(),
-                              "world",
-                              options_.encoding.metadataOf("/" + stream->name())}));
+      numbers_.push_back(output_->addStream(
+          {"/" + stream->name(),
+           "world",
+           options_.encoding.metadataOf("/" + stream->name(), stream->law())}));
     }
     clouds_ = std::make_unique<CloudFolder>(
         options_.output, CloudFormat::PcdCompressed, true, folders);

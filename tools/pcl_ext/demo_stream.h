@@ -49,6 +49,12 @@ public:
     return name_;
   }
 
+  IntensityLaw
+  law() const
+  {
+    return law_;
+  }
+
   /** \brief Takes the next cloud through all stages: captures, encodes, decodes, denoises.
    * \throws std::runtime_error if one fails, or what was decoded is not what was encoded
    */

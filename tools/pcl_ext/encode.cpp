@@ -49,6 +49,7 @@ public:
     input_ = openInput(options_.input);
     refuseSameFile(options_.input.inputs, options_.output);
     const std::vector<std::string>& names = input_->streams();
+    options_.encoding.checkStreams(names);
     if (kind == OutputKind::Frames && names.size() > 1)
       throw UsageError("'" + options_.output + "' takes one stream, and there are " +
                        std::to_string(names.size()) + ": " + names[0] + ", " +
@@ -148,7 +149,11 @@ private:
     if (input_->isBag())
       added.name += compressed_suffix;
     added.frame_id = stream.encoder.frameId();
-    added.metadata = options_.encoding.metadataOf(input_->streams()[number]);
+    const std::string& name = input_->streams()[number];
+    added.metadata = options_.encoding.metadataOf(name, stream.encoder.law());
+    for (const recording::McapChannel& channel : input_->channels())
+      if (channel.topic == name)
+        addOtherMetadata(channel.metadata, added.metadata);
     return output_->addStream(added);
   }
 

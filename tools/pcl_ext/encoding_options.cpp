@@ -215,13 +215,30 @@ EncodingOptions::check() const
 IntensityLaw
 EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
 {
-  if (law_)
+  if (law_ && *law_ != IntensityLaw::Native)
     return *law_;
   const bool has_intensity =
       std::any_of(cloud.fields.begin(), cloud.fields.end(), [this](const auto& field) {
-        return field.name == intensity_field_;
+        return field.name == intensityField();
       });
+  if (!has_intensity && (law_ || !intensity_field_.empty()))
+    throw UsageError("the clouds have no field '" + intensityField() +
+                     "', which --law native reads; name another one with "
+                     "--intensity-field, or another --law");
   return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
+}
+
+void
+EncodingOptions::checkStreams(const std::vector<std::string>& streams) const
+{
+  for (const auto& [name, pose] : poses_)
+    if (!name.empty() &&
+        std::find(streams.begin(), streams.end(), name) == streams.end()) {
+      std::string known;
+      for (const std::string& stream : streams)
+        known += (known.empty() ? "" : ", ") + stream;
+      throw UsageError("--pose: there is no stream '" + name + "'; there are " + known);
+    }
 }
 
 nodes::SensorNodeSettings
@@ -235,7 +252,7 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
     settings.compression.colour_bits = 0;
   settings.law = law;
   settings.sensor = sensor_;
-  settings.intensity_field = intensity_field_;
+  settings.intensity_field = intensityField();
   settings.crop_box = crop_box_;
   settings.global_frame = !frame_id_.empty() ? frame_id_
                           : frame_id.empty() ? "world"
@@ -267,11 +284,12 @@ EncodingOptions::hasPose(const std::string& stream) const
   });
 }
 
-std::map<std::string, std::string>
-EncodingOptions::metadataOf(const std::string& stream) const
+StreamMetadata
+EncodingOptions::metadataOf(const std::string& stream, IntensityLaw law) const
 {
+  StreamMetadata metadata = {{law_metadata, nameOf(law)}};
   if (!hasPose(stream))
-    return {};
+    return metadata;
   const WorldPose pose = poseOf(stream);
   const Eigen::Quaterniond rotation(pose.linear());
   std::ostringstream text;
@@ -287,7 +305,8 @@ EncodingOptions::metadataOf(const std::string& stream) const
     text << separator << number;
     separator = ",";
   }
-  return {{"sensor_pose", text.str()}};
+  metadata[pose_metadata] = text.str();
+  return metadata;
 }
 
 } // namespace tools

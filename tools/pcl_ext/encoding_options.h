@@ -3,11 +3,11 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "options.h"
+#include "stream_metadata.h"
 #include "text_values.h"
 
 #include <CLI/App.hpp>
 
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,6 +52,13 @@ public:
   nodes::SensorNodeSettings
   nodeSettings(IntensityLaw law, const std::string& frame_id) const;
 
+  /** \brief Checks the streams that options name.
+   * \param[in] streams their names
+   * \throws UsageError if there is no such stream
+   */
+  void
+  checkStreams(const std::vector<std::string>& streams) const;
+
   /** \brief Pose of a stream's sensor, or the identity. */
   WorldPose
   poseOf(const std::string& stream) const;
@@ -60,10 +67,10 @@ public:
   bool
   hasPose(const std::string& stream) const;
 
-  /** \brief What a recording keeps of a stream's settings that frames do not have: the pose
-   * as x,y,z,qx,qy,qz,qw, if there is one. */
-  std::map<std::string, std::string>
-  metadataOf(const std::string& stream) const;
+  /** \brief What a recording keeps of a stream's settings that frames do not have: the law,
+   * and the pose if there is one. */
+  StreamMetadata
+  metadataOf(const std::string& stream, IntensityLaw law) const;
 
   const io::IntensityCompressionSettings&
   codec() const
@@ -108,10 +115,11 @@ public:
     return law_;
   }
 
-  const std::string&
+  /** \brief Name of the field that the law native reads. */
+  std::string
   intensityField() const
   {
-    return intensity_field_;
+    return intensity_field_.empty() ? "intensity" : intensity_field_;
   }
 
 private:
@@ -127,8 +135,8 @@ private:
   std::optional<io::BoundingBox> crop_box_;
   /** \brief By stream; that of the empty name is for all others. */
   std::vector<std::pair<std::string, WorldPose>> poses_;
-  std::string frame_id_; ///< empty: that of the clouds
-  std::string intensity_field_ = "intensity";
+  std::string frame_id_;        ///< empty: that of the clouds
+  std::string intensity_field_; // empty: the default
   bool removes_outliers_ = false;
   DensityUnit unit_ = DensityUnit::Automatic;
 

@@ -1,6 +1,7 @@
 #include "cloud_input.h"
 #include "exit_status.h"
 #include "measuring/cloud_files.h"
+#include "measuring/natural_order.h"
 #include "standard_input.h"
 
 #include <glob.h>
@@ -30,6 +31,7 @@ pathsOf(const std::string& pattern)
   if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
     paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   ::globfree(&found);
+  std::sort(paths.begin(), paths.end(), measuring::comesBefore);
   if (paths.empty())
     throw std::runtime_error("there is no '" + pattern + "'");
   return paths;

@@ -1,5 +1,9 @@
 #include "stream_decoder.h"
 
+#include "stream_metadata.h"
+
+#include <utility>
+
 namespace pcl_ext {
 namespace tools {
 
@@ -14,6 +18,13 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
     return;
   VoxelOutlierRemovalSettings settings;
   settings.unit = options.unit;
+  const std::optional<IntensityLaw> law = lawOf(reader.streams()[stream].metadata);
+  if (settings.unit == DensityUnit::Automatic && law)
+    settings.unit = densityUnitOf(*law);
+  else if (settings.unit == DensityUnit::Automatic)
+    remark_ = name_ +
+              ": the recording does not tell what its intensities are; of counts "
+              "of a depth camera --unit points removes more outliers";
   removal_.emplace(settings);
 }
 
@@ -26,7 +37,7 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   decoded_voxels_ = voxels_.size();
   if (removal_) {
     const OutlierRemovalStatus removed = removal_->filter(voxels_);
-    if (!removed.ok() && remark_.empty())
+    if (!removed.ok() && !std::exchange(outliers_stay_, true))
       remark_ = name_ + ", frame " + std::to_string(frame.number) +
                 ": outliers stay: " + removed.message();
   }

@@ -38,7 +38,8 @@ public:
     return decoded_voxels_;
   }
 
-  /** \brief Why outliers were not removed from some frame; empty if they were. */
+  /** \brief Why outliers were not removed from some frame, or might have been better; empty
+   * if there is nothing to say. */
   const std::string&
   remark() const
   {
@@ -52,6 +53,7 @@ private:
   std::optional<VoxelOutlierRemoval> removal_;
   io::VoxelFrame voxels_;
   std::size_t decoded_voxels_ = 0;
+  bool outliers_stay_ = false; // of some frame
   std::string remark_;
 };
 

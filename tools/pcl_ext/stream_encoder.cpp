@@ -41,6 +41,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
         options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
     const nodes::SensorNodeSettings settings =
         options_.nodeSettings(options_.lawOf(cloud), frame_id);
+    law_ = settings.law;
     frame_id_ = settings.global_frame;
     node_.emplace(settings);
     if (!node_->settingsStatus().ok())

@@ -54,6 +54,13 @@ public:
     return frame_id_;
   }
 
+  /** \brief The law of the intensities; after the first cloud. */
+  IntensityLaw
+  law() const
+  {
+    return law_;
+  }
+
   const EncodedSums&
   sums() const
   {
@@ -74,6 +81,7 @@ private:
   WorldPose pose_;
   std::optional<nodes::SensorNode> node_;
   std::string frame_id_;
+  IntensityLaw law_ = IntensityLaw::Count;
   EncodedSums sums_;
   std::string extent_; ///< of the first cloud, in the world
 };

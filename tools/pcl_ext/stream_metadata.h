@@ -1,0 +1,44 @@
+#pragma once
+
+#include <pcl_ext/intensity/intensity_law.h>
+
+#include <map>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What a channel of a recording tells of its stream besides the frames. */
+using StreamMetadata = std::map<std::string, std::string>;
+
+/** \brief The sensor's pose, x,y,z,qx,qy,qz,qw, where the clouds were moved by it. */
+constexpr char pose_metadata[] = "sensor_pose";
+
+/** \brief The name of the law that the intensities have. */
+constexpr char law_metadata[] = "intensity_law";
+
+/** \brief The law that a stream's intensities have, if the recording tells. */
+inline std::optional<IntensityLaw>
+lawOf(const StreamMetadata& metadata)
+{
+  const auto found = metadata.find(law_metadata);
+  if (found != metadata.end())
+    for (const NamedIntensityLaw& named : intensity_laws)
+      if (found->second == named.name)
+        return named.law;
+  return std::nullopt;
+}
+
+/** \brief Adds what a channel tells in both of its forms, compressed or not, such as the QoS
+ * that its publisher offered. */
+inline void
+addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
+{
+  for (const auto& [key, value] : from)
+    if (key != pose_metadata && key != law_metadata && key != "topic_type_hash")
+      to.emplace(key, value);
+}
+
+} // namespace tools
+} // namespace pcl_ext
