@@ -165,6 +165,37 @@ expectSameFrames(const DecodedStream& stream,
     EXPECT_EQ(part.frames[i].bytes, stream.frames[first + i].bytes) << "frame " << i;
 }
 
+std::vector<recording::test::KnownStream>
+recordTwoStreams(const std::string& path)
+{
+  const std::vector<recording::test::KnownStream> streams = {
+      recording::test::knownStream(0, 40, 10), recording::test::knownStream(1, 31, 7)};
+  recording::test::record(streams, path);
+  return streams;
+}
+
+void
+expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>& cloud)
+{
+  ASSERT_EQ(cloud.size(), frame.size());
+  std::size_t i = 0;
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    const pcl::PointXYZI& point = cloud[i++];
+    ASSERT_FLOAT_EQ(point.x, x);
+    ASSERT_FLOAT_EQ(point.y, y);
+    ASSERT_FLOAT_EQ(point.z, z);
+    ASSERT_FLOAT_EQ(point.intensity, intensity);
+  });
+}
+
+std::size_t
+filesIn(const std::string& path)
+{
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator(path),
+                    std::filesystem::directory_iterator()));
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -84,6 +84,18 @@ expectSameFrames(const DecodedStream& stream,
                  std::size_t first,
                  const DecodedStream& part);
 
+/** \brief Records two streams: 40 frames with an I-frame every 10, and 31 every 7. */
+std::vector<recording::test::KnownStream>
+recordTwoStreams(const std::string& path);
+
+/** \brief Expects that a cloud has the voxels of a frame. */
+void
+expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>& cloud);
+
+/** \brief Number of files and folders in a folder. */
+std::size_t
+filesIn(const std::string& path);
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -6,6 +6,7 @@ pcl_ext_add_test(
     tools/program.cpp
     tools/test_program_bags.cpp
     tools/test_program_encode.cpp
+    tools/test_program_decode.cpp
     tools/test_program_recordings.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program

@@ -1,5 +1,3 @@
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +10,6 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <random>
 
 namespace pcl_ext {
 namespace tools {
@@ -26,160 +23,7 @@ using recording::test::knownStream;
 using recording::test::KnownStream;
 using recording::test::record;
 
-/** \brief Records two streams: 40 frames with an I-frame every 10, and 31 every 7. */
-std::vector<KnownStream>
-recordTwoStreams(const std::string& path)
-{
-  const std::vector<KnownStream> streams = {knownStream(0, 40, 10),
-                                            knownStream(1, 31, 7)};
-  record(streams, path);
-  return streams;
-}
-
-/** \brief Expects that a cloud has the voxels of a frame. */
-void
-expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>& cloud)
-{
-  ASSERT_EQ(cloud.size(), frame.size());
-  std::size_t i = 0;
-  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    const pcl::PointXYZI& point = cloud[i++];
-    ASSERT_FLOAT_EQ(point.x, x);
-    ASSERT_FLOAT_EQ(point.y, y);
-    ASSERT_FLOAT_EQ(point.z, z);
-    ASSERT_FLOAT_EQ(point.intensity, intensity);
-  });
-}
-
-std::size_t
-filesIn(const std::string& path)
-{
-  return static_cast<std::size_t>(
-      std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-}
-
 } // namespace
-
-TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
-  record(streams, folder / "x.pcxi");
-  const std::pair<const char*, const char*> kinds[] = {{"", ".pcd"},
-                                                       {"--pcd binary", ".pcd"},
-                                                       {"--pcd compressed", ".pcd"},
-                                                       {"--pcd ascii", ".pcd"},
-                                                       {"--ply", ".ply"}};
-  for (const auto& [option, extension] : kinds) {
-    SCOPED_TRACE(option);
-    expectRun(folder, std::string("decode x.pcxi -o out --overwrite ") + option);
-    EXPECT_EQ(filesIn(folder / "out"), 6u);
-    for (std::size_t i = 0; i < 6; ++i)
-      expectVoxels(streams[0].frames[i].voxels,
-                   readCloud(folder / ("out/00000" + std::to_string(i) + extension)));
-  }
-  EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
-}
-
-TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
-  expectRun(folder, "decode x.mcap -o by_number --frames 12:15");
-  for (std::size_t stream = 0; stream < 2; ++stream) {
-    const std::string of_stream = "by_number/sensor_" + std::to_string(stream);
-    EXPECT_EQ(filesIn(folder / of_stream), 3u);
-    for (std::size_t i = 12; i < 15; ++i)
-      expectVoxels(
-          streams[stream].frames[i].voxels,
-          readCloud(folder / (of_stream + "/0000" + std::to_string(i) + ".pcd")));
-  }
-  // Frames are 50 ms apart; stream 1 is a millisecond behind.
-  expectRun(folder,
-            "decode x.mcap -o by_time --from 0.5 --to 0.601 --streams /sensor_1");
-  EXPECT_EQ(filesIn(folder / "by_time"), 2u);
-  expectVoxels(streams[1].frames[10].voxels, readCloud(folder / "by_time/000010.pcd"));
-  expectVoxels(streams[1].frames[11].voxels, readCloud(folder / "by_time/000011.pcd"));
-}
-
-TEST(ProgramDecode, VoxelsAreFiltered)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 3, 3)};
-  record(streams, folder / "x.pcxi");
-  expectRun(folder, "decode x.pcxi -o faint --min-intensity 5");
-  io::VoxelFrame kept = streams[0].frames[2].voxels;
-  ASSERT_GT(removeFaintVoxels(kept, 5.0f), 0u);
-  expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
-  expectRun(folder, "decode x.pcxi -o clean --remove-outliers --unit points");
-  VoxelOutlierRemovalSettings settings;
-  settings.unit = DensityUnit::Points;
-  VoxelOutlierRemoval removal(settings);
-  for (std::size_t i = 0; i < 3; ++i) {
-    io::VoxelFrame voxels = streams[0].frames[i].voxels;
-    ASSERT_TRUE(removal.filter(voxels).ok());
-    if (!voxels.keys.empty())
-      expectVoxels(voxels,
-                   readCloud(folder / ("clean/00000" + std::to_string(i) + ".pcd")));
-  }
-}
-
-TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
-{
-  const TestFolder folder;
-  auto clouds = roomClouds(3);
-  std::mt19937_64 random(5);
-  for (auto& cloud : clouds)
-    for (int i = 0; i < 50; ++i) { // of noise, away from the surfaces
-      pcl::PointXYZI point;
-      point.x = io::test::uniform(random, -1.0, 1.0);
-      point.y = io::test::uniform(random, -1.0, 1.0);
-      point.z = io::test::uniform(random, 0.2, 1.2);
-      cloud.push_back(point);
-    }
-  writeClouds(folder, "room", clouds);
-  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count");
-  const ProgramRun automatic =
-      expectRun(folder, "decode x.mcap -o a --remove-outliers");
-  const ProgramRun points =
-      expectRun(folder, "decode x.mcap -o b --remove-outliers --unit points");
-  EXPECT_NE(points.output.find("of the voxels left out"), std::string::npos);
-  for (const char* file : {"000000.pcd", "000001.pcd", "000002.pcd"})
-    EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
-              bytesOf(folder / (std::string("b/") + file)));
-  // Frames alone do not tell their law.
-  expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count");
-  const ProgramRun unknown = run(folder, "decode x.pcxi -o c --remove-outliers");
-  EXPECT_EQ(unknown.status, 0);
-  EXPECT_NE(unknown.errors.find("--unit points"), std::string::npos);
-}
-
-TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
-{
-  const TestFolder folder;
-  record({knownStream(0, 3, 3)}, folder / "x.pcxi");
-  fs::create_directories(folder / "out");
-  writeBytes(folder / "out/notes.pcd", {1});
-  writeBytes(folder / "out/000007.pcd", {1});
-  expectFailure(folder, "decode x.pcxi -o out", 2, "is not empty");
-  expectRun(folder, "decode x.pcxi -o out --overwrite");
-  EXPECT_EQ(bytesOf(folder / "out/notes.pcd").size(), 1u);
-  EXPECT_FALSE(fs::exists(folder / "out/000007.pcd"));
-  EXPECT_EQ(filesIn(folder / "out"), 4u);
-}
-
-TEST(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
-{
-  const TestFolder folder;
-  std::vector<KnownStream> streams = {knownStream(0, 1, 1), knownStream(1, 1, 1)};
-  streams[0].name = "/../../escaped";
-  streams[1].name = "..";
-  record(streams, folder / "x.mcap");
-  expectRun(folder, "decode x.mcap -o out");
-  EXPECT_EQ(filesIn(folder / "out"), 2u);
-  EXPECT_TRUE(fs::exists(folder / "out/______escaped/000000.pcd"));
-  EXPECT_TRUE(fs::exists(folder / "out/__/000000.pcd"));
-}
 
 TEST(ProgramPipe, EncodeAndDecodeInAPipe)
 {
@@ -316,6 +160,23 @@ TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
   expectFailure(folder, "cut x.mcap -o y.mcap --from 9", 2, "takes 1.950 s");
   expectFailure(folder, "cut x.mcap -o y.mcap --streams /a", 2, "there is no '/a'");
   expectFailure(folder, "cut x.mcap -o x.mcap", 2, "is an input");
+}
+
+TEST(ProgramCut, FramesStayInOrderIfTheClockWasSetBack)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 20, 10)};
+  for (std::size_t i = 13; i < 20; ++i)
+    streams[0].frames[i].time -= std::chrono::milliseconds(350);
+  record(streams, folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o part.mcap --frames 10:20");
+  const std::vector<DecodedStream> part = decode(folder / "part.mcap");
+  ASSERT_EQ(part.size(), 1u);
+  ASSERT_EQ(part[0].frames.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(part[0].frames[i].bytes, streams[0].frames[10 + i].bytes) << i;
+    EXPECT_EQ(part[0].frames[i].time, streams[0].frames[10 + i].time) << i;
+  }
 }
 
 TEST(ProgramMerge, PartsBecomeOneStreamAgain)

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 namespace pcl_ext {
 namespace tools {
@@ -142,6 +143,14 @@ RecordingInput::indexBag()
     const std::size_t stream = stream_of_channel_[bag_->index()[i].channel];
     (stream == none ? others_ : messages_[stream]).push_back(i);
   }
+  // The frames of a stream are numbered in the order of the file, see RecordingReader.
+  const std::vector<recording::McapEntry>& index = bag_->index();
+  for (std::vector<std::size_t>& messages : messages_)
+    std::stable_sort(
+        messages.begin(), messages.end(), [&index](std::size_t a, std::size_t b) {
+          return std::tie(index[a].chunk, index[a].offset) <
+                 std::tie(index[b].chunk, index[b].offset);
+        });
 }
 
 Time
@@ -299,7 +308,7 @@ RecordingInput::next(Item& item)
   item.is_wanted = item.number >= range.wanted;
   if (bag_ && item.number < messages_[earliest].size()) {
     item.message = messages_[earliest][item.number];
-    item.has_message = bag_->index()[item.message].log_time == item.time;
+    item.has_message = messages_[earliest].size() == reader_.streams()[earliest].frames;
   }
   return true;
 }

@@ -180,10 +180,11 @@ private:
   std::string new_name_; // of the only stream; empty: its own
   recording::RecordingReader reader_;
   std::optional<recording::McapReader> bag_;
-  std::vector<std::size_t> stream_of_channel_;     // of the bag; or none
-  std::vector<std::vector<std::size_t>> messages_; // of each stream, in bag_->index()
-  std::vector<std::size_t> others_;                // likewise
-  std::vector<Range> ranges_;                      // of each stream
+  std::vector<std::size_t> stream_of_channel_; // of the bag; or none
+  // Of each stream in the order of its frames, in bag_->index().
+  std::vector<std::vector<std::size_t>> messages_;
+  std::vector<std::size_t> others_; // likewise
+  std::vector<Range> ranges_;       // of each stream
   std::size_t next_other_ = 0;
   std::size_t other_end_ = 0;
 };

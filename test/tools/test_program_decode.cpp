@@ -1,0 +1,147 @@
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::test::knownStream;
+using recording::test::KnownStream;
+using recording::test::record;
+
+} // namespace
+
+TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
+  record(streams, folder / "x.pcxi");
+  const std::pair<const char*, const char*> kinds[] = {{"", ".pcd"},
+                                                       {"--pcd binary", ".pcd"},
+                                                       {"--pcd compressed", ".pcd"},
+                                                       {"--pcd ascii", ".pcd"},
+                                                       {"--ply", ".ply"}};
+  for (const auto& [option, extension] : kinds) {
+    SCOPED_TRACE(option);
+    expectRun(folder, std::string("decode x.pcxi -o out --overwrite ") + option);
+    EXPECT_EQ(filesIn(folder / "out"), 6u);
+    for (std::size_t i = 0; i < 6; ++i)
+      expectVoxels(streams[0].frames[i].voxels,
+                   readCloud(folder / ("out/00000" + std::to_string(i) + extension)));
+  }
+  EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
+}
+
+TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
+  expectRun(folder, "decode x.mcap -o by_number --frames 12:15");
+  for (std::size_t stream = 0; stream < 2; ++stream) {
+    const std::string of_stream = "by_number/sensor_" + std::to_string(stream);
+    EXPECT_EQ(filesIn(folder / of_stream), 3u);
+    for (std::size_t i = 12; i < 15; ++i)
+      expectVoxels(
+          streams[stream].frames[i].voxels,
+          readCloud(folder / (of_stream + "/0000" + std::to_string(i) + ".pcd")));
+  }
+  // Frames are 50 ms apart; stream 1 is a millisecond behind.
+  expectRun(folder,
+            "decode x.mcap -o by_time --from 0.5 --to 0.601 --streams /sensor_1");
+  EXPECT_EQ(filesIn(folder / "by_time"), 2u);
+  expectVoxels(streams[1].frames[10].voxels, readCloud(folder / "by_time/000010.pcd"));
+  expectVoxels(streams[1].frames[11].voxels, readCloud(folder / "by_time/000011.pcd"));
+}
+
+TEST(ProgramDecode, VoxelsAreFiltered)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 3, 3)};
+  record(streams, folder / "x.pcxi");
+  expectRun(folder, "decode x.pcxi -o faint --min-intensity 5");
+  io::VoxelFrame kept = streams[0].frames[2].voxels;
+  ASSERT_GT(removeFaintVoxels(kept, 5.0f), 0u);
+  expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
+  expectRun(folder, "decode x.pcxi -o clean --remove-outliers --unit points");
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = DensityUnit::Points;
+  VoxelOutlierRemoval removal(settings);
+  for (std::size_t i = 0; i < 3; ++i) {
+    io::VoxelFrame voxels = streams[0].frames[i].voxels;
+    ASSERT_TRUE(removal.filter(voxels).ok());
+    if (!voxels.keys.empty())
+      expectVoxels(voxels,
+                   readCloud(folder / ("clean/00000" + std::to_string(i) + ".pcd")));
+  }
+}
+
+TEST(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
+{
+  const TestFolder folder;
+  auto clouds = roomClouds(3);
+  std::mt19937_64 random(5);
+  for (auto& cloud : clouds)
+    for (int i = 0; i < 50; ++i) { // of noise, away from the surfaces
+      pcl::PointXYZI point;
+      point.x = io::test::uniform(random, -1.0, 1.0);
+      point.y = io::test::uniform(random, -1.0, 1.0);
+      point.z = io::test::uniform(random, 0.2, 1.2);
+      cloud.push_back(point);
+    }
+  writeClouds(folder, "room", clouds);
+  expectRun(folder, "encode room -o x.mcap -r 0.05 --law count");
+  const ProgramRun automatic =
+      expectRun(folder, "decode x.mcap -o a --remove-outliers");
+  const ProgramRun points =
+      expectRun(folder, "decode x.mcap -o b --remove-outliers --unit points");
+  EXPECT_NE(points.output.find("of the voxels left out"), std::string::npos);
+  for (const char* file : {"000000.pcd", "000001.pcd", "000002.pcd"})
+    EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
+              bytesOf(folder / (std::string("b/") + file)));
+  // Frames alone do not tell their law.
+  expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count");
+  const ProgramRun unknown = run(folder, "decode x.pcxi -o c --remove-outliers");
+  EXPECT_EQ(unknown.status, 0);
+  EXPECT_NE(unknown.errors.find("--unit points"), std::string::npos);
+}
+
+TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
+{
+  const TestFolder folder;
+  record({knownStream(0, 3, 3)}, folder / "x.pcxi");
+  fs::create_directories(folder / "out");
+  writeBytes(folder / "out/notes.pcd", {1});
+  writeBytes(folder / "out/000007.pcd", {1});
+  expectFailure(folder, "decode x.pcxi -o out", 2, "is not empty");
+  expectRun(folder, "decode x.pcxi -o out --overwrite");
+  EXPECT_EQ(bytesOf(folder / "out/notes.pcd").size(), 1u);
+  EXPECT_FALSE(fs::exists(folder / "out/000007.pcd"));
+  EXPECT_EQ(filesIn(folder / "out"), 4u);
+}
+
+TEST(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 1, 1), knownStream(1, 1, 1)};
+  streams[0].name = "/../../escaped";
+  streams[1].name = "..";
+  record(streams, folder / "x.mcap");
+  expectRun(folder, "decode x.mcap -o out");
+  EXPECT_EQ(filesIn(folder / "out"), 2u);
+  EXPECT_TRUE(fs::exists(folder / "out/______escaped/000000.pcd"));
+  EXPECT_TRUE(fs::exists(folder / "out/__/000000.pcd"));
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
