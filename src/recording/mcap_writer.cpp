@@ -4,6 +4,7 @@
 #include "recording/guarded.h"
 #include "recording/mcap/chunk_builder.h"
 #include "recording/mcap/records.h"
+#include "recording/output_paths.h"
 #include "recording/rosbag2_folder.h"
 
 #include <algorithm>
@@ -21,35 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char library_name[] = "pcl_ext " PCL_EXT_VERSION;
-
-/** \brief Where a file is until it is complete, and afterwards. */
-struct OutputPaths {
-  explicit OutputPaths(const std::string& path)
-  {
-    if (path == standard_stream) {
-      file = path;
-      return;
-    }
-    const fs::path given(path);
-    const fs::path name = given.has_filename() ? given : given.parent_path();
-    if (given.has_filename() && given.has_extension()) {
-      final = path;
-      file = unfinished = path + unfinished_suffix;
-      return;
-    }
-    is_folder = true;
-    final = name.string();
-    unfinished = final + unfinished_suffix;
-    file_name = name.filename().string() + "_0.mcap";
-    file = (fs::path(unfinished) / file_name).string();
-  }
-
-  bool is_folder = false;
-  std::string final;      // empty: the standard output
-  std::string unfinished; // file or folder
-  std::string file;       // that is written
-  std::string file_name;  // in the folder
-};
 
 std::uint64_t
 nanosecondsOf(Time time)
