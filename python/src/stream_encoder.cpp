@@ -8,36 +8,6 @@
 namespace pcl_ext {
 namespace python {
 
-namespace {
-
-/** \brief Intensities of points by their depth, as computed for PCL's clouds.
- * \return number of points with a negative depth
- */
-template <typename IntensityModelT>
-std::size_t
-computeIntensities(const io::PointView& points,
-                   const io::SensorPose& pose,
-                   const IntensityModelT& model,
-                   std::vector<float>& intensities)
-{
-  const Eigen::Vector3f sensor = pose.translation();
-  const Eigen::Vector3f optical_axis = pose.linear().col(2);
-  intensities.resize(points.count);
-  std::size_t behind_sensor = 0;
-  const float* point = points.coordinates;
-  for (float& intensity : intensities) {
-    // The difference first: it is exact far from the origin, products are not.
-    const float depth =
-        optical_axis.dot(Eigen::Vector3f(point[0], point[1], point[2]) - sensor);
-    behind_sensor += depth < 0.0f ? 1 : 0;
-    intensity = model(depth);
-    point += points.coordinate_stride;
-  }
-  return behind_sensor;
-}
-
-} // namespace
-
 StreamEncoder::StreamEncoder(const EncoderSettings& settings) : settings_(settings)
 {
   if (settings_.law)
@@ -86,20 +56,15 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
       settings_.codec.sensor_pose.value_or(io::SensorPose::Identity());
   if (cloud.sensor_pose)
     pose = *cloud.sensor_pose;
-  if (needsSensor(*settings_.law) && view.count > 0) {
-    view.count_behind_sensor = visitIntensityModel(
+  if (needsSensor(*settings_.law) && view.count > 0)
+    visitIntensityModel(
         *settings_.law,
         settings_.codec.resolution,
         settings_.sensor,
-        [&](const auto& model) -> std::size_t {
-          if constexpr (std::decay_t<decltype(model)>::uses_depth)
-            return computeIntensities(view, pose, model, intensities_);
-          else
-            return 0;
+        [&](const auto& model) {
+          const auto no_native_intensity = [](std::size_t) { return 0.0f; };
+          io::setIntensities(model, pose, no_native_intensity, intensities_, view);
         });
-    view.intensities = intensities_.data();
-    view.intensity_stride = 1;
-  }
   try {
     return encodeView(view, pose, cloud, bytes);
   }

@@ -32,6 +32,41 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
     return std::nullopt;
 }
 
+/** \brief Computes the intensities of a cloud's points by an intensity model; see the paper,
+ * equations 1 to 3.
+ * \param[in] model the intensity model
+ * \param[in] sensor_pose of the cloud; used if the model uses the depth
+ * \param[in] native_intensity called with the index of a point
+ * \param[out] intensities memory for those of all points; must outlive the view
+ * \param[in,out] points the cloud; its intensities and count_behind_sensor are set
+ */
+template <typename IntensityModelT, typename NativeIntensityT>
+void
+setIntensities(const IntensityModelT& model,
+               const SensorPose& sensor_pose,
+               NativeIntensityT native_intensity,
+               std::vector<float>& intensities,
+               PointView& points)
+{
+  const Eigen::Vector3f sensor = sensor_pose.translation();
+  const Eigen::Vector3f optical_axis = sensor_pose.linear().col(2);
+  intensities.resize(points.count);
+  std::size_t behind_sensor = 0;
+  const float* point = points.coordinates;
+  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
+    float depth = 0.0f;
+    // The difference first: it is exact far from the origin, products are not.
+    if constexpr (IntensityModelT::uses_depth) {
+      depth = optical_axis.dot(Eigen::Vector3f(point[0], point[1], point[2]) - sensor);
+      behind_sensor += depth < 0.0f ? 1 : 0;
+    }
+    intensities[i] = model(depth, native_intensity(i));
+  }
+  points.count_behind_sensor = behind_sensor;
+  points.intensities = intensities.data();
+  points.intensity_stride = 1;
+}
+
 /** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
  *
  * Combines Voxelizer, DepthModel and FrameEncoder, and fits the grid again if an I-frame is

@@ -19,33 +19,6 @@ constexpr bool counts_points = false;
 template <typename SensorT>
 constexpr bool counts_points<IntensityModel<SensorT, CountLaw>> = true;
 
-/** \brief Intensities of the points of a cloud.
- * \return number of points with a negative depth, if the model uses the depth
- */
-template <typename PointT, typename IntensityModelT>
-std::size_t
-computeIntensities(const pcl::PointCloud<PointT>& cloud,
-                   const SensorPose& pose,
-                   const IntensityModelT& model,
-                   std::vector<float>& intensities)
-{
-  const Eigen::Vector3f sensor = pose.translation();
-  const Eigen::Vector3f optical_axis = pose.linear().col(2);
-  intensities.resize(cloud.size());
-  std::size_t behind_sensor = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    float depth = 0.0f;
-    // The difference first: it is exact far from the origin, products are not.
-    if constexpr (IntensityModelT::uses_depth) {
-      depth = optical_axis.dot(Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z) -
-                               sensor);
-      behind_sensor += depth < 0.0f ? 1 : 0;
-    }
-    intensities[i] = model(depth, nativeIntensity(cloud[i], 0.0f));
-  }
-  return behind_sensor;
-}
-
 /** \brief A point at the centre of each voxel of a frame, in its order, or as many as the
  * voxel had. */
 template <typename PointT>
@@ -261,12 +234,13 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   const SensorPose pose = detail::sensorPose(
       getSettings(), cloud->sensor_origin_, cloud->sensor_orientation_);
   if (IntensityModelT::unit != IntensityUnit::None &&
-      !detail::counts_points<IntensityModelT> && !cloud->empty()) {
-    view.count_behind_sensor =
-        detail::computeIntensities(*cloud, pose, intensity_model_, intensities_);
-    view.intensities = intensities_.data();
-    view.intensity_stride = 1;
-  }
+      !detail::counts_points<IntensityModelT> && !cloud->empty())
+    setIntensities(
+        intensity_model_,
+        pose,
+        [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
+        intensities_,
+        view);
   return streams_.encode(view, pose, cloud->header, bytes);
 }
 
