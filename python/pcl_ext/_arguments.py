@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _native
@@ -44,6 +45,14 @@ def least_intensity(min_intensity: Optional[float]) -> Optional[float]:
     if isinstance(min_intensity, (str, bytes)) or math.isnan(min_intensity):
         raise ValueError(f"min_intensity is {min_intensity!r}; it must be a number")
     return float(min_intensity)
+
+
+def whole_number(name: str, number: Any) -> int:
+    """A number of a stream or a frame, or TypeError."""
+    try:
+        return operator.index(number)
+    except TypeError:
+        raise TypeError(f"{name} is {number!r}; it must be a whole number") from None
 
 
 def microseconds(name: str, seconds: Any, end: float) -> float:

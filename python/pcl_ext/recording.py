@@ -15,6 +15,7 @@ from ._arguments import (
     limits,
     microseconds,
     removal,
+    whole_number,
 )
 from .outliers import OutlierRemoval
 from .status import Error, Status
@@ -268,10 +269,11 @@ class Recording:
             if stream not in names:
                 raise KeyError(f"there is no stream '{stream}', but {', '.join(names)}")
             stream = names.index(stream)
+        stream = whole_number("stream", stream)
         if not 0 <= stream < len(self._streams):
             raise IndexError(f"stream is {stream}; there are {len(self._streams)}")
         frames = self._streams[stream].frames
-        if number is not None and not 0 <= number < frames:
+        if number is not None and not 0 <= whole_number("number", number) < frames:
             raise IndexError(f"number is {number}; the stream has {frames} frames")
         return stream
 

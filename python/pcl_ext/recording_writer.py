@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING, Dict, Optional, Union
 
 from . import _native
-from ._arguments import END_OF_TIME, check_recording, microseconds
+from ._arguments import END_OF_TIME, check_recording, microseconds, whole_number
 
 if TYPE_CHECKING:
     from ._arguments import Buffer
@@ -86,7 +86,14 @@ class RecordingWriter:
         ValueError
             If the name is empty or taken, or a .pcxi file has a stream already.
         """
-        number, code, message = self._native.add_stream(name, frame_id, metadata or {})
+        metadata = dict(metadata or {})
+        for text in (name, frame_id, *metadata, *metadata.values()):
+            if not isinstance(text, str):
+                raise TypeError(
+                    f"{text!r} is not a str, as name, frame_id, and keys and values of "
+                    "metadata must be"
+                )
+        number, code, message = self._native.add_stream(name, frame_id, metadata)
         check_recording(code, message)
         return number
 
@@ -111,7 +118,10 @@ class RecordingWriter:
             If the file takes no more bytes.
         """
         nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
-        check_recording(*self._native.append(stream, data, nanoseconds))
+        index = whole_number("stream", stream)
+        if index < 0:
+            raise ValueError(f"stream is {index}; it must be what add_stream returned")
+        check_recording(*self._native.append(index, data, nanoseconds))
 
     def flush(self) -> None:
         """Writes all frames at hand to the file, for a reader of the unfinished file."""

@@ -226,6 +226,10 @@ def test_frames_that_are_none(two_streams):
                 call(*place)
         with pytest.raises(KeyError, match="/middle.*/left, /right"):
             call("/middle", 0)
+        for place in ((0, 1.5), (None, 0), (0, "1")):
+            with pytest.raises(TypeError, match="it must be a whole number"):
+                call(*place)
+    assert recording.time_of(np.int64(1), np.uint8(2)) == recording.time_of(1, 2)
     for time in (-1.0, np.nan, 1e10, "noon"):
         with pytest.raises(ValueError, match="time is"):
             recording.seek(time)
@@ -271,6 +275,14 @@ def test_wrong_frames_and_streams(room, tmp_path):
                 writer.append(stream, frame, time)
         with pytest.raises(TypeError, match="it must be bytes"):
             writer.append(stream, "text", 1.0)
+        with pytest.raises(TypeError, match="stream is 'a'; it must be a whole number"):
+            writer.append("a", frame, 1.0)
+        with pytest.raises(ValueError, match="stream is -1"):
+            writer.append(-1, frame, 1.0)
+        with pytest.raises(TypeError, match="5 is not a str"):
+            writer.add_stream("/b", metadata={"pose": 5})
+        with pytest.raises(TypeError, match="None is not a str"):
+            writer.add_stream("/b", frame_id=None)
         writer.append(stream, bytearray(frame), 1.0)
         writer.flush()
     assert [frame.data for frame in pcl_ext.open(path)] == [frame]
