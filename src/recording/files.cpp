@@ -115,6 +115,7 @@ InputFile&
 InputFile::operator=(InputFile&& other) noexcept
 {
   std::swap(descriptor_, other.descriptor_);
+  std::swap(has_name_, other.has_name_);
   std::swap(size_, other.size_);
   std::swap(path_, other.path_);
   return *this;
@@ -135,6 +136,7 @@ InputFile::open(const std::string& path)
     errno = EISDIR;
     return systemFailure(RecordingCode::InputFailed, path_, "read");
   }
+  has_name_ = S_ISREG(properties.st_mode) && path != standard_stream;
   if (!S_ISREG(properties.st_mode)) {
     const int copy = copyToTemporaryFile(descriptor_);
     if (copy < 0)
@@ -146,6 +148,20 @@ InputFile::open(const std::string& path)
   }
   size_ = static_cast<std::uint64_t>(properties.st_size);
   return {};
+}
+
+void
+InputFile::suspend()
+{
+  if (has_name_ && descriptor_ >= 0)
+    ::close(std::exchange(descriptor_, -1));
+}
+
+void
+InputFile::resume()
+{
+  if (has_name_ && descriptor_ < 0)
+    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
 }
 
 bool

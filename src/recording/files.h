@@ -31,6 +31,14 @@ public:
   RecordingStatus
   open(const std::string& path);
 
+  /** \brief Closes the file until resume(); what has no name, such as a pipe, stays open. */
+  void
+  suspend();
+
+  /** \brief Opens the file again after suspend(). If that fails, so does read(). */
+  void
+  resume();
+
   /** \brief Bytes of the file when it was opened. */
   std::uint64_t
   size() const
@@ -53,6 +61,7 @@ public:
 
 private:
   int descriptor_ = -1;
+  bool has_name_ = false; // it can be opened again
   std::uint64_t size_ = 0;
   std::string path_;
 };

@@ -8,6 +8,7 @@
 #include "recording/span_reader.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -18,10 +19,12 @@ namespace recording {
 
 namespace {
 
+/** \brief Times beyond the range of Time, the year 2262, are its last one. */
 Time
 timeOf(std::uint64_t nanoseconds)
 {
-  return Time(static_cast<std::int64_t>(nanoseconds));
+  return Time(static_cast<std::int64_t>(
+      std::min<std::uint64_t>(nanoseconds, std::numeric_limits<std::int64_t>::max())));
 }
 
 /** \brief What channels of several files agree in if they are one. */
@@ -34,6 +37,9 @@ identityOf(const McapChannel& channel)
                   channel.schema.encoding,
                   channel.schema.text);
 }
+
+/** \brief A bag may have more files than a process may open. */
+constexpr std::size_t max_open_files = 64;
 
 /** \brief A place of one of several files. */
 struct FilePlace {
@@ -91,7 +97,12 @@ private:
   RecordingStatus
   fail(std::size_t file, std::uint64_t offset, const std::string& message);
 
+  const InputFile&
+  openFile(std::size_t number);
+
   std::vector<BagFile> files_;
+  std::vector<std::size_t>
+      open_files_; // numbers of files; the one used last is the last
   std::set<std::pair<std::size_t, std::uint64_t>> known_damage_; // file and offset
   mcap::ChunkCache cache_;
   std::vector<std::uint8_t> record_;
@@ -147,7 +158,25 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
   is_unfinished_ |= !contents.has_end;
   file_bytes_ += bag_file.file.size();
   files_.push_back(std::move(bag_file));
+  openFile(files_.size() - 1);
   return {};
+}
+
+/** \brief A file of the bag, which is opened if it is not open, in place of the one that
+ * was not used for longest. */
+const InputFile&
+McapReader::Implementation::openFile(std::size_t number)
+{
+  const auto found = std::find(open_files_.begin(), open_files_.end(), number);
+  if (found != open_files_.end())
+    open_files_.erase(found);
+  else if (open_files_.size() == max_open_files) {
+    files_[open_files_.front()].file.suspend();
+    open_files_.erase(open_files_.begin());
+  }
+  open_files_.push_back(number);
+  files_[number].file.resume();
+  return files_[number].file;
 }
 
 RecordingStatus
@@ -240,7 +269,7 @@ RecordingStatus
 McapReader::Implementation::read(const McapEntry& entry, McapMessage& message)
 {
   const FilePlace& place = places_[entry.chunk];
-  const InputFile& file = files_[place.file].file;
+  const InputFile& file = openFile(place.file);
   if (!place.place.is_chunk) {
     if (!mcap::readRecord(
             file, entry.offset, mcap::Opcode::Message, max_chunk_bytes, record_))
@@ -269,7 +298,7 @@ McapReader::Implementation::readMetadata(std::vector<McapMetadata>& metadata)
   for (std::size_t i = 0; i < files_.size(); ++i)
     for (const mcap::RecordPlace& place : files_[i].metadata) {
       McapMetadata read;
-      if (mcap::readRecord(files_[i].file,
+      if (mcap::readRecord(openFile(i),
                            place.offset,
                            mcap::Opcode::Metadata,
                            max_chunk_bytes,
@@ -290,7 +319,7 @@ McapReader::Implementation::readAttachments(
   for (std::size_t i = 0; i < files_.size(); ++i)
     for (const mcap::RecordPlace& place : files_[i].attachments) {
       McapAttachment attachment;
-      if (!mcap::readRecord(files_[i].file,
+      if (!mcap::readRecord(openFile(i),
                             place.offset,
                             mcap::Opcode::Attachment,
                             max_attachment_bytes,

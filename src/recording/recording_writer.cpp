@@ -10,6 +10,8 @@
 #include "recording/guarded.h"
 
 #include <filesystem>
+#include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -95,6 +97,7 @@ private:
   McapWriter mcap_;
   McapMessage mcap_message_;
   std::vector<WrittenStream> streams_;
+  std::set<std::string> names_; // of the streams
 };
 
 RecordingWriter::Implementation::~Implementation()
@@ -138,10 +141,9 @@ RecordingWriter::Implementation::addStream(const StreamToRecord& stream,
   if (has_file_of_frames_ && !streams_.empty())
     return {RecordingCode::InvalidArgument,
             "a .pcxi file has one stream; several need .mcap"};
-  for (const WrittenStream& known : streams_)
-    if (known.name == stream.name)
-      return {RecordingCode::InvalidArgument,
-              "there are two streams of the name '" + stream.name + "'"};
+  if (names_.count(stream.name) != 0)
+    return {RecordingCode::InvalidArgument,
+            "there are two streams of the name '" + stream.name + "'"};
   WrittenStream written;
   written.name = stream.name;
   written.message.frame_id = stream.frame_id;
@@ -156,6 +158,7 @@ RecordingWriter::Implementation::addStream(const StreamToRecord& stream,
     if (!status.ok())
       return status;
   }
+  names_.insert(stream.name);
   number = streams_.size();
   streams_.push_back(std::move(written));
   return {};

@@ -83,6 +83,9 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
   bool has_database = false;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
+    std::error_code ignored;
+    if (entry->is_directory(ignored))
+      continue;
     if (entry->path().extension() == ".mcap")
       paths.push_back(entry->path());
     has_database |= entry->path().extension() == ".db3";

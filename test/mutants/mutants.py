@@ -212,7 +212,7 @@ MUTANTS = [
     # Recordings.
     Mutant(RECORDING + "mcap/record_access.cpp", "the checksum of a chunk is not verified",
            "failure = \"its checksum is wrong\";", "failure = \"\";"),
-    Mutant(RECORDING + "mcap/file_contents.cpp", "the checksum of the summary is not verified",
+    Mutant(RECORDING + "mcap/summary.cpp", "the checksum of the summary is not verified",
            "footer.summary_checksum != checksumOf(summary.data(), checked_size)", "false"),
     Mutant(RECORDING + "mcap/file_contents.cpp", "statistics are not compared with the indexes",
            "return expected == contents_.messages.size() || !contents_.damage.empty();",

@@ -150,6 +150,34 @@ TEST(HostileFiles, SmallChunksTakeLittleMemory)
   EXPECT_EQ(records.size(), 30u);
 }
 
+TEST(HostileFiles, CompressedEmptyMessagesAreBounded)
+{
+  Bytes file = beginning();
+  mcap::append(mcap::Channel{0, 0, compressedPointCloudChannel("/a")}, file);
+  Bytes records;
+  for (int i = 0; i < 400'000; ++i)
+    mcap::append(mcap::MessagePrefix(), {}, records);
+  mcap::Chunk chunk;
+  chunk.uncompressed_size = records.size();
+  chunk.compression = "zstd";
+  Bytes compressed(ZSTD_compressBound(records.size()));
+  compressed.resize(ZSTD_compress(
+      compressed.data(), compressed.size(), records.data(), records.size(), 1));
+  chunk.records_size = compressed.size();
+  for (int i = 0; i < 6; ++i) {
+    mcap::appendChunkFields(chunk, file);
+    file.insert(file.end(), compressed.begin(), compressed.end());
+  }
+  const TestFolder folder;
+  writeBytes(folder / "a.mcap", file);
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  EXPECT_LE(reader.index().size(), (std::size_t{1} << 20) + file.size());
+  EXPECT_GT(reader.index().size(), 1'000'000u);
+  ASSERT_EQ(reader.damage().size(), 1u);
+  EXPECT_NE(reader.damage()[0].message.find("more messages"), std::string::npos);
+}
+
 TEST(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
 {
   PointCloudMessage message;
@@ -271,6 +299,22 @@ TEST(WrongCalls, OneFileHasOneWriter)
     EXPECT_EQ(readAll(folder / name, streams).decoded[0], 1u);
     EXPECT_TRUE(second.open(folder / name).ok());
   }
+}
+
+TEST(WrongCalls, TheSameStreamAddedTwiceIsRefused)
+{
+  const TestFolder folder;
+  RecordingWriter writer;
+  ASSERT_TRUE(writer.open(folder / "a.mcap").ok());
+  std::size_t number = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    StreamToRecord stream;
+    stream.name = std::to_string(i);
+    ASSERT_TRUE(writer.addStream(stream, number).ok());
+    stream.name = std::to_string(i / 2);
+    ASSERT_EQ(writer.addStream(stream, number).code(), RecordingCode::InvalidArgument);
+  }
+  EXPECT_EQ(number, 19'999u);
 }
 
 TEST(WrongCalls, AFailureOfFinishIsKept)

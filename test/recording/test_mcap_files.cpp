@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <lz4frame.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <random>
@@ -95,6 +96,27 @@ compressedByLz4(const Bytes& bytes)
       compressed.data(), compressed.size(), bytes.data(), bytes.size(), nullptr));
   return compressed;
 }
+
+/** \brief Bounds the number of files that this process may open. */
+class FewDescriptors {
+public:
+  explicit FewDescriptors(rlim_t count)
+  {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit few = before_;
+    few.rlim_cur = count;
+    ::setrlimit(RLIMIT_NOFILE, &few);
+  }
+
+  ~FewDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+  FewDescriptors(const FewDescriptors&) = delete;
+  FewDescriptors&
+  operator=(const FewDescriptors&) = delete;
+
+private:
+  rlimit before_;
+};
 
 /** \brief Times of the messages of a file. */
 std::vector<std::int64_t>
@@ -237,11 +259,12 @@ TEST(McapFiles, ChunksThatContradictThemselvesAreLeftOutAndReported)
   EXPECT_NE(lost("bz2", records).find("'bz2' is unknown"), std::string::npos);
 }
 
-TEST(McapFiles, Rosbag2FoldersOfSeveralFilesAreOneBag)
+TEST(McapFiles, Rosbag2FoldersOfManyFilesAreOneBag)
 {
+  constexpr std::size_t parts = 200;
   const TestFolder folder;
-  std::filesystem::create_directories(folder / "bag");
-  for (int part = 0; part < 12; ++part) {
+  std::filesystem::create_directories(folder / "bag/folder.mcap");
+  for (std::size_t part = 0; part < parts; ++part) {
     McapWriter writer;
     ASSERT_TRUE(
         writer.open(folder / ("bag/bag_" + std::to_string(part) + ".mcap"), "ros2")
@@ -254,15 +277,33 @@ TEST(McapFiles, Rosbag2FoldersOfSeveralFilesAreOneBag)
     ASSERT_TRUE(writer.finish().ok());
   }
   writeBytes(folder / "bag/metadata.yaml", {});
+  const FewDescriptors fewer_than_parts(120);
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
+  EXPECT_TRUE(reader.damage().empty());
   EXPECT_EQ(reader.channels().size(), 1u);
-  ASSERT_EQ(reader.index().size(), 12u);
+  ASSERT_EQ(reader.index().size(), parts);
   McapMessage message;
-  for (std::size_t i = 0; i < 12; ++i) {
+  for (std::size_t i = 0; i < parts; ++i) {
     ASSERT_TRUE(reader.read(reader.index()[i], message).ok());
     EXPECT_EQ(message.bytes, Bytes{static_cast<std::uint8_t>(i)});
   }
+}
+
+TEST(McapFiles, TimesBeyondTheRangeAreTheLast)
+{
+  Bytes records;
+  for (const std::uint64_t time : {std::uint64_t{1} << 63, std::uint64_t{7}})
+    mcap::append(mcap::MessagePrefix{5, 0, time, time}, {}, records);
+  const TestFolder folder;
+  writeBytes(folder / "a.mcap", fileOfOneChunk("", records, records));
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_EQ(reader.index().size(), 2u);
+  EXPECT_EQ(reader.index()[0].log_time, Time(7));
+  EXPECT_EQ(reader.index()[1].log_time, Time::max());
+  McapMessage message;
+  EXPECT_TRUE(reader.read(reader.index()[1], message).ok());
 }
 
 TEST(McapFiles, BagsOfOtherStoragesAreRefused)

@@ -2,11 +2,10 @@
 
 #include "recording/mcap/channel_list.h"
 #include "recording/mcap/record_access.h"
+#include "recording/mcap/summary.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>
-#include <array>
-#include <optional>
 #include <utility>
 
 namespace pcl_ext {
@@ -15,44 +14,9 @@ namespace mcap {
 
 namespace {
 
-/** \brief Largest summary that is read; a file with a larger one is read as a whole. */
-constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
-
-bool
-hasMagic(const InputFile& file, std::uint64_t offset)
-{
-  std::array<std::uint8_t, magic.size()> bytes;
-  return file.read(offset, bytes.size(), bytes.data()) && bytes == magic;
-}
-
-/** \brief True if the file ends as a complete file does. */
-bool
-hasMcapEnd(const InputFile& file)
-{
-  return file.size() >= 2 * magic.size() + footer_size &&
-         hasMagic(file, file.size() - magic.size());
-}
-
-/** \brief True if records are where their indexes say, and each has one index. */
-bool
-areIndexedOnce(const InputFile& file, Opcode opcode, std::vector<RecordPlace> places)
-{
-  std::sort(
-      places.begin(), places.end(), [](const RecordPlace& a, const RecordPlace& b) {
-        return a.offset < b.offset;
-      });
-  std::uint64_t end = 0;
-  for (const RecordPlace& place : places) {
-    Opcode found{};
-    std::uint64_t length = 0;
-    if (place.offset < end || place.length > file.size() ||
-        !readRecordPrefix(file, place.offset, found, length) || found != opcode ||
-        length != place.length - record_prefix_size)
-      return false;
-    end = place.offset + place.length;
-  }
-  return true;
-}
+/** \brief A file may have so many messages, and one more for each of its bytes: compressed
+ * empty messages would take far more memory than the file. */
+constexpr std::uint64_t plausible_messages = std::uint64_t{1} << 20;
 
 /** \brief Collects the contents of a file, from its summary or from all of it. */
 class ContentsFinder {
@@ -83,14 +47,6 @@ public:
   scan();
 
 private:
-  bool
-  loadSummary(std::vector<std::uint8_t>& summary);
-
-  bool
-  parseSummary(const std::vector<std::uint8_t>& summary,
-               std::vector<ChunkIndex>& chunks,
-               std::optional<Statistics>& statistics);
-
   bool
   hasWanted(const ChunkIndex& chunk);
 
@@ -133,89 +89,25 @@ private:
   FileContents& contents_;
   ChannelList channels_;
   std::vector<std::uint8_t> buffer_;
+  bool has_too_many_messages_ = false;
 };
-
-bool
-ContentsFinder::loadSummary(std::vector<std::uint8_t>& summary)
-{
-  contents_.has_end = hasMcapEnd(file_);
-  if (!contents_.has_end)
-    return false;
-  const std::uint64_t footer_offset = file_.size() - magic.size() - footer_size;
-  constexpr std::size_t content_size = footer_size - record_prefix_size;
-  Footer footer;
-  if (!readRecord(file_, footer_offset, Opcode::Footer, content_size, summary) ||
-      !parse(summary.data(), summary.size(), footer) ||
-      footer.summary_start < magic.size() || footer.summary_start > footer_offset ||
-      footer_offset - footer.summary_start > max_summary_size)
-    return false;
-  // The checksum covers the footer up to the checksum itself.
-  const auto size = static_cast<std::size_t>(footer_offset - footer.summary_start);
-  const std::size_t checked_size = size + footer_size - sizeof(std::uint32_t);
-  summary.resize(checked_size);
-  if (!file_.read(footer.summary_start, checked_size, summary.data()) ||
-      (footer.summary_checksum != 0 &&
-       footer.summary_checksum != checksumOf(summary.data(), checked_size)))
-    return false;
-  summary.resize(size);
-  return true;
-}
-
-bool
-ContentsFinder::parseSummary(const std::vector<std::uint8_t>& summary,
-                             std::vector<ChunkIndex>& chunks,
-                             std::optional<Statistics>& statistics)
-{
-  SpanReader reader(summary.data(), summary.size());
-  while (reader.remaining() > 0) {
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    const std::uint64_t length = reader.u64();
-    const std::uint8_t* const content = reader.take(length);
-    if (content == nullptr)
-      return false;
-    const auto size = static_cast<std::size_t>(length);
-    RecordPlace place;
-    bool is_valid = true;
-    if (opcode == Opcode::Schema)
-      channels_.addSchema(content, size);
-    else if (opcode == Opcode::Channel)
-      channels_.addChannel(content, size);
-    else if (opcode == Opcode::ChunkIndex)
-      is_valid = parse(content, size, chunks.emplace_back());
-    else if (opcode == Opcode::Statistics)
-      is_valid = parse(content, size, statistics.emplace());
-    else if (opcode == Opcode::AttachmentIndex || opcode == Opcode::MetadataIndex) {
-      is_valid = parse(content, size, place);
-      (opcode == Opcode::MetadataIndex ? contents_.metadata : contents_.attachments)
-          .push_back(place);
-    }
-    if (!is_valid)
-      return false;
-  }
-  return true;
-}
 
 bool
 ContentsFinder::readSummary()
 {
-  std::vector<std::uint8_t> summary;
-  std::vector<ChunkIndex> chunks;
-  std::optional<Statistics> statistics;
-  if (!loadSummary(summary) || !parseSummary(summary, chunks, statistics))
+  contents_.has_end = hasMcapEnd(file_);
+  Summary summary;
+  if (!contents_.has_end || !mcap::readSummary(file_, channels_, summary))
     return false;
-  // Without statistics it is unknown whether the chunks have all messages.
-  if (!statistics || statistics->attachments != contents_.attachments.size() ||
-      statistics->metadata != contents_.metadata.size() ||
-      statistics->channels > channels_.size() ||
-      !areIndexedOnce(file_, Opcode::Attachment, contents_.attachments) ||
-      !areIndexedOnce(file_, Opcode::Metadata, contents_.metadata))
-    return false;
-  addIndexedChunks(chunks);
+  contents_.attachments = std::move(summary.attachments);
+  contents_.metadata = std::move(summary.metadata);
+  addIndexedChunks(summary.chunks);
+  const Statistics& statistics = summary.statistics;
   std::uint64_t expected = 0;
-  for (const auto& [id, count] : statistics->channel_messages)
+  for (const auto& [id, count] : statistics.channel_messages)
     expected += channels_.isWanted(id) ? count : 0;
-  if (statistics->channel_messages.empty() && statistics->messages > 0)
-    expected = channels_.hasFilter() ? ~std::uint64_t{0} : statistics->messages;
+  if (statistics.channel_messages.empty() && statistics.messages > 0)
+    expected = channels_.hasFilter() ? ~std::uint64_t{0} : statistics.messages;
   return expected == contents_.messages.size() || !contents_.damage.empty();
 }
 
@@ -349,8 +241,16 @@ ContentsFinder::addMessage(const std::uint8_t* content,
                            std::uint64_t offset)
 {
   MessagePrefix message;
-  if (parse(content, size, message) && channels_.isWanted(message.channel_id))
+  if (!parse(content, size, message) || !channels_.isWanted(message.channel_id))
+    return;
+  if (contents_.messages.size() < plausible_messages + file_.size())
     contents_.messages.push_back({message.log_time, place, offset, message.channel_id});
+  else if (!has_too_many_messages_) {
+    has_too_many_messages_ = true;
+    addDamage(contents_.places[place].offset,
+              "there are more messages than a file of this size may have; those that "
+              "follow are lost");
+  }
 }
 
 /** \brief Adds what a whole record of the file tells.

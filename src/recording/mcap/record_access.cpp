@@ -25,6 +25,20 @@ constexpr std::size_t max_chunk_fields_size = 256;
 } // namespace
 
 bool
+hasMagic(const InputFile& file, std::uint64_t offset)
+{
+  std::array<std::uint8_t, magic.size()> bytes;
+  return file.read(offset, bytes.size(), bytes.data()) && bytes == magic;
+}
+
+bool
+hasMcapEnd(const InputFile& file)
+{
+  return file.size() >= 2 * magic.size() + footer_size &&
+         hasMagic(file, file.size() - magic.size());
+}
+
+bool
 readRecordPrefix(const InputFile& file,
                  std::uint64_t offset,
                  Opcode& opcode,

@@ -31,6 +31,14 @@ loadChunk(const InputFile& file,
           const Place& place,
           std::vector<std::uint8_t>& records);
 
+/** \brief True if the magic bytes of MCAP are at a place. */
+bool
+hasMagic(const InputFile& file, std::uint64_t offset);
+
+/** \brief True if the file ends as a complete file does. */
+bool
+hasMcapEnd(const InputFile& file);
+
 /** \brief Reads the opcode and the length of a record.
  * \return false if there are none
  */

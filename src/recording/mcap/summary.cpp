@@ -1,0 +1,116 @@
+#include "recording/mcap/summary.h"
+
+#include "recording/span_reader.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace pcl_ext {
+namespace recording {
+namespace mcap {
+
+namespace {
+
+/** \brief Largest summary that is read; a file with a larger one is read as a whole. */
+constexpr std::uint64_t max_summary_size = std::uint64_t{1} << 30;
+
+bool
+loadSummary(const InputFile& file, std::vector<std::uint8_t>& summary)
+{
+  const std::uint64_t footer_offset = file.size() - magic.size() - footer_size;
+  constexpr std::size_t content_size = footer_size - record_prefix_size;
+  Footer footer;
+  if (!readRecord(file, footer_offset, Opcode::Footer, content_size, summary) ||
+      !parse(summary.data(), summary.size(), footer) ||
+      footer.summary_start < magic.size() || footer.summary_start > footer_offset ||
+      footer_offset - footer.summary_start > max_summary_size)
+    return false;
+  // The checksum covers the footer up to the checksum itself.
+  const auto size = static_cast<std::size_t>(footer_offset - footer.summary_start);
+  const std::size_t checked_size = size + footer_size - sizeof(std::uint32_t);
+  summary.resize(checked_size);
+  if (!file.read(footer.summary_start, checked_size, summary.data()) ||
+      (footer.summary_checksum != 0 &&
+       footer.summary_checksum != checksumOf(summary.data(), checked_size)))
+    return false;
+  summary.resize(size);
+  return true;
+}
+
+/** \return false if a record is invalid, or there are no statistics */
+bool
+parseSummary(const std::vector<std::uint8_t>& bytes,
+             ChannelList& channels,
+             Summary& summary)
+{
+  bool has_statistics = false;
+  SpanReader reader(bytes.data(), bytes.size());
+  while (reader.remaining() > 0) {
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    const std::uint64_t length = reader.u64();
+    const std::uint8_t* const content = reader.take(length);
+    if (content == nullptr)
+      return false;
+    const auto size = static_cast<std::size_t>(length);
+    bool is_valid = true;
+    if (opcode == Opcode::Schema)
+      channels.addSchema(content, size);
+    else if (opcode == Opcode::Channel)
+      channels.addChannel(content, size);
+    else if (opcode == Opcode::ChunkIndex)
+      is_valid = parse(content, size, summary.chunks.emplace_back());
+    else if (opcode == Opcode::AttachmentIndex)
+      is_valid = parse(content, size, summary.attachments.emplace_back());
+    else if (opcode == Opcode::MetadataIndex)
+      is_valid = parse(content, size, summary.metadata.emplace_back());
+    else if (opcode == Opcode::Statistics) {
+      summary.statistics = Statistics();
+      is_valid = parse(content, size, summary.statistics);
+      has_statistics = true;
+    }
+    if (!is_valid)
+      return false;
+  }
+  return has_statistics;
+}
+
+/** \brief True if records are where their indexes say, and each has one index. */
+bool
+areIndexedOnce(const InputFile& file, Opcode opcode, std::vector<RecordPlace> places)
+{
+  std::sort(
+      places.begin(), places.end(), [](const RecordPlace& a, const RecordPlace& b) {
+        return a.offset < b.offset;
+      });
+  std::uint64_t end = 0;
+  for (const RecordPlace& place : places) {
+    Opcode found{};
+    std::uint64_t length = 0;
+    if (place.offset < end || place.length > file.size() ||
+        !readRecordPrefix(file, place.offset, found, length) || found != opcode ||
+        length != place.length - record_prefix_size)
+      return false;
+    end = place.offset + place.length;
+  }
+  return true;
+}
+
+} // namespace
+
+bool
+readSummary(const InputFile& file, ChannelList& channels, Summary& summary)
+{
+  std::vector<std::uint8_t> bytes;
+  // Without statistics it is unknown whether the summary tells of all messages.
+  return loadSummary(file, bytes) && parseSummary(bytes, channels, summary) &&
+         summary.statistics.attachments == summary.attachments.size() &&
+         summary.statistics.metadata == summary.metadata.size() &&
+         summary.statistics.channels <= channels.size() &&
+         areIndexedOnce(file, Opcode::Attachment, summary.attachments) &&
+         areIndexedOnce(file, Opcode::Metadata, summary.metadata);
+}
+
+} // namespace mcap
+} // namespace recording
+} // namespace pcl_ext
