@@ -57,7 +57,7 @@ chmod 755 "$new"
 "$root/tools/install_packages.sh" build experiments
 build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
-  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON \
+  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
   --target measure_streams measure_at_once sample_pictures measure_noise

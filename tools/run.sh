@@ -55,7 +55,7 @@ done
 bash "$root/tools/install_packages.sh" build
 [ -x "$program" ] || echo "Building in $build; this takes a few minutes the first time"
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
-  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF \
+  -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" --target pcl_ext_program -j "${PCL_EXT_JOBS:-2}"
 export PCL_EXT_COMMAND="bash $0" # what the demonstration tells to call

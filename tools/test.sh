@@ -13,7 +13,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 bash "$root/tools/install_packages.sh" build python
 # Not another Python that comes first in the path, without the packages.
 cmake -S "$root" -B "$root/build-test" -G Ninja \
-  -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
+  -DPCL_EXT_UNITY_BUILD=ON -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$root/build-test" -j "${PCL_EXT_JOBS:-2}"
 cd "$root/build-test"

@@ -52,19 +52,19 @@ TYPED_TEST_SUITE(Colours, ColouredTypes, );
 
 TYPED_TEST(Colours, ComeBackToTheirBits)
 {
-  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
   const auto cloud = colouredPlane<TypeParam>();
   for (const unsigned int bits : {1u, 4u, 6u, 8u}) {
     IntensityCompressionSettings settings;
     settings.resolution = 0.01;
     settings.colour_bits = bits;
-    Compression encoder(settings);
-    Compression decoder;
+    Compressor encoder(settings);
+    Compressor decoder;
     const int most = static_cast<int>(std::lround(127.5 / (std::exp2(bits) - 1.0)));
     for (int frame = 0; frame < 3; ++frame) {
       std::stringstream stream;
       ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
-      typename Compression::PointCloudPtr decoded;
+      typename Compressor::PointCloudPtr decoded;
       ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
       ASSERT_EQ(decoded->size(), cloud->size());
       for (const TypeParam& point : *decoded) {
@@ -95,10 +95,10 @@ TYPED_TEST(Colours, AreWhiteWhereTheProfileHasNone)
 
 TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)
 {
-  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
-  Compression compression{IntensityCompressionSettings()};
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
+  Compressor compression{IntensityCompressionSettings()};
   const auto cloud = colouredPlane<TypeParam>();
-  const typename Compression::PointCloudPtr empty(new pcl::PointCloud<TypeParam>);
+  const typename Compressor::PointCloudPtr empty(new pcl::PointCloud<TypeParam>);
   for (int frame = 0; frame < 4; ++frame) {
     std::stringstream stream;
     ASSERT_TRUE(
@@ -113,14 +113,14 @@ TYPED_TEST(Colours, AreKnownToRetainedOctrees)
   settings.resolution = 0.03;
   settings.colour_bits = 5;
   settings.retain_octree = true;
-  using Compression = OctreePointCloudIntensityCompression<TypeParam>;
-  Compression encoder(settings);
-  Compression decoder(settings);
+  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
+  Compressor encoder(settings);
+  Compressor decoder(settings);
   std::stringstream stream;
   ASSERT_TRUE(encoder.encodePointCloud(colouredPlane<TypeParam>(), stream).ok());
-  typename Compression::PointCloudPtr decoded;
+  typename Compressor::PointCloudPtr decoded;
   ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-  for (const Compression* compression : {&encoder, &decoder})
+  for (const Compressor* compression : {&encoder, &decoder})
     for (const TypeParam& point : *decoded) {
       const auto colour = compression->getVoxelColourAtPoint(point);
       ASSERT_TRUE(colour.has_value());

@@ -96,7 +96,7 @@ constexpr float half_diagonal_of_1_cm = 0.0087f;
 template <typename NamesT>
 class SimpleOpenNIViewer {
 public:
-  using Compression = typename NamesT::template Compression<pcl::PointXYZRGBA>;
+  using Compressor = typename NamesT::template Compression<pcl::PointXYZRGBA>;
 
   void
   cloud_cb_(const pcl::PointCloud<pcl::PointXYZRGBA>::ConstPtr& cloud)
@@ -128,8 +128,8 @@ public:
         pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR;
 
     // instantiate point cloud compression for encoding and decoding
-    PointCloudEncoder = new Compression(compressionProfile, showStatistics);
-    PointCloudDecoder = new Compression();
+    PointCloudEncoder = new Compressor(compressionProfile, showStatistics);
+    PointCloudDecoder = new Compressor();
 
     // make callback function from member function
     std::function<void(const pcl::PointCloud<pcl::PointXYZRGBA>::ConstPtr&)> f =
@@ -152,8 +152,8 @@ public:
 
   std::vector<pcl::PointCloud<pcl::PointXYZRGBA>::ConstPtr> shown;
 
-  Compression* PointCloudEncoder;
-  Compression* PointCloudDecoder;
+  Compressor* PointCloudEncoder;
+  Compressor* PointCloudDecoder;
 };
 
 TYPED_TEST(ProgramsForPcl, TheTutorialRuns)
@@ -179,10 +179,10 @@ template <typename NamesT, typename PointT>
 void
 recordAndPlay()
 {
-  using Compression = typename NamesT::template Compression<PointT>;
-  using PointCloud = typename Compression::PointCloud;
-  using PointCloudPtr = typename Compression::PointCloudPtr;
-  using PointCloudConstPtr = typename Compression::PointCloudConstPtr;
+  using Compressor = typename NamesT::template Compression<PointT>;
+  using PointCloud = typename Compressor::PointCloud;
+  using PointCloudPtr = typename Compressor::PointCloudPtr;
+  using PointCloudConstPtr = typename Compressor::PointCloudConstPtr;
   static_assert(std::is_same<PointCloud, pcl::PointCloud<PointT>>::value, "");
   static_assert(
       std::is_same<PointCloudPtr, typename pcl::PointCloud<PointT>::Ptr>::value, "");
@@ -192,15 +192,15 @@ recordAndPlay()
 
   std::stringstream file;
   {
-    typename Compression::Ptr encoder(new Compression(
+    typename Compressor::Ptr encoder(new Compressor(
         pcl::io::MANUAL_CONFIGURATION, false, 0.002, 0.01, true, 10, false, 5));
     for (unsigned int frame = 0; frame < 15; ++frame) {
       PointCloudConstPtr cloud = sparseCloud<PointT>(frame);
       encoder->encodePointCloud(cloud, file);
     }
   }
-  auto player = pcl::make_shared<Compression>();
-  const typename Compression::ConstPtr watched = player;
+  auto player = pcl::make_shared<Compressor>();
+  const typename Compressor::ConstPtr watched = player;
   for (unsigned int frame = 0; frame < 15; ++frame) {
     PointCloudPtr cloud(new PointCloud);
     player->decodePointCloud(file, cloud);
@@ -223,46 +223,44 @@ TYPED_TEST(ProgramsForPcl, ARecorderAndPlayerRunWithEveryPointType)
 
 TYPED_TEST(ProgramsForPcl, OutputCloudIsSetAndGot)
 {
-  using Compression = typename TypeParam::template Compression<pcl::PointXYZ>;
-  Compression compression;
+  using Compressor = typename TypeParam::template Compression<pcl::PointXYZ>;
+  Compressor compression;
   EXPECT_EQ(compression.getOutputCloud(), nullptr);
-  const typename Compression::PointCloudPtr cloud(new typename Compression::PointCloud);
+  const typename Compressor::PointCloudPtr cloud(new typename Compressor::PointCloud);
   compression.setOutputCloud(cloud);
   EXPECT_EQ(compression.getOutputCloud(), cloud);
 }
 
 TYPED_TEST(ProgramsForPcl, TypesAreWherePclHasThem)
 {
-  using Compression = typename TypeParam::template Compression<pcl::PointXYZ>;
+  using Compressor = typename TypeParam::template Compression<pcl::PointXYZ>;
   static_assert(
-      std::is_same<typename Compression::Ptr, pcl::shared_ptr<Compression>>::value, "");
-  static_assert(std::is_same<typename Compression::ConstPtr,
-                             pcl::shared_ptr<const Compression>>::value,
+      std::is_same<typename Compressor::Ptr, pcl::shared_ptr<Compressor>>::value, "");
+  static_assert(std::is_same<typename Compressor::ConstPtr,
+                             pcl::shared_ptr<const Compressor>>::value,
                 "");
   // The default base is the double-buffered one.
   static_assert(
-      std::is_same<typename Compression::RealTimeStreamCompression, Compression>::value,
+      std::is_same<typename Compressor::RealTimeStreamCompression, Compressor>::value,
       "");
-  using Single = typename Compression::SinglePointCloudCompressionLowMemory;
-  static_assert(!std::is_same<Single, Compression>::value, "");
-  using LeafNode = typename Compression::LeafNode;
-  using BranchNode = typename Compression::BranchNode;
+  using Single = typename Compressor::SinglePointCloudCompressionLowMemory;
+  static_assert(!std::is_same<Single, Compressor>::value, "");
+  using LeafNode = typename Compressor::LeafNode;
+  using BranchNode = typename Compressor::BranchNode;
   static_assert(std::is_base_of<pcl::octree::OctreeNode, LeafNode>::value, "");
   static_assert(std::is_base_of<pcl::octree::OctreeNode, BranchNode>::value, "");
-  static_assert(std::has_virtual_destructor<Compression>::value, "");
-  EXPECT_EQ(
-      Compression(pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITH_COLOR).getResolution(),
-      0.01);
+  static_assert(std::has_virtual_destructor<Compressor>::value, "");
+  EXPECT_EQ(Compressor(pcl::io::LOW_RES_OFFLINE_COMPRESSION_WITH_COLOR).getResolution(),
+            0.01);
 }
 
 TYPED_TEST(ProgramsForPcl, ConstructionIsImplicit)
 {
-  using Compression = typename TypeParam::template Compression<pcl::PointXYZ>;
-  EXPECT_TRUE(
-      (std::is_convertible<pcl::io::compression_Profiles_e, Compression>::value))
+  using Compressor = typename TypeParam::template Compression<pcl::PointXYZ>;
+  EXPECT_TRUE((std::is_convertible<pcl::io::compression_Profiles_e, Compressor>::value))
       << "Compression encoder = pcl::io::LOW_RES_ONLINE_COMPRESSION_WITH_COLOR;";
   struct Node {
-    Compression encoder;
+    Compressor encoder;
   };
   Node node{};
   EXPECT_EQ(node.encoder.getOutputCloud(), nullptr);

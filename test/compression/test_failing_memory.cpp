@@ -23,13 +23,13 @@ using namespace pcl_ext::test;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-constexpr double resolution = 0.1;
+constexpr double coarse_resolution = 0.1;
 constexpr unsigned int cloud_count = 4;
 
 IntensityCompressionSettings
 settings()
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(coarse_resolution);
   settings.i_frame_rate = 3;
   settings.effort = Effort::Fast;
   settings.carry_header = true;
@@ -55,12 +55,12 @@ clouds()
 void
 expectVoxels(const Cloud& decoded, const Cloud& cloud)
 {
-  const NaiveVoxels voxels = naiveVoxels(cloud, resolution);
-  expectVoxelCentres(decoded, voxels, resolution);
+  const NaiveVoxels voxels = naiveVoxels(cloud, coarse_resolution);
+  expectVoxelCentres(decoded, voxels, coarse_resolution);
   expectIntensities(
       decoded,
       voxels,
-      resolution,
+      coarse_resolution,
       [](const NaiveVoxel& voxel) { return voxel.mean(); },
       0.5001);
 }

@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
+#include "support/float_values.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -15,7 +16,6 @@
 #include <functional>
 #include <ios>
 #include <istream>
-#include <limits>
 #include <ostream>
 #include <sstream>
 #include <stdexcept>
@@ -29,10 +29,6 @@ using namespace pcl_ext::test;
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
-
-constexpr double resolution = 0.04;
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 /** \brief A sink that takes some bytes and then fails as a function says. */
 class FailingSink : public std::streambuf {
@@ -71,7 +67,7 @@ protected:
 
 TEST(CompressionInput, ANullCloudIsReportedAndCostsNothing)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
   std::stringstream stream;
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 100);
@@ -89,7 +85,7 @@ TEST(CompressionInput, ANullCloudIsReportedAndCostsNothing)
 
 TEST(CompressionInput, ANullOutputPointerGetsACloud)
 {
-  Compression compression(settingsWith(resolution));
+  Compression compression(settingsWith(usual_resolution));
   std::stringstream stream(
       encodeFrame(compression, randomCloud<pcl::PointXYZI>(2, 100)));
   Cloud::Ptr decoded;
@@ -108,7 +104,7 @@ TEST(CompressionInput, ANullOutputPointerGetsACloud)
 
 TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
   EXPECT_EQ(encoder.getStatistics().bytesPerVoxel(), 0.0);
   EXPECT_EQ(encoder.getStatistics().compressionRatio(), 0.0);
@@ -124,7 +120,8 @@ TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
     EXPECT_EQ(encoder.getStatistics().bytesPerVoxel() > 0.0, frame == cloud);
     Cloud::Ptr decoded;
     ASSERT_TRUE(decodeBytes(decoder, bytes, decoded).ok());
-    expectVoxelCentres(*decoded, naiveVoxels(*frame, resolution), resolution);
+    expectVoxelCentres(
+        *decoded, naiveVoxels(*frame, usual_resolution), usual_resolution);
   }
 }
 
@@ -136,7 +133,7 @@ TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
          {FLT_MAX, -FLT_MAX, 1e9f, FLT_MIN, infinity, -infinity, not_a_number}) {
       SCOPED_TRACE("intensity " + std::to_string(extreme) + " among fractions of " +
                    std::to_string(fraction));
-      Compression compression(settingsWith(resolution));
+      Compression compression(settingsWith(usual_resolution));
       const auto cloud = randomCloud<pcl::PointXYZI>(4, 100);
       for (pcl::PointXYZI& point : *cloud)
         point.intensity += fraction;
@@ -146,7 +143,8 @@ TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
       for (const Cloud::Ptr& frame : {cloud, with_extreme, cloud, cloud}) {
         ASSERT_TRUE(
             decodeBytes(compression, encodeFrame(compression, frame), decoded).ok());
-        expectVoxelCentres(*decoded, naiveVoxels(*frame, resolution), resolution);
+        expectVoxelCentres(
+            *decoded, naiveVoxels(*frame, usual_resolution), usual_resolution);
         for (const pcl::PointXYZI& point : *decoded)
           EXPECT_TRUE(std::isfinite(point.intensity));
       }
@@ -155,8 +153,8 @@ TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
           decodeBytes(compression, encodeFrame(compression, cloud), decoded).ok());
       expectIntensities(
           *decoded,
-          naiveVoxels(*cloud, resolution),
-          resolution,
+          naiveVoxels(*cloud, usual_resolution),
+          usual_resolution,
           [](const NaiveVoxel& voxel) { return voxel.mean(); },
           0.5 + 1e-6);
     }
@@ -166,7 +164,7 @@ TEST(CompressionInput, AnExtremeIntensityIsForgottenByTheNextIFrame)
 void
 expectOutputFailure(std::ostream& broken)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
   const auto cloud = randomCloud<pcl::PointXYZI>(6, 300);
   Cloud::Ptr decoded;
@@ -179,7 +177,7 @@ expectOutputFailure(std::ostream& broken)
   const std::string next = encodeFrame(encoder, cloud);
   EXPECT_TRUE(encoder.getStatistics().coding.is_i_frame);
   ASSERT_TRUE(decodeBytes(decoder, next, decoded).ok());
-  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
   encodeFrame(encoder, cloud);
   EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
 }
@@ -214,7 +212,7 @@ TEST(CompressionOutput, FailuresAreReported)
 
 TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)
 {
-  Compression compression(settingsWith(resolution));
+  Compression compression(settingsWith(usual_resolution));
   std::stringstream stream;
   for (unsigned int frame = 0; frame < 3; ++frame)
     ASSERT_TRUE(
@@ -232,7 +230,7 @@ TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)
 
 TEST(CompressionSource, AStreamSetToThrowDoesNot)
 {
-  Compression compression(settingsWith(resolution));
+  Compression compression(settingsWith(usual_resolution));
   const std::string frame =
       encodeFrame(compression, randomCloud<pcl::PointXYZI>(7, 100));
   struct Case {

@@ -40,7 +40,7 @@ using pcl_ext::io::OctreePointCloudIntensityCompression;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 
 template <typename ModelT>
-using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI, ModelT>;
+using CompressionWith = OctreePointCloudIntensityCompression<pcl::PointXYZI, ModelT>;
 
 double
 linearShare(double depth, double resolution)
@@ -62,7 +62,7 @@ TEST(IntensityModels, CountShowsPointsAndSaturates)
   auto cloud = randomCloud<pcl::PointXYZI>(6, 5000, {0.0, 0.0, 0.0}, 0.2);
   for (int i = 0; i < 300; ++i)
     cloud->push_back(pcl::PointXYZI(1.0f, 1.0f, 1.0f, 50.0f));
-  Compression<CountIntensity> encoder(settingsWith(0.04));
+  CompressionWith<CountIntensity> encoder(settingsWith(0.04));
   const Cloud::Ptr decoded = roundTrip(encoder, cloud);
   expectIntensities(
       *decoded,
@@ -151,7 +151,7 @@ template <typename LawT>
 void
 expectSharesOfPose(double (*share)(double, double))
 {
-  using Encoder = Compression<IntensityModel<KinectV2, LawT>>;
+  using Encoder = CompressionWith<IntensityModel<KinectV2, LawT>>;
   for (const double resolution : {0.02, 0.04, 0.1}) {
     SCOPED_TRACE("resolution " + std::to_string(resolution));
     const SensedCloud sensed = senseCloud(7, somePose());
@@ -182,7 +182,7 @@ TEST(IntensityModels, AnOrientationOfLengthZeroIsNoRotation)
 {
   const SensedCloud sensed = senseCloud(8, Eigen::Isometry3f::Identity());
   sensed.in_world->sensor_orientation_.coeffs().setZero();
-  Compression<IntensityModel<KinectV2, QuadraticLaw>> encoder(settingsWith(0.04));
+  CompressionWith<IntensityModel<KinectV2, QuadraticLaw>> encoder(settingsWith(0.04));
   expectShares(encoder, sensed, kinectShare);
 }
 
@@ -195,7 +195,7 @@ TEST(IntensityModels, DepthIsAsExactFiveKilometresFromTheOrigin)
   IntensityCompressionSettings settings = settingsWith(0.1);
   settings.sensor_pose = pose;
   settings.intensity_bits = 16;
-  Compression<IntensityModel<KinectV2, LinearLaw>> encoder(settings);
+  CompressionWith<IntensityModel<KinectV2, LinearLaw>> encoder(settings);
   expectShares(encoder, sensed, linearShare, 255.0 / 65535.0);
 }
 
@@ -203,8 +203,8 @@ TEST(IntensityModels, AModelMayHaveASensorOfItsOwn)
 {
   using Model = IntensityModel<RuntimeSensor, QuadraticLaw>;
   const SensedCloud sensed = senseCloud(11, Eigen::Isometry3f::Identity());
-  Compression<Model> encoder(settingsWith(0.04),
-                             Model(0.04, RuntimeSensor(70.6, 60.0, 512, 424)));
+  CompressionWith<Model> encoder(settingsWith(0.04),
+                                 Model(0.04, RuntimeSensor(70.6, 60.0, 512, 424)));
   expectShares(encoder, sensed, kinectShare);
 }
 
@@ -220,16 +220,17 @@ TEST(IntensityModels, ALawOfDepthGivesFramesADepthModel)
     return model ? static_cast<int>(model->exponent) : 0;
   };
   const IntensityCompressionSettings settings = settingsWith(0.1);
-  EXPECT_EQ(exponentOf(Compression<IntensityModel<KinectV2, QuadraticLaw>>(settings)),
-            2);
-  EXPECT_EQ(exponentOf(Compression<IntensityModel<KinectV2, LinearLaw>>(settings)), 1);
-  EXPECT_EQ(exponentOf(Compression<CountIntensity>(settings)), 0);
+  EXPECT_EQ(
+      exponentOf(CompressionWith<IntensityModel<KinectV2, QuadraticLaw>>(settings)), 2);
+  EXPECT_EQ(exponentOf(CompressionWith<IntensityModel<KinectV2, LinearLaw>>(settings)),
+            1);
+  EXPECT_EQ(exponentOf(CompressionWith<CountIntensity>(settings)), 0);
 }
 
 TEST(IntensityModels, NativeScaleChangesTheUnit)
 {
   Cloud::Ptr cloud(new Cloud(1, 1, pcl::PointXYZI(0.0f, 0.0f, 0.0f, 400.0f)));
-  Compression<NativeIntensity> encoder(
+  CompressionWith<NativeIntensity> encoder(
       settingsWith(0.04), NativeIntensity(0.04, UnspecifiedSensor(), NativeLaw{0.5f}));
   const Cloud::Ptr decoded = roundTrip(encoder, cloud);
   ASSERT_EQ(decoded->size(), 1u);
@@ -262,7 +263,8 @@ TEST(IntensityModels, AUsersModelNeedsTheContractOnly)
   Cloud::Ptr cloud(new Cloud);
   for (int i = 0; i < 20; ++i)
     cloud->push_back(pcl::PointXYZI(0.01f, 0.01f, static_cast<float>(i) + 0.5f, 0.0f));
-  Compression<HeightIntensity> encoder(settingsWith(0.04), HeightIntensity(1.0f, 3));
+  CompressionWith<HeightIntensity> encoder(settingsWith(0.04),
+                                           HeightIntensity(1.0f, 3));
   const Cloud::Ptr decoded = roundTrip(encoder, cloud);
   ASSERT_EQ(decoded->size(), 20u);
   for (const pcl::PointXYZI& point : *decoded)
@@ -290,7 +292,7 @@ struct EdgeIntensity {
 TEST(IntensityModels, AUsersModelMayBeMadeFromTheResolution)
 {
   Cloud::Ptr cloud(new Cloud(1, 1, pcl::PointXYZI(1.0f, 2.0f, 3.0f, 0.0f)));
-  Compression<EdgeIntensity> encoder(settingsWith(0.5));
+  CompressionWith<EdgeIntensity> encoder(settingsWith(0.5));
   const Cloud::Ptr decoded = roundTrip(encoder, cloud);
   ASSERT_EQ(decoded->size(), 1u);
   EXPECT_EQ(decoded->front().intensity, 50.0f);

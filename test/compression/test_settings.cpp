@@ -1,6 +1,6 @@
 /** \file
  * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec, invalid
- * ones are reported by every call, and the resolution may change while a stream runs.
+ * ones are reported by every call, and the usual_resolution may change while a stream runs.
  */
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -37,13 +37,11 @@ using pcl_ext::RuntimeSensor;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-constexpr double resolution = 0.04;
-
 // ---------------------------------------------------------------- what reaches the codec
 
 TEST(CodecSettings, IFrameRateAndRequests)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.i_frame_rate = 4;
   Compression encoder(settings);
   std::string frame_types;
@@ -75,7 +73,7 @@ TEST(CodecSettings, BytesAreThoseOfVoxelizerAndFrameEncoder)
   std::set<std::string> streams;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     SCOPED_TRACE(i);
-    Settings settings = settingsWith(resolution);
+    Settings settings = settingsWith(usual_resolution);
     changes[i](settings);
     Compression compression(settings);
     Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Native);
@@ -106,7 +104,7 @@ TEST(CodecSettings, DepthLaw)
   const auto cloud = randomCloud<pcl::PointXYZI>(3, 2000, {0.0, 0.0, 3.0}, 1.0);
   for (pcl::PointXYZI& point : *cloud)
     point.intensity = 10.0f * point.z * point.z;
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.aggregation = Aggregation::Sum;
   settings.intensity_bits = 8;
   settings.intensity_range = 255.0f;
@@ -123,15 +121,15 @@ TEST(CodecSettings, DepthLaw)
 
 TEST(CodecSettings, DecoderLimits)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   const auto small = randomCloud<pcl::PointXYZI>(10, 100);
   const std::string large_frame =
       encodeFrame(encoder, randomCloud<pcl::PointXYZI>(11, 5000));
   encoder.requestIFrame();
   const std::string small_frame = encodeFrame(encoder, small);
-  IntensityCompressionSettings few_voxels = settingsWith(resolution);
+  IntensityCompressionSettings few_voxels = settingsWith(usual_resolution);
   few_voxels.decoder_limits.max_voxels = 100;
-  IntensityCompressionSettings few_bytes = settingsWith(resolution);
+  IntensityCompressionSettings few_bytes = settingsWith(usual_resolution);
   few_bytes.decoder_limits.max_frame_bytes = small_frame.size();
   for (const auto& settings : {few_voxels, few_bytes}) {
     Compression decoder(settings);
@@ -139,7 +137,7 @@ TEST(CodecSettings, DecoderLimits)
     expectCode(decodeBytes(decoder, large_frame, decoded),
                CompressionCode::LimitExceeded);
     EXPECT_TRUE(decodeBytes(decoder, small_frame, decoded).ok());
-    EXPECT_EQ(decoded->size(), naiveVoxels(*small, resolution).size());
+    EXPECT_EQ(decoded->size(), naiveVoxels(*small, usual_resolution).size());
   }
 }
 
@@ -156,7 +154,7 @@ void
 expectEncodingToRefuse(const InvalidSettings& invalid)
 {
   SCOPED_TRACE(invalid.field);
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.retain_octree = true;
   invalid.spoil(settings);
   CompressionT compression(settings);
@@ -222,15 +220,15 @@ TEST(InvalidCompressionSettings, EncodingReportsThem)
 
 TEST(InvalidCompressionSettings, OnlyInvalidLimitsPreventDecoding)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   const auto cloud = randomCloud<pcl::PointXYZI>(13, 50);
   const std::string frame = encodeFrame(encoder, cloud);
   IntensityCompressionSettings settings = settingsWith(-1.0);
   Cloud::Ptr decoded;
   Compression decoder(settings);
   expectCode(decodeBytes(decoder, frame, decoded), CompressionCode::Ok);
-  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
-  settings.resolution = resolution;
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
+  settings.resolution = usual_resolution;
   settings.decoder_limits.max_points = 0;
   Compression without_limits(settings);
   const CompressionStatus status = decodeBytes(without_limits, frame, decoded);
@@ -261,7 +259,7 @@ decodedIntensity(CompressionT& compression)
 
 TEST(SetResolution, TheModelFollows)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.intensity_bits = 16;
   OctreePointCloudIntensityCompression<pcl::PointXYZI,
                                        IntensityModel<KinectV2, QuadraticLaw>>
@@ -278,7 +276,8 @@ TEST(SetResolution, TheSensorOfTheModelStays)
 {
   using Model = IntensityModel<RuntimeSensor, LinearLaw>;
   OctreePointCloudIntensityCompression<pcl::PointXYZI, Model> compression(
-      settingsWith(resolution), Model(resolution, RuntimeSensor(90.0, 90.0, 100, 100)));
+      settingsWith(usual_resolution),
+      Model(usual_resolution, RuntimeSensor(90.0, 90.0, 100, 100)));
   compression.setResolution(0.1);
   EXPECT_EQ(compression.getIntensityModel().sensor().columns, 100u);
   EXPECT_NEAR(compression.getIntensityModel().cutOffDepth(), 5.0, 1e-9);

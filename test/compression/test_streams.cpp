@@ -27,8 +27,6 @@ using pcl_ext::CountIntensity;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-constexpr double resolution = 0.04;
-
 /** \brief A scene that moves a little from frame to frame. */
 Cloud::Ptr
 movingCloud(unsigned int frame)
@@ -44,7 +42,7 @@ const BoundingBox wide_box{{-0.8, -0.8, -0.8}, {1.2, 0.8, 0.8}};
 
 TEST(CompressionStreams, WritingAndReadingMayTakeTurnsOnOneStream)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
   std::stringstream stream;
   for (unsigned int frame = 0; frame < 6; ++frame) {
@@ -52,7 +50,7 @@ TEST(CompressionStreams, WritingAndReadingMayTakeTurnsOnOneStream)
     Cloud::Ptr decoded;
     ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
     expectVoxelCentres(
-        *decoded, naiveVoxels(*movingCloud(frame), resolution), resolution);
+        *decoded, naiveVoxels(*movingCloud(frame), usual_resolution), usual_resolution);
     EXPECT_TRUE(stream.good());
   }
 }
@@ -60,8 +58,8 @@ TEST(CompressionStreams, WritingAndReadingMayTakeTurnsOnOneStream)
 TEST(CompressionStreams, OneInstanceServesBothDirectionsAtOnce)
 {
   // A node that sends its own stream and watches another's.
-  Compression node(settingsWith(resolution));
-  Compression alone(settingsWith(resolution));
+  Compression node(settingsWith(usual_resolution));
+  Compression alone(settingsWith(usual_resolution));
   Compression other(settingsWith(0.1));
   std::stringstream from_node;
   std::stringstream from_alone;
@@ -80,7 +78,7 @@ TEST(CompressionStreams, OneInstanceServesBothDirectionsAtOnce)
 
 TEST(CompressionStreams, AReceiverThatLostAFrameGoesOnWithTheNextIFrame)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.i_frame_rate = 6;
   settings.bounding_box = wide_box;
   Compression encoder(settings);
@@ -109,7 +107,7 @@ TEST(CompressionStreams, AReceiverThatLostAFrameGoesOnWithTheNextIFrame)
 
 TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.bounding_box = wide_box;
   Compression encoder(settings);
   Compression decoder;
@@ -156,7 +154,7 @@ printFrame(bool show_statistics, pcl::console::VERBOSITY_LEVEL verbosity)
 {
   const auto verbosity_before = pcl::console::getVerbosityLevel();
   pcl::console::setVerbosityLevel(verbosity);
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.show_statistics = show_statistics;
   Compression compression(settings);
   std::stringstream stream;
@@ -200,7 +198,7 @@ TEST(CompressionStatistics, AreNotPrintedWhenDisabledOrBelowTheVerbosity)
 
 TEST(PublishedStreams, AreRecognisedByTheDecoder)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.format = StreamFormat::Published;
   // 64 voxels about the origin, for which PCL's lattice is the world's.
   settings.bounding_box = BoundingBox{{-1.28, -1.28, -1.28}, {1.28, 1.28, 1.28}};
@@ -209,13 +207,13 @@ TEST(PublishedStreams, AreRecognisedByTheDecoder)
   Compression decoder; // with settings of its own
   for (unsigned int frame = 0; frame < 6; ++frame) {
     const auto cloud = movingCloud(frame);
-    const NaiveVoxels voxels = naiveVoxels(*cloud, resolution);
+    const NaiveVoxels voxels = naiveVoxels(*cloud, usual_resolution);
     Cloud::Ptr decoded;
     ASSERT_TRUE(decodeBytes(decoder, encodeFrame(encoder, cloud), decoded).ok());
     expectIntensities(
         *decoded,
         voxels,
-        resolution,
+        usual_resolution,
         [](const NaiveVoxel& voxel) { return static_cast<double>(voxel.count); },
         0.0);
     EXPECT_EQ(decoded->size(), voxels.size());

@@ -28,8 +28,6 @@ using Quadratic = OctreePointCloudIntensityCompression<
     pcl::PointXYZI,
     pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw>>;
 
-constexpr double resolution = 0.04;
-
 void
 expectWords(const CompressionStatus& status, const std::string& words)
 {
@@ -43,17 +41,17 @@ TEST(CompressionWarnings, PointsBehindTheSensor)
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 100, {0.0, 0.0, 3.0}, 1.0);
   cloud->sensor_orientation_ = Eigen::Quaternionf(0.0f, 1.0f, 0.0f, 0.0f);
   std::stringstream stream;
-  Quadratic behind(settingsWith(resolution));
+  Quadratic behind(settingsWith(usual_resolution));
   const CompressionStatus status = behind.encodePointCloud(cloud, stream);
   EXPECT_TRUE(status.hasWarning());
   expectWords(status, "100 of 100 points are behind the sensor");
   EXPECT_EQ(behind.getStatistics().voxelization.points_behind_sensor, 100u);
 
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.sensor_pose = SensorPose::Identity();
   Quadratic before(settings);
   EXPECT_FALSE(before.encodePointCloud(cloud, stream).hasWarning());
-  Compression native(settingsWith(resolution));
+  Compression native(settingsWith(usual_resolution));
   EXPECT_FALSE(native.encodePointCloud(cloud, stream).hasWarning());
 }
 
@@ -62,19 +60,19 @@ TEST(CompressionWarnings, APoseThatIsNotFiniteIsRefused)
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 100, {0.0, 0.0, 3.0}, 1.0);
   const float not_a_number = std::numeric_limits<float>::quiet_NaN();
   std::stringstream stream;
-  Quadratic encoder(settingsWith(resolution));
+  Quadratic encoder(settingsWith(usual_resolution));
   cloud->sensor_origin_.y() = not_a_number;
   expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
   cloud->sensor_origin_.y() = 0.0f;
   cloud->sensor_orientation_.w() = not_a_number;
   expectCode(encoder.encodePointCloud(cloud, stream), CompressionCode::InvalidInput);
-  Compression native(settingsWith(resolution)); // does not use it
+  Compression native(settingsWith(usual_resolution)); // does not use it
   expectCode(native.encodePointCloud(cloud, stream), CompressionCode::Ok);
 }
 
 TEST(CompressionWarnings, AreOnPclsConsoleOnceForEachKind)
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.bounding_box = BoundingBox{{-1.0, -1.0, 0.0}, {1.0, 1.0, 1.0}};
   settings.intensity_range = 300.0f;
   Compression compression(settings);
@@ -106,7 +104,7 @@ TEST(CompressionWarnings, AreOnPclsConsoleOnceForEachKind)
 
 TEST(CompressionSource, AFileThatIsNotOpenIsReported)
 {
-  Compression compression(settingsWith(resolution));
+  Compression compression(settingsWith(usual_resolution));
   Cloud::Ptr decoded;
   std::ifstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
   std::ifstream never_opened;
@@ -125,7 +123,7 @@ TEST(CompressionSource, AFileThatIsNotOpenIsReported)
 
 TEST(CompressionOutput, AFileThatIsNotOpenIsReported)
 {
-  Compression compression(settingsWith(resolution));
+  Compression compression(settingsWith(usual_resolution));
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 100);
   std::ofstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
   std::ofstream never_opened;
@@ -139,8 +137,8 @@ TEST(CompressionOutput, AFileThatIsNotOpenIsReported)
 
 TEST(CompressionSource, TwoStreamsInOneAreNamed)
 {
-  Compression encoder(settingsWith(resolution));
-  Compression other(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
+  Compression other(settingsWith(usual_resolution));
   Compression decoder;
   Cloud::Ptr decoded;
   const auto cloud = randomCloud<pcl::PointXYZI>(1, 500);
@@ -157,7 +155,7 @@ TEST(CompressionSource, TwoStreamsInOneAreNamed)
 
 TEST(CompressionSource, AnIncompleteFrameStaysInTheStreamIfToldTo)
 {
-  Compression encoder(settingsWith(resolution));
+  Compression encoder(settingsWith(usual_resolution));
   const std::string frame = encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 100));
   IntensityCompressionSettings settings;
   settings.incomplete_frame = IncompleteFrame::Keep;
@@ -176,8 +174,8 @@ TEST(CompressionSource, AnIncompleteFrameStaysInTheStreamIfToldTo)
 
 TEST(CompressionInMemory, HasTheBytesOfAStream)
 {
-  Compression to_stream(settingsWith(resolution));
-  Compression to_memory(settingsWith(resolution));
+  Compression to_stream(settingsWith(usual_resolution));
+  Compression to_memory(settingsWith(usual_resolution));
   Compression decoder;
   for (unsigned int seed = 0; seed < 3; ++seed) {
     const auto cloud = randomCloud<pcl::PointXYZI>(seed, 300);
@@ -188,7 +186,8 @@ TEST(CompressionInMemory, HasTheBytesOfAStream)
     Cloud::Ptr decoded;
     expectCode(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded),
                CompressionCode::Ok);
-    expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+    expectVoxelCentres(
+        *decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
     EXPECT_EQ(decoder.getStatistics().coding.bytes, bytes.size() - 1);
   }
 }
@@ -204,7 +203,7 @@ expectStreamsToContinue(CompressionT& compression,
   Cloud::Ptr decoded;
   EXPECT_TRUE(decodeBytes(peer, encodeFrame(compression, cloud), decoded).ok());
   EXPECT_TRUE(decodeBytes(compression, encodeFrame(peer, cloud), decoded).ok());
-  expectVoxelCentres(*decoded, naiveVoxels(*cloud, resolution), resolution);
+  expectVoxelCentres(*decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
   EXPECT_EQ(compression.getLeafCount(), decoded->size());
 }
 
@@ -212,7 +211,7 @@ template <typename CompressionT>
 void
 expectMovesToContinue()
 {
-  IntensityCompressionSettings settings = settingsWith(resolution);
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.retain_octree = true;
   CompressionT compression(settings);
   CompressionT peer(settings);
@@ -227,7 +226,7 @@ expectMovesToContinue()
   EXPECT_FALSE(assigned.isVoxelOccupiedAtPoint(pcl::PointXYZI()));
   assigned = std::move(moved);
   EXPECT_EQ(assigned.getLeafCount(), leaves);
-  EXPECT_EQ(assigned.getResolution(), resolution);
+  EXPECT_EQ(assigned.getResolution(), usual_resolution);
   EXPECT_TRUE(assigned.isVoxelOccupiedAtPoint(assigned.getOutputCloud()->front()));
   expectStreamsToContinue(assigned, peer, 1);
   EXPECT_FALSE(assigned.getStatistics().coding.is_i_frame);
@@ -244,7 +243,7 @@ TEST(CompressionMoves, InstancesLiveInAVector)
   std::vector<Compression> encoders;
   std::vector<Compression> decoders(2);
   for (int i = 0; i < 5; ++i)
-    encoders.emplace_back(settingsWith(resolution));
+    encoders.emplace_back(settingsWith(usual_resolution));
   encoders.erase(encoders.begin());
   Cloud::Ptr decoded;
   EXPECT_TRUE(

@@ -2,6 +2,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "filters/point_mover.h"
+#include "support/float_values.h"
 #include "support/test_memory.h"
 
 #include <gtest/gtest.h>
@@ -16,9 +17,9 @@
 namespace {
 
 using namespace pcl_ext;
+using pcl_ext::test::infinity;
 using pcl_ext::test::MemoryUse;
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float largest = std::numeric_limits<float>::max();
 
 /** \brief Usual coordinates and special values. */

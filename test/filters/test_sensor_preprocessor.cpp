@@ -1,6 +1,7 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "support/float_values.h"
 #include "support/naive_preprocessing.h"
 
 #include <pcl/conversions.h>
@@ -13,7 +14,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -37,14 +37,12 @@ using pcl_ext::io::BoundingBox;
 using Output = pcl::PointCloud<pcl::PointXYZI>;
 using QuadraticIntensity = IntensityModel<KinectV2, QuadraticLaw>;
 
-constexpr double resolution = 0.04;
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+constexpr double preprocessed_resolution = 0.04;
 
 double
 naiveQuadratic(const pcl::PointXYZI& point)
 {
-  return kinectShare(static_cast<double>(point.z), resolution);
+  return kinectShare(static_cast<double>(point.z), preprocessed_resolution);
 }
 
 /** \brief What the preprocessor should make of a cloud. */
@@ -174,7 +172,8 @@ TYPED_TEST(TypedClouds, AgreeWithThreeNaivePasses)
 {
   const Output measurements = randomMeasurements(1, 2000);
   const BoundingBox box{{-6.0, -7.0, -8.0}, {9.0, 5.0, 7.0}};
-  SensorPreprocessor<QuadraticIntensity> preprocessor{QuadraticIntensity(resolution)};
+  SensorPreprocessor<QuadraticIntensity> preprocessor{
+      QuadraticIntensity(preprocessed_resolution)};
   preprocessor.setSensorPose(somePose());
   preprocessor.setCropBox(Eigen::Vector3f(-6.0f, -7.0f, -8.0f),
                           Eigen::Vector3f(9.0f, 5.0f, 7.0f));
@@ -193,7 +192,8 @@ TYPED_TEST(TypedClouds, AgreeWithThreeNaivePasses)
 TYPED_TEST(TypedClouds, NativeModelNeedsAnIntensity)
 {
   const Output measurements = randomMeasurements(2, 100);
-  SensorPreprocessor<NativeIntensity> preprocessor{NativeIntensity(resolution)};
+  SensorPreprocessor<NativeIntensity> preprocessor{
+      NativeIntensity(preprocessed_resolution)};
   Output output = usedOutput();
   const PreprocessingStatus status =
       preprocessor.process(typedCloud<TypeParam>(measurements), output);
@@ -213,7 +213,8 @@ TYPED_TEST(TypedClouds, NativeModelNeedsAnIntensity)
 
 TEST(SensorPreprocessor, KeepsEverythingFiniteWithoutACropBox)
 {
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   Output output;
   ASSERT_TRUE(
       preprocessor
@@ -242,7 +243,8 @@ TEST(SensorPreprocessor, BothEndsOfTheCropBoxBelongToIt)
       point[axis] = std::nextafter(point[axis], is_upper ? infinity : -infinity);
       just_outside.push_back(point);
     }
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   preprocessor.setCropBox(min, max);
   Output output;
   ASSERT_TRUE(preprocessor.process(cloudOf(on_edges), output).ok());
@@ -254,7 +256,8 @@ TEST(SensorPreprocessor, BothEndsOfTheCropBoxBelongToIt)
 
 TEST(SensorPreprocessor, ACropBoxMayBeASinglePoint)
 {
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   preprocessor.setCropBox(Eigen::Vector3f(1.0f, 2.0f, 3.0f),
                           Eigen::Vector3f(1.0f, 2.0f, 3.0f));
   Output output;
@@ -272,7 +275,7 @@ TEST(SensorPreprocessor, CropsInTheGlobalFrameAndTakesDepthInTheSensors)
   pose.linear().col(0) = Eigen::Vector3d(0.0, -1.0, 0.0);
   pose.linear().col(1) = Eigen::Vector3d(0.0, 0.0, -1.0);
   pose.linear().col(2) = Eigen::Vector3d(1.0, 0.0, 0.0);
-  const IntensityModel<KinectV2, LinearLaw> model(resolution);
+  const IntensityModel<KinectV2, LinearLaw> model(preprocessed_resolution);
   SensorPreprocessor<IntensityModel<KinectV2, LinearLaw>> preprocessor{model};
   preprocessor.setSensorPose(pose);
   preprocessor.setCropBox(Eigen::Vector3f(3.0f, -1.0f, 9.0f),
@@ -290,7 +293,8 @@ TEST(SensorPreprocessor, CropsInTheGlobalFrameAndTakesDepthInTheSensors)
 
 TEST(SensorPreprocessor, ClearingTheCropBoxKeepsAllPointsAgain)
 {
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   preprocessor.setCropBox(Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones());
   const auto cloud = cloudOf({{0.5f, 0.5f, 0.5f}, {9.0f, 9.0f, 9.0f}});
   Output output;
@@ -304,7 +308,8 @@ TEST(SensorPreprocessor, ClearingTheCropBoxKeepsAllPointsAgain)
 TEST(SensorPreprocessor, ScaleMultipliesTheModelsIntensity)
 {
   const Output measurements = randomMeasurements(3, 200);
-  SensorPreprocessor<QuadraticIntensity> preprocessor{QuadraticIntensity(resolution)};
+  SensorPreprocessor<QuadraticIntensity> preprocessor{
+      QuadraticIntensity(preprocessed_resolution)};
   Output plain;
   Output scaled;
   ASSERT_TRUE(
@@ -324,7 +329,8 @@ TEST(SensorPreprocessor, OutputCarriesHeaderAndSensorPose)
   cloud.header.frame_id = "cell";
   cloud.header.stamp = 1234567890123u;
   cloud.header.seq = 42;
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   preprocessor.setSensorPose(somePose());
   Output output;
   ASSERT_TRUE(preprocessor.process(cloud, output).ok());
@@ -341,7 +347,8 @@ TEST(SensorPreprocessor, OutputCarriesHeaderAndSensorPose)
 
 TEST(SensorPreprocessor, OneInstanceServesManyCloudsAndSurvivesBadOnes)
 {
-  SensorPreprocessor<QuadraticIntensity> preprocessor{QuadraticIntensity(resolution)};
+  SensorPreprocessor<QuadraticIntensity> preprocessor{
+      QuadraticIntensity(preprocessed_resolution)};
   Output output;
   for (unsigned int seed = 10; seed < 15; ++seed) {
     const Output measurements = randomMeasurements(seed, 100 * (seed - 9));
@@ -360,7 +367,8 @@ TEST(SensorPreprocessor, OneInstanceServesManyCloudsAndSurvivesBadOnes)
 
 TEST(SensorPreprocessor, AnEmptyCloudGivesAnEmptyCloud)
 {
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   Output output = usedOutput();
   ASSERT_TRUE(preprocessor.process(pcl::PointCloud<pcl::PointXYZ>(), output).ok());
   EXPECT_TRUE(output.empty());
@@ -379,7 +387,8 @@ TEST(SensorPreprocessor, PointsThatOverflowWhenMovedAreRemoved)
 {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.rotate(Eigen::AngleAxisd(std::acos(-1.0) / 4.0, Eigen::Vector3d::UnitZ()));
-  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(resolution)};
+  SensorPreprocessor<CountIntensity> preprocessor{
+      CountIntensity(preprocessed_resolution)};
   preprocessor.setSensorPose(pose);
   Output output;
   ASSERT_TRUE(

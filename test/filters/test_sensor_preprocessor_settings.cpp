@@ -4,6 +4,7 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "support/float_values.h"
 #include "support/naive_preprocessing.h"
 
 #include <pcl/conversions.h>
@@ -15,7 +16,6 @@
 
 #include <Eigen/Geometry>
 
-#include <limits>
 #include <string>
 
 namespace {
@@ -24,11 +24,10 @@ using pcl_ext::CountIntensity;
 using pcl_ext::PreprocessingCode;
 using pcl_ext::PreprocessingStatus;
 using pcl_ext::SensorPreprocessor;
+using pcl_ext::test::infinity;
+using pcl_ext::test::not_a_number;
 
 using Output = pcl::PointCloud<pcl::PointXYZI>;
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 pcl::PointCloud<pcl::PointXYZ>
 onePoint()

@@ -1,5 +1,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "support/float_values.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,9 +26,8 @@ using pcl_ext::pixelFootprint;
 using pcl_ext::QuadraticLaw;
 using pcl_ext::RuntimeSensor;
 using pcl_ext::UnspecifiedSensor;
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+using pcl_ext::test::infinity;
+using pcl_ext::test::not_a_number;
 
 // What a model promises at compile time, so that generic code can branch on it.
 static_assert(IntensityModel<KinectV2, CountLaw>::unit == IntensityUnit::Points, "");

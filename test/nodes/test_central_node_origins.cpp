@@ -19,7 +19,7 @@ using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::io::isConsistent;
 
-constexpr double resolution = 0.01;
+constexpr double small_resolution = 0.01;
 using Place = std::array<double, 3>;
 
 /** \brief UTM coordinates of a site, a corner of a voxel. */
@@ -31,7 +31,7 @@ moved(const Place& place, int voxels)
 {
   Place other = place;
   for (double& coordinate : other)
-    coordinate = std::round(coordinate / resolution + voxels) * resolution;
+    coordinate = std::round(coordinate / small_resolution + voxels) * small_resolution;
   return other;
 }
 
@@ -40,7 +40,7 @@ frameAt(const Place& origin, std::uint64_t seed)
 {
   std::mt19937_64 random(seed);
   VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 800, 9);
-  frame.grid.resolution = resolution;
+  frame.grid.resolution = small_resolution;
   frame.grid.anchor = origin;
   return frame;
 }
@@ -56,7 +56,7 @@ addVoxels(const VoxelFrame& frame, SiteVoxels& voxels)
     const auto position = pcl_ext::io::voxelPosition(frame.keys[i]);
     const auto place = [&](std::size_t axis, std::uint32_t index) {
       return std::llround((frame.grid.centre(axis, index) - site[axis]) * 10.0 /
-                          resolution);
+                          small_resolution);
     };
     voxels[{place(0, position.x), place(1, position.y), place(2, position.z)}] +=
         static_cast<double>(frame.intensity_scale.value(frame.intensities[i]));
@@ -69,7 +69,7 @@ protected:
   settings()
   {
     CentralNodeSettings settings = centralSettings();
-    settings.resolution = resolution;
+    settings.resolution = small_resolution;
     settings.max_merge_age = Time::max();
     return settings;
   }

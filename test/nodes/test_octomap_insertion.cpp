@@ -28,7 +28,7 @@ using pcl_ext::io::test::emptyFrame;
 using pcl_ext::io::test::randomFrame;
 using pcl_ext::nodes::insertVoxels;
 
-constexpr double resolution = 0.04; // of the frames
+constexpr double frame_resolution = 0.04; // of the frames
 
 /** \brief Log-odds of the node at a place; none if it is unknown. */
 std::optional<float>
@@ -89,9 +89,9 @@ rowFrom(std::uint32_t x, const std::vector<std::uint16_t>& intensities)
 point3d
 onRow(std::uint32_t x)
 {
-  return {static_cast<float>((x + 0.5) * resolution),
-          static_cast<float>(3.5 * resolution),
-          static_cast<float>(3.5 * resolution)};
+  return {static_cast<float>((x + 0.5) * frame_resolution),
+          static_cast<float>(3.5 * frame_resolution),
+          static_cast<float>(3.5 * frame_resolution)};
 }
 
 /** \brief Expects the log-odds of voxels of that row that follow each other. */
@@ -110,7 +110,7 @@ const std::optional<float> unknown;
 
 TEST(OctomapInsertion, LogOddsAreScaledByTheIntensity)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   insertVoxels(rowFrom(10, {1, 2, 3, 4, 8, 255}), 4.0f, std::nullopt, map);
   const float hit = map.getProbHitLog();
   expectRow(
@@ -141,7 +141,7 @@ TEST(OctomapInsertion, SumsUpInMapsOfAnyResolution)
 
 TEST(OctomapInsertion, LaterFramesAddToEarlierOnes)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   const VoxelFrame frame = rowFrom(5, {1, 4});
   insertVoxels(frame, 4.0f, std::nullopt, map);
   insertVoxels(frame, 4.0f, std::nullopt, map);
@@ -153,7 +153,7 @@ TEST(OctomapInsertion, LaterFramesAddToEarlierOnes)
 
 TEST(OctomapInsertion, RaysClearFreeSpace)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   const point3d sensor = onRow(2);
   insertVoxels(rowFrom(20, {9, 9}), 1.0f, sensor, map);
   const float hit = map.getProbHitLog();
@@ -171,7 +171,7 @@ TEST(OctomapInsertion, RaysClearFreeSpace)
 
 TEST(OctomapInsertion, WithoutASensorNothingIsCleared)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   insertVoxels(rowFrom(20, {9}), 1.0f, std::nullopt, map);
   insertVoxels(rowFrom(40, {9}), 1.0f, std::nullopt, map);
   EXPECT_EQ(logOddsAt(map, onRow(20)), map.getProbHitLog());
@@ -180,7 +180,7 @@ TEST(OctomapInsertion, WithoutASensorNothingIsCleared)
 
 TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   // The ray to the last voxel goes through all others.
   insertVoxels(rowFrom(20, {1, 2, 1, 200}), 100.0f, onRow(2), map);
   const float hit = map.getProbHitLog();
@@ -190,7 +190,7 @@ TEST(OctomapInsertion, NodesThatHoldAFaintVoxelAreNotCleared)
 
 TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   insertVoxels(rowFrom(20, {0, 9}), 1.0f, onRow(2), map);
   // A node of log-odds 0 would count as occupied.
   expectRow(map, 19, {map.getProbMissLog(), unknown, map.getProbHitLog()});
@@ -203,7 +203,7 @@ TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)
 TEST(OctomapInsertion, InnerNodesAreUpToDate)
 {
   std::mt19937_64 random(2);
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   for (int i = 0; i < 3; ++i)
     insertVoxels(randomFrame(random, 5, 500), 20.0f, point3d(0.0f, 0.0f, 0.0f), map);
   OcTree updated(map);
@@ -214,7 +214,7 @@ TEST(OctomapInsertion, InnerNodesAreUpToDate)
 
 TEST(OctomapInsertion, AFrameWithoutVoxelsChangesNothing)
 {
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   insertVoxels(emptyFrame(5), 1.0f, std::nullopt, map);
   insertVoxels(emptyFrame(5), 1.0f, point3d(1.0f, 2.0f, 3.0f), map);
   EXPECT_EQ(map.size(), 0u);
@@ -228,7 +228,7 @@ TEST(OctomapInsertion, VoxelsOutsideOfTheMapAreLeftOut)
 {
   VoxelFrame frame = rowFrom(5, {9});
   frame.grid.first_index = {40000, 0, 0}; // the map ends at 2^15
-  OcTree map(resolution);
+  OcTree map(frame_resolution);
   insertVoxels(frame, 1.0f, std::nullopt, map);
   EXPECT_EQ(map.size(), 0u);
 }

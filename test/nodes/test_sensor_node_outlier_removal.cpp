@@ -105,7 +105,8 @@ TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
 }
 
 void
-expectInvalid(const nodes::SensorNodeSettings& settings, const std::string& message)
+expectInvalidSettings(const nodes::SensorNodeSettings& settings,
+                      const std::string& message)
 {
   const nodes::SensorNode node(settings);
   expectCode(node.settingsStatus(), nodes::SensorNodeCode::InvalidSettings);
@@ -121,7 +122,7 @@ TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
   }
   settings.compression.resolution = 0.25;
-  expectInvalid(
+  expectInvalidSettings(
       settings,
       "outlier_removal is set and compression.resolution is 0.250000; it must be "
       "0.001000 to 0.200000 for that");
@@ -145,7 +146,7 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
     }
     for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
       settings.outlier_removal->unit = unit;
-      expectInvalid(settings, message);
+      expectInvalidSettings(settings, message);
     }
   }
 }
@@ -159,7 +160,7 @@ TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
     settings.outlier_removal.emplace();
     EXPECT_TRUE(nodes::SensorNode(settings).settingsStatus().ok());
     settings.outlier_removal->full_intensity = -1.0f;
-    expectInvalid(
+    expectInvalidSettings(
         settings,
         "outlier_removal: full_intensity is -1.000000; it must be a finite number "
         "above 0");

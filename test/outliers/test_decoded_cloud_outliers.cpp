@@ -24,7 +24,7 @@ namespace {
 
 using namespace pcl_ext;
 
-constexpr double resolution = 0.04;
+constexpr double decoded_resolution = 0.04;
 
 /** \brief A wavy wall 2 to 3 m off, and single points before it, other ones each time. */
 template <typename PointT>
@@ -130,17 +130,19 @@ TEST(DecodedCloudOutliers, AreThoseOfTheFrames)
   VoxelOutlierRemovalSettings settings;
   settings.unit = DensityUnit::Points;
   expectSameAsFrames<pcl::PointXYZ, CountIntensity>(
-      settingsAt(resolution), settings, false);
+      settingsAt(decoded_resolution), settings, false);
   expectSameAsFrames<pcl::PointXYZI, CountIntensity>(settingsAt(0.05), settings, false);
   settings.unit = DensityUnit::Automatic;
   settings.min_log_odds = 1.0f;
   using Quadratic = IntensityModel<KinectV2, QuadraticLaw>;
-  expectSameAsFrames<pcl::PointXYZI, Quadratic>(settingsAt(resolution), settings, true);
-  expectSameAsFrames<pcl::PointXYZ, Quadratic>(settingsAt(resolution), settings, true);
+  expectSameAsFrames<pcl::PointXYZI, Quadratic>(
+      settingsAt(decoded_resolution), settings, true);
+  expectSameAsFrames<pcl::PointXYZ, Quadratic>(
+      settingsAt(decoded_resolution), settings, true);
   settings.use_history = false;
   settings.unit = DensityUnit::Points;
   expectSameAsFrames<pcl::PointXYZI, NativeIntensity>(
-      settingsAt(resolution), settings, false);
+      settingsAt(decoded_resolution), settings, false);
 }
 
 VoxelOutlierRemovalSettings
@@ -162,7 +164,7 @@ struct DecodedCloud {
     EXPECT_TRUE(compression.decodePointCloud(stream, cloud).ok());
   }
 
-  Compression compression{settingsAt(resolution)};
+  Compression compression{settingsAt(decoded_resolution)};
   Compression::PointCloudPtr cloud;
 };
 

@@ -1,11 +1,11 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/float_values.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -17,8 +17,7 @@ using pcl_ext::io::isConsistent;
 using pcl_ext::io::VoxelFrame;
 using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::io::test::randomFrame;
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
+using pcl_ext::test::infinity;
 
 VoxelFrame
 withScale(VoxelFrame frame, const IntensityScale& scale)

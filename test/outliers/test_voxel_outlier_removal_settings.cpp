@@ -1,3 +1,4 @@
+#include "support/float_values.h"
 #include "support/outlier_frames.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +13,8 @@
 namespace {
 
 using namespace pcl_ext;
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+using pcl_ext::test::infinity;
+using pcl_ext::test::not_a_number;
 
 /** \brief Settings that are refused, and why. */
 std::vector<std::pair<VoxelOutlierRemovalSettings, std::string>>

@@ -22,10 +22,10 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-constexpr unsigned int i_frame_rate = 30;
+constexpr unsigned int usual_i_frame_rate = 30;
 constexpr std::size_t first_second = 20; // frames
-constexpr std::size_t warm_up = first_second + i_frame_rate;
-constexpr std::size_t frame_count = warm_up + 3 * i_frame_rate;
+constexpr std::size_t warm_up = first_second + usual_i_frame_rate;
+constexpr std::size_t frame_count = warm_up + 3 * usual_i_frame_rate;
 
 struct Case {
   Effort effort;
@@ -71,14 +71,14 @@ TEST(Allocations, EncodingAllocatesNothingAfterWarmUp)
 {
   for (const Case& stream : cases()) {
     const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
-    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    FrameEncoder encoder(StreamFormat::Version1, usual_i_frame_rate, stream.effort);
     std::vector<std::uint8_t> bytes;
     std::size_t allocations = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const std::optional<FrameStamp> stamp = stampOf(stream, i);
       const MemoryUse memory_use;
       ASSERT_TRUE(encoder.encode(frames[i], stamp, bytes).ok());
-      EXPECT_EQ(encoder.statistics().is_i_frame, i % i_frame_rate == 0);
+      EXPECT_EQ(encoder.statistics().is_i_frame, i % usual_i_frame_rate == 0);
       allocations += i < warm_up ? 0 : memory_use.allocations();
     }
     EXPECT_EQ(allocations, 0u)
@@ -91,7 +91,7 @@ TEST(Allocations, DecodingAllocatesNothingAfterWarmUp)
 {
   for (const Case& stream : cases()) {
     const std::vector<VoxelFrame> frames = room(stream.has_depth_model);
-    FrameEncoder encoder(StreamFormat::Version1, i_frame_rate, stream.effort);
+    FrameEncoder encoder(StreamFormat::Version1, usual_i_frame_rate, stream.effort);
     FrameDecoder decoder;
     VoxelFrame back;
     std::size_t allocations = 0;

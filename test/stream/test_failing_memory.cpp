@@ -20,17 +20,17 @@ using namespace pcl_ext::io::test;
 using pcl_ext::test::expectFailuresHandled;
 using pcl_ext::test::FailingAllocation;
 
-constexpr unsigned int i_frame_rate = 4;
-constexpr std::size_t frame_count = 9;
+constexpr unsigned int short_i_frame_rate = 4;
+constexpr std::size_t few_frames = 9;
 
-struct Case {
+struct Coder {
   StreamFormat format;
   Effort effort;
   bool has_depth_model;
 };
 
 std::string
-caseName(const Case& kind)
+coderName(const Coder& kind)
 {
   if (kind.format == StreamFormat::Published)
     return nameOf(kind.format);
@@ -39,11 +39,11 @@ caseName(const Case& kind)
 
 /** \brief Frames, one without voxels among them. */
 std::vector<VoxelFrame>
-framesOf(const Case& kind)
+framesOf(const Coder& kind)
 {
   RoomStream room(roomSettings(5, 8, kind.has_depth_model));
   std::vector<VoxelFrame> frames;
-  for (std::size_t i = 0; i < frame_count; ++i)
+  for (std::size_t i = 0; i < few_frames; ++i)
     frames.push_back(room.next());
   clearVoxels(frames[2]);
   return frames;
@@ -52,7 +52,7 @@ framesOf(const Case& kind)
 /** \brief What frames carry of a cloud's header; names change, and are too long for a
  * string's own memory. */
 std::optional<FrameStamp>
-stampOf(const Case& kind, std::size_t frame)
+stampOf(const Coder& kind, std::size_t frame)
 {
   if (kind.format == StreamFormat::Published)
     return std::nullopt;
@@ -61,29 +61,29 @@ stampOf(const Case& kind, std::size_t frame)
 }
 
 FrameEncoder
-encoderOf(const Case& kind)
+encoderOf(const Coder& kind)
 {
-  return {kind.format, i_frame_rate, kind.effort};
+  return {kind.format, short_i_frame_rate, kind.effort};
 }
 
-class FailingMemory : public testing::TestWithParam<Case> {};
+class FailingMemory : public testing::TestWithParam<Coder> {};
 
 INSTANTIATE_TEST_SUITE_P(
     Coders,
     FailingMemory,
-    testing::Values(Case{StreamFormat::Version1, Effort::Fast, false},
-                    Case{StreamFormat::Version1, Effort::Fast, true},
-                    Case{StreamFormat::Version1, Effort::Balanced, false},
-                    Case{StreamFormat::Version1, Effort::Balanced, true},
-                    Case{StreamFormat::Version1, Effort::Small, false},
-                    Case{StreamFormat::Version1, Effort::Small, true},
-                    Case{StreamFormat::Published, Effort::Fast, false}),
-    [](const auto& kind) { return caseName(kind.param); });
+    testing::Values(Coder{StreamFormat::Version1, Effort::Fast, false},
+                    Coder{StreamFormat::Version1, Effort::Fast, true},
+                    Coder{StreamFormat::Version1, Effort::Balanced, false},
+                    Coder{StreamFormat::Version1, Effort::Balanced, true},
+                    Coder{StreamFormat::Version1, Effort::Small, false},
+                    Coder{StreamFormat::Version1, Effort::Small, true},
+                    Coder{StreamFormat::Published, Effort::Fast, false}),
+    [](const auto& kind) { return coderName(kind.param); });
 
 /** \brief A receiver whose memory fails while it decodes one frame. */
 class Receiver {
 public:
-  Receiver(const Case& kind,
+  Receiver(const Coder& kind,
            const std::vector<VoxelFrame>& frames,
            const std::vector<Bytes>& bytes)
   : kind_(kind), frames_(frames), bytes_(bytes)
@@ -117,7 +117,7 @@ public:
     if (!is_known)
       is_known = next(decoder, frame);
     for (std::size_t i = frame + 1; i < bytes_.size(); ++i) {
-      const bool must_be_known = is_known || i % i_frame_rate == 0;
+      const bool must_be_known = is_known || i % short_i_frame_rate == 0;
       is_known = next(decoder, i);
       EXPECT_TRUE(is_known || !must_be_known) << i;
     }
@@ -149,7 +149,7 @@ private:
     EXPECT_EQ(decoder.stamp()->frame_id, stamp->frame_id);
   }
 
-  const Case kind_;
+  const Coder kind_;
   const std::vector<VoxelFrame>& frames_;
   const std::vector<Bytes>& bytes_;
 };
@@ -172,7 +172,7 @@ TEST_P(FailingMemory, DecodersNeverGiveAWrongFrame)
  * \return false if that frame has no n-th allocation
  */
 bool
-sendWithFailure(const Case& kind,
+sendWithFailure(const Coder& kind,
                 const std::vector<VoxelFrame>& frames,
                 std::size_t frame,
                 std::size_t n,

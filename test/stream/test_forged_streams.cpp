@@ -20,9 +20,9 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-constexpr std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t highest_number = std::numeric_limits<std::uint64_t>::max();
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /** \brief Expects a refusal, without an allocation beyond a bound. */
 void
@@ -54,8 +54,8 @@ TEST(ForgedStreams, InvalidHeaderFields)
   const float infinite_float = std::numeric_limits<float>::infinity();
   using Change = std::function<void(Version1Header&)>;
   std::vector<Change> changes;
-  for (const std::uint64_t number : {huge,
-                                     huge / 2 + 1,
+  for (const std::uint64_t number : {highest_number,
+                                     highest_number / 2 + 1,
                                      std::uint64_t{1} << 40,
                                      std::uint64_t{1} << 24,
                                      std::uint64_t{1000},
@@ -76,7 +76,7 @@ TEST(ForgedStreams, InvalidHeaderFields)
   }
   for (const unsigned int number : {0u, 1u, 3u, 5u, 21u, 22u, 64u, 255u})
     changes.push_back([=](Version1Header& h) { h.grid.depth = number; });
-  for (const double number : {0.0, -1.0, nan_value, infinity, -infinity, -0.0})
+  for (const double number : {0.0, -1.0, nan_value, infinite, -infinite, -0.0})
     changes.push_back([=](Version1Header& h) { h.grid.resolution = number; });
   for (const std::int32_t number :
        {INT32_MIN, INT32_MAX, -(1 << 20) - 1, (1 << 20) - 15, 1 << 20})
@@ -315,8 +315,8 @@ TEST(ForgedStreams, InvalidPublishedFields)
   for (const std::size_t at : {std::size_t{11}, nodes_at, intensities_at}) {
     std::uint64_t truth;
     std::memcpy(&truth, good.data() + at, 8);
-    for (const std::uint64_t number : {huge,
-                                       huge / 2 + 1,
+    for (const std::uint64_t number : {highest_number,
+                                       highest_number / 2 + 1,
                                        std::uint64_t{1} << 32,
                                        std::uint64_t{20001},
                                        std::uint64_t{20000},
@@ -329,8 +329,8 @@ TEST(ForgedStreams, InvalidPublishedFields)
   }
   for (std::size_t at = 19; at < 75; at += 8)
     for (const double number : {nan_value,
-                                infinity,
-                                -infinity,
+                                infinite,
+                                -infinite,
                                 1e300,
                                 -1e300,
                                 12345.0,

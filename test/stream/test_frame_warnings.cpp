@@ -4,11 +4,11 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "stream/frame_warnings.h"
+#include "support/float_values.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +16,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
+using pcl_ext::test::not_a_number;
 
 /** \brief Points with an intensity: x, y, z, i. */
 using Points = std::vector<std::array<float, 4>>;
@@ -62,8 +63,6 @@ settingsAt(double resolution)
   settings.resolution = resolution;
   return settings;
 }
-
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 TEST(FrameWarnings, NothingIsLostWithoutThem)
 {

@@ -24,6 +24,9 @@
 namespace pcl_ext {
 namespace test {
 
+/** \brief Voxel edge of most tests, metres. */
+inline constexpr double usual_resolution = 0.04;
+
 /** \brief Lattice index of a voxel: it covers [i d_v, (i + 1) d_v) on each axis. */
 using VoxelIndex = std::array<std::int64_t, 3>;
 

@@ -5,6 +5,7 @@
 
 #include <pcl_ext/compression/voxelizer.h>
 
+#include "support/float_values.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ namespace io {
 namespace test {
 
 inline constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-inline constexpr float infinity = std::numeric_limits<float>::infinity();
+using pcl_ext::test::infinity;
 inline constexpr float largest = std::numeric_limits<float>::max();
 
 struct Point {

@@ -1,0 +1,15 @@
+/** \file
+ * \brief Numbers that are no coordinates.
+ */
+#pragma once
+
+#include <limits>
+
+namespace pcl_ext {
+namespace test {
+
+inline constexpr float infinity = std::numeric_limits<float>::infinity();
+inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+} // namespace test
+} // namespace pcl_ext
