@@ -22,6 +22,9 @@ constexpr const char* man_paragraphs[] = {
     "of them, its end tells which: .pcxi, .mcap, or nothing for a folder. The name - "
     "is "
     "the standard input, and as an output the standard output, which gets .pcxi.",
+    "Each folder of clouds that is named is a stream; the folders in it are not "
+    "searched. Files named singly or by a glob are a stream for each folder that they "
+    "are in, or one stream if the output is .pcxi. A named pipe is read as a file.",
     "An output is written beside its name, and gets it when it is complete. SIGINT and "
     "SIGTERM complete it with what was done until then."};
 

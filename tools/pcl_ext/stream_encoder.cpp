@@ -54,11 +54,13 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     sums_.first_warning = source + ": " + status.message();
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   ++sums_.frames;
+  sums_.all_points += statistics.preprocessing.points;
   sums_.points +=
       statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
   sums_.encoded_points += statistics.frame.voxelization.points_used;
   sums_.voxels += statistics.frame.coding.voxels;
   sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
+  sums_.outliers += statistics.outliers_removed;
   sums_.bytes += bytes.size();
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
@@ -83,7 +85,8 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
 std::string
 StreamEncoder::whyNothingWasEncoded() const
 {
-  if (sums_.frames == 0 || sums_.encoded_points > 0)
+  // An empty cloud is a valid frame.
+  if (sums_.all_points == 0 || sums_.encoded_points > 0)
     return {};
   if (extent_.empty())
     return name_ + ": no cloud has a point that is finite";
