@@ -1,4 +1,6 @@
 #include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
 
 #include "tools/program.h"
 
@@ -206,6 +208,54 @@ TEST(ProgramInputs, AnEmptyCloudIsAFrame)
   expectRun(folder, "encode none -o x.mcap");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   expectRun(folder, "verify x.mcap");
+  // A topic whose messages have no fields either.
+  recording::McapWriter writer;
+  std::size_t channel = 0;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  ASSERT_TRUE(writer
+                  .addChannel(recording::pointCloudChannel("/empty"),
+                              recording::McapChunking::Shared,
+                              channel)
+                  .ok());
+  recording::McapMessage message;
+  recording::writePointCloud({}, false, message.bytes);
+  ASSERT_TRUE(writer.write(message).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  for (const std::string options :
+       {"", " -l none", " -l native", " -l count", " --intensity-field a"}) {
+    expectRun(folder, "encode bag.mcap -o small.mcap" + options);
+    EXPECT_EQ(decode(folder / "small.mcap")[0].frames.size(), 1u) << options;
+  }
+}
+
+TEST(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectRun(folder, "encode room -o room.mcap");
+  expectRun(folder, "decode room.mcap -o clouds.mcap");
+  recording::McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
+  recording::McapMessage cloud;
+  ASSERT_TRUE(reader.read(reader.index()[0], cloud).ok());
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  ASSERT_TRUE(writer
+                  .addChannel(reader.channels()[0],
+                              recording::McapChunking::Shared,
+                              cloud.channel)
+                  .ok());
+  recording::McapMessage empty = cloud;
+  recording::writePointCloud({}, false, empty.bytes);
+  ASSERT_TRUE(writer.write(empty).ok());
+  cloud.log_time += std::chrono::seconds(1);
+  ASSERT_TRUE(writer.write(cloud).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  expectRun(folder, "encode bag.mcap -o small.mcap");
+  recording::RecordingReader small;
+  ASSERT_TRUE(small.open(folder / "small.mcap").ok());
+  EXPECT_EQ(small.streams()[0].frames, 2u);
+  EXPECT_EQ(small.streams()[0].metadata.at("intensity_law"), "native");
 }
 
 TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)

@@ -86,6 +86,7 @@ private:
 
     StreamEncoder encoder;
     std::optional<std::size_t> output;
+    std::vector<InputCloud> waiting; // empty ones, until there is one with a law
     std::size_t failures = 0;
   };
 
@@ -119,10 +120,33 @@ private:
     console_.endProgress();
   }
 
+  /** \brief Encodes a cloud, when the law of its stream is known. */
   void
   encode(const InputCloud& cloud)
   {
     Stream& stream = *streams_[cloud.stream];
+    if (cloud.failure.empty() && stream.encoder.leavesLawOpen(cloud.cloud)) {
+      stream.waiting.push_back(cloud);
+      return;
+    }
+    if (cloud.failure.empty() && !stream.waiting.empty()) {
+      stream.encoder.chooseLaw(cloud.cloud);
+      encodeWaiting(stream);
+    }
+    encodeNow(stream, cloud);
+  }
+
+  void
+  encodeWaiting(Stream& stream)
+  {
+    for (const InputCloud& waiting : stream.waiting)
+      encodeNow(stream, waiting);
+    stream.waiting.clear();
+  }
+
+  void
+  encodeNow(Stream& stream, const InputCloud& cloud)
+  {
     std::string failure = cloud.failure;
     if (failure.empty())
       try {
@@ -179,6 +203,8 @@ private:
   int
   finish()
   {
+    for (const auto& stream : streams_)
+      encodeWaiting(*stream);
     failures_.finish();
     std::size_t failures = 0;
     EncodedSums sums;

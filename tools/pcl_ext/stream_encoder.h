@@ -37,6 +37,20 @@ public:
    */
   StreamEncoder(const EncodingOptions& options, std::string name);
 
+  /** \brief True if a cloud does not tell which law suits its stream, and none was chosen
+   * yet: it has neither points nor fields. */
+  bool
+  leavesLawOpen(const pcl::PCLPointCloud2& cloud) const
+  {
+    return !node_ && cloud.fields.empty() && cloud.data.empty();
+  }
+
+  /** \brief Chooses the law by a cloud, unless that was done.
+   * \throws UsageError if the settings are invalid
+   */
+  void
+  chooseLaw(const pcl::PCLPointCloud2& cloud);
+
   /** \brief Encodes a cloud.
    * \param[in] cloud the first one decides on the law, if it is automatic
    * \param[in] source of the cloud, for warnings
