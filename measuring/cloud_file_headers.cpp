@@ -50,6 +50,23 @@ isKnownWord(const std::string& word)
   return std::find(std::begin(known), std::end(known), word) != std::end(known);
 }
 
+/** \brief Reads a line of a header; a file of no lines is not read as one. */
+bool
+readLine(std::istream& file, std::string& line)
+{
+  constexpr std::size_t longest = std::size_t{1} << 16;
+  line.clear();
+  for (int next = file.get(); next != std::char_traits<char>::eof();
+       next = file.get()) {
+    if (next == '\n')
+      return true;
+    if (line.size() == longest)
+      return false;
+    line += static_cast<char>(next);
+  }
+  return !line.empty();
+}
+
 std::optional<PcdLines>
 readPcdLines(const std::string& path)
 {
@@ -57,7 +74,7 @@ readPcdLines(const std::string& path)
   PcdLines lines;
   std::string line;
   constexpr int most_header_lines = 100;
-  for (int i = 0; i < most_header_lines && std::getline(file, line); ++i) {
+  for (int i = 0; i < most_header_lines && readLine(file, line); ++i) {
     lines.bytes += line.size() + 1;
     if (!line.empty() && line.back() == '\r')
       line.pop_back();
@@ -150,6 +167,34 @@ compressedBytes(const std::string& path, std::uint64_t header_bytes)
   file.read(reinterpret_cast<char*>(sizes.data()), sizes.size());
   return sizes.size() + (std::uint64_t{sizes[0]} | std::uint64_t{sizes[1]} << 8 |
                          std::uint64_t{sizes[2]} << 16 | std::uint64_t{sizes[3]} << 24);
+}
+
+/** \brief Refuses a file in which another cloud follows the first one, as PCL's reader would
+ * leave it out.
+ * \param[in] header_bytes bytes before the points
+ * \param[in] lines of points in text; 0: there are bytes instead
+ * \param[in] bytes of points, if they are no text
+ */
+void
+checkNothingFollows(const std::string& path,
+                    std::uint64_t header_bytes,
+                    std::uint64_t lines,
+                    std::uint64_t bytes)
+{
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(header_bytes + bytes));
+  // PCL's writer fills compressed points up to the size of a page.
+  constexpr int largest_page = 1 << 16;
+  for (int i = 0; i < largest_page && file.peek() == 0; ++i)
+    file.get();
+  std::string line;
+  for (std::uint64_t i = 0; i < lines && readLine(file, line); ++i)
+    continue;
+  if (readLine(file, line) &&
+      (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0))
+    fail("another cloud follows the first one: put each into a file of its own, and "
+         "name "
+         "the files or their folder");
 }
 
 /** \brief Bytes of a number of a PLY file; 0: there is no such type. */
@@ -263,6 +308,8 @@ checkPcd(const std::string& path)
   if (bytes < least)
     fail("it was cut off: it has " + std::to_string(bytes) + " bytes of points, not " +
          std::to_string(least));
+  const bool is_text = storage == "ascii";
+  checkNothingFollows(path, lines->bytes, is_text ? points : 0, is_text ? 0 : least);
 }
 
 void
@@ -272,7 +319,7 @@ checkPly(const std::string& path)
   PlyHeader header;
   std::string line;
   constexpr int most_header_lines = 1000;
-  for (int i = 0; i < most_header_lines && !header.has_end && std::getline(file, line);
+  for (int i = 0; i < most_header_lines && !header.has_end && readLine(file, line);
        ++i) {
     header.bytes += line.size() + 1;
     const std::vector<std::string> words = wordsOf(line);

@@ -24,7 +24,8 @@ std::optional<PcdHeader>
 readPcdHeader(const std::string& path);
 
 /** \brief Checks what PCL 1.13's reader does not, and crashes on: that the header is whole,
- * and that the points that it promises are in the file.
+ * and that the points that it promises are in the file; and that no other cloud follows,
+ * which it would leave out.
  * \throws std::runtime_error with what is wrong
  */
 void

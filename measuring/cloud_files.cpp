@@ -55,6 +55,10 @@ readKitti(const std::string& path, pcl::PCLPointCloud2& cloud)
         "it has " + std::to_string(bytes) +
         " bytes, which is no multiple of 16: files of KITTI's lidar have float32 x, y, "
         "z, reflectance for each point");
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30;
+  if (bytes > most_bytes)
+    fail("it has " + std::to_string(bytes) +
+         " bytes, which is too many for a cloud of KITTI's lidar");
   pcl::PointCloud<pcl::PointXYZI> points;
   points.resize(bytes / point_bytes);
   std::ifstream file(path, std::ios::binary);

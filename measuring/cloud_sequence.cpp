@@ -28,10 +28,11 @@ describe(const PcdHeader& header)
 
 /** \brief Checks that the files of a stream can be those of one sensor, as far as their
  * headers tell.
+ * \return why they may not be; empty if nothing tells
  * \throws std::runtime_error with two files that cannot be
  */
-void
-checkSameSensor(const std::string& stream, const std::vector<std::string>& files)
+std::string
+checkSameSensor(const std::vector<std::string>& files)
 {
   std::string first_file;
   std::optional<PcdHeader> first;
@@ -57,18 +58,25 @@ checkSameSensor(const std::string& stream, const std::vector<std::string>& files
                                "own and name the folders");
     has_moved |= header->viewpoint != first->viewpoint;
   }
-  if (has_moved)
-    std::cerr
-        << stream
-        << ": the files have different viewpoints; if they are of several sensors, "
-           "put those of each into a folder of their own and name the folders\n";
+  return has_moved ? "the files have different viewpoints; if they are of several "
+                     "sensors, put those of each into a folder of their own and name "
+                     "the folders"
+                   : "";
 }
 
 class FileSequence : public CloudSequence {
 public:
   FileSequence(std::string name, std::vector<std::string> files)
-  : CloudSequence(std::move(name)), files_(std::move(files))
+  : CloudSequence(std::move(name))
+  , files_(std::move(files))
+  , remark_(checkSameSensor(files_))
   {}
+
+  std::string
+  remark() const override
+  {
+    return remark_.empty() ? remark_ : name() + ": " + remark_;
+  }
 
   std::size_t
   size() const override
@@ -95,6 +103,7 @@ public:
 
 private:
   std::vector<std::string> files_;
+  std::string remark_;
 };
 
 class CellSequence : public CloudSequence {
@@ -232,8 +241,41 @@ makeSequence(const std::string& name,
 {
   if (max_frames != 0 && files.size() > max_frames)
     files.resize(max_frames);
-  checkSameSensor(name, files);
   return std::make_unique<FileSequence>(name, std::move(files));
+}
+
+/** \brief The last part of a folder's path. */
+std::string
+folderName(const fs::path& folder)
+{
+  const fs::path name =
+      (folder.has_filename() ? folder : folder.parent_path()).filename();
+  return (name == "." || name == ".." ? fs::canonical(folder).filename() : name)
+      .string();
+}
+
+/** \brief Files named singly that are one sequence. */
+struct FileGroup {
+  fs::path folder;
+  std::string first_name; ///< of the first file, without its extension
+  std::vector<std::string> files;
+};
+
+void
+addFile(const SequenceInput& input,
+        FileGrouping grouping,
+        std::vector<FileGroup>& groups)
+{
+  const fs::path name(input.name);
+  const auto group =
+      std::find_if(groups.begin(), groups.end(), [&](const FileGroup& other) {
+        return grouping == FileGrouping::OneSequence ||
+               other.folder == name.parent_path();
+      });
+  if (group != groups.end())
+    group->files.push_back(input.path);
+  else
+    groups.push_back({name.parent_path(), name.stem().string(), {input.path}});
 }
 
 /** \brief Numbers the sequences of the same name, as names become folders. */
@@ -251,29 +293,65 @@ makeNamesDistinct(std::vector<std::unique_ptr<CloudSequence>>& sequences)
 } // namespace
 
 std::vector<std::unique_ptr<CloudSequence>>
-openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
+openSequences(const std::vector<SequenceInput>& inputs,
+              std::size_t max_frames,
+              FileGrouping grouping)
 {
   std::vector<std::unique_ptr<CloudSequence>> sequences;
-  std::vector<std::string> single_files;
-  for (const std::string& input : inputs) {
-    // Without a trailing slash the last part of a folder's path is its name.
-    const fs::path path = fs::path(input).has_filename()
-                              ? fs::path(input)
-                              : fs::path(input).parent_path();
-    if (!fs::exists(path))
-      throw std::runtime_error("there is no '" + input + "'");
-    if (fs::is_directory(path))
+  std::vector<FileGroup> groups;
+  for (const SequenceInput& input : inputs) {
+    if (!fs::exists(input.path))
+      throw std::runtime_error("there is no '" + input.name + "'");
+    if (fs::is_directory(input.path))
       sequences.push_back(
-          makeSequence(path.filename().string(), cloudFilesOf(path), max_frames));
+          makeSequence(folderName(input.name), cloudFilesOf(input.path), max_frames));
     else
-      single_files.push_back(input);
+      addFile(input, grouping, groups);
   }
-  if (!single_files.empty()) {
-    const std::string name = fs::path(single_files.front()).stem().string();
-    sequences.push_back(makeSequence(name, std::move(single_files), max_frames));
+  for (FileGroup& group : groups) {
+    const std::string name = groups.size() > 1 ? folderName(group.folder) : "";
+    sequences.push_back(makeSequence(
+        name.empty() ? group.first_name : name, std::move(group.files), max_frames));
   }
   makeNamesDistinct(sequences);
   return sequences;
+}
+
+std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<std::string>& inputs, std::size_t max_frames)
+{
+  std::vector<SequenceInput> named;
+  named.reserve(inputs.size());
+  for (const std::string& input : inputs)
+    named.push_back({input, input});
+  auto sequences = openSequences(named, max_frames, FileGrouping::OneSequence);
+  for (const auto& sequence : sequences)
+    if (const std::string remark = sequence->remark(); !remark.empty())
+      std::cerr << remark << '\n';
+  return sequences;
+}
+
+std::string
+describeIgnored(const std::string& folder)
+{
+  std::vector<std::string> files;
+  std::vector<std::string> folders;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() != '.' && !isCloudFile(entry))
+      (entry.is_directory() ? folders : files).push_back(name);
+  }
+  const auto describeNames = [](std::vector<std::string> names, const char* what) {
+    if (names.empty())
+      return std::string();
+    std::sort(names.begin(), names.end(), comesBefore);
+    return std::to_string(names.size()) + " " + what + (names.size() > 1 ? "s" : "") +
+           " (" + names.front() + (names.size() > 1 ? ", ...)" : ")");
+  };
+  const std::string of_folders = describeNames(folders, "folder");
+  const std::string of_files = describeNames(files, "other file");
+  return of_folders + (of_folders.empty() || of_files.empty() ? "" : " and ") +
+         of_files;
 }
 
 std::unique_ptr<CloudSequence>

@@ -35,6 +35,13 @@ public:
     name_ = name;
   }
 
+  /** \brief What may be wrong with the clouds, a line for the user; empty if nothing. */
+  virtual std::string
+  remark() const
+  {
+    return {};
+  }
+
   virtual std::size_t
   size() const = 0;
 
@@ -59,15 +66,38 @@ private:
   std::string name_;
 };
 
-/** \brief Sequences of the files and folders that a user names: one for each folder, one
- * for all files named singly; see readCloud() for the kinds of files.
- * \param[in] inputs paths
+/** \brief A file or folder that a user names. */
+struct SequenceInput {
+  std::string path; ///< where it is read
+  std::string name; ///< the path that the user gave, which names the sequence
+};
+
+/** \brief What files that are named singly become. */
+enum class FileGrouping {
+  OneSequence, ///< one for all of them
+  ByFolder     ///< one for those of each folder
+};
+
+/** \brief Sequences of the files and folders that a user names: one for each folder, and
+ * those of the files named singly; see readCloud() for the kinds of files.
+ * \param[in] inputs files and folders
  * \param[in] max_frames of each sequence; 0: all
  * \throws std::runtime_error if a path does not exist, a folder has no file of a cloud, or
  * the files of a sequence are of several sensors, as far as their headers tell
  */
 std::vector<std::unique_ptr<CloudSequence>>
+openSequences(const std::vector<SequenceInput>& inputs,
+              std::size_t max_frames,
+              FileGrouping grouping);
+
+/** \brief The same, with one sequence for all files named singly; remarks are printed. */
+std::vector<std::unique_ptr<CloudSequence>>
 openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
+
+/** \brief What openSequences() leaves out of a folder: other files, and folders. Hidden ones
+ * are not meant. Empty if there is nothing. */
+std::string
+describeIgnored(const std::string& folder);
 
 /** \brief The stream of one sensor of the simulated robot cell.
  * \param[in] sensor 1..6

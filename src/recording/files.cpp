@@ -1,15 +1,15 @@
 #include "recording/files.h"
 
+#include "recording/temporary_copy.h"
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <limits>
@@ -25,48 +25,6 @@ RecordingStatus
 systemFailure(RecordingCode code, const std::string& path, const std::string& action)
 {
   return {code, "cannot " + action + " '" + path + "': " + std::strerror(errno)};
-}
-
-bool
-writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count)
-{
-  while (count > 0) {
-    const ssize_t written = ::write(descriptor, bytes, count);
-    if (written < 0 && errno == EINTR)
-      continue;
-    if (written <= 0)
-      return false;
-    bytes += written;
-    count -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
-
-/** \brief Copies an input into a temporary file without a name.
- * \return its descriptor, or -1
- */
-int
-copyToTemporaryFile(int input)
-{
-  const char* folder = std::getenv("TMPDIR");
-  std::string name =
-      std::string(folder != nullptr ? folder : "/tmp") + "/pcl_extXXXXXX";
-  const int copy = ::mkostemp(name.data(), O_CLOEXEC);
-  if (copy < 0)
-    return -1;
-  ::unlink(name.c_str());
-  std::array<std::uint8_t, std::size_t{1} << 16> buffer;
-  for (;;) {
-    const ssize_t count = ::read(input, buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR)
-      continue;
-    if (count == 0)
-      return copy;
-    if (count < 0 || !writeAll(copy, buffer.data(), static_cast<std::size_t>(count))) {
-      ::close(copy);
-      return -1;
-    }
-  }
 }
 
 /** \brief Creates or empties a file that nobody else is writing.
@@ -103,6 +61,21 @@ openOutput(const std::string& path)
 
 } // namespace
 
+bool
+writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count)
+{
+  while (count > 0) {
+    const ssize_t written = ::write(descriptor, bytes, count);
+    if (written < 0 && errno == EINTR)
+      continue;
+    if (written <= 0)
+      return false;
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
 InputFile::~InputFile()
 {
   if (descriptor_ >= 0)
@@ -138,9 +111,10 @@ InputFile::open(const std::string& path)
   }
   has_name_ = S_ISREG(properties.st_mode) && path != standard_stream;
   if (!S_ISREG(properties.st_mode)) {
-    const int copy = copyToTemporaryFile(descriptor_);
-    if (copy < 0)
-      return systemFailure(RecordingCode::InputFailed, path_, "read");
+    int copy = -1;
+    if (RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, copy);
+        !status.ok())
+      return status;
     ::close(descriptor_);
     descriptor_ = copy;
     if (::fstat(descriptor_, &properties) != 0)

@@ -15,6 +15,12 @@ constexpr char unfinished_suffix[] = ".unfinished";
 /** \brief The path that stands for the standard input or output. */
 constexpr char standard_stream[] = "-";
 
+/** \brief Writes bytes to a descriptor.
+ * \return false if it takes no more of them; errno says why
+ */
+bool
+writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count);
+
 /** \brief A file that is read at any place. */
 class InputFile {
 public:
@@ -25,7 +31,7 @@ public:
   operator=(InputFile&& other) noexcept;
 
   /** \brief Opens a file. An input that cannot seek, such as a pipe, is copied into a
-   * temporary file first.
+   * temporary file first, see copyToTemporaryFile().
    * \param[in] path a file, or - for the standard input
    */
   RecordingStatus

@@ -37,13 +37,20 @@ mayBeginWithMagic(const std::uint8_t* bytes, std::size_t count)
 std::size_t
 findMagic(const std::uint8_t* bytes, std::size_t count)
 {
-  for (std::size_t i = 0; i < count; ++i)
-    for (const char* magic : magics)
-      if (bytes[i] == static_cast<std::uint8_t>(magic[0]) &&
-          count - i >= std::strlen(magic) &&
-          std::memcmp(bytes + i, magic, std::strlen(magic)) == 0)
-        return i;
-  return count;
+  std::size_t first = count;
+  for (const char* magic : magics) {
+    const std::size_t size = std::strlen(magic);
+    // Bytes that begin nothing, as zeros, are passed over quickly.
+    for (std::size_t i = 0; i < first && count - i >= size; ++i) {
+      const void* const found = std::memchr(bytes + i, magic[0], first - i);
+      if (found == nullptr)
+        break;
+      i = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - bytes);
+      if (count - i >= size && std::memcmp(bytes + i, magic, size) == 0)
+        first = i;
+    }
+  }
+  return first;
 }
 
 } // namespace
@@ -125,7 +132,11 @@ std::uint64_t
 FrameFile::findFrame(std::uint64_t offset)
 {
   constexpr std::uint64_t block_size = std::uint64_t{1} << 16;
-  while (offset < file_.size()) {
+  // A file without a frame at its beginning, as one of zeros, is not searched as a whole.
+  const std::uint64_t search_end =
+      frames_.empty() ? std::min<std::uint64_t>(file_.size(), max_recorded_frame_bytes)
+                      : file_.size();
+  while (offset < search_end) {
     const bool is_in_block =
         offset >= block_offset_ && offset < block_offset_ + block_.size();
     if (!is_in_block) {

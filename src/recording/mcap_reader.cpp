@@ -204,6 +204,8 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
     is_unfinished_ = true;
     first_failure = first_failure.ok() ? status : first_failure;
   }
+  if (isRosbag2Folder(path))
+    addQosOfMetadata(path, channels_);
   sortIndex();
   return files_.empty() ? first_failure : RecordingStatus();
 }

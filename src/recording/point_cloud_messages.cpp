@@ -1,6 +1,7 @@
 #include <pcl_ext/recording/point_cloud_messages.h>
 
 #include "recording/cdr.h"
+#include "recording/format_name.h"
 
 #include <limits>
 #include <string>
@@ -191,7 +192,7 @@ writePointCloud(const PointCloudMessage& message,
   writer.sequence(message.bytes);
   writer.u8(message.is_dense ? 1 : 0);
   if (is_compressed)
-    writer.string(message.format);
+    writer.string(message.format.empty() ? format_name : message.format);
 }
 
 } // namespace recording

@@ -5,7 +5,6 @@
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "recording/files.h"
-#include "recording/format_name.h"
 #include "recording/frame_source.h"
 #include "recording/guarded.h"
 
@@ -183,7 +182,6 @@ RecordingWriter::Implementation::appendMessage(WrittenStream& stream,
   message.width = static_cast<std::uint32_t>(frame.points);
   message.row_step = message.point_step * message.width;
   message.bytes.assign(bytes, bytes + size);
-  message.format = format_name;
   mcap_message_.channel = stream.channel;
   mcap_message_.sequence = stream.frames;
   mcap_message_.log_time = mcap_message_.publish_time = time;

@@ -1,9 +1,13 @@
 #include "recording/rosbag2_folder.h"
 
 #include "recording/files.h"
+#include "recording/rosbag2_metadata.h"
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -52,6 +56,43 @@ valueOf(const McapChannel& channel, const std::string& key)
 {
   const auto found = channel.metadata.find(key);
   return found == channel.metadata.end() ? std::string() : found->second;
+}
+
+/** \brief A text with blanks before each of its lines. */
+std::string
+indented(const std::string& text, std::size_t blanks)
+{
+  std::istringstream lines(text);
+  std::string result;
+  for (std::string line; std::getline(lines, line);)
+    result += '\n' + std::string(blanks, ' ') + line;
+  return result;
+}
+
+/** \brief The QoS of a topic for metadata.yaml, behind its key. Version 9 has a list, where
+ * others have its text. */
+std::string
+qosOf(const McapChannel& channel, bool is_version_9)
+{
+  const std::string qos = valueOf(channel, qos_metadata);
+  const bool is_known = !qos.empty() && hasNamedPolicies(qos) == is_version_9;
+  constexpr std::size_t blanks = 10;
+  if (is_version_9)
+    return is_known ? indented(qos, blanks) : std::string(" []");
+  return " " + quoted(is_known ? qos : std::string());
+}
+
+void
+writeTopic(const Rosbag2Topic& topic, bool is_version_9, std::ostream& text)
+{
+  text << "\n    - topic_metadata:\n        name: " << quoted(topic.channel->topic)
+       << "\n        type: " << quoted(topic.channel->schema.name)
+       << "\n        serialization_format: " << quoted(topic.channel->message_encoding)
+       << "\n        offered_qos_profiles:" << qosOf(*topic.channel, is_version_9);
+  if (is_version_9)
+    text << "\n        type_description_hash: "
+         << quoted(valueOf(*topic.channel, "topic_type_hash"));
+  text << "\n      message_count: " << topic.messages;
 }
 
 } // namespace
@@ -107,6 +148,23 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
   return {};
 }
 
+void
+addQosOfMetadata(const std::string& folder, std::vector<McapChannel>& channels)
+{
+  std::ifstream file(fs::path(folder) / metadata_name, std::ios::binary);
+  constexpr std::size_t most_bytes = std::size_t{1} << 24;
+  std::string text;
+  for (std::istreambuf_iterator<char> next(file), end;
+       next != end && text.size() < most_bytes;
+       ++next)
+    text += *next;
+  const std::map<std::string, std::string> profiles = readOfferedQos(text);
+  for (McapChannel& channel : channels)
+    if (const auto found = profiles.find(channel.topic);
+        found != profiles.end() && valueOf(channel, qos_metadata).empty())
+      channel.metadata[qos_metadata] = found->second;
+}
+
 RecordingStatus
 writeRosbag2Metadata(const std::string& folder,
                      const std::string& file,
@@ -117,22 +175,22 @@ writeRosbag2Metadata(const std::string& folder,
   std::uint64_t messages = 0;
   for (const Rosbag2Topic& topic : topics)
     messages += topic.messages;
+  const bool is_version_9 =
+      std::any_of(topics.begin(), topics.end(), [](const Rosbag2Topic& topic) {
+        return hasNamedPolicies(valueOf(*topic.channel, qos_metadata));
+      });
   std::ostringstream text;
   text << "rosbag2_bagfile_information:\n"
-          "  version: 5\n"
+          "  version: "
+       << (is_version_9 ? 9 : 5)
+       << "\n"
           "  storage_identifier: mcap\n"
           "  duration:\n    nanoseconds: "
        << (last_time - first_time).count()
        << "\n  starting_time:\n    nanoseconds_since_epoch: " << first_time.count()
        << "\n  message_count: " << messages << "\n  topics_with_message_count:";
   for (const Rosbag2Topic& topic : topics)
-    text << "\n    - topic_metadata:\n        name: " << quoted(topic.channel->topic)
-         << "\n        type: " << quoted(topic.channel->schema.name)
-         << "\n        serialization_format: "
-         << quoted(topic.channel->message_encoding)
-         << "\n        offered_qos_profiles: "
-         << quoted(valueOf(*topic.channel, "offered_qos_profiles"))
-         << "\n      message_count: " << topic.messages;
+    writeTopic(topic, is_version_9, text);
   text << (topics.empty() ? " []" : "")
        << "\n  compression_format: \"\"\n  compression_mode: \"\"\n"
           "  relative_file_paths:\n    - "
@@ -140,7 +198,8 @@ writeRosbag2Metadata(const std::string& folder,
        << "\n      starting_time:\n        nanoseconds_since_epoch: "
        << first_time.count()
        << "\n      duration:\n        nanoseconds: " << (last_time - first_time).count()
-       << "\n      message_count: " << messages << '\n';
+       << "\n      message_count: " << messages << '\n'
+       << (is_version_9 ? "  custom_data: {}\n  ros_distro: \"\"\n" : "");
   const std::string bytes = text.str();
   OutputFile output;
   RecordingStatus status = output.open((fs::path(folder) / metadata_name).string());

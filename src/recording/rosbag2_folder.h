@@ -22,13 +22,24 @@ isRosbag2Folder(const std::string& path);
 RecordingStatus
 filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files);
 
+/** \brief Name under which channels and metadata.yaml have the QoS of publishers. */
+constexpr char qos_metadata[] = "offered_qos_profiles";
+
+/** \brief Gives channels the QoS that stands only in the folder's metadata.yaml.
+ * \param[in] folder the folder
+ * \param[in,out] channels of all of its files
+ */
+void
+addQosOfMetadata(const std::string& folder, std::vector<McapChannel>& channels);
+
 /** \brief What the metadata of a bag says of a topic. */
 struct Rosbag2Topic {
   const McapChannel* channel = nullptr;
   std::uint64_t messages = 0;
 };
 
-/** \brief Writes metadata.yaml of a bag of one file, as rosbag2 does (version 5 of it).
+/** \brief Writes metadata.yaml of a bag of one file, as rosbag2 does: version 5 of it, or
+ * version 9 if QoS has the names of policies that version 5 has not.
  * \param[in] folder the folder
  * \param[in] file name of the MCAP file in it
  * \param[in] topics channels with their numbers of messages

@@ -7,6 +7,8 @@ pcl_ext_add_test(
     tools/test_program_bags.cpp
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
+    tools/test_program_inputs.cpp
+    tools/test_program_options.cpp
     tools/test_program_recordings.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program

@@ -253,11 +253,12 @@ TEST(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
   Bytes cut = bytesOf(folder / "room/001.pcd");
   cut.resize(cut.size() / 2);
   writeBytes(folder / "room/001.pcd", cut);
-  expectFailure(folder,
-                "encode room -o x.mcap",
-                1,
-                "pcl_ext encode: room, frame 1: cannot read 'room/001.pcd': it was cut "
-                "off: it has ");
+  expectFailure(
+      folder,
+      "encode room -o x.mcap",
+      1,
+      "pcl_ext encode: /room, frame 1: cannot read 'room/001.pcd': it was cut "
+      "off: it has ");
   const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
   ASSERT_EQ(streams.size(), 1u);
   EXPECT_EQ(streams[0].frames.size(), 3u);
@@ -346,7 +347,7 @@ TEST(ProgramEncode, WrongCommandLinesAreRefused)
   expectRefusal("room -o x.pcxi --brightness 1", "--brightness");
   expectRefusal("room -o x.pcxi -r 0", "--resolution: Value 0 not in range");
   expectRefusal("room -o x.pcxi -e great", "great not in {fast,balanced,small}");
-  expectRefusal("room -o x.pcxi -l quadratic", "sensor is not set");
+  expectRefusal("room -o x.pcxi -l quadratic", "--sensor is not set");
   expectRefusal("room -o x.pcxi --sensor d435", "unknown sensor 'd435'");
   expectRefusal("room -o x.pcxi --sensor 87,58,848", "--sensor needs 4 numbers");
   expectRefusal("room -o x.pcxi --sensor 87,58,848,0", "columns and rows are whole");
@@ -357,11 +358,11 @@ TEST(ProgramEncode, WrongCommandLinesAreRefused)
   expectRefusal("room -o x.pcxi --pose 0,0,0", "--pose has 3 numbers");
   expectRefusal("room -o x.pcxi --pose 0,0,0,1,1,0,0", "has the length 1.4");
   expectRefusal("room -o x.pcxi --pose 2,0,0,0,0,2,0,0,0,0,2,0", "not a rotation");
-  expectRefusal("room -o x.pcxi --frames 1:", "the longest stream has 1 clouds");
+  expectRefusal("room -o x.pcxi --frames 1:", "the longest stream has 1 cloud");
   expectRefusal("room -o x.pcxi --frames 2:1", "is no frame");
   expectRefusal("room -o x.pcxi --topics /a", "--topics is for bags");
   expectRefusal("room -o x.pcxi --format published --intensity-curve companded",
-                "intensity_curve is companded");
+                "--intensity-curve is companded");
   EXPECT_FALSE(std::filesystem::exists(folder / "x.pcxi"));
   expectFailure(folder, "frobnicate", 2, "frobnicate");
   expectFailure(folder, "encode nowhere -o x.pcxi", 1, "there is no 'nowhere'");

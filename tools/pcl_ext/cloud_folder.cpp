@@ -1,6 +1,7 @@
 #include "cloud_folder.h"
 
 #include "exit_status.h"
+#include "output_path.h"
 #include "point_cloud_conversions.h"
 
 #include <pcl/io/pcd_io.h>
@@ -18,8 +19,6 @@ namespace tools {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr const char* unfinished_suffix = ".unfinished";
 
 bool
 isCloudOfFrame(const fs::path& file)

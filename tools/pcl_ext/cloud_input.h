@@ -3,6 +3,7 @@
 #include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/mcap_reader.h>
 
+#include "measuring/cloud_sequence.h"
 #include "text_values.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -85,12 +86,22 @@ public:
   {
     return {};
   }
+
+  /** \brief What of the input was left out, or may be another than the user thinks, a line
+   * each. */
+  virtual std::vector<std::string>
+  remarks() const
+  {
+    return {};
+  }
 };
 
 /** \brief What of the input is wanted. */
 struct InputOptions {
   std::vector<std::string> inputs; ///< as the user gave them; - is the standard input
   double rate = 10.0;              ///< clouds a second, where files have no times
+  bool has_rate = false;           ///< the user gave one
+  bool may_have_streams = true;    ///< the output takes more than one
   FrameRange frames;               ///< of each stream
   std::vector<std::string> topics; ///< of a bag; empty: all clouds
 };
@@ -103,7 +114,8 @@ openInput(const InputOptions& options);
 
 /** \brief Opens files and folders. */
 std::unique_ptr<CloudInput>
-openFiles(const std::vector<std::string>& paths, const InputOptions& options);
+openFiles(const std::vector<measuring::SequenceInput>& paths,
+          const InputOptions& options);
 
 /** \brief Opens an MCAP file or a rosbag2 folder. */
 std::unique_ptr<CloudInput>

@@ -1,8 +1,10 @@
 #include "console.h"
 
 #include "measuring/markdown_table.h"
+#include "option_names.h"
 #include "standard_input.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,6 +41,16 @@ minutesAndSeconds(double seconds)
   return text;
 }
 
+/** \brief Columns of the terminal of standard error. */
+std::size_t
+terminalWidth()
+{
+  constexpr std::size_t usual = 80;
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col
+                                                                           : usual;
+}
+
 std::string
 bar(std::size_t done, std::size_t total)
 {
@@ -70,7 +82,7 @@ Console::error(const std::string& message)
 {
   endProgress();
   std::cout.flush();
-  std::cerr << name_ << ": " << shown(message) << std::endl;
+  std::cerr << name_ << ": " << withOptionNames(shown(message)) << std::endl;
 }
 
 void
@@ -127,9 +139,13 @@ Console::show(Clock::time_point now)
     std::cerr << name_ << ": " << text << std::endl;
     return;
   }
+  // A line that the terminal breaks could not be overwritten.
+  const std::size_t width = terminalWidth() - 1;
+  const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
+  if (bar_before.size() + text.size() <= width)
+    text = bar_before + text;
   // Back to the first column, and clear to the end of the line.
-  std::cerr << '\r' << (total_ > 0 ? bar(done_, total_) : "") << text << "\x1b[K"
-            << std::flush;
+  std::cerr << '\r' << text.substr(0, width) << "\x1b[K" << std::flush;
   is_bar_shown_ = true;
 }
 

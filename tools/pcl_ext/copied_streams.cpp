@@ -2,7 +2,6 @@
 
 #include "exit_status.h"
 #include "interruption.h"
-#include "measuring/markdown_table.h"
 #include "output_path.h"
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 namespace pcl_ext {
 namespace tools {
 
-using measuring::formatted;
 using recording::McapChannel;
 using recording::RecordedStream;
 
@@ -40,6 +38,7 @@ CopiedStreams::CopiedStreams(const std::string& path,
                              Console& console)
 : path_(path)
 , console_(console)
+, failures_([&console](const std::string& line) { console.error(line); })
 , output_(path, is_bag, bag != nullptr ? bag->profile() : "ros2")
 {}
 
@@ -128,10 +127,11 @@ CopiedStreams::lose(const Input& input,
                     const std::string& reason)
 {
   ++lost_;
-  console_.error(input.recording->shownPath() + ", " +
-                 input.recording->reader().streams()[item.stream].name + ", frame " +
-                 std::to_string(item.number) + " at byte " +
-                 std::to_string(frame_.offset) + ": " + reason);
+  failures_.add(input.recording->shownPath() + ", " +
+                    input.recording->nameOf(item.stream),
+                item.number,
+                " at byte " + std::to_string(frame_.offset),
+                reason);
 }
 
 void
@@ -169,6 +169,7 @@ CopiedStreams::copyFrame(std::size_t number, const RecordingInput::Item& item)
 int
 CopiedStreams::finish()
 {
+  failures_.finish();
   console_.endProgress();
   bool is_damaged = false;
   for (const Input& input : inputs_) {
@@ -183,15 +184,12 @@ CopiedStreams::finish()
     throw std::runtime_error("no frame could be copied; '" + path_ +
                              "' was not written");
   output_.finish();
-  std::string line = path_ + ": " + formatted(static_cast<double>(frames_), 0) +
-                     (frames_ == 1 ? " frame of " : " frames of ") +
-                     std::to_string(streams_.size()) +
-                     (streams_.size() == 1 ? " stream" : " streams");
+  std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
+                     counted(streams_.size(), "stream");
   if (other_messages_ > 0)
-    line +=
-        ", " + formatted(static_cast<double>(other_messages_), 0) + " other messages";
+    line += ", " + counted(other_messages_, "other message");
   if (lost_ > 0)
-    line += ", " + formatted(static_cast<double>(lost_), 0) + " frames lost";
+    line += ", " + counted(lost_, "frame") + " lost";
   if (isInterrupted())
     line += "; interrupted, and complete up to there";
   console_.summary(line);

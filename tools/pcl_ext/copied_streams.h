@@ -1,6 +1,7 @@
 #pragma once
 
 #include "console.h"
+#include "frame_failures.h"
 #include "frame_output.h"
 #include "recording_input.h"
 
@@ -78,6 +79,7 @@ private:
 
   std::string path_;
   Console& console_;
+  FrameFailures failures_;
   FrameOutput output_;
   std::vector<Input> inputs_;
   std::vector<Stream> streams_;

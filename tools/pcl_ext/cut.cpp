@@ -4,7 +4,6 @@
 #include "exit_status.h"
 #include "frame_output.h"
 #include "interruption.h"
-#include "measuring/markdown_table.h"
 #include "options.h"
 #include "output_path.h"
 #include "recording_input.h"
@@ -15,8 +14,6 @@ namespace pcl_ext {
 namespace tools {
 
 namespace {
-
-using measuring::formatted;
 
 struct CutOptions {
   std::string input;
@@ -33,6 +30,7 @@ cut(const CutOptions& options)
     console.beQuiet();
   if (options.output == "-")
     console.keepOutputFree();
+  checkOutput(options.output);
   RecordingInput input = RecordingInput::openBag(options.input);
   refuseSameFile({input.path()}, options.output);
   input.select(options.selection);
@@ -47,8 +45,7 @@ cut(const CutOptions& options)
   copied.addInput(input, "");
   for (std::size_t i = 0; i < input.reader().streams().size(); ++i)
     if (const std::size_t more = input.firstWanted(i) - input.firstRead(i); more > 0)
-      console.remark(input.reader().streams()[i].name + " begins " +
-                     std::to_string(more) + (more == 1 ? " frame" : " frames") +
+      console.remark(input.nameOf(i) + " begins " + counted(more, "frame") +
                      " earlier, with the I-frame " +
                      std::to_string(input.firstRead(i)) +
                      ", without which the others cannot be decoded");

@@ -4,6 +4,7 @@
 #include "decoded_bag.h"
 #include "decoding_options.h"
 #include "exit_status.h"
+#include "frame_failures.h"
 #include "interruption.h"
 #include "measuring/markdown_table.h"
 #include "options.h"
@@ -12,6 +13,7 @@
 #include "recording_input.h"
 #include "stream_decoder.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -33,6 +35,7 @@ struct DecodeOptions {
   bool is_bag = false;
   bool may_replace = false;
   bool is_quiet = false;
+  const CLI::App* app = nullptr; // whose options these are
 };
 
 /** \brief Decodes the frames of a recording into files, or a bag. */
@@ -41,9 +44,10 @@ public:
   explicit Decode(const DecodeOptions& options)
   : options_(options)
   , console_("decode")
-  , is_bag_(options.is_bag || isNameOfBag(options.output))
+  , is_bag_(isBag(options))
   , input_(is_bag_ ? RecordingInput::openBag(options.input)
                    : RecordingInput(options.input))
+  , failures_([this](const std::string& line) { console_.error(line); })
   {
     if (options.is_quiet)
       console_.beQuiet();
@@ -51,10 +55,11 @@ public:
     refuseSameFile({input_.path()}, options.output);
     std::vector<std::string> chosen;
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
-      decoders_.emplace_back(input_.reader(), stream, options.decoding);
+      decoders_.emplace_back(
+          input_.reader(), stream, input_.nameOf(stream), options.decoding);
       folder_of_stream_.push_back(chosen.size());
       if (input_.isChosen(stream))
-        chosen.push_back(input_.reader().streams()[stream].name);
+        chosen.push_back(input_.nameOf(stream));
     }
     if (is_bag_)
       bag_ = std::make_unique<DecodedBag>(options.output, input_);
@@ -78,6 +83,7 @@ public:
       }
       console_.advance();
     }
+    failures_.finish();
     console_.endProgress();
     for (const std::string& place : input_.damage())
       console_.error(place);
@@ -98,16 +104,29 @@ public:
   }
 
 private:
+  /** \brief True if the clouds go into a bag.
+   * \throws UsageError if there is no such output, or options are for the other kind
+   */
   static bool
-  isNameOfBag(const std::string& path)
+  isBag(const DecodeOptions& options)
   {
+    const std::string& path = options.output;
     const std::string extension = std::filesystem::path(path).extension().string();
     for (const char* other : {".pcxi", ".pcd", ".ply", ".bag", ".db3"})
       if (path == "-" || path.empty() || extension == other)
         throw UsageError("'" + path +
                          "' is no output of this command: name a folder for files, or "
                          "x.mcap for a bag");
-    return extension == ".mcap";
+    if (!options.is_bag && extension != ".mcap") {
+      refuseDevice(path);
+      return false;
+    }
+    refuseOptions(*options.app,
+                  {"--ply", "--pcd", "--overwrite"},
+                  "is for a folder of files, and '" + path +
+                      "' is a bag: leave it out, or name a folder");
+    checkOutput(path);
+    return true;
   }
 
   void
@@ -119,14 +138,15 @@ private:
     if (!read.ok())
       failure = read.message();
     else if (const auto status = decoder.decode(frame_); !status.ok())
-      failure = status.message();
+      failure = reasonOf(status);
     if (!item.is_wanted)
       return;
     if (!failure.empty()) {
       ++lost_;
-      console_.error(input_.reader().streams()[item.stream].name + ", frame " +
-                     std::to_string(item.number) + " at byte " +
-                     std::to_string(frame_.offset) + ": " + failure);
+      failures_.add(input_.nameOf(item.stream),
+                    item.number,
+                    " at byte " + std::to_string(frame_.offset),
+                    failure);
       return;
     }
     ++frames_;
@@ -148,21 +168,20 @@ private:
     const auto number = [](std::size_t count) {
       return formatted(static_cast<double>(count), 0);
     };
-    std::string line = options_.output + ": " + number(frames_) +
-                       (frames_ == 1 ? " frame" : " frames");
+    std::string line = options_.output + ": " + counted(frames_, "frame");
     if (streams_ > 1)
       line += " of " + std::to_string(streams_) + " streams";
-    line += ", " + number(points_) + " points";
+    line += ", " + counted(points_, "point");
     if (empty_ > 0)
-      line += ", " + number(empty_) + " frames are empty and have no file";
-    if (removed_ > 0)
+      line += ", " + counted(empty_, "frame") + " without points and file";
+    if (options_.decoding.removes_outliers || options_.decoding.min_intensity)
       line += ", " +
               formatted(100.0 * static_cast<double>(removed_) /
-                            static_cast<double>(decoded_),
+                            static_cast<double>(std::max<std::size_t>(decoded_, 1)),
                         1) +
               " % of the voxels left out";
     if (other_messages_ > 0)
-      line += ", " + number(other_messages_) + " other messages passed through";
+      line += ", " + counted(other_messages_, "other message") + " passed through";
     if (lost_ > 0)
       line += ", " + number(lost_) + " lost";
     if (isInterrupted())
@@ -174,6 +193,7 @@ private:
   Console console_;
   bool is_bag_;
   RecordingInput input_;
+  FrameFailures failures_;
   std::vector<StreamDecoder> decoders_;       // of each stream
   std::vector<std::size_t> folder_of_stream_; // likewise
   std::size_t streams_ = 0;                   // that were chosen
@@ -216,6 +236,7 @@ addDecode(CLI::App& app)
   addDecodingOptions(app, options->decoding);
   addSelection(app, options->selection);
   addQuiet(app, options->is_quiet);
+  options->app = &app;
   return [options] { return Decode(*options).run(); };
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 namespace pcl_ext {
 namespace tools {
@@ -13,10 +14,20 @@ namespace tools {
 using recording::McapChannel;
 using recording::McapChunking;
 
-DecodedBag::DecodedBag(const std::string& path, RecordingInput& input)
+/** \brief \throws std::runtime_error after a failure, with what is left of the bag */
+void
+DecodedBag::check(const recording::RecordingStatus& status)
+{
+  if (status.ok())
+    return;
+  writer_ = recording::McapWriter(); // it removes a file that holds nothing
+  throw std::runtime_error(status.message() + describeUnfinished(path_));
+}
+
+DecodedBag::DecodedBag(const std::string& path, RecordingInput& input) : path_(path)
 {
   recording::McapReader* const bag = input.bag();
-  throwUnlessOk(writer_.open(path, bag != nullptr ? bag->profile() : "ros2"));
+  check(writer_.open(path, bag != nullptr ? bag->profile() : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
@@ -24,7 +35,7 @@ DecodedBag::DecodedBag(const std::string& path, RecordingInput& input)
     if (input.isStream(channel))
       continue;
     others_[channel].emplace();
-    throwUnlessOk(writer_.addChannel(
+    check(writer_.addChannel(
         bag->channels()[channel], McapChunking::Shared, *others_[channel]));
     topics.insert(bag->channels()[channel].topic);
   }
@@ -32,12 +43,12 @@ DecodedBag::DecodedBag(const std::string& path, RecordingInput& input)
     streams_.push_back(0);
     if (!input.isChosen(stream))
       continue;
-    std::string topic = topicOf(input.reader().streams()[stream].name);
+    std::string topic = topicOf(input.nameOf(stream));
     while (!topics.insert(topic).second)
       topic += "/decoded";
     recording::McapChannel decoded = recording::pointCloudChannel(topic);
     addOtherMetadata(input.reader().streams()[stream].metadata, decoded.metadata);
-    throwUnlessOk(writer_.addChannel(decoded, McapChunking::Shared, streams_.back()));
+    check(writer_.addChannel(decoded, McapChunking::Shared, streams_.back()));
   }
 }
 
@@ -57,7 +68,7 @@ DecodedBag::write(const RecordingInput::Item& item,
   content.frame_id = frame.frame_id;
   content.bytes = cloud.data;
   recording::writePointCloud(content, false, message_.bytes);
-  throwUnlessOk(writer_.write(message_));
+  check(writer_.write(message_));
 }
 
 void
@@ -66,7 +77,7 @@ DecodedBag::passThrough(const RecordingInput::Item& item, RecordingInput& input)
   if (!input.read(item, message_).ok())
     return; // It is part of the damage.
   message_.channel = others_[message_.channel].value();
-  throwUnlessOk(writer_.write(message_));
+  check(writer_.write(message_));
 }
 
 void
@@ -74,7 +85,7 @@ DecodedBag::finish(RecordingInput& input)
 {
   if (input.bag() != nullptr)
     copyExtras(*input.bag(), writer_);
-  throwUnlessOk(writer_.finish());
+  check(writer_.finish());
 }
 
 } // namespace tools

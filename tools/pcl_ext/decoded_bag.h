@@ -38,6 +38,10 @@ public:
   finish(RecordingInput& input);
 
 private:
+  void
+  check(const recording::RecordingStatus& status);
+
+  std::string path_;
   recording::McapWriter writer_;
   std::vector<std::size_t> streams_;               // channels of the streams
   std::vector<std::optional<std::size_t>> others_; // of the channels of the input

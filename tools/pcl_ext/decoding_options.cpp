@@ -29,10 +29,10 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options)
 {
   app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
       ->type_name("I");
-  app.add_flag("--remove-outliers",
-               options.removes_outliers,
-               "leave out noise, as VoxelOutlierRemoval finds it");
-  addUnit(app, options.unit);
+  addOutlierRemoval(app,
+                    "leave out noise, as VoxelOutlierRemoval finds it",
+                    options.removes_outliers,
+                    options.unit);
   addLimits(app, options.limits);
 }
 

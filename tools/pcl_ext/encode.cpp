@@ -3,6 +3,7 @@
 #include "console.h"
 #include "encoding_options.h"
 #include "exit_status.h"
+#include "frame_failures.h"
 #include "frame_output.h"
 #include "interruption.h"
 #include "measuring/markdown_table.h"
@@ -33,7 +34,10 @@ struct EncodeOptions {
 /** \brief Encodes all clouds of an input. */
 class Encode {
 public:
-  explicit Encode(const EncodeOptions& options) : options_(options), console_("encode")
+  explicit Encode(const EncodeOptions& options)
+  : options_(options)
+  , console_("encode")
+  , failures_([this](const std::string& line) { console_.error(line); })
   {
     if (options.is_quiet)
       console_.beQuiet();
@@ -45,9 +49,14 @@ public:
   run()
   {
     options_.encoding.check();
+    checkOutput(options_.output);
     const OutputKind kind = kindOfOutput(options_.output);
+    options_.encoding.checkFrameId(kind != OutputKind::Frames);
+    options_.input.may_have_streams = kind != OutputKind::Frames;
     input_ = openInput(options_.input);
     refuseSameFile(options_.input.inputs, options_.output);
+    for (const std::string& remark : input_->remarks())
+      console_.remark(remark);
     const std::vector<std::string>& names = input_->streams();
     options_.encoding.checkStreams(names);
     if (kind == OutputKind::Frames && names.size() > 1)
@@ -77,6 +86,7 @@ private:
 
     StreamEncoder encoder;
     std::optional<std::size_t> output;
+    std::vector<InputCloud> waiting; // empty ones, until there is one with a law
     std::size_t failures = 0;
   };
 
@@ -110,10 +120,33 @@ private:
     console_.endProgress();
   }
 
+  /** \brief Encodes a cloud, when the law of its stream is known. */
   void
   encode(const InputCloud& cloud)
   {
     Stream& stream = *streams_[cloud.stream];
+    if (cloud.failure.empty() && stream.encoder.leavesLawOpen(cloud.cloud)) {
+      stream.waiting.push_back(cloud);
+      return;
+    }
+    if (cloud.failure.empty() && !stream.waiting.empty()) {
+      stream.encoder.chooseLaw(cloud.cloud);
+      encodeWaiting(stream);
+    }
+    encodeNow(stream, cloud);
+  }
+
+  void
+  encodeWaiting(Stream& stream)
+  {
+    for (const InputCloud& waiting : stream.waiting)
+      encodeNow(stream, waiting);
+    stream.waiting.clear();
+  }
+
+  void
+  encodeNow(Stream& stream, const InputCloud& cloud)
+  {
     std::string failure = cloud.failure;
     if (failure.empty())
       try {
@@ -127,7 +160,7 @@ private:
       }
     if (!failure.empty()) {
       // The next clouds may be valid.
-      console_.error(cloud.source + ": " + failure);
+      failures_.add(input_->streams()[cloud.stream], cloud.number, "", failure);
       ++stream.failures;
       return;
     }
@@ -170,6 +203,9 @@ private:
   int
   finish()
   {
+    for (const auto& stream : streams_)
+      encodeWaiting(*stream);
+    failures_.finish();
     std::size_t failures = 0;
     EncodedSums sums;
     bool has_empty_stream = false;
@@ -179,12 +215,14 @@ private:
       sums.frames += part.frames;
       sums.points += part.points;
       sums.encoded_points += part.encoded_points;
+      sums.voxels += part.voxels;
+      sums.outliers += part.outliers;
       sums.bytes += part.bytes;
       if (part.warnings > 0)
         console_.remark(part.first_warning +
                         (part.warnings > 1
-                             ? " (and " + std::to_string(part.warnings - 1) +
-                                   " more frames with warnings)"
+                             ? " (and " + counted(part.warnings - 1, "more frame") +
+                                   " with warnings)"
                              : ""));
       if (const std::string why = stream->encoder.whyNothingWasEncoded();
           !why.empty()) {
@@ -214,8 +252,7 @@ private:
     const auto number = [](std::size_t count) {
       return formatted(static_cast<double>(count), 0);
     };
-    std::string line = options_.output + ": " + number(sums.frames) +
-                       (sums.frames == 1 ? " frame" : " frames");
+    std::string line = options_.output + ": " + counted(sums.frames, "frame");
     if (streams_.size() > 1)
       line += " of " + std::to_string(streams_.size()) + " streams";
     line += ", " + number(sums.encoded_points) +
@@ -225,8 +262,11 @@ private:
                           static_cast<double>(sums.bytes),
                       1) +
             ")";
+    if (options_.encoding.removesOutliers())
+      line += ", " + number(sums.outliers) + " of " +
+              counted(sums.outliers + sums.voxels, "voxel") + " removed as outliers";
     if (other_messages_ > 0)
-      line += ", " + number(other_messages_) + " other messages passed through";
+      line += ", " + counted(other_messages_, "other message") + " passed through";
     if (failures > 0)
       line += ", " + number(failures) + " failed";
     if (isInterrupted())
@@ -236,6 +276,7 @@ private:
 
   EncodeOptions options_;
   Console console_;
+  FrameFailures failures_;
   std::unique_ptr<CloudInput> input_;
   std::optional<FrameOutput> output_;
   std::vector<std::unique_ptr<Stream>> streams_;
@@ -250,10 +291,12 @@ Run
 addEncode(CLI::App& app)
 {
   const auto options = std::make_shared<EncodeOptions>();
-  addInput(app,
-           options->input.inputs,
-           "PCD, PLY and KITTI .bin files, folders and 'globs' of them; or a bag: "
-           "MCAP, rosbag2 folder, ROS 1; - is standard input");
+  addInput(
+      app,
+      options->input.inputs,
+      "PCD, PLY and KITTI .bin files, folders and 'globs' of them; or a bag: "
+      "MCAP, rosbag2 folder, ROS 1; - is standard input. A folder is a stream, and "
+      "so are the files named of one folder");
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, a folder (rosbag2), - (.pcxi)");
@@ -262,7 +305,7 @@ addEncode(CLI::App& app)
   addParsed(app,
             "--frames",
             "A:B",
-            "only frames A to B - 1 of each stream, from 0",
+            "only frames A to B - 1 of each stream, from 0; A alone: that one",
             [options](const std::string& text) {
               options->input.frames = parseFrames(text);
             });
@@ -273,7 +316,10 @@ addEncode(CLI::App& app)
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   addQuiet(app, options->is_quiet);
-  return [options] { return Encode(*options).run(); };
+  return [options, &app] {
+    options->input.has_rate = isGiven(app, "--rate");
+    return Encode(*options).run();
+  };
 }
 
 } // namespace tools

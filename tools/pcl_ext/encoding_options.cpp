@@ -34,11 +34,23 @@ parseNamedPose(const std::string& text)
   return {text.substr(0, equals), parsePose(text.substr(equals + 1))};
 }
 
+/** \brief True if a user means a stream; the slash at its beginning may be left out. */
+bool
+isMeant(const std::string& given, const std::string& stream)
+{
+  return given == stream || (!given.empty() && '/' + given == stream);
+}
+
 } // namespace
 
 void
-addUnit(CLI::App& app, DensityUnit& unit)
+addOutlierRemoval(CLI::App& app,
+                  const std::string& description,
+                  bool& removes_outliers,
+                  DensityUnit& unit)
 {
+  CLI::Option* const removal =
+      app.add_flag("--remove-outliers", removes_outliers, description);
   addChoice<DensityUnit>(app,
                          "--unit",
                          {{"auto", DensityUnit::Automatic},
@@ -46,7 +58,8 @@ addUnit(CLI::App& app, DensityUnit& unit)
                           {"points", DensityUnit::Points},
                           {"voxels", DensityUnit::Voxels}},
                          unit,
-                         "of intensities, for --remove-outliers; lidars: voxels");
+                         "of intensities, for --remove-outliers; lidars: voxels")
+      ->needs(removal);
 }
 
 io::IntensityCompressionSettings
@@ -61,6 +74,7 @@ EncodingOptions::defaultCodec()
 void
 EncodingOptions::addCodecOptions(CLI::App& app)
 {
+  app_ = &app;
   addNumber(app,
             "-r,--resolution",
             codec_.resolution,
@@ -185,8 +199,17 @@ EncodingOptions::addCloudOptions(CLI::App& app)
   app.add_option_function<std::vector<std::string>>(
          "--pose",
          [this](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts)
+           for (const std::string& text : texts) {
              poses_.push_back(parseNamedPose(text));
+             const std::string& name = poses_.back().first;
+             if (std::count_if(
+                     poses_.begin(), poses_.end(), [&name](const auto& other) {
+                       return other.first == name;
+                     }) > 1)
+               throw UsageError("--pose is given twice for " +
+                                (name.empty() ? "all streams" : "'" + name + "'") +
+                                "; STREAM=POSE is the pose of one");
+           }
          },
          "sensor -> world: x,y,z,roll,pitch,yaw (degrees), x,y,z,qx,qy,qz,qw or a "
          "matrix; STREAM=POSE for one stream")
@@ -194,8 +217,7 @@ EncodingOptions::addCloudOptions(CLI::App& app)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("POSE");
   addCropOption(app);
-  app.add_flag("--remove-outliers", removes_outliers_, "before encoding");
-  addUnit(app, unit_);
+  addOutlierRemoval(app, "before encoding", removes_outliers_, unit_);
   app.add_option("--intensity-field", intensity_field_, "for native (intensity)")
       ->type_name("NAME");
   app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
@@ -204,8 +226,56 @@ EncodingOptions::addCloudOptions(CLI::App& app)
 }
 
 void
+EncodingOptions::checkEffects() const
+{
+  if (!law_ || !needsSensor(*law_))
+    refuseOptions(*app_,
+                  {"--sensor"},
+                  "has no effect on this law: add --law quadratic or --law linear");
+  if (law_ && needsSensor(*law_))
+    refuseOptions(*app_,
+                  {"--coarsen"},
+                  "has no effect with this law, which is made for voxels of one size: "
+                  "leave it out");
+  if (law_ && *law_ != IntensityLaw::Native)
+    refuseOptions(*app_,
+                  {"--intensity-field"},
+                  std::string("has no effect with --law ") + nameOf(*law_) +
+                      ", which makes intensities of its own: leave one of them out");
+  if (law_ == IntensityLaw::None)
+    refuseOptions(
+        *app_,
+        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+        "has no effect with --law none: leave one of them out");
+  if (codec_.format == io::StreamFormat::Published) {
+    refuseOptions(*app_,
+                  {"--effort", "--coarsen"},
+                  "has no effect with --format published: leave one of them out");
+    if (codec_.colour_bits > 0)
+      refuseOptions(
+          *app_,
+          {"--colour-bits"},
+          "has no effect with --format published, which has no colours: leave "
+          "one of them out");
+  }
+}
+
+void
+EncodingOptions::checkFrameId(bool has_messages) const
+{
+  const bool has_header =
+      codec_.carry_header && codec_.format == io::StreamFormat::Version1;
+  if (!has_messages && !has_header)
+    refuseOptions(*app_,
+                  {"--frame-id"},
+                  "has no effect without headers of frames: leave out --no-header or "
+                  "--format published, or name x.mcap");
+}
+
+void
 EncodingOptions::check() const
 {
+  checkEffects();
   // The law of a stream follows from its clouds; these checks hold for any.
   const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
   if (!node.settingsStatus().ok())
@@ -232,8 +302,11 @@ void
 EncodingOptions::checkStreams(const std::vector<std::string>& streams) const
 {
   for (const auto& [name, pose] : poses_)
-    if (!name.empty() &&
-        std::find(streams.begin(), streams.end(), name) == streams.end()) {
+    if (const std::string& given = name;
+        !name.empty() &&
+        std::none_of(streams.begin(), streams.end(), [&given](const auto& stream) {
+          return isMeant(given, stream);
+        })) {
       std::string known;
       for (const std::string& stream : streams)
         known += (known.empty() ? "" : ", ") + stream;
@@ -269,7 +342,7 @@ EncodingOptions::poseOf(const std::string& stream) const
 {
   WorldPose pose = WorldPose::Identity();
   for (const auto& [name, named_pose] : poses_)
-    if (name == stream)
+    if (isMeant(name, stream))
       return named_pose;
     else if (name.empty())
       pose = named_pose;
@@ -280,7 +353,7 @@ bool
 EncodingOptions::hasPose(const std::string& stream) const
 {
   return std::any_of(poses_.begin(), poses_.end(), [&stream](const auto& pose) {
-    return pose.first.empty() || pose.first == stream;
+    return pose.first.empty() || isMeant(pose.first, stream);
   });
 }
 

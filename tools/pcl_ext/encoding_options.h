@@ -16,9 +16,12 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Adds --unit of an outlier removal. */
+/** \brief Adds --remove-outliers, and --unit, which needs it. */
 void
-addUnit(CLI::App& app, DensityUnit& unit);
+addOutlierRemoval(CLI::App& app,
+                  const std::string& description,
+                  bool& removes_outliers,
+                  DensityUnit& unit);
 
 /** \brief All options of encoding. */
 class EncodingOptions {
@@ -35,11 +38,19 @@ public:
   void
   addCropOption(CLI::App& app);
 
-  /** \brief Checks all settings against their ranges and each other.
+  /** \brief Checks all settings against their ranges and each other, and refuses options
+   * that have no effect.
    * \throws UsageError
    */
   void
   check() const;
+
+  /** \brief Refuses --frame-id where nothing tells it.
+   * \param[in] has_messages the output has messages, which have a frame_id
+   * \throws UsageError
+   */
+  void
+  checkFrameId(bool has_messages) const;
 
   /** \brief The law of a cloud; automatic: native if it has an intensity, else count. */
   IntensityLaw
@@ -98,6 +109,12 @@ public:
   }
 
   bool
+  removesOutliers() const
+  {
+    return removes_outliers_;
+  }
+
+  bool
   hasSensor() const
   {
     return sensor_.has_value();
@@ -129,6 +146,10 @@ private:
   void
   addGridOptions(CLI::App& app);
 
+  void
+  checkEffects() const;
+
+  const CLI::App* app_ = nullptr; // to which the options were added
   io::IntensityCompressionSettings codec_ = defaultCodec();
   std::optional<IntensityLaw> law_; ///< none: automatic
   std::optional<RuntimeSensor> sensor_;

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 namespace pcl_ext {
 namespace tools {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 using measuring::CloudSequence;
 using recording::Time;
@@ -18,19 +22,24 @@ using recording::Time;
 class FileInput : public CloudInput {
 public:
   FileInput(std::vector<std::unique_ptr<CloudSequence>> sequences,
+            std::vector<std::string> remarks,
             const InputOptions& options)
-  : sequences_(std::move(sequences)), options_(options), index_(options.frames.begin)
+  : sequences_(std::move(sequences))
+  , remarks_(std::move(remarks))
+  , options_(options)
+  , index_(options.frames.begin)
   {
     for (const auto& sequence : sequences_) {
       streams_.push_back("/" + sequence->name());
+      if (const std::string remark = sequence->remark(); !remark.empty())
+        remarks_.push_back(remark);
       const std::size_t end = std::min(sequence->size(), options.frames.end);
       end_ = std::max(end_, end);
       size_ += end - std::min(end, options.frames.begin);
     }
     if (size_ == 0)
       throw UsageError("--frames begins at " + std::to_string(options.frames.begin) +
-                       ", and the longest stream has " + std::to_string(end_) +
-                       " clouds");
+                       ", and the longest stream has " + counted(end_, "cloud"));
   }
 
   const std::vector<std::string>&
@@ -43,6 +52,12 @@ public:
   size() const override
   {
     return size_;
+  }
+
+  std::vector<std::string>
+  remarks() const override
+  {
+    return remarks_;
   }
 
   Found
@@ -67,7 +82,7 @@ private:
   {
     cloud.stream = stream;
     cloud.number = index;
-    cloud.source = sequences_[stream]->name() + ", frame " + std::to_string(index);
+    cloud.source = streams_[stream] + ", frame " + std::to_string(index);
     cloud.failure.clear();
     cloud.stamp = Time(std::llround(1e9 * static_cast<double>(index) / options_.rate));
     cloud.message.log_time = cloud.stamp;
@@ -83,6 +98,7 @@ private:
   }
 
   std::vector<std::unique_ptr<CloudSequence>> sequences_;
+  std::vector<std::string> remarks_;
   InputOptions options_;
   std::vector<std::string> streams_;
   std::size_t size_ = 0;
@@ -91,20 +107,43 @@ private:
   std::size_t index_;      // of the next cloud in its stream
 };
 
+/** \brief What is left out of folders, and whether files of several folders are one stream.
+ */
+std::vector<std::string>
+remarksOn(const std::vector<measuring::SequenceInput>& paths, bool may_have_streams)
+{
+  std::vector<std::string> remarks;
+  std::set<fs::path> folders; // of files
+  for (const auto& [path, name] : paths) {
+    if (!fs::is_directory(path))
+      folders.insert(fs::path(name).parent_path());
+    else if (const std::string ignored = measuring::describeIgnored(path);
+             !ignored.empty())
+      remarks.push_back("'" + name + "': left out: " + ignored +
+                        "; each folder that is named is a stream");
+  }
+  if (folders.size() > 1 && !may_have_streams)
+    remarks.push_back("files of " + counted(folders.size(), "folder") +
+                      " become one stream; a stream for each folder needs x.mcap");
+  return remarks;
+}
+
 } // namespace
 
 std::unique_ptr<CloudInput>
-openFiles(const std::vector<std::string>& paths, const InputOptions& options)
+openFiles(const std::vector<measuring::SequenceInput>& paths,
+          const InputOptions& options)
 {
   if (!options.topics.empty())
     throw UsageError("--topics is for bags, and these are files");
-  std::vector<std::unique_ptr<CloudSequence>> sequences =
-      measuring::openSequences(paths, 0);
-  // A file without a name has that of its place in the system.
-  if (std::find(options.inputs.begin(), options.inputs.end(), "-") !=
-      options.inputs.end())
-    sequences.back()->rename("stdin");
-  return std::make_unique<FileInput>(std::move(sequences), options);
+  return std::make_unique<FileInput>(
+      measuring::openSequences(paths,
+                               0,
+                               options.may_have_streams
+                                   ? measuring::FileGrouping::ByFolder
+                                   : measuring::FileGrouping::OneSequence),
+      remarksOn(paths, options.may_have_streams),
+      options);
 }
 
 } // namespace tools

@@ -4,11 +4,14 @@
 
 #include "output_path.h"
 
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
 namespace tools {
+
+namespace fs = std::filesystem;
 
 using recording::McapChunking;
 using recording::RecordingStatus;
@@ -20,12 +23,37 @@ throwUnlessOk(const RecordingStatus& status)
     throw std::runtime_error(status.message());
 }
 
+std::string
+describeUnfinished(const std::string& path)
+{
+  const std::string unfinished =
+      (fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
+          .string() +
+      unfinished_suffix;
+  std::error_code ignored;
+  return fs::exists(unfinished, ignored)
+             ? "; what was written until then is in '" + unfinished + "'"
+             : "";
+}
+
+/** \brief \throws std::runtime_error after a failure, with what is left of the output */
+void
+FrameOutput::check(const RecordingStatus& status)
+{
+  if (status.ok())
+    return;
+  // They remove their files if these hold nothing.
+  recording_ = recording::RecordingWriter();
+  bag_ = recording::McapWriter();
+  throw std::runtime_error(status.message() + describeUnfinished(path_));
+}
+
 FrameOutput::FrameOutput(const std::string& path,
                          bool is_bag,
                          const std::string& profile)
-: is_bag_(is_bag && kindOfOutput(path) != OutputKind::Frames)
+: path_(path), is_bag_(is_bag && kindOfOutput(path) != OutputKind::Frames)
 {
-  throwUnlessOk(is_bag_ ? bag_.open(path, profile) : recording_.open(path));
+  check(is_bag_ ? bag_.open(path, profile) : recording_.open(path));
 }
 
 std::size_t
@@ -39,7 +67,7 @@ FrameOutput::addStream(const recording::StreamToRecord& stream)
     number = addChannel(channel, McapChunking::OwnStream);
   }
   else
-    throwUnlessOk(recording_.addStream(stream, number));
+    check(recording_.addStream(stream, number));
   return number;
 }
 
@@ -47,7 +75,7 @@ std::size_t
 FrameOutput::addChannel(const recording::McapChannel& channel, McapChunking chunking)
 {
   std::size_t number = 0;
-  throwUnlessOk(bag_.addChannel(channel, chunking, number));
+  check(bag_.addChannel(channel, chunking, number));
   return number;
 }
 
@@ -55,14 +83,13 @@ void
 FrameOutput::write(std::size_t stream, OutputFrame& frame)
 {
   if (!is_bag_) {
-    throwUnlessOk(recording_.append(
+    check(recording_.append(
         stream, frame.message.log_time, frame.bytes.data(), frame.bytes.size()));
     return;
   }
   const bool is_i_frame =
       io::describeFrame(frame.bytes.data(), frame.bytes.size()).is_i_frame;
   frame.message.channel = stream;
-  frame.cloud.format = "pcl_ext";
   std::swap(frame.cloud.bytes, frame.bytes);
   recording::writePointCloud(frame.cloud, true, frame.message.bytes);
   copy(frame.message, is_i_frame);
@@ -71,13 +98,13 @@ FrameOutput::write(std::size_t stream, OutputFrame& frame)
 void
 FrameOutput::copy(const recording::McapMessage& message, bool is_i_frame)
 {
-  throwUnlessOk(bag_.write(message, is_i_frame));
+  check(bag_.write(message, is_i_frame));
 }
 
 void
 FrameOutput::write(const recording::McapMessage& message)
 {
-  throwUnlessOk(bag_.write(message));
+  check(bag_.write(message));
 }
 
 void
@@ -103,7 +130,7 @@ FrameOutput::copyExtras(recording::McapReader& bag)
 void
 FrameOutput::finish()
 {
-  throwUnlessOk(is_bag_ ? bag_.finish() : recording_.finish());
+  check(is_bag_ ? bag_.finish() : recording_.finish());
 }
 
 } // namespace tools

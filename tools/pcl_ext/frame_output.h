@@ -69,6 +69,10 @@ public:
   finish();
 
 private:
+  void
+  check(const recording::RecordingStatus& status);
+
+  std::string path_;
   bool is_bag_;
   recording::RecordingWriter recording_;
   recording::McapWriter bag_;
@@ -79,6 +83,10 @@ private:
  */
 void
 copyExtras(recording::McapReader& from, recording::McapWriter& to);
+
+/** \brief What is left of an output that failed, behind the reason; empty if nothing. */
+std::string
+describeUnfinished(const std::string& path);
 
 /** \brief \throws std::runtime_error with the message of a status that is not Ok */
 void

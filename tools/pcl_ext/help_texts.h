@@ -14,16 +14,20 @@ constexpr const char* description =
     "Compresses streams of point clouds into voxels with intensity, and back.";
 
 constexpr const char* man_paragraphs[] = {
-    "A recording is a file x.pcxi, the frames of one stream one after the other, an "
-    "MCAP "
-    "file, or a rosbag2 folder, both with messages of the type "
-    "point_cloud_interfaces/msg/CompressedPointCloud2. Where the name of an output is "
-    "one "
-    "of them, its end tells which: .pcxi, .mcap, or nothing for a folder. The name - "
-    "is "
-    "the standard input, and as an output the standard output, which gets .pcxi.",
-    "An output is written beside its name, and gets it when it is complete. SIGINT and "
-    "SIGTERM complete it with what was done until then."};
+    ("A recording is a file x.pcxi, the frames of one stream one after the other, an "
+     "MCAP "
+     "file, or a rosbag2 folder, both with messages of the type "
+     "point_cloud_interfaces/msg/CompressedPointCloud2. Where the name of an output is "
+     "one "
+     "of them, its end tells which: .pcxi, .mcap, or nothing for a folder. The name - "
+     "is "
+     "the standard input, and as an output the standard output, which gets .pcxi."),
+    ("Each folder of clouds that is named is a stream; the folders in it are not "
+     "searched. Files named singly or by a glob are a stream for each folder that they "
+     "are in, or one stream if the output is .pcxi. A named pipe is read as a file."),
+    ("An output is written beside its name, and gets it when it is complete. SIGINT "
+     "and "
+     "SIGTERM complete it with what was done until then.")};
 
 constexpr std::pair<int, const char*> exit_statuses[] = {
     {0, "All was done."},

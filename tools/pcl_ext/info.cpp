@@ -200,9 +200,8 @@ printTable(const std::string& name,
            const std::vector<StreamFigures>& streams)
 {
   std::cout << name << ": " << whole(static_cast<double>(summary.file_bytes))
-            << " bytes, " << streams.size()
-            << (streams.size() == 1 ? " stream, " : " streams, ")
-            << whole(static_cast<double>(summary.frames)) << " frames";
+            << " bytes, " << counted(streams.size(), "stream") << ", "
+            << counted(summary.frames, "frame");
   if (summary.has_times)
     std::cout << ", " << formatted(secondsOf(summary.to - summary.from), 3)
               << " s from " << describeTime(summary.from) << " to "

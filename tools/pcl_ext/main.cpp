@@ -6,9 +6,13 @@
 #include "help_format.h"
 #include "help_texts.h"
 #include "interruption.h"
+#include "option_names.h"
 #include "standard_input.h"
 
 #include <pcl/console/print.h>
+
+#include <poll.h>
+#include <unistd.h>
 
 #include <exception>
 #include <iostream>
@@ -59,11 +63,11 @@ run(CLI::App& program, const std::vector<Command>& commands)
       return command.run();
     }
     catch (const UsageError& error) {
-      std::cerr << name << ": " << shown(error.what()) << '\n';
+      std::cerr << name << ": " << withOptionNames(shown(error.what())) << '\n';
       return wrong_command_line;
     }
     catch (const std::exception& error) {
-      std::cerr << name << ": " << shown(error.what()) << '\n';
+      std::cerr << name << ": " << withOptionNames(shown(error.what())) << '\n';
       return isInterrupted() ? interrupted : something_failed;
     }
   }
@@ -79,6 +83,22 @@ nameOfCommand(const std::vector<Command>& commands)
     if (command.app->parsed())
       return "pcl_ext " + command.app->get_name();
   return "pcl_ext";
+}
+
+/** \brief Completes the standard output.
+ * \return the status, or something_failed if it took not all of it
+ */
+int
+finishOutput(const std::string& name, int status)
+{
+  std::cout.flush();
+  if (std::cout)
+    return status;
+  // A reader that has enough, as head, is no failure to tell of.
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  if (::poll(&output, 1, 0) != 1 || (output.revents & POLLERR) == 0)
+    std::cerr << name << ": cannot write to the standard output\n";
+  return status == all_done ? something_failed : status;
 }
 
 } // namespace
@@ -98,7 +118,7 @@ main(int argc, char** argv)
     program.parse(argc, argv);
   }
   catch (const CLI::Success& asked) { // --help or --version
-    return program.exit(asked);
+    return finishOutput("pcl_ext", program.exit(asked));
   }
   catch (const std::exception& error) {
     std::cerr << nameOfCommand(commands) << ": " << error.what() << "; see "
@@ -108,5 +128,5 @@ main(int argc, char** argv)
   catchInterruptions();
   // What PCL would print is part of this program's own messages.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  return run(program, commands);
+  return finishOutput(nameOfCommand(commands), run(program, commands));
 }

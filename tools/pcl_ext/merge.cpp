@@ -45,7 +45,8 @@ prefixOf(const MergeOptions& options, std::size_t input)
 void
 checkParts(const std::string& name,
            const std::vector<Part>& parts,
-           const std::vector<std::string>& inputs)
+           const std::vector<std::string>& inputs,
+           const std::string& output)
 {
   std::vector<Part> sorted = parts;
   std::stable_sort(sorted.begin(), sorted.end(), [](const Part& a, const Part& b) {
@@ -59,11 +60,15 @@ checkParts(const std::string& name,
     if (have_times ? before.stream.last_time < after.stream.first_time
                    : !before.stream.has_times && !after.stream.has_times)
       continue;
-    throw UsageError(
-        "the stream " + name + " is in '" + inputs[before.input] + "' and in '" +
-        inputs[after.input] +
-        "' at the same time: name x.mcap as the output, and tell them apart with "
-        "--prefix, such as --prefix a,b");
+    const std::string files =
+        "'" + inputs[before.input] + "' and in '" + inputs[after.input] + "'";
+    if (kindOfOutput(output) == OutputKind::Frames)
+      throw UsageError("'" + output +
+                       "' has one stream, and there are frames of the same time in " +
+                       files + ": name x.mcap as the output");
+    throw UsageError("the stream " + name + " is in " + files +
+                     " at the same time: tell them apart with --prefix, such as "
+                     "--prefix a,b");
   }
 }
 
@@ -75,7 +80,11 @@ public:
       console_.beQuiet();
     if (options.output == "-")
       console_.keepOutputFree();
-    kindOfOutput(options.output);
+    checkOutput(options.output);
+    if (kindOfOutput(options.output) == OutputKind::Frames && !options.prefixes.empty())
+      throw UsageError(
+          "--prefix has no effect on '" + options.output +
+          "', which has no names of streams: name x.mcap, or leave it out");
     if (!options.prefixes.empty() && options.prefixes.size() != options.inputs.size())
       throw UsageError("--prefix needs a name for each of the " +
                        std::to_string(options.inputs.size()) + " inputs");
@@ -158,7 +167,7 @@ private:
         parts[topicName(prefixOf(options_, i), inputs_[i]->nameOf(stream))].push_back(
             {i, inputs_[i]->reader().streams()[stream]});
     for (const auto& [name, of_name] : parts)
-      checkParts(name, of_name, options_.inputs);
+      checkParts(name, of_name, options_.inputs, options_.output);
     if (kindOfOutput(options_.output) == OutputKind::Frames && parts.size() > 1)
       throw UsageError("'" + options_.output + "' takes one stream, and there are " +
                        std::to_string(parts.size()) + ": name x.mcap");

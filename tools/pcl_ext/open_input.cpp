@@ -25,7 +25,7 @@ std::vector<std::string>
 pathsOf(const std::string& pattern)
 {
   if (pattern == "-" || fs::exists(pattern))
-    return {pathOfInput(pattern)};
+    return {pattern};
   glob_t found{};
   std::vector<std::string> paths;
   if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
@@ -51,18 +51,27 @@ isBag(const std::string& path)
 std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
 {
-  std::vector<std::string> paths;
+  std::vector<measuring::SequenceInput> paths;
   for (const std::string& input : options.inputs)
-    for (const std::string& path : pathsOf(input))
-      paths.push_back(path);
-  const auto bag = std::find_if(paths.begin(), paths.end(), isBag);
+    for (const std::string& given : pathsOf(input)) {
+      const bool is_copied = given != pathOfInput(given);
+      paths.push_back(
+          {pathOfInput(given), is_copied ? streamNameOfInput(given) : given});
+    }
+  const auto bag = std::find_if(
+      paths.begin(), paths.end(), [](const auto& input) { return isBag(input.path); });
   if (bag != paths.end() && paths.size() > 1)
-    throw UsageError("'" + *bag + "' is a bag; a bag is encoded alone");
-  if (bag != paths.end())
-    return !fs::is_directory(*bag) && measuring::kindOf(*bag) == FileKind::Ros1Bag
-               ? openRos1Bag(*bag, options)
-               : openMcap(*bag, options);
-  for (const std::string& path : paths) {
+    throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
+  if (bag != paths.end()) {
+    if (options.has_rate)
+      throw UsageError("--rate is for files; '" + bag->path +
+                       "' is a bag, which has its own times");
+    return !fs::is_directory(bag->path) &&
+                   measuring::kindOf(bag->path) == FileKind::Ros1Bag
+               ? openRos1Bag(bag->path, options)
+               : openMcap(bag->path, options);
+  }
+  for (const auto& [path, name] : paths) {
     if (fs::is_directory(path))
       continue;
     const FileKind kind = measuring::kindOf(path);

@@ -4,8 +4,11 @@
  */
 #pragma once
 
+#include "exit_status.h"
+
 #include <CLI/App.hpp>
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -13,6 +16,28 @@
 
 namespace pcl_ext {
 namespace tools {
+
+/** \brief True if the user gave an option. */
+inline bool
+isGiven(const CLI::App& app, const std::string& name)
+{
+  const CLI::Option* const option = app.get_option_no_throw(name);
+  return option != nullptr && option->count() > 0;
+}
+
+/** \brief Refuses options that have no effect.
+ * \param[in] why and what to do, behind the name of the option
+ * \throws UsageError if one of them is given
+ */
+inline void
+refuseOptions(const CLI::App& app,
+              const std::vector<std::string>& names,
+              const std::string& why)
+{
+  for (const std::string& name : names)
+    if (isGiven(app, name))
+      throw UsageError(name + " " + why);
+}
 
 /** \brief Adds an option with a few named values.
  * \param[in] name as CLI11 takes it
@@ -95,8 +120,11 @@ addNames(CLI::App& app,
 {
   return addParsed(app, name, "NAMES", description, [&names](const std::string& text) {
     std::istringstream stream(text);
-    for (std::string one; std::getline(stream, one, ',');)
+    for (std::string one; std::getline(stream, one, ',');) {
+      one.erase(0, std::min(one.find_first_not_of(' '), one.size()));
+      one.erase(one.find_last_not_of(' ') + 1);
       names.push_back(one);
+    }
   });
 }
 

@@ -2,6 +2,8 @@
 
 #include "exit_status.h"
 
+#include <unistd.h>
+
 #include <filesystem>
 
 namespace pcl_ext {
@@ -24,6 +26,35 @@ kindOfOutput(const std::string& path)
   throw UsageError("'" + path +
                    "' is no kind of output: name x.pcxi (one stream), x.mcap, or a "
                    "folder");
+}
+
+void
+refuseDevice(const std::string& path)
+{
+  std::error_code ignored;
+  if (path.rfind("/dev/std", 0) == 0 ||
+      (fs::exists(path, ignored) && fs::is_other(path, ignored)))
+    throw UsageError("'" + path +
+                     "' is no file or folder: name one, or - for the standard output, "
+                     "where the command has it");
+}
+
+void
+checkOutput(const std::string& path)
+{
+  refuseDevice(path);
+  const OutputKind kind = kindOfOutput(path);
+  if (path == "-" && ::isatty(STDOUT_FILENO) != 0)
+    throw UsageError("the standard output is a terminal, and frames are no text: "
+                     "redirect it, as in -o - > x.pcxi");
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored))
+    throw UsageError("the folder '" + path + "' exists: name another output");
+  if (kind == OutputKind::Folder && fs::exists(path, ignored))
+    throw UsageError(
+        "'" + path +
+        "' is a file; a name without an extension is a folder: name x.pcxi, "
+        "x.mcap, or another folder");
 }
 
 void

@@ -19,6 +19,22 @@ enum class OutputKind {
 OutputKind
 kindOfOutput(const std::string& path);
 
+/** \brief Refuses an output that cannot become one: a device, a folder that exists, the
+ * standard output if it is a terminal.
+ * \throws UsageError, also as kindOfOutput()
+ */
+void
+checkOutput(const std::string& path);
+
+/** \brief Refuses devices and pipes, which cannot be given a name when all is written.
+ * \throws UsageError
+ */
+void
+refuseDevice(const std::string& path);
+
+/** \brief What is added to the name of an output until it is complete. */
+constexpr const char* unfinished_suffix = ".unfinished";
+
 /** \brief Refuses an output that is an input, as reading it would fail half way.
  * \throws UsageError
  */

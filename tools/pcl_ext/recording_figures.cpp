@@ -49,10 +49,11 @@ std::vector<StreamFigures>
 figuresOf(RecordingInput& input, Console& console)
 {
   std::vector<StreamFigures> figures;
-  for (const recording::RecordedStream& stream : input.reader().streams()) {
+  const std::vector<recording::RecordedStream>& streams = input.reader().streams();
+  for (std::size_t i = 0; i < streams.size(); ++i) {
     figures.emplace_back();
-    figures.back().name = stream.name;
-    figures.back().has_times = stream.has_times;
+    figures.back().name = input.nameOf(i);
+    figures.back().has_times = streams[i].has_times;
   }
   console.startProgress("frames", input.size());
   RecordingInput::Item item;

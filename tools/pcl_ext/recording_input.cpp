@@ -1,12 +1,15 @@
 #include "recording_input.h"
 
 #include "exit_status.h"
+#include "measuring/cloud_files.h"
 #include "measuring/markdown_table.h"
 #include "options.h"
+#include "point_cloud_conversions.h"
 #include "standard_input.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 #include <tuple>
 
@@ -50,19 +53,44 @@ secondsOf(Time time)
   return std::chrono::duration<double>(time).count();
 }
 
+/** \brief True if a user means a stream: by its name, or by that of its clouds' topic, with
+ * the slash at its beginning or without. */
+bool
+isMeant(const std::string& given, const std::string& stream)
+{
+  const std::string slash = given.empty() || given.front() != '/' ? "/" : "";
+  return given == stream || given == topicOf(stream) || slash + given == stream ||
+         slash + given == topicOf(stream);
+}
+
 void
-checkStreams(const Selection& selection, const std::vector<RecordedStream>& streams)
+checkStreams(const Selection& selection, const RecordingInput& input, std::size_t count)
 {
   for (const std::string& name : selection.streams) {
     std::string known;
     bool is_known = false;
-    for (const RecordedStream& stream : streams) {
-      is_known |= stream.name == name;
-      known += (known.empty() ? "" : ", ") + stream.name;
+    for (std::size_t stream = 0; stream < count; ++stream) {
+      is_known |= isMeant(name, input.nameOf(stream));
+      known += (known.empty() ? "" : ", ") + input.nameOf(stream);
     }
     if (!is_known)
       throw UsageError("--streams: there is no '" + name + "'; there are " + known);
   }
+}
+
+/** \brief What to do with a file that is no recording. */
+std::string
+adviceOn(const std::string& path, const RecordingStatus& status)
+{
+  if (std::filesystem::is_directory(path))
+    return "; a folder is a recording if it has metadata.yaml, as rosbag2 writes it; "
+           "'pcl_ext encode' makes a recording of a folder of clouds";
+  if (status.code() != recording::RecordingCode::NotARecording)
+    return {};
+  const measuring::FileKind kind = measuring::kindOf(path);
+  return measuring::isCloud(kind) || kind == measuring::FileKind::Ros1Bag
+             ? "; 'pcl_ext encode' makes a recording of it"
+             : "";
 }
 
 } // namespace
@@ -82,7 +110,7 @@ addSelection(CLI::App& app, Selection& selection)
          [&selection](const std::string& text) {
            selection.frames = parseFrames(text);
          },
-         "frames A to B - 1 of each stream, from 0")
+         "frames A to B - 1 of each stream, from 0; A alone: that one")
       ->type_name("A:B");
   const auto addSeconds =
       [&app](const char* name, std::optional<double>& seconds, const char* text) {
@@ -107,7 +135,9 @@ addSelection(CLI::App& app, Selection& selection)
 RecordingInput::RecordingInput(const std::string& path) : path_(pathOfInput(path))
 {
   if (const RecordingStatus status = reader_.open(path_); !status.ok())
-    throw std::runtime_error(status.message());
+    throw std::runtime_error(status.message() + adviceOn(path_, status));
+  if (path_ != path && !recording::McapReader::isMcap(path_))
+    nameStream(streamNameOfInput(path));
   select(Selection());
 }
 
@@ -167,10 +197,12 @@ RecordingInput::Range
 RecordingInput::rangeOf(std::size_t stream, const Selection& selection)
 {
   const RecordedStream& recorded = reader_.streams()[stream];
+  const std::string& name = nameOf(stream);
   const bool is_chosen =
       selection.streams.empty() ||
-      std::find(selection.streams.begin(), selection.streams.end(), recorded.name) !=
-          selection.streams.end();
+      std::any_of(selection.streams.begin(),
+                  selection.streams.end(),
+                  [&name](const std::string& given) { return isMeant(given, name); });
   if (!is_chosen)
     return {};
   // The number of frames before a time.
@@ -197,10 +229,12 @@ void
 RecordingInput::select(const Selection& selection)
 {
   const std::vector<RecordedStream>& streams = reader_.streams();
-  checkStreams(selection, streams);
+  checkStreams(selection, *this, streams.size());
   if ((selection.from || selection.to) && !hasTimes(streams))
     throw UsageError("--from and --to: the frames of '" + shownPath() +
                      "' have no times; choose with --frames");
+  if (selection.from && selection.to && *selection.from >= *selection.to)
+    throw UsageError("--from must be less than --to, and is not");
   ranges_.clear();
   for (std::size_t stream = 0; stream < streams.size(); ++stream)
     ranges_.push_back(rangeOf(stream, selection));
@@ -208,7 +242,7 @@ RecordingInput::select(const Selection& selection)
     std::size_t most = 0;
     for (const RecordedStream& stream : streams)
       most = std::max(most, stream.frames);
-    std::string remedy = "it has " + std::to_string(most) + " frames";
+    std::string remedy = "it has " + counted(most, "frame");
     if (hasTimes(streams))
       remedy += " and takes " +
                 measuring::formatted(secondsOf(endOf(streams) - start()), 3) + " s";

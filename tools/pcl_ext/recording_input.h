@@ -68,7 +68,7 @@ public:
   std::string
   shownPath() const;
 
-  /** \brief Name of a stream. */
+  /** \brief Name of a stream; that of a copied input follows from what the user gave. */
   const std::string&
   nameOf(std::size_t stream) const
   {

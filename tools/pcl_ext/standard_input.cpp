@@ -1,70 +1,106 @@
 #include "standard_input.h"
 
 #include "interruption.h"
+#include "recording/temporary_copy.h"
 
-#include <poll.h>
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <map>
 #include <stdexcept>
-#include <vector>
 
 namespace pcl_ext {
 namespace tools {
 
 namespace {
 
-std::string kept_path; // empty: the standard input was not read
+constexpr const char* standard_input = "-";
+
+/** \brief Paths of copies by the path that the user gave: a pipe can be read once only. */
+std::map<std::string, std::string> copies;
+
+std::string
+shownName(const std::string& path)
+{
+  return path == standard_input ? "standard input" : path;
+}
+
+std::string
+pathOfDescriptor(int descriptor)
+{
+  return "/proc/self/fd/" + std::to_string(descriptor);
+}
+
+/** \brief Opens an input that is no regular file. A pipe without a writer is waited for
+ * later, where an interruption ends it. */
+int
+openInput(const std::string& path)
+{
+  const int descriptor = path == standard_input
+                             ? ::dup(STDIN_FILENO)
+                             : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0)
+    throw std::runtime_error("cannot open '" + shownName(path) +
+                             "': " + std::strerror(errno));
+  if (path != standard_input)
+    ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) & ~O_NONBLOCK);
+  return descriptor;
+}
+
+std::string
+keepCopy(const std::string& path)
+{
+  const int input = openInput(path);
+  int copy = -1;
+  const recording::RecordingStatus status = recording::copyToTemporaryFile(
+      input, shownName(path), [] { return !isInterrupted(); }, copy);
+  ::close(input);
+  if (!status.ok())
+    throw std::runtime_error(status.message());
+  return pathOfDescriptor(copy);
+}
 
 } // namespace
 
 std::string
-keepStandardInput()
+pathOfInput(const std::string& path)
 {
-  if (!kept_path.empty()) // it can be read once only
-    return kept_path;
-  std::FILE* const file = std::tmpfile();
-  const auto fail = [](const std::string& what) {
-    throw std::runtime_error(what + ": " + std::strerror(errno));
-  };
-  if (file == nullptr)
-    fail("cannot make a file for the standard input in /tmp");
-  std::vector<char> bytes(std::size_t{1} << 20);
-  while (true) {
-    // Unlike read() it ends with a signal.
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    ::poll(&input, 1, -1);
-    if (isInterrupted())
-      throw std::runtime_error("interrupted while reading the standard input");
-    const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
-    if (count == 0)
-      break;
-    if (count < 0)
-      fail("reading the standard input failed");
-    if (std::fwrite(bytes.data(), 1, static_cast<std::size_t>(count), file) !=
-        static_cast<std::size_t>(count))
-      fail("keeping the standard input in /tmp failed");
-  }
-  if (std::fflush(file) != 0)
-    fail("keeping the standard input in /tmp failed");
-  kept_path = "/proc/self/fd/" + std::to_string(fileno(file));
-  return kept_path;
+  if (const auto known = copies.find(path); known != copies.end())
+    return known->second;
+  struct stat properties {};
+  const int result = path == standard_input ? ::fstat(STDIN_FILENO, &properties)
+                                            : ::stat(path.c_str(), &properties);
+  const bool is_file =
+      result == 0 && (S_ISREG(properties.st_mode) || S_ISDIR(properties.st_mode));
+  if (path != standard_input && (result != 0 || is_file))
+    return path;
+  const std::string copy = is_file ? pathOfDescriptor(STDIN_FILENO) : keepCopy(path);
+  return copies[path] = copy;
 }
 
 std::string
-pathOfInput(const std::string& path)
+streamNameOfInput(const std::string& path)
 {
-  return path == "-" ? keepStandardInput() : path;
+  return path == standard_input ? "stdin" : std::filesystem::path(path).stem().string();
 }
 
 std::string
 shown(std::string text)
 {
-  for (std::size_t at = 0;
-       !kept_path.empty() && (at = text.find(kept_path, at)) != std::string::npos;)
-    text.replace(at, kept_path.size(), "standard input");
+  for (const auto& [given, copy] : copies)
+    for (std::size_t at = 0; (at = text.find(copy, at)) != std::string::npos;) {
+      const std::size_t end = at + copy.size();
+      const bool is_longer =
+          end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0;
+      if (!is_longer)
+        text.replace(at, copy.size(), shownName(given));
+      at += is_longer ? copy.size() : shownName(given).size();
+    }
   return text;
 }
 

@@ -5,19 +5,21 @@
 namespace pcl_ext {
 namespace tools {
 
-/** \brief Copies the standard input to a file that has no name, as reading a recording needs
- * to go back and forth.
- * \return a path to it, valid until the program ends
- * \throws std::runtime_error if that fails
+/** \brief A path at which an input can be read at any place and more than once: its own; for
+ * the standard input, which is "-", and for a pipe that of a copy without a name, which is
+ * there until the program ends.
+ * \throws std::runtime_error if it cannot be copied
  */
-std::string
-keepStandardInput();
-
-/** \brief The path itself, or that of the standard input if it is "-". */
 std::string
 pathOfInput(const std::string& path);
 
-/** \brief A path, or a message with paths, for people: the standard input has a name there.
+/** \brief The name that an input has in names of streams: that of its file without
+ * extension, "stdin" for the standard input. */
+std::string
+streamNameOfInput(const std::string& path);
+
+/** \brief A path, or a message with paths, for people: inputs that were copied have the
+ * names that the user gave.
  */
 std::string
 shown(std::string text);

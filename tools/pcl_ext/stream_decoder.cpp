@@ -2,16 +2,35 @@
 
 #include "stream_metadata.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace pcl_ext {
 namespace tools {
 
+std::string
+reasonOf(const io::CompressionStatus& status)
+{
+  if (status.code() == io::CompressionCode::MissingReference)
+    return "it needs a frame before it that is missing or was not decoded; decoding "
+           "goes "
+           "on with the next I-frame";
+  std::string reason = status.message();
+  const std::string number = " of frame ";
+  if (const std::size_t begin = reason.find(number); begin != std::string::npos) {
+    const std::size_t end =
+        reason.find_first_not_of("0123456789", begin + number.size());
+    reason.erase(begin, std::min(end, reason.size()) - begin);
+  }
+  return reason;
+}
+
 StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
                              std::size_t stream,
+                             const std::string& name,
                              const DecodingOptions& options)
 : decoder_(reader, stream, options.limits)
-, name_(reader.streams()[stream].name)
+, name_(name)
 , min_intensity_(options.min_intensity)
 {
   if (!options.removes_outliers)

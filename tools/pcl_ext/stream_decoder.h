@@ -10,14 +10,21 @@
 namespace pcl_ext {
 namespace tools {
 
+/** \brief Why a frame was not decoded, without the number that the encoder gave it, which
+ * is not that of the frame in its recording. */
+std::string
+reasonOf(const io::CompressionStatus& status);
+
 /** \brief Decodes the frames of a stream in their order, and filters them. */
 class StreamDecoder {
 public:
   /** \param[in] reader must outlive this
    * \param[in] stream index in its streams
+   * \param[in] name of the stream, for messages
    */
   StreamDecoder(recording::RecordingReader& reader,
                 std::size_t stream,
+                const std::string& name,
                 const DecodingOptions& options);
 
   /** \brief Decodes the next frame. */

@@ -5,6 +5,7 @@
 #include "exit_status.h"
 
 #include <pcl/common/common.h>
+#include <pcl/conversions.h>
 
 #include <iomanip>
 #include <sstream>
@@ -25,6 +26,18 @@ corner(const Eigen::Vector4f& point)
   return text.str();
 }
 
+/** \brief A cloud without points, but with fields: some drivers send none in clouds of no
+ * points. */
+pcl::PCLPointCloud2
+emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
+{
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZI>(), cloud);
+  cloud.header = header;
+  cloud.fields.back().name = intensity_field;
+  return cloud;
+}
+
 } // namespace
 
 StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
@@ -32,33 +45,46 @@ StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
 {}
 
 void
+StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
+{
+  if (node_)
+    return;
+  const std::string frame_id =
+      options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
+  const nodes::SensorNodeSettings settings =
+      options_.nodeSettings(options_.lawOf(cloud), frame_id);
+  law_ = settings.law;
+  frame_id_ = settings.global_frame;
+  node_.emplace(settings);
+  if (!node_->settingsStatus().ok())
+    throw UsageError(node_->settingsStatus().message());
+}
+
+void
 StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                       const std::string& source,
                       std::vector<std::uint8_t>& bytes)
 {
-  if (!node_) {
-    const std::string frame_id =
-        options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
-    const nodes::SensorNodeSettings settings =
-        options_.nodeSettings(options_.lawOf(cloud), frame_id);
-    law_ = settings.law;
-    frame_id_ = settings.global_frame;
-    node_.emplace(settings);
-    if (!node_->settingsStatus().ok())
-      throw UsageError(node_->settingsStatus().message());
-  }
-  const nodes::SensorNodeStatus status = node_->encode(cloud, pose_, bytes);
+  const bool has_fields = !cloud.fields.empty() || !cloud.data.empty();
+  const pcl::PCLPointCloud2 empty =
+      has_fields ? pcl::PCLPointCloud2()
+                 : emptyCloud(cloud.header, options_.intensityField());
+  const pcl::PCLPointCloud2& encoded = has_fields ? cloud : empty;
+  chooseLaw(encoded);
+  const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (!status.hasFrame())
     throw std::runtime_error(status.message());
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   ++sums_.frames;
+  sums_.all_points += statistics.preprocessing.points;
   sums_.points +=
       statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
   sums_.encoded_points += statistics.frame.voxelization.points_used;
   sums_.voxels += statistics.frame.coding.voxels;
   sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
+  sums_.outliers += statistics.outliers_removed;
   sums_.bytes += bytes.size();
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
@@ -83,7 +109,8 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
 std::string
 StreamEncoder::whyNothingWasEncoded() const
 {
-  if (sums_.frames == 0 || sums_.encoded_points > 0)
+  // An empty cloud is a valid frame.
+  if (sums_.all_points == 0 || sums_.encoded_points > 0)
     return {};
   if (extent_.empty())
     return name_ + ": no cloud has a point that is finite";

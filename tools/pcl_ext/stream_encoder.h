@@ -18,10 +18,12 @@ namespace tools {
 /** \brief Sums over the frames of a stream. */
 struct EncodedSums {
   std::size_t frames = 0;
-  std::size_t points = 0;         ///< of the clouds, finite ones
+  std::size_t all_points = 0;     ///< of the clouds
+  std::size_t points = 0;         ///< finite ones of these
   std::size_t encoded_points = 0; ///< in voxels
   std::size_t voxels = 0;
   std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
+  std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
   std::size_t bytes = 0;
   std::size_t warnings = 0;  ///< frames with one
   std::string first_warning; ///< with its frame
@@ -34,6 +36,20 @@ public:
    * \param[in] name of the stream
    */
   StreamEncoder(const EncodingOptions& options, std::string name);
+
+  /** \brief True if a cloud does not tell which law suits its stream, and none was chosen
+   * yet: it has neither points nor fields. */
+  bool
+  leavesLawOpen(const pcl::PCLPointCloud2& cloud) const
+  {
+    return !node_ && cloud.fields.empty() && cloud.data.empty();
+  }
+
+  /** \brief Chooses the law by a cloud, unless that was done.
+   * \throws UsageError if the settings are invalid
+   */
+  void
+  chooseLaw(const pcl::PCLPointCloud2& cloud);
 
   /** \brief Encodes a cloud.
    * \param[in] cloud the first one decides on the law, if it is automatic
@@ -68,7 +84,7 @@ public:
   }
 
   /** \brief Where the points of the first cloud are, if none was inside the crop box; empty
-   * if points were encoded. */
+   * if points were encoded, or the clouds have none. */
   std::string
   whyNothingWasEncoded() const;
 

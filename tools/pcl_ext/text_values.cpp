@@ -3,6 +3,7 @@
 #include <pcl_ext/intensity/intensity_law.h>
 
 #include "exit_status.h"
+#include "measuring/markdown_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -172,16 +173,24 @@ parsePose(const std::string& text)
   }
 }
 
+std::string
+counted(std::size_t count, const std::string& noun)
+{
+  return measuring::formatted(static_cast<double>(count), 0) + ' ' + noun +
+         (count == 1 ? "" : "s");
+}
+
 FrameRange
 parseFrames(const std::string& text)
 {
   FrameRange range;
   const std::size_t colon = text.find(':');
-  const std::string end = colon == std::string::npos ? text : text.substr(colon + 1);
-  if (colon != std::string::npos && colon > 0)
+  if (colon != 0)
     range.begin = parseFrameNumber(text.substr(0, colon));
-  if (!end.empty() || colon == std::string::npos)
-    range.end = parseFrameNumber(end);
+  if (colon == std::string::npos)
+    range.end = range.begin + 1;
+  else if (colon + 1 < text.size())
+    range.end = parseFrameNumber(text.substr(colon + 1));
   if (range.begin >= range.end)
     throw UsageError("--frames " + text +
                      " is no frame; A:B is the frames A to B - 1, "

@@ -56,7 +56,11 @@ struct FrameRange {
   std::size_t end = std::numeric_limits<std::size_t>::max();
 };
 
-/** \brief Reads A:B, either of which may be left out; N alone is 0:N.
+/** \brief A number of things: "1 frame", "1,234 frames". */
+std::string
+counted(std::size_t count, const std::string& noun);
+
+/** \brief Reads A:B, either of which may be left out; N alone is that frame.
  * \throws UsageError, also if the range is empty
  */
 FrameRange

@@ -2,11 +2,13 @@
 #include "console.h"
 #include "decoding_options.h"
 #include "exit_status.h"
+#include "frame_failures.h"
 #include "interruption.h"
 #include "loss_count.h"
 #include "measuring/markdown_table.h"
 #include "options.h"
 #include "recording_input.h"
+#include "stream_decoder.h"
 
 #include <iostream>
 #include <memory>
@@ -31,7 +33,9 @@ struct VerifyOptions {
 class Verify {
 public:
   explicit Verify(const VerifyOptions& options)
-  : console_("verify"), input_(options.input)
+  : console_("verify")
+  , input_(options.input)
+  , failures_([this](const std::string& line) { report(line); })
   {
     if (options.is_quiet)
       console_.beQuiet();
@@ -50,6 +54,7 @@ public:
       verify(item);
       console_.advance();
     }
+    failures_.finish();
     console_.endProgress();
     std::size_t damaged_places = 0;
     for (const std::string& place : input_.damage()) {
@@ -60,14 +65,11 @@ public:
       report(
           "the recording was not finished, as after a power failure; all whole frames "
           "were found");
-    console_.summary(formatted(static_cast<double>(frames_), 0) +
-                     (frames_ == 1 ? " frame decoded, " : " frames decoded, ") +
-                     formatted(static_cast<double>(lost_), 0) + " lost" +
-                     (damaged_places > 0
-                          ? ", damage at " + std::to_string(damaged_places) +
-                                (damaged_places == 1 ? " place" : " places")
-                          : "") +
-                     (isInterrupted() ? "; interrupted" : ""));
+    console_.summary(
+        counted(frames_, "frame") + " decoded, " +
+        formatted(static_cast<double>(lost_), 0) + " lost" +
+        (damaged_places > 0 ? ", damage at " + counted(damaged_places, "place") : "") +
+        (isInterrupted() ? "; interrupted" : ""));
     if (isInterrupted())
       return interrupted;
     return lost_ > 0 || damaged_places > 0 ? something_failed : all_done;
@@ -77,20 +79,20 @@ private:
   void
   verify(const RecordingInput::Item& item)
   {
-    const std::string name = input_.reader().streams()[item.stream].name + ", frame " +
-                             std::to_string(item.number);
     const auto status = input_.read(item, frame_);
     if (!status.ok()) {
-      loseFrame(name, status.message());
+      loseFrame(item, status.message());
       return;
     }
     if (const std::size_t missing =
             gaps_[item.stream].missingBefore(frame_.description);
         missing > 0 && item.is_wanted) {
       lost_ += missing;
-      report(name + " at byte " + std::to_string(frame_.offset) + ": " +
-             std::to_string(missing) + " before it " + (missing == 1 ? "is" : "are") +
-             " not in the recording");
+      failures_.add(input_.nameOf(item.stream),
+                    item.number,
+                    " at byte " + std::to_string(frame_.offset),
+                    counted(missing, "frame") + " before it " +
+                        (missing == 1 ? "is" : "are") + " not in the recording");
     }
     const auto decoded = decoders_[item.stream].decode(frame_, voxels_);
     if (!item.is_wanted)
@@ -98,14 +100,17 @@ private:
     if (decoded.ok())
       ++frames_;
     else
-      loseFrame(name, decoded.message());
+      loseFrame(item, reasonOf(decoded));
   }
 
   void
-  loseFrame(const std::string& name, const std::string& reason)
+  loseFrame(const RecordingInput::Item& item, const std::string& reason)
   {
     ++lost_;
-    report(name + " at byte " + std::to_string(frame_.offset) + ": " + reason);
+    failures_.add(input_.nameOf(item.stream),
+                  item.number,
+                  " at byte " + std::to_string(frame_.offset),
+                  reason);
   }
 
   void
@@ -117,6 +122,7 @@ private:
 
   Console console_;
   RecordingInput input_;
+  FrameFailures failures_;
   std::vector<RecordedStreamDecoder> decoders_; // of each stream
   std::vector<LossCount> gaps_;                 // likewise
   RecordedFrame frame_;

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace pcl_ext {
+namespace recording {
+
+/** \brief Reads which QoS the publishers of each topic offered, from the text of a bag's
+ * metadata.yaml.
+ *
+ * It reads the styles of YAML in which rosbag2 and other writers of bags put it there: a text
+ * with or without quotes, a block of text, or since version 9 a list.
+ * \return YAML by topic, as channels of MCAP files have it; topics without are left out
+ */
+std::map<std::string, std::string>
+readOfferedQos(const std::string& metadata);
+
+/** \brief True if policies have names, such as "reliable", as since version 9 of the
+ * metadata, and not numbers. */
+bool
+hasNamedPolicies(const std::string& qos);
+
+} // namespace recording
+} // namespace pcl_ext

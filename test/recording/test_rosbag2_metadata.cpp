@@ -1,0 +1,135 @@
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/rosbag2_metadata.h"
+#include "support/recorded_streams.h"
+
+#include <gtest/gtest.h>
+
+namespace pcl_ext {
+namespace recording {
+namespace test {
+
+namespace {
+
+constexpr char numbered[] = "- history: 3\n  depth: 0\n  reliability: 1\n  deadline:\n"
+                            "    sec: 9223372036\n    nsec: 854775807";
+constexpr char named[] = "- history: unknown\n  depth: 0\n  reliability: reliable\n"
+                         "  deadline:\n    sec: 9223372036\n    nsec: 854775807";
+
+/** \brief The metadata of a bag whose topics have the keys of these texts. */
+std::string
+metadataOf(const std::string& topics)
+{
+  return "rosbag2_bagfile_information:\n  version: 5\n  topics_with_message_count:\n" +
+         topics + "  files:\n    - path: bag_0.mcap\n      name: no topic\n";
+}
+
+std::string
+textOf(const std::string& path)
+{
+  const Bytes bytes = bytesOf(path);
+  return {bytes.begin(), bytes.end()};
+}
+
+/** \brief Writes a folder with a topic of this QoS, and returns that in the channel of the
+ * folder when metadata.yaml alone has it. */
+std::string
+throughMetadata(const TestFolder& folder, const std::string& qos)
+{
+  std::filesystem::remove_all(folder / "bag");
+  std::filesystem::remove_all(folder / "bare");
+  for (const std::string name : {"bag", "bare"}) {
+    McapWriter writer;
+    std::size_t channel = 0;
+    McapChannel points = pointCloudChannel("/points");
+    if (name == "bag")
+      points.metadata["offered_qos_profiles"] = qos;
+    EXPECT_TRUE(writer.open(folder / name, "ros2").ok());
+    EXPECT_TRUE(writer.addChannel(points, McapChunking::Shared, channel).ok());
+    EXPECT_TRUE(writer.finish().ok());
+  }
+  const auto replace = std::filesystem::copy_options::overwrite_existing;
+  std::filesystem::copy_file(
+      folder / "bag/metadata.yaml", folder / "bare/metadata.yaml", replace);
+  McapReader reader;
+  EXPECT_TRUE(reader.open(folder / "bare").ok());
+  return reader.channels()[0].metadata.at("offered_qos_profiles");
+}
+
+} // namespace
+
+TEST(Rosbag2Metadata, QosIsReadInAllStyles)
+{
+  const std::string text = metadataOf(
+      "    - topic_metadata:\n        name: /escaped\n        type: a/msg/B\n"
+      "        offered_qos_profiles: \"- history: 3\\n  depth: 0\\n  reliability: 1\\n"
+      "  deadline:\\n    sec: 9223372036\\n    nsec: 854775807\"\n      message_count: "
+      "2\n"
+      "    - topic_metadata:\n        name: \"/folded\"\n        offered_qos_profiles: "
+      "\"- history: 3\\n  depth: 0\\n  reliability:\\\n          \\ 1\\n  deadline:\\n"
+      "    sec:\n          9223372036\\n    nsec: 854775807\"\n"
+      "    - topic_metadata:\n        name: /block\n        offered_qos_profiles: |-\n"
+      "          - history: 3\n            depth: 0\n            reliability: 1\n"
+      "            deadline:\n              sec: 9223372036\n              nsec: "
+      "854775807\n"
+      "    - topic_metadata:\n        name: /list\n        offered_qos_profiles:\n"
+      "          - history: unknown\n            depth: 0\n            reliability: "
+      "reliable\n            deadline:\n              sec: 9223372036\n"
+      "              nsec: 854775807\n        type_description_hash: RIHS01_1\n"
+      "    - topic_metadata:\n        name: /none\n        offered_qos_profiles: \"\"\n"
+      "    - topic_metadata:\n        name: /empty\n        offered_qos_profiles: []\n"
+      "    - topic_metadata:\n        name: '/it''s'\n        offered_qos_profiles: "
+      "'- depth: 1'\n");
+  const std::map<std::string, std::string> expected = {{"/escaped", numbered},
+                                                       {"/folded", numbered},
+                                                       {"/block", numbered},
+                                                       {"/list", named},
+                                                       {"/it's", "- depth: 1"}};
+  EXPECT_EQ(readOfferedQos(text), expected);
+}
+
+TEST(Rosbag2Metadata, ListsNeedNoIndentation)
+{
+  const std::string text =
+      "rosbag2_bagfile_information:\n  topics_with_message_count:\n"
+      "  - message_count: 1\n    topic_metadata:\n"
+      "      name: /a\n      offered_qos_profiles:\n"
+      "      - depth: 7\n        reliability: reliable\n"
+      "      serialization_format: cdr\n"
+      "  - message_count: 1\n    topic_metadata:\n"
+      "      name: /b\n      offered_qos_profiles: ''\n";
+  const std::map<std::string, std::string> expected = {
+      {"/a", "- depth: 7\n  reliability: reliable"}};
+  EXPECT_EQ(readOfferedQos(text), expected);
+}
+
+TEST(Rosbag2Metadata, AnyTextIsRead)
+{
+  const std::string text =
+      metadataOf("    - topic_metadata:\n        name: \"/a\n        "
+                 "offered_qos_profiles: 'x''\n    - topic_metadata:\n      - - -\n");
+  for (std::size_t end = 0; end <= text.size(); ++end)
+    readOfferedQos(text.substr(0, end));
+  for (std::size_t i = 0; i < text.size(); ++i)
+    for (const char other : {'\n', '"', '\\', '\'', '-', ':', '|'}) {
+      std::string changed = text;
+      changed[i] = other;
+      EXPECT_LE(readOfferedQos(changed).size(), 2u);
+    }
+}
+
+TEST(Rosbag2Metadata, QosOfChannelsIsWrittenAndRead)
+{
+  const TestFolder folder;
+  EXPECT_EQ(throughMetadata(folder, numbered), numbered);
+  EXPECT_NE(textOf(folder / "bag/metadata.yaml").find("version: 5"), std::string::npos);
+  // rosbag2 reads names of policies since version 9 alone.
+  EXPECT_EQ(throughMetadata(folder, named), named);
+  EXPECT_NE(textOf(folder / "bag/metadata.yaml").find("version: 9"), std::string::npos);
+}
+
+} // namespace test
+} // namespace recording
+} // namespace pcl_ext

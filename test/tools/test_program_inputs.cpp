@@ -1,0 +1,298 @@
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::test::knownStream;
+using recording::test::KnownStream;
+using recording::test::record;
+
+std::size_t
+linesOf(const std::string& text)
+{
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+/** \brief Names of the streams that info finds. */
+std::vector<std::string>
+streamNames(const TestFolder& folder, const std::string& line)
+{
+  const ProgramRun result = runShell(folder, line);
+  EXPECT_EQ(result.status, 0) << result.errors;
+  std::vector<std::string> names;
+  const nlohmann::json json = nlohmann::json::parse(result.output);
+  for (const nlohmann::json& stream : json["streams"])
+    names.push_back(stream["name"]);
+  return names;
+}
+
+} // namespace
+
+TEST(ProgramInputs, StandardInputHasOneName)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.pcxi");
+  const std::vector<std::string> name = {"stdin"};
+  EXPECT_EQ(streamNames(folder, "cat x.pcxi | \"$P\" info - --json"), name);
+  EXPECT_EQ(streamNames(folder, "\"$P\" info - --json < x.pcxi"), name);
+  const std::vector<std::string> topic = {"/stdin"};
+  EXPECT_EQ(
+      streamNames(folder,
+                  "cat x.pcxi | \"$P\" cut - -o cut.mcap > cut.txt && \"$P\" info "
+                  "cut.mcap --json"),
+      topic);
+  EXPECT_EQ(
+      streamNames(folder,
+                  "cat room/000.pcd | \"$P\" encode - -o e.mcap > e.txt && \"$P\" "
+                  "info e.mcap --json"),
+      topic);
+}
+
+TEST(ProgramInputs, NamedPipesAreRead)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectRun(folder, "encode room/000.pcd -o x.pcxi");
+  const ProgramRun result =
+      runShell(folder,
+               "mkfifo pipe pipe2; cat room/000.pcd > pipe & \"$P\" encode pipe -o "
+               "y.pcxi; cat y.pcxi > pipe2 & \"$P\" cut pipe2 -o z.mcap");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(bytesOf(folder / "y.pcxi"), bytesOf(folder / "x.pcxi"));
+  EXPECT_EQ(decode(folder / "z.mcap")[0].name, "/pipe2");
+}
+
+TEST(ProgramInputs, DevicesAreRefused)
+{
+  const TestFolder folder;
+  const std::string text = "is a device: only files and pipes can be read";
+  expectFailure(folder, "encode /dev/zero -o x.pcxi", 1, text);
+  expectFailure(folder, "info /dev/zero", 1, text);
+  expectFailure(folder, "verify - < /dev/zero", 1, "'standard input' " + text);
+}
+
+TEST(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
+{
+  const TestFolder folder;
+  for (const char* extension : {"mcap", "pcxi", "pcd", "ply", "bin"}) {
+    SCOPED_TRACE(extension);
+    const std::string name = std::string("x.") + extension;
+    writeBytes(folder / name, {});
+    fs::resize_file(folder / name, std::uintmax_t{1} << 36);
+    EXPECT_EQ(run(folder, "encode " + name + " -o y.pcxi").status, 1);
+    expectFailure(folder, "info " + name, 1, "is not a recording");
+  }
+}
+
+TEST(ProgramInputs, CloudsArePointedToEncode)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectFailure(folder, "info room/000.pcd", 1, "'pcl_ext encode' makes a recording");
+  expectFailure(folder, "info room", 1, "'pcl_ext encode' makes a recording");
+}
+
+TEST(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  writeClouds(folder, "room/rear", roomClouds(1));
+  writeBytes(folder / "room/notes.txt", {1});
+  writeBytes(folder / "room/.hidden", {1});
+  const ProgramRun result = run(folder, "encode room -o x.pcxi");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.errors,
+            "pcl_ext encode: 'room': left out: 1 folder (rear) and 1 other file "
+            "(notes.txt); each folder that is named is a stream\n");
+  expectRun(folder, "encode room -o x.pcxi --quiet");
+}
+
+TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
+{
+  const TestFolder folder;
+  writeClouds(folder, "front", roomClouds(3, 1));
+  writeClouds(folder, "rear", roomClouds(2, 2));
+  expectRun(folder, "encode front rear -o folders.mcap");
+  expectRun(folder, "encode '*/0*.pcd' -o pattern.mcap");
+  expectRun(folder, "encode front/*.pcd rear/*.pcd -o names.mcap");
+  const std::vector<DecodedStream> streams = decode(folder / "folders.mcap");
+  for (const std::string file : {"pattern.mcap", "names.mcap"}) {
+    const std::vector<DecodedStream> others = decode(folder / file);
+    ASSERT_EQ(others.size(), 2u) << file;
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(others[i].name, streams[i].name);
+      EXPECT_EQ(others[i].frames.size(), streams[i].frames.size());
+      expectSameFrames(streams[i], 0, others[i]);
+    }
+  }
+  const ProgramRun one = run(folder, "encode '*/0*.pcd' -o one.pcxi");
+  EXPECT_EQ(one.status, 0);
+  EXPECT_NE(one.errors.find("files of 2 folders become one stream"), std::string::npos);
+  EXPECT_EQ(decode(folder / "one.pcxi")[0].frames.size(), 5u);
+}
+
+TEST(ProgramInputs, QosOfABagsMetadataIsKept)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.mcap");
+  expectRun(folder, "decode x.mcap -o bag --bag");
+  const Bytes yaml = bytesOf(folder / "bag/metadata.yaml");
+  std::string text(yaml.begin(), yaml.end());
+  const std::string key = "offered_qos_profiles: \"";
+  ASSERT_NE(text.find(key), std::string::npos);
+  text.insert(text.find(key) + key.size(), "- durability: 1\\n  depth: 2");
+  writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
+  expectRun(folder, "encode bag -o small");
+  expectRun(folder, "decode small -o again.mcap");
+  expectRun(folder, "cut small -o cut.mcap --frames 0:1");
+  expectRun(folder, "merge small -o merged");
+  for (const std::string path : {"small", "again.mcap", "cut.mcap", "merged"}) {
+    recording::McapReader reader;
+    ASSERT_TRUE(reader.open(folder / path).ok());
+    const auto& metadata = reader.channels().at(0).metadata;
+    ASSERT_EQ(metadata.count("offered_qos_profiles"), 1u) << path;
+    EXPECT_EQ(metadata.at("offered_qos_profiles"), "- durability: 1\n  depth: 2");
+  }
+}
+
+TEST(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
+{
+  const TestFolder folder;
+  const auto clouds = roomClouds(1);
+  ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "ascii.pcd", clouds[0]), 0);
+  ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "binary.pcd", clouds[0]), 0);
+  ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "compressed.pcd", clouds[0]),
+            0);
+  for (const std::string kind : {"ascii", "binary", "compressed"}) {
+    const std::string file = kind + ".pcd";
+    expectRun(folder, "encode " + file + " -o x.pcxi");
+    const ProgramRun result =
+        runShell(folder, "cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.errors.find("another cloud follows the first one"),
+              std::string::npos)
+        << result.errors;
+  }
+}
+
+TEST(ProgramInputs, AnEmptyCloudIsAFrame)
+{
+  const TestFolder folder;
+  const std::string empty =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 "
+      "1 1\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n";
+  fs::create_directories(folder / "none");
+  writeBytes(folder / "none/0.pcd", {empty.begin(), empty.end()});
+  writeBytes(folder / "none/1.pcd", {empty.begin(), empty.end()});
+  expectRun(folder, "encode none -o x.mcap");
+  EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
+  expectRun(folder, "verify x.mcap");
+  // A topic whose messages have no fields either.
+  recording::McapWriter writer;
+  std::size_t channel = 0;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  ASSERT_TRUE(writer
+                  .addChannel(recording::pointCloudChannel("/empty"),
+                              recording::McapChunking::Shared,
+                              channel)
+                  .ok());
+  recording::McapMessage message;
+  recording::writePointCloud({}, false, message.bytes);
+  ASSERT_TRUE(writer.write(message).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  for (const std::string options :
+       {"", " -l none", " -l native", " -l count", " --intensity-field a"}) {
+    expectRun(folder, "encode bag.mcap -o small.mcap" + options);
+    EXPECT_EQ(decode(folder / "small.mcap")[0].frames.size(), 1u) << options;
+  }
+}
+
+TEST(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectRun(folder, "encode room -o room.mcap");
+  expectRun(folder, "decode room.mcap -o clouds.mcap");
+  recording::McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
+  recording::McapMessage cloud;
+  ASSERT_TRUE(reader.read(reader.index()[0], cloud).ok());
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  ASSERT_TRUE(writer
+                  .addChannel(reader.channels()[0],
+                              recording::McapChunking::Shared,
+                              cloud.channel)
+                  .ok());
+  recording::McapMessage empty = cloud;
+  recording::writePointCloud({}, false, empty.bytes);
+  ASSERT_TRUE(writer.write(empty).ok());
+  cloud.log_time += std::chrono::seconds(1);
+  ASSERT_TRUE(writer.write(cloud).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  expectRun(folder, "encode bag.mcap -o small.mcap");
+  recording::RecordingReader small;
+  ASSERT_TRUE(small.open(folder / "small.mcap").ok());
+  EXPECT_EQ(small.streams()[0].frames, 2u);
+  EXPECT_EQ(small.streams()[0].metadata.at("intensity_law"), "native");
+}
+
+TEST(ProgramInputs, FailuresThatAreAlikeAreCounted)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(30));
+  for (std::size_t i = 10; i < 25; ++i)
+    fs::resize_file(folder / ("room/0" + std::to_string(i) + ".pcd"), 5000 + i);
+  const ProgramRun encoded = run(folder, "encode room -o x.pcxi");
+  EXPECT_EQ(encoded.status, 1);
+  EXPECT_EQ(linesOf(encoded.errors), 2u) << encoded.errors;
+  EXPECT_NE(encoded.errors.find("/room, frame 10: cannot read 'room/010.pcd'"),
+            std::string::npos);
+  EXPECT_NE(encoded.errors.find(
+                "/room, frames 11 to 24: 14 more failures like that of frame 10"),
+            std::string::npos)
+      << encoded.errors;
+  EXPECT_NE(encoded.output.find(", 15 failed"), std::string::npos);
+  // A stream without its first I-frame.
+  const KnownStream stream = knownStream(0, 40, 40);
+  Bytes bytes;
+  for (std::size_t i = 1; i < stream.frames.size(); ++i)
+    bytes.insert(
+        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
+  writeBytes(folder / "lost.pcxi", bytes);
+  const ProgramRun verified = run(folder, "verify lost.pcxi");
+  EXPECT_EQ(verified.status, 1);
+  EXPECT_EQ(linesOf(verified.output), 3u) << verified.output;
+  EXPECT_NE(verified.output.find(
+                "lost, frames 1 to 38: 38 more failures like that of frame 0"),
+            std::string::npos)
+      << verified.output;
+  const ProgramRun decoded = run(folder, "decode lost.pcxi -o out");
+  EXPECT_EQ(decoded.status, 1);
+  EXPECT_EQ(linesOf(decoded.errors), 3u) << decoded.errors;
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,201 @@
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::test::knownStream;
+using recording::test::record;
+
+} // namespace
+
+TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.mcap");
+  expectRun(folder, "decode x.mcap -o bag.mcap");
+  const auto expectRefusal = [&](const std::string& arguments,
+                                 const std::string& text) {
+    expectFailure(folder, arguments, 2, text);
+  };
+  expectRefusal("decode x.mcap -o y.mcap --ply", "--ply is for a folder of files");
+  expectRefusal("decode x.mcap -o y.mcap --pcd ascii", "--pcd is for a folder");
+  expectRefusal("decode x.mcap -o y.mcap --overwrite", "--overwrite is for a folder");
+  expectRefusal("decode x.mcap -o y --bag --overwrite", "--overwrite is for a folder");
+  expectRefusal("decode x.mcap -o y --unit points",
+                "--unit requires --remove-outliers");
+  const std::string encode = "encode room -o y.pcxi ";
+  expectRefusal(encode + "--unit points", "--unit requires --remove-outliers");
+  expectRefusal(encode + "--sensor kinect_v2", "add --law quadratic");
+  expectRefusal(encode + "--sensor kinect_v2 -l count", "add --law quadratic");
+  expectRefusal(encode + "-l count --intensity-field a", "--intensity-field has no");
+  expectRefusal(encode + "-l none --intensity-bits 4",
+                "--intensity-bits has no effect");
+  expectRefusal(encode + "-l none --aggregation sum", "--aggregation has no effect");
+  expectRefusal(encode + "-l count --format published -e small", "--effort has no");
+  expectRefusal(encode + "-l count --format published --colour-bits 5",
+                "--colour-bits has no effect");
+  expectRefusal(encode + "--no-header --frame-id hall", "--frame-id has no effect");
+  expectRefusal(encode + "--sensor kinect_v2 -l linear --coarsen", "--coarsen has no");
+  expectRefusal(encode + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0",
+                "--pose is given twice");
+  expectRefusal("encode bag.mcap -o y.mcap --rate 5", "--rate is for files");
+  expectRefusal("demo --sensor kinect_v1 -n 1", "add --law quadratic");
+  expectRefusal("merge x.mcap -o y.pcxi --prefix a", "--prefix has no effect");
+  EXPECT_FALSE(fs::exists(folder / "y.pcxi"));
+  EXPECT_FALSE(fs::exists(folder / "y.mcap"));
+}
+
+TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.pcxi");
+  fs::create_directories(folder / "there");
+  fs::create_directories(folder / "there.pcxi");
+  for (const std::string command : {"encode room", "cut x.pcxi", "merge x.pcxi"}) {
+    for (const std::string output : {"there", "there.pcxi"})
+      expectFailure(folder, command + " -o " + output, 2, "exists: name another");
+    for (const std::string output : {"/dev/null", "/dev/stdout", "/dev/full"})
+      expectFailure(folder, command + " -o " + output, 2, "is no file or folder");
+  }
+  expectFailure(folder, "decode x.pcxi -o there --bag", 2, "exists: name another");
+  expectFailure(folder, "decode x.pcxi -o /dev/null", 2, "is no file or folder");
+  // A terminal as the standard output.
+  const ProgramRun terminal =
+      runShell(folder,
+               "export P; script -qec '\"$P\" encode room -o - 2> "
+               "refused' typescript > typed < /dev/null");
+  EXPECT_EQ(terminal.status, 2);
+  const Bytes refused = bytesOf(folder / "refused");
+  EXPECT_NE(std::string(refused.begin(), refused.end())
+                .find("the standard output is a terminal"),
+            std::string::npos);
+}
+
+TEST(ProgramOptions, FullStandardOutputIsAFailure)
+{
+  const TestFolder folder;
+  record({knownStream(0, 3, 3)}, folder / "x.pcxi");
+  const std::string text = "cannot write to the standard output";
+  expectFailure(folder, "info x.pcxi > /dev/full", 1, text);
+  expectFailure(folder, "info --json x.pcxi > /dev/full", 1, text);
+  expectFailure(folder, "verify x.pcxi > /dev/full", 1, text);
+  expectFailure(folder, "--help > /dev/full", 1, text);
+}
+
+TEST(ProgramOptions, WhatIsLeftOfAnOutputThatFailedIsTold)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(30));
+  expectRun(folder, "encode room -o all.mcap -r 0.01 --i-frame-rate 1");
+  // A limit on the size of files in place of a full disk.
+  const std::string limit = "trap '' XFSZ; ulimit -f 100; \"$P\" ";
+  for (const std::string command : {"encode room -o x.mcap -r 0.01 --i-frame-rate 1",
+                                    "encode room -o x.pcxi -r 0.01 --i-frame-rate 1",
+                                    "decode all.mcap -o y.mcap"}) {
+    const ProgramRun result = runShell(folder, limit + command);
+    EXPECT_EQ(result.status, 1) << command;
+    EXPECT_NE(result.errors.find("; what was written until then is in '"),
+              std::string::npos)
+        << result.errors;
+  }
+  for (const std::string left : {"x.mcap", "x.pcxi", "y.mcap"}) {
+    EXPECT_TRUE(fs::exists(folder / (left + ".unfinished")));
+    EXPECT_FALSE(fs::exists(folder / left));
+  }
+}
+
+TEST(ProgramOptions, MessagesNameOptions)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  expectFailure(
+      folder, "encode room -o x.pcxi -r 1e-5 --remove-outliers", 2, "--resolution is");
+  const ProgramRun range = run(folder, "encode room -o x.pcxi --intensity-range 10");
+  EXPECT_NE(
+      range.errors.find("use a larger --intensity-range or more --intensity-bits"),
+      std::string::npos)
+      << range.errors;
+}
+
+TEST(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(5));
+  expectRun(folder, "encode room -o x.mcap");
+  expectRun(folder, "decode x.mcap -o bag.mcap");
+  expectRun(folder, "encode bag.mcap -o small.mcap");
+  // One number is one frame.
+  const ProgramRun one = expectRun(folder, "decode small.mcap -o one --frames 3");
+  EXPECT_NE(one.output.find("one: 1 frame, "), std::string::npos) << one.output;
+  EXPECT_TRUE(fs::exists(folder / "one/000003.pcd"));
+  // Streams by the topics of their clouds, with blanks behind commas.
+  expectRun(folder, "cut small.mcap -o a.mcap --streams /room");
+  expectRun(folder, "cut small.mcap -o b.mcap --streams '/room/pcl_ext, room'");
+  EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "b.mcap"));
+  expectFailure(folder,
+                "cut small.mcap -o c.mcap --from 2 --to 1",
+                2,
+                "--from must be less than --to");
+  expectFailure(folder, "cut one.mcap -o c.mcap", 1, "cannot open 'one.mcap'");
+}
+
+TEST(ProgramOptions, FoldersWithoutANameAndStreamsWithoutSlash)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o a.mcap --pose /room=1,2,3,0,0,0");
+  expectRun(folder, "encode room -o b.mcap --pose room=1,2,3,0,0,0");
+  const ProgramRun result =
+      runShell(folder, "cd room && \"$P\" encode . -o ../c.mcap --pose 1,2,3,0,0,0");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "b.mcap"));
+  EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "c.mcap"));
+}
+
+TEST(ProgramOptions, RemovedOutliersAreCounted)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  const ProgramRun result =
+      expectRun(folder, "encode room -o x.pcxi -r 0.05 --law count --remove-outliers");
+  EXPECT_NE(result.output.find(" voxels removed as outliers"), std::string::npos)
+      << result.output;
+}
+
+TEST(ProgramOptions, ProgressFitsANarrowTerminal)
+{
+  const TestFolder folder;
+  // It is interrupted as soon as there is a bar.
+  const ProgramRun result = runShell(
+      folder,
+      "export P; script -qefc 'stty cols 40; echo $$ > pid; exec \"$P\" demo --sensors "
+      "1 "
+      "-n 1000000 -o \"\" > table' typescript > typed < /dev/null & "
+      "for i in $(seq 600); do grep -aq 'a second' typed && break; sleep 0.1; done; "
+      "kill -INT $(cat pid); wait $!");
+  EXPECT_EQ(result.status, 130);
+  const Bytes typed = bytesOf(folder / "typed");
+  const std::string text(typed.begin(), typed.end());
+  EXPECT_NE(text.find(" a second"), std::string::npos) << text;
+  std::size_t begin = 0;
+  for (std::size_t end; (end = text.find_first_of("\r\n", begin)) != std::string::npos;
+       begin = end + 1) {
+    const std::string line = text.substr(begin, end - begin);
+    EXPECT_LT(line.substr(0, line.find('\x1b')).size(), 40u) << line;
+  }
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
