@@ -10,16 +10,13 @@
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
-#include "voxels/memory_rule.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <streambuf>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #define EXPORTED(name) extern "C" __attribute__((export_name(#name)))
@@ -87,12 +84,13 @@ struct DecodedFrame {
   std::uint32_t is_i_frame = 0;
   std::uint32_t bytes = 0;
   std::uint32_t skipped_bytes = 0;
-  Address positions = 0;    ///< float[3 * voxels]
-  Address intensities = 0;  ///< float[voxels]
-  Address colours = 0;      ///< std::uint8_t[3 * voxels]
-  Address point_counts = 0; ///< std::uint32_t[voxels]
-  Address keys = 0;         ///< std::uint64_t[voxels]
-  Address symbols = 0;      ///< std::uint16_t[voxels]
+  std::uint32_t bytes_read = 0; ///< after which the next call may continue
+  Address positions = 0;        ///< float[3 * voxels]
+  Address intensities = 0;      ///< float[voxels]
+  Address colours = 0;          ///< std::uint8_t[3 * voxels]
+  Address point_counts = 0;     ///< std::uint32_t[voxels]
+  Address keys = 0;             ///< std::uint64_t[voxels]
+  Address symbols = 0;          ///< std::uint16_t[voxels]
 };
 
 struct DescribedFrame {
@@ -128,7 +126,7 @@ struct Judgement {
 static_assert(sizeof(Grid) == 48 && sizeof(Scale) == 32 && sizeof(Stamp) == 24);
 static_assert(offsetof(DecodedFrame, outcome) == 104 &&
               offsetof(DecodedFrame, voxels) == 116 &&
-              offsetof(DecodedFrame, symbols) == 156);
+              offsetof(DecodedFrame, symbols) == 160);
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
               offsetof(DescribedFrame, has_frame_id) == 160);
 static_assert(offsetof(MeasuredFrame, bytes) == 12);
@@ -149,7 +147,6 @@ struct Results {
   MeasuredFrame measured;
   Judgement judgement;
   Outcome outcome;
-  io::DecodingMemory memory;
 };
 
 Results&
@@ -193,6 +190,46 @@ scaleOf(const io::IntensityScale& scale)
           scale.companded_range};
 }
 
+/** \brief Bytes to decode, in which the decoder goes back after a failure to where the next
+ * frame may begin. */
+class SeekableBytes : public std::streambuf {
+public:
+  SeekableBytes(const std::uint8_t* bytes, std::size_t size)
+  {
+    // streambuf takes char*, but does not write to a get area without a putback.
+    char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes));
+    setg(begin, begin, begin + size);
+  }
+
+  std::size_t
+  position() const
+  {
+    return static_cast<std::size_t>(gptr() - eback());
+  }
+
+protected:
+  pos_type
+  seekoff(off_type offset,
+          std::ios_base::seekdir from,
+          std::ios_base::openmode) override
+  {
+    const off_type origin = from == std::ios_base::beg   ? 0
+                            : from == std::ios_base::cur ? gptr() - eback()
+                                                         : egptr() - eback();
+    const off_type position = origin + offset;
+    if (position < 0 || position > egptr() - eback())
+      return pos_type(off_type(-1));
+    setg(eback(), eback() + position, egptr());
+    return pos_type(position);
+  }
+
+  pos_type
+  seekpos(pos_type position, std::ios_base::openmode mode) override
+  {
+    return seekoff(off_type(position), std::ios_base::beg, mode);
+  }
+};
+
 /** \brief A decoder, and the frame that it decoded last. */
 struct Decoder {
   explicit Decoder(const io::DecoderLimits& limits) : decoder(limits) {}
@@ -200,28 +237,7 @@ struct Decoder {
   io::FrameDecoder decoder;
   io::VoxelFrame frame;
   bool has_frame = false;
-  io::MemoryRule memory_rule{std::size_t{1} << 12}; // voxels
 };
-
-template <typename T>
-void
-releaseUnused(std::vector<T>& values)
-{
-  std::vector<T>(values).swap(values);
-}
-
-/** \brief Releases the memory of a large frame, a few frames later. */
-void
-releaseUnused(Decoder& decoder)
-{
-  io::VoxelFrame& frame = decoder.frame;
-  if (!decoder.memory_rule.shouldRelease(frame.size(), frame.keys.capacity()))
-    return;
-  releaseUnused(frame.keys);
-  releaseUnused(frame.intensities);
-  releaseUnused(frame.colours);
-  releaseUnused(frame.point_counts);
-}
 
 /** \brief Computes positions and intensities of a frame's voxels. */
 void
@@ -356,17 +372,17 @@ decode(Decoder* decoder, const std::uint8_t* bytes, std::uint32_t size)
   Results& result = results();
   releaseArrays(result);
   DecodedFrame& decoded = result.decoded = {};
-  const auto status =
-      decoder->decoder.decode(bytes, size, decoder->frame, result.memory);
+  SeekableBytes source(bytes, size);
+  const auto status = decoder->decoder.decode(source, decoder->frame);
+  decoded.bytes_read = static_cast<std::uint32_t>(source.position());
   decoder->has_frame = status.ok();
   decoded.outcome = outcomeOf(status);
-  const auto& statistics = decoder->decoder.statistics();
-  decoded.skipped_bytes = static_cast<std::uint32_t>(statistics.skipped_bytes);
-  decoded.bytes = static_cast<std::uint32_t>(statistics.bytes);
   if (status.ok()) {
+    const auto& statistics = decoder->decoder.statistics();
     decoded.frame_number = statistics.frame_number;
     decoded.is_i_frame = statistics.is_i_frame ? 1 : 0;
-    releaseUnused(*decoder);
+    decoded.bytes = static_cast<std::uint32_t>(statistics.bytes);
+    decoded.skipped_bytes = static_cast<std::uint32_t>(statistics.skipped_bytes);
     describeVoxels(*decoder, decoded);
   }
   return &decoded;

@@ -46,7 +46,9 @@ export class Decoder {
 
   /** Decodes the first frame found in some bytes. Bytes before it are skipped and counted.
    * @param frame bytes, of which those after the first frame are not read
-   * @returns the voxels, or why there are none: status.code "MissingReference" until the
+   * @returns the voxels, or why there are none; and the number of bytes after which the next
+   *   call may continue: the end of the frame, or after a failure where another frame may
+   *   begin, which is above 0 if there are bytes. Codes: status.code "MissingReference" until the
    *   next I-frame after a lost frame, "OldFrame" for a late or repeated one, "Corrupt",
    *   "Truncated", "LimitExceeded", "NoFrame", "UnsupportedVersion", "EndOfStream" for no
    *   bytes, "OutOfMemory"
@@ -55,7 +57,11 @@ export class Decoder {
   decode(
     frame: Uint8Array,
     options: DecodeOptions = {},
-  ): { readonly status: Status; readonly voxels: Voxels | null } {
+  ): {
+    readonly status: Status;
+    readonly voxels: Voxels | null;
+    readonly bytesRead: number;
+  } {
     this.requireNotFree();
     // No byte behind is read: these are skipped at most, and then the frame has as many.
     const bytes = frame.subarray(0, 2 * this.limits[0]);
@@ -65,9 +71,11 @@ export class Decoder {
         instance.exports.decode(decoder, address, size),
       );
       const status = result.status(104);
-      return { status, voxels: status.ok ? voxelsOf(result, options) : null };
+      const voxels = status.ok ? voxelsOf(result, options) : null;
+      return { status, voxels, bytesRead: result.u32(136) };
     });
-    return decoded.failure === null ? decoded.value : { status: decoded.failure, voxels: null };
+    if (decoded.failure === null) return decoded.value;
+    return { status: decoded.failure, voxels: null, bytesRead: Math.min(1, bytes.length) };
   }
 
   /** Releases the memory of the decoder, which must not be used any more. */
@@ -104,10 +112,10 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
   const hasStamp = result.u32(88) !== 0;
   return {
     count,
-    positions: result.floats(136, 3 * count) ?? new Float32Array(),
-    intensities: result.floats(140, count),
-    colours: result.bytes(144, 3 * count),
-    pointCounts: result.words(148, count),
+    positions: result.floats(140, 3 * count) ?? new Float32Array(),
+    intensities: result.floats(144, count),
+    colours: result.bytes(148, 3 * count),
+    pointCounts: result.words(152, count),
     resolution: grid.resolution,
     grid,
     intensityRange: result.intensityRange(48),
@@ -120,8 +128,8 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
     coded:
       options.coded === true
         ? {
-            keys: result.longs(152, count) ?? new BigUint64Array(),
-            symbols: result.shorts(156, count),
+            keys: result.longs(156, count) ?? new BigUint64Array(),
+            symbols: result.shorts(160, count),
           }
         : null,
   };
