@@ -137,6 +137,7 @@ export class Codec {
       this.instance ??= new Instance(this.module, this.maximumPages);
       return { failure: null, value: run(this.instance) };
     } catch (error) {
+      if (error instanceof CodecError) throw error;
       return { failure: this.abandonInstance(error), value: null };
     }
   }

@@ -80,7 +80,7 @@ export class Decoder {
 
   /** Releases the memory of the decoder, which must not be used any more. */
   free(): void {
-    if (!this.isFree && this.isIn(this.codec))
+    if (!this.isFree && this.isInInstance())
       this.codec.call((instance) => instance.exports.destroy_decoder(this.address));
     this.isFree = true;
   }
@@ -88,19 +88,19 @@ export class Decoder {
   /** The decoder in an instance of the module; a new one after a trap.
    * @internal */
   addressIn(instance: Instance): Address {
-    this.requireNotFree();
-    if (!this.isIn(this.codec)) {
+    if (!this.isInInstance()) {
       this.address = instance.exports.create_decoder(...this.limits);
       this.generation = this.codec.generation;
     }
     return this.address;
   }
 
-  private isIn(codec: Codec): boolean {
-    return this.generation === codec.generation;
+  private isInInstance(): boolean {
+    return this.generation === this.codec.generation;
   }
 
-  private requireNotFree(): void {
+  /** @internal */
+  requireNotFree(): void {
     if (this.isFree) throw new CodecError("InvalidInput", "the decoder was freed");
   }
 }

@@ -42,13 +42,15 @@ export class OutlierFilter {
    * @returns isNoise: [count] 1: noise, 0: not, in the order of the frame's voxels; null if
    *   none was judged: status.code is then "NoDecodedFrame", "UnsupportedResolution" (0.001
    *   to 0.2 m), "NoDensities" (the unit needs intensities) or "OutOfMemory"
-   * @throws CodecError "InvalidInput" after free(), or if the decoder is of another codec
+   * @throws CodecError "InvalidInput" after free() of either, or if the decoder is of another
+   *   codec
    */
   judge(decoder: Decoder): {
     readonly status: Status;
     readonly isNoise: Uint8Array<ArrayBuffer> | null;
   } {
     this.requireNotFree();
+    decoder.requireNotFree();
     if (decoder.codec !== this.codec)
       throw new CodecError("InvalidInput", "the decoder belongs to another codec");
     const judged = this.codec.call((instance) => {
@@ -57,7 +59,8 @@ export class OutlierFilter {
       if (address === 0) return { status: noDecodedFrame, isNoise: null };
       const result = instance.result(address);
       const status = result.filterStatus(0);
-      return { status, isNoise: status.ok ? (result.bytes(16, result.u32(12)) ?? new Uint8Array()) : null };
+      const isNoise = result.bytes(16, result.u32(12)) ?? new Uint8Array();
+      return { status, isNoise: status.ok ? isNoise : null };
     });
     return judged.failure === null ? judged.value : { status: judged.failure, isNoise: null };
   }
