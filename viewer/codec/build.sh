@@ -50,7 +50,7 @@ wait $!
 mkdir -p $out
 # A stack that overflows ends at address 0, and traps.
 clang++ --target=wasm32-wasi -mexec-model=reactor -flto "$objects"/{coders,others}.o \
-  -Wl,--strip-all,--gc-sections,--stack-first,--import-memory -Wl,-z,stack-size=1048576 \
+  -Wl,--strip-all,--gc-sections,--stack-first,--import-memory -Wl,-z,stack-size=262144 \
   -o "$objects/codec.wasm"
 mv "$objects/codec.wasm" $out/codec.wasm
 viewer/node_modules/.bin/tsc -p $package

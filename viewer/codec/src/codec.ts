@@ -1,5 +1,5 @@
 import { Decoder, limitValues } from "./decoder.js";
-import { Instance, initialPages, pageSize, type Result } from "./instance.js";
+import { Instance, pageSize, type Result } from "./instance.js";
 import { OutlierFilter, filterValues } from "./outlier_filter.js";
 import {
   CodecError,
@@ -33,15 +33,14 @@ export interface CodecOptions {
  * separate streams that are not trusted from others, load a codec for each.
  */
 export class Codec {
-  private instance: Instance | null;
   private instances = 1;
+  private isRestarting = false;
 
   private constructor(
     private readonly module: WebAssembly.Module,
     private readonly maximumPages: number,
-  ) {
-    this.instance = new Instance(module, maximumPages);
-  }
+    private instance: Instance | null,
+  ) {}
 
   /** Loads the module.
    * @param wasm the bytes of `codec.wasm`, or a module compiled of them, which several
@@ -57,7 +56,7 @@ export class Codec {
     const pages = Math.floor((options.maximumMemory ?? 2 ** 30) / pageSize);
     if (!(pages >= 32 && pages <= 65536))
       throw new CodecError("InvalidSettings", "maximumMemory must be 2 MiB to 4 GiB");
-    return new Codec(module, Math.max(pages, initialPages));
+    return new Codec(module, pages, await Instance.create(module, pages));
   }
 
   /** Reads the header of the frame at the beginning of some bytes. Its checksum is not
@@ -134,7 +133,7 @@ export class Codec {
    * @internal */
   call<T>(run: (instance: Instance) => T): Called<T> {
     try {
-      this.instance ??= new Instance(this.module, this.maximumPages);
+      this.instance ??= this.restart();
       return { failure: null, value: run(this.instance) };
     } catch (error) {
       if (error instanceof CodecError) throw error;
@@ -154,6 +153,23 @@ export class Codec {
       return { status: result.status(0), bytes: result.u32(12) };
     });
     return measured.failure === null ? measured.value : { status: measured.failure, bytes: 1 };
+  }
+
+  /** A new instance. Where none can be made at once there is one a little later, unless
+   * memory is short. */
+  private restart(): Instance {
+    try {
+      return Instance.createNow(this.module, this.maximumPages);
+    } catch (error) {
+      if (!this.isRestarting) {
+        this.isRestarting = true;
+        Instance.create(this.module, this.maximumPages)
+          .then((instance) => (this.instance ??= instance))
+          .catch(() => undefined) // the next call tries again
+          .finally(() => (this.isRestarting = false));
+      }
+      throw error;
+    }
   }
 
   private abandonInstance(error: unknown): Status {

@@ -39,8 +39,8 @@ interface Exports {
 
 export const pageSize = 65536;
 
-/** Bytes that data and stack of the module take, rounded up to pages. */
-export const initialPages = 20;
+/** Pages of memory at the start, at least those of data and stack of the module. */
+export const initialPages = 8;
 
 const ok: Status = { ok: true, code: "Ok", message: "" };
 
@@ -150,19 +150,28 @@ export class Result {
 /** One instance of the module, with a memory of its own. After a trap it must not be used
  * again. */
 export class Instance {
-  readonly exports: Exports;
-  private readonly memory: WebAssembly.Memory;
+  private constructor(
+    readonly exports: Exports,
+    private readonly memory: WebAssembly.Memory,
+  ) {
+    exports._initialize();
+    exports.set_up();
+  }
 
   /** @throws RangeError if there is no memory for it */
-  constructor(module: WebAssembly.Module, maximumPages: number) {
-    this.memory = new WebAssembly.Memory({ initial: initialPages, maximum: maximumPages });
-    const fillRandom = (address: Address, size: number): void =>
-      setRandom(new Uint8Array(this.memory.buffer, address, size));
-    const imports = { env: { memory: this.memory, fill_random: fillRandom } };
-    const instance = new WebAssembly.Instance(module, imports);
-    this.exports = instance.exports as unknown as Exports;
-    this.exports._initialize();
-    this.exports.set_up();
+  static async create(module: WebAssembly.Module, maximumPages: number): Promise<Instance> {
+    const memory = createMemory(maximumPages);
+    const instance = await WebAssembly.instantiate(module, importsWith(memory));
+    return new Instance(exportsOf(instance), memory);
+  }
+
+  /** The same at once.
+   * @throws RangeError if there is no memory for it; Chromium before version 118 always does
+   *   on the main thread of a page
+   */
+  static createNow(module: WebAssembly.Module, maximumPages: number): Instance {
+    const memory = createMemory(maximumPages);
+    return new Instance(exportsOf(new WebAssembly.Instance(module, importsWith(memory))), memory);
   }
 
   /** Calls a function with bytes, which are copied into the memory for the call. */
@@ -186,6 +195,20 @@ export class Instance {
   get memoryBytes(): number {
     return this.memory.buffer.byteLength;
   }
+}
+
+function createMemory(maximumPages: number): WebAssembly.Memory {
+  return new WebAssembly.Memory({ initial: initialPages, maximum: maximumPages });
+}
+
+function importsWith(memory: WebAssembly.Memory): WebAssembly.Imports {
+  const fillRandom = (address: Address, size: number): void =>
+    setRandom(new Uint8Array(memory.buffer, address, size));
+  return { env: { memory, fill_random: fillRandom } };
+}
+
+function exportsOf(instance: WebAssembly.Instance): Exports {
+  return instance.exports as unknown as Exports;
 }
 
 /** Fills bytes at random, so that nobody can prepare streams whose blocks collide in hash
