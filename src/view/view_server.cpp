@@ -96,6 +96,12 @@ public:
     return url_;
   }
 
+  bool
+  isLoopback() const
+  {
+    return listeners_.is_loopback;
+  }
+
   LiveStreams&
   streams()
   {
@@ -312,6 +318,12 @@ std::string
 ViewServer::url() const
 {
   return implementation_->url();
+}
+
+bool
+ViewServer::isLoopback() const noexcept
+{
+  return implementation_->isLoopback();
 }
 
 ViewServerStatus

@@ -146,6 +146,10 @@ public:
   std::string
   url() const;
 
+  /** \brief True if only this machine reaches the server; also before start(). */
+  bool
+  isLoopback() const noexcept;
+
   /** \brief Adds a live stream.
    * \param[in] name for people, such as a topic
    * \param[in] metadata as that of a recording's channels
