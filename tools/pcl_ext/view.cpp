@@ -103,6 +103,7 @@ private:
     if (options_.input == "-")
       throw UsageError("--export takes the name of a recording, not -");
     refuseSameFile({options_.input, options_.page}, options_.output);
+    checkSizeForPage(options_.input); // before all of it is read
     const std::vector<std::string> files = filesOf(options_.input);
     if (files.size() > 1)
       throw std::runtime_error("'" + options_.input + "' has " +

@@ -145,6 +145,21 @@ writeBase64(const std::string& path, NewFile& output)
 
 } // namespace
 
+void
+checkSizeForPage(const std::string& recording)
+{
+  std::error_code ignored;
+  if (!fs::is_regular_file(recording, ignored))
+    return;
+  const std::uint64_t size = fs::file_size(recording);
+  if (size > max_embedded_bytes)
+    throw std::runtime_error("'" + recording + "' has " +
+                             std::to_string(size / bytes_of_a_megabyte) +
+                             " MB, and browsers take pages with " +
+                             std::to_string(max_embedded_bytes / bytes_of_a_megabyte) +
+                             " MB at most: take a part of it with pcl_ext cut");
+}
+
 std::string
 readPage(const std::string& path)
 {
@@ -167,13 +182,7 @@ writePageWithRecording(const std::string& page,
                        const std::string& recording,
                        const std::string& output)
 {
-  const std::uint64_t size = fs::file_size(recording);
-  if (size > max_embedded_bytes)
-    throw std::runtime_error("'" + recording + "' has " +
-                             std::to_string(size / bytes_of_a_megabyte) +
-                             " MB, and browsers take pages with " +
-                             std::to_string(max_embedded_bytes / bytes_of_a_megabyte) +
-                             " MB at most: take a part of it with pcl_ext cut");
+  checkSizeForPage(recording);
   // The last one, as the page's code may have the text, too.
   const std::size_t end = page.rfind("</body>");
   if (end == std::string::npos)

@@ -10,6 +10,12 @@ namespace tools {
  * have none of more than 2^29 characters; four of these are three bytes. */
 constexpr std::uint64_t max_embedded_bytes = 384'000'000;
 
+/** \brief Refuses a recording that is too large for a page; a folder is not looked into.
+ * \throws std::runtime_error
+ */
+void
+checkSizeForPage(const std::string& recording);
+
 /** \brief Reads the viewer's page.
  * \param[in] path of it; empty: the one that was installed or built with this program
  * \throws std::runtime_error with the remedy if there is none
