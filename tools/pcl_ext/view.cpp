@@ -235,7 +235,7 @@ addView(CLI::App& app)
       app.add_option("--export",
                      options->output,
                      "write the page with the recording in it, and end")
-          ->type_name("HTML");
+          ->type_name("OUT");
   CLI::Option* const port = addNumber(app,
                                       "--port",
                                       options->port,
@@ -253,7 +253,7 @@ addView(CLI::App& app)
       [options] { options->opens_browser = false; },
       "print the address alone");
   app.add_option("--page", options->page, "the viewer's HTML (that of the program)")
-      ->type_name("HTML");
+      ->type_name("FILE");
   for (CLI::Option* const option : {cell, port, address, browser})
     output->excludes(option);
   addCellOptions(app, *options, cell);
