@@ -100,8 +100,9 @@ struct ViewServerStatistics {
 /** \brief Serves the viewer's page over HTTP, with a recording, or with live streams over a
  * WebSocket. doc/viewing.md has the protocol.
  *
- * The server has one thread. All members are thread-safe and do not throw; none waits for a
- * viewer. Frames are shared between viewers.
+ * The server has one thread. What changes or shows streams may be called by any thread;
+ * setRecording() and start() come before. Nothing throws or waits for a viewer. Frames are
+ * shared between viewers.
  * \code
  * pcl_ext::view::ViewServerSettings settings;
  * settings.page = page; // the bytes of viewer.html
