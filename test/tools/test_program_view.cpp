@@ -248,9 +248,10 @@ TEST(ProgramView, APageWithTheRecordingIsExported)
     EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
     const std::string html = textOf(folder / "out.html");
     const std::string before =
-        "<html><body>a</body>b<p><script type=\"application/octet-stream;base64\" "
+        "<html><head></head><body class=\"x\"><script "
+        "type=\"application/octet-stream;base64\" "
         "id=\"pcl-ext-recording\" data-name=\"a&amp;b&lt;&quot;c'.pcxi\">";
-    const std::string after = "</script>\n</body></html>";
+    const std::string after = "</script><p></body></html>";
     ASSERT_EQ(html.rfind(before, 0), 0u) << html.substr(0, 300);
     ASSERT_EQ(html.substr(html.size() - after.size()), after);
     EXPECT_EQ(fromBase64(html.substr(before.size(),
@@ -273,7 +274,7 @@ TEST(ProgramView, WhatCannotBeExportedIsRefused)
   expectFailure(folder, "view -" + page, 2, "not -");
   expectFailure(folder, "view missing.mcap" + page, 1, "missing.mcap");
   expectFailure(
-      folder, "view x.mcap --page empty.html --export out.html", 1, "no </body>");
+      folder, "view x.mcap --page empty.html --export out.html", 1, "no <body>");
   expectFailure(
       folder, "view x.mcap --page page.html --export x.mcap", 2, "is an input");
   expectFailure(

@@ -72,7 +72,7 @@ private:
 };
 
 /** \brief The page that ViewProcess writes. */
-constexpr char view_page[] = "<html><body>a</body>b<p></body></html>";
+constexpr char view_page[] = "<html><head></head><body class=\"x\"><p></body></html>";
 
 } // namespace test
 } // namespace tools

@@ -183,19 +183,20 @@ writePageWithRecording(const std::string& page,
                        const std::string& output)
 {
   checkSizeForPage(recording);
-  // The last one, as the page's code may have the text, too.
-  const std::size_t end = page.rfind("</body>");
-  if (end == std::string::npos)
+  // Before the page's code, which looks for it.
+  const std::size_t tag = page.find("<body");
+  const std::size_t end = page.find('>', tag);
+  if (tag == std::string::npos || end == std::string::npos)
     throw std::runtime_error(
-        "the page has no </body>, before which the recording is put");
+        "the page has no <body>, behind which the recording is put");
   NewFile file(output);
-  file.write(page.substr(0, end));
+  file.write(page.substr(0, end + 1));
   file.write(R"(<script type="application/octet-stream;base64" id="pcl-ext-recording" )"
              "data-name=\"" +
              escaped(fs::path(recording).filename().string()) + "\">");
   if (!writeBase64(recording, file))
     return 0;
-  file.write("</script>\n" + page.substr(end));
+  file.write("</script>" + page.substr(end + 1));
   file.finish();
   return fs::file_size(output);
 }
