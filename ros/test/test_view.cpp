@@ -106,26 +106,26 @@ TEST_F(View, APortThatIsTakenEndsTheNode)
   const boost::asio::ip::tcp::acceptor other(
       io, {boost::asio::ip::address_v4::loopback(), 0});
   const int taken = other.local_endpoint().port();
-  NodeProcess node("intensity_decompressor",
-                   full("decompressor"),
-                   Parameters{{"view_port", taken}, {"view_page", page}});
-  EXPECT_EQ(node.waitForExit(), 1);
-  EXPECT_NE(
-      node.output().find("port " + std::to_string(taken) + " of 127.0.0.1 is taken"),
-      std::string::npos)
-      << node.output();
+  NodeProcess central_node("intensity_decompressor",
+                           full("decompressor"),
+                           Parameters{{"view_port", taken}, {"view_page", page}});
+  EXPECT_EQ(central_node.waitForExit(), 1);
+  EXPECT_NE(central_node.output().find("port " + std::to_string(taken) +
+                                       " of 127.0.0.1 is taken"),
+            std::string::npos)
+      << central_node.output();
 }
 
 TEST_F(View, WithoutItsPageTheNodeEnds)
 {
-  NodeProcess node(
+  NodeProcess central_node(
       "intensity_decompressor",
       full("decompressor"),
       Parameters{{"view_port", port}, {"view_page", temporaryFolder() + "/no.html"}});
-  EXPECT_EQ(node.waitForExit(), 1);
-  EXPECT_NE(node.output().find("no.html'; it must be the viewer's page"),
+  EXPECT_EQ(central_node.waitForExit(), 1);
+  EXPECT_NE(central_node.output().find("no.html'; it must be the viewer's page"),
             std::string::npos)
-      << node.output();
+      << central_node.output();
 }
 
 } // namespace test
