@@ -19,6 +19,7 @@ SETTINGS = {
     "PCL_EXT_BUILD_PYTHON": "ON",
     "PCL_EXT_INSTALL": "OFF",
     "PCL_EXT_WITH_PCL": "OFF",
+    "PCL_EXT_WITH_VIEW": "OFF",
     "Python3_EXECUTABLE": sys.executable,
 }
 

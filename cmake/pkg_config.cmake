@@ -28,6 +28,12 @@ if(PCL_EXT_WITH_RECORDING)
     "pcl_ext_codec = ${PROJECT_VERSION}" " -lzstd -llz4 -lz")
 endif()
 
+if(PCL_EXT_WITH_VIEW)
+  pcl_ext_install_pkg_config(
+    pcl_ext_view "Server that shows recordings and streams of voxel clouds in browsers"
+    "pcl_ext_codec = ${PROJECT_VERSION}" " -lz -pthread")
+endif()
+
 # PCL's modules are pcl_common, or pcl_common-1.12, by how PCL was installed.
 if(PCL_EXT_WITH_PCL)
   set(version_of_pcl ${PCL_VERSION_MAJOR}.${PCL_VERSION_MINOR})

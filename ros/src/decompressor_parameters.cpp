@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 
 namespace pcl_ext_ros {
@@ -135,6 +136,38 @@ readMap(ParameterReader& reader)
   return map;
 }
 
+/** \brief The content of a file; nothing if it cannot be read or is empty. */
+std::optional<std::string>
+contentOf(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(file),
+                      std::istreambuf_iterator<char>()};
+  if (!file || content.empty())
+    return std::nullopt;
+  return content;
+}
+
+ViewParameters
+readView(ParameterReader& reader)
+{
+  ViewParameters view;
+  constexpr std::uint32_t largest_port = 65535;
+  view.port = static_cast<std::uint16_t>(reader.count("view_port", 0, 0, largest_port));
+  view.address = reader.text("view_address", "");
+  const std::string path = reader.text("view_page", PCL_EXT_ROS_VIEW_PAGE);
+  if (view.port == 0)
+    return view;
+  const std::optional<std::string> page = contentOf(path);
+  if (!page)
+    ParameterReader::refuse("view_page",
+                            "'" + path + "'",
+                            "the viewer's page, viewer.html, which viewer/build.sh of "
+                            "pcl_ext makes");
+  view.page = *page;
+  return view;
+}
+
 } // namespace
 
 DecompressorParameters
@@ -160,6 +193,7 @@ readDecompressorParameters()
       nanoseconds * reader.number("max_merge_age", 1, 0.001, 3600)));
   node.clock = rosTimeNow;
   parameters.map = readMap(reader);
+  parameters.view = readView(reader);
   reader.refuseUnknownNames();
   return parameters;
 }

@@ -11,6 +11,7 @@
 #include "node_parameters.h"
 #include "parameter_reader.h"
 #include "stream_noise.h"
+#include "stream_view.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -53,6 +54,7 @@ struct Stream {
   {}
 
   const std::string topic; ///< resolved; the stream's name in the central node
+  std::size_t number = 0;  ///< in the order of ~streams
   const std::string sensor_frame;
   StreamNoise noise;
   ros::Publisher voxels;
@@ -94,6 +96,8 @@ public:
                                                                   voxels_queue_size);
     for (const StreamParameters& stream : parameters_.streams)
       addStream(stream);
+    if (parameters_.view.port != 0)
+      showStreams();
     // Frames arrive from here on. The members above do not change any more.
     for (const auto& stream : streams_)
       subscribe(*stream);
@@ -130,6 +134,7 @@ private:
     const std::string topic = node_.resolveName(parameters.topic);
     streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
     Stream& stream = *streams_.back();
+    stream.number = streams_.size() - 1;
     if (!central_node_->addStream(topic, stream.noise.min_intensity.current()).ok())
       ParameterReader::refuse(
           "streams", "a list with " + topic + " twice", "a list of different topics");
@@ -139,6 +144,17 @@ private:
         node_.advertise<sensor_msgs::PointCloud2>(topic + "/voxels", voxels_queue_size);
     stream.i_frame_requests =
         node_.advertise<std_msgs::Empty>(topic + "/request_i_frame", 10);
+  }
+
+  void
+  showStreams()
+  {
+    std::vector<std::string> topics;
+    for (const auto& stream : streams_)
+      topics.push_back(stream->topic);
+    view_.emplace(parameters_.view, topics, [this](std::size_t number) {
+      streams_[number]->i_frame_requests.publish(std_msgs::Empty());
+    });
   }
 
   void
@@ -205,6 +221,8 @@ private:
                         message.format.c_str());
       return;
     }
+    if (view_)
+      view_->show(stream.number, message.header.stamp, message.compressed_data);
     const auto status = central_node_->receive(
         stream.topic, message.compressed_data, toNodeTime(message.header.stamp));
     if (!status.ok())
@@ -396,6 +414,9 @@ private:
   ros::WallTimer map_timer_;
   ros::WallTimer report_timer_;
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
+
+  // Its thread requests I-frames of the streams.
+  std::optional<StreamView> view_;
 
   // Last member, as its threads call publishFrame() until it is destroyed.
   std::optional<pcl_ext::nodes::CentralNode> central_node_;

@@ -51,6 +51,12 @@ struct MapParameters {
   double tf_timeout = 0.05; ///< seconds
 };
 
+struct ViewParameters {
+  std::uint16_t port = 0; ///< 0: the streams are not shown
+  std::string address;    ///< empty: this machine alone
+  std::string page;       ///< the viewer's HTML
+};
+
 struct DecompressorParameters {
   pcl_ext::nodes::CentralNodeSettings node;
   std::vector<StreamParameters> streams;
@@ -58,6 +64,7 @@ struct DecompressorParameters {
   NoiseParameters noise;
   double merge_rate = 10.0; ///< Hz; 0: no merged clouds
   MapParameters map;
+  ViewParameters view;
 };
 
 /** \brief Reads the parameters of the decompressor and checks them.

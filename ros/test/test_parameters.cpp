@@ -73,6 +73,9 @@ const std::vector<Refusal> refused_by_compressor{
     {{{"format", "published"}, {"intensity_curve", "companded"}}, "curve"}};
 
 const std::vector<Refusal> refused_by_decompressor{
+    {{{"view_port", -1}}, "~view_port is -1; it must be"},
+    {{{"view_port", 65536}}, "~view_port is 65536; it must be"},
+    {{{"view_port", "on"}}, "~view_port is 'on'; it must be"},
     {{{"streams", "/a"}}, "~streams is '/a'; it must be a list"},
     {{{"streams", listOf({})}}, "~streams"},
     {{{"streams", listOf({""})}}, "~streams"},

@@ -57,6 +57,7 @@ public:
   std::unique_ptr<FrameSource> source_{new FrameFile};
   std::vector<std::vector<std::size_t>> by_stream_; // indices in the places
   std::size_t next_ = 0;                            // index in the places
+  std::vector<std::string> files_;
 };
 
 RecordingStatus
@@ -64,7 +65,10 @@ RecordingReader::Implementation::open(const std::string& path)
 {
   const bool is_folder = isRosbag2Folder(path);
   InputFile file;
-  RecordingStatus status = is_folder ? RecordingStatus() : file.open(path);
+  if (!is_folder)
+    files_ = {path};
+  RecordingStatus status =
+      is_folder ? filesOfRosbag2Folder(path, files_) : file.open(path);
   if (!status.ok())
     return status;
   if (!is_folder && !mcap::isMcapFile(file)) {
@@ -188,6 +192,12 @@ std::uint64_t
 RecordingReader::fileBytes() const
 {
   return implementation_->source_->fileBytes();
+}
+
+const std::vector<std::string>&
+RecordingReader::files() const
+{
+  return implementation_->files_;
 }
 
 class RecordedStreamDecoder::Implementation {

@@ -164,6 +164,7 @@ if [ "$with_dev" = yes ]; then
   step "programs by pkg-config"
   compile_with_pkg_config pcl_ext_codec codec_consumer
   compile_with_pkg_config pcl_ext_recording recording_consumer
+  compile_with_pkg_config pcl_ext_view view_consumer
   compile_with_pkg_config pcl_ext consumer
 fi
 

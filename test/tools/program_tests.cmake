@@ -14,6 +14,10 @@ pcl_ext_add_test(
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")
 add_dependencies(test_program pcl_ext_program)
+if(TARGET pcl_ext_view)
+  target_sources(test_program PRIVATE tools/test_program_view.cpp tools/view_process.cpp
+                                      view/clients.cpp)
+endif()
 get_target_property(rosbag_headers pcl_ext_program PCL_EXT_ROSBAG_HEADERS)
 get_target_property(rosbag_libraries pcl_ext_program PCL_EXT_ROSBAG_LIBRARIES)
 if(rosbag_libraries)

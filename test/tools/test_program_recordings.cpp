@@ -314,7 +314,7 @@ TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
   const Bytes page = bytesOf(folder / "pcl_ext.1");
   const std::string man(page.begin(), page.end());
   for (const std::string command :
-       {"encode", "decode", "info", "verify", "cut", "merge", "demo"}) {
+       {"encode", "decode", "info", "verify", "cut", "merge", "view", "demo"}) {
     const ProgramRun help = expectRun(folder, command + " --help");
     EXPECT_LE(std::count(help.output.begin(), help.output.end(), '\n'), 45) << command;
     std::size_t longest = 0;
@@ -349,6 +349,8 @@ TEST(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
   EXPECT_EQ(complete("pcl_ext decode --pcd a"), "ascii\n");
   EXPECT_EQ(complete("pcl_ext decode --from \"\""), "\n");
   EXPECT_EQ(complete("pcl_ext info x.m"), "x.mcap\n");
+  EXPECT_EQ(complete("pcl_ext v"), "verify view\n");
+  EXPECT_EQ(complete("pcl_ext view --no"), "--no-browser --no-header\n");
 }
 
 } // namespace test

@@ -53,7 +53,7 @@ writeCommand(const CLI::App& command, std::ostream& output)
   for (const CLI::Option* option : command.get_options()) {
     std::string type = option->get_type_name();
     if (option->get_positional() || option->get_items_expected_max() == 0 ||
-        type == "OUT")
+        type == "OUT" || type == "FILE")
       continue;
     // A dot stands for values that cannot be listed.
     const bool has_list = type.find('|') != std::string::npos;

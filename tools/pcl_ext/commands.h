@@ -26,6 +26,8 @@ addCut(CLI::App& app);
 Run
 addMerge(CLI::App& app);
 Run
+addView(CLI::App& app);
+Run
 addDemo(CLI::App& app);
 
 /** \brief The hidden subcommand that prints the man page and the completions.

@@ -30,7 +30,7 @@ constexpr const char* man_paragraphs[] = {
      "SIGTERM complete it with what was done until then.")};
 
 constexpr std::pair<int, const char*> exit_statuses[] = {
-    {0, "All was done."},
+    {0, "All was done. SIGINT and SIGTERM are the regular end of view."},
     {1,
      "Something was lost, is damaged, or could not be read or written; the rest was "
      "done."},
@@ -44,6 +44,7 @@ constexpr std::pair<const char*, const char*> examples[] = {
      "Compress the clouds of a bag; all other topics stay as they are."},
     {"pcl_ext decode small.mcap -o clouds --remove-outliers --from 10 --to 20",
      "Write ten seconds of it as PCD files, without noise."},
+    {"pcl_ext view small.mcap", "Look at it in a browser, until Ctrl-C."},
     {"pcl_ext encode - -o - < bag.mcap | pcl_ext decode - -o clouds",
      "Compress and decode in a pipe."}};
 

@@ -46,6 +46,7 @@ addCommands(CLI::App& program)
   add("verify", "Decode all frames of a recording, and tell which are lost", addVerify);
   add("cut", "Copy a part of a recording, by time, frames and streams", addCut);
   add("merge", "Put the streams of several recordings into one", addMerge);
+  add("view", "Look at a recording or a live stream in a browser", addView);
   add("demo", "Take clouds of a simulated robot cell through all of it", addDemo);
   CLI::App* const documentation = program.add_subcommand("documentation");
   commands.push_back({documentation, addDocumentation(*documentation, program)});

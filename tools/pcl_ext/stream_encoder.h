@@ -63,6 +63,14 @@ public:
          const std::string& source,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Makes the next frame an I-frame. */
+  void
+  requestIFrame()
+  {
+    if (node_)
+      node_->requestIFrame();
+  }
+
   /** \brief The coordinate frame of the voxels; after the first cloud. */
   const std::string&
   frameId() const

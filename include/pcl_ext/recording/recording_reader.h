@@ -120,6 +120,10 @@ public:
   std::uint64_t
   fileBytes() const;
 
+  /** \brief Paths of the file, or of the files of a rosbag2 folder in their order. */
+  const std::vector<std::string>&
+  files() const;
+
 private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;

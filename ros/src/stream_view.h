@@ -1,0 +1,40 @@
+#pragma once
+
+#include <pcl_ext/view/view_server.h>
+
+#include "node_parameters.h"
+
+#include <ros/time.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext_ros {
+
+/** \brief Shows compressed streams in browsers. Thread-safe. */
+class StreamView {
+public:
+  /** \brief Begins to serve.
+   * \param[in] topics of the streams
+   * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
+   * by a thread of this
+   * \throws WrongParameter if the port is taken or the address is wrong
+   */
+  StreamView(const ViewParameters& parameters,
+             const std::vector<std::string>& topics,
+             const std::function<void(std::size_t)>& request_i_frame);
+
+  /** \brief Shows the next frame of a stream; bytes that are no frame are left out. */
+  void
+  show(std::size_t stream,
+       const ros::Time& stamp,
+       const std::vector<std::uint8_t>& frame);
+
+private:
+  pcl_ext::view::ViewServer server_;
+};
+
+} // namespace pcl_ext_ros

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "view/connections.h"
+
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/message.hpp>
+
+namespace pcl_ext {
+namespace view {
+
+/** \brief Makes a connection that of a viewer of live streams.
+ * \param[in] request for the WebSocket, which was checked
+ */
+void
+serveViewer(boost::beast::tcp_stream stream,
+            const boost::beast::http::request<boost::beast::http::empty_body>& request,
+            ServedContent& content,
+            ConnectionToken token);
+
+} // namespace view
+} // namespace pcl_ext

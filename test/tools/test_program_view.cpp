@@ -1,0 +1,318 @@
+#include "tools/view_process.h"
+#include "view/clients.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using recording::test::knownStream;
+using recording::test::KnownStream;
+using recording::test::record;
+using view::test::HttpAnswer;
+using view::test::LiveClient;
+using view::test::LiveMessage;
+using view::test::request;
+
+std::string
+textOf(const std::string& path)
+{
+  const Bytes bytes = bytesOf(path);
+  return {bytes.begin(), bytes.end()};
+}
+
+Bytes
+framesOf(const KnownStream& stream, std::size_t begin, std::size_t end)
+{
+  Bytes bytes;
+  for (std::size_t i = begin; i < end; ++i)
+    bytes.insert(
+        bytes.end(), stream.frames[i].bytes.begin(), stream.frames[i].bytes.end());
+  return bytes;
+}
+
+Bytes
+fromBase64(const std::string& text)
+{
+  const std::string digits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  Bytes bytes;
+  std::uint32_t bits = 0;
+  unsigned int count = 0;
+  for (const char letter : text.substr(0, text.find('='))) {
+    const std::size_t digit = digits.find(letter);
+    EXPECT_NE(digit, std::string::npos) << letter;
+    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      bytes.push_back(static_cast<std::uint8_t>(bits >> count));
+    }
+  }
+  EXPECT_EQ(text.size() % 4, 0u);
+  return bytes;
+}
+
+/** \brief A rosbag2 folder of two files. */
+void
+recordFolder(const TestFolder& folder, const std::string& name)
+{
+  fs::create_directory(folder / name);
+  record({knownStream(0, 5, 5)}, folder / (name + "/" + name + "_0.mcap"));
+  record({knownStream(1, 5, 5)}, folder / (name + "/" + name + "_1.mcap"));
+}
+
+} // namespace
+
+TEST(ProgramView, ARecordingIsServedUntilItIsInterrupted)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  for (const int signal : {SIGINT, SIGTERM}) {
+    ViewProcess view(folder, "x.mcap");
+    EXPECT_EQ(view.line(),
+              "x.mcap: http://127.0.0.1:" + std::to_string(view.port()) +
+                  "/ (Ctrl-C ends)\n");
+    EXPECT_EQ(request(view.port(), "/").body, view_page);
+    const auto source =
+        nlohmann::json::parse(request(view.port(), "/api/source.json").body);
+    EXPECT_EQ(source["kind"], "recording");
+    EXPECT_EQ(source["files"][0]["name"], "x.mcap");
+    EXPECT_EQ(request(view.port(), "/api/files/0").body, textOf(folder / "x.mcap"));
+    EXPECT_EQ(view.waitForEnd(signal), 0);
+    EXPECT_EQ(view.errors(), "");
+  }
+}
+
+TEST(ProgramView, TheFilesOfAFolderAreServedInTheirOrder)
+{
+  const TestFolder folder;
+  recordFolder(folder, "bag");
+  const ViewProcess view(folder, "bag/");
+  const auto source =
+      nlohmann::json::parse(request(view.port(), "/api/source.json").body);
+  EXPECT_EQ(source["name"], "bag");
+  ASSERT_EQ(source["files"].size(), 2u);
+  for (const std::string number : {"0", "1"}) {
+    EXPECT_EQ(source["files"][std::stoul(number)]["name"], "bag_" + number + ".mcap");
+    EXPECT_EQ(request(view.port(), "/api/files/" + number).body,
+              textOf(folder / ("bag/bag_" + number + ".mcap")));
+  }
+}
+
+TEST(ProgramView, FramesOfAPipeAreShownAsTheyArrive)
+{
+  const TestFolder folder;
+  const KnownStream stream = knownStream(0, 12, 5);
+  ViewProcess view(folder, "-");
+  LiveClient client(view.port());
+  const auto expectFrame = [&](LiveClient& viewer, std::size_t number) {
+    const LiveMessage message = viewer.nextFrame().value();
+    EXPECT_EQ(message.frame, stream.frames[number].bytes);
+    EXPECT_EQ(message.time, stream.frames[number].time.count());
+  };
+  client.next(); // the streams: it is a viewer from here on
+  // Garbage before the frames, and a frame in pieces.
+  view.write({1, 2, 3});
+  const Bytes first = framesOf(stream, 0, 7);
+  for (const std::uint8_t byte : first)
+    view.write({byte});
+  for (std::size_t i = 0; i < 7; ++i)
+    expectFrame(client, i);
+  LiveClient late(view.port());
+  late.next();
+  expectFrame(late, 5);
+  view.write(framesOf(stream, 7, 12));
+  for (std::size_t i = 7; i < 12; ++i)
+    expectFrame(client, i);
+  for (std::size_t i = 6; i < 12; ++i)
+    expectFrame(late, i);
+  view.closeInput();
+  EXPECT_EQ(client.next()->text, R"({"type":"end"})");
+  LiveClient after(view.port());
+  after.next();
+  expectFrame(after, 10);
+  EXPECT_EQ(view.waitForEnd(SIGINT), 0);
+  EXPECT_NE(view.errors().find("3 bytes of the standard input are no frame"),
+            std::string::npos)
+      << view.errors();
+}
+
+TEST(ProgramView, APipeWithoutFramesIsAnError)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  writeClouds(folder, "room", roomClouds(1));
+  writeBytes(folder / "page.html", {'x'});
+  const std::string view = "view - --page page.html --no-browser > out ";
+  expectFailure(
+      folder, view + "< /dev/null", 1, "standard input has no frame: it is empty");
+  expectFailure(folder, view + "< room/000.pcd", 1, "standard input has no frame: ");
+  expectFailure(
+      folder, view + "< x.mcap", 1, "an MCAP file, which can be read when it is");
+}
+
+TEST(ProgramView, TheCellIsShownLive)
+{
+  const TestFolder folder;
+  ViewProcess view(folder, "--cell --sensors 2 --resolution 0.1 --effort fast");
+  LiveClient client(view.port());
+  const auto list = nlohmann::json::parse(client.next()->text)["streams"];
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0]["name"], "/cell_sensor_1");
+  EXPECT_EQ(list[0]["metadata"]["intensity_law"], "count");
+  EXPECT_EQ(list[0]["metadata"].count("sensor_pose"), 1u);
+  io::FrameDecoder decoders[2];
+  io::VoxelFrame voxels;
+  std::int64_t last[2] = {-1, -1};
+  for (int i = 0; i < 8; ++i) {
+    const LiveMessage message = client.nextFrame().value();
+    ASSERT_LT(message.stream, 2u);
+    const auto status = decoders[message.stream].decode(
+        message.frame.data(), message.frame.size(), voxels);
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_GT(voxels.size(), 100u);
+    EXPECT_GT(message.time, last[message.stream]);
+    EXPECT_EQ(message.time % 50'000'000, 0); // of a frame of the sensor
+    last[message.stream] = message.time;
+  }
+  EXPECT_EQ(view.waitForEnd(SIGINT), 0);
+}
+
+TEST(ProgramView, ABrowserIsOpenedWhereThereIsADesktop)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const std::string script =
+      "#!/bin/sh\necho \"$1\" > opened.part\nmv opened.part opened\n";
+  writeBytes(folder / "xdg-open", Bytes(script.begin(), script.end()));
+  fs::permissions(folder / "xdg-open", fs::perms::owner_all);
+  const std::string path = "PATH=\"" + folder / "" + ":$PATH\" ";
+  {
+    ViewProcess view(folder, "x.mcap", path + "DISPLAY= WAYLAND_DISPLAY=");
+  }
+  {
+    ViewProcess view(folder, "x.mcap --no-browser", path + "DISPLAY=:0");
+  }
+  EXPECT_FALSE(fs::exists(folder / "opened"));
+  ViewProcess view(folder, "x.mcap", path + "DISPLAY=:0");
+  for (int i = 0; i < 6000 && !fs::exists(folder / "opened"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(textOf(folder / "opened"),
+            "http://127.0.0.1:" + std::to_string(view.port()) + "/\n");
+}
+
+TEST(ProgramView, OthersAreLetInWithAWarningOnly)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const ViewProcess open(folder, "x.mcap --address 0.0.0.0 -q");
+  EXPECT_NE(open.errors().find("anyone who can reach this machine can look"),
+            std::string::npos);
+  EXPECT_EQ(request(open.port(), "/", "Host: robot-cell.example\r\n").status, 200);
+  const ViewProcess closed(folder, "x.mcap --address 127.0.0.1");
+  EXPECT_EQ(closed.errors(), "");
+  EXPECT_EQ(request(closed.port(), "/", "Host: robot-cell.example\r\n").status, 421);
+  const std::string port = std::to_string(closed.port());
+  expectFailure(folder,
+                "view x.mcap --page page.html --port " + port,
+                1,
+                "port " + port + " of 127.0.0.1 is taken");
+  expectFailure(folder,
+                "view x.mcap --page page.html --address here",
+                1,
+                "'here' is no address in numbers");
+}
+
+TEST(ProgramView, APageWithTheRecordingIsExported)
+{
+  const TestFolder folder;
+  const std::string name = "a&b<\"c'.pcxi";
+  for (const std::size_t frames : {1u, 2u, 4u}) { // of several rests modulo 3
+    record({knownStream(0, frames, 5)}, folder / name);
+    writeBytes(folder / "page.html",
+               Bytes(view_page, view_page + sizeof(view_page) - 1));
+    const ProgramRun result = expectRun(
+        folder, "view \"a&b<\\\"c'.pcxi\" --page page.html --export out.html");
+    EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
+    const std::string html = textOf(folder / "out.html");
+    const std::string before =
+        "<html><head></head><body class=\"x\"><script "
+        "type=\"application/octet-stream;base64\" "
+        "id=\"pcl-ext-recording\" data-name=\"a&amp;b&lt;&quot;c'.pcxi\">";
+    const std::string after = "</script><p></body></html>";
+    ASSERT_EQ(html.rfind(before, 0), 0u) << html.substr(0, 300);
+    ASSERT_EQ(html.substr(html.size() - after.size()), after);
+    EXPECT_EQ(fromBase64(html.substr(before.size(),
+                                     html.size() - before.size() - after.size())),
+              bytesOf(folder / name));
+    EXPECT_FALSE(fs::exists(folder / "out.html.unfinished"));
+  }
+}
+
+TEST(ProgramView, WhatCannotBeExportedIsRefused)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  recordFolder(folder, "bag");
+  const std::string nothing = "nothing";
+  writeBytes(folder / "empty.html", Bytes(nothing.begin(), nothing.end()));
+  writeBytes(folder / "page.html", Bytes(view_page, view_page + sizeof(view_page) - 1));
+  const std::string page = " --page page.html --export out.html";
+  expectFailure(folder, "view bag" + page, 1, "pcl_ext merge bag -o one.mcap");
+  expectFailure(folder, "view -" + page, 2, "not -");
+  expectFailure(folder, "view missing.mcap" + page, 1, "missing.mcap");
+  expectFailure(
+      folder, "view x.mcap --page empty.html --export out.html", 1, "no <body>");
+  expectFailure(
+      folder, "view x.mcap --page page.html --export x.mcap", 2, "is an input");
+  expectFailure(
+      folder, "view x.mcap --page page.html --export no/out.html", 1, "no/out.html");
+  record({knownStream(0, 3, 5)}, folder / "large.pcxi");
+  fs::resize_file(folder / "large.pcxi", 400'000'000);
+  expectFailure(folder,
+                "view large.pcxi" + page,
+                1,
+                "browsers take pages with 384 MB at most: take a part of it with "
+                "pcl_ext cut");
+  EXPECT_FALSE(fs::exists(folder / "out.html"));
+  EXPECT_FALSE(fs::exists(folder / "out.html.unfinished"));
+  expectRun(folder, "view bag/bag_0.mcap" + page);
+}
+
+TEST(ProgramView, WrongCommandLinesAreRefused)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  writeClouds(folder, "room", roomClouds(1));
+  writeBytes(folder / "page.html", {'x'});
+  const std::string page = " --page page.html";
+  expectFailure(folder, "view missing.mcap" + page, 1, "missing.mcap");
+  expectFailure(folder, "view room/000.pcd" + page, 1, "is not a recording");
+  expectFailure(folder, "view room" + page, 1, "room");
+  expectFailure(
+      folder, "view x.mcap --page no.html", 1, "the page 'no.html' cannot be");
+  expectFailure(folder, "view" + page, 2, "name a recording, - or --cell");
+  expectFailure(folder, "view x.mcap --cell" + page, 2, "without a recording");
+  expectFailure(folder, "view x.mcap --resolution 0.1" + page, 2, "requires --cell");
+  expectFailure(folder, "view x.mcap --sensors 2" + page, 2, "requires --cell");
+  expectFailure(folder, "view --cell --sensors 7" + page, 2, "--sensors");
+  expectFailure(folder, "view x.mcap --port 65536" + page, 2, "--port");
+  expectFailure(folder, "view x.mcap --port 1 --export o.html", 2, "excludes");
+  expectFailure(folder, "view --cell --export o.html", 2, "excludes");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

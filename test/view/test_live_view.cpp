@@ -1,0 +1,285 @@
+#include "view/clients.h"
+#include "view/running_server.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <thread>
+
+namespace pcl_ext {
+namespace view {
+namespace test {
+
+namespace {
+
+bool
+areSame(const io::VoxelFrame& a, const io::VoxelFrame& b)
+{
+  return a.keys == b.keys && a.intensities == b.intensities;
+}
+
+} // namespace
+
+TEST(LiveView, MessagesAreThoseOfTheProtocol)
+{
+  ViewServerSettings settings;
+  settings.page = test_page;
+  settings.name = "robot cell";
+  ViewServer server(settings);
+  std::size_t stream = 9;
+  ASSERT_TRUE(server.addStream("/a", {{"sensor_pose", "1,2,3"}}, stream).ok());
+  ASSERT_TRUE(server.start().ok());
+  EXPECT_EQ(request(server.port(), "/api/source.json").body,
+            R"({"kind":"live","name":"robot cell","socket":"api/live"})");
+  LiveClient client(server.port());
+  EXPECT_EQ(client.protocol(), "pcl_ext.live.v1");
+  EXPECT_EQ(
+      client.next()->text,
+      R"({"streams":[{"id":0,"metadata":{"sensor_pose":"1,2,3"},"name":"/a"}],"type":"streams"})");
+  LiveSource source(10);
+  const Bytes frame = source.next();
+  constexpr std::chrono::nanoseconds time{0x0102030405060708};
+  ASSERT_TRUE(server.publish(stream, time, frame).ok());
+  const LiveMessage message = client.next().value();
+  EXPECT_EQ(message.text, "");
+  EXPECT_EQ(message.stream, 0u);
+  EXPECT_EQ(message.flags, 0u);
+  EXPECT_EQ(message.time, time.count());
+  EXPECT_EQ(message.frame, frame);
+  // Streams that are added later, and what changes of a stream.
+  ASSERT_TRUE(server.addStream("/b", {}, stream).ok());
+  EXPECT_EQ(nlohmann::json::parse(client.next()->text)["streams"][1]["name"], "/b");
+  ASSERT_TRUE(server.setMetadata(1, {{"intensity_law", "count"}}).ok());
+  EXPECT_EQ(nlohmann::json::parse(
+                client.next()->text)["streams"][1]["metadata"]["intensity_law"],
+            "count");
+  LiveSource other(10, 2, /* seed */ 2);
+  ASSERT_TRUE(server.publish(1, std::chrono::nanoseconds(-1), other.next()).ok());
+  const LiveMessage second = client.next().value();
+  EXPECT_EQ(second.stream, 1u);
+  EXPECT_EQ(second.time, -1);
+  server.end();
+  EXPECT_EQ(client.next()->text, R"({"type":"end"})");
+  LiveClient late(server.port());
+  EXPECT_NE(late.next()->text.find("streams"), std::string::npos);
+  EXPECT_EQ(late.next()->frame, frame);
+  EXPECT_EQ(late.next()->stream, 1u);
+  EXPECT_EQ(late.next()->text, R"({"type":"end"})");
+}
+
+TEST(LiveView, ALateViewerDecodesAllFromTheIFrameOn)
+{
+  RunningServer live;
+  LiveSource source(/* i_frame_rate */ 8);
+  std::vector<Bytes> frames;
+  std::vector<io::VoxelFrame> voxels;
+  const auto publish = [&] {
+    frames.push_back(source.next());
+    voxels.push_back(source.voxels());
+    live.publish(0, frames.size() - 1, frames.back());
+  };
+  for (int i = 0; i < 13; ++i)
+    publish();
+  LiveClient client(live.port());
+  ASSERT_TRUE(live.waitForViewers(1));
+  for (int i = 0; i < 40; ++i)
+    publish();
+  io::FrameDecoder decoder;
+  io::VoxelFrame decoded;
+  for (std::size_t i = 8; i < frames.size(); ++i) {
+    const LiveMessage message = client.nextFrame().value();
+    EXPECT_EQ(message.frame, frames[i]);
+    EXPECT_EQ(message.flags, 0u);
+    EXPECT_EQ(message.time, timeOfFrame(i).count());
+    const auto status =
+        decoder.decode(message.frame.data(), message.frame.size(), decoded);
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_TRUE(areSame(decoded, voxels[i]));
+  }
+  EXPECT_EQ(live.requests, 0u);
+}
+
+TEST(LiveView, AnIFrameIsRequestedWhereNoneIsKeptAndWhenAViewerAsks)
+{
+  RunningServer live;
+  LiveClient client(live.port());
+  EXPECT_TRUE(
+      waitFor([&] { return live.requests > 0; })); // the encoder sends nothing yet
+  LiveSource source(1000);
+  live.publish(0, 0, source.next());
+  live.publish(0, 1, source.next());
+  client.nextFrame();
+  client.nextFrame();
+  const std::size_t before = live.requests;
+  ASSERT_TRUE(client.send(R"({"type":"i-frame","stream":0})"));
+  ASSERT_TRUE(waitFor([&] { return live.requests > before; }));
+  source.requestIFrame();
+  const Bytes frame = source.next();
+  live.publish(0, 2, frame);
+  EXPECT_EQ(client.nextFrame()->frame, frame);
+}
+
+TEST(LiveView, FiftyViewersGetTheSameFrames)
+{
+  ViewServerLimits limits;
+  limits.max_queued_frames = 1000; // of a machine that is busy
+  RunningServer live(limits, /* streams */ 2);
+  constexpr std::size_t viewers = 50;
+  constexpr std::size_t frames = 60; // of each stream
+  std::vector<std::size_t> right(viewers, 0);
+  std::vector<std::vector<Bytes>> sent(2);
+  std::vector<LiveSource> sources;
+  for (std::size_t stream = 0; stream < 2; ++stream) {
+    sources.emplace_back(7, 20, stream + 1);
+    for (std::size_t i = 0; i < frames; ++i)
+      sent[stream].push_back(sources[stream].next());
+  }
+  std::vector<std::thread> threads;
+  for (std::size_t viewer = 0; viewer < viewers; ++viewer)
+    threads.emplace_back([&, viewer] {
+      LiveClient client(live.port());
+      std::vector<std::size_t> next(2, 0);
+      while (next[0] + next[1] < 2 * frames) {
+        const auto message = client.nextFrame();
+        if (!message || message->stream > 1)
+          return;
+        std::size_t& number = next[message->stream];
+        right[viewer] += message->frame == sent[message->stream][number] &&
+                                 message->flags == 0 &&
+                                 message->time == timeOfFrame(number).count()
+                             ? 1
+                             : 0;
+        ++number;
+      }
+    });
+  EXPECT_TRUE(live.waitForViewers(viewers));
+  for (std::size_t i = 0; i < frames; ++i)
+    for (std::size_t stream = 0; stream < 2; ++stream)
+      live.publish(stream, i, sent[stream][i]);
+  for (std::thread& thread : threads)
+    thread.join();
+  EXPECT_EQ(right, std::vector<std::size_t>(viewers, 2 * frames));
+  EXPECT_EQ(live.server->statistics().frames_skipped, 0u);
+  EXPECT_TRUE(live.waitForConnections(0));
+}
+
+TEST(LiveView, AViewerThatDoesNotReadDisturbsNobodyAndGoesOnAtAnIFrame)
+{
+  ViewServerLimits limits;
+  limits.max_queued_frames = 10;
+  limits.max_queued_bytes = 100'000;
+  limits.idle_timeout = std::chrono::minutes(10); // it answers no ping
+  RunningServer live(limits);
+  LiveClient slow(live.port(), /* receive_buffer */ 4096);
+  LiveClient fast(live.port());
+  ASSERT_TRUE(live.waitForViewers(2));
+  LiveSource source(/* i_frame_rate */ 5, /* noise */ 5000);
+  std::size_t published = 0;
+  const auto publish = [&] {
+    const Bytes frame = source.next();
+    live.publish(0, published++, frame);
+    EXPECT_EQ(fast.nextFrame()->frame, frame);
+    // The queue's own frames, without the one that is on its way.
+    EXPECT_LE(live.server->statistics().queued_bytes, limits.max_queued_bytes);
+  };
+  // Until also the buffers of the system are full.
+  while (live.server->statistics().frames_skipped < 40 && published < 2000)
+    publish();
+  const ViewServerStatistics statistics = live.server->statistics();
+  EXPECT_GE(statistics.frames_skipped, 40u);
+  EXPECT_LE(statistics.largest_queue_bytes, limits.max_queued_bytes);
+  EXPECT_LE(statistics.largest_queue_frames, limits.max_queued_frames);
+
+  // It reads again: whatever it gets can be decoded.
+  io::FrameDecoder decoder;
+  io::VoxelFrame decoded;
+  std::int64_t last = -1;
+  std::size_t gaps = 0;
+  const std::int64_t end = timeOfFrame(published + 4).count(); // with an I-frame
+  for (int i = 0; i < 5; ++i)
+    live.publish(0, published++, source.next());
+  while (last < end) {
+    const auto message = slow.nextFrame();
+    ASSERT_TRUE(message.has_value());
+    const bool is_gap = last >= 0 && message->time != last + 50'000'000;
+    EXPECT_EQ(message->flags, is_gap ? 1u : 0u);
+    gaps += is_gap ? 1 : 0;
+    last = message->time;
+    const auto status =
+        decoder.decode(message->frame.data(), message->frame.size(), decoded);
+    ASSERT_TRUE(status.ok()) << status;
+  }
+  EXPECT_GE(gaps, 1u);
+  EXPECT_TRUE(areSame(decoded, source.voxels()));
+}
+
+TEST(LiveView, OnlyPagesOfThisServerReadTheStreams)
+{
+  RunningServer live;
+  const std::string host = "Host: localhost:8080\r\n";
+  const auto status = [&](const std::string& headers) {
+    return upgradeStatus(live.port(), host + headers);
+  };
+  EXPECT_EQ(status(""), 101);
+  EXPECT_EQ(status("Origin: http://localhost:8080\r\n"), 101);
+  EXPECT_EQ(status("Origin: http://example.org\r\n"), 403);
+  EXPECT_EQ(status("Origin: http://localhost:8081\r\n"), 403);
+  EXPECT_EQ(status("Origin: http://localhost\r\n"), 403);
+  EXPECT_EQ(status("Origin: null\r\n"), 403);
+  EXPECT_EQ(status("Origin:\r\n"), 403);
+  EXPECT_EQ(
+      status("Origin: http://localhost:8080\r\nOrigin: http://localhost:8080\r\n"),
+      403);
+  EXPECT_EQ(
+      upgradeStatus(live.port(), "Host: example.org\r\nOrigin: http://example.org\r\n"),
+      421);
+  EXPECT_EQ(status("Sec-WebSocket-Protocol: a, pcl_ext.live.v1\r\n"), 101);
+  EXPECT_EQ(status("Sec-WebSocket-Protocol: pcl_ext.live.v2\r\n"), 400);
+  EXPECT_EQ(upgradeStatus(live.port(), host, "/"), 404);
+  EXPECT_EQ(upgradeStatus(live.port(), host, "/api/live/../files/0"), 404);
+  EXPECT_EQ(request(live.port(), "/api/live").status, 404);
+}
+
+TEST(LiveView, StreamsGoOnWhileViewersComeAndGo)
+{
+  RunningServer live;
+  std::atomic<bool> has_ended{false};
+  std::thread publisher([&] {
+    LiveSource source(5, 50);
+    for (std::size_t i = 0; !has_ended; ++i) {
+      live.publish(0, i, source.next());
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  std::vector<std::thread> viewers;
+  std::atomic<std::size_t> decoded{0};
+  for (int i = 0; i < 4; ++i)
+    viewers.emplace_back([&] {
+      for (int visit = 0; visit < 10; ++visit) {
+        LiveClient client(live.port());
+        io::FrameDecoder decoder;
+        io::VoxelFrame voxels;
+        for (int frame = 0; frame < 5; ++frame) {
+          const auto message = client.nextFrame();
+          decoded +=
+              message &&
+                      decoder
+                          .decode(message->frame.data(), message->frame.size(), voxels)
+                          .ok()
+                  ? 1
+                  : 0;
+        }
+      }
+    });
+  for (std::thread& viewer : viewers)
+    viewer.join();
+  has_ended = true;
+  publisher.join();
+  EXPECT_EQ(decoded, 4u * 10u * 5u);
+  EXPECT_TRUE(live.waitForViewers(0));
+}
+
+} // namespace test
+} // namespace view
+} // namespace pcl_ext

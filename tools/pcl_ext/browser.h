@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Opens a page in the user's browser, if there is a desktop; does not wait for it.
+ * \return true if a program was started
+ */
+bool
+openBrowser(const std::string& url);
+
+} // namespace tools
+} // namespace pcl_ext
