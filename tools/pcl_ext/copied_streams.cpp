@@ -3,6 +3,7 @@
 #include "exit_status.h"
 #include "interruption.h"
 #include "output_path.h"
+#include "throw_unless_ok.h"
 
 #include <algorithm>
 

@@ -3,6 +3,7 @@
 #include "frame_output.h"
 #include "point_cloud_conversions.h"
 #include "stream_metadata.h"
+#include "throw_unless_ok.h"
 
 #include <algorithm>
 #include <set>

@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/frame_description.h>
 
 #include "output_path.h"
+#include "throw_unless_ok.h"
 
 #include <filesystem>
 #include <stdexcept>
@@ -15,13 +16,6 @@ namespace fs = std::filesystem;
 
 using recording::McapChunking;
 using recording::RecordingStatus;
-
-void
-throwUnlessOk(const RecordingStatus& status)
-{
-  if (!status.ok())
-    throw std::runtime_error(status.message());
-}
 
 std::string
 describeUnfinished(const std::string& path)

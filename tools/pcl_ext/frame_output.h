@@ -88,9 +88,5 @@ copyExtras(recording::McapReader& from, recording::McapWriter& to);
 std::string
 describeUnfinished(const std::string& path);
 
-/** \brief \throws std::runtime_error with the message of a status that is not Ok */
-void
-throwUnlessOk(const recording::RecordingStatus& status);
-
 } // namespace tools
 } // namespace pcl_ext

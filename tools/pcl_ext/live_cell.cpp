@@ -3,6 +3,7 @@
 #include "interruption.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
+#include "throw_unless_ok.h"
 
 #include <algorithm>
 #include <limits>
@@ -26,13 +27,6 @@ openSensor(EncodingOptions& options, unsigned int number, std::uint32_t seed)
       measuring::openCell(number, std::numeric_limits<std::uint32_t>::max(), seed);
   options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
   return sequence;
-}
-
-void
-throwUnlessOk(const view::ViewServerStatus& status)
-{
-  if (!status.ok())
-    throw std::runtime_error(status.message());
 }
 
 } // namespace

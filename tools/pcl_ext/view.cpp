@@ -13,6 +13,7 @@
 #include "output_path.h"
 #include "piped_frames.h"
 #include "simulator/robot_cell.h"
+#include "throw_unless_ok.h"
 #include "viewer_page.h"
 
 #include <unistd.h>
@@ -40,13 +41,6 @@ struct ViewOptions {
   EncodingOptions encoding;
   bool is_quiet = false;
 };
-
-void
-throwUnlessOk(const view::ViewServerStatus& status)
-{
-  if (!status.ok())
-    throw std::runtime_error(status.message());
-}
 
 /** \brief The name of a file or folder, without those that it is in. */
 std::string

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <pcl_ext/status.h>
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief \throws std::runtime_error with the message of a status that is not Ok */
+template <typename CodeT>
+void
+throwUnlessOk(const Status<CodeT>& status)
+{
+  if (!status.ok())
+    throw std::runtime_error(status.message());
+}
+
+} // namespace tools
+} // namespace pcl_ext
