@@ -15,6 +15,10 @@ namespace {
 
 constexpr int most_doublings = 16; // of the interval of requests, as a factor
 
+/** \brief Intervals between two requests for viewers that have lost step: one that is too slow
+ * for the stream, and says so again and again, must not make it larger for all. */
+constexpr int intervals_between_answers = 10;
+
 /** \brief Frames of any size; the viewers' decoders have limits of their own. */
 io::DecoderLimits
 limitsOfAnyFrame()
@@ -102,7 +106,7 @@ LiveStreams::keep(Stream& stream, const QueuedFrame& frame, std::uint32_t number
   if (frame.is_i_frame) {
     stream.forget();
     stream.is_kept = true;
-    stream.wants_i_frame = false;
+    stream.wants_i_frame = stream.is_asked = false;
     stream.request_interval = std::chrono::milliseconds(0);
   }
   else if (!follows) {
@@ -203,7 +207,7 @@ LiveStreams::removeViewer(const std::shared_ptr<ViewerQueue>& viewer)
   viewers_.erase(found);
   if (viewers_.empty())
     for (Stream& stream : streams_)
-      stream.wants_i_frame = false;
+      stream.wants_i_frame = stream.is_asked = false;
 }
 
 void
@@ -213,7 +217,7 @@ LiveStreams::restart(ViewerQueue& viewer, std::size_t stream)
   if (stream >= streams_.size())
     return;
   if (can_request_)
-    streams_[stream].wants_i_frame = true;
+    streams_[stream].is_asked = true;
   else if (streams_[stream].is_kept && !viewer.isWaiting(stream))
     viewer.begin(stream, streams_[stream].kept);
 }
@@ -250,7 +254,7 @@ LiveStreams::wantsIFrames() const
   const std::lock_guard<std::mutex> lock(mutex_);
   return can_request_ &&
          std::any_of(streams_.begin(), streams_.end(), [](const Stream& stream) {
-           return stream.wants_i_frame;
+           return stream.needsIFrame();
          });
 }
 
@@ -261,7 +265,9 @@ LiveStreams::dueIFrameRequests(Clock::time_point now)
   std::vector<std::size_t> due;
   for (std::size_t i = 0; can_request_ && i < streams_.size(); ++i) {
     Stream& stream = streams_[i];
-    if (!stream.wants_i_frame || now < stream.next_request)
+    const bool is_due = (stream.wants_i_frame && now >= stream.next_request) ||
+                        (stream.is_asked && now >= stream.next_answer);
+    if (!is_due)
       continue;
     due.push_back(i);
     stream.request_interval =
@@ -269,6 +275,9 @@ LiveStreams::dueIFrameRequests(Clock::time_point now)
                    limits_.i_frame_request_interval,
                    most_doublings * limits_.i_frame_request_interval);
     stream.next_request = now + stream.request_interval;
+    stream.next_answer =
+        now + std::max(stream.request_interval,
+                       intervals_between_answers * limits_.i_frame_request_interval);
     ++statistics_.i_frame_requests;
   }
   return due;

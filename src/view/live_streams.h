@@ -87,12 +87,20 @@ private:
     std::size_t kept_bytes = 0;
     bool is_kept = false; ///< kept is all since an I-frame
     std::uint32_t last_number = 0;
-    bool wants_i_frame = false;
+    bool wants_i_frame = false;       ///< a viewer has nothing to begin with
+    bool is_asked = false;            ///< by a viewer that has lost step
     Clock::time_point next_request{}; ///< not before
+    Clock::time_point next_answer{};  ///< to viewers that have lost step
     std::chrono::milliseconds request_interval{0};
 
     void
     forget();
+
+    bool
+    needsIFrame() const
+    {
+      return wants_i_frame || is_asked;
+    }
   };
 
   void

@@ -55,7 +55,7 @@ struct ViewServerLimits {
   std::size_t max_kept_bytes = std::size_t{16} << 20;
 
   /** \brief Time between two requests for an I-frame of one stream. It doubles while none
-   * comes, up to 16-fold. */
+   * comes, up to 16-fold. It is 10-fold for viewers that say that they have lost step. */
   std::chrono::milliseconds i_frame_request_interval{100};
 };
 
