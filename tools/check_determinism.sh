@@ -53,7 +53,7 @@ check() {
   local lanes=$1 runner=$2 compiler=$3 program=$out/$BASHPID start=$SECONDS
   local zlib=-lz flags="-std=c++17 -w -I. -Iinclude -Isrc -Itest -I$gtest -I$gtest/include $eigen"
   case $compiler in # Debian has no zlib for them
-    *--target=*) zlib= flags+=" -Itest/platforms" ;;
+    *--target=*) zlib= flags+=" -Isrc/platforms" ;;
   esac
   case $compiler in # has no dup(), which only GoogleTest's own tests need
     *wasm*) flags+=" -DGTEST_HAS_STREAM_REDIRECTION=0" ;;

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Builds the package @pcl_ext/codec in viewer/codec/dist: codec.wasm from the library's
+# sources, and the wrapper from TypeScript. Needs the group `viewer` of tools/packages.txt,
+# and `npm ci` in viewer.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+package=viewer/codec
+out=$package/dist
+objects=$(mktemp -d)
+trap 'rm -rf "$objects"' EXIT
+
+require() { # package, and what of it must be there
+  if ! [ -e "$2" ] && ! command -v "$2" > /dev/null; then
+    echo "$0: install the Debian package $1, which has $2" >&2
+    exit 1
+  fi
+}
+require clang clang++
+require lld wasm-ld
+require libeigen3-dev /usr/include/eigen3/Eigen/Core
+require wasi-libc /usr/include/wasm32-wasi/wasi/api.h
+require libc++-dev-wasm32 /usr/lib/wasm32-wasi/libc++.a
+require libclang-rt-dev-wasm32 "$(clang++ --target=wasm32-wasi -print-libgcc-file-name)"
+if ! [ -e viewer/node_modules/.bin/tsc ]; then
+  echo "$0: run 'npm ci' in viewer, which installs TypeScript" >&2
+  exit 1
+fi
+
+# Without virtual functions that nobody calls there is no encoder.
+flags="--target=wasm32-wasi -std=c++17 -fno-exceptions -fno-rtti -DNDEBUG -mbulk-memory
+  -flto -fvisibility=hidden -fwhole-program-vtables -fvirtual-function-elimination
+  -D_LIBCPP_DISABLE_EXTERN_TEMPLATE
+  -Wall -Wextra -I. -Isrc -Iinclude -Isrc/platforms -isystem /usr/include/eigen3"
+
+# Two units, as else most of the time would go into the standard library's headers.
+compile() { # optimisation, name of the unit, sources
+  local optimisation=$1 unit=$objects/$2
+  shift 2
+  printf '#include "%s"\n' "$@" > "$unit.cpp"
+  # shellcheck disable=SC2086
+  clang++ $flags "$optimisation" -c "$unit.cpp" -o "$unit.o"
+}
+mapfile -t coders < <(find src/{bytes,voxels,codec} -name '*.cpp' | sort)
+compile -O2 coders "${coders[@]}" &
+compile -Os others src/outliers/*.cpp \
+  src/stream/{foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
+  src/stream/{version1_decoder,version1_header}.cpp $package/src/*.cpp
+wait $!
+
+mkdir -p $out
+# A stack that overflows ends at address 0, and traps.
+clang++ --target=wasm32-wasi -mexec-model=reactor -flto "$objects"/{coders,others}.o \
+  -Wl,--strip-all,--gc-sections,--stack-first,--import-memory -Wl,-z,stack-size=262144 \
+  -o "$objects/codec.wasm"
+mv "$objects/codec.wasm" $out/codec.wasm
+viewer/node_modules/.bin/tsc -p $package
+echo "$out: codec.wasm has $(stat -c %s $out/codec.wasm) bytes"

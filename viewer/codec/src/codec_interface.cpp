@@ -1,0 +1,520 @@
+/** \file
+ * \brief C interface of the codec for WebAssembly: decoding, description and size of
+ * frames, removal of outliers. Called by instance.ts only, which knows the layouts below.
+ *
+ * Compiled for wasm32 without exceptions. Results lie in memory of this module and hold
+ * until the next call. Where memory runs out the module traps, and must not be used again:
+ * is_out_of_memory() then tells this from other traps.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <streambuf>
+#include <string>
+#include <vector>
+
+#define EXPORTED(name) extern "C" __attribute__((export_name(#name)))
+
+namespace {
+
+using namespace pcl_ext;
+
+using Address = std::uint32_t;
+
+/** \brief Where a result's array begins; 0: there is none. */
+template <typename T>
+Address
+addressOf(const T* pointer)
+{
+  return static_cast<Address>(reinterpret_cast<std::uintptr_t>(pointer));
+}
+
+/** \brief Bytes, or characters in UTF-8. */
+struct Span {
+  Address begin = 0;
+  std::uint32_t size = 0;
+};
+
+Span
+spanOf(const std::string& text)
+{
+  return {addressOf(text.data()), static_cast<std::uint32_t>(text.size())};
+}
+
+/** \brief An enumerator, as CompressionCode or OutlierRemovalCode, and a message. */
+struct Outcome {
+  std::uint32_t code = 0;
+  Span message;
+};
+
+struct Scale {
+  double min = 0.0;  ///< intensity of the lowest symbol
+  double max = 0.0;  ///< intensity of the highest symbol
+  double step = 0.0; ///< intensity from one number to the next
+  std::uint32_t bits = 0;
+  std::uint32_t companded_range = 0;
+};
+
+struct Grid {
+  double resolution = 0.0; ///< metres
+  double anchor[3] = {};   ///< metres
+  std::int32_t first_index[3] = {};
+  std::uint32_t depth = 0;
+};
+
+struct Stamp {
+  std::uint64_t stamp = 0;
+  std::uint32_t has_stamp = 0;
+  Span frame_id;
+};
+
+struct DecodedFrame {
+  Grid grid;
+  Scale scale;
+  Stamp stamp;
+  Outcome outcome;
+  std::uint32_t voxels = 0;
+  std::uint32_t frame_number = 0;
+  std::uint32_t is_i_frame = 0;
+  std::uint32_t bytes = 0;
+  std::uint32_t skipped_bytes = 0;
+  std::uint32_t bytes_read = 0; ///< after which the next call may continue
+  Address positions = 0;        ///< float[3 * voxels]
+  Address intensities = 0;      ///< float[voxels]
+  Address colours = 0;          ///< std::uint8_t[3 * voxels]
+  Address point_counts = 0;     ///< std::uint32_t[voxels]
+  Address keys = 0;             ///< std::uint64_t[voxels]
+  Address symbols = 0;          ///< std::uint16_t[voxels]
+};
+
+struct DescribedFrame {
+  Grid grid;
+  Scale scale;
+  Stamp stamp;
+  std::int64_t stamp_difference = 0;
+  Outcome outcome;
+  std::uint32_t has_stamp_difference = 0;
+  std::uint32_t is_published = 0;
+  std::uint32_t effort = 0;
+  std::uint32_t frame_number = 0;
+  std::uint32_t is_i_frame = 0;
+  std::uint32_t voxels = 0;
+  std::uint32_t points = 0;
+  std::uint32_t colour_bits = 0;
+  std::uint32_t has_point_counts = 0;
+  std::uint32_t has_frame_id = 0;
+};
+
+struct MeasuredFrame {
+  Outcome outcome;
+  std::uint32_t bytes = 0;
+};
+
+struct Judgement {
+  Outcome outcome;
+  std::uint32_t voxels = 0;
+  Address is_noise = 0; ///< std::uint8_t[voxels]
+};
+
+// instance.ts reads these members by their offsets.
+static_assert(sizeof(Grid) == 48 && sizeof(Scale) == 32 && sizeof(Stamp) == 24);
+static_assert(offsetof(DecodedFrame, outcome) == 104 &&
+              offsetof(DecodedFrame, voxels) == 116 &&
+              offsetof(DecodedFrame, symbols) == 160);
+static_assert(offsetof(DescribedFrame, outcome) == 112 &&
+              offsetof(DescribedFrame, has_frame_id) == 160);
+static_assert(offsetof(MeasuredFrame, bytes) == 12);
+static_assert(offsetof(Judgement, is_noise) == 16);
+static_assert(static_cast<int>(io::CompressionCode::OutOfMemory) == 13);
+static_assert(static_cast<int>(OutlierRemovalCode::DifferentCloud) == 4);
+
+/** \brief What the last call returned, and the memory that decoders share. */
+struct Results {
+  std::string message;
+  std::string frame_id;
+  std::unique_ptr<float[]> positions;
+  std::unique_ptr<float[]> intensities;
+  std::unique_ptr<std::uint8_t[]> colours;
+  std::vector<std::uint8_t> is_noise;
+  DecodedFrame decoded;
+  DescribedFrame described;
+  MeasuredFrame measured;
+  Judgement judgement;
+  Outcome outcome;
+};
+
+Results&
+results()
+{
+  static Results results;
+  return results;
+}
+
+bool is_out_of_memory = false;
+
+template <typename StatusT>
+Outcome
+outcomeOf(const StatusT& status)
+{
+  results().message = status.message();
+  return {static_cast<std::uint32_t>(status.code()), spanOf(results().message)};
+}
+
+Grid
+gridOf(const io::VoxelGrid& grid)
+{
+  Grid result;
+  result.resolution = grid.resolution;
+  std::copy(grid.anchor.begin(), grid.anchor.end(), result.anchor);
+  std::copy(grid.first_index.begin(), grid.first_index.end(), result.first_index);
+  result.depth = grid.depth;
+  return result;
+}
+
+Scale
+scaleOf(const io::IntensityScale& scale)
+{
+  if (scale.bits == 0)
+    return {};
+  const auto highest = static_cast<std::uint16_t>(scale.maxSymbol());
+  return {static_cast<double>(scale.value(0)),
+          static_cast<double>(scale.value(highest)),
+          static_cast<double>(scale.step),
+          scale.bits,
+          scale.companded_range};
+}
+
+/** \brief Bytes to decode, in which the decoder goes back after a failure to where the next
+ * frame may begin. */
+class SeekableBytes : public std::streambuf {
+public:
+  SeekableBytes(const std::uint8_t* bytes, std::size_t size)
+  {
+    // streambuf takes char*, but does not write to a get area without a putback.
+    char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes));
+    setg(begin, begin, begin + size);
+  }
+
+  std::size_t
+  position() const
+  {
+    return static_cast<std::size_t>(gptr() - eback());
+  }
+
+protected:
+  pos_type
+  seekoff(off_type offset,
+          std::ios_base::seekdir from,
+          std::ios_base::openmode) override
+  {
+    const off_type origin = from == std::ios_base::beg   ? 0
+                            : from == std::ios_base::cur ? gptr() - eback()
+                                                         : egptr() - eback();
+    const off_type position = origin + offset;
+    if (position < 0 || position > egptr() - eback())
+      return pos_type(off_type(-1));
+    setg(eback(), eback() + position, egptr());
+    return pos_type(position);
+  }
+
+  pos_type
+  seekpos(pos_type position, std::ios_base::openmode mode) override
+  {
+    return seekoff(off_type(position), std::ios_base::beg, mode);
+  }
+};
+
+/** \brief A decoder, and the frame that it decoded last. */
+struct Decoder {
+  explicit Decoder(const io::DecoderLimits& limits) : decoder(limits) {}
+
+  io::FrameDecoder decoder;
+  io::VoxelFrame frame;
+  bool has_frame = false;
+};
+
+/** \brief Computes positions and intensities of a frame's voxels. */
+void
+setCentres(const io::VoxelFrame& frame)
+{
+  Results& result = results();
+  result.positions.reset(new float[3 * frame.size()]);
+  float* position = result.positions.get();
+  if (!frame.hasIntensities()) {
+    io::forEachVoxelCentre(frame, [&](float x, float y, float z, float) {
+      position[0] = x;
+      position[1] = y;
+      position[2] = z;
+      position += 3;
+    });
+    return;
+  }
+  result.intensities.reset(new float[frame.size()]);
+  float* next_intensity = result.intensities.get();
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    position[0] = x;
+    position[1] = y;
+    position[2] = z;
+    position += 3;
+    *next_intensity++ = intensity;
+  });
+}
+
+void
+setColours(const io::VoxelFrame& frame)
+{
+  if (frame.colour_bits == 0)
+    return;
+  results().colours.reset(new std::uint8_t[3 * frame.size()]);
+  std::uint8_t* channel = results().colours.get();
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const io::VoxelColour colour = frame.fullColour(i);
+    *channel++ = colour.r;
+    *channel++ = colour.g;
+    *channel++ = colour.b;
+  }
+}
+
+void
+describeVoxels(const Decoder& decoder, DecodedFrame& result)
+{
+  const io::VoxelFrame& frame = decoder.frame;
+  setCentres(frame);
+  setColours(frame);
+  result.grid = gridOf(frame.grid);
+  result.scale = scaleOf(frame.intensity_scale);
+  result.voxels = static_cast<std::uint32_t>(frame.size());
+  result.positions = addressOf(results().positions.get());
+  result.intensities = addressOf(results().intensities.get());
+  result.colours = addressOf(results().colours.get());
+  result.keys = addressOf(frame.keys.data());
+  if (frame.hasIntensities())
+    result.symbols = addressOf(frame.intensities.data());
+  if (frame.has_point_counts)
+    result.point_counts = addressOf(frame.point_counts.data());
+  const auto& stamp = decoder.decoder.stamp();
+  if (stamp) {
+    results().frame_id = stamp->frame_id;
+    result.stamp = {stamp->stamp, 1, spanOf(results().frame_id)};
+  }
+}
+
+void
+releaseArrays(Results& result)
+{
+  result.positions.reset();
+  result.intensities.reset();
+  result.colours.reset();
+}
+
+} // namespace
+
+/** \brief To be called once, before anything else. */
+EXPORTED(set_up)
+void
+setUp()
+{
+  // Without exceptions operator new would return a null pointer.
+  std::set_new_handler([] {
+    is_out_of_memory = true;
+    __builtin_trap();
+  });
+}
+
+EXPORTED(is_out_of_memory)
+std::uint32_t
+isOutOfMemory()
+{
+  return is_out_of_memory ? 1 : 0;
+}
+
+/** \brief Memory for the bytes of a call. */
+EXPORTED(allocate)
+std::uint8_t*
+allocate(std::uint32_t size)
+{
+  return new std::uint8_t[size];
+}
+
+EXPORTED(release)
+void
+release(const std::uint8_t* bytes)
+{
+  delete[] bytes;
+}
+
+EXPORTED(create_decoder)
+Decoder*
+createDecoder(std::uint32_t max_frame_bytes,
+              std::uint32_t max_voxels,
+              std::uint32_t max_points)
+{
+  return new Decoder({max_frame_bytes, max_voxels, max_points});
+}
+
+EXPORTED(destroy_decoder)
+void
+destroyDecoder(const Decoder* decoder)
+{
+  delete decoder;
+}
+
+EXPORTED(decode)
+const DecodedFrame*
+decode(Decoder* decoder, const std::uint8_t* bytes, std::uint32_t size)
+{
+  Results& result = results();
+  releaseArrays(result);
+  DecodedFrame& decoded = result.decoded = {};
+  SeekableBytes source(bytes, size);
+  const auto status = decoder->decoder.decode(source, decoder->frame);
+  decoded.bytes_read = static_cast<std::uint32_t>(source.position());
+  decoder->has_frame = status.ok();
+  decoded.outcome = outcomeOf(status);
+  if (status.ok()) {
+    const auto& statistics = decoder->decoder.statistics();
+    decoded.frame_number = statistics.frame_number;
+    decoded.is_i_frame = statistics.is_i_frame ? 1 : 0;
+    decoded.bytes = static_cast<std::uint32_t>(statistics.bytes);
+    decoded.skipped_bytes = static_cast<std::uint32_t>(statistics.skipped_bytes);
+    describeVoxels(*decoder, decoded);
+  }
+  return &decoded;
+}
+
+EXPORTED(describe_frame)
+const DescribedFrame*
+describeFrame(const std::uint8_t* bytes,
+              std::uint32_t size,
+              std::uint32_t max_frame_bytes,
+              std::uint32_t max_voxels,
+              std::uint32_t max_points)
+{
+  const io::FrameDescription description =
+      io::describeFrame(bytes, size, {max_frame_bytes, max_voxels, max_points});
+  DescribedFrame& described = results().described = {};
+  described.outcome = outcomeOf(description.status);
+  described.grid = gridOf(description.grid);
+  described.scale = scaleOf(description.intensity_scale);
+  described.stamp.stamp = description.stamp.value_or(0);
+  described.stamp.has_stamp = description.stamp.has_value() ? 1 : 0;
+  described.has_frame_id = description.frame_id.has_value() ? 1 : 0;
+  results().frame_id = description.frame_id.value_or("");
+  described.stamp.frame_id = spanOf(results().frame_id);
+  described.stamp_difference = description.stamp_difference.value_or(0);
+  described.has_stamp_difference = description.stamp_difference.has_value() ? 1 : 0;
+  described.is_published = description.format == io::StreamFormat::Published ? 1 : 0;
+  described.effort = static_cast<std::uint32_t>(description.effort);
+  described.frame_number = description.frame_number;
+  described.is_i_frame = description.is_i_frame ? 1 : 0;
+  described.voxels = static_cast<std::uint32_t>(description.voxels);
+  described.points = static_cast<std::uint32_t>(description.points);
+  described.colour_bits = description.colour_bits;
+  described.has_point_counts = description.has_point_counts ? 1 : 0;
+  return &described;
+}
+
+EXPORTED(frame_size)
+const MeasuredFrame*
+frameSize(const std::uint8_t* bytes,
+          std::uint32_t size,
+          std::uint32_t max_frame_bytes,
+          std::uint32_t max_voxels,
+          std::uint32_t max_points)
+{
+  const io::FrameSize measured =
+      io::frameSize(bytes, size, {max_frame_bytes, max_voxels, max_points});
+  results().measured = {outcomeOf(measured.status),
+                        static_cast<std::uint32_t>(measured.bytes)};
+  return &results().measured;
+}
+
+namespace {
+
+VoxelOutlierRemovalSettings
+filterSettings(std::uint32_t unit,
+               float min_log_odds,
+               float full_intensity,
+               std::uint32_t use_history,
+               std::uint32_t max_blocks)
+{
+  VoxelOutlierRemovalSettings settings;
+  settings.unit = static_cast<DensityUnit>(unit);
+  settings.min_log_odds = min_log_odds;
+  settings.full_intensity = full_intensity;
+  settings.use_history = use_history != 0;
+  settings.max_blocks = max_blocks;
+  return settings;
+}
+
+} // namespace
+
+EXPORTED(check_outlier_filter)
+const Outcome*
+checkOutlierFilter(std::uint32_t unit,
+                   float min_log_odds,
+                   float full_intensity,
+                   std::uint32_t use_history,
+                   std::uint32_t max_blocks)
+{
+  results().outcome = outcomeOf(checkSettings(
+      filterSettings(unit, min_log_odds, full_intensity, use_history, max_blocks)));
+  return &results().outcome;
+}
+
+EXPORTED(create_outlier_filter)
+VoxelOutlierRemoval*
+createOutlierFilter(std::uint32_t unit,
+                    float min_log_odds,
+                    float full_intensity,
+                    std::uint32_t use_history,
+                    std::uint32_t max_blocks)
+{
+  return new VoxelOutlierRemoval(
+      filterSettings(unit, min_log_odds, full_intensity, use_history, max_blocks));
+}
+
+EXPORTED(destroy_outlier_filter)
+void
+destroyOutlierFilter(const VoxelOutlierRemoval* filter)
+{
+  delete filter;
+}
+
+EXPORTED(reset_outlier_filter)
+void
+resetOutlierFilter(VoxelOutlierRemoval* filter)
+{
+  filter->reset();
+}
+
+/** \brief Judges the frame that a decoder decoded last; null if it has none. */
+EXPORTED(judge)
+const Judgement*
+judge(VoxelOutlierRemoval* filter, const Decoder* decoder)
+{
+  if (!decoder->has_frame)
+    return nullptr;
+  const io::VoxelFrame& frame = decoder->frame;
+  io::VoxelFrame kept = frame;
+  const OutlierRemovalStatus status = filter->filter(kept);
+  std::vector<std::uint8_t>& is_noise = results().is_noise;
+  is_noise.assign(frame.size(), 1);
+  // Both are in the order of the keys.
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    if (next < kept.size() && frame.keys[i] == kept.keys[next]) {
+      is_noise[i] = 0;
+      ++next;
+    }
+  results().judgement = {outcomeOf(status),
+                         static_cast<std::uint32_t>(frame.size()),
+                         addressOf(is_noise.data())};
+  return &results().judgement;
+}

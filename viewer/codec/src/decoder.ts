@@ -1,0 +1,136 @@
+import type { Codec } from "./codec.js";
+import type { Address, Instance, LimitValues, Result } from "./instance.js";
+import {
+  CodecError,
+  type DecodeOptions,
+  type DecoderLimits,
+  type Status,
+  type Voxels,
+} from "./types.js";
+
+/** The limits, with defaults.
+ * @throws CodecError "InvalidSettings"
+ */
+export function limitValues(limits: DecoderLimits): LimitValues {
+  const { maxFrameBytes = 2 ** 24, maxVoxels = 2 ** 20, maxPoints = 2 ** 24 } = limits;
+  for (const [name, value] of Object.entries({ maxFrameBytes, maxVoxels, maxPoints }))
+    if (!Number.isInteger(value) || value < 1 || value >= 2 ** 32)
+      throw new CodecError(
+        "InvalidSettings",
+        `${name} is ${value}; it must be a whole number from 1 to 2^32 - 1`,
+      );
+  return [maxFrameBytes, maxVoxels, maxPoints];
+}
+
+/** Decodes the frames of one stream, in their order.
+ *
+ * Any bytes are safe: decoding ends in bounded time and memory, and a frame is decoded
+ * completely or not at all. After a frame that fails the stream continues with the next one
+ * that depends on a decoded one, at the latest with the next I-frame. Made by
+ * `Codec.createDecoder`; free() releases its memory.
+ */
+export class Decoder {
+  private readonly limits: LimitValues;
+  private address: Address = 0;
+  private generation = 0; // of the instance that has the address
+  private isFree = false;
+
+  /** @internal */
+  constructor(
+    /** @internal */
+    readonly codec: Codec,
+    limits: DecoderLimits,
+  ) {
+    this.limits = limitValues(limits);
+  }
+
+  /** Decodes the first frame found in some bytes. Bytes before it are skipped and counted.
+   * @param frame bytes, of which those after the first frame are not read
+   * @returns the voxels, or why there are none; and the number of bytes after which the next
+   *   call may continue: the end of the frame, or after a failure where another frame may
+   *   begin, which is above 0 if there are bytes. Codes: status.code "MissingReference" until the
+   *   next I-frame after a lost frame, "OldFrame" for a late or repeated one, "Corrupt",
+   *   "Truncated", "LimitExceeded", "NoFrame", "UnsupportedVersion", "EndOfStream" for no
+   *   bytes, "OutOfMemory"
+   * @throws CodecError "InvalidInput" after free()
+   */
+  decode(
+    frame: Uint8Array,
+    options: DecodeOptions = {},
+  ): {
+    readonly status: Status;
+    readonly voxels: Voxels | null;
+    readonly bytesRead: number;
+  } {
+    this.requireNotFree();
+    // No byte behind is read: these are skipped at most, and then the frame has as many.
+    const bytes = frame.subarray(0, 2 * this.limits[0]);
+    const decoded = this.codec.call((instance) => {
+      const decoder = this.addressIn(instance);
+      const result = instance.withBytes(bytes, (address, size) =>
+        instance.exports.decode(decoder, address, size),
+      );
+      const status = result.status(104);
+      const voxels = status.ok ? voxelsOf(result, options) : null;
+      return { status, voxels, bytesRead: result.u32(136) };
+    });
+    if (decoded.failure === null) return decoded.value;
+    return { status: decoded.failure, voxels: null, bytesRead: Math.min(1, bytes.length) };
+  }
+
+  /** Releases the memory of the decoder, which must not be used any more. */
+  free(): void {
+    if (!this.isFree && this.isInInstance())
+      this.codec.call((instance) => instance.exports.destroy_decoder(this.address));
+    this.isFree = true;
+  }
+
+  /** The decoder in an instance of the module; a new one after a trap.
+   * @internal */
+  addressIn(instance: Instance): Address {
+    if (!this.isInInstance()) {
+      this.address = instance.exports.create_decoder(...this.limits);
+      this.generation = this.codec.generation;
+    }
+    return this.address;
+  }
+
+  private isInInstance(): boolean {
+    return this.generation === this.codec.generation;
+  }
+
+  /** @internal */
+  requireNotFree(): void {
+    if (this.isFree) throw new CodecError("InvalidInput", "the decoder was freed");
+  }
+}
+
+/** Reads a DecodedFrame. */
+function voxelsOf(result: Result, options: DecodeOptions): Voxels {
+  const count = result.u32(116);
+  const grid = result.grid(0);
+  const hasStamp = result.u32(88) !== 0;
+  return {
+    count,
+    positions: result.floats(140, 3 * count) ?? new Float32Array(),
+    intensities: result.floats(144, count),
+    colours: result.bytes(148, 3 * count),
+    pointCounts: result.words(152, count),
+    resolution: grid.resolution,
+    grid,
+    intensityRange: result.intensityRange(48),
+    stamp: hasStamp ? result.u64(80) : null,
+    frameId: hasStamp ? result.text(92) : null,
+    isIFrame: result.u32(124) !== 0,
+    frameNumber: result.u32(120),
+    bytes: result.u32(128),
+    skippedBytes: result.u32(132),
+    coded:
+      options.coded === true
+        ? {
+            keys: result.longs(156, count) ?? new BigUint64Array(),
+            symbols: result.shorts(160, count),
+          }
+        : null,
+  };
+}

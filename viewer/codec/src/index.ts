@@ -1,0 +1,17 @@
+export { Codec, type CodecOptions } from "./codec.js";
+export type { Decoder } from "./decoder.js";
+export type { OutlierFilter } from "./outlier_filter.js";
+export {
+  CodecError,
+  type CodedVoxels,
+  type DecodeOptions,
+  type DecoderLimits,
+  type DensityUnit,
+  type FrameDescription,
+  type Grid,
+  type IntensityRange,
+  type OutlierFilterSettings,
+  type Status,
+  type StatusCode,
+  type Voxels,
+} from "./types.js";

@@ -1,0 +1,203 @@
+/** Outcomes of a call. See `CompressionCode` and `OutlierRemovalCode` of the C++ library;
+ * the last two are this package's own. */
+export type StatusCode =
+  | (typeof compressionCodes)[number]
+  | (typeof outlierRemovalCodes)[number]
+  /** A filter was asked about a decoder that has no frame, as after a failure. */
+  | "NoDecodedFrame"
+  /** The WebAssembly module failed in a way that should not happen. */
+  | "Trap";
+
+/** Names of CompressionCode, in its order. */
+export const compressionCodes = [
+  "Ok",
+  "InvalidSettings",
+  "InvalidInput",
+  "OutputFailed",
+  "EndOfStream",
+  "NoFrame",
+  "UnsupportedVersion",
+  "Truncated",
+  "Corrupt",
+  "LimitExceeded",
+  "MissingReference",
+  "InputFailed",
+  "OldFrame",
+  "OutOfMemory",
+] as const;
+
+/** Names of OutlierRemovalCode, in its order. */
+export const outlierRemovalCodes = [
+  "Ok",
+  "InvalidSettings",
+  "UnsupportedResolution",
+  "NoDensities",
+  "DifferentCloud",
+] as const;
+
+/** Outcome of a call: a code for programs and a message for people. */
+export interface Status {
+  readonly ok: boolean;
+  readonly code: StatusCode;
+  /** What is wrong; with `ok` a warning, or empty. English, one line. */
+  readonly message: string;
+}
+
+/** Thrown where there is no status to return. */
+export class CodecError extends Error {
+  readonly code: StatusCode;
+  /** `Codec.frameSize`: bytes to drop, after which a frame may begin; else 0. */
+  readonly bytesToSkip: number;
+
+  constructor(code: StatusCode, message: string, bytesToSkip = 0) {
+    super(message);
+    this.name = "CodecError";
+    this.code = code;
+    this.bytesToSkip = bytesToSkip;
+  }
+}
+
+/** Limits of decoding, for bytes that are not trusted; whole numbers from 1 to 2^32 - 1. */
+export interface DecoderLimits {
+  /** Bytes of one frame, and bytes skipped while looking for one. Default: 2^24. */
+  readonly maxFrameBytes?: number;
+  /** Voxels of one frame. Default: 2^20; above 2^24 counts as 2^24. */
+  readonly maxVoxels?: number;
+  /** Points of one frame, where voxels have numbers of points. Default: 2^24; above
+   * 16 `maxVoxels` counts as that. */
+  readonly maxPoints?: number;
+}
+
+/** Intensities of a stream: `min` + number * `step`. */
+export interface IntensityRange {
+  /** The lowest intensity that a voxel can have, in the unit of the stream. */
+  readonly min: number;
+  /** The highest one. */
+  readonly max: number;
+  /** From one number to the next. Companded scales do not have all numbers. */
+  readonly step: number;
+  /** There are at most 2^bits different intensities; 1 to 16. */
+  readonly bits: number;
+  /** The highest number of a companded scale; 0: a linear scale, which has all numbers. */
+  readonly compandedRange: number;
+}
+
+/** The grid of a frame's voxels, axis-aligned in the frame's coordinates. */
+export interface Grid {
+  /** Edge of a voxel, metres. */
+  readonly resolution: number;
+  /** x, y, z of the lattice's origin, metres. */
+  readonly anchor: readonly [number, number, number];
+  /** Voxels from the anchor to the grid's lower corner, along x, y and z. */
+  readonly firstIndex: readonly [number, number, number];
+  /** The grid has 2^depth voxels along each axis; 1 to 21. */
+  readonly depth: number;
+}
+
+/** What a frame contains as coded: for those who need exact integers. */
+export interface CodedVoxels {
+  /** Morton keys, strictly ascending: bit 3n of a key is bit n of the voxel's position
+   * along z from the grid's lower corner, bit 3n + 1 that along y, bit 3n + 2 along x. */
+  readonly keys: BigUint64Array;
+  /** Symbols of the intensity scale; null without intensities. */
+  readonly symbols: Uint16Array | null;
+}
+
+/** A decoded frame. The arrays are copies that belong to the caller, who may transfer them
+ * to another thread. All have the same order, that of the voxels' Morton keys. */
+export interface Voxels {
+  /** Number of voxels. */
+  readonly count: number;
+  /** [3 * count] x, y, z of the voxels' centres, metres, in the frame's coordinates. */
+  readonly positions: Float32Array;
+  /** [count] in the unit of the stream; null: the stream has none. */
+  readonly intensities: Float32Array | null;
+  /** [3 * count] red, green, blue, 0 to 255; null: the stream has none. */
+  readonly colours: Uint8Array | null;
+  /** [count] points in each voxel, from 1; null: the stream does not have them. */
+  readonly pointCounts: Uint32Array | null;
+  /** Edge of a voxel, metres. */
+  readonly resolution: number;
+  readonly grid: Grid;
+  /** null without intensities. */
+  readonly intensityRange: IntensityRange | null;
+  /** Time of the frame, microseconds; null: the frame has none. */
+  readonly stamp: bigint | null;
+  /** Name of the coordinate frame; null: the frame has none. */
+  readonly frameId: string | null;
+  /** Decodes without other frames. */
+  readonly isIFrame: boolean;
+  /** Number of the frame in its stream, from 1. */
+  readonly frameNumber: number;
+  /** Bytes of the frame. */
+  readonly bytes: number;
+  /** Bytes before the frame that belong to none. */
+  readonly skippedBytes: number;
+  /** Only if asked for, see `DecodeOptions.coded`. */
+  readonly coded: CodedVoxels | null;
+}
+
+export interface DecodeOptions {
+  /** Also return `Voxels.coded`. Default: false. */
+  readonly coded?: boolean;
+}
+
+/** What the header of a frame tells without the frames before it. */
+export interface FrameDescription {
+  readonly format: "version1" | "published";
+  /** Number of the frame in its stream, from 1. */
+  readonly frameNumber: number;
+  /** "I" decodes without other frames. */
+  readonly kind: "I" | "P";
+  /** The whole frame; null: more bytes are needed to know it. */
+  readonly bytes: number | null;
+  /** null: the published layout, which has none. */
+  readonly effort: "fast" | "balanced" | "small" | null;
+  /** Number of voxels; null: P-frames of the published layout do not tell it. */
+  readonly voxels: number | null;
+  /** Points of the decoded cloud: as many as voxels, unless these have numbers of points.
+   * null where `voxels` is. */
+  readonly points: number | null;
+  /** I-frames only, else null. */
+  readonly grid: Grid | null;
+  /** Edge of a voxel, metres; I-frames only, else null. */
+  readonly resolution: number | null;
+  /** null: a P-frame, or no intensities. */
+  readonly intensityRange: IntensityRange | null;
+  /** Bits of a colour channel, 0: no colours; I-frames only, else null. */
+  readonly colourBits: number | null;
+  /** I-frames only, else null. */
+  readonly hasPointCounts: boolean | null;
+  /** Microseconds; null: a P-frame, or the frame has none. */
+  readonly stamp: bigint | null;
+  /** P-frames: microseconds from the last stamp of the stream; else null. */
+  readonly stampDifference: bigint | null;
+  /** Name of the coordinate frame; null: the frame has none, or a P-frame that has that of
+   * the frame before it. */
+  readonly frameId: string | null;
+}
+
+/** What the filter of outliers derives densities from, see `DensityUnit` of the library:
+ * "faces" for the quadratic law of intensity, "points" for counts of depth cameras,
+ * "voxels" for lidars, native intensities or none; "automatic" is "faces" from the first
+ * frame with a depth model on, else "voxels". */
+export type DensityUnit = (typeof densityUnits)[number];
+
+/** Names of DensityUnit, in its order. */
+export const densityUnits = ["automatic", "faces", "points", "voxels"] as const;
+
+/** See `VoxelOutlierRemovalSettings` of the library. */
+export interface OutlierFilterSettings {
+  /** Default: "automatic". */
+  readonly unit?: DensityUnit;
+  /** Voxels of lower log-odds (natural logarithm) are noise. Finite; default: 0. */
+  readonly minLogOdds?: number;
+  /** Intensity of a completely covered voxel face, for "faces", until a frame has a depth
+   * model. Finite, above 0; default: 255. */
+  readonly fullIntensity?: number;
+  /** Also use the voxels of previous frames. Default: true. */
+  readonly useHistory?: boolean;
+  /** Most blocks of 4 x 4 x 4 voxels to keep between two frames, about 270 bytes each.
+   * Default: 2^17. */
+  readonly maxBlocks?: number;
+}

@@ -1,0 +1,40 @@
+/** The native codec as a program, see reference.cpp. */
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readdirSync, statSync, writeFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import path from "node:path";
+
+const root = fileURLToPath(new URL("../../../", import.meta.url));
+
+const folders = ["bytes", "voxels", "voxelizing", "codec", "stream", "outliers"];
+
+/** The library's files of a kind, relative to the root. */
+const filesOf = (folder, extension) =>
+  readdirSync(path.join(root, folder), { recursive: true })
+    .filter((name) => name.endsWith(extension))
+    .map((name) => path.join(folder, name))
+    .sort();
+
+/** Builds the program, unless it is newer than all sources.
+ * @param optimisation "-O1" for tests, "-O3" for benchmarks
+ * @returns its path
+ */
+export function buildReference(optimisation = "-O1") {
+  const out = path.join(root, "viewer/codec/dist/native");
+  mkdirSync(out, { recursive: true });
+  const program = path.join(out, `reference${optimisation}`);
+  const sources = folders.flatMap((folder) => filesOf(`src/${folder}`, ".cpp"));
+  sources.push("viewer/codec/test/reference.cpp");
+  const headers = [...filesOf("src", ".h"), ...filesOf("include", ".h")];
+  const time = (file) => statSync(file, { throwIfNoEntry: false })?.mtimeMs ?? 0;
+  const newest = Math.max(...[...sources, ...headers].map((file) => time(path.join(root, file))));
+  if (time(program) > newest) return program;
+  const unit = `${program}.cpp`;
+  writeFileSync(unit, sources.map((file) => `#include "${file}"\n`).join(""));
+  const flags = `-std=c++17 -DNDEBUG -w -I. -Isrc -Iinclude -I/usr/include/eigen3`.split(" ");
+  execFileSync("g++", [optimisation, ...flags, unit, "-lz", "-o", program], {
+    cwd: root,
+    stdio: "inherit",
+  });
+  return program;
+}
