@@ -16,18 +16,29 @@ export interface StreamView {
 export const noAxis = new IntensityAxis(0, 255, 1, false);
 
 /** The axis for the intensities of all streams that are shown. */
-export function axisOf(streams: readonly StreamView[], highest: number): IntensityAxis | null {
+export function axisOf(streams: readonly StreamView[], intensities: readonly Float32Array[]): IntensityAxis | null {
   const ranges = streams.flatMap(({ shown }) => (shown?.intensityRange ? [shown.intensityRange] : []));
   if (ranges.length === 0) return null;
   const min = Math.min(...ranges.map((range) => range.min));
   const step = Math.min(...ranges.map((range) => range.step));
+  const sorted = Float32Array.from(sampleOf(intensities)).sort();
+  const highest = sorted[sorted.length - 1] ?? min;
   const top = Math.max(...ranges.map((range) => range.max));
   // Scales of 16 bits are seldom used up to their ends.
   const max = top - min > 1000 * step ? Math.min(top, Math.max(min + 10 * step, 1.1 * highest)) : top;
   const isCounted = streams.some(({ description }) => description.metadata.intensity_law === "count");
   const isKnown = streams.some(({ description }) => description.metadata.intensity_law !== undefined);
   const isLogarithmic = isCounted || (!isKnown && step === 1 && max <= 255);
-  return new IntensityAxis(min, max, step || 1, isLogarithmic);
+  const common = sorted[Math.floor(0.99 * sorted.length)] ?? max;
+  const bright = Math.min(max, Math.max(common, min + step));
+  return new IntensityAxis(min, max, step || 1, isLogarithmic, bright);
+}
+
+/** Some of many values, evenly taken. */
+function sampleOf(lists: readonly Float32Array[]): number[] {
+  const total = lists.reduce((sum, list) => sum + list.length, 0);
+  const every = Math.max(1, Math.floor(total / 50_000));
+  return lists.flatMap((list) => [...list.filter((_, i) => i % every === 0)]);
 }
 
 export function sensorPoses(streams: readonly StreamView[], isVisible: (stream: number) => boolean): SensorPose[] {

@@ -73,8 +73,7 @@ export class StreamsOnScreen {
   }
 
   private showSensors(): void {
-    this.scene.surroundings.setSensors(views.sensorPoses(this.streams, (stream) => this.isVisible(stream)));
-    this.scene.requestDrawing();
+    this.scene.setSensors(views.sensorPoses(this.streams, (stream) => this.isVisible(stream)));
   }
 
   isVisible(stream: number): boolean {
@@ -137,10 +136,8 @@ export class StreamsOnScreen {
   }
 
   private chooseAxis(): void {
-    let highest = 0;
-    for (const layer of this.scene.layers)
-      for (const value of layer.arrays?.intensities ?? []) if (value > highest) highest = value;
-    this.axis = views.axisOf(this.streams, highest);
+    const drawn = this.scene.layers.flatMap(({ arrays }) => (arrays ? [arrays.intensities] : []));
+    this.axis = views.axisOf(this.streams, drawn);
     if (this.axis) this.panel.setAxis(this.axis);
     const shown = this.streams.flatMap(({ shown: frame }) => (frame?.voxels ? [frame.voxels] : []));
     const hasIntensities = shown.some((voxels) => voxels.hasIntensities);
@@ -209,7 +206,7 @@ export class StreamsOnScreen {
     const parts: [string, string][] = [
       [`${formatCount(drawn)} of ${formatCount(all)}`, "voxels"],
       ...(source === "recording" ? [[`${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`, "frame"] as [string, string]] : []),
-      [formatBytesPerSecond(rate), "received"],
+      [formatBytesPerSecond(rate), "compressed"],
       [`${decodeMs.toFixed(1)} ms`, "to decode"],
     ];
     this.status.replaceChildren(...parts.map(([value, name]) =>

@@ -137,6 +137,15 @@ export class ControlPanel {
     this.showLegend();
   }
 
+  private intensityTicks(): [number, string][] {
+    if (!this.axis) return [];
+    const axis = this.axis.brightAxis();
+    return axis.ticks().map((value) => {
+      const isMore = value === axis.max && axis.max < (this.axis?.max ?? 0);
+      return [axis.shareOf(value), formatNumber(value) + (isMore ? " +" : "")];
+    });
+  }
+
   private showLegend(): void {
     const { colourBy } = this.store.get();
     const legend = this.legendBar.parentElement as HTMLElement;
@@ -146,7 +155,7 @@ export class ControlPanel {
     const [low, high] = this.heights;
     const ticks: [number, string][] =
       colourBy === "intensity"
-        ? (this.axis?.ticks() ?? []).map((value) => [this.axis?.shareOf(value) ?? 0, formatNumber(value)])
+        ? this.intensityTicks()
         : colourBy === "height"
           ? [[0, `${low.toFixed(2)} m`], [0.5, `${((low + high) / 2).toFixed(2)} m`], [1, `${high.toFixed(2)} m`]]
           : [[0, "now"], [1, `${trailSeconds} s ago`]];

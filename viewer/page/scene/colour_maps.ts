@@ -57,7 +57,7 @@ export function gradientOf(map: ColourMapName): string {
 }
 
 export function cssColour(colour: Rgb): string {
-  return `rgb(${colour.map((value) => Math.round(255 * value)).join(" ")})`;
+  return `rgb(${colour.map((value) => Math.round(255 * value)).join(", ")})`;
 }
 
 /** Colours of streams that people with any colour vision tell apart (M. Okabe, K. Ito, 2008), then more hues. */

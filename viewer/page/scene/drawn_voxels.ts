@@ -38,8 +38,8 @@ export function boundsOf(
     values[Math.min(values.length - 1, Math.floor(share * values.length))];
   for (const values of axes) values.sort((a, b) => a - b);
   return {
-    min: [at(axes[0], 0.005), at(axes[1], 0.005), at(axes[2], 0.005)],
-    max: [at(axes[0], 0.995), at(axes[1], 0.995), at(axes[2], 0.995)],
+    min: [at(axes[0], 0.002), at(axes[1], 0.002), at(axes[2], 0.002)],
+    max: [at(axes[0], 0.998), at(axes[1], 0.998), at(axes[2], 0.998)],
   };
 }
 

@@ -6,7 +6,19 @@ export class IntensityAxis {
     /** Smallest difference of two intensities. */
     readonly step: number,
     readonly isLogarithmic: boolean,
+    /** The intensity from which colours are the brightest: few voxels have more. */
+    readonly bright: number = max,
   ) {}
+
+  /** 0 to 1: where an intensity lies in the colour map. */
+  brightnessOf(intensity: number): number {
+    return Math.min(1, this.shareOf(intensity) / (this.shareOf(this.bright) || 1));
+  }
+
+  /** The part of the axis that has different colours. */
+  brightAxis(): IntensityAxis {
+    return new IntensityAxis(this.min, this.bright, this.step, this.isLogarithmic);
+  }
 
   /** 0 to 1. */
   shareOf(intensity: number): number {
@@ -35,7 +47,7 @@ export class IntensityAxis {
     if (!this.isLogarithmic) return [0, 0.25, 0.5, 0.75, 1].map((share) => this.intensityAt(share));
     const ticks = [this.min];
     for (let value = this.step; value <= this.max; value *= 4)
-      if (this.shareOf(value) < 0.92 && this.shareOf(value) > 0.08) ticks.push(value);
+      if (this.shareOf(value) < 0.84 && this.shareOf(value) > 0.08) ticks.push(value);
     ticks.push(this.max);
     return ticks;
   }

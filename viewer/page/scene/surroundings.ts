@@ -33,7 +33,8 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
 function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
-  const material = new THREE.LineBasicMaterial({ color: colour, transparent: opacity < 1, opacity });
+  // Drawn after the voxels, and without a depth of their own, which would be shaded.
+  const material = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
   return new THREE.LineSegments(geometry, material);
 }
 
@@ -66,6 +67,7 @@ export class Surroundings {
   readonly axes = new THREE.Group();
   readonly sensors = new THREE.Group();
   readonly cropBox = new THREE.Group();
+  private sensorPlaces: number[][] = [];
 
   addTo(scene: THREE.Scene): void {
     scene.add(this.grid, this.axes, this.sensors, this.cropBox);
@@ -121,8 +123,22 @@ export class Surroundings {
     this.axes.add(origin);
   }
 
-  setSensors(poses: SensorPose[]): void {
+  /** A box that has the sensors in it, too, where they are not far away. */
+  withSensors(bounds: Bounds): Bounds {
+    const min: [number, number, number] = [...bounds.min];
+    const max: [number, number, number] = [...bounds.max];
+    for (const place of this.sensorPlaces)
+      for (let axis = 0; axis < 3; ++axis) {
+        const reach = 0.5 * (bounds.max[axis] - bounds.min[axis]);
+        min[axis] = Math.max(bounds.min[axis] - reach, Math.min(min[axis], place[axis]));
+        max[axis] = Math.min(bounds.max[axis] + reach, Math.max(max[axis], place[axis]));
+      }
+    return { min, max };
+  }
+
+  setSensors(poses: SensorPose[], colours: SceneColours | null): void {
     disposeAll(this.sensors);
+    this.sensorPlaces = poses.map(({ values }) => values.slice(0, 3));
     for (const { name, colour, values } of poses) {
       const [x, y, z, qx, qy, qz, qw] = values;
       const sensor = new THREE.Group();
@@ -140,7 +156,7 @@ export class Surroundings {
       sensor.add(new THREE.Mesh(face, glass));
       sensor.position.set(x, y, z);
       sensor.quaternion.set(qx, qy, qz, qw).normalize();
-      const label = textSprite(name, colour, 12);
+      const label = textSprite(name, colours?.label ?? colour, 12);
       label.position.set(x, y, z + 0.3);
       this.sensors.add(sensor, label);
     }

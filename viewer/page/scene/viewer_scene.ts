@@ -6,9 +6,11 @@ import { colourMaps, streamColour, texelsOf } from "./colour_maps";
 import type { ColourMapName } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
 import type { PickedVoxel } from "./drawn_voxels";
+import { fitCamera } from "./camera_fit";
+import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
 import { Surroundings, boxEdges } from "./surroundings";
-import type { Bounds, SceneColours } from "./surroundings";
+import type { Bounds, SceneColours, SensorPose } from "./surroundings";
 import { scaleSprites } from "./text_sprite";
 import { VoxelLayer } from "./voxel_layer";
 import type { ViewerState } from "../state/viewer_state";
@@ -33,11 +35,13 @@ export class ViewerScene {
   readonly controls: OrbitControls;
   bounds: Bounds | null = null;
   private readonly renderer: THREE.WebGLRenderer;
+  private readonly shading: DepthShading;
   private readonly scene = new THREE.Scene();
   private readonly selection: THREE.LineSegments;
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
   private needsDrawing = true;
   private colours: SceneColours | null = null;
+  private poses: SensorPose[] = [];
   private readonly uniforms = {
     threshold: { value: 0 },
     hidesNoise: { value: true },
@@ -56,10 +60,11 @@ export class ViewerScene {
     private readonly canvas: HTMLCanvasElement,
     private readonly onDrawn: () => void,
   ) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, powerPreference: "high-performance" });
     // Colours are computed as they appear on the screen.
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     THREE.ColorManagement.enabled = false;
+    this.shading = new DepthShading(this.renderer);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-5, -6, 5);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -91,7 +96,8 @@ export class ViewerScene {
     const height = Math.max(1, parent.clientHeight);
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
-    this.renderer.getDrawingBufferSize(this.uniforms.viewport.value);
+    const { x, y } = this.renderer.getDrawingBufferSize(this.uniforms.viewport.value);
+    this.shading.setSize(x, y, this.renderer.getPixelRatio());
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.draw();
@@ -105,7 +111,7 @@ export class ViewerScene {
   private draw(): void {
     this.needsDrawing = false;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
-    this.renderer.render(this.scene, this.camera);
+    this.shading.draw(this.scene, this.camera);
     this.onDrawn();
   }
 
@@ -137,7 +143,7 @@ export class ViewerScene {
     uniforms.threshold.value = state.threshold;
     uniforms.hidesNoise.value = state.noise === "hide";
     uniforms.colourBy.value = colourModes.indexOf(state.colourBy);
-    uniforms.intensityAxis.value.set(axis.min, axis.max, axis.step, axis.isLogarithmic ? 1 : 0);
+    uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
     uniforms.isDisc.value = state.shape === "points";
     const map = state.colourBy === "height" || state.colourBy === "age" ? state.colourBy : "intensity";
     uniforms.colourMap.value = this.maps.get(map) ?? null;
@@ -161,6 +167,12 @@ export class ViewerScene {
     (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
     this.surroundings.setAxes(1, colours);
     if (this.bounds) this.surroundings.setGrid(this.bounds, colours);
+    this.setSensors(this.poses);
+  }
+
+  setSensors(poses: SensorPose[]): void {
+    this.poses = poses;
+    this.surroundings.setSensors(poses, this.colours);
     this.requestDrawing();
   }
 
@@ -185,27 +197,16 @@ export class ViewerScene {
   /** Places the camera so that all voxels are in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
-    const box = new THREE.Box3(new THREE.Vector3(...this.bounds.min), new THREE.Vector3(...this.bounds.max));
-    const centre = box.getCenter(new THREE.Vector3());
     const towards =
       direction === "keep"
         ? this.camera.position.clone().sub(this.controls.target)
         : new THREE.Vector3(...directions[direction]);
-    towards.normalize();
-    // The distance at which each corner of the box is within the view's pyramid.
-    const view = new THREE.Matrix4().lookAt(towards, new THREE.Vector3(), this.camera.up).invert();
-    const tangent = Math.tan((fieldOfView * Math.PI) / 360);
-    let distance = 0.5;
-    for (let i = 0; i < 8; ++i) {
-      const corner = new THREE.Vector3(
-        i & 1 ? box.max.x : box.min.x,
-        i & 2 ? box.max.y : box.min.y,
-        i & 4 ? box.max.z : box.min.z,
-      ).sub(centre).applyMatrix4(view);
-      const needed = Math.max(Math.abs(corner.y), Math.abs(corner.x) / this.camera.aspect) / (0.94 * tangent);
-      distance = Math.max(distance, needed + corner.z);
-    }
-    this.setCamera(centre.clone().addScaledVector(towards, distance), centre);
+    const camera = this.camera.clone();
+    camera.near = 0.001;
+    camera.far = 1e6;
+    camera.updateProjectionMatrix();
+    const target = fitCamera(camera, this.surroundings.withSensors(this.bounds), towards);
+    this.setCamera(camera.position, target);
   }
 
   setCamera(position: THREE.Vector3, target: THREE.Vector3): void {

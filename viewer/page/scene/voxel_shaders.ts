@@ -86,7 +86,7 @@ void main() {
   // A dark line along the edges, a pixel wide, that fades where voxels are only some pixels large.
   vec2 toEdge = (1.0 - abs(place)) / max(fwidth(place), vec2(1e-6));
   float line = 1.0 - clamp(min(toEdge.x, toEdge.y), 0.0, 1.0);
-  float strength = 0.35 * smoothstep(5.0, 14.0, pixels);
+  float strength = 0.4 * smoothstep(7.0, 22.0, pixels);
   result = vec4(colour * light * (1.0 - line * strength), 1.0);
 }
 `;

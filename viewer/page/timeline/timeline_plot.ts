@@ -37,7 +37,7 @@ function columnsOf(index: FrameIndex, span: TimeSpan, count: number): Column[] {
   const length = Math.max(span.to - span.from, 1e-9);
   for (const frames of index.streams) {
     for (let i = 0; i < frames.times.length; ++i) {
-      const at = Math.floor(((frames.times[i] - span.from) / length) * (count - 1));
+      const at = Math.round(((frames.times[i] - span.from) / length) * (count - 1));
       if (at < 0 || at >= count) continue;
       const column = columns[at];
       column.bytes += frames.bytes[i];
