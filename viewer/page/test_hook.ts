@@ -8,7 +8,7 @@ export interface ViewerHook {
   set(changes: Partial<ViewerState>): void;
   /** Voxels drawn, voxels that are no noise, and all voxels of the streams that are on. */
   counts(): { kept: number; drawn: number; all: number };
-  streams(): { name: string; number: number | null; problem: string | null; voxels: number }[];
+  streams(): { name: string; number: number | null; problem: string | null; voxels: number; past: number }[];
   /** Coordinates of the voxels of a stream that are no noise, x, y, z one after the other. */
   positions(stream: number): number[];
   moments(): number;
@@ -37,6 +37,7 @@ export function publishHook(viewer: Viewer): void {
         number: shown?.number ?? null,
         problem: shown?.problem ?? null,
         voxels: viewer.scene.layers[i].voxels?.count ?? 0,
+        past: viewer.scene.layers[i].voxels?.pastCount ?? 0,
       })),
     positions: (stream) => {
       const layer = viewer.scene.layers[stream];

@@ -73,7 +73,8 @@ export class Surroundings {
     scene.add(this.grid, this.axes, this.sensors, this.cropBox);
   }
 
-  setGrid(bounds: Bounds, colours: SceneColours): void {
+  /** On narrow screens only few lines have labels. */
+  setGrid(bounds: Bounds, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.grid);
     const extent = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]);
     const step = gridStep(extent);
@@ -94,20 +95,20 @@ export class Surroundings {
         from[other] = low[other];
         to[other] = high[other];
         (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
-        this.addLabel(at, step, axis, low[other] - 0.35 * step, z, colours);
+        if (Math.round(at / step) % (step < 1 || isNarrow ? 5 : 1) === 0)
+          this.addLabel(at, axis, low[other] - 0.35 * step, z, colours);
       }
     }
     this.grid.add(lines(thin, colours.grid), lines(strong, colours.gridStrong));
   }
 
-  private addLabel(at: number, step: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    if (Math.round(at / step) % (step < 1 ? 5 : 1) !== 0) return;
+  private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
     const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }
 
-  setAxes(length: number, colours: SceneColours): void {
+  setAxes(length: number): void {
     disposeAll(this.axes);
     const names = [["x", "#e5484d"], ["y", "#30a46c"], ["z", "#3e8ef7"]];
     names.forEach(([name, colour], axis) => {
@@ -118,9 +119,6 @@ export class Surroundings {
       sprite.position.set(end[0] * 1.12, end[1] * 1.12, end[2] * 1.12);
       this.axes.add(sprite);
     });
-    const origin = textSprite("0", colours.label, 11);
-    origin.position.set(-0.08, -0.08, 0);
-    this.axes.add(origin);
   }
 
   /** A box that has the sensors in it, too, where they are not far away. */

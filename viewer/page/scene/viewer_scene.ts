@@ -165,8 +165,8 @@ export class ViewerScene {
     const noise = new THREE.Color(colours.noise);
     this.uniforms.noiseColour.value.set(noise.r, noise.g, noise.b);
     (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
-    this.surroundings.setAxes(1, colours);
-    if (this.bounds) this.surroundings.setGrid(this.bounds, colours);
+    this.surroundings.setAxes(1);
+    this.setGrid();
     this.setSensors(this.poses);
   }
 
@@ -186,8 +186,13 @@ export class ViewerScene {
     if (!bounds) return false;
     this.bounds = bounds;
     this.uniforms.heightRange.value.set(bounds.min[2], bounds.max[2]);
-    if (this.colours) this.surroundings.setGrid(bounds, this.colours);
+    this.setGrid();
     return true;
+  }
+
+  private setGrid(): void {
+    if (this.bounds && this.colours)
+      this.surroundings.setGrid(this.bounds, this.colours, this.canvas.clientWidth < 600);
   }
 
   get heightRange(): [number, number] {
