@@ -9,30 +9,33 @@ import { RecordingPlayer } from "./recording_player";
 export class DecodingThread {
   private codec: Codec | null = null;
   private player: RecordingPlayer | LivePlayer | null = null;
+  /** Messages that came before the codec was ready. */
+  private readonly early: ToWorker[] = [];
   private readonly pool = new BufferPool();
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
 
   constructor(private readonly post: (message: FromWorker, transfer?: Transferable[]) => void) {}
 
-  async receive(message: ToWorker): Promise<void> {
-    if (message.type === "load") {
-      await this.load(message.wasm);
-      return;
-    }
+  receive(message: ToWorker): void {
+    if (message.type === "load") void this.load(message.wasm);
+    else if (this.codec) this.handle(this.codec, message);
+    else this.early.push(message);
+  }
+
+  private handle(codec: Codec, message: ToWorker): void {
     if (message.type === "recycle") this.pool.give(message.buffer);
     if (message.type === "settings") {
       this.settings = message.settings;
       this.player?.setSettings(message.settings);
     }
-    if (!this.codec) return;
     if (message.type === "open") {
       this.player?.close();
-      const player = new RecordingPlayer(this.codec, this.pool, this.settings, this.post);
+      const player = new RecordingPlayer(codec, this.pool, this.settings, this.post);
       this.player = player;
-      await player.open(message.files);
+      void player.open(message.files);
     } else if (message.type === "openLive") {
       this.player?.close();
-      this.player = new LivePlayer(this.codec, this.pool, this.settings, this.post);
+      this.player = new LivePlayer(codec, this.pool, this.settings, this.post);
     } else if (message.type === "show" && this.player instanceof RecordingPlayer)
       this.player.show(message.request, message.frames);
     else if (message.type === "liveStreams" && this.player instanceof LivePlayer)
@@ -45,6 +48,7 @@ export class DecodingThread {
     try {
       this.codec = await Codec.load(wasm);
       this.post({ type: "loaded" });
+      for (const message of this.early.splice(0)) this.handle(this.codec, message);
     } catch (error) {
       this.post({ type: "failed", message: `The decoder cannot start: ${(error as Error).message}` });
     }

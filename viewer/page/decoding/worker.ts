@@ -8,4 +8,4 @@ interface WorkerScope {
 
 const scope = self as unknown as WorkerScope;
 const thread = new DecodingThread((message, transfer = []) => scope.postMessage(message, transfer));
-scope.onmessage = (event) => void thread.receive(event.data);
+scope.onmessage = (event) => thread.receive(event.data);
