@@ -1,4 +1,4 @@
-import { bytesOfBase64 } from "./sources/source_choice";
+import { bytesOfBase64, embeddedId } from "./sources/source_choice";
 import { element } from "./controls/dom";
 import { Viewer } from "./viewer";
 
@@ -36,11 +36,20 @@ function start(): void {
   const codec = document.getElementById("pcl-ext-codec");
   const wasm = bytesOfBase64(codec?.textContent ?? "");
   codec?.remove();
+  // The body gets other contents.
+  const recording = document.getElementById(embeddedId);
+  if (recording) document.head.append(recording);
   new Viewer(WORKER_CODE, wasm.buffer).start();
 }
 
-try {
-  start();
-} catch (error) {
-  explain("The viewer cannot start", (error as Error).message, "Reload the page; if that does not help, download it again.");
+function startOrExplain(): void {
+  try {
+    start();
+  } catch (error) {
+    explain("The viewer cannot start", (error as Error).message, "Reload the page; if that does not help, download it again.");
+  }
 }
+
+// A recording in the page may come after this program.
+if (document.readyState === "loading") addEventListener("DOMContentLoaded", startOrExplain);
+else startOrExplain();

@@ -7,11 +7,18 @@ import { bytesPerSecondAt } from "./timeline/byte_rate";
 import { countKept } from "./scene/drawn_voxels";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
-import type { ViewerStore } from "./state/viewer_state";
+import type { ViewerState, ViewerStore } from "./state/viewer_state";
 import * as views from "./stream_views";
 import type { StreamView } from "./stream_views";
 import type { FrameIndex } from "./timeline/frame_index";
 import { element } from "./controls/dom";
+
+/** Why nothing of a stream is drawn; null if something is. */
+function noteOf(shown: ShownFrame | null, source: ViewerState["source"]): string | null {
+  if (shown?.problem) return `Not shown: ${shown.problem}`;
+  if (shown) return null;
+  return source === "live" ? "No frame has come yet" : "No frame could be read";
+}
 
 /** What is drawn of each stream, with the figures that are told of it. */
 export class StreamsOnScreen {
@@ -194,7 +201,7 @@ export class StreamsOnScreen {
       const isDrawn = this.isVisible(i);
       if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
       const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
-      this.panel.streams.setCount(i, count, shown?.problem ? `Not shown: ${shown.problem}` : null);
+      this.panel.streams.setCount(i, count, noteOf(shown, source));
     });
     histogram.draw();
     const remark = removesOutliers ? (this.lastFilterRemark ?? views.lawRemark(this.streams)) : null;

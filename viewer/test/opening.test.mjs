@@ -84,12 +84,12 @@ test("a served recording of two files is one recording", async () => {
   await server.close();
 });
 
-test("a page with a recording in it shows it, from a file", async () => {
+for (const place of ["<body>", "</body>"])
+test(`a page with a recording in it, at ${place}, shows it, from a file`, async () => {
   const embedded = `<script type="application/octet-stream;base64" id="pcl-ext-recording" data-name="mailed.mcap">` +
     `${readFileSync(recording).toString("base64")}</script>`;
   const path = pathInFolder("export.html");
-  // The viewer's own script comes after it.
-  writeFileSync(path, page.toString().replace("<body>", () => `<body>${embedded}`));
+  writeFileSync(path, page.toString().replace(place, () => (place === "<body>" ? place + embedded : embedded + place)));
   const viewer = await openViewer({ url: `file://${path}` });
   await untilDrawn(viewer);
   assert.equal(await viewer.title(), "mailed.mcap – pcl_ext viewer");
@@ -156,7 +156,7 @@ test("a link keeps threshold, colour, time and camera", async () => {
   assert.equal(state.colourBy, "height");
   assert.equal(state.moment, 7);
   assert.deepEqual(state.hiddenStreams, ["cell_sensor_2"]);
-  assert.deepEqual(await other.ask(() => window.pclExtViewer.camera()), [3, 4, 5, 1, 2, 0]);
+  assert.deepEqual((await other.ask(() => window.pclExtViewer.camera())).map((value) => Number(value.toFixed(6))), [3, 4, 5, 1, 2, 0]);
   await other.finish();
   await viewer.finish();
   await server.close();

@@ -9,18 +9,17 @@ import * as records from "./mcap_records";
 
 const chunkHeaderAtMost = 72;
 
-/** Where chunks begin, by the summary at the end of the file; none if there is no whole summary. */
-async function chunkOffsets(source: ByteSource): Promise<number[]> {
+/** The summary at the end of the file; null if there is no whole one. */
+async function readSummary(source: ByteSource): Promise<McapIndexedReader | null> {
   try {
-    const reader = await McapIndexedReader.Initialize({
+    return await McapIndexedReader.Initialize({
       readable: {
         size: async () => BigInt(source.size),
         read: async (offset, size) => source.read(Number(offset), Number(size)),
       },
     });
-    return reader.chunkIndexes.map((chunk) => Number(chunk.chunkStartOffset)).sort((a, b) => a - b);
   } catch {
-    return [];
+    return null;
   }
 }
 
@@ -28,6 +27,7 @@ async function chunkOffsets(source: ByteSource): Promise<number[]> {
 export class McapScan {
   private readonly blocks: BlockReader;
   private isWhole = false; // its end was found
+  private isDamaged = false;
 
   constructor(
     private readonly source: ByteSource,
@@ -46,16 +46,29 @@ export class McapScan {
       at = next ?? (await this.chunkAfter(at));
       report(at);
     }
+    if (this.isDamaged) await this.addChannelsOfSummary();
     return this.isWhole;
   }
 
+  /** Streams whose frames are all lost are known by the summary. */
+  private async addChannelsOfSummary(): Promise<void> {
+    const summary = await readSummary(this.source);
+    if (!summary) return;
+    for (const channel of summary.channelsById.values())
+      this.streams.addChannel(this.file, channel, summary.schemasById.get(channel.schemaId)?.name ?? "");
+    this.streams.addSilentStreams();
+  }
+
   private damage(offset: number, message: string): void {
+    this.isDamaged = true;
     this.listener.addDamage({ file: this.source.name, offset, message });
   }
 
   /** The next chunk behind damage, as the summary tells; the end of the file if there is none. */
   private async chunkAfter(offset: number): Promise<number> {
-    return (await chunkOffsets(this.source)).find((chunk) => chunk > offset) ?? this.source.size;
+    const summary = await readSummary(this.source);
+    const chunks = (summary?.chunkIndexes ?? []).map((chunk) => Number(chunk.chunkStartOffset));
+    return chunks.sort((a, b) => a - b).find((chunk) => chunk > offset) ?? this.source.size;
   }
 
   /** Reads the record at a place; returns where the next one begins, or null if that is unknown. */

@@ -1,3 +1,4 @@
+import type { McapTypes } from "@mcap/core";
 import type { Codec } from "@pcl_ext/codec";
 
 import { readCompressedCloud } from "./cdr";
@@ -43,14 +44,24 @@ export class McapStreams {
       return; // the messages of this channel are then unknown
     }
     if (parsed?.type === "Schema") this.schemas.set(`${file}:${parsed.id}`, parsed.name);
-    if (parsed?.type !== "Channel" || this.channels.has(`${file}:${parsed.id}`)) return;
-    this.channels.set(`${file}:${parsed.id}`, {
-      topic: parsed.topic,
-      type: this.schemas.get(`${file}:${parsed.schemaId}`) ?? "",
-      metadata: Object.fromEntries(parsed.metadata),
-      stream: null,
-      format: null,
-    });
+    if (parsed?.type === "Channel")
+      this.addChannel(file, parsed, this.schemas.get(`${file}:${parsed.schemaId}`) ?? "");
+  }
+
+  addChannel(file: number, channel: McapTypes.Channel, type: string): void {
+    const key = `${file}:${channel.id}`;
+    if (this.channels.has(key)) return;
+    const metadata = Object.fromEntries(channel.metadata);
+    this.channels.set(key, { topic: channel.topic, type, metadata, stream: null, format: null });
+  }
+
+  /** Adds the streams of which no frame could be read. */
+  addSilentStreams(): void {
+    for (const channel of this.channels.values()) {
+      const isOther = channel.type !== compressedCloudType || channel.format !== null;
+      if (isOther || this.streamsByName.has(channel.topic)) continue;
+      this.streamsByName.set(channel.topic, this.listener.addStream({ name: channel.topic, metadata: channel.metadata }));
+    }
   }
 
   addMessage(file: number, message: Uint8Array, place: FramePlace): void {

@@ -13,7 +13,7 @@ interface ServedSource {
   files?: { name?: unknown; url?: unknown }[];
 }
 
-const embeddedId = "pcl-ext-recording";
+export const embeddedId = "pcl-ext-recording";
 
 export function bytesOfBase64(text: string): Uint8Array<ArrayBuffer> {
   const binary = atob(text.replace(/\s+/g, ""));
