@@ -26,30 +26,34 @@ if ! [ -e viewer/node_modules/.bin/tsc ]; then
   exit 1
 fi
 
-# Without virtual functions that nobody calls there is no encoder.
+# Without virtual functions that nobody calls there is no encoder. Vectors (Safari 16.4,
+# Firefox 89, Chrome 91) make the filter of outliers four times as fast.
 flags="--target=wasm32-wasi -std=c++17 -fno-exceptions -fno-rtti -DNDEBUG -mbulk-memory
-  -flto -fvisibility=hidden -fwhole-program-vtables -fvirtual-function-elimination
+  -msimd128 -flto -fvisibility=hidden -fwhole-program-vtables -fvirtual-function-elimination
   -D_LIBCPP_DISABLE_EXTERN_TEMPLATE
   -Wall -Wextra -I. -Isrc -Iinclude -Isrc/platforms -isystem /usr/include/eigen3"
 
-# Two units, as else most of the time would go into the standard library's headers.
+# Units of many sources, as else most of the time would go into the standard library's
+# headers. Prints nothing, unless it fails.
 compile() { # optimisation, name of the unit, sources
   local optimisation=$1 unit=$objects/$2
   shift 2
   printf '#include "%s"\n' "$@" > "$unit.cpp"
   # shellcheck disable=SC2086
-  clang++ $flags "$optimisation" -c "$unit.cpp" -o "$unit.o"
+  clang++ $flags $optimisation -c "$unit.cpp" -o "$unit.o"
 }
 mapfile -t coders < <(find src/{bytes,voxels,codec} -name '*.cpp' | sort)
-compile -O2 coders "${coders[@]}" &
-compile -Os others src/outliers/*.cpp \
+# Loops that the compiler unrolls or vectorises make the coders larger, but not faster.
+compile "-O2 -fno-unroll-loops -fno-vectorize" coders "${coders[@]}" &
+compile -O2 outliers src/outliers/*.cpp
+compile -Os others \
   src/stream/{foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
   src/stream/{version1_decoder,version1_header}.cpp $package/src/*.cpp
 wait $!
 
 mkdir -p $out
 # A stack that overflows ends at address 0, and traps.
-clang++ --target=wasm32-wasi -mexec-model=reactor -flto "$objects"/{coders,others}.o \
+clang++ --target=wasm32-wasi -mexec-model=reactor -flto "$objects"/{coders,outliers,others}.o \
   -Wl,--strip-all,--gc-sections,--stack-first,--import-memory -Wl,-z,stack-size=262144 \
   -o "$objects/codec.wasm"
 mv "$objects/codec.wasm" $out/codec.wasm

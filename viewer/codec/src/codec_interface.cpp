@@ -1,6 +1,6 @@
 /** \file
  * \brief C interface of the codec for WebAssembly: decoding, description and size of
- * frames, removal of outliers. Called by instance.ts only, which knows the layouts below.
+ * frames, removal of outliers. Called by the TypeScript beside it only.
  *
  * Compiled for wasm32 without exceptions. Results lie in memory of this module and hold
  * until the next call. Where memory runs out the module traps, and must not be used again:
@@ -10,12 +10,14 @@
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "viewer/codec/src/result_layouts.h"
+#include "viewer/codec/src/seekable_bytes.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <new>
-#include <streambuf>
 #include <string>
 #include <vector>
 
@@ -24,117 +26,9 @@
 namespace {
 
 using namespace pcl_ext;
+using namespace pcl_ext::viewer;
 
-using Address = std::uint32_t;
-
-/** \brief Where a result's array begins; 0: there is none. */
-template <typename T>
-Address
-addressOf(const T* pointer)
-{
-  return static_cast<Address>(reinterpret_cast<std::uintptr_t>(pointer));
-}
-
-/** \brief Bytes, or characters in UTF-8. */
-struct Span {
-  Address begin = 0;
-  std::uint32_t size = 0;
-};
-
-Span
-spanOf(const std::string& text)
-{
-  return {addressOf(text.data()), static_cast<std::uint32_t>(text.size())};
-}
-
-/** \brief An enumerator, as CompressionCode or OutlierRemovalCode, and a message. */
-struct Outcome {
-  std::uint32_t code = 0;
-  Span message;
-};
-
-struct Scale {
-  double min = 0.0;  ///< intensity of the lowest symbol
-  double max = 0.0;  ///< intensity of the highest symbol
-  double step = 0.0; ///< intensity from one number to the next
-  std::uint32_t bits = 0;
-  std::uint32_t companded_range = 0;
-};
-
-struct Grid {
-  double resolution = 0.0; ///< metres
-  double anchor[3] = {};   ///< metres
-  std::int32_t first_index[3] = {};
-  std::uint32_t depth = 0;
-};
-
-struct Stamp {
-  std::uint64_t stamp = 0;
-  std::uint32_t has_stamp = 0;
-  Span frame_id;
-};
-
-struct DecodedFrame {
-  Grid grid;
-  Scale scale;
-  Stamp stamp;
-  Outcome outcome;
-  std::uint32_t voxels = 0;
-  std::uint32_t frame_number = 0;
-  std::uint32_t is_i_frame = 0;
-  std::uint32_t bytes = 0;
-  std::uint32_t skipped_bytes = 0;
-  std::uint32_t bytes_read = 0; ///< after which the next call may continue
-  Address positions = 0;        ///< float[3 * voxels]
-  Address intensities = 0;      ///< float[voxels]
-  Address colours = 0;          ///< std::uint8_t[3 * voxels]
-  Address point_counts = 0;     ///< std::uint32_t[voxels]
-  Address keys = 0;             ///< std::uint64_t[voxels]
-  Address symbols = 0;          ///< std::uint16_t[voxels]
-};
-
-struct DescribedFrame {
-  Grid grid;
-  Scale scale;
-  Stamp stamp;
-  std::int64_t stamp_difference = 0;
-  Outcome outcome;
-  std::uint32_t has_stamp_difference = 0;
-  std::uint32_t is_published = 0;
-  std::uint32_t effort = 0;
-  std::uint32_t frame_number = 0;
-  std::uint32_t is_i_frame = 0;
-  std::uint32_t voxels = 0;
-  std::uint32_t points = 0;
-  std::uint32_t colour_bits = 0;
-  std::uint32_t has_point_counts = 0;
-  std::uint32_t has_frame_id = 0;
-};
-
-struct MeasuredFrame {
-  Outcome outcome;
-  std::uint32_t bytes = 0;
-};
-
-struct Judgement {
-  Outcome outcome;
-  std::uint32_t voxels = 0;
-  Address is_noise = 0; ///< std::uint8_t[voxels]
-};
-
-// instance.ts reads these members by their offsets.
-static_assert(sizeof(Grid) == 48 && sizeof(Scale) == 32 && sizeof(Stamp) == 24);
-static_assert(offsetof(DecodedFrame, outcome) == 104 &&
-              offsetof(DecodedFrame, voxels) == 116 &&
-              offsetof(DecodedFrame, symbols) == 160);
-static_assert(offsetof(DescribedFrame, outcome) == 112 &&
-              offsetof(DescribedFrame, has_frame_id) == 160);
-static_assert(offsetof(MeasuredFrame, bytes) == 12);
-static_assert(offsetof(Judgement, is_noise) == 16);
-static_assert(static_cast<int>(io::CompressionCode::OutOfMemory) == 13);
-static_assert(static_cast<int>(OutlierRemovalCode::DifferentCloud) == 4);
-
-/** \brief What the last call returned, and the memory that decoders share. */
+/** \brief What the last call returned, and the memory that it lies in. */
 struct Results {
   std::string message;
   std::string frame_id;
@@ -189,46 +83,6 @@ scaleOf(const io::IntensityScale& scale)
           scale.bits,
           scale.companded_range};
 }
-
-/** \brief Bytes to decode, in which the decoder goes back after a failure to where the next
- * frame may begin. */
-class SeekableBytes : public std::streambuf {
-public:
-  SeekableBytes(const std::uint8_t* bytes, std::size_t size)
-  {
-    // streambuf takes char*, but does not write to a get area without a putback.
-    char* begin = const_cast<char*>(reinterpret_cast<const char*>(bytes));
-    setg(begin, begin, begin + size);
-  }
-
-  std::size_t
-  position() const
-  {
-    return static_cast<std::size_t>(gptr() - eback());
-  }
-
-protected:
-  pos_type
-  seekoff(off_type offset,
-          std::ios_base::seekdir from,
-          std::ios_base::openmode) override
-  {
-    const off_type origin = from == std::ios_base::beg   ? 0
-                            : from == std::ios_base::cur ? gptr() - eback()
-                                                         : egptr() - eback();
-    const off_type position = origin + offset;
-    if (position < 0 || position > egptr() - eback())
-      return pos_type(off_type(-1));
-    setg(eback(), eback() + position, egptr());
-    return pos_type(position);
-  }
-
-  pos_type
-  seekpos(pos_type position, std::ios_base::openmode mode) override
-  {
-    return seekoff(off_type(position), std::ios_base::beg, mode);
-  }
-};
 
 /** \brief A decoder, and the frame that it decoded last. */
 struct Decoder {
