@@ -212,12 +212,14 @@ export class StreamsOnScreen {
     const rate = bytesPerSecondAt(this.index, moment, source === "live");
     const parts: [string, string][] = [
       [`${formatCount(drawn)} of ${formatCount(all)}`, "voxels"],
-      ...(source === "recording" ? [[`${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`, "frame"] as [string, string]] : []),
+      ...(source === "recording" ? [["frame", `${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`] as [string, string]] : []),
       [formatBytesPerSecond(rate), "compressed"],
       [`${decodeMs.toFixed(1)} ms`, "to decode"],
     ];
     this.status.replaceChildren(...parts.map(([value, name]) =>
-      element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
+      value === "frame"
+        ? element("span", { class: "figure" }, "frame ", element("b", {}, name))
+        : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, `${lost} of ${this.streams.length} streams lost`));
   }
 

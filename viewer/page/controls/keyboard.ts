@@ -65,6 +65,7 @@ export function listenToKeys(store: ViewerStore, actions: KeyActions): void {
       return;
     }
     if (event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
+    if (store.get().showsHelp && event.key !== "?") return; // the dialogue's own keys
     // Space presses a button that has the focus.
     if (event.key === " " && (event.target instanceof HTMLButtonElement || event.target instanceof HTMLInputElement)) return;
     const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];

@@ -33,7 +33,7 @@ export class ThresholdControl {
     this.root = element(
       "div",
       { class: "threshold" },
-      element("div", { class: "row" }, element("span", {}, "Hide below intensity"), this.number),
+      element("div", { class: "row" }, element("span", {}, "Intensity threshold"), this.number),
       this.slider,
       this.ticks,
     );

@@ -95,7 +95,8 @@ export class Surroundings {
         from[other] = low[other];
         to[other] = high[other];
         (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
-        if (Math.round(at / step) % (step < 1 || isNarrow ? 5 : 1) === 0)
+        const number = Math.round(at / step);
+        if (number !== 0 && number % (step < 1 || isNarrow ? 5 : 1) === 0)
           this.addLabel(at, axis, low[other] - 0.35 * step, z, colours);
       }
     }
@@ -103,19 +104,19 @@ export class Surroundings {
   }
 
   private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, 11);
+    const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, colours.background, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }
 
-  setAxes(length: number): void {
+  setAxes(length: number, colours: SceneColours): void {
     disposeAll(this.axes);
     const names = [["x", "#e5484d"], ["y", "#30a46c"], ["z", "#3e8ef7"]];
     names.forEach(([name, colour], axis) => {
       const end = [0, 0, 0];
       end[axis] = length;
       this.axes.add(lines([0, 0, 0, ...end], colour));
-      const sprite = textSprite(name, colour);
+      const sprite = textSprite(name, colour, colours.background);
       sprite.position.set(end[0] * 1.12, end[1] * 1.12, end[2] * 1.12);
       this.axes.add(sprite);
     });
@@ -134,7 +135,7 @@ export class Surroundings {
     return { min, max };
   }
 
-  setSensors(poses: SensorPose[], colours: SceneColours | null): void {
+  setSensors(poses: SensorPose[], colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.sensors);
     this.sensorPlaces = poses.map(({ values }) => values.slice(0, 3));
     for (const { name, colour, values } of poses) {
@@ -154,7 +155,7 @@ export class Surroundings {
       sensor.add(new THREE.Mesh(face, glass));
       sensor.position.set(x, y, z);
       sensor.quaternion.set(qx, qy, qz, qw).normalize();
-      const label = textSprite(name, colours?.label ?? colour, 12);
+      const label = textSprite(name, colours.label, colours.background, isNarrow ? 10 : 12);
       label.position.set(x, y, z + 0.3);
       this.sensors.add(sensor, label);
     }

@@ -1,7 +1,7 @@
 import * as THREE from "three";
 
-/** A short text that faces the camera and keeps its size on the screen. */
-export function textSprite(text: string, colour: string, pixels = 13): THREE.Sprite {
+/** A short text that faces the camera, keeps its size on the screen and has an outline of another colour. */
+export function textSprite(text: string, colour: string, outline: string, pixels = 13): THREE.Sprite {
   const scale = 3;
   const canvas = document.createElement("canvas");
   const font = `600 ${pixels * scale}px system-ui, "Segoe UI", Roboto, sans-serif`;
@@ -13,12 +13,17 @@ export function textSprite(text: string, colour: string, pixels = 13): THREE.Spr
   context.font = font;
   context.fillStyle = colour;
   context.textBaseline = "middle";
+  context.lineJoin = "round";
+  context.lineWidth = 3 * scale;
+  context.strokeStyle = outline;
+  context.strokeText(text, 2 * scale, canvas.height / 2);
   context.fillText(text, 2 * scale, canvas.height / 2);
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.NoColorSpace;
-  const material = new THREE.SpriteMaterial({ map: texture, depthTest: true, depthWrite: false, sizeAttenuation: false });
+  const material = new THREE.SpriteMaterial({ map: texture, depthTest: false, depthWrite: false, sizeAttenuation: false });
   material.toneMapped = false;
   const sprite = new THREE.Sprite(material);
+  sprite.renderOrder = 1;
   sprite.userData.pixels = [canvas.width / scale, canvas.height / scale];
   return sprite;
 }

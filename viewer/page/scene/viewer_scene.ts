@@ -20,7 +20,8 @@ const colourModes = ["intensity", "height", "stream", "age", "recorded"];
 
 export type ViewDirection = "oblique" | "top" | "front" | "side";
 
-const directions: Record<ViewDirection, [number, number, number]> = {
+const directions: Record<ViewDirection | "steep", [number, number, number]> = {
+  steep: [-0.5, -0.62, 0.95], // for high and narrow views
   oblique: [-0.62, -0.78, 0.62],
   top: [0, -0.001, 1],
   front: [0, -1, 0.08],
@@ -165,14 +166,14 @@ export class ViewerScene {
     const noise = new THREE.Color(colours.noise);
     this.uniforms.noiseColour.value.set(noise.r, noise.g, noise.b);
     (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
-    this.surroundings.setAxes(1);
+    this.surroundings.setAxes(1, colours);
     this.setGrid();
     this.setSensors(this.poses);
   }
 
   setSensors(poses: SensorPose[]): void {
     this.poses = poses;
-    this.surroundings.setSensors(poses, this.colours);
+    if (this.colours) this.surroundings.setSensors(poses, this.colours, this.isNarrow);
     this.requestDrawing();
   }
 
@@ -190,9 +191,13 @@ export class ViewerScene {
     return true;
   }
 
+  private get isNarrow(): boolean {
+    return this.canvas.clientWidth < 600;
+  }
+
   private setGrid(): void {
     if (this.bounds && this.colours)
-      this.surroundings.setGrid(this.bounds, this.colours, this.canvas.clientWidth < 600);
+      this.surroundings.setGrid(this.bounds, this.colours, this.isNarrow);
   }
 
   get heightRange(): [number, number] {
@@ -205,7 +210,7 @@ export class ViewerScene {
     const towards =
       direction === "keep"
         ? this.camera.position.clone().sub(this.controls.target)
-        : new THREE.Vector3(...directions[direction]);
+        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
     const camera = this.camera.clone();
     camera.near = 0.001;
     camera.far = 1e6;
