@@ -40,6 +40,8 @@ export class ViewerScene {
   private readonly scene = new THREE.Scene();
   private readonly selection: THREE.LineSegments;
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
+  /** How the camera was placed, as long as the user has not moved it. */
+  private fitted: ViewDirection | "keep" | null = null;
   private needsDrawing = true;
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
@@ -73,6 +75,7 @@ export class ViewerScene {
     this.controls.dampingFactor = 0.12;
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => this.requestDrawing());
+    this.controls.addEventListener("start", () => this.keepCamera());
     this.selection = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
     this.selection.visible = false;
     this.scene.add(this.selection);
@@ -101,6 +104,7 @@ export class ViewerScene {
     this.shading.setSize(x, y, this.renderer.getPixelRatio());
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (this.fitted) this.fit(this.fitted);
     this.draw();
   }
 
@@ -207,6 +211,7 @@ export class ViewerScene {
   /** Places the camera so that all voxels are in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
+    this.fitted = direction;
     const towards =
       direction === "keep"
         ? this.camera.position.clone().sub(this.controls.target)
@@ -217,6 +222,11 @@ export class ViewerScene {
     camera.updateProjectionMatrix();
     const target = fitCamera(camera, this.surroundings.withSensors(this.bounds), towards);
     this.setCamera(camera.position, target);
+  }
+
+  /** From now on the camera stays where the user has put it. */
+  private keepCamera(): void {
+    this.fitted = null;
   }
 
   setCamera(position: THREE.Vector3, target: THREE.Vector3): void {
@@ -235,11 +245,13 @@ export class ViewerScene {
   }
 
   setCameraValues(values: number[]): void {
+    this.keepCamera();
     this.setCamera(new THREE.Vector3(...values.slice(0, 3)), new THREE.Vector3(...values.slice(3, 6)));
   }
 
   /** Turns, moves or zooms the camera, for keys: angles in radians, shares of the distance. */
   moveCamera(turn: number, tilt: number, zoom: number): void {
+    this.keepCamera();
     const offset = this.camera.position.clone().sub(this.controls.target);
     const angles = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
     angles.theta += turn;
