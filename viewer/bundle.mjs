@@ -42,10 +42,25 @@ function inScript(code) {
   return code.replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--");
 }
 
+/** The licences of what the page contains, for its source text. */
+async function licences() {
+  const texts = [];
+  for (const name of ["three", "@mcap/core", "@foxglove/crc", "heap-js", "fzstd", "lz4js"]) {
+    const folder = join(viewer, "node_modules", name);
+    const { version, license, author, homepage } = JSON.parse(await readFile(join(folder, "package.json"), "utf8"));
+    const file = (await readdir(folder)).find((entry) => /^licen[cs]e/i.test(entry));
+    const holder = typeof author === "string" ? author : (author?.name ?? "");
+    const text = file ? await readFile(join(folder, file), "utf8") : `${license} licence, ${holder}, ${homepage}`;
+    texts.push(`${name} ${version}\n\n${text.trim()}`);
+  }
+  return texts.join("\n\n====\n\n").replaceAll("--", "- -");
+}
+
 const wasm = await readFile(createRequire(import.meta.url).resolve("@pcl_ext/codec/wasm"));
 const worker = await bundle("decoding/worker.ts");
 const script = await bundle("main.ts", { WORKER_CODE: JSON.stringify(worker) });
 const parts = {
+  "/*LICENCES*/": await licences(),
   "/*STYLE*/": await styleSheet(),
   "/*WASM*/": wasm.toString("base64"),
   "/*SCRIPT*/": inScript(script),

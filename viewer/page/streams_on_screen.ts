@@ -28,7 +28,7 @@ export class StreamsOnScreen {
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
-  private selected: { stream: number; voxel: number } | null = null;
+  private selected: { stream: number; place: [number, number, number] } | null = null;
   private pressed: { x: number; y: number } | null = null;
 
   constructor(
@@ -121,7 +121,7 @@ export class StreamsOnScreen {
     if (!this.axis) this.chooseAxis();
     this.apply();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
-    this.select(null);
+    this.followSelection();
     this.requestFigures();
   }
 
@@ -228,10 +228,28 @@ export class StreamsOnScreen {
     this.select(picked ? { stream: picked.layer, voxel: picked.voxel } : null);
   }
 
+  /** Finds the voxel that was clicked in the present frame of its stream. */
+  private followSelection(): void {
+    if (!this.selected) return;
+    const { stream, place } = this.selected;
+    const positions = this.scene.layers[stream]?.arrays?.positions ?? new Float32Array(0);
+    const near = 0.1 * (this.scene.layers[stream]?.edge ?? 0);
+    for (let i = 0; i < positions.length; i += 3)
+      if (place.every((value, axis) => Math.abs(positions[i + axis] - value) < near)) {
+        this.select({ stream, voxel: i / 3 });
+        return;
+      }
+    this.details.show([
+      ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
+      ["Stream", views.shortName(this.streams[stream].description.name)],
+      ["Voxel", "not in this frame"],
+    ]);
+  }
+
   select(selected: { stream: number; voxel: number } | null): void {
-    this.selected = selected;
     const layer = selected ? this.scene.layers[selected.stream] : null;
     if (!selected || !layer?.arrays) {
+      this.selected = null;
       this.details.show(null);
       this.scene.select(null, 0);
       return;
@@ -239,6 +257,7 @@ export class StreamsOnScreen {
     const { arrays, voxels } = layer;
     const i = selected.voxel;
     const [x, y, z] = arrays.positions.subarray(3 * i, 3 * i + 3);
+    this.selected = { stream: selected.stream, place: [x, y, z] };
     const rows: [string, string][] = [
       ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
       ["Stream", views.shortName(this.streams[selected.stream].description.name)],
@@ -251,9 +270,5 @@ export class StreamsOnScreen {
     if (arrays.paint[4 * i + 3] === 255) rows.push(["Filter", "noise"]);
     this.details.show(rows);
     this.scene.select([x, y, z], layer.edge);
-  }
-
-  get selection(): { stream: number; voxel: number } | null {
-    return this.selected;
   }
 }
