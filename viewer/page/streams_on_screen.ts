@@ -45,6 +45,7 @@ export class StreamsOnScreen {
       const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
+      if (changed.has("indexedShare")) this.requestFigures();
       if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise")) this.updateFigures();
     });
     const canvas = scene.controls.domElement as HTMLElement;
@@ -118,7 +119,8 @@ export class StreamsOnScreen {
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
     }
     if (frames.length === 0) return;
-    if (!this.axis) this.chooseAxis();
+    // Of live streams the first frames come one after the other.
+    if (!this.axis || !this.hasFitted) this.chooseAxis();
     this.apply();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
     this.followSelection();
@@ -192,7 +194,7 @@ export class StreamsOnScreen {
   }
 
   updateFigures(): void {
-    const { threshold, moment, source, removesOutliers, noise } = this.store.get();
+    const { threshold, moment, source, removesOutliers, noise, indexedShare } = this.store.get();
     const { kept, drawn, all } = this.counts();
     const histogram = this.panel.threshold;
     histogram.clear();
@@ -220,6 +222,8 @@ export class StreamsOnScreen {
       value === "frame"
         ? element("span", { class: "figure" }, "frame ", element("b", {}, name))
         : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
+    if (source === "recording" && indexedShare < 1)
+      this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, `${lost} of ${this.streams.length} streams lost`));
   }
 

@@ -20,7 +20,7 @@ import { createStore, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
-import { TimelineView } from "./timeline/timeline_view";
+import { TimelineView, liveSeconds } from "./timeline/timeline_view";
 import { StreamsOnScreen } from "./streams_on_screen";
 
 /** The page: connects its parts. */
@@ -41,6 +41,7 @@ export class Viewer {
   private live: LiveConnection | null = null;
   private damage: string[] = [];
   private request = 0;
+  private isUpdateDue = false;
   private waiting: (() => void)[] = []; // for the frames that were asked for last
 
   constructor(workerCode: string, wasm: ArrayBuffer) {
@@ -152,7 +153,7 @@ export class Viewer {
       onLost: (wasConnected, wait) => {
         this.store.set({ source: "live", isConnected: false });
         this.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
-          [`What is drawn is the last frame. The page tries again${wait > 1 ? ` every ${Math.round(wait)} s` : ""}.`]);
+          [`Is the server running? The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
       },
     });
   }
@@ -210,12 +211,27 @@ export class Viewer {
     this.index.startTime = message.startTime;
     this.index.hasTimes = message.hasTimes;
     this.index.add(message.batch);
-    if (this.store.get().source === "live") this.index.dropBefore(this.index.latestTime() - 2 * 60);
+    if (this.store.get().source === "live") {
+      this.updateLiveIndex();
+      return;
+    }
     this.index.update();
     this.timeline.requestDraw();
     if (this.store.get().source !== "opening") return;
     this.store.set({ source: "recording" });
     this.playback.seek(this.index.momentAt(this.linkedView.time ?? 0));
+  }
+
+  /** Some times a second, however many frames come. */
+  private updateLiveIndex(): void {
+    if (this.isUpdateDue) return;
+    this.isUpdateDue = true;
+    setTimeout(() => {
+      this.isUpdateDue = false;
+      this.index.dropBefore(this.index.latestTime() - 2 * liveSeconds);
+      this.index.update();
+      this.timeline.requestDraw();
+    }, 200);
   }
 
   private requestFrames(moment: number): void {

@@ -30,6 +30,7 @@ export class FrameIndex {
   startTime: bigint = 0n; // nanoseconds
   hasTimes = true;
   private isStale = false;
+  private usualInterval = 0.1;
 
   clear(): void {
     this.streams = [];
@@ -75,6 +76,7 @@ export class FrameIndex {
   update(): void {
     if (!this.isStale) return;
     this.isStale = false;
+    this.usualInterval = this.findInterval();
     const times = this.streams.flatMap((frames) => frames.times).sort((a, b) => a - b);
     const tolerance = this.interval() / 2;
     this.moments = [];
@@ -90,6 +92,10 @@ export class FrameIndex {
 
   /** Usual seconds between two frames of the stream that has the most. */
   interval(): number {
+    return this.usualInterval;
+  }
+
+  private findInterval(): number {
     let longest: number[] = [];
     for (const { times } of this.streams) if (times.length > longest.length) longest = times;
     const steps = longest.slice(1).map((time, i) => time - longest[i]).filter((step) => step > 0);

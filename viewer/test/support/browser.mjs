@@ -7,6 +7,12 @@ import { pagePath } from "./fixtures.mjs";
 
 const executablePath = process.env.PCL_EXT_CHROMIUM ?? "/usr/bin/chromium";
 const patienceMs = 60_000;
+
+// Whatever hangs, a file of tests ends.
+setTimeout(() => {
+  console.error("the tests of this file take more than 15 minutes");
+  process.exit(1);
+}, 15 * 60_000).unref();
 let browser = null;
 
 export async function startBrowser() {

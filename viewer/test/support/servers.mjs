@@ -4,6 +4,12 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { McapStreamReader } from "@mcap/core";
 
+/** A test that fails leaves its server open, which must not keep the program from its end. */
+function letProgramEnd(server) {
+  server.unref();
+  server.on("connection", (socket) => socket.unref());
+}
+
 /** Serves texts and bytes by path; answers ranges unless told otherwise. Counts requests. */
 export async function serveFiles(files, { ranges = true } = {}) {
   const requests = [];
@@ -25,6 +31,7 @@ export async function serveFiles(files, { ranges = true } = {}) {
       response.end(bytes.subarray(first, last + 1));
     } else response.writeHead(200, { "Content-Type": type }).end(bytes);
   });
+  letProgramEnd(server);
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}/`,
@@ -88,13 +95,11 @@ export async function serveLive(page, streams, port = 0) {
       `Sec-WebSocket-Accept: ${accept}\r\nSec-WebSocket-Protocol: ${request.headers["sec-websocket-protocol"]}\r\n\r\n`);
     socket.on("error", () => undefined);
     socket.on("close", () => sockets.delete(socket));
-    socket.on("data", (bytes) => {
-      const text = unmask(bytes);
-      if (text) received.push(text);
-    });
+    socket.on("data", (bytes) => received.push(...textsIn(bytes)));
     socket.write(webSocketFrame(1, Buffer.from(JSON.stringify({ type: "streams", streams }))));
     sockets.add(socket);
   });
+  letProgramEnd(server);
   await new Promise((resolve) => server.listen(port, "127.0.0.1", resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}/`,
@@ -119,9 +124,14 @@ export async function serveLive(page, streams, port = 0) {
   };
 }
 
-/** The text of a short masked message of a browser; null if it is none. */
-function unmask(bytes) {
-  if ((bytes[0] & 15) !== 1 || (bytes[1] & 127) > 125) return null;
-  const mask = bytes.subarray(2, 6);
-  return Buffer.from(bytes.subarray(6).map((byte, i) => byte ^ mask[i % 4])).toString();
+/** The texts of the short masked messages of a browser; others end the list. */
+function textsIn(bytes) {
+  const texts = [];
+  for (let at = 0; at + 6 <= bytes.length && (bytes[at] & 15) === 1 && (bytes[at + 1] & 127) < 126; ) {
+    const size = bytes[at + 1] & 127;
+    const mask = bytes.subarray(at + 2, at + 6);
+    texts.push(Buffer.from(bytes.subarray(at + 6, at + 6 + size).map((byte, i) => byte ^ mask[i % 4])).toString());
+    at += 6 + size;
+  }
+  return texts;
 }
