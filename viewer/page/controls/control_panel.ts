@@ -1,0 +1,171 @@
+import { gradientOf } from "../scene/colour_maps";
+import type { IntensityAxis } from "../scene/intensity_axis";
+import type { ViewDirection } from "../scene/viewer_scene";
+import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
+import { trailSeconds } from "../state/viewer_state";
+import { button, choice, element, section, toggle } from "./dom";
+import { formatNumber } from "./number_format";
+import { StreamsList } from "./streams_list";
+import { ThresholdControl } from "./threshold_control";
+
+export interface PanelActions {
+  fit(direction: ViewDirection): void;
+  exportPly(): void;
+  exportPicture(): void;
+  copyLink(): void;
+}
+
+const colourNames: Record<ColourBy, string> = {
+  intensity: "Intensity",
+  height: "Height",
+  stream: "Stream",
+  age: "Last seen",
+  recorded: "Recorded colour",
+};
+
+/** All settings of what is drawn. */
+export class ControlPanel {
+  readonly root = element("aside", { class: "panel", id: "panel", "aria-label": "Settings" });
+  readonly threshold: ThresholdControl;
+  readonly streams: StreamsList;
+  private readonly colourBy = element("select", { "aria-label": "Colour by" });
+  private readonly legendBar = element("div", { class: "legend-bar" });
+  private readonly legendTicks = element("div", { class: "ticks" });
+  private readonly removed = element("p", { class: "hint", "aria-live": "off" });
+  private readonly filterRemark = element("p", { class: "hint warning-text" });
+  private readonly updaters: ((state: ViewerState) => void)[] = [];
+  private axis: IntensityAxis | null = null;
+  private heights: [number, number] = [0, 1];
+
+  constructor(
+    private readonly store: ViewerStore,
+    private readonly actions: PanelActions,
+  ) {
+    this.threshold = new ThresholdControl((threshold) => store.set({ threshold }));
+    this.streams = new StreamsList(store);
+    this.root.append(this.colourSection(), this.noiseSection(), section("Streams", this.streams.root),
+      this.viewSection(), this.exportSection());
+    store.subscribe((changed) => {
+      const state = store.get();
+      for (const update of this.updaters) update(state);
+      if (changed.has("threshold")) this.threshold.setThreshold(state.threshold);
+      if (changed.has("colourBy")) this.showLegend();
+    });
+  }
+
+  private colourSection(): HTMLElement {
+    for (const [value, name] of Object.entries(colourNames)) this.colourBy.append(element("option", { value }, name));
+    this.colourBy.addEventListener("change", () => this.store.set({ colourBy: this.colourBy.value as ColourBy }));
+    this.updaters.push(({ colourBy }) => {
+      this.colourBy.value = colourBy;
+      this.threshold.setColoured(colourBy === "intensity");
+    });
+    return section("Colour by", this.colourBy, element("div", { class: "legend" }, this.legendBar, this.legendTicks));
+  }
+
+  private noiseSection(): HTMLElement {
+    const filter = toggle("Outlier filter", (removesOutliers) => this.store.set({ removesOutliers }));
+    const noise = choice("noise", { hide: "Hide noise", colour: "Colour it" }, (value) => this.store.set({ noise: value }));
+    this.updaters.push((state) => {
+      filter.set(state.removesOutliers);
+      noise.set(state.noise);
+    });
+    filter.row.title = "The library's VoxelOutlierRemoval: judges each voxel by those around it and by the frames before (O)";
+    return section("Noise", this.threshold.root, filter.row, noise.row, this.removed, this.filterRemark);
+  }
+
+  private viewSection(): HTMLElement {
+    const shape = choice("shape", { cubes: "Cubes", points: "Points" }, (value) => this.store.set({ shape: value }));
+    const size = element("input", { type: "range", min: 0.2, max: 1.5, step: 0.05, "aria-label": "Voxel size" });
+    const sizeText = element("output", {});
+    size.addEventListener("input", () => this.store.set({ voxelScale: Number(size.value) }));
+    const toggles = (
+      [["showsGrid", "Floor grid"], ["showsAxes", "Axes"], ["showsSensors", "Sensors"], ["showsCropBox", "Crop box"]] as const
+    ).map(([key, label]) => {
+      const made = toggle(label, (isOn) => this.store.set({ [key]: isOn }));
+      this.updaters.push((state) => made.set(state[key]));
+      made.row.dataset.toggle = key;
+      return made.row;
+    });
+    this.updaters.push((state) => {
+      shape.set(state.shape);
+      size.value = String(state.voxelScale);
+      sizeText.textContent = `${Math.round(100 * state.voxelScale)} %`;
+    });
+    const views = element("div", { class: "buttons" });
+    for (const [direction, label] of [["oblique", "Fit"], ["top", "Top"], ["front", "Front"], ["side", "Side"]] as const)
+      views.append(button(label, null, () => this.actions.fit(direction)));
+    return section("View", shape.row,
+      element("label", { class: "row" }, element("span", {}, "Voxel size"), size, sizeText),
+      element("div", { class: "toggles" }, ...toggles), views);
+  }
+
+  private exportSection(): HTMLElement {
+    return section("Keep", element("div", { class: "buttons" },
+      button("PLY", null, () => this.actions.exportPly(), "E"),
+      button("Picture", null, () => this.actions.exportPicture(), "P"),
+      button("Copy link", null, () => this.actions.copyLink())));
+  }
+
+  /** What streams have, so that settings for other things are not offered. */
+  setContents(contents: { hasColours: boolean; hasIntensities: boolean; hasSensors: boolean; hasCropBox: boolean }): void {
+    for (const option of this.colourBy.options)
+      option.hidden = option.disabled =
+        (option.value === "recorded" && !contents.hasColours) ||
+        (option.value === "intensity" && !contents.hasIntensities);
+    this.threshold.root.hidden = !contents.hasIntensities;
+    for (const [key, isThere] of [["showsSensors", contents.hasSensors], ["showsCropBox", contents.hasCropBox]] as const) {
+      const row = this.root.querySelector<HTMLElement>(`[data-toggle=${key}]`);
+      if (row) row.hidden = !isThere;
+    }
+  }
+
+  setRemoved(kept: number, all: number, filterRemark: string | null): void {
+    const share = all > 0 ? (100 * (all - kept)) / all : 0;
+    this.removed.textContent = all === kept ? "No voxel counts as noise." : `${share.toFixed(1)} % of the voxels count as noise.`;
+    this.filterRemark.textContent = filterRemark ?? "";
+  }
+
+  setAxis(axis: IntensityAxis): void {
+    this.axis = axis;
+    this.threshold.setAxis(axis);
+    this.showLegend();
+  }
+
+  setHeights(heights: [number, number]): void {
+    this.heights = heights;
+    this.showLegend();
+  }
+
+  private intensityTicks(): [number, string][] {
+    if (!this.axis) return [];
+    const axis = this.axis.brightAxis();
+    return axis.ticks().map((value) => {
+      const isMore = value === axis.max && axis.max < (this.axis?.max ?? 0);
+      return [axis.shareOf(value), formatNumber(value) + (isMore ? " +" : "")];
+    });
+  }
+
+  private showLegend(): void {
+    const { colourBy } = this.store.get();
+    const legend = this.legendBar.parentElement as HTMLElement;
+    legend.hidden = colourBy === "stream" || colourBy === "recorded";
+    if (colourBy === "stream" || colourBy === "recorded") return;
+    this.legendBar.style.background = gradientOf(colourBy);
+    const [low, high] = this.heights;
+    const ticks: [number, string][] =
+      colourBy === "intensity"
+        ? this.intensityTicks()
+        : colourBy === "height"
+          ? [[0, `${low.toFixed(2)} m`], [0.5, `${((low + high) / 2).toFixed(2)} m`], [1, `${high.toFixed(2)} m`]]
+          : [[0, "now"], [1, `${trailSeconds} s ago`]];
+    this.legendTicks.replaceChildren(
+      ...ticks.map(([share, text]) => {
+        const tick = element("span", {}, text);
+        tick.style.left = `${100 * share}%`;
+        tick.style.transform = `translateX(${-100 * share}%)`;
+        return tick;
+      }),
+    );
+  }
+}

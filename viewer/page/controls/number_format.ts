@@ -1,0 +1,32 @@
+const grouped = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+
+export function formatCount(value: number): string {
+  return grouped.format(value);
+}
+
+/** 3 significant digits, without an exponent. */
+export function formatNumber(value: number): string {
+  if (Number.isInteger(value)) return grouped.format(value);
+  const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.abs(value) || 1)));
+  return value.toFixed(Math.min(digits, 6));
+}
+
+export function formatBytesPerSecond(bytes: number): string {
+  if (bytes >= 1e6) return `${(bytes / 1e6).toFixed(2)} MB/s`;
+  return `${bytes >= 1e5 ? grouped.format(bytes / 1000) : (bytes / 1000).toFixed(1)} kB/s`;
+}
+
+export function formatSeconds(seconds: number): string {
+  return `${seconds.toFixed(2)} s`;
+}
+
+export function formatMetres(metres: number): string {
+  return `${metres.toFixed(3)} m`;
+}
+
+/** The date of a time, if it is one: simulated clocks begin at 0. */
+export function formatDate(startNanoseconds: bigint, seconds: number): string | null {
+  const ms = Number(startNanoseconds / 1_000_000n) + 1000 * seconds;
+  if (ms < 1e11 || ms > 8e15) return null;
+  return new Date(ms).toISOString().replace("T", " ").replace("Z", " UTC");
+}

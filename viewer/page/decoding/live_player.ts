@@ -1,0 +1,90 @@
+import type { Codec } from "@pcl_ext/codec";
+
+import { FrameBatches } from "./frame_batches";
+import type { DecodingSettings, FromWorker } from "./messages";
+import type { BufferPool } from "./packed_voxels";
+import { StreamDecoder, densityUnitOf } from "./stream_decoder";
+
+export const liveHeaderBytes = 16;
+
+interface LiveStream {
+  index: number;
+  decoder: StreamDecoder;
+  frames: number;
+}
+
+/** Decodes live frames as they come. */
+export class LivePlayer {
+  private readonly streams = new Map<number, LiveStream>(); // by the server's number
+  private readonly names: string[] = [];
+  private readonly batches: FrameBatches;
+
+  constructor(
+    private readonly codec: Codec,
+    private readonly pool: BufferPool,
+    private settings: DecodingSettings,
+    private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
+  ) {
+    this.batches = new FrameBatches(post);
+  }
+
+  close(): void {
+    for (const stream of this.streams.values()) stream.decoder.free();
+    this.streams.clear();
+  }
+
+  setSettings(settings: DecodingSettings): void {
+    this.settings = settings;
+  }
+
+  /** Streams keep their places in the page by their names, also when the server was started anew. */
+  setStreams(streams: { id: number; name: string; metadata: Record<string, string> }[]): void {
+    this.close();
+    for (const { id, name, metadata } of streams) {
+      let index = this.names.indexOf(name);
+      if (index < 0) index = this.names.push(name) - 1;
+      const unit = densityUnitOf(metadata.intensity_law);
+      this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit), frames: 0 });
+    }
+    this.post({
+      type: "streams",
+      streams: this.names.map((name) => ({
+        name,
+        metadata: streams.find((stream) => stream.name === name)?.metadata ?? {},
+      })),
+    });
+  }
+
+  /** Decodes a message: stream, flags, time, and the frame. */
+  decode(message: ArrayBuffer): void {
+    if (message.byteLength < liveHeaderBytes) return;
+    const header = new DataView(message);
+    const serverId = header.getUint32(0, true);
+    const stream = this.streams.get(serverId);
+    if (!stream) return;
+    const hasSkipped = (header.getUint32(4, true) & 1) === 1;
+    const time = header.getBigInt64(8, true);
+    const bytes = new Uint8Array(message, liveHeaderBytes);
+    const number = stream.frames++;
+    const { status, description } = this.codec.describeFrame(bytes.subarray(0, 2048));
+    const isIFrame = status.ok && description !== null && description.kind === "I";
+    this.batches.add(stream.index, {
+      stream: stream.index,
+      place: { file: 0, chunk: null, offset: 0, length: bytes.length, fileOffset: 0 },
+      time,
+      bytes: bytes.length,
+      isIFrame,
+      // A gap where the server skipped frames, as this page was too slow for them.
+      number: hasSkipped || !description ? null : description.frameNumber,
+      voxels: description?.voxels ?? 0,
+    }, time, true);
+    this.batches.flush(true);
+    const shown = stream.decoder.decode(
+      { stream: stream.index, number, time: this.batches.secondsOf(time), bytes, frameId: null },
+      this.settings,
+      this.pool,
+    );
+    const wantsIFrame = stream.decoder.wantsIFrame;
+    this.post({ type: "liveShown", frame: shown, serverId, wantsIFrame }, shown.voxels ? [shown.voxels.buffer] : []);
+  }
+}

@@ -1,0 +1,87 @@
+import type { Damage } from "../recordings/frame_places";
+
+/** A file to open: one of the user's, one of a server, or one in the page. */
+export type OpenFile =
+  | { name: string; blob: Blob }
+  | { name: string; url: string }
+  | { name: string; bytes: Uint8Array };
+
+export interface StreamDescription {
+  name: string;
+  metadata: Record<string, string>;
+}
+
+/** A frame that a stream shall show. */
+export interface WantedFrame {
+  stream: number;
+  number: number; // in the order of the stream, from 0
+}
+
+/** How frames are decoded, besides which. */
+export interface DecodingSettings {
+  removesOutliers: boolean;
+  /** Seconds that voxels stay visible after they were seen last; 0: voxels of the frame only. */
+  trailSeconds: number;
+}
+
+export type ToWorker =
+  | { type: "load"; wasm: ArrayBuffer }
+  | { type: "open"; files: OpenFile[] }
+  | { type: "openLive" }
+  | { type: "liveStreams"; streams: { id: number; name: string; metadata: Record<string, string> }[] }
+  | { type: "liveFrame"; message: ArrayBuffer }
+  | { type: "settings"; settings: DecodingSettings }
+  | { type: "show"; request: number; frames: WantedFrame[] }
+  | { type: "recycle"; buffer: ArrayBuffer };
+
+/** Frames of a recording as they are indexed; one entry of each array for a frame. */
+export interface FrameBatch {
+  streams: Uint16Array;
+  times: Float64Array; // seconds since `startTime`
+  bytes: Uint32Array;
+  voxels: Uint32Array;
+  isIFrame: Uint8Array;
+  /** 1 where frames before this one are missing, or its header cannot be read. */
+  isGap: Uint8Array;
+}
+
+/** The voxels of a frame in one buffer, which the page gives back when it has drawn others. */
+export interface PackedVoxels {
+  count: number;
+  /** Those behind the frame's own voxels, which were seen before and are no longer there. */
+  pastCount: number;
+  buffer: ArrayBuffer;
+  hasIntensities: boolean;
+  hasColours: boolean;
+  hasPointCounts: boolean;
+  isJudged: boolean; // by the outlier filter
+}
+
+export interface ShownFrame {
+  stream: number;
+  number: number;
+  time: number; // seconds since `startTime`
+  /** Null: nothing is drawn, for the reason in `problem`. */
+  voxels: PackedVoxels | null;
+  problem: string | null;
+  /** The outlier filter's remark on this frame. */
+  filterProblem: string | null;
+  frameId: string | null;
+  resolution: number;
+  intensityRange: { min: number; max: number; step: number } | null;
+  isIFrame: boolean;
+  bytes: number;
+  decodeMs: number;
+}
+
+export type FromWorker =
+  | { type: "loaded" }
+  | { type: "failed"; message: string }
+  | { type: "streams"; streams: StreamDescription[] }
+  | { type: "frames"; startTime: bigint; batch: FrameBatch; hasTimes: boolean }
+  | { type: "damage"; damage: Damage }
+  | { type: "remark"; message: string }
+  | { type: "progress"; share: number }
+  | { type: "indexed"; isWhole: boolean }
+  | { type: "shown"; request: number; frames: ShownFrame[] }
+  | { type: "liveShown"; frame: ShownFrame; serverId: number; wantsIFrame: boolean };

@@ -1,0 +1,46 @@
+import type { PackedVoxels } from "./messages";
+
+/** Bytes of a voxel: position 12, intensity 4, points 4, seconds since it was seen 4, colour 3, noise 1. */
+export const bytesPerVoxel = 28;
+
+/** The arrays in a buffer of packed voxels; the frame's own voxels first, then past ones. */
+export interface VoxelArrays {
+  positions: Float32Array;
+  intensities: Float32Array;
+  pointCounts: Uint32Array;
+  ages: Float32Array;
+  /** Red, green, blue, and 255 for noise. */
+  paint: Uint8Array;
+}
+
+export function arraysOf(buffer: ArrayBuffer, count: number): VoxelArrays {
+  return {
+    positions: new Float32Array(buffer, 0, 3 * count),
+    intensities: new Float32Array(buffer, 12 * count, count),
+    pointCounts: new Uint32Array(buffer, 16 * count, count),
+    ages: new Float32Array(buffer, 20 * count, count),
+    paint: new Uint8Array(buffer, 24 * count, 4 * count),
+  };
+}
+
+export function totalCount(voxels: PackedVoxels): number {
+  return voxels.count + voxels.pastCount;
+}
+
+/** Buffers that go back and forth between worker and page, so that no frame leaves garbage. */
+export class BufferPool {
+  private free: ArrayBuffer[] = [];
+
+  take(bytes: number): ArrayBuffer {
+    const fit = this.free.findIndex((buffer) => buffer.byteLength >= bytes);
+    if (fit >= 0) return this.free.splice(fit, 1)[0];
+    return new ArrayBuffer(Math.ceil((bytes * 1.25) / 65536) * 65536);
+  }
+
+  give(buffer: ArrayBuffer): void {
+    if (buffer.byteLength === 0) return;
+    this.free.push(buffer);
+    this.free.sort((a, b) => a.byteLength - b.byteLength);
+    if (this.free.length > 32) this.free.shift();
+  }
+}

@@ -1,0 +1,185 @@
+import type { Codec } from "@pcl_ext/codec";
+
+import { BlobBytes, MemoryBytes, openUrl } from "../recordings/byte_source";
+import type { ByteSource } from "../recordings/byte_source";
+import { CachedBytes } from "../recordings/cached_bytes";
+import type { FoundFrame, RecordedStream } from "../recordings/frame_places";
+import { Recording } from "../recordings/recording";
+import { FrameBatches } from "./frame_batches";
+import type { DecodingSettings, FromWorker, OpenFile, ShownFrame, WantedFrame } from "./messages";
+import type { BufferPool } from "./packed_voxels";
+import { ShownFrameCache } from "./shown_frame_cache";
+import { StreamDecoder, densityUnitOf } from "./stream_decoder";
+
+/** Frames before a wanted one that the outlier filter must have seen to judge as in a run from the start. */
+const filterMemory = 8;
+
+/** Of a decoder that no frame follows. */
+const noFrame = Number.MAX_SAFE_INTEGER;
+
+/** Decoding pauses after this time, so that a later request is heard and replaces the present one. */
+const msBetweenPauses = 15;
+
+interface PlayedStream {
+  decoder: StreamDecoder;
+  next: number; // number of the frame that follows the last decoded one
+}
+
+async function openFile(file: OpenFile): Promise<ByteSource> {
+  if ("blob" in file) return new CachedBytes(new BlobBytes(file.name, file.blob));
+  if ("bytes" in file) return new MemoryBytes(file.name, file.bytes);
+  return new CachedBytes(await openUrl(file.url, file.name));
+}
+
+/** Indexes a recording and decodes the frames that the page asks for. */
+export class RecordingPlayer {
+  private recording: Recording | null = null;
+  private readonly descriptions: RecordedStream[] = [];
+  private readonly streams: PlayedStream[] = [];
+  private readonly cache = new ShownFrameCache();
+  private readonly batches: FrameBatches;
+  private isClosed = false;
+  private latestRequest = -1;
+  private lastPause = 0;
+  private work: Promise<void> = Promise.resolve();
+
+  constructor(
+    private readonly codec: Codec,
+    private readonly pool: BufferPool,
+    private settings: DecodingSettings,
+    private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
+  ) {
+    this.batches = new FrameBatches((message) => this.send(message));
+  }
+
+  private send(message: FromWorker, transfer: Transferable[] = []): void {
+    if (!this.isClosed) this.post(message, transfer);
+  }
+
+  close(): void {
+    this.isClosed = true;
+    for (const stream of this.streams) stream.decoder.free();
+  }
+
+  async open(files: OpenFile[]): Promise<void> {
+    try {
+      const sources = await Promise.all(files.map(openFile));
+      this.recording = new Recording(sources, this.codec, {
+        onStream: (stream) => this.addStream(stream),
+        onFrame: (stream, frame, time) => this.addFrame(stream, frame, time),
+        onDamage: (damage) => this.send({ type: "damage", damage }),
+        onRemark: (message) => this.send({ type: "remark", message }),
+        onProgress: (share) => this.batches.report(share),
+      });
+      const isWhole = await this.recording.index();
+      this.batches.flush(this.recording.hasTimes);
+      this.send({ type: "indexed", isWhole });
+    } catch (error) {
+      this.batches.flush(true);
+      this.send({ type: "failed", message: (error as Error).message });
+    }
+  }
+
+  private addStream(stream: RecordedStream): void {
+    this.descriptions.push(stream);
+    const unit = densityUnitOf(stream.metadata.intensity_law);
+    this.streams.push({ decoder: new StreamDecoder(this.codec, unit), next: 0 });
+    this.send({ type: "streams", streams: this.descriptions });
+  }
+
+  private addFrame(stream: number, frame: FoundFrame, time: bigint): void {
+    this.batches.add(stream, frame, time, this.recording?.hasTimes ?? true);
+  }
+
+  /** For frames that are asked for from now on. */
+  setSettings(settings: DecodingSettings): void {
+    this.work = this.work.then(() => {
+      this.settings = settings;
+      this.cache.clear();
+      // The filter and the trail begin anew, from the same frames as after a jump to this one.
+      for (const stream of this.streams) stream.next = noFrame;
+    });
+  }
+
+  /** Decodes frames and sends them together, unless others are wanted by then. */
+  show(request: number, frames: WantedFrame[]): void {
+    this.latestRequest = request;
+    this.work = this.work.then(() => this.decodeAll(request, frames)).catch((error: Error) => {
+      this.send({ type: "remark", message: error.message });
+      this.send({ type: "shown", request, frames: [] });
+    });
+  }
+
+  private async decodeAll(request: number, frames: WantedFrame[]): Promise<void> {
+    const shown: ShownFrame[] = [];
+    for (const wanted of frames) {
+      if (this.isClosed) return;
+      if (request !== this.latestRequest) break;
+      shown.push(await this.decode(wanted, request));
+    }
+    this.send({ type: "shown", request, frames: shown },
+      shown.flatMap((frame) => (frame.voxels ? [frame.voxels.buffer] : [])));
+  }
+
+  /** Decodes from the I-frame before on, or from where the last call ended. */
+  private async decode(wanted: WantedFrame, request: number): Promise<ShownFrame> {
+    const { stream, number } = wanted;
+    const known = this.cache.find(stream, number, this.pool);
+    if (known) return known;
+    const recording = this.recording as Recording;
+    const played = this.streams[stream];
+    if (number !== played.next) {
+      const first = recording.iFrameBefore(stream, Math.max(0, number - this.memory(stream, number)));
+      if (played.next <= first || played.next > number) {
+        played.decoder.restart();
+        played.next = first;
+      }
+    }
+    let shown = await this.decodeNext(stream, played);
+    while (played.next <= number && request === this.latestRequest) {
+      if (shown.voxels) this.pool.give(shown.voxels.buffer);
+      shown = await this.decodeNext(stream, played);
+    }
+    return shown;
+  }
+
+  /** Frames before one that what is drawn of it depends on, besides those that it needs itself. */
+  private memory(stream: number, number: number): number {
+    if (this.settings.trailSeconds > 0) {
+      const frames = (this.recording as Recording).frames[stream];
+      const earliest = frames[number].time - BigInt(Math.round(this.settings.trailSeconds * 1e9));
+      let first = number;
+      while (first > 0 && frames[first - 1].time >= earliest) --first;
+      return Math.max(number - first, this.settings.removesOutliers ? filterMemory : 0);
+    }
+    return this.settings.removesOutliers ? filterMemory : 0;
+  }
+
+  private async decodeNext(stream: number, played: PlayedStream): Promise<ShownFrame> {
+    if (performance.now() - this.lastPause > msBetweenPauses) {
+      await new Promise((resolve) => setTimeout(resolve, 0));
+      this.lastPause = performance.now();
+    }
+    const recording = this.recording as Recording;
+    const number = played.next++;
+    const time = this.batches.secondsOf(recording.frames[stream][number].time);
+    let bytes = new Uint8Array(0) as Uint8Array;
+    let frameId: string | null = null;
+    try {
+      ({ bytes, frameId } = await recording.read(stream, number));
+    } catch (error) {
+      return this.lostFrame(stream, number, time, (error as Error).message);
+    }
+    const shown = played.decoder.decode({ stream, number, time, bytes, frameId }, this.settings, this.pool);
+    this.cache.add(shown);
+    return shown;
+  }
+
+  private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {
+    return {
+      stream, number, time, problem,
+      voxels: null, filterProblem: null, frameId: null, resolution: 0, intensityRange: null,
+      isIFrame: false, bytes: 0, decodeMs: 0,
+    };
+  }
+}

@@ -1,0 +1,142 @@
+import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
+
+import type { DecodingSettings, PackedVoxels, ShownFrame } from "./messages";
+import { arraysOf, bytesPerVoxel } from "./packed_voxels";
+import type { BufferPool } from "./packed_voxels";
+import { VoxelTrail } from "./voxel_trail";
+
+/** What the outlier filter takes the intensities of a law for, as densityUnitOf() of the library. */
+export function densityUnitOf(law: string | undefined): DensityUnit {
+  if (law === "count") return "points";
+  if (law === "quadratic") return "faces";
+  if (law === "native" || law === "none") return "voxels";
+  return "automatic"; // faces where frames have a depth model, else voxels
+}
+
+/** A frame to decode, and what the page is told of it besides its voxels. */
+export interface FrameToDecode {
+  stream: number;
+  number: number;
+  time: number; // seconds
+  bytes: Uint8Array;
+  frameId: string | null;
+}
+
+/** Decodes the frames of one stream in their order, with the outlier filter and the trail of past voxels. */
+export class StreamDecoder {
+  private decoder: Decoder;
+  private filter: OutlierFilter | null = null;
+  private readonly trail = new VoxelTrail();
+  private isStepLost = false;
+
+  constructor(
+    private readonly codec: Codec,
+    private readonly unit: DensityUnit,
+  ) {
+    this.decoder = codec.createDecoder();
+  }
+
+  free(): void {
+    this.decoder.free();
+    this.filter?.free();
+  }
+
+  /** Forgets all frames, as before a frame that does not follow the last one. */
+  restart(): void {
+    this.decoder.free();
+    this.decoder = this.codec.createDecoder();
+    this.filter?.reset();
+    this.trail.reset();
+  }
+
+  /** True after a failure until the next I-frame: a live source is asked for one. */
+  get wantsIFrame(): boolean {
+    return this.isStepLost;
+  }
+
+  /** Decodes a frame. Without a pool its voxels are not wanted, only the state behind it. */
+  decode(frame: FrameToDecode, settings: DecodingSettings, pool: BufferPool | null): ShownFrame {
+    const begin = performance.now();
+    const { status, voxels } = this.decodeBytes(frame.bytes);
+    const shown: ShownFrame = {
+      stream: frame.stream,
+      number: frame.number,
+      time: frame.time,
+      voxels: null,
+      problem: status.ok ? null : status.message,
+      filterProblem: null,
+      frameId: frame.frameId,
+      resolution: voxels?.resolution ?? 0,
+      intensityRange: voxels?.intensityRange ?? null,
+      isIFrame: voxels?.isIFrame ?? false,
+      bytes: frame.bytes.length,
+      decodeMs: 0,
+    };
+    this.isStepLost = !status.ok;
+    if (voxels) {
+      shown.frameId ??= voxels.frameId;
+      const isNoise = settings.removesOutliers ? this.judge(shown) : null;
+      if (settings.trailSeconds > 0)
+        this.trail.add(voxels.positions, voxels.intensities, voxels.resolution, frame.time, settings.trailSeconds);
+      shown.decodeMs = performance.now() - begin;
+      if (pool) shown.voxels = this.pack(voxels, isNoise, settings, frame.time, pool);
+    }
+    return shown;
+  }
+
+  /** An I-frame that is older than the last frame begins the stream again, as of a bag played in a loop. */
+  private decodeBytes(bytes: Uint8Array): { status: Status; voxels: Voxels | null } {
+    const result = this.decoder.decode(bytes);
+    if (result.status.code !== "OldFrame") return result;
+    const { description } = this.codec.describeFrame(bytes);
+    if (description?.kind !== "I") return result;
+    this.restart();
+    return this.decoder.decode(bytes);
+  }
+
+  private judge(shown: ShownFrame): Uint8Array | null {
+    this.filter ??= this.codec.createOutlierFilter({ unit: this.unit });
+    const { status, isNoise } = this.filter.judge(this.decoder);
+    if (!status.ok) shown.filterProblem = status.message;
+    return isNoise;
+  }
+
+  private pack(
+    voxels: Voxels,
+    isNoise: Uint8Array | null,
+    settings: DecodingSettings,
+    time: number,
+    pool: BufferPool,
+  ): PackedVoxels {
+    const past = settings.trailSeconds > 0 ? this.trail.past(time) : [];
+    const total = voxels.count + past.length;
+    const buffer = pool.take(total * bytesPerVoxel);
+    const arrays = arraysOf(buffer, total);
+    arrays.positions.set(voxels.positions);
+    if (voxels.intensities) arrays.intensities.set(voxels.intensities);
+    else arrays.intensities.fill(0);
+    if (voxels.pointCounts) arrays.pointCounts.set(voxels.pointCounts);
+    arrays.ages.fill(0);
+    for (let i = 0; i < voxels.count; ++i) {
+      for (let c = 0; c < 3; ++c) arrays.paint[4 * i + c] = voxels.colours ? voxels.colours[3 * i + c] : 160;
+      arrays.paint[4 * i + 3] = isNoise && isNoise[i] ? 255 : 0;
+    }
+    past.forEach((voxel, j) => {
+      const i = voxels.count + j;
+      arrays.positions.set([voxel.x, voxel.y, voxel.z], 3 * i);
+      arrays.intensities[i] = voxel.intensity;
+      arrays.pointCounts[i] = 0;
+      arrays.ages[i] = time - voxel.time;
+      arrays.paint.set([160, 160, 160, 0], 4 * i);
+    });
+    return {
+      count: voxels.count,
+      pastCount: past.length,
+      buffer,
+      hasIntensities: voxels.intensities !== null,
+      hasColours: voxels.colours !== null,
+      hasPointCounts: voxels.pointCounts !== null,
+      isJudged: isNoise !== null,
+    };
+  }
+}

@@ -1,0 +1,27 @@
+import type { Viewer } from "../viewer";
+import { shortName } from "../stream_views";
+import { plyOf } from "./ply_file";
+import { saveFile } from "./save_file";
+
+function fileName(viewer: Viewer, ending: string): string {
+  const { name, moment, source } = viewer.store.get();
+  const base = name.replace(/\.(mcap|pcxi)$/, "").replaceAll(/[^\w.-]+/g, "_") || "voxels";
+  return source === "recording" ? `${base}_${String(moment).padStart(6, "0")}${ending}` : `${base}${ending}`;
+}
+
+/** Saves the voxels that are drawn and no noise. */
+export function exportPly(viewer: Viewer): void {
+  const layers = viewer.scene.layers.flatMap((layer, stream) =>
+    viewer.screen.isVisible(stream) && layer.voxels
+      ? [{ layer, stream, name: shortName(viewer.screen.streams[stream].description.name) }]
+      : []);
+  if (layers.length === 0) return;
+  const { name, threshold, removesOutliers } = viewer.store.get();
+  const comment = `${name}, threshold ${threshold}, outliers ${removesOutliers ? "removed" : "kept"}`;
+  saveFile(plyOf(layers, threshold, comment), fileName(viewer, ".ply"));
+}
+
+export async function exportPicture(viewer: Viewer): Promise<void> {
+  const picture = await viewer.scene.picture();
+  if (picture) saveFile(picture, fileName(viewer, ".png"));
+}

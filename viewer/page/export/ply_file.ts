@@ -1,0 +1,51 @@
+import { isNoise } from "../scene/drawn_voxels";
+import type { VoxelLayer } from "../scene/voxel_layer";
+
+/** A stream's voxels with its number in the file. */
+export interface ExportedLayer {
+  layer: VoxelLayer;
+  stream: number;
+  name: string;
+}
+
+/** A binary PLY file of the voxels that are no noise: centre, intensity, points, colour where known, stream. */
+export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob {
+  const chosen: { entry: ExportedLayer; voxel: number }[] = [];
+  for (const entry of layers)
+    for (let i = 0; i < (entry.layer.voxels?.count ?? 0); ++i)
+      if (!isNoise(entry.layer, i, threshold)) chosen.push({ entry, voxel: i });
+  const hasColours = layers.some(({ layer }) => layer.voxels?.hasColours);
+  const hasCounts = layers.some(({ layer }) => layer.voxels?.hasPointCounts);
+  const edge = layers.find(({ layer }) => layer.edge > 0)?.layer.edge ?? 0;
+  const header = [
+    "ply",
+    "format binary_little_endian 1.0",
+    `comment ${comment.replaceAll(/[\r\n]/g, " ")}`,
+    `comment voxel edge ${edge} m; points are centres of voxels`,
+    ...layers.map(({ stream, name }) => `comment stream ${stream} is ${name}`),
+    `element vertex ${chosen.length}`,
+    "property float x", "property float y", "property float z",
+    "property float intensity",
+    "property uchar stream",
+    ...(hasCounts ? ["property uint points"] : []),
+    ...(hasColours ? ["property uchar red", "property uchar green", "property uchar blue"] : []),
+    "end_header", "",
+  ].join("\n");
+  const size = 17 + (hasCounts ? 4 : 0) + (hasColours ? 3 : 0);
+  const view = new DataView(new ArrayBuffer(size * chosen.length));
+  let at = 0;
+  for (const { entry, voxel } of chosen) {
+    const arrays = entry.layer.arrays;
+    if (!arrays) continue;
+    for (let axis = 0; axis < 3; ++axis) view.setFloat32(at + 4 * axis, arrays.positions[3 * voxel + axis], true);
+    view.setFloat32(at + 12, arrays.intensities[voxel], true);
+    view.setUint8(at + 16, entry.stream);
+    at += 17;
+    if (hasCounts) {
+      view.setUint32(at, arrays.pointCounts[voxel], true);
+      at += 4;
+    }
+    for (let c = 0; hasColours && c < 3; ++c) view.setUint8(at++, arrays.paint[4 * voxel + c]);
+  }
+  return new Blob([header, view.buffer], { type: "application/octet-stream" });
+}

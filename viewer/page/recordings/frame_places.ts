@@ -1,0 +1,54 @@
+/** Where a frame's message or bytes lie. */
+export interface FramePlace {
+  /** Of the recording's files. */
+  file: number;
+  /** The compressed chunk that the message is in; null: the bytes lie in the file itself. */
+  chunk: ChunkPlace | null;
+  /** In the file or in the decompressed chunk. */
+  offset: number;
+  length: number;
+  /** In the file, for messages to people. */
+  fileOffset: number;
+}
+
+export interface ChunkPlace {
+  offset: number; // of the compressed records in the file
+  length: number;
+  compression: string;
+  size: number; // when decompressed
+}
+
+/** A part of a file that could not be read. */
+export interface Damage {
+  file: string;
+  offset: number;
+  message: string;
+}
+
+/** A frame as it is found when a recording is indexed. */
+export interface FoundFrame {
+  stream: number;
+  place: FramePlace;
+  /** Nanoseconds; null: unknown, the frame has the time of the one before. */
+  time: bigint | null;
+  bytes: number;
+  isIFrame: boolean;
+  /** Number that the encoder gave it; null where its header cannot be read. */
+  number: number | null;
+  voxels: number;
+}
+
+export interface RecordedStream {
+  name: string;
+  metadata: Record<string, string>;
+}
+
+/** Where the frames and the damage of a recording go as they are found. */
+export interface RecordingListener {
+  addStream(stream: RecordedStream): number;
+  addFrame(frame: FoundFrame): void;
+  addDamage(damage: Damage): void;
+  addRemark(message: string): void;
+  /** Share of the file that is indexed, 0 to 1. */
+  progress(share: number): void;
+}

@@ -1,0 +1,128 @@
+import type { McapTypes } from "@mcap/core";
+import type { Codec } from "@pcl_ext/codec";
+
+import { readCompressedCloud } from "./cdr";
+import type { FramePlace, RecordingListener } from "./frame_places";
+import * as records from "./mcap_records";
+
+export const compressedCloudType = "point_cloud_interfaces/msg/CompressedPointCloud2";
+const plainCloudType = "sensor_msgs/msg/PointCloud2";
+
+interface Channel {
+  topic: string;
+  type: string;
+  metadata: Record<string, string>;
+  stream: number | null;
+  format: string | null;
+}
+
+function isOurs(format: string): boolean {
+  return format === "pcl_ext" || format.startsWith("pcl_ext/");
+}
+
+/** Turns the channels and messages of MCAP files into streams and frames. */
+export class McapStreams {
+  private readonly schemas = new Map<string, string>(); // by file and number
+  private readonly channels = new Map<string, Channel>();
+  private readonly streamsByName = new Map<string, number>();
+  private readonly unreadable = new Set<Channel>();
+
+  constructor(
+    private readonly codec: Codec,
+    private readonly listener: RecordingListener,
+  ) {}
+
+  addDescription(file: number, opcode: number, content: Uint8Array): void {
+    const record = new Uint8Array(records.recordHeaderSize + content.length);
+    record[0] = opcode;
+    new DataView(record.buffer).setBigUint64(1, BigInt(content.length), true);
+    record.set(content, records.recordHeaderSize);
+    let parsed;
+    try {
+      parsed = records.parseRecord(record);
+    } catch {
+      return; // the messages of this channel are then unknown
+    }
+    if (parsed?.type === "Schema") this.schemas.set(`${file}:${parsed.id}`, parsed.name);
+    if (parsed?.type === "Channel")
+      this.addChannel(file, parsed, this.schemas.get(`${file}:${parsed.schemaId}`) ?? "");
+  }
+
+  addChannel(file: number, channel: McapTypes.Channel, type: string): void {
+    const key = `${file}:${channel.id}`;
+    if (this.channels.has(key)) return;
+    const metadata = Object.fromEntries(channel.metadata);
+    this.channels.set(key, { topic: channel.topic, type, metadata, stream: null, format: null });
+  }
+
+  /** Adds the streams of which no frame could be read. */
+  addSilentStreams(): void {
+    for (const channel of this.channels.values()) {
+      const isOther = channel.type !== compressedCloudType || channel.format !== null;
+      if (isOther || this.streamsByName.has(channel.topic)) continue;
+      this.streamsByName.set(channel.topic, this.listener.addStream({ name: channel.topic, metadata: channel.metadata }));
+    }
+  }
+
+  addMessage(file: number, message: Uint8Array, place: FramePlace): void {
+    const header = records.readMessageHeader(message);
+    const channel = this.channels.get(`${file}:${header.channel}`);
+    if (!channel || channel.type !== compressedCloudType) return;
+    const cloud = readCompressedCloud(message.subarray(records.messageHeaderSize));
+    if (!cloud) {
+      this.unreadable.add(channel);
+      return;
+    }
+    channel.format ??= cloud.format;
+    if (!isOurs(cloud.format)) return;
+    channel.stream ??= this.streamOf(file, channel);
+    const { status, description } = this.codec.describeFrame(cloud.frame.subarray(0, 2048));
+    this.listener.addFrame({
+      stream: channel.stream,
+      place,
+      time: header.logTime,
+      bytes: cloud.frame.length,
+      isIFrame: status.ok && description !== null && description.kind === "I",
+      number: status.ok && description ? description.frameNumber : null,
+      voxels: description?.voxels ?? 0,
+    });
+  }
+
+  /** Of two channels with one topic in a file, the second one is a stream of its own. */
+  private streamOf(file: number, channel: Channel): number {
+    let uses = 0;
+    for (const [key, other] of this.channels) {
+      if (key.startsWith(`${file}:`) && other.topic === channel.topic && isOurs(other.format ?? "")) ++uses;
+      if (other === channel) break;
+    }
+    const name = channel.topic + (uses > 1 ? `#${uses}` : "");
+    const known = this.streamsByName.get(name);
+    const stream = known ?? this.listener.addStream({ name, metadata: channel.metadata });
+    this.streamsByName.set(name, stream);
+    return stream;
+  }
+
+  get hasStreams(): boolean {
+    return this.streamsByName.size > 0;
+  }
+
+  /** Topics with clouds that are not of this library, in words; null if there are none. */
+  otherClouds(): string | null {
+    const all = [...this.channels.values()];
+    const foreign = all.filter((c) => c.format !== null && !isOurs(c.format));
+    const plain = all.filter((c) => c.type === plainCloudType);
+    const parts: string[] = [];
+    if (foreign.length)
+      parts.push(
+        `${foreign.map((c) => `${c.topic} (${c.format || "no format"})`).join(", ")}: compressed in ` +
+          "another format, which this page does not decode",
+      );
+    if (plain.length)
+      parts.push(
+        `${plain.map((c) => c.topic).join(", ")}: not compressed; “pcl_ext encode” makes a recording of them`,
+      );
+    for (const channel of this.unreadable)
+      parts.push(`${channel.topic}: some messages are not ${compressedCloudType}`);
+    return parts.length ? parts.join(". ") : null;
+  }
+}

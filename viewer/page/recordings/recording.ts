@@ -1,0 +1,150 @@
+import type { Codec } from "@pcl_ext/codec";
+
+import { SourceError } from "./byte_source";
+import type { ByteSource } from "./byte_source";
+import { readCompressedCloud } from "./cdr";
+import { decompressChunk } from "./chunk_decompression";
+import { FrameFileScan } from "./frame_file_scan";
+import type { ChunkPlace, Damage, FoundFrame, FramePlace, RecordedStream, RecordingListener } from "./frame_places";
+import * as records from "./mcap_records";
+import { McapScan } from "./mcap_scan";
+import { McapStreams } from "./mcap_streams";
+
+/** A frame without a time follows the one before after this many nanoseconds. */
+const assumedInterval = 100_000_000n;
+const chunksInMemory = 8;
+
+export interface IndexedFrame {
+  place: FramePlace;
+  time: bigint; // never below that of the frame before it in its stream
+  isIFrame: boolean;
+}
+
+/** The bytes of a frame with what its message tells of it. */
+export interface ReadFrame {
+  bytes: Uint8Array;
+  frameId: string | null;
+}
+
+/** What the page learns while a recording is indexed. */
+export interface RecordingEvents {
+  onStream(stream: RecordedStream): void;
+  onFrame(stream: number, frame: FoundFrame, time: bigint): void;
+  onDamage(damage: Damage): void;
+  onRemark(message: string): void;
+  onProgress(share: number): void;
+}
+
+/** A recording in one or several files; can be read while it is still being indexed. */
+export class Recording implements RecordingListener {
+  readonly frames: IndexedFrame[][] = []; // of each stream
+  hasTimes = true;
+  private isMcap = false;
+  private readonly chunks = new Map<ChunkPlace, Uint8Array>();
+
+  constructor(
+    private readonly files: ByteSource[],
+    private readonly codec: Codec,
+    private readonly events: RecordingEvents,
+  ) {}
+
+  /** Indexes all files. Throws SourceError if there is nothing to show. Returns false if a file ends early. */
+  async index(): Promise<boolean> {
+    const first = await this.files[0].read(0, 16);
+    if (first.length === 0) throw new SourceError(`“${this.files[0].name}” is empty.`);
+    this.isMcap = records.isMcap(first);
+    if (!this.isMcap) return this.indexFrameFile();
+    const streams = new McapStreams(this.codec, this);
+    const total = this.files.reduce((sum, file) => sum + file.size, 0);
+    let before = 0;
+    let isWhole = true;
+    for (let i = 0; i < this.files.length; ++i) {
+      const scan = new McapScan(this.files[i], i, streams, this);
+      const done = before;
+      isWhole = (await scan.run((at) => this.progress((done + at) / total))) && isWhole;
+      before += this.files[i].size;
+    }
+    const others = streams.otherClouds();
+    if (others) this.addRemark(others + ".");
+    if (!streams.hasStreams)
+      throw new SourceError(
+        `“${this.files[0].name}” has no clouds compressed by pcl_ext. ` + (others ? others + "." : ""),
+      );
+    return isWhole;
+  }
+
+  private async indexFrameFile(): Promise<boolean> {
+    try {
+      return await new FrameFileScan(this.files[0], this.codec, this).run();
+    } catch (error) {
+      if (error instanceof SourceError) throw error;
+      throw new SourceError(
+        `“${this.files[0].name}” is not a recording: ${(error as Error).message}. ` +
+          "The page shows .mcap and .pcxi files, as “pcl_ext encode” makes them.",
+      );
+    }
+  }
+
+  addStream(stream: RecordedStream): number {
+    this.frames.push([]);
+    this.events.onStream(stream);
+    return this.frames.length - 1;
+  }
+
+  addFrame(frame: FoundFrame): void {
+    const frames = this.frames[frame.stream];
+    const before = frames.length ? frames[frames.length - 1].time : null;
+    if (frame.time === null && frames.length === 0) this.hasTimes = false;
+    let time = frame.time ?? (before === null ? 0n : before + (this.hasTimes ? 0n : assumedInterval));
+    if (before !== null && time < before) time = before;
+    frames.push({ place: frame.place, time, isIFrame: frame.isIFrame });
+    this.events.onFrame(frame.stream, frame, time);
+  }
+
+  addDamage(damage: Damage): void {
+    this.events.onDamage(damage);
+  }
+
+  addRemark(message: string): void {
+    this.events.onRemark(message);
+  }
+
+  progress(share: number): void {
+    this.events.onProgress(share);
+  }
+
+  /** Number of the I-frame at or before a frame; 0 if there is none. */
+  iFrameBefore(stream: number, number: number): number {
+    const frames = this.frames[stream];
+    while (number > 0 && !frames[number].isIFrame) --number;
+    return number;
+  }
+
+  async read(stream: number, number: number): Promise<ReadFrame> {
+    const place = this.frames[stream][number].place;
+    const bytes = place.chunk
+      ? (await this.chunkOf(place)).subarray(place.offset, place.offset + place.length)
+      : await this.files[place.file].read(place.offset, place.length);
+    if (!this.isMcap) return { bytes, frameId: null };
+    const cloud = readCompressedCloud(bytes);
+    if (!cloud)
+      throw new SourceError(`a message at byte ${place.fileOffset} of “${this.files[place.file].name}” is damaged`);
+    return { bytes: cloud.frame, frameId: cloud.frameId };
+  }
+
+  private async chunkOf(place: FramePlace): Promise<Uint8Array> {
+    const chunk = place.chunk as ChunkPlace;
+    let bytes = this.chunks.get(chunk);
+    this.chunks.delete(chunk);
+    if (!bytes) {
+      const stored = await this.files[place.file].read(chunk.offset, chunk.length);
+      bytes = decompressChunk(chunk.compression, stored, chunk.size).bytes;
+    }
+    this.chunks.set(chunk, bytes); // the last one is that of the latest use
+    for (const oldest of this.chunks.keys()) {
+      if (this.chunks.size <= chunksInMemory) break;
+      this.chunks.delete(oldest);
+    }
+    return bytes;
+  }
+}

@@ -1,0 +1,168 @@
+import * as THREE from "three";
+
+import { disposeAll, textSprite } from "./text_sprite";
+
+export interface SceneColours {
+  background: string;
+  grid: string;
+  gridStrong: string;
+  label: string;
+  noise: string;
+  selection: string;
+  crop: string;
+}
+
+/** A sensor's place: position and quaternion x, y, z, w. Its z axis looks along the view. */
+export interface SensorPose {
+  name: string;
+  colour: string;
+  values: number[];
+}
+
+export interface Bounds {
+  min: [number, number, number];
+  max: [number, number, number];
+}
+
+/** Numbers of a metadata text such as "x,y,z,qx,qy,qz,qw"; null if they are not as many. */
+export function numbersOf(text: string | undefined, count: number): number[] | null {
+  const numbers = (text ?? "").split(/[,\s]+/).filter(Boolean).map(Number);
+  return numbers.length === count && numbers.every(Number.isFinite) ? numbers : null;
+}
+
+function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  // Drawn after the voxels, and without a depth of their own, which would be shaded.
+  const material = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
+  return new THREE.LineSegments(geometry, material);
+}
+
+/** The twelve edges of a box. */
+export function boxEdges({ min, max }: Bounds): number[] {
+  const points: number[] = [];
+  for (let axis = 0; axis < 3; ++axis)
+    for (let corner = 0; corner < 4; ++corner) {
+      const from = [0, 0, 0];
+      from[(axis + 1) % 3] = corner & 1 ? max[(axis + 1) % 3] : min[(axis + 1) % 3];
+      from[(axis + 2) % 3] = corner & 2 ? max[(axis + 2) % 3] : min[(axis + 2) % 3];
+      from[axis] = min[axis];
+      const to = [...from];
+      to[axis] = max[axis];
+      points.push(...from, ...to);
+    }
+  return points;
+}
+
+/** Metres between two lines: 1, unless that would be too many or too few. */
+function gridStep(extent: number): number {
+  for (const step of [0.1, 0.2, 0.5]) if (extent / step < 8) return step;
+  for (const step of [1, 2, 5, 10, 20, 50, 100]) if (extent / step <= 30) return step;
+  return 500;
+}
+
+/** Floor grid with labels, axes of the origin, sensors and crop box. */
+export class Surroundings {
+  readonly grid = new THREE.Group();
+  readonly axes = new THREE.Group();
+  readonly sensors = new THREE.Group();
+  readonly cropBox = new THREE.Group();
+  private sensorPlaces: number[][] = [];
+
+  addTo(scene: THREE.Scene): void {
+    scene.add(this.grid, this.axes, this.sensors, this.cropBox);
+  }
+
+  /** On narrow screens only few lines have labels. */
+  setGrid(bounds: Bounds, colours: SceneColours, isNarrow: boolean): void {
+    disposeAll(this.grid);
+    const extent = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]);
+    const step = gridStep(extent);
+    const low = [0, 1].map((axis) => Math.floor(bounds.min[axis] / step) * step);
+    const high = [0, 1].map((axis) => Math.ceil(bounds.max[axis] / step) * step);
+    // The world's floor is at 0; clouds in a sensor's own coordinates have none.
+    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2];
+    const thin: number[] = [];
+    const strong: number[] = [];
+    for (const axis of [0, 1]) {
+      const other = 1 - axis;
+      const count = Math.round((high[axis] - low[axis]) / step);
+      for (let i = 0; i <= count; ++i) {
+        const at = low[axis] + i * step;
+        const from = [0, 0, z];
+        from[axis] = at;
+        const to = [...from];
+        from[other] = low[other];
+        to[other] = high[other];
+        (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
+        const number = Math.round(at / step);
+        if (number !== 0 && number % (step < 1 || isNarrow ? 5 : 1) === 0)
+          this.addLabel(at, axis, low[other] - 0.35 * step, z, colours);
+      }
+    }
+    this.grid.add(lines(thin, colours.grid), lines(strong, colours.gridStrong));
+  }
+
+  private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
+    const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, colours.background, 11);
+    sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
+    this.grid.add(sprite);
+  }
+
+  setAxes(length: number, colours: SceneColours): void {
+    disposeAll(this.axes);
+    const names = [["x", "#e5484d"], ["y", "#30a46c"], ["z", "#3e8ef7"]];
+    names.forEach(([name, colour], axis) => {
+      const end = [0, 0, 0];
+      end[axis] = length;
+      this.axes.add(lines([0, 0, 0, ...end], colour));
+      const sprite = textSprite(name, colour, colours.background);
+      sprite.position.set(end[0] * 1.12, end[1] * 1.12, end[2] * 1.12);
+      this.axes.add(sprite);
+    });
+  }
+
+  /** A box that has the sensors in it, too, where they are not far away. */
+  withSensors(bounds: Bounds): Bounds {
+    const min: [number, number, number] = [...bounds.min];
+    const max: [number, number, number] = [...bounds.max];
+    for (const place of this.sensorPlaces)
+      for (let axis = 0; axis < 3; ++axis) {
+        const reach = 0.5 * (bounds.max[axis] - bounds.min[axis]);
+        min[axis] = Math.max(bounds.min[axis] - reach, Math.min(min[axis], place[axis]));
+        max[axis] = Math.min(bounds.max[axis] + reach, Math.max(max[axis], place[axis]));
+      }
+    return { min, max };
+  }
+
+  setSensors(poses: SensorPose[], colours: SceneColours, isNarrow: boolean): void {
+    disposeAll(this.sensors);
+    this.sensorPlaces = poses.map(({ values }) => values.slice(0, 3));
+    for (const { name, colour, values } of poses) {
+      const [x, y, z, qx, qy, qz, qw] = values;
+      const sensor = new THREE.Group();
+      const depth = 0.32;
+      const w = 0.22;
+      const h = 0.17;
+      const corners = [[-w, -h], [w, -h], [w, h], [-w, h]].map(([u, v]) => [u, v, depth]);
+      const points: number[] = [];
+      corners.forEach((corner, i) => points.push(0, 0, 0, ...corner, ...corner, ...corners[(i + 1) % 4]));
+      sensor.add(lines(points, colour));
+      const face = new THREE.BufferGeometry();
+      face.setAttribute("position", new THREE.Float32BufferAttribute(corners.flat(), 3));
+      face.setIndex([0, 1, 2, 0, 2, 3]);
+      const glass = new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.25, side: THREE.DoubleSide, depthWrite: false });
+      sensor.add(new THREE.Mesh(face, glass));
+      sensor.position.set(x, y, z);
+      sensor.quaternion.set(qx, qy, qz, qw).normalize();
+      const label = textSprite(name, colours.label, colours.background, isNarrow ? 10 : 12);
+      label.position.set(x, y, z + 0.3);
+      this.sensors.add(sensor, label);
+    }
+  }
+
+  setCropBox(box: Bounds | null, colours: SceneColours): void {
+    disposeAll(this.cropBox);
+    if (box) this.cropBox.add(lines(boxEdges(box), colours.crop, 0.8));
+  }
+}

@@ -1,0 +1,299 @@
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+import type { PackedVoxels } from "../decoding/messages";
+import { colourMaps, streamColour, texelsOf } from "./colour_maps";
+import type { ColourMapName } from "./colour_maps";
+import { boundsOf, pick } from "./drawn_voxels";
+import type { PickedVoxel } from "./drawn_voxels";
+import { fitCamera } from "./camera_fit";
+import { DepthShading } from "./depth_shading";
+import type { IntensityAxis } from "./intensity_axis";
+import { Surroundings, boxEdges } from "./surroundings";
+import type { Bounds, SceneColours, SensorPose } from "./surroundings";
+import { scaleSprites } from "./text_sprite";
+import { VoxelLayer } from "./voxel_layer";
+import type { ViewerState } from "../state/viewer_state";
+
+const fieldOfView = 45; // degrees, vertical
+const colourModes = ["intensity", "height", "stream", "age", "recorded"];
+
+export type ViewDirection = "oblique" | "top" | "front" | "side";
+
+const directions: Record<ViewDirection | "steep", [number, number, number]> = {
+  steep: [-0.5, -0.62, 0.95], // for high and narrow views
+  oblique: [-0.62, -0.78, 0.62],
+  top: [0, -0.001, 1],
+  front: [0, -1, 0.08],
+  side: [1, 0, 0.08],
+};
+
+/** The scene with its camera: draws when something has changed, and only then. */
+export class ViewerScene {
+  readonly layers: VoxelLayer[] = [];
+  readonly surroundings = new Surroundings();
+  readonly camera = new THREE.PerspectiveCamera(fieldOfView, 1, 0.02, 2000);
+  readonly controls: OrbitControls;
+  bounds: Bounds | null = null;
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly shading: DepthShading;
+  private readonly scene = new THREE.Scene();
+  private readonly selection: THREE.LineSegments;
+  private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
+  /** How the camera was placed, as long as the user has not moved it. */
+  private fitted: ViewDirection | "keep" | null = null;
+  private needsDrawing = true;
+  private colours: SceneColours | null = null;
+  private poses: SensorPose[] = [];
+  private readonly uniforms = {
+    threshold: { value: 0 },
+    hidesNoise: { value: true },
+    noiseColour: { value: new THREE.Vector3() },
+    colourBy: { value: 0 },
+    intensityAxis: { value: new THREE.Vector4(0, 255, 1, 1) },
+    heightRange: { value: new THREE.Vector2(0, 1) },
+    trailSeconds: { value: 2 },
+    colourMap: { value: null as THREE.Texture | null },
+    viewport: { value: new THREE.Vector2(1, 1) },
+    isDisc: { value: false },
+  };
+
+  /** Throws if the browser has no WebGL 2. */
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly onDrawn: () => void,
+  ) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, powerPreference: "high-performance" });
+    // Colours are computed as they appear on the screen.
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+    THREE.ColorManagement.enabled = false;
+    this.shading = new DepthShading(this.renderer);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(-5, -6, 5);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.controls.dampingFactor = 0.12;
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener("change", () => this.requestDrawing());
+    this.controls.addEventListener("start", () => this.keepCamera());
+    this.selection = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
+    this.selection.visible = false;
+    this.scene.add(this.selection);
+    this.surroundings.addTo(this.scene);
+    for (const name of Object.keys(colourMaps) as ColourMapName[]) {
+      const texture = new THREE.DataTexture(texelsOf(name), 256, 1);
+      texture.magFilter = texture.minFilter = THREE.LinearFilter;
+      texture.needsUpdate = true;
+      this.maps.set(name, texture);
+    }
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement as Element);
+    this.renderer.setAnimationLoop(() => this.drawIfNeeded());
+  }
+
+  requestDrawing(): void {
+    this.needsDrawing = true;
+  }
+
+  private resize(): void {
+    const parent = this.canvas.parentElement as HTMLElement;
+    const width = Math.max(1, parent.clientWidth);
+    const height = Math.max(1, parent.clientHeight);
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    const { x, y } = this.renderer.getDrawingBufferSize(this.uniforms.viewport.value);
+    this.shading.setSize(x, y, this.renderer.getPixelRatio());
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (this.fitted) this.fit(this.fitted);
+    this.draw();
+  }
+
+  private drawIfNeeded(): void {
+    this.controls.update();
+    if (this.needsDrawing) this.draw();
+  }
+
+  private draw(): void {
+    this.needsDrawing = false;
+    scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
+    this.shading.draw(this.scene, this.camera);
+    this.onDrawn();
+  }
+
+  setStreamCount(count: number): void {
+    while (this.layers.length > count) {
+      const layer = this.layers.pop() as VoxelLayer;
+      this.scene.remove(layer.mesh);
+      layer.dispose();
+    }
+    while (this.layers.length < count) {
+      const layer = new VoxelLayer(this.uniforms, streamColour(this.layers.length));
+      this.layers.push(layer);
+      this.scene.add(layer.mesh);
+    }
+    this.requestDrawing();
+  }
+
+  /** Returns the buffer that was drawn before. */
+  show(stream: number, voxels: PackedVoxels | null, edge: number, scale: number): ArrayBuffer | null {
+    const layer = this.layers[stream];
+    const before = layer.show(voxels, edge);
+    layer.setScale(scale);
+    this.requestDrawing();
+    return before;
+  }
+
+  apply(state: ViewerState, isVisible: (stream: number) => boolean, axis: IntensityAxis): void {
+    const uniforms = this.uniforms;
+    uniforms.threshold.value = state.threshold;
+    uniforms.hidesNoise.value = state.noise === "hide";
+    uniforms.colourBy.value = colourModes.indexOf(state.colourBy);
+    uniforms.intensityAxis.value.set(axis.min, axis.bright, axis.step, axis.isLogarithmic ? 1 : 0);
+    uniforms.isDisc.value = state.shape === "points";
+    const map = state.colourBy === "height" || state.colourBy === "age" ? state.colourBy : "intensity";
+    uniforms.colourMap.value = this.maps.get(map) ?? null;
+    this.layers.forEach((layer, stream) => {
+      layer.mesh.visible = isVisible(stream);
+      layer.setShape(state.shape);
+      layer.setScale(state.voxelScale);
+    });
+    this.surroundings.grid.visible = state.showsGrid;
+    this.surroundings.axes.visible = state.showsAxes;
+    this.surroundings.sensors.visible = state.showsSensors;
+    this.surroundings.cropBox.visible = state.showsCropBox;
+    this.requestDrawing();
+  }
+
+  setColours(colours: SceneColours): void {
+    this.colours = colours;
+    this.scene.background = new THREE.Color(colours.background);
+    const noise = new THREE.Color(colours.noise);
+    this.uniforms.noiseColour.value.set(noise.r, noise.g, noise.b);
+    (this.selection.material as THREE.LineBasicMaterial).color.set(colours.selection);
+    this.surroundings.setAxes(1, colours);
+    this.setGrid();
+    this.setSensors(this.poses);
+  }
+
+  setSensors(poses: SensorPose[]): void {
+    this.poses = poses;
+    if (this.colours) this.surroundings.setSensors(poses, this.colours, this.isNarrow);
+    this.requestDrawing();
+  }
+
+  setCropBox(box: Bounds | null): void {
+    if (this.colours) this.surroundings.setCropBox(box, this.colours);
+  }
+
+  /** Measures what is drawn, for heights, grid and camera. False if nothing is drawn. */
+  measure(threshold: number): boolean {
+    const bounds = boundsOf(this.layers, threshold);
+    if (!bounds) return false;
+    this.bounds = bounds;
+    this.uniforms.heightRange.value.set(bounds.min[2], bounds.max[2]);
+    this.setGrid();
+    return true;
+  }
+
+  private get isNarrow(): boolean {
+    return this.canvas.clientWidth < 600;
+  }
+
+  private setGrid(): void {
+    if (this.bounds && this.colours)
+      this.surroundings.setGrid(this.bounds, this.colours, this.isNarrow);
+  }
+
+  get heightRange(): [number, number] {
+    return [this.uniforms.heightRange.value.x, this.uniforms.heightRange.value.y];
+  }
+
+  /** Places the camera so that all voxels are in view. */
+  fit(direction: ViewDirection | "keep"): void {
+    if (!this.bounds) return;
+    this.fitted = direction;
+    const towards =
+      direction === "keep"
+        ? this.camera.position.clone().sub(this.controls.target)
+        : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
+    const camera = this.camera.clone();
+    camera.near = 0.001;
+    camera.far = 1e6;
+    camera.updateProjectionMatrix();
+    const target = fitCamera(camera, this.surroundings.withSensors(this.bounds), towards);
+    this.setCamera(camera.position, target);
+  }
+
+  /** From now on the camera stays where the user has put it. */
+  private keepCamera(): void {
+    this.fitted = null;
+  }
+
+  setCamera(position: THREE.Vector3, target: THREE.Vector3): void {
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
+    const distance = position.distanceTo(target);
+    this.camera.near = Math.max(0.01, distance / 500);
+    this.camera.far = Math.max(200, distance * 20);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.requestDrawing();
+  }
+
+  cameraValues(): number[] {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+  }
+
+  setCameraValues(values: number[]): void {
+    this.keepCamera();
+    this.setCamera(new THREE.Vector3(...values.slice(0, 3)), new THREE.Vector3(...values.slice(3, 6)));
+  }
+
+  /** Turns, moves or zooms the camera, for keys: angles in radians, shares of the distance. */
+  moveCamera(turn: number, tilt: number, zoom: number): void {
+    this.keepCamera();
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const angles = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    angles.theta += turn;
+    angles.phi = Math.min(Math.PI - 0.01, Math.max(0.01, angles.phi + tilt));
+    angles.radius *= zoom;
+    const moved = new THREE.Vector3().setFromSpherical(angles);
+    this.setCamera(this.controls.target.clone().add(new THREE.Vector3(moved.x, -moved.z, moved.y)), this.controls.target.clone());
+  }
+
+  pickAt(clientX: number, clientY: number, scale: number): PickedVoxel | null {
+    const box = this.canvas.getBoundingClientRect();
+    const place = new THREE.Vector2(
+      ((clientX - box.left) / box.width) * 2 - 1,
+      1 - ((clientY - box.top) / box.height) * 2,
+    );
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(place, this.camera);
+    return pick(this.layers, ray.ray.origin.toArray(), ray.ray.direction.toArray(), scale, {
+      threshold: this.uniforms.threshold.value,
+      hidesNoise: this.uniforms.hidesNoise.value,
+    });
+  }
+
+  /** Draws a frame around a voxel; null: around none. */
+  select(centre: readonly [number, number, number] | null, edge: number): void {
+    this.selection.visible = centre !== null;
+    if (centre) {
+      const half = 0.56 * edge;
+      const edges = boxEdges({
+        min: [centre[0] - half, centre[1] - half, centre[2] - half],
+        max: [centre[0] + half, centre[1] + half, centre[2] + half],
+      });
+      this.selection.geometry.dispose();
+      this.selection.geometry = new THREE.BufferGeometry();
+      this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));
+    }
+    this.requestDrawing();
+  }
+
+  /** The picture as it is on the screen. */
+  picture(): Promise<Blob | null> {
+    this.draw();
+    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
+  }
+}

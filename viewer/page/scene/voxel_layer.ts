@@ -1,0 +1,127 @@
+import * as THREE from "three";
+
+import { arraysOf, totalCount } from "../decoding/packed_voxels";
+import type { VoxelArrays } from "../decoding/packed_voxels";
+import type { PackedVoxels } from "../decoding/messages";
+import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
+
+/** Uniforms that all layers share; each has its own colour and edge besides. */
+export interface SharedUniforms {
+  [name: string]: THREE.IUniform;
+}
+
+/** The three faces of a cube, and a square, as corners for the shader. */
+function baseGeometry(shape: "cubes" | "points"): { corners: number[]; index: number[] } {
+  const corners: number[] = [];
+  const index: number[] = [];
+  for (const face of shape === "cubes" ? [0, 1, 2] : [3]) {
+    const first = corners.length / 3;
+    corners.push(-1, -1, face, 1, -1, face, 1, 1, face, -1, 1, face);
+    index.push(first, first + 1, first + 2, first, first + 2, first + 3);
+  }
+  return { corners, index };
+}
+
+/** Draws the voxels of one stream, each as an instance. Its buffers only grow. */
+export class VoxelLayer {
+  readonly mesh: THREE.Mesh<THREE.InstancedBufferGeometry, THREE.ShaderMaterial>;
+  /** What is drawn now; null after a loss and before the first frame. */
+  voxels: PackedVoxels | null = null;
+  arrays: VoxelArrays | null = null;
+  edge = 0; // metres
+  private capacity = 0;
+  private shape: "cubes" | "points" | null = null;
+
+  constructor(shared: SharedUniforms, colour: readonly [number, number, number]) {
+    const material = new THREE.ShaderMaterial({
+      glslVersion: THREE.GLSL3,
+      vertexShader: voxelVertexShader,
+      fragmentShader: voxelFragmentShader,
+      side: THREE.DoubleSide,
+      uniforms: {
+        ...shared,
+        halfEdge: { value: 0 },
+        streamColour: { value: new THREE.Vector3(...colour) },
+      },
+    });
+    this.mesh = new THREE.Mesh(new THREE.InstancedBufferGeometry(), material);
+    this.mesh.frustumCulled = false;
+    this.mesh.visible = false;
+    this.grow(4096);
+    this.setShape("cubes");
+  }
+
+  setShape(shape: "cubes" | "points"): void {
+    if (shape === this.shape) return;
+    this.shape = shape;
+    const { corners, index } = baseGeometry(shape);
+    this.mesh.geometry.setAttribute("corner", new THREE.Float32BufferAttribute(corners, 3));
+    this.mesh.geometry.setIndex(index);
+  }
+
+  setScale(scale: number): void {
+    this.mesh.material.uniforms.halfEdge.value = 0.5 * scale * this.edge;
+  }
+
+  /** Takes a frame's voxels; returns the buffer of those drawn before, for use by others. */
+  show(voxels: PackedVoxels | null, edge: number): ArrayBuffer | null {
+    const before = this.voxels?.buffer ?? null;
+    this.voxels = voxels;
+    this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels)) : null;
+    const count = voxels ? totalCount(voxels) : 0;
+    this.mesh.geometry.instanceCount = count;
+    if (this.arrays) {
+      this.edge = edge;
+      if (count > this.capacity) this.grow(Math.ceil(count * 1.3));
+      this.upload(this.arrays, count);
+    }
+    return before;
+  }
+
+  private attribute(name: string): THREE.InstancedBufferAttribute {
+    return this.mesh.geometry.getAttribute(name) as unknown as THREE.InstancedBufferAttribute;
+  }
+
+  private grow(capacity: number): void {
+    this.capacity = capacity;
+    const old = this.mesh.geometry;
+    const geometry = new THREE.InstancedBufferGeometry();
+    for (const [name, size] of [["centre", 3], ["quantities", 2]] as const)
+      geometry.setAttribute(name, this.dynamic(new Float32Array(size * capacity), size, false));
+    geometry.setAttribute("paint", this.dynamic(new Uint8Array(4 * capacity), 4, true));
+    if (old.index) {
+      geometry.setAttribute("corner", old.getAttribute("corner"));
+      geometry.setIndex(old.index);
+    }
+    geometry.instanceCount = old.instanceCount;
+    this.mesh.geometry = geometry;
+    old.dispose();
+  }
+
+  private dynamic(array: Float32Array | Uint8Array, size: number, isShare: boolean): THREE.InstancedBufferAttribute {
+    const attribute = new THREE.InstancedBufferAttribute(array, size, isShare);
+    attribute.setUsage(THREE.DynamicDrawUsage);
+    return attribute;
+  }
+
+  private upload(arrays: VoxelArrays, count: number): void {
+    const quantities = this.attribute("quantities").array as Float32Array;
+    for (let i = 0; i < count; ++i) {
+      quantities[2 * i] = arrays.intensities[i];
+      quantities[2 * i + 1] = arrays.ages[i];
+    }
+    (this.attribute("centre").array as Float32Array).set(arrays.positions);
+    (this.attribute("paint").array as Uint8Array).set(arrays.paint);
+    for (const name of ["centre", "quantities", "paint"]) {
+      const attribute = this.attribute(name);
+      attribute.clearUpdateRanges();
+      attribute.addUpdateRange(0, count * attribute.itemSize);
+      attribute.needsUpdate = true;
+    }
+  }
+
+  dispose(): void {
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+  }
+}

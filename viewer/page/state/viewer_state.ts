@@ -1,0 +1,67 @@
+import { Store } from "./store";
+
+export type ColourBy = "intensity" | "height" | "stream" | "age" | "recorded";
+export type Theme = "auto" | "light" | "dark";
+
+/** What the viewer does, all of it; what it shows of a recording is in the FrameIndex and the scene. */
+export interface ViewerState {
+  // What is drawn, and how.
+  colourBy: ColourBy;
+  shape: "cubes" | "points";
+  /** Voxels below it count as noise; in the unit of the intensities. */
+  threshold: number;
+  removesOutliers: boolean;
+  noise: "hide" | "colour";
+  voxelScale: number; // of the voxel's edge
+  hiddenStreams: readonly string[];
+  showsGrid: boolean;
+  showsAxes: boolean;
+  showsSensors: boolean;
+  showsCropBox: boolean;
+  theme: Theme;
+  // Time.
+  isPlaying: boolean;
+  speed: number;
+  moment: number; // of the FrameIndex
+  // The source.
+  source: "none" | "opening" | "recording" | "live";
+  name: string;
+  isConnected: boolean; // live
+  indexedShare: number;
+  // Panels.
+  showsHelp: boolean;
+  showsPanel: boolean; // on narrow screens
+}
+
+export const initialState: ViewerState = {
+  colourBy: "intensity",
+  shape: "cubes",
+  threshold: 0,
+  removesOutliers: false,
+  noise: "hide",
+  voxelScale: 1,
+  hiddenStreams: [],
+  showsGrid: true,
+  showsAxes: true,
+  showsSensors: true,
+  showsCropBox: true,
+  theme: "auto",
+  isPlaying: false,
+  speed: 1,
+  moment: 0,
+  source: "none",
+  name: "",
+  isConnected: false,
+  indexedShare: 0,
+  showsHelp: false,
+  showsPanel: false,
+};
+
+/** Seconds that voxels stay visible when they are coloured by the time they were seen last. */
+export const trailSeconds = 2;
+
+export type ViewerStore = Store<ViewerState>;
+
+export function createStore(): ViewerStore {
+  return new Store(initialState);
+}

@@ -1,0 +1,80 @@
+import type { ShownFrame, StreamDescription } from "./decoding/messages";
+import { IntensityAxis } from "./scene/intensity_axis";
+import { numbersOf } from "./scene/surroundings";
+import type { Bounds, SensorPose } from "./scene/surroundings";
+import { cssColour, streamColour } from "./scene/colour_maps";
+
+/** A stream as the page knows it. */
+export interface StreamView {
+  description: StreamDescription;
+  shown: ShownFrame | null;
+  /** performance.now() when the last frame of a live stream came. */
+  arrival: number;
+}
+
+/** Before anything is known of the intensities. */
+export const noAxis = new IntensityAxis(0, 255, 1, false);
+
+/** The axis for the intensities of all streams that are shown. */
+export function axisOf(streams: readonly StreamView[], intensities: readonly Float32Array[]): IntensityAxis | null {
+  const ranges = streams.flatMap(({ shown }) => (shown?.intensityRange ? [shown.intensityRange] : []));
+  if (ranges.length === 0) return null;
+  const min = Math.min(...ranges.map((range) => range.min));
+  const step = Math.min(...ranges.map((range) => range.step));
+  const sorted = Float32Array.from(sampleOf(intensities)).sort();
+  const highest = sorted[sorted.length - 1] ?? min;
+  const top = Math.max(...ranges.map((range) => range.max));
+  // Scales of 16 bits are seldom used up to their ends.
+  const max = top - min > 1000 * step ? Math.min(top, Math.max(min + 10 * step, 1.1 * highest)) : top;
+  const isCounted = streams.some(({ description }) => description.metadata.intensity_law === "count");
+  const isKnown = streams.some(({ description }) => description.metadata.intensity_law !== undefined);
+  const isLogarithmic = isCounted || (!isKnown && step === 1 && max <= 255);
+  const common = sorted[Math.floor(0.99 * sorted.length)] ?? max;
+  const bright = Math.min(max, Math.max(common, min + step));
+  return new IntensityAxis(min, max, step || 1, isLogarithmic, bright);
+}
+
+/** Some of many values, evenly taken. */
+function sampleOf(lists: readonly Float32Array[]): number[] {
+  const total = lists.reduce((sum, list) => sum + list.length, 0);
+  const every = Math.max(1, Math.floor(total / 50_000));
+  return lists.flatMap((list) => [...list.filter((_, i) => i % every === 0)]);
+}
+
+export function sensorPoses(streams: readonly StreamView[], isVisible: (stream: number) => boolean): SensorPose[] {
+  return streams.flatMap(({ description }, stream) => {
+    const values = numbersOf(description.metadata.sensor_pose, 7);
+    if (!values || !isVisible(stream)) return [];
+    return [{ name: shortName(description.name), colour: cssColour(streamColour(stream)), values }];
+  });
+}
+
+/** The box that clouds were cropped to, if the recording tells. */
+export function cropBoxOf(streams: readonly StreamView[]): Bounds | null {
+  for (const { description } of streams) {
+    const box = numbersOf(description.metadata.crop_box, 6);
+    if (box) return { min: [box[0], box[1], box[2]], max: [box[3], box[4], box[5]] };
+  }
+  return null;
+}
+
+/** A topic without what all topics have. */
+export function shortName(name: string): string {
+  return name.replace(/\/pcl_ext$/, "").replace(/^\//, "");
+}
+
+/** Says where streams cannot be drawn in one place; null if they can. */
+export function frameRemark(streams: readonly StreamView[]): string | null {
+  const frames = new Set(streams.flatMap(({ shown }) => (shown?.frameId ? [shown.frameId] : [])));
+  if (frames.size < 2) return null;
+  return `The streams have different coordinate frames (${[...frames].join(", ")}), each of which is drawn ` +
+    "around the same origin, as the recording does not tell how they lie to each other.";
+}
+
+/** What the filter of outliers cannot know. */
+export function lawRemark(streams: readonly StreamView[]): string | null {
+  const unknown = streams.filter(({ description }) => description.metadata.intensity_law === undefined);
+  if (unknown.length === 0) return null;
+  return `${unknown.map(({ description }) => shortName(description.name)).join(", ")}: the recording does not tell ` +
+    "what its intensities are, so the filter judges only which voxels are occupied, unless frames have a depth model.";
+}

@@ -1,0 +1,278 @@
+import type { ControlPanel } from "./controls/control_panel";
+import type { Notices } from "./controls/notices";
+import { formatBytesPerSecond, formatCount, formatMetres, formatNumber } from "./controls/number_format";
+import type { VoxelDetails } from "./controls/voxel_details";
+import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
+import { bytesPerSecondAt } from "./timeline/byte_rate";
+import { countKept } from "./scene/drawn_voxels";
+import type { IntensityAxis } from "./scene/intensity_axis";
+import type { ViewerScene } from "./scene/viewer_scene";
+import type { ViewerState, ViewerStore } from "./state/viewer_state";
+import * as views from "./stream_views";
+import type { StreamView } from "./stream_views";
+import type { FrameIndex } from "./timeline/frame_index";
+import { element } from "./controls/dom";
+
+/** Why nothing of a stream is drawn; null if something is. */
+function noteOf(shown: ShownFrame | null, source: ViewerState["source"]): string | null {
+  if (shown?.problem) return `Not shown: ${shown.problem}`;
+  if (shown) return null;
+  return source === "live" ? "No frame has come yet" : "No frame could be read";
+}
+
+/** What is drawn of each stream, with the figures that are told of it. */
+export class StreamsOnScreen {
+  readonly streams: StreamView[] = [];
+  axis: IntensityAxis | null = null;
+  private hasFitted = false;
+  private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
+  private lastFilterRemark: string | null = null;
+  private isWaiting = false;
+  private selected: { stream: number; place: [number, number, number] } | null = null;
+  private pressed: { x: number; y: number } | null = null;
+
+  constructor(
+    private readonly store: ViewerStore,
+    private readonly scene: ViewerScene,
+    private readonly index: FrameIndex,
+    private readonly panel: ControlPanel,
+    private readonly details: VoxelDetails,
+    private readonly notices: Notices,
+    private readonly status: HTMLElement,
+    private readonly recycle: (buffer: ArrayBuffer) => void,
+  ) {
+    store.subscribe((changed) => {
+      const isDrawing = [...changed].some((key) => key !== "moment" && key !== "isPlaying" && key !== "indexedShare");
+      if (isDrawing) this.apply();
+      if (changed.has("hiddenStreams")) this.showSensors();
+      if (changed.has("indexedShare")) this.requestFigures();
+      if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise")) this.updateFigures();
+    });
+    const canvas = scene.controls.domElement as HTMLElement;
+    canvas.addEventListener("pointerdown", (event) => (this.pressed = { x: event.clientX, y: event.clientY }));
+    canvas.addEventListener("click", (event) => {
+      const moved = this.pressed ? Math.hypot(event.clientX - this.pressed.x, event.clientY - this.pressed.y) : 0;
+      if (moved < 5) this.pick(event.clientX, event.clientY);
+    });
+  }
+
+  clear(): void {
+    for (let i = 0; i < this.scene.layers.length; ++i) this.showVoxels(i, null);
+    this.streams.length = 0;
+    this.scene.setStreamCount(0);
+    this.hasFitted = false;
+    this.axis = null;
+    this.select(null);
+    this.lastFilterRemark = null;
+    this.panel.streams.setStreams([]);
+    this.panel.threshold.clear();
+    this.status.replaceChildren();
+  }
+
+  setStreams(descriptions: readonly StreamDescription[]): void {
+    descriptions.forEach((description, i) => {
+      this.streams[i] = { description, shown: this.streams[i]?.shown ?? null, arrival: this.streams[i]?.arrival ?? 0 };
+    });
+    this.scene.setStreamCount(this.streams.length);
+    this.panel.streams.setStreams(descriptions.map(({ name }) => views.shortName(name)));
+    this.scene.setCropBox(views.cropBoxOf(this.streams));
+    this.showSensors();
+    this.apply();
+  }
+
+  private showSensors(): void {
+    this.scene.setSensors(views.sensorPoses(this.streams, (stream) => this.isVisible(stream)));
+  }
+
+  isVisible(stream: number): boolean {
+    const name = this.streams[stream]?.description.name;
+    return name !== undefined && !this.store.get().hiddenStreams.includes(views.shortName(name));
+  }
+
+  /** True if they have changed. */
+  setDecodingSettings(settings: DecodingSettings): boolean {
+    const isSame = settings.removesOutliers === this.settings.removesOutliers &&
+      settings.trailSeconds === this.settings.trailSeconds;
+    this.settings = settings;
+    this.lastFilterRemark = null;
+    return !isSame;
+  }
+
+  private showVoxels(stream: number, frame: ShownFrame | null): void {
+    const before = this.scene.show(stream, frame?.voxels ?? null, frame?.resolution ?? 0, this.store.get().voxelScale);
+    if (before) this.recycle(before);
+  }
+
+  /** Takes decoded frames; those that are no longer wanted are given back. */
+  show(frames: readonly ShownFrame[], isWanted: boolean): void {
+    if (!isWanted) {
+      for (const { voxels } of frames) if (voxels) this.recycle(voxels.buffer);
+      return;
+    }
+    for (const frame of frames) {
+      const stream = this.streams[frame.stream];
+      if (!stream) continue;
+      stream.shown = frame;
+      stream.arrival = performance.now();
+      this.showVoxels(frame.stream, frame);
+      if (frame.problem && this.store.get().source === "recording") this.index.markLost(frame.stream, frame.number);
+      if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
+    }
+    if (frames.length === 0) return;
+    // Of live streams the first frames come one after the other.
+    if (!this.axis || !this.hasFitted) this.chooseAxis();
+    this.apply();
+    if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
+    this.followSelection();
+    this.requestFigures();
+  }
+
+  /** Before anything is known, the view of all that the first frames have. */
+  private fitOnce(): void {
+    const isComplete = this.store.get().source !== "live" ||
+      this.streams.every(({ shown }) => shown !== null);
+    this.measure();
+    this.scene.fit("oblique");
+    this.hasFitted = isComplete;
+    const remark = views.frameRemark(this.streams);
+    if (remark) this.notices.show("frames", "info", "Different coordinates", [remark]);
+  }
+
+  measure(): void {
+    const { noise, threshold } = this.store.get();
+    if (!this.scene.measure(noise === "hide" ? threshold : -Infinity)) return;
+    this.panel.setHeights(this.scene.heightRange);
+  }
+
+  private chooseAxis(): void {
+    const drawn = this.scene.layers.flatMap(({ arrays }) => (arrays ? [arrays.intensities] : []));
+    this.axis = views.axisOf(this.streams, drawn);
+    if (this.axis) this.panel.setAxis(this.axis);
+    const shown = this.streams.flatMap(({ shown: frame }) => (frame?.voxels ? [frame.voxels] : []));
+    const hasIntensities = shown.some((voxels) => voxels.hasIntensities);
+    this.panel.setContents({
+      hasColours: shown.some((voxels) => voxels.hasColours),
+      hasIntensities,
+      hasSensors: this.streams.some(({ description }) => description.metadata.sensor_pose),
+      hasCropBox: views.cropBoxOf(this.streams) !== null,
+    });
+    if (shown.length > 0 && !hasIntensities && this.store.get().colourBy === "intensity")
+      this.store.set({ colourBy: shown.some((voxels) => voxels.hasColours) ? "recorded" : "height" });
+  }
+
+  private apply(): void {
+    this.scene.apply(this.store.get(), (stream) => this.isVisible(stream), this.axis ?? views.noAxis);
+  }
+
+  changeThreshold(by: number): void {
+    if (!this.axis) return;
+    const { min, max, step } = this.axis;
+    const size = this.axis.isLogarithmic ? step : Math.max(step, (max - min) / 100);
+    this.store.set({ threshold: this.axis.rounded(this.store.get().threshold + by * size) });
+  }
+
+  private requestFigures(): void {
+    if (this.isWaiting) return;
+    this.isWaiting = true;
+    setTimeout(() => {
+      this.isWaiting = false;
+      this.updateFigures();
+    }, 50);
+  }
+
+  /** Voxels drawn and all voxels, of the streams that are on. */
+  counts(): { kept: number; drawn: number; all: number } {
+    const { threshold, noise } = this.store.get();
+    let kept = 0;
+    let all = 0;
+    this.scene.layers.forEach((layer, i) => {
+      if (!this.isVisible(i)) return;
+      kept += countKept(layer, threshold);
+      all += layer.voxels?.count ?? 0;
+    });
+    return { kept, drawn: noise === "hide" ? kept : all, all };
+  }
+
+  updateFigures(): void {
+    const { threshold, moment, source, removesOutliers, noise, indexedShare } = this.store.get();
+    const { kept, drawn, all } = this.counts();
+    const histogram = this.panel.threshold;
+    histogram.clear();
+    this.scene.layers.forEach((layer, i) => {
+      const { shown } = this.streams[i];
+      const isDrawn = this.isVisible(i);
+      if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
+      const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
+      this.panel.streams.setCount(i, count, noteOf(shown, source));
+    });
+    histogram.draw();
+    const remark = removesOutliers ? (this.lastFilterRemark ?? views.lawRemark(this.streams)) : null;
+    this.panel.setRemoved(kept, all, remark);
+    if (this.streams.length === 0) return;
+    const lost = this.streams.filter(({ shown }, i) => shown?.problem && this.isVisible(i)).length;
+    const decodeMs = this.streams.reduce((sum, { shown }) => sum + (shown?.decodeMs ?? 0), 0);
+    const rate = bytesPerSecondAt(this.index, moment, source === "live");
+    const parts: [string, string][] = [
+      [`${formatCount(drawn)} of ${formatCount(all)}`, "voxels"],
+      ...(source === "recording" ? [["frame", `${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`] as [string, string]] : []),
+      [formatBytesPerSecond(rate), "compressed"],
+      [`${decodeMs.toFixed(1)} ms`, "to decode"],
+    ];
+    this.status.replaceChildren(...parts.map(([value, name]) =>
+      value === "frame"
+        ? element("span", { class: "figure" }, "frame ", element("b", {}, name))
+        : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
+    if (source === "recording" && indexedShare < 1)
+      this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
+    if (lost > 0) this.status.append(element("span", { class: "figure lost" }, `${lost} of ${this.streams.length} streams lost`));
+  }
+
+  private pick(clientX: number, clientY: number): void {
+    const picked = this.scene.pickAt(clientX, clientY, this.store.get().voxelScale);
+    this.select(picked ? { stream: picked.layer, voxel: picked.voxel } : null);
+  }
+
+  /** Finds the voxel that was clicked in the present frame of its stream. */
+  private followSelection(): void {
+    if (!this.selected) return;
+    const { stream, place } = this.selected;
+    const positions = this.scene.layers[stream]?.arrays?.positions ?? new Float32Array(0);
+    const near = 0.1 * (this.scene.layers[stream]?.edge ?? 0);
+    for (let i = 0; i < positions.length; i += 3)
+      if (place.every((value, axis) => Math.abs(positions[i + axis] - value) < near)) {
+        this.select({ stream, voxel: i / 3 });
+        return;
+      }
+    this.details.show([
+      ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
+      ["Stream", views.shortName(this.streams[stream].description.name)],
+      ["Voxel", "not in this frame"],
+    ]);
+  }
+
+  select(selected: { stream: number; voxel: number } | null): void {
+    const layer = selected ? this.scene.layers[selected.stream] : null;
+    if (!selected || !layer?.arrays) {
+      this.selected = null;
+      this.details.show(null);
+      this.scene.select(null, 0);
+      return;
+    }
+    const { arrays, voxels } = layer;
+    const i = selected.voxel;
+    const [x, y, z] = arrays.positions.subarray(3 * i, 3 * i + 3);
+    this.selected = { stream: selected.stream, place: [x, y, z] };
+    const rows: [string, string][] = [
+      ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
+      ["Stream", views.shortName(this.streams[selected.stream].description.name)],
+    ];
+    if (voxels?.hasIntensities) rows.push(["Intensity", formatNumber(arrays.intensities[i])]);
+    const isCounted = this.streams[selected.stream].description.metadata.intensity_law === "count";
+    if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
+    else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);
+    if (arrays.ages[i] > 0) rows.push(["Seen", `${arrays.ages[i].toFixed(2)} s ago`]);
+    if (arrays.paint[4 * i + 3] === 255) rows.push(["Filter", "noise"]);
+    this.details.show(rows);
+    this.scene.select([x, y, z], layer.edge);
+  }
+}

@@ -1,0 +1,57 @@
+import { isNoise } from "./scene/drawn_voxels";
+import type { ViewerState } from "./state/viewer_state";
+import type { Viewer } from "./viewer";
+
+/** What tests and scripts may ask of the page, as `window.pclExtViewer`. See viewer/README.md. */
+export interface ViewerHook {
+  state(): Readonly<ViewerState>;
+  set(changes: Partial<ViewerState>): void;
+  /** Voxels drawn, voxels that are no noise, and all voxels of the streams that are on. */
+  counts(): { kept: number; drawn: number; all: number };
+  streams(): { name: string; number: number | null; problem: string | null; voxels: number; past: number }[];
+  /** Coordinates of the voxels of a stream that are no noise, x, y, z one after the other. */
+  positions(stream: number): number[];
+  moments(): number;
+  /** Resolves when the frames of a moment are drawn. */
+  seek(moment: number): Promise<void>;
+  fit(direction: "oblique" | "top" | "front" | "side" | "keep"): void;
+  camera(): number[];
+  setCamera(values: number[]): void;
+  damage(): string[];
+}
+
+declare global {
+  interface Window {
+    pclExtViewer?: ViewerHook;
+  }
+}
+
+export function publishHook(viewer: Viewer): void {
+  window.pclExtViewer = {
+    state: () => viewer.store.get(),
+    set: (changes) => viewer.store.set(changes),
+    counts: () => viewer.screen.counts(),
+    streams: () =>
+      viewer.screen.streams.map(({ description, shown }, i) => ({
+        name: description.name,
+        number: shown?.number ?? null,
+        problem: shown?.problem ?? null,
+        voxels: viewer.scene.layers[i].voxels?.count ?? 0,
+        past: viewer.scene.layers[i].voxels?.pastCount ?? 0,
+      })),
+    positions: (stream) => {
+      const layer = viewer.scene.layers[stream];
+      const { threshold } = viewer.store.get();
+      const result: number[] = [];
+      for (let i = 0; i < (layer.voxels?.count ?? 0); ++i)
+        if (!isNoise(layer, i, threshold)) result.push(...(layer.arrays?.positions.subarray(3 * i, 3 * i + 3) ?? []));
+      return result;
+    },
+    moments: () => viewer.index.moments.length,
+    seek: (moment) => viewer.seekAndWait(moment),
+    fit: (direction) => viewer.fit(direction),
+    camera: () => viewer.scene.cameraValues(),
+    setCamera: (values) => viewer.scene.setCameraValues(values),
+    damage: () => viewer.damageFound(),
+  };
+}

@@ -1,0 +1,291 @@
+import { ControlPanel } from "./controls/control_panel";
+import { createHelp } from "./controls/help_overlay";
+import { listenToKeys } from "./controls/keyboard";
+import { Notices } from "./controls/notices";
+import { followTheme, isDark, sceneColours } from "./controls/theme";
+import { VoxelDetails } from "./controls/voxel_details";
+import { DecodingService } from "./decoding/decoding_service";
+import type { FromWorker } from "./decoding/messages";
+import { exportPicture, exportPly } from "./export/exports";
+import { layOutPage } from "./page_layout";
+import type { PageLayout } from "./page_layout";
+import { ViewerScene } from "./scene/viewer_scene";
+import { acceptDrops } from "./sources/dropped_files";
+import { LiveConnection } from "./sources/live_connection";
+import { chooseSource, sourceOfFiles } from "./sources/source_choice";
+import type { Source } from "./sources/source_choice";
+import { keepLinkUpToDate, readLink } from "./state/page_link";
+import type { LinkedView } from "./state/page_link";
+import { createStore, trailSeconds } from "./state/viewer_state";
+import { publishHook } from "./test_hook";
+import { FrameIndex } from "./timeline/frame_index";
+import { Playback } from "./timeline/playback";
+import { TimelineView, liveSeconds } from "./timeline/timeline_view";
+import { StreamsOnScreen } from "./streams_on_screen";
+
+/** The page: connects its parts. */
+export class Viewer {
+  readonly store = createStore();
+  readonly index = new FrameIndex();
+  readonly notices = new Notices();
+  readonly screen: StreamsOnScreen;
+  readonly scene: ViewerScene;
+  readonly playback: Playback;
+  private readonly panel: ControlPanel;
+  private readonly timeline: TimelineView;
+  private readonly details: VoxelDetails;
+  private readonly layout: PageLayout;
+  private readonly decoding: DecodingService;
+  private readonly linkedView: LinkedView;
+  private readonly updateLink: () => void;
+  private live: LiveConnection | null = null;
+  private damage: string[] = [];
+  private request = 0;
+  private isUpdateDue = false;
+  private waiting: (() => void)[] = []; // for the frames that were asked for last
+
+  constructor(workerCode: string, wasm: ArrayBuffer) {
+    const link = readLink(location.hash);
+    this.linkedView = link.view;
+    this.store.set(link.state);
+    this.playback = new Playback(this.store, this.index, (moment) => this.requestFrames(moment));
+    this.timeline = new TimelineView(this.store, this.index, this.playback);
+    this.panel = new ControlPanel(this.store, {
+      fit: (direction) => this.fit(direction),
+      exportPly: () => exportPly(this),
+      exportPicture: () => void exportPicture(this),
+      copyLink: () => this.copyLink(),
+    });
+    this.details = new VoxelDetails(() => this.screen.select(null));
+    this.layout = layOutPage(this.store,
+      { open: () => this.layout.fileInput.click(), toggleTheme: () => this.toggleTheme() },
+      { panel: this.panel.root, timeline: this.timeline.root, help: createHelp(this.store),
+        overlays: [this.notices.root, this.details.root] });
+    this.scene = new ViewerScene(this.layout.canvas, () => this.updateLink?.());
+    this.updateLink = keepLinkUpToDate(this.store, () => this.currentView());
+    this.screen = new StreamsOnScreen(this.store, this.scene, this.index, this.panel, this.details, this.notices,
+      this.layout.status, (buffer) => this.decoding.post({ type: "recycle", buffer }, [buffer]));
+    this.decoding = new DecodingService(workerCode, wasm, (message) => this.receive(message));
+    followTheme(this.store, () => {
+      this.scene.setColours(sceneColours());
+      this.timeline.requestDraw();
+      this.panel.threshold.draw();
+    });
+    this.listen();
+  }
+
+  start(): void {
+    publishHook(this);
+    chooseSource().then(
+      (source) => source && this.open(source),
+      (error: Error) => this.fail(error.message),
+    );
+  }
+
+  private listen(): void {
+    acceptDrops((files) => this.open(sourceOfFiles(files)));
+    this.layout.fileInput.addEventListener("change", () => {
+      const files = [...(this.layout.fileInput.files ?? [])];
+      this.layout.fileInput.value = "";
+      if (files.length > 0) this.open(sourceOfFiles(files));
+    });
+    listenToKeys(this.store, {
+      togglePlay: () => this.playback.togglePlay(),
+      step: (by) => this.playback.step(by),
+      seek: (moment) => this.playback.seek(moment),
+      fit: () => this.fit("keep"),
+      moveCamera: (turn, tilt, zoom) => this.scene.moveCamera(turn, tilt, zoom),
+      changeThreshold: (by) => this.screen.changeThreshold(by),
+      toggleTheme: () => this.toggleTheme(),
+      open: () => this.layout.fileInput.click(),
+      exportPly: () => exportPly(this),
+      exportPicture: () => void exportPicture(this),
+      deselect: () => this.screen.select(null),
+    });
+    this.layout.canvas.addEventListener("webglcontextlost", () =>
+      this.notices.show("webgl", "error", "The graphics card has stopped",
+        ["The browser tries to start it again. If nothing appears, reload the page."]));
+    this.layout.canvas.addEventListener("webglcontextrestored", () => this.notices.withdraw("webgl"));
+    this.store.subscribe((changed) => {
+      if (changed.has("removesOutliers") || changed.has("colourBy")) this.applyDecodingSettings();
+      this.updateLink?.();
+    });
+  }
+
+  private applyDecodingSettings(): void {
+    const { removesOutliers, colourBy, moment, source } = this.store.get();
+    const settings = { removesOutliers, trailSeconds: colourBy === "age" ? trailSeconds : 0 };
+    if (!this.screen.setDecodingSettings(settings)) return;
+    this.decoding?.post({ type: "settings", settings });
+    if (source === "recording") this.playback.seek(moment);
+  }
+
+  open(source: Source): void {
+    this.live?.close();
+    this.live = null;
+    this.index.clear();
+    this.notices.clear();
+    this.damage = [];
+    this.screen.clear();
+    ++this.request;
+    this.store.set({
+      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, indexedShare: 0,
+      showsPanel: false,
+    });
+    this.timeline.requestDraw();
+    if (source.kind === "recording") this.decoding.post({ type: "open", files: source.files });
+    else this.openLive(source.socket);
+  }
+
+  private openLive(socket: string): void {
+    this.decoding.post({ type: "openLive" });
+    this.live = new LiveConnection(socket, {
+      onStreams: (streams) => {
+        this.store.set({ source: "live" });
+        this.decoding.post({ type: "liveStreams", streams });
+      },
+      onFrame: (message) => this.decoding.post({ type: "liveFrame", message }, [message]),
+      onConnected: () => {
+        this.store.set({ source: "live", isConnected: true });
+        this.notices.withdraw("live");
+      },
+      onEnd: () => this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]),
+      onLost: (wasConnected, wait) => {
+        this.store.set({ source: "live", isConnected: false });
+        this.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
+          [`Is the server running? The last frame stays, and the page tries again in ${wait.toFixed(1)} s.`]);
+      },
+    });
+  }
+
+  private fail(message: string): void {
+    this.store.set({ source: this.index.moments.length > 0 ? this.store.get().source : "none", isPlaying: false });
+    this.notices.show("failed", "error", "This cannot be shown", [message]);
+  }
+
+  private receive(message: FromWorker): void {
+    switch (message.type) {
+      case "loaded":
+        break;
+      case "failed":
+        this.fail(message.message);
+        break;
+      case "streams":
+        this.screen.setStreams(message.streams);
+        break;
+      case "frames":
+        this.receiveFrames(message);
+        break;
+      case "damage":
+        this.damage.push(`${message.damage.file}, byte ${message.damage.offset}: ${message.damage.message}`);
+        this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
+        break;
+      case "remark":
+        this.notices.show("remark", "info", "Not all of it is shown", [message.message]);
+        break;
+      case "progress":
+        this.store.set({ indexedShare: message.share });
+        break;
+      case "indexed":
+        this.store.set({ indexedShare: 1 });
+        if (!message.isWhole && this.damage.length === 0)
+          this.notices.show("unfinished", "warning", "The file is not complete", ["Its end is missing; all frames before it are shown."]);
+        break;
+      case "shown":
+        this.screen.show(message.frames, message.request === this.request);
+        if (message.request === this.request) {
+          this.playback.shown();
+          for (const resolve of this.waiting.splice(0)) resolve();
+          this.showLinkedView();
+          this.timeline.requestDraw();
+        }
+        break;
+      case "liveShown":
+        this.screen.show([message.frame], true);
+        if (message.wantsIFrame) this.live?.requestIFrame(message.serverId);
+        break;
+    }
+  }
+
+  private receiveFrames(message: FromWorker & { type: "frames" }): void {
+    this.index.startTime = message.startTime;
+    this.index.hasTimes = message.hasTimes;
+    this.index.add(message.batch);
+    if (this.store.get().source === "live") {
+      this.updateLiveIndex();
+      return;
+    }
+    this.index.update();
+    this.timeline.requestDraw();
+    if (this.store.get().source !== "opening") return;
+    this.store.set({ source: "recording" });
+    this.playback.seek(this.index.momentAt(this.linkedView.time ?? 0));
+  }
+
+  /** Some times a second, however many frames come. */
+  private updateLiveIndex(): void {
+    if (this.isUpdateDue) return;
+    this.isUpdateDue = true;
+    setTimeout(() => {
+      this.isUpdateDue = false;
+      this.index.dropBefore(this.index.latestTime() - 2 * liveSeconds);
+      this.index.update();
+      this.timeline.requestDraw();
+    }, 200);
+  }
+
+  private requestFrames(moment: number): void {
+    const frames = this.index.streams.flatMap((_, stream) => {
+      const number = this.index.frameAt(stream, moment);
+      return number >= 0 ? [{ stream, number }] : [];
+    });
+    this.decoding.post({ type: "show", request: ++this.request, frames });
+  }
+
+  /** Once, the camera and the time of the link that the page was opened with. */
+  private showLinkedView(): void {
+    if (!this.linkedView.camera) return;
+    this.scene.setCameraValues(this.linkedView.camera);
+    this.linkedView.camera = null;
+  }
+
+  private currentView(): LinkedView {
+    const { source, moment } = this.store.get();
+    return {
+      camera: this.scene.bounds ? this.scene.cameraValues() : null,
+      time: source === "recording" ? (this.index.moments[moment] ?? null) : null,
+    };
+  }
+
+  /** Resolves when the frames of a moment are drawn. */
+  seekAndWait(moment: number): Promise<void> {
+    return new Promise((resolve) => {
+      this.waiting.push(resolve);
+      this.playback.seek(moment);
+    });
+  }
+
+  damageFound(): string[] {
+    return [...this.damage];
+  }
+
+  fit(direction: "oblique" | "top" | "front" | "side" | "keep"): void {
+    this.screen.measure();
+    this.scene.fit(direction);
+  }
+
+  private toggleTheme(): void {
+    this.store.set({ theme: isDark(this.store) ? "light" : "dark" });
+  }
+
+  private copyLink(): void {
+    this.updateLink();
+    setTimeout(() => {
+      const done = navigator.clipboard?.writeText(location.href) ?? Promise.reject(new Error("no clipboard"));
+      done.then(
+        () => this.notices.show("link", "info", "The link is copied", ["It opens this view with the same camera and settings."]),
+        () => this.notices.show("link", "info", "The address of this page is the link", [location.href]),
+      );
+    }, 500);
+  }
+}

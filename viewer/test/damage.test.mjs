@@ -1,0 +1,124 @@
+// Damaged recordings: what can be read is shown, with where it broke; a wrong cloud never.
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { rewritten, withFlippedByte } from "./support/changed_recordings.mjs";
+import { cellRecording, decodedByProgram, frameFile, pathInFolder, pclExt } from "./support/fixtures.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const recording = cellRecording();
+
+async function openBytes(name, bytes) {
+  const path = pathInFolder(name);
+  writeFileSync(path, bytes);
+  const page = await openViewer();
+  await openFiles(page, path);
+  await untilIndexed(page);
+  return { page, path };
+}
+
+/** Frames that the program finds, of each stream. */
+function framesByProgram(path) {
+  try {
+    return JSON.parse(pclExt("info", "--json", path)).streams.map(({ frames }) => frames);
+  } catch (error) {
+    return JSON.parse(error.stdout).streams.map(({ frames }) => frames); // exit status 1 tells of damage
+  }
+}
+
+for (const share of [0.35, 0.8, 0.995])
+  test(`a file that ends after ${100 * share} % shows as many frames as the program finds`, async () => {
+    const bytes = readFileSync(recording);
+    const { page, path } = await openBytes(`cut_${share}.mcap`, bytes.subarray(0, Math.floor(share * bytes.length)));
+    const frames = framesByProgram(path);
+    assert.equal(await page.ask(() => window.pclExtViewer.moments()), Math.max(...frames));
+    assert.match(await page.notice("warning").innerText(), /byte \d+: the file ends within|not complete/);
+    const stream = frames.indexOf(Math.max(...frames));
+    const last = frames[stream] - 1;
+    await seek(page, last);
+    const { name } = (await page.ask(() => window.pclExtViewer.streams()))[stream];
+    const decoded = decodedByProgram(recording, "--streams", name)[0];
+    assert.deepEqual(await drawnVoxels(page, stream), decoded[last].map(keyOf).sort());
+    await page.finish();
+  });
+
+test("a file with compressed chunks that ends early shows the whole frames of its last chunk", async () => {
+  for (const compression of ["lz4", "zstd"]) {
+    const bytes = await rewritten(recording, { compression });
+    const { page, path } = await openBytes(`cut_${compression}.mcap`, bytes.subarray(0, 260_000));
+    const frames = framesByProgram(path);
+    assert.ok(Math.max(...frames) > 12);
+    assert.equal(await page.ask(() => window.pclExtViewer.moments()), Math.max(...frames), compression);
+    await page.finish();
+  }
+});
+
+test("a byte that has changed in a chunk loses that chunk, and it is said where", async () => {
+  const bytes = readFileSync(recording);
+  const { page, path } = await openBytes("flipped.mcap", withFlippedByte(bytes, Math.floor(0.1 * bytes.length)));
+  const [place] = await page.ask(() => window.pclExtViewer.damage());
+  assert.match(place, /flipped\.mcap, byte \d+: a chunk is damaged/);
+  assert.match(await page.notice("warning").innerText(), /The recording is damaged/);
+  const found = framesByProgram(path);
+  const streams = await page.ask(() => window.pclExtViewer.streams());
+  assert.equal(streams.length, found.length);
+  // Of the streams whose chunk is lost nothing is drawn before the next I-frame.
+  const decoded = decodedByProgram(recording);
+  await seek(page, await page.ask(() => window.pclExtViewer.moments() - 1));
+  for (const [i, { problem, number, name }] of (await page.ask(() => window.pclExtViewer.streams())).entries()) {
+    const voxels = await drawnVoxels(page, i);
+    if (problem || number === null) assert.deepEqual(voxels, []);
+    else assert.deepEqual(voxels, decoded[name.endsWith("1") ? 0 : 1][number].map(keyOf).sort());
+  }
+  await page.finish();
+});
+
+test("a frame that has changed in a file of frames is lost with those that need it, and nothing else", async () => {
+  const path = pathInFolder("two_i_frames.mcap");
+  pclExt("demo", "-n", 20, "--sensors", 1, "--i-frame-rate", 8, "-o", pathInFolder("eight"), "-q");
+  pclExt("cut", pathInFolder("eight/cell.mcap"), "-o", pathInFolder("eight.pcxi"), "-q");
+  const bytes = readFileSync(pathInFolder("eight.pcxi"));
+  const begins = [];
+  for (let at = bytes.indexOf("PCXI"); at >= 0; at = bytes.indexOf("PCXI", at + 1)) begins.push(at);
+  assert.equal(begins.length, 20, path);
+  const lost = 5;
+  const { page } = await openBytes("eight_flipped.pcxi", withFlippedByte(bytes, begins[lost] + 2000));
+  const decoded = decodedByProgram(pathInFolder("eight.pcxi"))[0];
+  const shown = [];
+  for (let frame = 0; frame < 20; ++frame) {
+    await seek(page, frame);
+    const [{ problem }] = await page.ask(() => window.pclExtViewer.streams());
+    const voxels = await drawnVoxels(page, 0);
+    if (problem) assert.deepEqual(voxels, [], `frame ${frame}: ${problem}`);
+    else assert.deepEqual(voxels, decoded[frame].map(keyOf).sort(), `frame ${frame}`);
+    shown.push(problem === null);
+  }
+  assert.deepEqual(shown, shown.map((_, i) => i < lost || i >= 8));
+  await seek(page, 6);
+  await page.locator(".stream-note", { hasText: "Not shown: " }).waitFor();
+  await page.finish();
+});
+
+test("bytes between frames are skipped, and it is said how many", async () => {
+  const bytes = readFileSync(frameFile());
+  const second = bytes.indexOf("PCXI", 4);
+  const { page } = await openBytes("gap.pcxi",
+    Buffer.concat([bytes.subarray(0, second), Buffer.alloc(1234, 7), bytes.subarray(second)]));
+  assert.equal(await page.ask(() => window.pclExtViewer.moments()), 20);
+  const [place] = await page.ask(() => window.pclExtViewer.damage());
+  assert.match(place, new RegExp(`byte ${second}: 1234 bytes that are no frame`));
+  await page.finish();
+});
+
+test("a file of frames that ends early shows all whole frames", async () => {
+  const bytes = readFileSync(frameFile());
+  const last = bytes.lastIndexOf("PCXI");
+  const { page } = await openBytes("cut.pcxi", bytes.subarray(0, last + 300));
+  assert.equal(await page.ask(() => window.pclExtViewer.moments()), 19);
+  assert.match((await page.ask(() => window.pclExtViewer.damage()))[0], new RegExp(`byte ${last}: the file ends within`));
+  await page.finish();
+});

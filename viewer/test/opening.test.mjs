@@ -1,0 +1,163 @@
+// Every way to open a recording, and what is said of files that are none.
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { drawnVoxels, openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
+import { rewritten } from "./support/changed_recordings.mjs";
+import { cellRecording, frameFile, pagePath, pathInFolder } from "./support/fixtures.mjs";
+import { serveFiles } from "./support/servers.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const recording = cellRecording();
+const page = readFileSync(pagePath);
+
+async function drop(viewer, name, bytes) {
+  const text = Buffer.from(bytes).toString("base64");
+  await viewer.evaluate(async ([file, base64]) => {
+    const body = await (await fetch(`data:application/octet-stream;base64,${base64}`)).blob();
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([body], file));
+    for (const type of ["dragenter", "dragover", "drop"])
+      document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
+  }, [name, text]);
+}
+
+test("a recording is opened by drop on a page from a file, and another one after it", async () => {
+  const viewer = await openViewer();
+  await drop(viewer, "cell.mcap", readFileSync(recording));
+  await untilDrawn(viewer);
+  assert.equal(await viewer.title(), "cell.mcap – pcl_ext viewer");
+  assert.deepEqual((await viewer.ask(() => window.pclExtViewer.streams())).map(({ name }) => name),
+    ["/cell_sensor_1", "/cell_sensor_2"]);
+  await drop(viewer, "frames.pcxi", readFileSync(frameFile()));
+  await viewer.until(() => window.pclExtViewer.streams().length === 1 && window.pclExtViewer.counts().all > 0);
+  assert.equal(await viewer.title(), "frames.pcxi – pcl_ext viewer");
+  await viewer.finish();
+});
+
+test("?file= opens a recording by its address, by ranges", async () => {
+  const server = await serveFiles({ "/": page, "/files/cell.mcap": readFileSync(recording) });
+  const viewer = await openViewer({ url: `${server.url}?file=files/cell.mcap` });
+  await untilDrawn(viewer);
+  assert.ok(server.requests.filter(({ path }) => path === "/files/cell.mcap").every(({ range }) => range !== null));
+  assert.equal(server.requests.some(({ path }) => path === "/api/source.json"), false);
+  await viewer.finish();
+  await server.close();
+});
+
+test("a server without ranges will do, and a file that is missing is told in words", async () => {
+  const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) }, { ranges: false });
+  const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });
+  await untilDrawn(viewer);
+  await viewer.finish();
+  const other = await openViewer({ url: `${server.url}?file=gone.mcap` });
+  await other.notice("error").waitFor();
+  assert.match(await other.notice("error").innerText(), /no file .*gone\.mcap \(HTTP 404\)/);
+  await other.finish();
+  await server.close();
+});
+
+test("a served recording of two files is one recording", async () => {
+  const halves = ["0:10", "10:20"].map((frames, i) => {
+    const path = pathInFolder(`part_${i}.mcap`);
+    return { frames, path };
+  });
+  const { pclExt } = await import("./support/fixtures.mjs");
+  for (const { frames, path } of halves) pclExt("cut", recording, "-o", path, "--frames", frames, "-q");
+  const source = {
+    kind: "recording", name: "bag",
+    files: halves.map(({ path }, i) => ({ name: `bag_${i}.mcap`, url: `api/files/${i}`, size: readFileSync(path).length })),
+  };
+  const server = await serveFiles({
+    "/": page, "/api/source.json": JSON.stringify(source),
+    "/api/files/0": readFileSync(halves[0].path), "/api/files/1": readFileSync(halves[1].path),
+  });
+  const viewer = await openViewer({ url: server.url });
+  await untilDrawn(viewer);
+  await untilIndexed(viewer);
+  assert.equal(await viewer.ask(() => window.pclExtViewer.moments()), 20);
+  assert.equal((await viewer.ask(() => window.pclExtViewer.streams())).length, 2);
+  await viewer.finish();
+  await server.close();
+});
+
+for (const place of ["<body>", "</body>"])
+test(`a page with a recording in it, at ${place}, shows it, from a file`, async () => {
+  const embedded = `<script type="application/octet-stream;base64" id="pcl-ext-recording" data-name="mailed.mcap">` +
+    `${readFileSync(recording).toString("base64")}</script>`;
+  const path = pathInFolder("export.html");
+  writeFileSync(path, page.toString().replace(place, () => (place === "<body>" ? place + embedded : embedded + place)));
+  const viewer = await openViewer({ url: `file://${path}` });
+  await untilDrawn(viewer);
+  assert.equal(await viewer.title(), "mailed.mcap – pcl_ext viewer");
+  await viewer.finish();
+});
+
+test("recordings of other recorders show the same voxels: lz4, zstd, without chunks", async () => {
+  const viewer = await openViewer();
+  await openFiles(viewer, recording);
+  await untilIndexed(viewer);
+  await seek(viewer, 5);
+  const expected = await drawnVoxels(viewer, 1);
+  for (const options of [{ compression: "lz4" }, { compression: "zstd" }, { useChunks: false }]) {
+    const path = pathInFolder(`other_${options.compression ?? "plain"}.mcap`);
+    writeFileSync(path, await rewritten(recording, options));
+    await openFiles(viewer, path);
+    await untilIndexed(viewer);
+    assert.equal(await viewer.ask(() => window.pclExtViewer.moments()), 20, path);
+    await seek(viewer, 5);
+    assert.deepEqual(await drawnVoxels(viewer, 1), expected, path);
+    assert.deepEqual(await viewer.ask(() => window.pclExtViewer.damage()), []);
+  }
+  await viewer.finish();
+});
+
+test("files that are no recording are told in words, and the page goes on", async () => {
+  const draco = pathInFolder("draco.mcap");
+  writeFileSync(draco, await rewritten(recording, { changeFormat: "cloudin" }));
+  const cases = [
+    ["notes.txt", Buffer.from("These are only some notes about clouds. ".repeat(200)), /not a recording/],
+    ["empty.mcap", Buffer.alloc(0), /empty/],
+    ["cloud.pcd", Buffer.from("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\n"), /not a recording/],
+    ["other.mcap", readFileSync(draco), /cell_sensor_1 \(cloudin\).*another\s+format/s],
+    ["zeros.pcxi", Buffer.alloc(100_000), /not a recording/],
+  ];
+  const viewer = await openViewer();
+  for (const [name, bytes, expected] of cases) {
+    await viewer.setInputFiles("input[type=file]", { name, mimeType: "application/octet-stream", buffer: bytes });
+    await viewer.until((file) => window.pclExtViewer.state().name === file, name);
+    await viewer.notice("error").waitFor();
+    assert.match(await viewer.notice("error").innerText(), expected, name);
+    assert.equal(await viewer.getByRole("button", { name: "Open a recording" }).isVisible(), true);
+  }
+  await openFiles(viewer, recording);
+  assert.equal(await viewer.notice("error").count(), 0);
+  await viewer.finish();
+});
+
+test("a link keeps threshold, colour, time and camera", async () => {
+  const server = await serveFiles({ "/": page, "/cell.mcap": readFileSync(recording) });
+  const viewer = await openViewer({ url: `${server.url}?file=cell.mcap` });
+  await untilDrawn(viewer);
+  await untilIndexed(viewer);
+  await viewer.evaluate(() => {
+    window.pclExtViewer.set({ threshold: 4, colourBy: "height", hiddenStreams: ["cell_sensor_2"] });
+    window.pclExtViewer.setCamera([3, 4, 5, 1, 2, 0]);
+  });
+  await seek(viewer, 7);
+  await viewer.until(() => location.hash.includes("threshold=4") && location.hash.includes("time=0.35"));
+  const other = await openViewer({ url: viewer.url() });
+  await untilDrawn(other);
+  const state = await other.ask(() => window.pclExtViewer.state());
+  assert.equal(state.threshold, 4);
+  assert.equal(state.colourBy, "height");
+  assert.equal(state.moment, 7);
+  assert.deepEqual(state.hiddenStreams, ["cell_sensor_2"]);
+  assert.deepEqual((await other.ask(() => window.pclExtViewer.camera())).map((value) => Number(value.toFixed(6))), [3, 4, 5, 1, 2, 0]);
+  await other.finish();
+  await viewer.finish();
+  await server.close();
+});

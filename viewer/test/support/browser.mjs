@@ -1,0 +1,79 @@
+// A browser and pages in it, for the tests.
+import assert from "node:assert/strict";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+import { pagePath } from "./fixtures.mjs";
+
+const executablePath = process.env.PCL_EXT_CHROMIUM ?? "/usr/bin/chromium";
+const patienceMs = 60_000;
+
+// Whatever hangs, a file of tests ends.
+setTimeout(() => {
+  console.error("the tests of this file take more than 15 minutes");
+  process.exit(1);
+}, 15 * 60_000).unref();
+let browser = null;
+
+export async function startBrowser() {
+  browser = await chromium.launch({
+    executablePath,
+    args: ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"],
+  });
+}
+
+export async function stopBrowser() {
+  await browser?.close();
+  browser = null;
+}
+
+/** A page of the viewer; errors in it fail the test when it is closed. */
+export async function openViewer({ url = pathToFileURL(pagePath).href, ...options } = {}) {
+  const context = await browser.newContext({ viewport: { width: 1000, height: 700 }, colorScheme: "dark", ...options });
+  const page = await context.newPage();
+  page.setDefaultTimeout(patienceMs);
+  const errors = [];
+  page.on("pageerror", (error) => errors.push(error.stack));
+  await page.goto(url);
+  await page.waitForFunction(() => window.pclExtViewer !== undefined);
+  return Object.assign(page, {
+    async finish() {
+      await context.close();
+      assert.deepEqual(errors, [], "errors in the page");
+    },
+    ask: (expression) => page.evaluate(expression),
+    until: (condition, argument) => page.waitForFunction(condition, argument),
+    notice: (kind) => page.locator(`.notice.${kind}`),
+  });
+}
+
+/** Chooses files, and waits until something is drawn. */
+export async function openFiles(page, files) {
+  await page.setInputFiles("input[type=file]", files);
+  await untilDrawn(page);
+}
+
+export async function untilDrawn(page) {
+  await page.until(() => window.pclExtViewer.counts().all > 0);
+}
+
+export async function untilIndexed(page) {
+  await page.until(() => window.pclExtViewer.state().indexedShare === 1);
+}
+
+/** Shows a frame of a recording. */
+export async function seek(page, moment) {
+  await page.evaluate((at) => window.pclExtViewer.seek(at), moment);
+}
+
+/** The voxels of a stream as sorted texts, coordinates in millimetres. */
+export async function drawnVoxels(page, stream) {
+  const positions = await page.evaluate((index) => window.pclExtViewer.positions(index), stream);
+  const voxels = [];
+  for (let i = 0; i < positions.length; i += 3) voxels.push(keyOf(positions.slice(i, i + 3)));
+  return voxels.sort();
+}
+
+export function keyOf([x, y, z]) {
+  return [x, y, z].map((value) => Math.round(1000 * value)).join(",");
+}

@@ -1,0 +1,59 @@
+// Recordings that the program pcl_ext makes, and what it decodes of them.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const viewer = resolve(dirname(fileURLToPath(import.meta.url)), "../..");
+export const screenshots = join(viewer, "build", "screenshots");
+export const pagePath = process.env.PCL_EXT_VIEWER_PAGE ?? join(viewer, "dist", "viewer.html");
+const program = process.env.PCL_EXT_PROGRAM ?? resolve(viewer, "../build/tools/bin/pcl_ext");
+
+mkdirSync(screenshots, { recursive: true });
+for (const [what, path] of [["the page, by viewer/build.sh", pagePath], ["the program, or set PCL_EXT_PROGRAM", program]])
+  if (!existsSync(path)) throw new Error(`${path} is missing: build ${what}`);
+
+const folder = mkdtempSync(join(tmpdir(), "pcl_ext_viewer_"));
+process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
+
+export function pclExt(...args) {
+  return execFileSync(program, args.map(String), { encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+}
+
+export function pathInFolder(name) {
+  return join(folder, name);
+}
+
+/** The robot cell's recording: cell.mcap, made once for each number of frames and sensors. */
+export function cellRecording(frames = 20, sensors = 2) {
+  const made = join(folder, `cell_${frames}_${sensors}`);
+  if (!existsSync(made)) pclExt("demo", "-n", frames, "--sensors", sensors, "-o", made, "-q");
+  return join(made, "cell.mcap");
+}
+
+/** The same as a file of frames, of the first sensor. */
+export function frameFile(frames = 20) {
+  const path = join(folder, `cell_${frames}.pcxi`);
+  if (!existsSync(path)) pclExt("cut", cellRecording(frames), "-o", path, "--streams", "/cell_sensor_1", "-q");
+  return path;
+}
+
+/** Points of an ASCII PCD file. */
+function readPcd(path) {
+  const lines = readFileSync(path, "utf8").trim().split("\n");
+  const begin = lines.findIndex((line) => line.startsWith("DATA")) + 1;
+  return lines.slice(begin).map((line) => line.split(" ").map(Number));
+}
+
+/** What the program decodes: for each stream the points of each frame, [x, y, z, intensity]. */
+export function decodedByProgram(recording, ...options) {
+  const output = mkdtempSync(join(folder, "decoded_"));
+  pclExt("decode", recording, "-o", output, "--pcd", "ascii", "--overwrite", "-q", ...options);
+  const streams = readdirSync(output, { withFileTypes: true }).filter((entry) => entry.isDirectory());
+  const framesOf = (path) => readdirSync(path).filter((name) => name.endsWith(".pcd")).sort()
+    .map((name) => readPcd(join(path, name)));
+  return streams.length > 0
+    ? streams.map(({ name }) => name).sort().map((name) => framesOf(join(output, name)))
+    : [framesOf(output)];
+}

@@ -1,0 +1,168 @@
+// Phones, keyboards, contrast, browsers without what the page needs; and the screenshots.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+
+import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { contrastProblems } from "./support/contrast.mjs";
+import { cellRecording, screenshots } from "./support/fixtures.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+
+test("on a phone nothing is wider than the screen, and all controls can be reached", async () => {
+  const page = await openViewer(phone);
+  await openFiles(page, cellRecording());
+  const width = await page.ask(() => document.scrollingElement.scrollWidth);
+  assert.equal(width, 390);
+  await page.getByRole("button", { name: "Settings" }).tap();
+  for (const name of ["Colour by", "Voxel size"]) {
+    const control = page.getByRole(name === "Colour by" ? "combobox" : "slider", { name });
+    await control.scrollIntoViewIfNeeded();
+    const box = await control.boundingBox();
+    assert.ok(box.x >= 0 && box.x + box.width <= 390 && box.y + box.height <= 844, name);
+  }
+  await page.getByLabel("Outlier filter").tap();
+  assert.equal(await page.ask(() => window.pclExtViewer.state().removesOutliers), true);
+  await page.getByRole("button", { name: "Settings" }).tap();
+  for (const name of ["Play", "Step forward", "Last frame"]) {
+    const box = await page.getByRole("button", { name, exact: true }).boundingBox();
+    assert.ok(box.x >= 0 && box.x + box.width <= 390 && box.y + box.height <= 844, name);
+    assert.ok(box.width >= 32 && box.height >= 32, name);
+  }
+  await page.finish();
+});
+
+test("all of it works by keyboard, with the focus visible", async () => {
+  const page = await openViewer();
+  await openFiles(page, cellRecording());
+  await untilIndexed(page);
+  const state = () => page.ask(() => window.pclExtViewer.state());
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowRight");
+  assert.equal((await state()).moment, 2);
+  await page.keyboard.press("End");
+  assert.equal((await state()).moment, 19);
+  await page.keyboard.press("Space");
+  assert.equal((await state()).isPlaying, true);
+  await page.keyboard.press("Space");
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("]");
+  assert.equal((await state()).threshold, 3);
+  await page.keyboard.press("2");
+  assert.equal((await state()).colourBy, "height");
+  const before = await page.ask(() => window.pclExtViewer.camera());
+  await page.keyboard.press("a");
+  assert.notDeepEqual(await page.ask(() => window.pclExtViewer.camera()), before);
+  await page.keyboard.press("?");
+  assert.equal(await page.getByRole("dialog").isVisible(), true);
+  await page.keyboard.press("Escape");
+  assert.equal(await page.getByRole("dialog").isVisible(), false);
+
+  const reached = new Set();
+  for (let i = 0; i < 60; ++i) {
+    await page.keyboard.press("Tab");
+    const focused = await page.ask(() => {
+      const element = document.activeElement;
+      const shown = element.closest(".segments")
+        ? element.nextElementSibling : element; // radio buttons lie under their labels
+      const style = getComputedStyle(shown);
+      return {
+        name: element.getAttribute("aria-label") ?? element.labels?.[0]?.innerText ?? element.innerText,
+        hasOutline: element === document.body || (style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2),
+      };
+    });
+    assert.ok(focused.hasOutline, `${focused.name} has the focus, but does not show it`);
+    reached.add(focused.name?.trim());
+  }
+  for (const name of ["Intensity threshold", "Time", "Colour by", "Outlier filter", "cell_sensor_2", "Play", "PLY", "Open", "Keys and help"])
+    assert.ok([...reached].some((text) => text?.includes(name)), `${name} cannot be reached by Tab: ${[...reached]}`);
+
+  await page.getByRole("slider", { name: "Intensity threshold" }).focus();
+  await page.keyboard.press("ArrowLeft");
+  assert.equal((await state()).threshold, 2);
+  await page.finish();
+});
+
+for (const colorScheme of ["light", "dark"])
+  test(`texts and controls have the contrast of WCAG AA, ${colorScheme}`, async () => {
+    const page = await openViewer({ colorScheme });
+    assert.deepEqual(await page.evaluate(contrastProblems), []);
+    await openFiles(page, cellRecording());
+    await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true, noise: "colour" }));
+    assert.deepEqual(await page.evaluate(contrastProblems), []);
+    await page.keyboard.press("?");
+    assert.deepEqual(await page.evaluate(contrastProblems), []);
+    await page.finish();
+  });
+
+test("the theme can be switched, whatever the system prefers", async () => {
+  const page = await openViewer({ colorScheme: "light" });
+  const theme = () => page.ask(() => document.documentElement.dataset.theme);
+  assert.equal(await theme(), "light");
+  await page.getByRole("button", { name: "Light or dark" }).click();
+  assert.equal(await theme(), "dark");
+  await page.finish();
+});
+
+test("without WebGL or WebAssembly the page says so", async () => {
+  for (const [missing, expected] of [
+    ["WebAssembly", /does not run WebAssembly/],
+    ["webgl", /draws no 3D graphics/],
+  ]) {
+    const page = await openViewer();
+    await page.addInitScript((what) => {
+      if (what === "WebAssembly") delete window.WebAssembly;
+      else HTMLCanvasElement.prototype.getContext = () => null;
+    }, missing);
+    await page.reload();
+    await page.getByRole("alert").waitFor();
+    assert.match(await page.getByRole("alert").innerText(), expected);
+    await page.finish();
+  }
+});
+
+test("where workers are refused the page decodes by itself", async () => {
+  const page = await openViewer();
+  await page.addInitScript(() => {
+    window.Worker = class {
+      constructor() {
+        throw new Error("refused");
+      }
+    };
+  });
+  await page.reload();
+  await page.until(() => window.pclExtViewer !== undefined);
+  await openFiles(page, cellRecording());
+  await untilIndexed(page);
+  await seek(page, 9);
+  assert.ok((await page.ask(() => window.pclExtViewer.counts())).all > 10_000);
+  await page.finish();
+});
+
+const sizes = [["desk", { viewport: { width: 1440, height: 900 } }], ["phone", phone]];
+for (const [size, options] of sizes)
+  for (const colorScheme of ["light", "dark"])
+    test(`screenshots, ${size}, ${colorScheme}`, async () => {
+      const page = await openViewer({ ...options, colorScheme });
+      const shoot = async (name) => {
+        await page.waitForTimeout(600);
+        await page.screenshot({ path: join(screenshots, `${size}_${colorScheme}_${name}.png`) });
+      };
+      await shoot("0_welcome");
+      await openFiles(page, cellRecording(60, 6));
+      await untilIndexed(page);
+      await seek(page, 30);
+      await shoot("1_raw");
+      await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true, noise: "colour" }));
+      await page.until(() => window.pclExtViewer.counts().kept < window.pclExtViewer.counts().all);
+      await shoot("2_noise");
+      await page.evaluate(() => window.pclExtViewer.set({ threshold: 2, noise: "hide", colourBy: "height" }));
+      await shoot("3_denoised");
+      await page.evaluate(() => window.pclExtViewer.set({ colourBy: "stream", removesOutliers: false }));
+      if (size === "phone") await page.evaluate(() => window.pclExtViewer.set({ showsPanel: true }));
+      else await page.evaluate(() => window.pclExtViewer.set({ showsHelp: true }));
+      await shoot("4_panel");
+      await page.finish();
+    });

@@ -1,0 +1,117 @@
+// What is drawn is what the C++ library decodes.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { cellRecording, decodedByProgram } from "./support/fixtures.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const recording = cellRecording();
+
+async function openCell() {
+  const page = await openViewer();
+  await openFiles(page, recording);
+  await untilIndexed(page);
+  return page;
+}
+
+test("a threshold draws as many voxels of each frame as the program keeps", async () => {
+  const page = await openCell();
+  for (const threshold of [2, 5]) {
+    const kept = decodedByProgram(recording, "--min-intensity", threshold);
+    await page.evaluate((value) => window.pclExtViewer.set({ threshold: value }), threshold);
+    for (const frame of [0, 7, 19]) {
+      await seek(page, frame);
+      const { drawn } = await page.ask(() => window.pclExtViewer.counts());
+      assert.equal(drawn, kept[0][frame].length + kept[1][frame].length, `threshold ${threshold}, frame ${frame}`);
+    }
+  }
+  await page.finish();
+});
+
+test("a seek shows exactly the voxels of the frame, from whatever frame it comes", async () => {
+  const decoded = decodedByProgram(recording);
+  const page = await openCell();
+  assert.equal(await page.ask(() => window.pclExtViewer.moments()), 20);
+  for (const frame of [13, 4, 5, 19, 0, 12]) {
+    await seek(page, frame);
+    for (const stream of [0, 1])
+      assert.deepEqual(await drawnVoxels(page, stream), decoded[stream][frame].map(keyOf).sort(), `frame ${frame}`);
+  }
+  await page.finish();
+});
+
+test("the outlier filter keeps the voxels that the program keeps", async () => {
+  const kept = decodedByProgram(recording, "--remove-outliers");
+  const page = await openCell();
+  await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true }));
+  for (let frame = 0; frame < 20; ++frame) {
+    await seek(page, frame);
+    for (const stream of [0, 1])
+      assert.deepEqual(await drawnVoxels(page, stream), kept[stream][frame].map(keyOf).sort(), `frame ${frame}`);
+  }
+  await page.finish();
+});
+
+test("noise that is coloured stays in the picture, and streams can be switched off", async () => {
+  const page = await openCell();
+  await page.evaluate(() => window.pclExtViewer.set({ threshold: 2, noise: "colour" }));
+  const coloured = await page.ask(() => window.pclExtViewer.counts());
+  assert.equal(coloured.drawn, coloured.all);
+  assert.ok(coloured.kept < coloured.all);
+  await page.getByLabel("cell_sensor_1").uncheck();
+  const one = await page.ask(() => window.pclExtViewer.counts());
+  const [, second] = await page.ask(() => window.pclExtViewer.streams());
+  assert.equal(one.all, second.voxels);
+  await page.finish();
+});
+
+test("voxels that were there within the last seconds stay when coloured by time", async () => {
+  const page = await openCell();
+  await seek(page, 10);
+  const { all } = await page.ask(() => window.pclExtViewer.counts());
+  await page.evaluate(() => window.pclExtViewer.set({ colourBy: "age" }));
+  await page.until(() => window.pclExtViewer.streams().every(({ past }) => past > 0));
+  assert.equal((await page.ask(() => window.pclExtViewer.counts())).all, all, "they are no voxels of the frame");
+  await page.finish();
+});
+
+test("the exported PLY file has the voxels that are drawn", async () => {
+  const page = await openCell();
+  await page.evaluate(() => window.pclExtViewer.set({ threshold: 3 }));
+  await seek(page, 6);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "PLY" }).click()]);
+  assert.equal(download.suggestedFilename(), "cell_000006.ply");
+  const bytes = readFileSync(await download.path());
+  const end = bytes.indexOf("end_header\n") + 11;
+  const header = bytes.subarray(0, end).toString();
+  const count = Number(/element vertex (\d+)/.exec(header)[1]);
+  assert.equal(bytes.length - end, 17 * count);
+  const exported = [[], []];
+  for (let i = 0; i < count; ++i) {
+    const at = end + 17 * i;
+    exported[bytes[at + 16]].push(keyOf([0, 4, 8].map((offset) => bytes.readFloatLE(at + offset))));
+    assert.ok(bytes.readFloatLE(at + 12) >= 3);
+  }
+  for (const stream of [0, 1]) assert.deepEqual(exported[stream].sort(), await drawnVoxels(page, stream));
+  await page.finish();
+});
+
+test("a click on a voxel tells its position, intensity and stream", async () => {
+  const page = await openCell();
+  await page.evaluate(() => window.pclExtViewer.fit("oblique"));
+  const box = await page.locator("canvas.scene").boundingBox();
+  const details = page.getByLabel("Selected voxel");
+  for (let i = 0; i < 40 && !(await details.isVisible()); ++i)
+    await page.mouse.click(box.x + box.width * (0.3 + 0.01 * i), box.y + box.height * (0.35 + 0.006 * i));
+  const text = await details.innerText();
+  assert.match(text, /Position\n-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3} m/);
+  assert.match(text, /Intensity\n\d+/);
+  assert.match(text, /Stream\ncell_sensor_[12]/);
+  await page.keyboard.press("Escape");
+  assert.equal(await details.isVisible(), false);
+  await page.finish();
+});
