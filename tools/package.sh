@@ -12,7 +12,7 @@ esac
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build-package
 
-bash "$root/tools/install_packages.sh" build package
+bash "$root/tools/install_packages.sh" build package viewer
 # The packages are the same bytes each time: their files have the time of the last commit.
 umask 022
 if time=$(git -C "$root" log -1 --format=%ct 2> /dev/null); then
@@ -24,7 +24,8 @@ cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL
   -DCMAKE_SHARED_LINKER_FLAGS="$linker_flags" -DCMAKE_MODULE_LINKER_FLAGS="$linker_flags" \
   -DCMAKE_EXE_LINKER_FLAGS="$linker_flags" -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF \
-  -DPCL_EXT_UNITY_BUILD=ON -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
+  -DPCL_EXT_BUILD_VIEWER=ON -DPCL_EXT_UNITY_BUILD=ON \
+  -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" -j "${PCL_EXT_JOBS:-2}"
 rm -f "$build"/packages/*.deb
