@@ -13,6 +13,9 @@ import type { StreamView } from "./stream_views";
 import type { FrameIndex } from "./timeline/frame_index";
 import { element } from "./controls/dom";
 
+/** After this time no stream is waited for, to place the camera. */
+const msToBegin = 3000;
+
 /** Why nothing of a stream is drawn; null if something is. */
 function noteOf(shown: ShownFrame | null, source: ViewerState["source"]): string | null {
   if (shown?.problem) return `Not shown: ${shown.problem}`;
@@ -25,6 +28,7 @@ export class StreamsOnScreen {
   readonly streams: StreamView[] = [];
   axis: IntensityAxis | null = null;
   private hasFitted = false;
+  private firstShown: number | null = null; // performance.now()
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
@@ -61,6 +65,7 @@ export class StreamsOnScreen {
     this.streams.length = 0;
     this.scene.setStreamCount(0);
     this.hasFitted = false;
+    this.firstShown = null;
     this.axis = null;
     this.select(null);
     this.lastFilterRemark = null;
@@ -70,6 +75,10 @@ export class StreamsOnScreen {
   }
 
   setStreams(descriptions: readonly StreamDescription[]): void {
+    if (descriptions.length > this.streams.length) {
+      this.hasFitted = false;
+      this.firstShown = null;
+    }
     descriptions.forEach((description, i) => {
       this.streams[i] = { description, shown: this.streams[i]?.shown ?? null, arrival: this.streams[i]?.arrival ?? 0 };
     });
@@ -119,7 +128,6 @@ export class StreamsOnScreen {
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
     }
     if (frames.length === 0) return;
-    // Of live streams the first frames come one after the other.
     if (!this.axis || !this.hasFitted) this.chooseAxis();
     this.apply();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
@@ -127,13 +135,13 @@ export class StreamsOnScreen {
     this.requestFigures();
   }
 
-  /** Before anything is known, the view of all that the first frames have. */
+  /** The view of all that the first frames have, which come one after the other. */
   private fitOnce(): void {
-    const isComplete = this.store.get().source !== "live" ||
-      this.streams.every(({ shown }) => shown !== null);
     this.measure();
-    this.scene.fit("oblique");
-    this.hasFitted = isComplete;
+    this.scene.fitUnlessPlaced();
+    this.firstShown ??= performance.now();
+    const isOver = performance.now() - this.firstShown > msToBegin;
+    this.hasFitted = isOver || this.streams.every(({ shown }) => shown !== null);
     const remark = views.frameRemark(this.streams);
     if (remark) this.notices.show("frames", "info", "Different coordinates", [remark]);
   }

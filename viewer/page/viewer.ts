@@ -41,6 +41,7 @@ export class Viewer {
   private live: LiveConnection | null = null;
   private damage: string[] = [];
   private request = 0;
+  private shownFrames = ""; // that were asked for last
   private isUpdateDue = false;
   private waiting: (() => void)[] = []; // for the frames that were asked for last
 
@@ -124,6 +125,7 @@ export class Viewer {
     this.live?.close();
     this.live = null;
     this.index.clear();
+    this.scene.forgetUser();
     this.notices.clear();
     this.damage = [];
     this.screen.clear();
@@ -217,9 +219,18 @@ export class Viewer {
     }
     this.index.update();
     this.timeline.requestDraw();
-    if (this.store.get().source !== "opening") return;
-    this.store.set({ source: "recording" });
-    this.playback.seek(this.index.momentAt(this.linkedView.time ?? 0));
+    const isFirst = this.store.get().source === "opening";
+    if (isFirst) this.store.set({ source: "recording" });
+    // Until its time is indexed, the frame of the link is the last one that is known.
+    const { time } = this.linkedView;
+    if (isFirst || time !== null) this.playback.seek(this.index.momentAt(time ?? 0));
+    else if (this.framesOf(this.store.get().moment) !== this.shownFrames) this.playback.refresh();
+    if (time !== null && this.index.duration >= time) this.linkedView.time = null;
+  }
+
+  /** Which frames belong to a moment, to be compared. */
+  private framesOf(moment: number): string {
+    return this.index.streams.map((_, stream) => this.index.frameAt(stream, moment)).join();
   }
 
   /** Some times a second, however many frames come. */
@@ -235,6 +246,7 @@ export class Viewer {
   }
 
   private requestFrames(moment: number): void {
+    this.shownFrames = this.framesOf(moment);
     const frames = this.index.streams.flatMap((_, stream) => {
       const number = this.index.frameAt(stream, moment);
       return number >= 0 ? [{ stream, number }] : [];

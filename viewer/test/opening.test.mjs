@@ -42,6 +42,8 @@ test("?file= opens a recording by its address, by ranges", async () => {
   const server = await serveFiles({ "/": page, "/files/cell.mcap": readFileSync(recording) });
   const viewer = await openViewer({ url: `${server.url}?file=files/cell.mcap` });
   await untilDrawn(viewer);
+  await viewer.until(() => window.pclExtViewer.streams().every(({ voxels }) => voxels > 0));
+  assert.equal((await viewer.ask(() => window.pclExtViewer.streams())).length, 2);
   assert.ok(server.requests.filter(({ path }) => path === "/files/cell.mcap").every(({ range }) => range !== null));
   assert.equal(server.requests.some(({ path }) => path === "/api/source.json"), false);
   await viewer.finish();

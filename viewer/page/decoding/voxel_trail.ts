@@ -4,8 +4,12 @@ interface SeenVoxel {
   y: number;
   z: number;
   intensity: number;
-  time: number;
+  time: number; // of the last frame that had it
+  frames: number;
 }
+
+/** Fewer frames had a voxel that is noise: it does not stay. */
+const fewestFrames = 2;
 
 /** Remembers when each voxel of a stream was seen last. */
 export class VoxelTrail {
@@ -34,9 +38,10 @@ export class VoxelTrail {
       const voxel = this.seen.get(key);
       const intensity = intensities ? intensities[i / 3] : 0;
       if (voxel) {
+        if (voxel.time < time) ++voxel.frames;
         voxel.time = time;
         voxel.intensity = intensity;
-      } else this.seen.set(key, { x, y, z, intensity, time });
+      } else this.seen.set(key, { x, y, z, intensity, time, frames: 1 });
     }
     for (const [key, voxel] of this.seen) if (voxel.time < time - seconds) this.seen.delete(key);
   }
@@ -44,7 +49,9 @@ export class VoxelTrail {
   /** Those that the last frame, of `time`, does not have. */
   past(time: number): SeenVoxel[] {
     const result: SeenVoxel[] = [];
-    for (const voxel of this.seen.values()) if (voxel.time < time) result.push(voxel);
+    for (const voxel of this.seen.values()) {
+      if (voxel.time < time && voxel.frames >= fewestFrames) result.push(voxel);
+    }
     return result;
   }
 

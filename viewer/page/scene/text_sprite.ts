@@ -20,7 +20,9 @@ export function textSprite(text: string, colour: string, outline: string, pixels
   context.fillText(text, 2 * scale, canvas.height / 2);
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.NoColorSpace;
+  texture.premultiplyAlpha = true; // or the black of transparent pixels shows at the edges
   const material = new THREE.SpriteMaterial({ map: texture, depthTest: false, depthWrite: false, sizeAttenuation: false });
+  material.premultipliedAlpha = true;
   material.toneMapped = false;
   const sprite = new THREE.Sprite(material);
   sprite.renderOrder = 1;

@@ -42,6 +42,7 @@ export class ViewerScene {
   private readonly maps = new Map<ColourMapName, THREE.DataTexture>();
   /** How the camera was placed, as long as the user has not moved it. */
   private fitted: ViewDirection | "keep" | null = null;
+  private isPlacedByUser = false;
   private needsDrawing = true;
   private colours: SceneColours | null = null;
   private poses: SensorPose[] = [];
@@ -227,6 +228,17 @@ export class ViewerScene {
   /** From now on the camera stays where the user has put it. */
   private keepCamera(): void {
     this.fitted = null;
+    this.isPlacedByUser = true;
+  }
+
+  /** For another source the camera is placed anew. */
+  forgetUser(): void {
+    this.isPlacedByUser = false;
+  }
+
+  /** Fits all voxels into the view, unless the user has chosen one. */
+  fitUnlessPlaced(): void {
+    if (!this.isPlacedByUser) this.fit("oblique");
   }
 
   setCamera(position: THREE.Vector3, target: THREE.Vector3): void {

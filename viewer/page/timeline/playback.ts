@@ -37,6 +37,13 @@ export class Playback {
     this.show(nearest);
   }
 
+  /** Shows the same time again, as more frames of it are known. */
+  refresh(): void {
+    const moment = this.index.momentAt(this.time);
+    this.store.set({ moment });
+    this.show(moment);
+  }
+
   /** To be called when the frames that were asked for last are drawn. */
   shown(): void {
     this.isBusy = false;
