@@ -8,5 +8,5 @@ rm -rf "$output/html"
 mkdir -p "$output"
 cd "$root"
 (cat doc/Doxyfile; echo "OUTPUT_DIRECTORY = $output") | doxygen -
-python3 -B doc/check_links.py "$output/html" $(find . -name '*.md' -not -path '*/build*')
+python3 -B doc/check_links.py "$output/html" $(find . -name '*.md' -not -path '*/build*' -not -path '*/node_modules/*')
 echo "Documentation: $output/html/index.html"

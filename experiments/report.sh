@@ -54,13 +54,14 @@ mkdir -p "$(dirname "$output")" 2> /dev/null \
 trap 'rm -rf "$new"' EXIT
 chmod 755 "$new"
 
-"$root/tools/install_packages.sh" build experiments
+"$root/tools/install_packages.sh" build experiments viewer
+bash "$root/viewer/build.sh" > /dev/null
 build=$root/build-run
 cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" -j "${PCL_EXT_JOBS:-2}" \
-  --target measure_streams measure_at_once sample_pictures measure_noise
+  --target measure_streams measure_at_once sample_pictures measure_noise pcl_ext_program
 
 measured=$new/measurements
 mkdir "$measured"
@@ -74,6 +75,15 @@ for coder in published fast balanced small; do
     --frames "$(at_most 60)" "$measured/results_at_once_$coder.csv"
 done
 "$programs/sample_pictures" "$measured"
+# The viewer with a recording of what a figure shows; arguments: figure, options of the demo.
+view_figure() {
+  local program=$build/tools/bin/pcl_ext demo=$new/demo
+  "$program" demo --frames "$(at_most 100)" --output "$demo" --quiet "${@:2}" > /dev/null
+  "$program" view "$demo/cell.mcap" --export "$measured/figure_$1.html" --quiet
+  rm -r "$demo"
+}
+view_figure 10 --sensors 1 --law count
+view_figure 11 --sensors 6 --law quadratic
 measure_noise() {
   local name=$1 most=$2
   shift 2
@@ -95,14 +105,14 @@ measure_noise bytes 300 --part bytes
 
 # Debian's Python, which has the installed packages.
 python() { /usr/bin/python3 -B "$root/experiments/report/$1" "${@:2}"; }
-if ! python make_report.py "$measured" "$new/report.html" \
+measurements=${output%.html}_measurements
+if ! python make_report.py "$measured" "$new/report.html" "$(basename "$measurements")" \
   || ! python check_report.py "$measured" "$new/report.html"; then
   trap - EXIT
   stop "the results are not plausible, or the report could not be made; see above." \
     "The measurements are in '$new'; an earlier report is unchanged"
 fi
 old=$new/old_measurements
-measurements=${output%.html}_measurements
 [ ! -e "$measurements" ] || mv "$measurements" "$old"
 mv "$measured" "$measurements"
 mv "$new/report.html" "$output"

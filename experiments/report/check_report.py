@@ -31,6 +31,7 @@ class Checks:
     """Collects what is not as it should be."""
 
     def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
         self.results = read_results(folder)
         self.rows = {name: read_rows(folder, name + ".csv")
                      for name in ("laws", "cell_points", "cell_voxels", "octree_points",
@@ -379,8 +380,14 @@ def _ink(pixels):
 def check_page(check, page):
     """The report itself."""
     from matplotlib import image  # the tests of this file do without it
-    for source in re.findall(r'(?:src|href)="([^"]*)"', page):
+    for source in re.findall(r'src="([^"]*)"', page):
         check.that(source.startswith("data:"), source[:80], "comes from elsewhere")
+    linked = re.findall(r'href="[^"/]*_measurements/(figure_1[01]\.html)#[^"]*"', page)
+    check.that(linked == ["figure_10.html", "figure_11.html"], "the page links", linked)
+    check.that(page.count("href=") == len(linked), "the page links something else")
+    for name in linked:
+        viewer = check.folder / name
+        check.that(viewer.is_file() and viewer.stat().st_size > 1_000_000, name, "is not there")
     check.that(not re.search(r"url\(|@import|<script|<link|<iframe", page),
                "the page loads something")
     check.that(not re.search(r"\b(?:nan|inf)\b", page), "a value is not finite")

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes the report of results: make_report.py <folder of results> <file to write>."""
+"""Makes the report of results: make_report.py <folder of results> <file to write> <name
+that the folder will have beside the file>."""
 
 import pathlib
 import sys
@@ -9,8 +10,11 @@ import pictures
 import tables
 from motion_section import motion_section
 from noise_section import noise_section
-from page import note, number, page, paragraph, picture
+from page import link, note, number, page, paragraph, picture
 from results import ReportError, read_machine, read_results
+
+# Frame 90 of 20 a second, as in sample_pictures.cpp.
+SHOWN_SECONDS = 4.5
 
 TITLE = "The paper's experiments on the simulated robot cell"
 
@@ -117,7 +121,14 @@ def at_once(results):
         tables.merge_table(results).html()]
 
 
-def denoising(folder):
+def view_link(folder_name, figure, threshold):
+    """A link to the viewer with the figure's recording, at the frame that the figure shows."""
+    settings = f"threshold={threshold}&noise=colour&time={SHOWN_SECONDS}"
+    return link(f"{folder_name}/figure_{figure}.html#{settings}",
+                f"Figure {figure} in the viewer: as it moves, with the threshold as a slider")
+
+
+def denoising(folder, folder_name):
     lidar = {threshold: number(pictures.lidar_kept_percent(folder, threshold), 0)
              for threshold in sorted(set(paper_values.FIGURE_11.values()))}
     return [
@@ -127,11 +138,13 @@ def denoising(folder):
                 "Figure 10. Sensor 1: the cropped cloud, and the decoded voxels of 4 cm "
                 f"without those that have fewer than {paper_values.FIGURE_10_COUNT} "
                 "points. A stronger colour is a higher intensity."),
+        view_link(folder_name, 10, paper_values.FIGURE_10_COUNT),
         picture(pictures.top_views(folder),
                 "Top views of all seven sensors, raw, as voxels and filtered",
                 "Figure 11 (b) to (f). Top view of all seven sensors: cropped points, "
                 "decoded voxels of 4 cm, and those that the paper's filter values keep: "
                 "a count of 2, a linear and a quadratic intensity of 64 of 255."),
+        view_link(folder_name, 11, paper_values.FIGURE_11["quadratic"]),
         tables.filter_table(pictures.kept_by_filters(folder)).html(),
         note("The paper judged Figure 11 by eye: count leaves noise close to the sensors "
              "and removes many far points, linear removes the noise close to the sensors "
@@ -147,16 +160,17 @@ def denoising(folder):
 
 def main():
     folder, output = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    folder_name = sys.argv[3]
     results = read_results(folder)
     body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
-    body += denoising(folder) + noise_section(results)
+    body += denoising(folder, folder_name) + noise_section(results)
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) != 4:
         sys.exit(__doc__)
     try:
         main()

@@ -112,6 +112,11 @@ def note(words):
     return f'<p class="note">{text(words)}</p>'
 
 
+def link(address, words):
+    """A paragraph that is a link to a file beside the page."""
+    return f'<p><a href="{html.escape(address)}">{text(words)}</a></p>'
+
+
 def details(summary, blocks):
     """Blocks that are shown on request."""
     return [f"<details><summary>{text(summary)}</summary>"] + blocks + ["</details>"]
