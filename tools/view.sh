@@ -5,7 +5,7 @@
 #   -           frames from the standard input, as they arrive
 #   --cell      the simulated robot cell, live
 # Without arguments: a recording of the simulated robot cell, which is made in build-run.
-# The first run takes about 7 minutes on a fresh Debian 12 with two cores, as tools/run.sh does.
+# The first run takes as long as that of tools/run.sh, some minutes.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 case ${1:-} in
