@@ -160,6 +160,7 @@ TEST(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
   recording::RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   EXPECT_EQ(reader.streams()[0].metadata.at("sensor_pose"), "1,0.5,2,1,0,0,0");
+  EXPECT_EQ(reader.streams()[0].metadata.at("crop_box"), "0,-1,-1,4,2,1.5");
   expectRun(folder, common + "-o named.pcxi --pose /room=1,0.5,2,1,0,0,0");
   EXPECT_EQ(bytesOf(folder / "named.pcxi"), expected);
 }

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <sstream>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
@@ -39,6 +41,20 @@ bool
 isMeant(const std::string& given, const std::string& stream)
 {
   return given == stream || (!given.empty() && '/' + given == stream);
+}
+
+/** \brief Numbers with commas between them, which are read as the same numbers. */
+std::string
+textOf(std::initializer_list<double> numbers)
+{
+  std::ostringstream text;
+  text.precision(std::numeric_limits<double>::max_digits10);
+  const char* separator = "";
+  for (const double number : numbers) {
+    text << separator << number;
+    separator = ",";
+  }
+  return text.str();
 }
 
 } // namespace
@@ -361,24 +377,23 @@ StreamMetadata
 EncodingOptions::metadataOf(const std::string& stream, IntensityLaw law) const
 {
   StreamMetadata metadata = {{law_metadata, nameOf(law)}};
+  if (crop_box_) {
+    const auto& min = crop_box_->min;
+    const auto& max = crop_box_->max;
+    metadata[crop_box_metadata] =
+        textOf({min[0], min[1], min[2], max[0], max[1], max[2]});
+  }
   if (!hasPose(stream))
     return metadata;
   const WorldPose pose = poseOf(stream);
   const Eigen::Quaterniond rotation(pose.linear());
-  std::ostringstream text;
-  text.precision(std::numeric_limits<double>::max_digits10);
-  const char* separator = "";
-  for (const double number : {pose.translation().x(),
-                              pose.translation().y(),
-                              pose.translation().z(),
-                              rotation.x(),
-                              rotation.y(),
-                              rotation.z(),
-                              rotation.w()}) {
-    text << separator << number;
-    separator = ",";
-  }
-  metadata[pose_metadata] = text.str();
+  metadata[pose_metadata] = textOf({pose.translation().x(),
+                                    pose.translation().y(),
+                                    pose.translation().z(),
+                                    rotation.x(),
+                                    rotation.y(),
+                                    rotation.z(),
+                                    rotation.w()});
   return metadata;
 }
 

@@ -18,6 +18,9 @@ constexpr char pose_metadata[] = "sensor_pose";
 /** \brief The name of the law that the intensities have. */
 constexpr char law_metadata[] = "intensity_law";
 
+/** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world, metres. */
+constexpr char crop_box_metadata[] = "crop_box";
+
 /** \brief The law that a stream's intensities have, if the recording tells. */
 inline std::optional<IntensityLaw>
 lawOf(const StreamMetadata& metadata)
@@ -36,7 +39,8 @@ inline void
 addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
 {
   for (const auto& [key, value] : from)
-    if (key != pose_metadata && key != law_metadata && key != "topic_type_hash")
+    if (key != pose_metadata && key != law_metadata && key != crop_box_metadata &&
+        key != "topic_type_hash")
       to.emplace(key, value);
 }
 
