@@ -26,7 +26,7 @@ async function readSummary(source: ByteSource): Promise<McapIndexedReader | null
 /** Indexes a file of a recording record by record, whatever of it is damaged. */
 export class McapScan {
   private readonly blocks: BlockReader;
-  private isWhole = false; // its end was found
+  private hasAllData = false; // the end of the data was found
   private isDamaged = false;
 
   constructor(
@@ -38,16 +38,21 @@ export class McapScan {
     this.blocks = new BlockReader(source);
   }
 
-  /** False if the file ends early, as after a crash of the recorder. */
+  /** False if the file ends early, as after a crash of the recorder, also if only its summary lacks its end. */
   async run(report: (offset: number) => void): Promise<boolean> {
     let at: number = records.magic.length;
-    while (at < this.source.size && !this.isWhole) {
+    while (at < this.source.size && !this.hasAllData) {
       const next = await this.readRecord(at);
       at = next ?? (await this.chunkAfter(at));
       report(at);
     }
     if (this.isDamaged) await this.addChannelsOfSummary();
-    return this.isWhole;
+    return this.hasAllData && (await this.hasEnd());
+  }
+
+  private async hasEnd(): Promise<boolean> {
+    const size = records.magic.length;
+    return records.isMcap(await this.blocks.bytesAt(Math.max(0, this.source.size - size), size));
   }
 
   /** Streams whose frames are all lost are known by the summary. */
@@ -82,7 +87,7 @@ export class McapScan {
     const begin = at + records.recordHeaderSize;
     const end = begin + header.size;
     if (header.opcode === records.opcode.dataEnd || header.opcode === records.opcode.footer) {
-      this.isWhole = true;
+      this.hasAllData = true;
       return end;
     }
     if (header.opcode === 0 || header.size > records.maxRecordSize) {
