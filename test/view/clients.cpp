@@ -184,7 +184,8 @@ public:
         response, host, "/api/live", [&](beast::error_code result) { error = result; });
     wait();
     EXPECT_FALSE(error) << error.message();
-    protocol = response[beast::http::field::sec_websocket_protocol].to_string();
+    const auto value = response[beast::http::field::sec_websocket_protocol];
+    protocol.assign(value.data(), value.size());
   }
 
   std::optional<LiveMessage>
