@@ -41,6 +41,7 @@ export class VoxelLayer {
       uniforms: {
         ...shared,
         halfEdge: { value: 0 },
+        hasIntensities: { value: true },
         streamColour: { value: new THREE.Vector3(...colour) },
       },
     });
@@ -72,6 +73,7 @@ export class VoxelLayer {
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
       this.edge = edge;
+      this.mesh.material.uniforms.hasIntensities.value = voxels?.hasIntensities ?? false;
       if (count > this.capacity) this.grow(Math.ceil(count * 1.3));
       this.upload(this.arrays, count);
     }

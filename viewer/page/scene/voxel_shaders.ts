@@ -7,6 +7,7 @@ in vec2 quantities;  // intensity, seconds since the voxel was seen
 in vec4 paint;       // recorded colour, and 1 for noise
 uniform float halfEdge;
 uniform float threshold;
+uniform bool hasIntensities;
 uniform bool hidesNoise;
 uniform vec3 noiseColour;
 uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded
@@ -39,7 +40,7 @@ vec3 colourOf(bool isNoise) {
 }
 
 void main() {
-  bool isNoise = paint.a > 0.5 || quantities.x < threshold;
+  bool isNoise = paint.a > 0.5 || (hasIntensities && quantities.x < threshold);
   place = corner.xy;
   light = 1.0;
   colour = vec3(0.0);
