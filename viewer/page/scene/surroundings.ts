@@ -32,10 +32,13 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
 
 function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  const origin = points.slice(0, 3); // as far coordinates are too coarse on the GPU
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.map((value, i) => value - origin[i % 3]), 3));
   // Drawn after the voxels, and without a depth of their own, which would be shaded.
   const material = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
-  return new THREE.LineSegments(geometry, material);
+  const result = new THREE.LineSegments(geometry, material);
+  result.position.fromArray(points.length ? origin : [0, 0, 0]);
+  return result;
 }
 
 /** The twelve edges of a box. */

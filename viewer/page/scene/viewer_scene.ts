@@ -293,9 +293,10 @@ export class ViewerScene {
     if (centre) {
       const half = 0.56 * edge;
       const edges = boxEdges({
-        min: [centre[0] - half, centre[1] - half, centre[2] - half],
-        max: [centre[0] + half, centre[1] + half, centre[2] + half],
+        min: [-half, -half, -half],
+        max: [half, half, half],
       });
+      this.selection.position.set(...centre);
       this.selection.geometry.dispose();
       this.selection.geometry = new THREE.BufferGeometry();
       this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));
