@@ -137,7 +137,7 @@ export class StreamsOnScreen {
 
   /** The view of all that the first frames have, which come one after the other. */
   private fitOnce(): void {
-    this.measure();
+    if (!this.measure()) return; // empty frames
     this.scene.fitUnlessPlaced();
     this.firstShown ??= performance.now();
     const isOver = performance.now() - this.firstShown > msToBegin;
@@ -146,10 +146,12 @@ export class StreamsOnScreen {
     if (remark) this.notices.show("frames", "info", "Different coordinates", [remark]);
   }
 
-  measure(): void {
+  /** False if nothing is drawn. */
+  measure(): boolean {
     const { noise, threshold } = this.store.get();
-    if (!this.scene.measure(noise === "hide" ? threshold : -Infinity)) return;
+    if (!this.scene.measure(noise === "hide" ? threshold : -Infinity)) return false;
     this.panel.setHeights(this.scene.heightRange);
+    return true;
   }
 
   private chooseAxis(): void {
