@@ -122,6 +122,7 @@ export class Viewer {
   }
 
   open(source: Source): void {
+    if (this.store.get().source !== "none") this.linkedView.time = null; // it was another recording's
     this.live?.close();
     this.live = null;
     this.index.clear();
@@ -163,6 +164,8 @@ export class Viewer {
   private fail(message: string): void {
     this.store.set({ source: this.index.moments.length > 0 ? this.store.get().source : "none", isPlaying: false });
     this.notices.show("failed", "error", "This cannot be shown", [message]);
+    if (this.damage.length > 0 && this.index.moments.length === 0)
+      this.notices.show("damage", "warning", "The recording is damaged", this.damage);
   }
 
   private receive(message: FromWorker): void {
@@ -190,6 +193,10 @@ export class Viewer {
         break;
       case "indexed":
         this.store.set({ indexedShare: 1 });
+        if (this.index.moments.length === 0) {
+          this.fail("None of its frames can be read.");
+          break;
+        }
         if (!message.isWhole && this.damage.length === 0)
           this.notices.show("unfinished", "warning", "The file is not complete", ["Its end is missing; all frames before it are shown."]);
         break;
