@@ -59,9 +59,11 @@ export function boxEdges({ min, max }: Bounds): number[] {
 
 /** Metres between two lines: 1, unless that would be too many or too few. */
 function gridStep(extent: number): number {
-  for (const step of [0.1, 0.2, 0.5]) if (extent / step < 8) return step;
-  for (const step of [1, 2, 5, 10, 20, 50, 100]) if (extent / step <= 30) return step;
-  return 500;
+  if (extent === 0) return 0.1;
+  const most = extent < 4 ? 8 : 30; // lines, whatever the extent
+  const power = 10 ** Math.floor(Math.log10(extent / most));
+  const step = power * ([1, 2, 5].find((factor) => extent / (factor * power) < most) ?? 10);
+  return extent < 4 ? step : Math.max(1, step);
 }
 
 /** Floor grid with labels, axes of the origin, sensors and crop box. */
@@ -107,7 +109,7 @@ export class Surroundings {
   }
 
   private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, colours.background, 11);
+    const sprite = textSprite(`${Number(at.toPrecision(9))} m`, colours.label, colours.background, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }
