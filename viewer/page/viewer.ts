@@ -171,6 +171,7 @@ export class Viewer {
   private receive(message: FromWorker): void {
     switch (message.type) {
       case "loaded":
+      case "opened":
         break;
       case "failed":
         this.fail(message.message);
