@@ -132,7 +132,7 @@ export class Viewer {
     this.screen.clear();
     ++this.request;
     this.store.set({
-      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, indexedShare: 0,
+      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, hasEnded: false, indexedShare: 0,
       showsPanel: false,
     });
     this.timeline.requestDraw();
@@ -144,7 +144,7 @@ export class Viewer {
     this.decoding.post({ type: "openLive" });
     this.live = new LiveConnection(socket, {
       onStreams: (streams) => {
-        this.store.set({ source: "live" });
+        this.store.set({ source: "live", hasEnded: false });
         this.decoding.post({ type: "liveStreams", streams });
       },
       onFrame: (message) => this.decoding.post({ type: "liveFrame", message }, [message]),
@@ -152,7 +152,10 @@ export class Viewer {
         this.store.set({ source: "live", isConnected: true });
         this.notices.withdraw("live");
       },
-      onEnd: () => this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]),
+      onEnd: () => {
+        this.store.set({ hasEnded: true });
+        this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]);
+      },
       onLost: (wasConnected, wait) => {
         this.store.set({ source: "live", isConnected: false });
         this.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
