@@ -47,7 +47,14 @@ export class McapScan {
       report(at);
     }
     if (this.isDamaged) await this.addChannelsOfSummary();
-    return this.isWhole;
+    return this.isWhole && (await this.endsWithMagic());
+  }
+
+  /** False where the summary behind the frames is cut off. */
+  private async endsWithMagic(): Promise<boolean> {
+    const size = records.magic.length;
+    const end = await this.source.read(Math.max(0, this.source.size - size), size);
+    return records.magic.every((byte, i) => end[i] === byte);
   }
 
   /** Streams whose frames are all lost are known by the summary. */
