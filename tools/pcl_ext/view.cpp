@@ -96,6 +96,8 @@ private:
   {
     if (options_.input == "-")
       throw UsageError("--export takes the name of a recording, not -");
+    if (options_.output == "-")
+      throw UsageError("--export takes the name of a file, not -");
     refuseSameFile({options_.input, options_.page}, options_.output);
     checkSizeForPage(options_.input); // before all of it is read
     const std::vector<std::string> files = filesOf(options_.input);

@@ -4,7 +4,7 @@ import { formatBytesPerSecond, formatCount, formatMetres, formatNumber } from ".
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
 import { bytesPerSecondAt } from "./timeline/byte_rate";
-import { countKept } from "./scene/drawn_voxels";
+import { countKept, isNoise } from "./scene/drawn_voxels";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
 import type { ViewerState, ViewerStore } from "./state/viewer_state";
@@ -137,7 +137,7 @@ export class StreamsOnScreen {
 
   /** The view of all that the first frames have, which come one after the other. */
   private fitOnce(): void {
-    this.measure();
+    if (!this.measure()) return; // empty frames
     this.scene.fitUnlessPlaced();
     this.firstShown ??= performance.now();
     const isOver = performance.now() - this.firstShown > msToBegin;
@@ -146,10 +146,12 @@ export class StreamsOnScreen {
     if (remark) this.notices.show("frames", "info", "Different coordinates", [remark]);
   }
 
-  measure(): void {
+  /** False if nothing is drawn. */
+  measure(): boolean {
     const { noise, threshold } = this.store.get();
-    if (!this.scene.measure(noise === "hide" ? threshold : -Infinity)) return;
+    if (!this.scene.measure(noise === "hide" ? threshold : -Infinity)) return false;
     this.panel.setHeights(this.scene.heightRange);
+    return true;
   }
 
   private chooseAxis(): void {
@@ -279,7 +281,8 @@ export class StreamsOnScreen {
     if (voxels?.hasPointCounts) rows.push(["Points", formatCount(arrays.pointCounts[i])]);
     else if (isCounted) rows.push(["Points", formatNumber(arrays.intensities[i])]);
     if (arrays.ages[i] > 0) rows.push(["Seen", `${arrays.ages[i].toFixed(2)} s ago`]);
-    if (arrays.paint[4 * i + 3] === 255) rows.push(["Filter", "noise"]);
+    if (arrays.paint[4 * i + 3] === 255) rows.push(["Noise", "by the outlier filter"]);
+    else if (isNoise(layer, i, this.store.get().threshold)) rows.push(["Noise", "below the threshold"]);
     this.details.show(rows);
     this.scene.select([x, y, z], layer.edge);
   }

@@ -122,6 +122,7 @@ export class Viewer {
   }
 
   open(source: Source): void {
+    if (this.store.get().source !== "none") this.linkedView.time = null; // it was another recording's
     this.live?.close();
     this.live = null;
     this.index.clear();
@@ -131,7 +132,7 @@ export class Viewer {
     this.screen.clear();
     ++this.request;
     this.store.set({
-      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, indexedShare: 0,
+      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, hasEnded: false, indexedShare: 0,
       showsPanel: false,
     });
     this.timeline.requestDraw();
@@ -143,7 +144,7 @@ export class Viewer {
     this.decoding.post({ type: "openLive" });
     this.live = new LiveConnection(socket, {
       onStreams: (streams) => {
-        this.store.set({ source: "live" });
+        this.store.set({ source: "live", hasEnded: false });
         this.decoding.post({ type: "liveStreams", streams });
       },
       onFrame: (message) => this.decoding.post({ type: "liveFrame", message }, [message]),
@@ -151,7 +152,10 @@ export class Viewer {
         this.store.set({ source: "live", isConnected: true });
         this.notices.withdraw("live");
       },
-      onEnd: () => this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]),
+      onEnd: () => {
+        this.store.set({ hasEnded: true });
+        this.notices.show("live", "info", "The live source has ended", ["The last frame stays."]);
+      },
       onLost: (wasConnected, wait) => {
         this.store.set({ source: "live", isConnected: false });
         this.notices.show("live", "warning", wasConnected ? "The connection is lost" : "The live source cannot be reached",
@@ -163,11 +167,14 @@ export class Viewer {
   private fail(message: string): void {
     this.store.set({ source: this.index.moments.length > 0 ? this.store.get().source : "none", isPlaying: false });
     this.notices.show("failed", "error", "This cannot be shown", [message]);
+    if (this.damage.length > 0 && this.index.moments.length === 0)
+      this.notices.show("damage", "warning", "The recording is damaged", this.damage);
   }
 
   private receive(message: FromWorker): void {
     switch (message.type) {
       case "loaded":
+      case "opened":
         break;
       case "failed":
         this.fail(message.message);
@@ -190,6 +197,10 @@ export class Viewer {
         break;
       case "indexed":
         this.store.set({ indexedShare: 1 });
+        if (this.index.moments.length === 0) {
+          this.fail("None of its frames can be read.");
+          break;
+        }
         if (!message.isWhole && this.damage.length === 0)
           this.notices.show("unfinished", "warning", "The file is not complete", ["Its end is missing; all frames before it are shown."]);
         break;

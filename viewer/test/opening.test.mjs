@@ -5,7 +5,7 @@ import { after, before, test } from "node:test";
 
 import { drawnVoxels, openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
 import { rewritten } from "./support/changed_recordings.mjs";
-import { cellRecording, frameFile, pagePath, pathInFolder } from "./support/fixtures.mjs";
+import { cellRecording, frameFile, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
 import { serveFiles } from "./support/servers.mjs";
 
 before(startBrowser);
@@ -162,4 +162,55 @@ test("a link keeps threshold, colour, time and camera", async () => {
   await other.finish();
   await viewer.finish();
   await server.close();
+});
+
+test("a file that is opened while another one is read gets nothing of that", async () => {
+  const viewer = await openViewer();
+  const texts = [frameFile(), recording].map((path) => readFileSync(path).toString("base64"));
+  await viewer.evaluate(async ([frames, cell]) => {
+    const fileOf = (text, times, name) =>
+      new File(Array(times).fill(Uint8Array.from(atob(text), (c) => c.charCodeAt(0))), name);
+    const open = (file) => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(file);
+      const input = document.querySelector("input[type=file]");
+      input.files = dataTransfer.files;
+      input.dispatchEvent(new Event("change"));
+    };
+    open(fileOf(frames, 300, "long.pcxi"));
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    // Meanwhile the decoder tells of the first file.
+    for (const end = performance.now() + 600; performance.now() < end; );
+    open(fileOf(cell, 1, "cell.mcap"));
+  }, texts);
+  await untilDrawn(viewer);
+  await untilIndexed(viewer);
+  assert.deepEqual((await viewer.ask(() => window.pclExtViewer.streams())).map(({ name }) => name),
+    ["/cell_sensor_1", "/cell_sensor_2"]);
+  assert.equal(await viewer.ask(() => window.pclExtViewer.moments()), 20);
+  await viewer.finish();
+});
+
+/** A recording of one cloud: points as texts. */
+function recordingOf(name, points, ...options) {
+  const cloud = pathInFolder(`${name}.pcd`);
+  const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
+  const path = pathInFolder(`${name}.mcap`);
+  pclExt("encode", cloud, "-o", path, "-q", ...options);
+  return path;
+}
+
+test("one voxel, and voxels that are thousands of kilometres apart, are in the view", async () => {
+  const viewer = await openViewer();
+  for (const [path, size] of [
+    [recordingOf("one", ["1 2 3"]), 1],
+    [recordingOf("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
+  ]) {
+    await openFiles(viewer, [path]);
+    const [x, y, z, ...target] = await viewer.ask(() => window.pclExtViewer.camera());
+    const distance = Math.hypot(x - target[0], y - target[1], z - target[2]);
+    assert.ok(distance > 0.1 * size && distance < 10 * size, `the camera is ${distance} m away`);
+  }
+  await viewer.finish();
 });

@@ -139,7 +139,7 @@ export class ThresholdControl {
       if (this.counts[i] === 0) continue;
       const bar = Math.max(1.5, Math.sqrt(this.counts[i] / highest) * (height - 4));
       const share = (i + 0.5) / bins;
-      const isBelow = share < limit;
+      const isBelow = (i + 1) / bins <= limit; // all of the bin
       context.fillStyle = isBelow ? muted : this.isIntensityColoured ? cssColour(colourMaps.intensity(this.axis.brightnessOf(this.axis.intensityAt(share)))) : plain;
       context.fillRect((i / bins) * width + 0.5, height - bar, Math.max(1, width / bins - 1), bar);
     }

@@ -7,8 +7,11 @@ export class DecodingService {
   private thread: DecodingThread | null = null;
   /** What was sent before the worker answered, for the case that it never does. */
   private unanswered: ToWorker[] | null = [];
+  private hasLoaded = false;
+  /** Sources that the other side does not know of yet: until then it tells of those before. */
+  private unopened = 0;
 
-  constructor(workerCode: string, wasm: ArrayBuffer, private readonly receive: (message: FromWorker) => void) {
+  constructor(workerCode: string, wasm: ArrayBuffer, private readonly onMessage: (message: FromWorker) => void) {
     this.worker = DecodingService.startWorker(workerCode);
     if (this.worker) this.listen(this.worker);
     else this.decodeHere();
@@ -33,7 +36,7 @@ export class DecodingService {
     worker.onerror = (event) => {
       event.preventDefault();
       if (this.unanswered) this.decodeHere();
-      else this.receive({ type: "failed", message: `The decoder stopped: ${event.message}. Reload the page.` });
+      else this.onMessage({ type: "failed", message: `The decoder stopped: ${event.message}. Reload the page.` });
     };
   }
 
@@ -46,7 +49,15 @@ export class DecodingService {
     this.unanswered = null;
   }
 
+  private receive(message: FromWorker): void {
+    if (message.type === "loaded") this.hasLoaded = true;
+    if (message.type === "opened") --this.unopened;
+    // Before it has loaded, a failure is that of the decoder itself.
+    else if (this.unopened === 0 || !this.hasLoaded) this.onMessage(message);
+  }
+
   post(message: ToWorker, transfer: Transferable[] = []): void {
+    if (message.type === "open" || message.type === "openLive") ++this.unopened;
     if (this.thread) this.thread.receive(message);
     else {
       this.worker?.postMessage(message, this.unanswered ? [] : transfer);

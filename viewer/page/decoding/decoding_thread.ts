@@ -30,11 +30,13 @@ export class DecodingThread {
     }
     if (message.type === "open") {
       this.player?.close();
+      this.post({ type: "opened" });
       const player = new RecordingPlayer(codec, this.pool, this.settings, this.post);
       this.player = player;
       void player.open(message.files);
     } else if (message.type === "openLive") {
       this.player?.close();
+      this.post({ type: "opened" });
       this.player = new LivePlayer(codec, this.pool, this.settings, this.post);
     } else if (message.type === "show" && this.player instanceof RecordingPlayer)
       this.player.show(message.request, message.frames);

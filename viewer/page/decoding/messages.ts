@@ -76,6 +76,8 @@ export interface ShownFrame {
 
 export type FromWorker =
   | { type: "loaded" }
+  /** What follows is of the source that was opened last. */
+  | { type: "opened" }
   | { type: "failed"; message: string }
   | { type: "streams"; streams: StreamDescription[] }
   | { type: "frames"; startTime: bigint; batch: FrameBatch; hasTimes: boolean }

@@ -8,6 +8,10 @@ export interface ExportedLayer {
   name: string;
 }
 
+function inOneLine(text: string): string {
+  return text.replaceAll(/[\r\n]/g, " ");
+}
+
 /** A binary PLY file of the voxels that are no noise: centre, intensity, points, colour where known, stream. */
 export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob {
   const chosen: { entry: ExportedLayer; voxel: number }[] = [];
@@ -20,9 +24,9 @@ export function plyOf(layers: readonly ExportedLayer[], threshold: number, comme
   const header = [
     "ply",
     "format binary_little_endian 1.0",
-    `comment ${comment.replaceAll(/[\r\n]/g, " ")}`,
+    `comment ${inOneLine(comment)}`,
     `comment voxel edge ${edge} m; points are centres of voxels`,
-    ...layers.map(({ stream, name }) => `comment stream ${stream} is ${name}`),
+    ...layers.map(({ stream, name }) => `comment stream ${stream} is ${inOneLine(name)}`),
     `element vertex ${chosen.length}`,
     "property float x", "property float y", "property float z",
     "property float intensity",

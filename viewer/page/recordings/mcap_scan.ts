@@ -26,7 +26,7 @@ async function readSummary(source: ByteSource): Promise<McapIndexedReader | null
 /** Indexes a file of a recording record by record, whatever of it is damaged. */
 export class McapScan {
   private readonly blocks: BlockReader;
-  private hasAllData = false; // the end of the data was found
+  private isWhole = false; // its end was found
   private isDamaged = false;
 
   constructor(
@@ -38,21 +38,23 @@ export class McapScan {
     this.blocks = new BlockReader(source);
   }
 
-  /** False if the file ends early, as after a crash of the recorder, also if only its summary lacks its end. */
+  /** False if the file ends early, as after a crash of the recorder. */
   async run(report: (offset: number) => void): Promise<boolean> {
     let at: number = records.magic.length;
-    while (at < this.source.size && !this.hasAllData) {
+    while (at < this.source.size && !this.isWhole) {
       const next = await this.readRecord(at);
       at = next ?? (await this.chunkAfter(at));
       report(at);
     }
     if (this.isDamaged) await this.addChannelsOfSummary();
-    return this.hasAllData && (await this.hasEnd());
+    return this.isWhole && (await this.endsWithMagic());
   }
 
-  private async hasEnd(): Promise<boolean> {
+  /** False where the summary behind the frames is cut off. */
+  private async endsWithMagic(): Promise<boolean> {
     const size = records.magic.length;
-    return records.isMcap(await this.blocks.bytesAt(Math.max(0, this.source.size - size), size));
+    const end = await this.source.read(Math.max(0, this.source.size - size), size);
+    return records.magic.every((byte, i) => end[i] === byte);
   }
 
   /** Streams whose frames are all lost are known by the summary. */
@@ -87,7 +89,7 @@ export class McapScan {
     const begin = at + records.recordHeaderSize;
     const end = begin + header.size;
     if (header.opcode === records.opcode.dataEnd || header.opcode === records.opcode.footer) {
-      this.hasAllData = true;
+      this.isWhole = true;
       return end;
     }
     if (header.opcode === 0 || header.size > records.maxRecordSize) {

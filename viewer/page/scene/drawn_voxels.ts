@@ -6,10 +6,12 @@ export interface DrawingRule {
   hidesNoise: boolean;
 }
 
-/** True if the voxel is noise, by the outlier filter or by the threshold. */
+/** True if the voxel is noise, by the outlier filter or by the threshold, where there are intensities. */
 export function isNoise(layer: VoxelLayer, voxel: number, threshold: number): boolean {
   const arrays = layer.arrays;
-  return arrays !== null && (arrays.paint[4 * voxel + 3] === 255 || arrays.intensities[voxel] < threshold);
+  if (arrays === null) return false;
+  const isBelow = layer.voxels?.hasIntensities === true && arrays.intensities[voxel] < threshold;
+  return arrays.paint[4 * voxel + 3] === 255 || isBelow;
 }
 
 /** Voxels of the frame itself that are no noise. */

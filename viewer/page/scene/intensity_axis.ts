@@ -1,3 +1,6 @@
+/** Of the axis, with the space beside it. */
+const widthOfLabel = 0.155;
+
 /** Where intensities lie on histogram, slider, legend and colour map: evenly, or with room for small ones. */
 export class IntensityAxis {
   constructor(
@@ -46,8 +49,13 @@ export class IntensityAxis {
     if (this.max <= this.min) return [this.min];
     if (!this.isLogarithmic) return [0, 0.25, 0.5, 0.75, 1].map((share) => this.intensityAt(share));
     const ticks = [this.min];
-    for (let value = this.step; value <= this.max; value *= 4)
-      if (this.shareOf(value) < 0.84 && this.shareOf(value) > 0.08) ticks.push(value);
+    let last = 0.08 - widthOfLabel;
+    for (let value = this.step; value <= this.max; value *= 4) {
+      const share = this.shareOf(value);
+      if (share >= 0.84 || share <= last + widthOfLabel) continue;
+      ticks.push(value);
+      last = share;
+    }
     ticks.push(this.max);
     return ticks;
   }

@@ -32,10 +32,13 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
 
 function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  const origin = points.slice(0, 3); // as far coordinates are too coarse on the GPU
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.map((value, i) => value - origin[i % 3]), 3));
   // Drawn after the voxels, and without a depth of their own, which would be shaded.
   const material = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
-  return new THREE.LineSegments(geometry, material);
+  const result = new THREE.LineSegments(geometry, material);
+  result.position.fromArray(points.length ? origin : [0, 0, 0]);
+  return result;
 }
 
 /** The twelve edges of a box. */
@@ -56,9 +59,11 @@ export function boxEdges({ min, max }: Bounds): number[] {
 
 /** Metres between two lines: 1, unless that would be too many or too few. */
 function gridStep(extent: number): number {
-  for (const step of [0.1, 0.2, 0.5]) if (extent / step < 8) return step;
-  for (const step of [1, 2, 5, 10, 20, 50, 100]) if (extent / step <= 30) return step;
-  return 500;
+  if (extent === 0) return 0.1;
+  const most = extent < 4 ? 8 : 30; // lines, whatever the extent
+  const power = 10 ** Math.floor(Math.log10(extent / most));
+  const step = power * ([1, 2, 5].find((factor) => extent / (factor * power) < most) ?? 10);
+  return extent < 4 ? step : Math.max(1, step);
 }
 
 /** Floor grid with labels, axes of the origin, sensors and crop box. */
@@ -104,7 +109,7 @@ export class Surroundings {
   }
 
   private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    const sprite = textSprite(`${Number(at.toFixed(2))} m`, colours.label, colours.background, 11);
+    const sprite = textSprite(`${Number(at.toPrecision(9))} m`, colours.label, colours.background, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }

@@ -209,6 +209,16 @@ export class ViewerScene {
     return [this.uniforms.heightRange.value.x, this.uniforms.heightRange.value.y];
   }
 
+  /** A box of some voxels at least, as the camera cannot be fitted to the centre of a single one. */
+  private boundsOfCubes({ min, max }: Bounds): Bounds {
+    const edge = this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+    const margins = min.map((low, axis) => Math.max(edge / 2, (5 * edge - (max[axis] - low)) / 2));
+    return {
+      min: [min[0] - margins[0], min[1] - margins[1], min[2] - margins[2]],
+      max: [max[0] + margins[0], max[1] + margins[1], max[2] + margins[2]],
+    };
+  }
+
   /** Places the camera so that all voxels are in view. */
   fit(direction: ViewDirection | "keep"): void {
     if (!this.bounds) return;
@@ -221,7 +231,7 @@ export class ViewerScene {
     camera.near = 0.001;
     camera.far = 1e6;
     camera.updateProjectionMatrix();
-    const target = fitCamera(camera, this.surroundings.withSensors(this.bounds), towards);
+    const target = fitCamera(camera, this.surroundings.withSensors(this.boundsOfCubes(this.bounds)), towards);
     this.setCamera(camera.position, target);
   }
 
@@ -293,9 +303,10 @@ export class ViewerScene {
     if (centre) {
       const half = 0.56 * edge;
       const edges = boxEdges({
-        min: [centre[0] - half, centre[1] - half, centre[2] - half],
-        max: [centre[0] + half, centre[1] + half, centre[2] + half],
+        min: [-half, -half, -half],
+        max: [half, half, half],
       });
+      this.selection.position.set(...centre);
       this.selection.geometry.dispose();
       this.selection.geometry = new THREE.BufferGeometry();
       this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));

@@ -41,6 +41,7 @@ export class VoxelLayer {
       uniforms: {
         ...shared,
         halfEdge: { value: 0 },
+        hasIntensities: { value: true },
         streamColour: { value: new THREE.Vector3(...colour) },
       },
     });
@@ -72,6 +73,7 @@ export class VoxelLayer {
     this.mesh.geometry.instanceCount = count;
     if (this.arrays) {
       this.edge = edge;
+      this.mesh.material.uniforms.hasIntensities.value = voxels?.hasIntensities ?? false;
       if (count > this.capacity) this.grow(Math.ceil(count * 1.3));
       this.upload(this.arrays, count);
     }
@@ -110,7 +112,15 @@ export class VoxelLayer {
       quantities[2 * i] = arrays.intensities[i];
       quantities[2 * i + 1] = arrays.ages[i];
     }
-    (this.attribute("centre").array as Float32Array).set(arrays.positions);
+    // The GPU's numbers are too coarse for cubes at the coordinates of maps, in the millions of metres.
+    const [x, y, z] = count > 0 ? arrays.positions : [0, 0, 0];
+    this.mesh.position.set(x, y, z);
+    const centres = this.attribute("centre").array as Float32Array;
+    for (let i = 0; i < 3 * count; i += 3) {
+      centres[i] = arrays.positions[i] - x;
+      centres[i + 1] = arrays.positions[i + 1] - y;
+      centres[i + 2] = arrays.positions[i + 2] - z;
+    }
     (this.attribute("paint").array as Uint8Array).set(arrays.paint);
     for (const name of ["centre", "quantities", "paint"]) {
       const attribute = this.attribute(name);

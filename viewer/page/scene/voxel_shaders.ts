@@ -2,11 +2,12 @@
 export const voxelVertexShader = /* glsl */ `
 precision highp float;
 in vec3 corner;      // two coordinates in the face, -1 or 1, and the face's axis; 3: a disc
-in vec3 centre;      // metres
+in vec3 centre;      // metres, from the layer's origin
 in vec2 quantities;  // intensity, seconds since the voxel was seen
 in vec4 paint;       // recorded colour, and 1 for noise
 uniform float halfEdge;
 uniform float threshold;
+uniform bool hasIntensities;
 uniform bool hidesNoise;
 uniform vec3 noiseColour;
 uniform int colourBy;           // 0 intensity, 1 height, 2 stream, 3 age, 4 recorded
@@ -33,13 +34,13 @@ vec3 colourOf(bool isNoise) {
   if (colourBy == 2) return streamColour;
   if (colourBy == 4) return paint.rgb;
   float share = colourBy == 0 ? intensityShare(quantities.x)
-    : colourBy == 1 ? (centre.z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
+    : colourBy == 1 ? (centre.z + modelMatrix[3].z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
     : quantities.y / trailSeconds;
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
 }
 
 void main() {
-  bool isNoise = paint.a > 0.5 || quantities.x < threshold;
+  bool isNoise = paint.a > 0.5 || (hasIntensities && quantities.x < threshold);
   place = corner.xy;
   light = 1.0;
   colour = vec3(0.0);
@@ -49,9 +50,9 @@ void main() {
     return;
   }
   colour = colourOf(isNoise);
-  vec3 toCamera = cameraPosition - centre;
+  vec3 toCamera = -(transpose(mat3(modelViewMatrix)) * modelViewMatrix[3].xyz) - centre;
   float size = isNoise ? 0.6 * halfEdge : halfEdge;
-  vec4 middle = projectionMatrix * (viewMatrix * vec4(centre, 1.0));
+  vec4 middle = projectionMatrix * (modelViewMatrix * vec4(centre, 1.0));
   pixels = projectionMatrix[1][1] * viewport.y * size / max(middle.w, 1e-6);
   if (corner.z > 2.5) {
     float diameter = max(pixels, 2.5);
@@ -63,7 +64,7 @@ void main() {
   if (corner.z < 0.5) { offset = vec3(side.x, corner.xy); light = side.x > 0.0 ? 0.8 : 0.7; }
   else if (corner.z < 1.5) { offset = vec3(corner.x, side.y, corner.y); light = side.y > 0.0 ? 0.66 : 0.86; }
   else { offset = vec3(corner.xy, side.z); light = side.z > 0.0 ? 1.0 : 0.5; }
-  gl_Position = projectionMatrix * (viewMatrix * vec4(centre + size * offset, 1.0));
+  gl_Position = projectionMatrix * (modelViewMatrix * vec4(centre + size * offset, 1.0));
 }
 `;
 

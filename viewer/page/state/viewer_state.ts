@@ -27,6 +27,7 @@ export interface ViewerState {
   source: "none" | "opening" | "recording" | "live";
   name: string;
   isConnected: boolean; // live
+  hasEnded: boolean; // live: no frames will follow
   indexedShare: number;
   // Panels.
   showsHelp: boolean;
@@ -52,6 +53,7 @@ export const initialState: ViewerState = {
   source: "none",
   name: "",
   isConnected: false,
+  hasEnded: false,
   indexedShare: 0,
   showsHelp: false,
   showsPanel: false,

@@ -100,7 +100,7 @@ export function drawPlot(
   context.stroke();
 
   columns.forEach((column, i) => {
-    const wide = Math.max(2, width / count);
+    const wide = Math.max(2, width / (count - 1));
     if (column.isLost) {
       context.fillStyle = colours.lost;
       context.fillRect(x(i) - wide / 2, height - marksHeight, wide, marksHeight);

@@ -64,7 +64,7 @@ export class TimelineView {
     store.subscribe((changed) => {
       if (changed.has("isPlaying")) this.showPlaying();
       if (changed.has("speed")) this.speed.value = String(store.get().speed);
-      if (changed.has("moment") || changed.has("source") || changed.has("isConnected")) this.showTime();
+      if (changed.has("moment") || changed.has("source") || changed.has("isConnected") || changed.has("hasEnded")) this.showTime();
       if (changed.has("source") || changed.has("theme")) this.requestDraw();
     });
   }
@@ -120,12 +120,12 @@ export class TimelineView {
   }
 
   private showTime(): void {
-    const { moment, source, isConnected } = this.store.get();
+    const { moment, source, isConnected, hasEnded } = this.store.get();
     const isLive = source === "live";
     this.root.classList.toggle("is-live", isLive);
     this.root.classList.toggle("is-empty", source === "none" || source === "opening");
-    this.live.textContent = isLive ? (isConnected ? "Live" : "Waiting") : "";
-    this.live.classList.toggle("is-connected", isConnected);
+    this.live.textContent = !isLive ? "" : hasEnded ? "Ended" : isConnected ? "Live" : "Waiting";
+    this.live.classList.toggle("is-connected", isConnected && !hasEnded);
     const moments = this.index.moments;
     const time = moments[moment] ?? 0;
     const start = moments[0] ?? 0;
