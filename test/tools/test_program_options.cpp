@@ -128,6 +128,22 @@ TEST(ProgramOptions, MessagesNameOptions)
       << range.errors;
 }
 
+TEST(ProgramOptions, NanIsNoNumber)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  for (const char* option : {"--rate", "--resolution", "--intensity-range"})
+    expectFailure(folder,
+                  std::string("encode room -o x.mcap ") + option + " nan",
+                  2,
+                  std::string(option) + ": 'nan' is no number");
+  expectRun(folder, "encode room -o x.mcap");
+  expectFailure(folder,
+                "decode x.mcap -o out --min-intensity nan",
+                2,
+                "--min-intensity: 'nan' is no number");
+}
+
 TEST(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)
 {
   const TestFolder folder;

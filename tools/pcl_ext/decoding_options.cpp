@@ -28,6 +28,7 @@ void
 addDecodingOptions(CLI::App& app, DecodingOptions& options)
 {
   app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
+      ->check(refuseNan)
       ->type_name("I");
   addOutlierRemoval(app,
                     "leave out noise, as VoxelOutlierRemoval finds it",
