@@ -1,6 +1,7 @@
 #include "decoding_options.h"
 
 #include "encoding_options.h"
+#include "options.h"
 
 #include <algorithm>
 
