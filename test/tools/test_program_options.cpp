@@ -70,6 +70,15 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
   }
   expectFailure(folder, "decode x.pcxi -o there --bag", 2, "exists: name another");
   expectFailure(folder, "decode x.pcxi -o /dev/null", 2, "is no file or folder");
+  expectRun(folder, "encode room -o bag");
+  const Bytes recorded = bytesOf(folder / "bag/bag_0.mcap");
+  for (const std::string output : {"bag/bag_0.mcap", "./bag/new.mcap"})
+    expectFailure(folder,
+                  "cut bag --frames 0 -o " + output,
+                  2,
+                  "would be a part of the input 'bag'");
+  EXPECT_EQ(bytesOf(folder / "bag/bag_0.mcap"), recorded);
+  EXPECT_EQ(filesIn(folder / "bag"), 2u);
   // A terminal as the standard output.
   const ProgramRun terminal =
       runShell(folder,
