@@ -96,7 +96,7 @@ checkCoordinates(const pcl::PCLPointCloud2& cloud)
        at += cloud.point_step) {
     float x = 0.0f;
     std::memcpy(&x, &cloud.data[at], sizeof(x));
-    if (std::isnan(x) || x == 0.0f)
+    if (!std::isfinite(x) || x == 0.0f) // no echo, for some drivers inf
       continue;
     ++checked;
     odd += std::abs(x) > largest || std::abs(x) < smallest ? 1 : 0;

@@ -199,7 +199,9 @@ private:
 bool
 isCloudFile(const fs::directory_entry& entry)
 {
-  return hasNameOfCloud(entry.path().string()) && !entry.is_directory();
+  // Pipes and devices may never end.
+  return hasNameOfCloud(entry.path().string()) && !entry.is_directory() &&
+         !entry.is_other();
 }
 
 /** \brief A folder in a folder that has files of clouds. */

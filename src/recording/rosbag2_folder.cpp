@@ -75,11 +75,10 @@ std::string
 qosOf(const McapChannel& channel, bool is_version_9)
 {
   const std::string qos = valueOf(channel, qos_metadata);
-  const bool is_known = !qos.empty() && hasNamedPolicies(qos) == is_version_9;
   constexpr std::size_t blanks = 10;
-  if (is_version_9)
-    return is_known ? indented(qos, blanks) : std::string(" []");
-  return " " + quoted(is_known ? qos : std::string());
+  if (!is_version_9)
+    return " " + quoted(qos);
+  return qos.empty() ? std::string(" []") : indented(withNamedPolicies(qos), blanks);
 }
 
 void

@@ -158,5 +158,38 @@ hasNamedPolicies(const std::string& qos)
          std::isalpha(static_cast<unsigned char>(qos[value])) != 0;
 }
 
+std::string
+withNamedPolicies(const std::string& qos)
+{
+  const std::map<std::string, std::vector<std::string>> names = {
+      {"history", {"system_default", "keep_last", "keep_all", "unknown"}},
+      {"reliability",
+       {"system_default", "reliable", "best_effort", "unknown", "best_available"}},
+      {"durability",
+       {"system_default", "transient_local", "volatile", "unknown", "best_available"}},
+      {"liveliness",
+       {"system_default",
+        "automatic",
+        "manual_by_node",
+        "manual_by_topic",
+        "unknown",
+        "best_available"}}};
+  std::string named;
+  std::size_t copied = 0;
+  for (const Line& line : linesOf(qos)) {
+    const std::size_t colon = std::min(qos.find(':', line.key), line.end);
+    const auto policy = names.find(qos.substr(line.key, colon - line.key));
+    const std::size_t value = qos.find_first_not_of(' ', colon + 1);
+    if (policy == names.end() || value >= line.end || value + 1 < line.end)
+      continue;
+    const std::size_t number = static_cast<std::size_t>(qos[value]) - '0';
+    if (number >= policy->second.size()) // no digit either
+      continue;
+    named += qos.substr(copied, value - copied) + policy->second[number];
+    copied = line.end;
+  }
+  return named + qos.substr(copied);
+}
+
 } // namespace recording
 } // namespace pcl_ext

@@ -21,5 +21,9 @@ readOfferedQos(const std::string& metadata);
 bool
 hasNamedPolicies(const std::string& qos);
 
+/** \brief Gives policies that are numbers, those of rmw, their names. */
+std::string
+withNamedPolicies(const std::string& qos);
+
 } // namespace recording
 } // namespace pcl_ext

@@ -130,6 +130,34 @@ TEST(Rosbag2Metadata, QosOfChannelsIsWrittenAndRead)
   EXPECT_NE(textOf(folder / "bag/metadata.yaml").find("version: 9"), std::string::npos);
 }
 
+TEST(Rosbag2Metadata, NumbersOfPoliciesHaveNames)
+{
+  EXPECT_EQ(withNamedPolicies(numbered), named);
+  EXPECT_EQ(withNamedPolicies(named), named);
+  EXPECT_EQ(withNamedPolicies("- depth: 2\n  reliability: 2\n  durability: 9\n"
+                              "  liveliness: 1\n  history:"),
+            "- depth: 2\n  reliability: best_effort\n  durability: 9\n"
+            "  liveliness: automatic\n  history:");
+  EXPECT_EQ(withNamedPolicies(""), "");
+}
+
+TEST(Rosbag2Metadata, TopicsOfOldAndNewBagsKeepTheirQos)
+{
+  const TestFolder folder;
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag", "ros2").ok());
+  for (const std::string qos : {numbered, named}) {
+    std::size_t channel = 0;
+    McapChannel points = pointCloudChannel(qos == named ? "/new" : "/old");
+    points.metadata["offered_qos_profiles"] = qos;
+    ASSERT_TRUE(writer.addChannel(points, McapChunking::Shared, channel).ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  const std::map<std::string, std::string> expected = {{"/old", named},
+                                                       {"/new", named}};
+  EXPECT_EQ(readOfferedQos(textOf(folder / "bag/metadata.yaml")), expected);
+}
+
 } // namespace test
 } // namespace recording
 } // namespace pcl_ext

@@ -49,13 +49,14 @@ imuChannel()
 McapMessage
 cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
              std::size_t i,
-             bool is_bigendian)
+             bool is_bigendian,
+             const std::string& frame_id = "lidar")
 {
   pcl::PCLPointCloud2 cloud;
   pcl::toPCLPointCloud2(points, cloud);
   recording::PointCloudMessage message;
   message.stamp = stampOf(i);
-  message.frame_id = "lidar";
+  message.frame_id = frame_id;
   message.height = cloud.height;
   message.width = cloud.width;
   for (const auto& field : cloud.fields)
@@ -332,6 +333,30 @@ TEST(ProgramBags, ByteOrderOfTheCloudsDoesNotMatter)
   expectRun(folder, "encode little.mcap -o a.pcxi --topics /rear/points");
   expectRun(folder, "encode big.mcap -o b.pcxi --topics /rear/points");
   EXPECT_EQ(bytesOf(folder / "a.pcxi"), bytesOf(folder / "b.pcxi"));
+}
+
+TEST(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
+{
+  const TestFolder folder;
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  std::size_t channel = 0;
+  ASSERT_TRUE(writer
+                  .addChannel(recording::pointCloudChannel("/points"),
+                              recording::McapChunking::Shared,
+                              channel)
+                  .ok());
+  const auto clouds = roomClouds(3);
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    ASSERT_TRUE(
+        writer.write(cloudMessage(clouds[i], i, false, i < 2 ? "lidar" : "map")).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  const ProgramRun encode = run(folder, "encode bag.mcap -o x.mcap");
+  EXPECT_EQ(encode.status, 0);
+  EXPECT_NE(encode.errors.find("/points, frame 2: its frame_id is 'map', that of the "
+                               "clouds before 'lidar'"),
+            std::string::npos)
+      << encode.errors;
 }
 
 TEST(ProgramBags, BagsThatCannotBeEncodedAreNamedWithARemedy)

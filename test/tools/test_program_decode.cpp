@@ -42,6 +42,29 @@ TEST(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
   EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
 }
 
+TEST(ProgramDecode, WhatHasTheNameOfItsUnfinishedFolderStays)
+{
+  const TestFolder folder;
+  record({knownStream(0, 3, 3)}, folder / "x.pcxi");
+  fs::create_directory(folder / "out.unfinished");
+  writeBytes(folder / "out.unfinished/notes.txt", {1, 2, 3});
+  expectRun(folder, "decode x.pcxi -o out");
+  EXPECT_EQ(filesIn(folder / "out"), 3u);
+  EXPECT_EQ(bytesOf(folder / "out.unfinished/notes.txt"), (Bytes{1, 2, 3}));
+  EXPECT_FALSE(fs::exists(folder / "out.unfinished.1"));
+}
+
+TEST(ProgramDecode, RunsAtOnceDoNotMixTheirFiles)
+{
+  const TestFolder folder;
+  record({knownStream(0, 20, 3)}, folder / "x.pcxi");
+  const ProgramRun runs = runShell(
+      folder,
+      "for i in 1 2 3 4; do $P decode x.pcxi -o out -q --overwrite --pcd ascii "
+      "& done; wait");
+  EXPECT_EQ(filesIn(folder / "out"), 20u) << runs.errors;
+}
+
 TEST(ProgramDecode, StreamsHaveFoldersAndFramesAreChosen)
 {
   const TestFolder folder;

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 
 namespace pcl_ext {
@@ -264,6 +265,18 @@ TEST(ProgramEncode, CloudThatCannotBeReadIsReportedAndTheOthersGoOn)
   ASSERT_EQ(streams.size(), 1u);
   EXPECT_EQ(streams[0].frames.size(), 3u);
   EXPECT_EQ(streams[0].frames[1].time, std::chrono::milliseconds(200));
+}
+
+TEST(ProgramEncode, MostPointsMayBeInfinite)
+{
+  const TestFolder folder;
+  Clouds clouds = roomClouds(1);
+  for (std::size_t i = 0; i < clouds[0].size(); ++i)
+    if (i % 10 != 0)
+      clouds[0][i].x = std::numeric_limits<float>::infinity();
+  clouds[0].is_dense = false;
+  writeClouds(folder, "room", clouds);
+  expectRun(folder, "encode room -o x.mcap");
 }
 
 TEST(ProgramEncode, FilesThatAreNoCloudsAreNamedWithARemedy)

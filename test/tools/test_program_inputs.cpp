@@ -127,6 +127,17 @@ TEST(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
   expectRun(folder, "encode room -o x.pcxi --quiet");
 }
 
+TEST(ProgramInputs, PipesInAFolderAreLeftOut)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  ASSERT_EQ(runShell(folder, "mkfifo room/002.pcd").status, 0);
+  const ProgramRun encode = run(folder, "encode room -o x.pcxi");
+  EXPECT_EQ(encode.status, 0);
+  EXPECT_NE(encode.errors.find("left out: 1 other file (002.pcd)"), std::string::npos)
+      << encode.errors;
+}
+
 TEST(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
 {
   const TestFolder folder;

@@ -70,6 +70,15 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
   }
   expectFailure(folder, "decode x.pcxi -o there --bag", 2, "exists: name another");
   expectFailure(folder, "decode x.pcxi -o /dev/null", 2, "is no file or folder");
+  expectRun(folder, "encode room -o bag");
+  const Bytes recorded = bytesOf(folder / "bag/bag_0.mcap");
+  for (const std::string output : {"bag/bag_0.mcap", "./bag/new.mcap"})
+    expectFailure(folder,
+                  "cut bag --frames 0 -o " + output,
+                  2,
+                  "would be a part of the input 'bag'");
+  EXPECT_EQ(bytesOf(folder / "bag/bag_0.mcap"), recorded);
+  EXPECT_EQ(filesIn(folder / "bag"), 2u);
   // A terminal as the standard output.
   const ProgramRun terminal =
       runShell(folder,
@@ -126,6 +135,22 @@ TEST(ProgramOptions, MessagesNameOptions)
       range.errors.find("use a larger --intensity-range or more --intensity-bits"),
       std::string::npos)
       << range.errors;
+}
+
+TEST(ProgramOptions, NanIsNoNumber)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(1));
+  for (const char* option : {"--rate", "--resolution", "--intensity-range"})
+    expectFailure(folder,
+                  std::string("encode room -o x.mcap ") + option + " nan",
+                  2,
+                  std::string(option) + ": 'nan' is no number");
+  expectRun(folder, "encode room -o x.mcap");
+  expectFailure(folder,
+                "decode x.mcap -o out --min-intensity nan",
+                2,
+                "--min-intensity: 'nan' is no number");
 }
 
 TEST(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)

@@ -7,8 +7,12 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -58,6 +62,25 @@ writeFile(const std::string& path, CloudFormat format, const pcl::PCLPointCloud2
   return -1;
 }
 
+/** \brief Creates a folder for files until they are complete. What has its name already, as
+ * another run may be writing there or the user called something so, stays as it is. */
+fs::path
+makeUnfinishedFolder(const fs::path& path)
+{
+  std::error_code ignored;
+  if (path.has_parent_path())
+    fs::create_directories(path.parent_path(), ignored);
+  const std::string name = path.string() + unfinished_suffix;
+  std::string folder = name;
+  for (unsigned int number = 1; ::mkdir(folder.c_str(), 0777) != 0; ++number) {
+    if (errno != EEXIST)
+      throw std::runtime_error("cannot create the folder '" + folder +
+                               "': " + std::strerror(errno));
+    folder = name + '.' + std::to_string(number);
+  }
+  return folder;
+}
+
 } // namespace
 
 std::vector<std::string>
@@ -90,7 +113,6 @@ CloudFolder::CloudFolder(const std::string& path,
                          bool may_replace,
                          std::vector<std::string> folders)
 : path_(fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
-, unfinished_(path_.string() + unfinished_suffix)
 , format_(format)
 , folders_(std::move(folders))
 {
@@ -102,14 +124,16 @@ CloudFolder::CloudFolder(const std::string& path,
     throw UsageError("the folder '" + path_.string() +
                      "' is not empty: name another one, or replace the clouds in it "
                      "with --overwrite");
-  std::error_code error;
-  fs::remove_all(unfinished_, error); // of a run that was ended
+  unfinished_ = makeUnfinishedFolder(path_);
   for (const std::string& folder : folders_) {
+    std::error_code error;
     fs::create_directories(unfinished_ / folder, error);
-    if (error)
-      throw std::runtime_error("cannot create the folder '" +
-                               (unfinished_ / folder).string() +
-                               "': " + error.message());
+    if (!error)
+      continue;
+    std::error_code ignored;
+    fs::remove_all(unfinished_, ignored);
+    throw std::runtime_error("cannot create the folder '" +
+                             (unfinished_ / folder).string() + "': " + error.message());
   }
 }
 

@@ -1,6 +1,7 @@
 #include "decoding_options.h"
 
 #include "encoding_options.h"
+#include "options.h"
 
 #include <algorithm>
 
@@ -28,6 +29,7 @@ void
 addDecodingOptions(CLI::App& app, DecodingOptions& options)
 {
   app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
+      ->check(refuseNan)
       ->type_name("I");
   addOutlierRemoval(app,
                     "leave out noise, as VoxelOutlierRemoval finds it",

@@ -9,6 +9,8 @@
 #include <CLI/App.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -74,6 +76,14 @@ addChoice(CLI::App& app,
       ->type_name(joined);
 }
 
+/** \brief Refuses nan, which CLI11 finds in any range. */
+inline std::string
+refuseNan(const std::string& text)
+{
+  return std::isnan(std::strtod(text.c_str(), nullptr)) ? "'" + text + "' is no number"
+                                                        : std::string();
+}
+
 /** \brief Adds an option that is a number in a range.
  * \param[in,out] value the default; is set if the option is given
  * \param[in] type what stands for the number, such as METRES
@@ -92,6 +102,7 @@ addNumber(CLI::App& app,
   default_value << value;
   return app.add_option(name, value, description + " (" + default_value.str() + ")")
       ->check(CLI::Range(lowest, highest).description(""))
+      ->check(refuseNan)
       ->type_name(type);
 }
 

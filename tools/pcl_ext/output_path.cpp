@@ -1,5 +1,7 @@
 #include "output_path.h"
 
+#include <pcl_ext/recording/mcap_reader.h>
+
 #include "exit_status.h"
 
 #include <unistd.h>
@@ -60,12 +62,18 @@ checkOutput(const std::string& path)
 void
 refuseSameFile(const std::vector<std::string>& inputs, const std::string& output)
 {
-  if (output == "-" || !fs::exists(output))
+  if (output == "-")
     return;
+  const fs::path folder = fs::path(output).parent_path();
   for (const std::string& input : inputs) {
     std::error_code ignored;
     if (fs::equivalent(input, output, ignored))
       throw UsageError("the output '" + output + "' is an input: name another one");
+    if (fs::path(output).extension() == ".mcap" && fs::is_directory(input, ignored) &&
+        recording::McapReader::isMcap(input) &&
+        fs::equivalent(input, folder.empty() ? "." : folder, ignored))
+      throw UsageError("the output '" + output + "' would be a part of the input '" +
+                       input + "': name one outside of that folder");
   }
 }
 

@@ -55,6 +55,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
       options_.nodeSettings(options_.lawOf(cloud), frame_id);
   law_ = settings.law;
   frame_id_ = settings.global_frame;
+  cloud_frame_id_ = cloud.header.frame_id;
   node_.emplace(settings);
   if (!node_->settingsStatus().ok())
     throw UsageError(node_->settingsStatus().message());
@@ -76,6 +77,11 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     throw std::runtime_error(status.message());
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
+  if (cloud.header.frame_id != cloud_frame_id_ && other_frame_id_.empty())
+    other_frame_id_ = source + ": its frame_id is '" + cloud.header.frame_id +
+                      "', that of the clouds before '" + cloud_frame_id_ +
+                      "'; all points of a stream are in one coordinate frame, '" +
+                      frame_id_ + "'";
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   ++sums_.frames;
   sums_.all_points += statistics.preprocessing.points;
