@@ -77,7 +77,9 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     throw std::runtime_error(status.message());
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
-  if (cloud.header.frame_id != cloud_frame_id_ && other_frame_id_.empty())
+  // Empty names tell nothing.
+  if (other_frame_id_.empty() && !cloud.header.frame_id.empty() &&
+      !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
     other_frame_id_ = source + ": its frame_id is '" + cloud.header.frame_id +
                       "', that of the clouds before '" + cloud_frame_id_ +
                       "'; all points of a stream are in one coordinate frame, '" +
