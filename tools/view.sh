@@ -26,12 +26,12 @@ case ${1:-} in
     ;;
 esac
 bash "$root/tools/install_packages.sh" build viewer
+echo "Building the viewer's page"
 bash "$root/viewer/build.sh" > /dev/null
 if [ $# -eq 0 ]; then
   demo=$root/build-run/demo
   [ -e "$demo/cell.mcap" ] ||
-    bash "$root/tools/run.sh" demo --sensors 6 --frames 200 --law quadratic \
-      --output "$demo" --quiet > /dev/null
+    bash "$root/tools/run.sh" demo --sensors 6 --frames 200 --law quadratic --output "$demo"
   set -- "$demo/cell.mcap"
 fi
 exec bash "$root/tools/run.sh" view "$@"
