@@ -301,22 +301,6 @@ TEST(WrongCalls, OneFileHasOneWriter)
   }
 }
 
-TEST(WrongCalls, TheSameStreamAddedTwiceIsRefused)
-{
-  const TestFolder folder;
-  RecordingWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap").ok());
-  std::size_t number = 0;
-  for (int i = 0; i < 20'000; ++i) {
-    StreamToRecord stream;
-    stream.name = std::to_string(i);
-    ASSERT_TRUE(writer.addStream(stream, number).ok());
-    stream.name = std::to_string(i / 2);
-    ASSERT_EQ(writer.addStream(stream, number).code(), RecordingCode::InvalidArgument);
-  }
-  EXPECT_EQ(number, 19'999u);
-}
-
 TEST(WrongCalls, AFailureOfFinishIsKept)
 {
   const TestFolder folder;

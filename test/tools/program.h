@@ -18,6 +18,9 @@ namespace test {
 
 using recording::test::Bytes;
 using recording::test::bytesOf;
+using recording::test::knownStream;
+using recording::test::KnownStream;
+using recording::test::record;
 using recording::test::TestFolder;
 using recording::test::writeBytes;
 

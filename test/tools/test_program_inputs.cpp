@@ -21,10 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using recording::test::knownStream;
-using recording::test::KnownStream;
-using recording::test::record;
-
 std::size_t
 linesOf(const std::string& text)
 {

@@ -15,15 +15,7 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
-namespace {
-
 namespace fs = std::filesystem;
-
-using recording::test::knownStream;
-using recording::test::KnownStream;
-using recording::test::record;
-
-} // namespace
 
 TEST(ProgramPipe, EncodeAndDecodeInAPipe)
 {

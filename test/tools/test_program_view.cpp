@@ -17,9 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using recording::test::knownStream;
-using recording::test::KnownStream;
-using recording::test::record;
 using view::test::HttpAnswer;
 using view::test::LiveClient;
 using view::test::LiveMessage;

@@ -224,8 +224,8 @@ private:
                              ? " (and " + counted(part.warnings - 1, "more frame") +
                                    " with warnings)"
                              : ""));
-      if (!stream->encoder.otherFrameId().empty())
-        console_.remark(stream->encoder.otherFrameId());
+      if (!stream->encoder.frameIdRemark().empty())
+        console_.remark(stream->encoder.frameIdRemark());
       if (const std::string why = stream->encoder.whyNothingWasEncoded();
           !why.empty()) {
         console_.error(why);

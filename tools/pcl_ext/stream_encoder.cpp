@@ -78,12 +78,12 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
   // Empty names tell nothing.
-  if (other_frame_id_.empty() && !cloud.header.frame_id.empty() &&
+  if (frame_id_remark_.empty() && !cloud.header.frame_id.empty() &&
       !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
-    other_frame_id_ = source + ": its frame_id is '" + cloud.header.frame_id +
-                      "', that of the clouds before '" + cloud_frame_id_ +
-                      "'; all points of a stream are in one coordinate frame, '" +
-                      frame_id_ + "'";
+    frame_id_remark_ = source + ": its frame_id is '" + cloud.header.frame_id +
+                       "', that of the clouds before '" + cloud_frame_id_ +
+                       "'; all points of a stream are in one coordinate frame, '" +
+                       frame_id_ + "'";
   const nodes::SensorNodeStatistics statistics = node_->statistics();
   ++sums_.frames;
   sums_.all_points += statistics.preprocessing.points;

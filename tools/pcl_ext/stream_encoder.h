@@ -96,12 +96,12 @@ public:
   std::string
   whyNothingWasEncoded() const;
 
-  /** \brief Names the first cloud whose coordinate frame is not that of those before; empty
-   * if there is none. */
+  /** \brief A sentence on the first cloud whose coordinate frame is not that of those
+   * before; empty if there is none. */
   const std::string&
-  otherFrameId() const
+  frameIdRemark() const
   {
-    return other_frame_id_;
+    return frame_id_remark_;
   }
 
 private:
@@ -113,8 +113,8 @@ private:
   WorldPose pose_;
   std::optional<nodes::SensorNode> node_;
   std::string frame_id_;
-  std::string cloud_frame_id_; ///< of the first cloud
-  std::string other_frame_id_; ///< see otherFrameId()
+  std::string cloud_frame_id_;  ///< of the first cloud
+  std::string frame_id_remark_; ///< see frameIdRemark()
   IntensityLaw law_ = IntensityLaw::Count;
   EncodedSums sums_;
   std::string extent_; ///< of the first cloud, in the world
