@@ -50,6 +50,20 @@ struct ScalarLanes {
     return each(first, second, [](float a, float b) { return a * b; });
   }
 
+  /** \brief The smaller numbers; of NaN and a number either. */
+  static Floats
+  minimum(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a < b ? a : b; });
+  }
+
+  /** \brief The larger numbers; of NaN and a number either. */
+  static Floats
+  maximum(const Floats& first, const Floats& second)
+  {
+    return each(first, second, [](float a, float b) { return a > b ? a : b; });
+  }
+
   static Ints
   less(const Floats& first, const Floats& second)
   {
@@ -174,13 +188,13 @@ struct ScalarLanes {
                  std::uint64_t{static_cast<std::uint32_t>(high[lane])} << 32;
   }
 
-  /** \brief Bit i is set where byte i of 16 is not 0. */
+  /** \brief Bit i is set where number i of 16 is not 0. */
   static unsigned int
-  nonZeroBytes(const std::uint8_t* bytes)
+  nonZeroNumbers(const std::uint32_t* numbers)
   {
     unsigned int bits = 0;
     for (unsigned int i = 0; i < 16; ++i)
-      bits |= bytes[i] != 0 ? 1u << i : 0u;
+      bits |= numbers[i] != 0 ? 1u << i : 0u;
     return bits;
   }
 

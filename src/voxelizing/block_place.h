@@ -26,6 +26,10 @@ struct PlacedPoints {
   std::array<std::uint32_t, capacity> voxels; ///< as in BlockPlace
   std::array<std::size_t, capacity> points;   ///< indices in the cloud
 
+  // Only of clouds that have them.
+  std::array<float, capacity> intensities;
+  std::array<std::uint32_t, capacity> colours; ///< as of pcl::PointXYZRGB
+
   /** \brief Appends an element that was written at or behind the end. */
   void
   moveToEnd(std::size_t index)

@@ -5,6 +5,17 @@
 namespace pcl_ext {
 namespace io {
 
+/** \brief Colours of up to 257 points: red, green and blue from bit 32, 16 and 0 on. */
+using PackedColours = std::uint64_t;
+
+/** \param[in] colour as of pcl::PointXYZRGB */
+inline PackedColours
+packColour(std::uint32_t colour)
+{
+  return std::uint64_t{colour & 0xff0000} << 16 | std::uint64_t{colour & 0xff00} << 8 |
+         (colour & 0xff);
+}
+
 /** \brief Sum of the colours of some points. */
 struct ColourSum {
   std::uint64_t r = 0;
@@ -18,6 +29,22 @@ struct ColourSum {
     r += colour >> 16 & 0xff;
     g += colour >> 8 & 0xff;
     b += colour & 0xff;
+  }
+
+  void
+  addPacked(PackedColours packed)
+  {
+    r += packed >> 32;
+    g += packed >> 16 & 0xffff;
+    b += packed & 0xffff;
+  }
+
+  void
+  add(const ColourSum& other)
+  {
+    r += other.r;
+    g += other.g;
+    b += other.b;
   }
 };
 

@@ -29,6 +29,16 @@ public:
     candidates_ &= other.candidates_;
   }
 
+  /** \brief True for whole numbers below 2^23, which need not be added; without a branch,
+   * for loops over many numbers. */
+  static bool
+  isSmallWholeNumber(float number)
+  {
+    const bool is_small = std::abs(number) < 0x1p23f; // NaN is not
+    const float converted = is_small ? number : 0.5f;
+    return static_cast<float>(static_cast<std::int32_t>(converted)) == converted;
+  }
+
   /** \brief The step is 1 / divisor; 0: there is none. */
   unsigned int
   divisor() const
@@ -46,8 +56,7 @@ private:
   static bool
   isWholeNumber(float number)
   {
-    return std::abs(number) >= 0x1p23f ||
-           static_cast<float>(static_cast<std::int32_t>(number)) == number;
+    return std::abs(number) >= 0x1p23f || isSmallWholeNumber(number);
   }
 
   void

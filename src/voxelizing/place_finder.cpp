@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <vector>
 
 namespace pcl_ext {
@@ -104,6 +105,77 @@ middleOf(const PointView& points)
   return middle;
 }
 
+/** \brief The lowest and the highest coordinates of the points of a usable range. */
+class CoordinateRange {
+public:
+  /** \param[in] usable_min,usable_max ends of the range, both included */
+  CoordinateRange(const std::array<float, 3>& usable_min,
+                  const std::array<float, 3>& usable_max)
+  : usable_min_(lanesOf(usable_min))
+  , usable_max_(lanesOf(usable_max))
+  , lowest_(usable_max_)
+  , highest_(usable_min_)
+  {}
+
+  /** \brief Adds a point, unless it is outside the usable range; reads four floats. */
+  void
+  add(const unsigned char* point)
+  {
+    const auto coordinates = NativeLanes::loadPoint(point);
+    const unsigned int usable = NativeLanes::bitsOf(
+        NativeLanes::bitAnd(NativeLanes::lessOrEqual(usable_min_, coordinates),
+                            NativeLanes::lessOrEqual(coordinates, usable_max_)));
+    if ((usable & 7) != 7) // NaN is not
+      return;
+    is_any_ = true;
+    lowest_ = NativeLanes::minimum(lowest_, coordinates);
+    highest_ = NativeLanes::maximum(highest_, coordinates);
+  }
+
+  bool
+  isAny() const
+  {
+    return is_any_;
+  }
+
+  std::array<float, 4>
+  lowest() const
+  {
+    return arrayOf(lowest_);
+  }
+
+  std::array<float, 4>
+  highest() const
+  {
+    return arrayOf(highest_);
+  }
+
+private:
+  using Floats = NativeLanes::Floats;
+
+  static Floats
+  lanesOf(const std::array<float, 3>& point)
+  {
+    const std::array<float, 4> lanes{point[0], point[1], point[2], 0.0f};
+    return NativeLanes::loadPoint(reinterpret_cast<const unsigned char*>(lanes.data()));
+  }
+
+  static std::array<float, 4>
+  arrayOf(const Floats& lanes)
+  {
+    std::array<float, 4> array;
+    NativeLanes::store(lanes, array.data());
+    return array;
+  }
+
+  // The fourth lane is not used.
+  Floats usable_min_;
+  Floats usable_max_;
+  Floats lowest_;
+  Floats highest_;
+  bool is_any_ = false;
+};
+
 } // namespace
 
 PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
@@ -181,24 +253,22 @@ PlaceFinder::measureRange(const PointView& points, LatticeRange& range) const
 {
   // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
   // in the lowest and the highest voxels.
-  std::array<float, 3> lowest = usable_max_;
-  std::array<float, 3> highest = usable_min_;
-  bool is_any = false;
-  const float* point = points.coordinates;
-  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
-    bool is_usable = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) // NaN fails
-      is_usable &= point[axis] >= usable_min_[axis] && point[axis] <= usable_max_[axis];
-    if (!is_usable)
-      continue;
-    is_any = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lowest[axis] = std::min(lowest[axis], point[axis]);
-      highest[axis] = std::max(highest[axis], point[axis]);
-    }
+  CoordinateRange coordinates(usable_min_, usable_max_);
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(points.coordinates);
+  const std::size_t stride = points.coordinate_stride * sizeof(float);
+  for (std::size_t i = 0; i + 1 < points.count; ++i) {
+    prefetch(bytes + i * stride + prefetch_distance);
+    coordinates.add(bytes + i * stride);
   }
-  return is_any && lattice_.indexOf(lowest.data(), range.lowest) &&
-         lattice_.indexOf(highest.data(), range.highest);
+  // A float after z is read, which the last point may not have.
+  if (points.count > 0) {
+    std::array<float, 4> last{};
+    std::memcpy(last.data(), bytes + (points.count - 1) * stride, 3 * sizeof(float));
+    coordinates.add(reinterpret_cast<const unsigned char*>(last.data()));
+  }
+  return coordinates.isAny() &&
+         lattice_.indexOf(coordinates.lowest().data(), range.lowest) &&
+         lattice_.indexOf(coordinates.highest().data(), range.highest);
 }
 
 bool

@@ -1,11 +1,12 @@
 #include "voxelizing/point_blocks.h"
 
-#include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
 #include "voxelizing/radix_sort.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace pcl_ext {
 namespace io {
@@ -13,6 +14,7 @@ namespace io {
 namespace {
 
 constexpr std::uint64_t no_block = ~std::uint64_t{0};
+constexpr std::size_t no_slot = ~std::size_t{0};
 
 /** \brief Slots of the table per block, so that the first probe mostly succeeds. */
 constexpr std::size_t slots_per_block = 8;
@@ -20,13 +22,13 @@ constexpr std::size_t smallest_table = 1024;
 constexpr std::size_t largest_table = std::size_t{1} << 26;
 constexpr std::size_t tries = 8;
 
-/** \brief Bit i is set if byte i of 64 is not 0. */
+/** \brief Bit i is set if number i of 64 is not 0. */
 std::uint64_t
-nonZeroBytes(const std::uint8_t* bytes)
+nonZeroNumbers(const std::uint32_t* numbers)
 {
   std::uint64_t bits = 0;
   for (unsigned int i = 0; i < 64; i += 16)
-    bits |= std::uint64_t{NativeLanes::nonZeroBytes(bytes + i)} << i;
+    bits |= std::uint64_t{NativeLanes::nonZeroNumbers(numbers + i)} << i;
   return bits;
 }
 
@@ -38,26 +40,25 @@ void
 PointBlocks::reset()
 {
   blocks_.assign(1, no_block);
+  slots_.assign(64, 0);
   order_.clear();
   occupied_count_ = 0;
   fillTable();
-  clear();
 }
 
 void
-PointBlocks::clear(std::size_t expected, bool /*keeps_handles*/, bool keeps_colours)
+PointBlocks::begin(const SummedFields& fields, std::size_t expected)
 {
-  coloured_points_.clear();
-  if (keeps_colours)
-    reserveAhead(coloured_points_, expected);
+  // Copying while they grow would take most of the time of a stream's first cloud.
+  constexpr std::size_t most_reserved_blocks = 16384;
+  if (slots_.capacity() < 64 * std::min(expected / 16, most_reserved_blocks))
+    slots_.reserve(64 * std::min(expected / 16, most_reserved_blocks));
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
     dropEmptyBlocks();
-  else if (slots_per_block * blocks_.size() > 2 * table_.size())
-    fillTable();
-  voxels_.resize(64 * blocks_.size());
-  std::fill(voxels_.begin(), voxels_.end(), std::uint8_t{0});
-  further_points_.clear();
+  fields_ = fields;
+  entry_count_ = 1;
+  entries_.clear();
 }
 
 bool
@@ -93,13 +94,14 @@ PointBlocks::fillTable()
   table_.assign(size, 0);
   hash_shift_ = 64 - bits;
   for (std::size_t i = 1; i < blocks_.size(); ++i)
-    table_[findPlace(blocks_[i], firstTry(blocks_[i]))] = static_cast<std::uint32_t>(i);
+    table_[findPlace(blocks_[i])] = static_cast<std::uint32_t>(i);
 }
 
 std::size_t
-PointBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
+PointBlocks::findPlace(std::uint64_t block) const
 {
   const std::size_t mask = table_.size() - 1;
+  const std::size_t first_try = tableOf().firstTry(block);
   std::size_t place = first_try;
   for (std::size_t i = 1;
        i < tries && table_[place] != 0 && blocks_[table_[place]] != block;
@@ -109,48 +111,98 @@ PointBlocks::findPlace(std::uint64_t block, std::size_t first_try) const
 }
 
 void
-PointBlocks::add(const PlacedPoints& placed, std::size_t* added)
+PointBlocks::add(const PlacedPoints& placed)
 {
-  // Local variables, as stores to bytes may alias the members.
-  const std::uint32_t* table = table_.data();
+  makeRoom(entry_count_ + placed.count);
+  if (fields_.intensities && fields_.colours)
+    sumRuns<true, true>(placed);
+  else if (fields_.intensities)
+    sumRuns<true, false>(placed);
+  else if (fields_.colours)
+    sumRuns<false, true>(placed);
+  else
+    sumRuns<false, false>(placed);
+  addRuns();
+}
+
+template <bool has_intensities, bool has_colours>
+void
+PointBlocks::sumRuns(const PlacedPoints& placed)
+{
+  // Local variables, as stores may alias the members.
+  Table table = tableOf();
   const std::uint64_t* blocks = blocks_.data();
-  std::uint8_t* voxels = voxels_.data();
+  const std::uint32_t* slots = slots_.data();
+  Run run{no_slot, 0, 0.0, 0};
+  Run* next = runs_.data() - 1;
   for (std::size_t i = 0; i < placed.count; ++i) {
-    const std::size_t first_try = firstTry(placed.blocks[i]);
-    std::size_t block = table[first_try];
+    std::size_t block = table.entries[table.firstTry(placed.blocks[i])];
     if (blocks[block] != placed.blocks[i]) {
-      block = findOrInsert(placed.blocks[i], first_try);
+      block = findOrInsert(placed.blocks[i]);
+      table = tableOf();
       blocks = blocks_.data();
-      voxels = voxels_.data();
+      slots = slots_.data();
     }
-    const std::size_t voxel = 64 * block + morton_order[placed.voxels[i]];
-    added[i] = voxel;
-    if (voxels[voxel] != most_in_a_byte)
-      ++voxels[voxel];
-    else
-      further_points_.push_back(voxel);
+    const std::size_t slot = 64 * block + morton_order[placed.voxels[i]];
+    prefetch(slots + slot);
+    // Without a branch, which would be mispredicted: the run is stored at each point and
+    // overwritten while it continues.
+    const std::uint64_t goes_on = slot == run.slot ? 1 : 0;
+    next += 1 - goes_on;
+    run.slot = slot;
+    run.points = (run.points & (0 - goes_on)) + 1;
+    if constexpr (has_intensities)
+      run.intensity = static_cast<double>(goes_on) * run.intensity +
+                      static_cast<double>(placed.intensities[i]);
+    if constexpr (has_colours)
+      run.colours = (run.colours & (0 - goes_on)) + packColour(placed.colours[i]);
+    *next = run;
   }
+  run_count_ = static_cast<std::size_t>(next + 1 - runs_.data());
 }
 
 void
-PointBlocks::addColours(const std::uint32_t* colours,
-                        const std::size_t* added,
-                        std::size_t count)
+PointBlocks::addRuns()
 {
-  const std::size_t first = coloured_points_.size();
-  coloured_points_.resize(first + count);
-  for (std::size_t i = 0; i < count; ++i)
-    coloured_points_[first + i] = {added[i], colours[i]};
+  std::uint32_t entry_count = entry_count_;
+  for (std::size_t i = 0; i < run_count_; ++i) {
+    const Run& run = runs_[i];
+    // Without a branch, too: a new voxel gets the next entry.
+    std::uint32_t& slot = slots_[run.slot];
+    const std::uint32_t is_new = slot == 0 ? 1 : 0;
+    const std::uint32_t entry = slot | (entry_count & (0 - is_new));
+    entry_count += is_new;
+    slot = entry;
+    entries_.counts[entry] += static_cast<std::uint32_t>(run.points);
+    if (fields_.intensities)
+      entries_.intensities[entry] += run.intensity;
+    if (fields_.colours)
+      entries_.colours[entry].addPacked(run.colours);
+  }
+  entry_count_ = entry_count;
+}
+
+/** \brief Makes room for some entries; new ones are 0. */
+void
+PointBlocks::makeRoom(std::size_t entries)
+{
+  if (entries <= entries_.counts.size())
+    return;
+  constexpr std::size_t further_entries = 4096;
+  entries_.resize(entries + further_entries, fields_);
 }
 
 std::size_t
-PointBlocks::findOrInsert(std::uint64_t block, std::size_t first_try)
+PointBlocks::findOrInsert(std::uint64_t block)
 {
-  std::uint32_t& entry = table_[findPlace(block, first_try)];
+  if (slots_per_block * blocks_.size() > 2 * table_.size() &&
+      table_.size() < largest_table)
+    fillTable();
+  std::uint32_t& entry = table_[findPlace(block)];
   if (blocks_[entry] != block) {
     entry = static_cast<std::uint32_t>(blocks_.size());
     blocks_.push_back(block);
-    voxels_.resize(voxels_.size() + 64);
+    slots_.resize(slots_.size() + 64);
   }
   return entry;
 }
@@ -178,85 +230,80 @@ PointBlocks::sortNewBlocks()
 }
 
 void
-PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys,
-                         std::vector<std::uint32_t>& counts)
+PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
 {
   sortNewBlocks();
-  voxel_count_ = findOccupied();
-  keys.resize(voxel_count_);
-  counts.resize(voxel_count_);
-  for (std::size_t i = 0; i < occupied_count_; ++i) {
-    const std::size_t first_voxel = first_voxels_[occupied_[i].block];
-    writeBlock(occupied_[i], &keys[first_voxel], &counts[first_voxel]);
-  }
-  for (const auto& [part, united] : parts_)
-    std::copy_n(
-        &voxels_[64 * std::size_t{united}], 64, &voxels_[64 * std::size_t{part}]);
-  for (const std::size_t point : further_points_)
-    ++counts[voxelOf(point)];
-}
-
-std::size_t
-PointBlocks::findOccupied()
-{
-  uniteParts();
-  first_voxels_.resize(blocks_.size());
+  const std::size_t voxels = entry_count_ - 1 - uniteParts();
+  keys.resize(voxels);
+  sums.resize(voxels, fields_);
   if (occupied_.size() < order_.size())
     occupied_.resize(order_.size());
   occupied_count_ = 0;
-  std::size_t voxels = 0;
-  for (const KeyedBlock& keyed : order_) {
+  std::size_t voxel = 0;
+  for (const KeyedBlock& block : order_) {
     const std::uint64_t occupied =
-        nonZeroBytes(&voxels_[64 * std::size_t{keyed.block}]);
-    first_voxels_[keyed.block] = voxels;
-    voxels += bitCount(occupied);
-    // Without a branch, which would be mispredicted: always written, counted if occupied.
-    occupied_[occupied_count_] = {keyed.key, occupied, keyed.block};
+        nonZeroNumbers(&slots_[64 * std::size_t{block.block}]);
+    occupied_[occupied_count_] = block;
     occupied_count_ += occupied != 0 ? 1 : 0;
+    writeBlock(block, occupied, voxel, keys, sums);
+    voxel += bitCount(occupied);
   }
-  for (const auto& [part, united] : parts_)
-    first_voxels_[part] = first_voxels_[united];
-  return voxels;
 }
 
-void
+/** \brief Unites the parts of blocks. Returns how many entries of voxels are united with
+ * others. */
+std::size_t
 PointBlocks::uniteParts()
 {
-  parts_.clear();
-  for (std::size_t i = 1; i < order_.size(); ++i) {
-    if (order_[i].key != order_[i - 1].key)
-      continue;
-    // Third and further parts are united with the first one, too.
-    const bool goes_on = !parts_.empty() && parts_.back().first == order_[i - 1].block;
-    const std::uint32_t first = goes_on ? parts_.back().second : order_[i - 1].block;
-    parts_.emplace_back(order_[i].block, first);
-    std::uint8_t* const united = &voxels_[64 * std::size_t{first}];
-    std::uint8_t* const part = &voxels_[64 * std::size_t{order_[i].block}];
-    for (std::size_t voxel = 0; voxel < 64; ++voxel) {
-      const unsigned int sum = united[voxel] + unsigned{part[voxel]};
-      united[voxel] =
-          static_cast<std::uint8_t>(std::min(sum, unsigned{most_in_a_byte}));
-      part[voxel] = 0;
-      for (unsigned int further = united[voxel]; further < sum; ++further)
-        further_points_.push_back(64 * std::size_t{first} + voxel);
+  std::size_t united = 0;
+  std::size_t first = 0; // of the parts
+  for (std::size_t i = 1; i < order_.size(); ++i)
+    if (order_[i].key != order_[first].key)
+      first = i;
+    else
+      united += unite(order_[first].block, order_[i].block);
+  return united;
+}
+
+/** \brief Moves the points of a block to another one; returns how many voxels are in both. */
+std::size_t
+PointBlocks::unite(std::size_t block, std::size_t part)
+{
+  std::size_t in_both = 0;
+  for (std::size_t voxel = 0; voxel < 64; ++voxel) {
+    std::uint32_t& to = slots_[64 * block + voxel];
+    const std::uint32_t from = std::exchange(slots_[64 * part + voxel], 0u);
+    if (to == 0)
+      to = from;
+    else if (from != 0) {
+      entries_.add(to, from);
+      ++in_both;
     }
   }
+  return in_both;
 }
 
 void
-PointBlocks::writeBlock(const OccupiedBlock& block,
-                        std::uint64_t* keys,
-                        std::uint32_t* counts)
+PointBlocks::writeBlock(const KeyedBlock& block,
+                        std::uint64_t occupied,
+                        std::size_t first_voxel,
+                        std::vector<std::uint64_t>& keys,
+                        VoxelSums& sums)
 {
-  std::uint8_t* const voxels = &voxels_[64 * std::size_t{block.block}];
-  std::uint8_t rank = 0;
-  for (std::uint64_t occupied = block.occupied; occupied != 0;
-       occupied &= occupied - 1) {
-    const unsigned int voxel = lowestBit(occupied);
-    *keys++ = block.key << 6 | voxel;
-    *counts++ = voxels[voxel];
-    voxels[voxel] = rank++;
+  std::uint32_t* const slots = &slots_[64 * std::size_t{block.block}];
+  std::size_t voxel = first_voxel;
+  for (; occupied != 0; occupied &= occupied - 1) {
+    const unsigned int in_block = lowestBit(occupied);
+    const std::size_t entry = slots[in_block];
+    keys[voxel] = block.key << 6 | in_block;
+    sums.counts[voxel] = entries_.counts[entry];
+    if (fields_.intensities)
+      sums.intensities[voxel] = entries_.intensities[entry];
+    if (fields_.colours)
+      sums.colours[voxel] = entries_.colours[entry];
+    ++voxel;
   }
+  std::fill_n(slots, 64, 0u);
 }
 
 } // namespace io

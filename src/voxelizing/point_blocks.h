@@ -1,23 +1,23 @@
 #pragma once
 
 #include "voxelizing/block_place.h"
-#include "voxelizing/colour_sum.h"
+#include "voxelizing/voxel_sums.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Collects points into the occupied voxels of a grid, sorted by Morton key, with the
- * number of points in each and the voxel of each point.
+/** \brief Collects points into the occupied voxels of a grid, sorted by Morton key, with sums
+ * over the points of each.
  *
  * Voxels are grouped into blocks of 4 x 4 x 4, so that only blocks are sorted. Blocks are
  * kept from cloud to cloud, so that only new ones are sorted; if too many are empty, the
- * empty ones are dropped.
+ * empty ones are dropped. A point is added to the sums of its voxel at once, so that dense
+ * clouds touch no memory but that of their voxels.
  *
  * Blocks are found by a hash table with a limited number of probes. If all probed slots are
  * taken, a block takes the slot of another one; if that one occurs again it gets a second
@@ -29,65 +29,35 @@ class PointBlocks {
 public:
   PointBlocks();
 
-  /** \brief Removes all points and blocks; for another grid. */
+  /** \brief Removes all points and blocks; for another grid, or after points that were not
+   * written. */
   void
   reset();
 
-  /** \brief Removes all points. Handles are kept in any case. */
-  void
-  clear(std::size_t expected = 0,
-        bool keeps_handles = true,
-        bool keeps_colours = false);
-
-  /** \brief Adds points.
-   * \param[in] placed the points
-   * \param[out] added handles of the points, for voxelOf()
+  /** \brief Begins a cloud. Points of the last one must have been written.
+   * \param[in] fields what the points have and voxels sum up
+   * \param[in] expected number of points to come, at most
    */
   void
-  add(const PlacedPoints& placed, std::size_t* added);
+  begin(const SummedFields& fields, std::size_t expected);
 
-  /** \brief Sets the colours of the points that were added last.
-   * \param[in] colours as of pcl::PointXYZRGB, in the order of the points
-   * \param[in] added their handles
-   * \param[in] count their number
-   */
+  /** \brief Adds points. */
   void
-  addColours(const std::uint32_t* colours, const std::size_t* added, std::size_t count);
+  add(const PlacedPoints& placed);
 
-  /** \brief True if there are too few points per block, so that SortedVoxels is faster.
+  /** \brief True if there are too few points per block, so that SortedVoxels is faster and
+   * takes less memory.
    * \param[in] points number of points added
    */
   bool
   areTooSparse(std::size_t points) const;
 
-  /** \brief Writes the voxels. Call clear() before points are added again.
+  /** \brief Writes the voxels, and removes the points.
    * \param[out] keys Morton keys of the voxels, strictly ascending
-   * \param[out] counts number of points in each voxel
+   * \param[out] sums of the points in each voxel
    */
   void
-  writeVoxels(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& counts);
-
-  /** \brief Voxel of a point, after writeVoxels(): an index into the keys.
-   * \param[in] added handle from add()
-   */
-  std::size_t
-  voxelOf(std::size_t added) const
-  {
-    return first_voxels_[added / 64] + voxels_[added];
-  }
-
-  /** \brief Calls a function with the ColourSum of each voxel, in their order, after
-   * writeVoxels(). */
-  template <typename VisitT>
-  void
-  visitColourSums(VisitT&& visit)
-  {
-    colour_sums_.assign(voxel_count_, ColourSum());
-    for (const ColouredPoint& point : coloured_points_)
-      colour_sums_[voxelOf(point.added)].add(point.colour);
-    for (const ColourSum& sum : colour_sums_)
-      visit(sum);
-  }
+  writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums);
 
   /** \brief Number of occupied blocks, after writeVoxels(). */
   std::size_t
@@ -102,35 +72,53 @@ private:
     std::uint32_t block;
   };
 
-  struct OccupiedBlock {
-    std::uint64_t key;      ///< Morton key of the block
-    std::uint64_t occupied; ///< a bit for each voxel
-    std::uint32_t block;
+  /** \brief Sums over consecutive points in the same voxel. */
+  struct Run {
+    std::size_t slot;
+    std::uint64_t points;
+    double intensity;
+    PackedColours colours;
   };
 
-  struct ColouredPoint {
-    std::size_t added; ///< handle of the point
-    std::uint32_t colour;
-  };
-
-  static constexpr std::uint8_t most_in_a_byte = 255;
   static constexpr std::uint64_t hash_factor =
       0x9e3779b97f4a7c15; // 2^64 / golden ratio
 
-  /** \brief First slot to probe for a block. Multiplied twice, as with one multiplication the
-   * blocks of a plane collide. */
-  std::size_t
-  firstTry(std::uint64_t block) const
+  /** \brief The hash table, for loops whose stores might alias the members. */
+  struct Table {
+    const std::uint32_t* entries;
+    unsigned int shift;
+
+    /** \brief First entry to probe for a block. Multiplied twice, as with one
+     * multiplication the blocks of a plane collide. */
+    std::size_t
+    firstTry(std::uint64_t block) const
+    {
+      const std::uint64_t mixed = block * hash_factor;
+      return static_cast<std::size_t>((mixed ^ mixed >> 32) * hash_factor >> shift);
+    }
+  };
+
+  Table
+  tableOf() const
   {
-    const std::uint64_t mixed = block * hash_factor;
-    return static_cast<std::size_t>((mixed ^ mixed >> 32) * hash_factor >> hash_shift_);
+    return {table_.data(), hash_shift_};
   }
 
   std::size_t
-  findOrInsert(std::uint64_t block, std::size_t first_try);
+  findOrInsert(std::uint64_t block);
 
   std::size_t
-  findPlace(std::uint64_t block, std::size_t first_try) const;
+  findPlace(std::uint64_t block) const;
+
+  void
+  makeRoom(std::size_t entries);
+
+  template <bool has_intensities, bool has_colours>
+  void
+  sumRuns(const PlacedPoints& placed);
+
+  void
+  addRuns();
 
   void
   dropEmptyBlocks();
@@ -141,36 +129,43 @@ private:
   void
   sortNewBlocks();
 
-  void
+  std::size_t
   uniteParts();
 
   std::size_t
-  findOccupied();
+  unite(std::size_t block, std::size_t part);
 
   void
-  writeBlock(const OccupiedBlock& block, std::uint64_t* keys, std::uint32_t* counts);
+  writeBlock(const KeyedBlock& block,
+             std::uint64_t occupied,
+             std::size_t first_voxel,
+             std::vector<std::uint64_t>& keys,
+             VoxelSums& sums);
 
   std::vector<std::uint32_t> table_; // indices of blocks, 0 in empty slots
   unsigned int hash_shift_ = 0;
+  SummedFields fields_;
 
   // By index of the block; index 0 is not used.
   std::vector<std::uint64_t> blocks_; // as in BlockPlace
-  std::vector<std::uint8_t>
-      voxels_; // 64 per block: number of points; after writeVoxels() their rank
-  std::vector<std::size_t> first_voxels_; // after writeVoxels()
+  // 64 slots per block: the entry of each voxel, 0 if it has no points.
+  std::vector<std::uint32_t> slots_;
+
+  // Voxels in the order of their first points, which for scanned clouds are near each other
+  // in memory, too. Entry 0 is not used.
+  VoxelSums entries_;
+  std::uint32_t entry_count_ = 1;
+
+  std::array<Run, PlacedPoints::capacity> runs_; // of the points that were added last
+  std::size_t run_count_ = 0;
 
   std::vector<std::uint64_t> kept_blocks_;
 
   std::vector<KeyedBlock> order_; // all blocks, sorted; after writeVoxels()
   std::vector<KeyedBlock> new_blocks_;
   std::vector<KeyedBlock> spare_blocks_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> parts_; // and their first parts
-  std::vector<std::size_t> further_points_; // of voxels with more than most_in_a_byte
-  std::vector<ColouredPoint> coloured_points_;
-  std::vector<ColourSum> colour_sums_;  // by voxel
-  std::size_t voxel_count_ = 0;         // after writeVoxels()
-  std::vector<OccupiedBlock> occupied_; // after writeVoxels()
-  std::size_t occupied_count_ = 0;      // of occupied_, the rest is unused
+  std::vector<KeyedBlock> occupied_; // those with points; after writeVoxels()
+  std::size_t occupied_count_ = 0;   // of occupied_, the rest is unused
 };
 
 } // namespace io

@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "simd/bit_operations.h"
 #include "simd/lanes.h"
 #include "voxelizing/block_place.h"
 
@@ -83,8 +84,9 @@ public:
       position[axis] = LanesT::round(from_first);
       const Floats from_centre = LanesT::absolute(
           LanesT::subtract(from_first, LanesT::toFloats(position[axis])));
-      if (LanesT::bitsOf(LanesT::less(from_centre, certain_)) != 15)
-        in_grid &= divide(axis, point[axis], position[axis]);
+      const unsigned int certain = LanesT::bitsOf(LanesT::less(from_centre, certain_));
+      if (certain != 15)
+        in_grid &= divide(axis, 15 & ~certain, point[axis], position[axis]);
       if (has_box_)
         in_box = LanesT::bitAnd(
             in_box,
@@ -105,20 +107,26 @@ private:
   using Floats = typename LanesT::Floats;
   using Ints = typename LanesT::Ints;
 
-  /** \brief Computes the positions of four points on an axis by division.
-   * \return bit i is set if point i is in the grid
+  /** \brief Computes the positions of some of four points on an axis by division.
+   * \param[in] wanted bit i is set if point i is one of them
+   * \return bit i is not set if point i is one of them and outside the grid
    */
   unsigned int
-  divide(std::size_t axis, const Floats& coordinates, Ints& positions) const
+  divide(std::size_t axis,
+         unsigned int wanted,
+         const Floats& coordinates,
+         Ints& positions) const
   {
     std::array<float, 4> coordinate;
     LanesT::store(coordinates, coordinate.data());
+    std::array<std::int32_t, 4> position;
+    std::memcpy(position.data(), &positions, sizeof(positions));
     const std::int32_t first = grid_.first_index[axis];
     const auto begin = static_cast<double>(first);
     const double end = begin + static_cast<double>(grid_.size());
-    std::array<std::int32_t, 4> position;
-    unsigned int in_grid = 0;
-    for (std::size_t lane = 0; lane < 4; ++lane) {
+    unsigned int outside = 0;
+    for (; wanted != 0; wanted &= wanted - 1) {
+      const unsigned int lane = lowestBit(wanted);
       const double quotient =
           (static_cast<double>(coordinate[lane]) - grid_.anchor[axis]) /
           grid_.resolution;
@@ -127,10 +135,10 @@ private:
       const auto truncated = static_cast<std::int32_t>(inside);
       position[lane] =
           truncated - (static_cast<double>(truncated) > inside ? 1 : 0) - first;
-      in_grid |= (is_inside ? 1u : 0u) << lane;
+      outside |= (is_inside ? 0u : 1u) << lane;
     }
     std::memcpy(&positions, position.data(), sizeof(positions));
-    return in_grid;
+    return ~outside;
   }
 
   /** \brief Bound of the difference, in voxels, between the position computed here and the

@@ -9,96 +9,97 @@ namespace pcl_ext {
 namespace io {
 
 void
-SortedVoxels::clear(std::size_t expected, bool keeps_handles, bool keeps_colours)
+SortedVoxels::begin(const SummedFields& fields, std::size_t expected)
 {
-  keeps_handles_ = keeps_handles;
-  keeps_points_ = keeps_handles || keeps_colours;
+  fields_ = fields;
   points_.clear();
   point_keys_.clear();
-  if (keeps_points_)
+  if (keepsPoints())
     reserveAhead(points_, expected);
   else
     reserveAhead(point_keys_, expected);
 }
 
 void
-SortedVoxels::add(const PlacedPoints& placed, std::size_t* added)
+SortedVoxels::add(const PlacedPoints& placed)
 {
   const auto key_of = [&](std::size_t i) {
     return mortonKey(BlockPlace{placed.blocks[i], placed.voxels[i]});
   };
   // Written by index, as push_back takes longer than the rest.
-  const std::size_t first = keeps_points_ ? points_.size() : point_keys_.size();
-  if (!keeps_points_) {
+  if (!keepsPoints()) {
+    const std::size_t first = point_keys_.size();
     point_keys_.resize(first + placed.count);
     std::uint64_t* const keys = point_keys_.data() + first;
     for (std::size_t i = 0; i < placed.count; ++i)
       keys[i] = key_of(i);
     return;
   }
+  const std::size_t first = points_.size();
   points_.resize(first + placed.count);
   Point* const points = points_.data() + first;
-  for (std::size_t i = 0; i < placed.count; ++i) {
-    added[i] = first + i;
-    points[i] = {key_of(i), static_cast<std::uint32_t>(first + i), 0};
-  }
+  for (std::size_t i = 0; i < placed.count; ++i)
+    points[i] = {key_of(i),
+                 fields_.intensities ? placed.intensities[i] : 0.0f,
+                 fields_.colours ? placed.colours[i] : 0};
 }
 
 void
-SortedVoxels::addColours(const std::uint32_t* colours,
-                         const std::size_t* added,
-                         std::size_t count)
+SortedVoxels::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
 {
-  for (std::size_t i = 0; i < count; ++i)
-    points_[added[i]].colour = colours[i];
-}
-
-void
-SortedVoxels::writeVoxels(std::vector<std::uint64_t>& keys,
-                          std::vector<std::uint32_t>& counts)
-{
-  if (keeps_points_) {
+  if (keepsPoints()) {
     radixSort(points_, spare_points_, usedBits(points_));
-    if (keeps_handles_)
-      voxel_of_.resize(points_.size());
-    writeSorted(points_, keys, counts);
+    writeSorted(points_, keys, sums);
   }
   else {
     radixSort(point_keys_, spare_keys_, usedBits(point_keys_));
-    writeSorted(point_keys_, keys, counts);
+    writeSorted(point_keys_, keys, sums);
   }
+  points_.clear();
+  point_keys_.clear();
 }
 
 template <typename EntryT>
 void
 SortedVoxels::writeSorted(const std::vector<EntryT>& sorted,
                           std::vector<std::uint64_t>& keys,
-                          std::vector<std::uint32_t>& counts)
+                          VoxelSums& sums)
 {
   std::size_t voxels = 0;
   for (std::size_t i = 0; i < sorted.size(); ++i)
     voxels += i == 0 || keyOf(sorted[i]) != keyOf(sorted[i - 1]) ? 1 : 0;
   reserveAhead(keys, voxels);
-  reserveAhead(counts, voxels);
   keys.resize(voxels);
-  counts.resize(voxels);
+  sums.resize(voxels, fields_);
   occupied_blocks_ = 0;
   std::size_t begun = 0; // voxels
   std::size_t first = 0; // point of the last one
+  double intensity = 0.0;
+  ColourSum colour;
   std::uint64_t last = sorted.empty() ? 0 : ~keyOf(sorted.front());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     // Without a branch, which would be mispredicted: written again at each point.
     const std::uint64_t key = keyOf(sorted[i]);
     const std::uint64_t difference = key ^ last;
+    const bool begins = difference != 0;
     last = key;
-    begun += difference != 0 ? 1 : 0;
-    first = difference != 0 ? i : first;
+    begun += begins ? 1 : 0;
+    first = begins ? i : first;
     occupied_blocks_ += difference >> 6 != 0 ? 1 : 0;
     keys[begun - 1] = key;
-    counts[begun - 1] = static_cast<std::uint32_t>(i + 1 - first);
-    if constexpr (std::is_same_v<EntryT, Point>)
-      if (keeps_handles_)
-        voxel_of_[sorted[i].added] = static_cast<std::uint32_t>(begun - 1);
+    sums.counts[begun - 1] = static_cast<std::uint32_t>(i + 1 - first);
+    if constexpr (std::is_same_v<EntryT, Point>) {
+      if (fields_.intensities) {
+        intensity = static_cast<double>(!begins) * intensity +
+                    static_cast<double>(sorted[i].intensity);
+        sums.intensities[begun - 1] = intensity;
+      }
+      if (fields_.colours) {
+        colour = begins ? ColourSum() : colour;
+        colour.add(sorted[i].colour);
+        sums.colours[begun - 1] = colour;
+      }
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "voxelizing/block_place.h"
-#include "voxelizing/colour_sum.h"
+#include "voxelizing/voxel_sums.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -14,68 +14,24 @@ namespace io {
  * nearly empty: sorts the points by their voxels. */
 class SortedVoxels {
 public:
-  /** \brief Removes all points.
+  /** \brief Begins a cloud.
+   * \param[in] fields what the points have and voxels sum up; with neither, sorting takes
+   * half the memory
    * \param[in] expected number of points to come, at most
-   * \param[in] keeps_handles whether voxelOf() will be called
-   * \param[in] keeps_colours whether the points have colours; with neither, sorting
-   * takes half the memory
    */
   void
-  clear(std::size_t expected, bool keeps_handles, bool keeps_colours);
+  begin(const SummedFields& fields, std::size_t expected);
 
-  /** \brief Adds points.
-   * \param[in] placed the points
-   * \param[out] added handles of the points, for voxelOf(), if they are kept
-   */
+  /** \brief Adds points. */
   void
-  add(const PlacedPoints& placed, std::size_t* added);
+  add(const PlacedPoints& placed);
 
-  /** \brief Sets the colours of the points that were added last, if they are kept.
-   * \param[in] colours as of pcl::PointXYZRGB, in the order of the points
-   * \param[in] added their handles
-   * \param[in] count their number
-   */
-  void
-  addColours(const std::uint32_t* colours, const std::size_t* added, std::size_t count);
-
-  /** \brief Never; see PointBlocks. */
-  static bool
-  areTooSparse(std::size_t /*points*/)
-  {
-    return false;
-  }
-
-  /** \brief Writes the voxels.
+  /** \brief Writes the voxels, and removes the points.
    * \param[out] keys Morton keys of the voxels, strictly ascending
-   * \param[out] counts number of points in each voxel
+   * \param[out] sums of the points in each voxel
    */
   void
-  writeVoxels(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& counts);
-
-  /** \brief Voxel of a point, after writeVoxels(): an index into the keys. */
-  std::size_t
-  voxelOf(std::size_t added) const
-  {
-    return voxel_of_[added];
-  }
-
-  /** \brief Calls a function with the ColourSum of each voxel, in their order, after
-   * writeVoxels(). */
-  template <typename VisitT>
-  void
-  visitColourSums(VisitT&& visit)
-  {
-    ColourSum sum;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (i > 0 && points_[i].key != points_[i - 1].key) {
-        visit(sum);
-        sum = ColourSum();
-      }
-      sum.add(points_[i].colour);
-    }
-    if (!points_.empty())
-      visit(sum);
-  }
+  writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums);
 
   /** \brief Number of occupied blocks of 4 x 4 x 4 voxels, after writeVoxels(). */
   std::size_t
@@ -87,24 +43,28 @@ public:
 private:
   struct Point {
     std::uint64_t key;
-    std::uint32_t added;
+    float intensity;
     std::uint32_t colour;
   };
+
+  bool
+  keepsPoints() const
+  {
+    return fields_.intensities || fields_.colours;
+  }
 
   template <typename EntryT>
   void
   writeSorted(const std::vector<EntryT>& sorted,
               std::vector<std::uint64_t>& keys,
-              std::vector<std::uint32_t>& counts);
+              VoxelSums& sums);
 
-  bool keeps_handles_ = true;
-  bool keeps_points_ = true; // for their handles or their colours
+  SummedFields fields_;
   // One of the two pairs is used.
   std::vector<Point> points_;
   std::vector<Point> spare_points_;
   std::vector<std::uint64_t> point_keys_;
   std::vector<std::uint64_t> spare_keys_;
-  std::vector<std::uint32_t> voxel_of_;
   std::size_t occupied_blocks_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "voxelizing/place_finder.h"
 #include "voxelizing/point_blocks.h"
 #include "voxelizing/sorted_voxels.h"
+#include "voxelizing/voxel_sums.h"
 #include "voxels/grid_fit.h"
 #include "voxels/memory_rule.h"
 
@@ -85,10 +86,19 @@ private:
                  VoxelFrame& frame,
                  VoxelizationStatistics& statistics)
   {
-    // The first cloud is sorted, as it may be sparse.
-    if (points_per_block_ < min_points_per_block ||
-        !voxelizeWith(blocks_, points, may_refit, frame, statistics))
-      voxelizeWith(sorted_voxels_, points, may_refit, frame, statistics);
+    is_sparse_ = points_per_block_ < min_points_per_block;
+    Collected collected = collect(points, statistics);
+    if (collected == Collected::PointOutsideGrid) {
+      blocks_.reset();
+      adaptGrid(points, may_refit);
+      collected = collect(points, statistics);
+    }
+    if (collected == Collected::TooSparse) {
+      is_sparse_ = true;
+      blocks_.reset();
+      collect(points, statistics);
+    }
+    writeFrame(points, may_refit, frame, statistics);
   }
 
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
@@ -115,59 +125,112 @@ private:
   {
     blocks_ = PointBlocks();
     sorted_voxels_ = SortedVoxels();
-    runs_ = std::vector<Run>();
-    voxel_counts_ = std::vector<std::uint32_t>();
-    voxel_values_ = std::vector<double>();
+    sums_ = VoxelSums();
   }
 
-  /** \brief Consecutive points in the same voxel. */
-  struct Run {
-    std::size_t added =
-        static_cast<std::size_t>(-1); ///< handle of the points; -1: none
-    double sum = 0.0;                 ///< of their intensities
-  };
-
   /** \brief With fewer points per block of voxels SortedVoxels is faster than PointBlocks. */
-  static constexpr std::size_t min_points_per_block = 4;
+  static constexpr std::size_t min_points_per_block = 8;
 
   enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
 
-  /** \brief Voxelizes a cloud; returns false if it is too sparse for VoxelsT. */
-  template <typename VoxelsT>
-  bool
-  voxelizeWith(VoxelsT& voxels,
-               const PointView& points,
-               bool may_refit,
-               VoxelFrame& frame,
-               VoxelizationStatistics& statistics)
+  SummedFields
+  fieldsOf(const PointView& points) const
   {
-    Collected collected = collect(points, voxels, statistics);
-    if (collected == Collected::PointOutsideGrid) {
-      adaptGrid(points, may_refit);
-      collected = collect(points, voxels, statistics);
+    return {has_intensities_ && points.intensities != nullptr,
+            colour_bits_ > 0 && points.colours != nullptr};
+  }
+
+  /** \brief Adds all usable points to blocks_, or to sorted_voxels_ if the cloud is known
+   * to be sparse. */
+  Collected
+  collect(const PointView& points, VoxelizationStatistics& statistics)
+  {
+    statistics = VoxelizationStatistics();
+    statistics.points = points.count;
+    step_ = CommonStep();
+    const SummedFields fields = fieldsOf(points);
+    if (is_sparse_)
+      sorted_voxels_.begin(fields, points.count);
+    else
+      blocks_.begin(fields, points.count);
+    for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
+      if (!finder_.find(points, i, placed_, statistics))
+        return Collected::PointOutsideGrid;
+      if (fields.intensities)
+        readIntensities(points, statistics);
+      if (fields.colours)
+        readColours(points);
+      if (is_sparse_)
+        sorted_voxels_.add(placed_);
+      else {
+        blocks_.add(placed_);
+        if (blocks_.areTooSparse(i))
+          return Collected::TooSparse;
+      }
     }
-    if (collected == Collected::TooSparse) {
-      blocks_.reset();
-      return false;
+    statistics.points_used = points.count - statistics.points_not_finite -
+                             statistics.points_outside_box -
+                             statistics.points_outside_grid;
+    return Collected::AllPoints;
+  }
+
+  /** \brief Reads the intensities of the points in placed_. */
+  void
+  readIntensities(const PointView& points, VoxelizationStatistics& statistics)
+  {
+    bool are_whole = true;
+    for (std::size_t i = 0; i < placed_.count; ++i) {
+      const float intensity =
+          points.intensities[placed_.points[i] * points.intensity_stride];
+      placed_.intensities[i] = intensity;
+      are_whole &= CommonStep::isSmallWholeNumber(intensity); // NaN is none
     }
-    voxels.writeVoxels(frame.keys, voxel_counts_);
-    if (!frame.keys.empty())
-      points_per_block_ = statistics.points_used / voxels.occupiedBlocks();
+    for (std::size_t i = 0; !are_whole && i < placed_.count; ++i)
+      if (!std::isfinite(placed_.intensities[i])) {
+        ++statistics.intensities_not_finite;
+        placed_.intensities[i] = 0.0f;
+      }
+      else if (is_native_)
+        step_.add(placed_.intensities[i]);
+  }
+
+  /** \brief Reads the colours of the points in placed_. */
+  void
+  readColours(const PointView& points)
+  {
+    const auto* const bytes = static_cast<const unsigned char*>(points.colours);
+    for (std::size_t i = 0; i < placed_.count; ++i)
+      std::memcpy(&placed_.colours[i],
+                  bytes + placed_.points[i] * points.colour_stride,
+                  sizeof(placed_.colours[i]));
+  }
+
+  void
+  writeFrame(const PointView& points,
+             bool may_refit,
+             VoxelFrame& frame,
+             VoxelizationStatistics& statistics)
+  {
+    if (is_sparse_)
+      sorted_voxels_.writeVoxels(frame.keys, sums_);
+    else
+      blocks_.writeVoxels(frame.keys, sums_);
+    const std::size_t blocks =
+        is_sparse_ ? sorted_voxels_.occupiedBlocks() : blocks_.occupiedBlocks();
+    if (blocks > 0)
+      points_per_block_ = statistics.points_used / blocks;
     frame.grid = finder_.grid();
     statistics.intensities_out_of_range =
-        quantise(voxels, points, may_refit, frame, statistics.intensities_vanished);
-    quantiseColours(voxels, points, frame);
+        quantise(points, may_refit, frame, statistics.intensities_vanished);
+    quantiseColours(points, frame);
     frame.has_point_counts = keeps_points_;
     frame.point_counts.clear();
     if (keeps_points_)
-      frame.point_counts.assign(voxel_counts_.begin(), voxel_counts_.end());
-    return true;
+      frame.point_counts.assign(sums_.counts.begin(), sums_.counts.end());
   }
 
-  template <typename VoxelsT>
   std::size_t
-  quantise(const VoxelsT& voxels,
-           const PointView& points,
+  quantise(const PointView& points,
            bool may_refit,
            VoxelFrame& frame,
            std::size_t& vanished)
@@ -179,43 +242,14 @@ private:
       frame.intensities.clear();
       return 0;
     }
-    if (points.intensities != nullptr)
-      sumIntensities(voxels, frame.size());
-    else if (!is_mean_ && quantiser_.takesCounts())
-      return quantiser_.quantiseCounts(voxel_counts_, frame);
-    else if (is_mean_) // all intensities are 1
-      voxel_values_.assign(frame.size(), 1.0);
-    else
-      voxel_values_.assign(voxel_counts_.begin(), voxel_counts_.end());
-    return quantiser_.quantise(voxel_values_, step_, may_refit, frame, vanished);
-  }
-
-  /** \brief Adds all usable points. */
-  template <typename VoxelsT>
-  Collected
-  collect(const PointView& points, VoxelsT& voxels, VoxelizationStatistics& statistics)
-  {
-    statistics = VoxelizationStatistics();
-    statistics.points = points.count;
-    const bool has_runs = has_intensities_ && points.intensities != nullptr;
-    voxels.clear(points.count, has_runs, hasColours(points));
-    startRuns(points);
-    std::array<std::size_t, PlacedPoints::capacity> added;
-    for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
-      if (!finder_.find(points, i, placed_, statistics))
-        return Collected::PointOutsideGrid;
-      voxels.add(placed_, added.data());
-      if (voxels.areTooSparse(i))
-        return Collected::TooSparse;
-      if (has_intensities_ && points.intensities != nullptr)
-        addRuns(points, added.data(), statistics);
-      if (hasColours(points))
-        addColours(points, added.data(), voxels);
+    if (points.intensities == nullptr) { // all are 1
+      if (!is_mean_ && quantiser_.takesCounts())
+        return quantiser_.quantiseCounts(sums_.counts, frame);
+      sums_.intensities.assign(sums_.counts.begin(), sums_.counts.end());
     }
-    statistics.points_used = points.count - statistics.points_not_finite -
-                             statistics.points_outside_box -
-                             statistics.points_outside_grid;
-    return Collected::AllPoints;
+    for (std::size_t i = 0; is_mean_ && i < frame.size(); ++i)
+      sums_.intensities[i] /= static_cast<double>(sums_.counts[i]);
+    return quantiser_.quantise(sums_.intensities, step_, may_refit, frame, vanished);
   }
 
   void
@@ -239,54 +273,21 @@ private:
     blocks_.reset();
   }
 
-  void
-  startRuns(const PointView& points)
-  {
-    step_ = CommonStep();
-    run_ = Run();
-    last_run_ = 0;
-    // Not made smaller, as growing again would initialise all elements.
-    if (has_intensities_ && points.intensities != nullptr &&
-        runs_.size() <= points.count)
-      runs_.resize(points.count + 1);
-  }
-
-  bool
-  hasColours(const PointView& points) const
-  {
-    return colour_bits_ > 0 && points.colours != nullptr;
-  }
-
-  template <typename VoxelsT>
-  void
-  addColours(const PointView& points, const std::size_t* added, VoxelsT& voxels)
-  {
-    const auto* const bytes = static_cast<const unsigned char*>(points.colours);
-    std::array<std::uint32_t, PlacedPoints::capacity> colours;
-    for (std::size_t i = 0; i < placed_.count; ++i)
-      std::memcpy(&colours[i],
-                  bytes + placed_.points[i] * points.colour_stride,
-                  sizeof(colours[i]));
-    voxels.addColours(colours.data(), added, placed_.count);
-  }
-
   /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
-  template <typename VoxelsT>
   void
-  quantiseColours(VoxelsT& voxels, const PointView& points, VoxelFrame& frame)
+  quantiseColours(const PointView& points, VoxelFrame& frame) const
   {
     frame.colours.clear();
-    frame.colour_bits = hasColours(points) ? colour_bits_ : 0;
+    frame.colour_bits = fieldsOf(points).colours ? colour_bits_ : 0;
     if (frame.colour_bits == 0)
       return;
     const std::uint64_t highest = (1u << colour_bits_) - 1;
     frame.colours.resize(frame.size());
-    std::size_t voxel = 0;
-    voxels.visitColourSums([&](const ColourSum& sum) {
+    for (std::size_t voxel = 0; voxel < frame.size(); ++voxel) {
       // floor(number / (2 * full_scale)) by one division for three channels. Rounding
       // errors are below 2^-44, and a quotient that is no whole number is further than
       // 2^-41 from the next one, as there are fewer than 2^32 points.
-      const auto full_scale = std::int64_t{255} * voxel_counts_[voxel];
+      const auto full_scale = std::int64_t{255} * sums_.counts[voxel];
       const double inverse = 1.0 / static_cast<double>(2 * full_scale);
       const auto quantised = [&](std::uint64_t channel) {
         const auto number =
@@ -294,56 +295,9 @@ private:
         return static_cast<std::uint8_t>(
             static_cast<std::int32_t>(static_cast<double>(number) * inverse + 0x1p-43));
       };
-      frame.colours[voxel++] = {quantised(sum.r), quantised(sum.g), quantised(sum.b)};
-    });
-  }
-
-  void
-  addRuns(const PointView& points,
-          const std::size_t* added,
-          VoxelizationStatistics& statistics)
-  {
-    Run run = run_;
-    std::size_t last = last_run_;
-    for (std::size_t i = 0; i < placed_.count; ++i) {
-      const float intensity = usableIntensity(
-          points.intensities[placed_.points[i] * points.intensity_stride], statistics);
-      // Without a branch, which would be mispredicted: the run is stored at each point and
-      // overwritten while it continues.
-      const bool goes_on = added[i] == run.added;
-      last += goes_on ? 0 : 1;
-      run.added = added[i];
-      run.sum = static_cast<double>(goes_on) * run.sum + static_cast<double>(intensity);
-      runs_[last] = run;
+      const ColourSum& sum = sums_.colours[voxel];
+      frame.colours[voxel] = {quantised(sum.r), quantised(sum.g), quantised(sum.b)};
     }
-    run_ = run;
-    last_run_ = last;
-  }
-
-  float
-  usableIntensity(float intensity, VoxelizationStatistics& statistics)
-  {
-    if (!std::isfinite(intensity)) {
-      ++statistics.intensities_not_finite;
-      return 0.0f;
-    }
-    if (is_native_)
-      step_.add(intensity);
-    return intensity;
-  }
-
-  /** \brief Sums the runs in the order of their points, as the order affects rounding. */
-  template <typename VoxelsT>
-  void
-  sumIntensities(const VoxelsT& voxels, std::size_t count)
-  {
-    // Not assign(), which reallocates without a reserve.
-    voxel_values_.resize(count);
-    std::fill(voxel_values_.begin(), voxel_values_.end(), 0.0);
-    for (std::size_t i = 1; i <= last_run_; ++i)
-      voxel_values_[voxels.voxelOf(runs_[i].added)] += runs_[i].sum;
-    for (std::size_t i = 0; is_mean_ && i < count; ++i)
-      voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);
   }
 
   IntensityQuantiser quantiser_;
@@ -360,16 +314,13 @@ private:
   PlaceFinder finder_;
   PointBlocks blocks_;
   SortedVoxels sorted_voxels_;
-  std::size_t points_per_block_ = 0; // of the last cloud
+  bool is_sparse_ = false;
+  std::size_t points_per_block_ = min_points_per_block; // of the last cloud
 
   // Of the current cloud; members so that their memory is reused.
   PlacedPoints placed_;
   CommonStep step_; // of the intensities
-  Run run_;
-  std::vector<Run> runs_;    // the first is not used
-  std::size_t last_run_ = 0; // of runs_, further elements are unused
-  std::vector<std::uint32_t> voxel_counts_;
-  std::vector<double> voxel_values_;
+  VoxelSums sums_;
   bool is_interrupted_ = false;
   MemoryRule memory_rule_;
 };

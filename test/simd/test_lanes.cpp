@@ -16,7 +16,7 @@ using pcl_ext::ScalarLanes;
 
 /** \brief What a computation leaves in memory, bit by bit, for either kind of lanes. */
 struct Result {
-  std::array<std::array<std::uint32_t, 4>, 15> lanes{};
+  std::array<std::array<std::uint32_t, 4>, 17> lanes{};
   std::array<unsigned int, 3> masks{};
   std::array<std::uint64_t, 4> pairs{};
 
@@ -29,7 +29,8 @@ struct Result {
 
 template <typename LanesT>
 Result
-compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>& bytes)
+compute(const std::array<float, 16>& points,
+        const std::array<std::uint32_t, 16>& numbers)
 {
   using L = LanesT;
   // What is no integer may become any.
@@ -71,6 +72,9 @@ compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>&
                          small[0],
                          small[1],
                          small[2]);
+  // Plus 0, as the smaller one of 0 and -0 is either.
+  keepFloats(L::add(L::minimum(small[0], small[1]), L::all(0.0f)));
+  keepFloats(L::add(L::maximum(small[0], small[1]), L::all(0.0f)));
   const typename L::Ints whole = L::round(small[0]);
   keepInts(whole);
   keepFloats(L::toFloats(whole));
@@ -88,7 +92,7 @@ compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>&
   keepFloats(w);
   result.masks = {L::bitsOf(L::less(x, y)),
                   L::bitsOf(L::lessOrEqual(w, z)),
-                  L::nonZeroBytes(bytes.data())};
+                  L::nonZeroNumbers(numbers.data())};
   return result;
 }
 
@@ -113,11 +117,11 @@ TEST(Lanes, NativeLanesAgreeWithScalarLanesToTheLastBit)
       else if (random() % 2 == 0)
         value = static_cast<float>(static_cast<std::int32_t>(bits)) * 0x1p-16f;
     }
-    std::array<std::uint8_t, 16> bytes;
-    for (std::uint8_t& byte : bytes)
-      byte = static_cast<std::uint8_t>(random() % 3 == 0 ? random() : 0);
-    ASSERT_TRUE(compute<NativeLanes>(points, bytes) ==
-                compute<ScalarLanes>(points, bytes))
+    std::array<std::uint32_t, 16> numbers;
+    for (std::uint32_t& number : numbers)
+      number = random() % 3 == 0 ? std::uint32_t{1} << random() % 32 : 0;
+    ASSERT_TRUE(compute<NativeLanes>(points, numbers) ==
+                compute<ScalarLanes>(points, numbers))
         << "of round " << i;
   }
 }

@@ -15,85 +15,74 @@ using namespace pcl_ext::io;
 
 using Positions = std::vector<VoxelPosition>;
 
-/** \brief Compares the colours of voxels with those of a map. */
-template <typename VoxelsT>
-void
-expectColours(VoxelsT& voxels,
-              const Positions& positions,
-              const std::vector<std::uint32_t>& colours)
-{
-  std::map<std::uint64_t, ColourSum> expected;
-  for (std::size_t point = 0; point < positions.size(); ++point) {
-    ColourSum& sum = expected[mortonKey(positions[point])];
-    sum.r += colours[point] >> 16 & 0xff;
-    sum.g += colours[point] >> 8 & 0xff;
-    sum.b += colours[point] & 0xff;
-  }
-  auto next = expected.begin();
-  voxels.visitColourSums([&](const ColourSum& sum) {
-    ASSERT_NE(next, expected.end());
-    EXPECT_EQ(sum.r, next->second.r);
-    EXPECT_EQ(sum.g, next->second.g);
-    EXPECT_EQ(sum.b, next->second.b);
-    ++next;
-  });
-  EXPECT_EQ(next, expected.end());
-}
+/** \brief Sums over the points of a voxel, computed one by one. */
+struct ExpectedVoxel {
+  std::uint32_t count = 0;
+  double intensity = 0.0;
+  ColourSum colour;
+};
 
 /** \brief Adds points as the voxelizer does, and compares what comes out with a map. */
 template <typename VoxelsT>
 void
 expectVoxels(VoxelsT& voxels,
              const Positions& positions,
-             bool keeps_handles = true,
-             bool keeps_colours = true)
+             const SummedFields& fields = {true, true})
 {
-  voxels.clear(positions.size(), keeps_handles, keeps_colours);
-  std::vector<std::size_t> added(positions.size());
-  std::vector<std::uint32_t> colours(positions.size());
+  voxels.begin(fields, positions.size());
+  std::map<std::uint64_t, ExpectedVoxel> expected;
+  std::map<std::uint64_t, std::uint32_t> blocks;
   std::mt19937 random(3);
-  for (std::uint32_t& colour : colours)
-    colour = static_cast<std::uint32_t>(random());
-  for (std::size_t begin = 0; begin < positions.size();
-       begin += PlacedPoints::capacity) {
+  for (std::size_t first = 0; first < positions.size();
+       first += PlacedPoints::capacity) {
     PlacedPoints placed;
-    for (std::size_t i = begin;
-         i < std::min(positions.size(), begin + PlacedPoints::capacity);
+    for (std::size_t i = first;
+         i < std::min(positions.size(), first + PlacedPoints::capacity);
          ++i) {
       const BlockPlace place = blockPlace(positions[i]);
-      EXPECT_EQ(mortonKey(place), mortonKey(positions[i]));
+      const std::uint64_t key = mortonKey(positions[i]);
+      EXPECT_EQ(mortonKey(place), key);
+      const auto colour = static_cast<std::uint32_t>(random());
+      const auto intensity = static_cast<float>(random() % 1000) / 8.0f;
       placed.blocks[placed.count] = place.block;
       placed.voxels[placed.count] = place.voxel;
       placed.points[placed.count] = i;
+      placed.intensities[placed.count] = intensity;
+      placed.colours[placed.count] = colour;
       ++placed.count;
+      ExpectedVoxel& voxel = expected[key];
+      ++voxel.count;
+      voxel.intensity += static_cast<double>(intensity);
+      voxel.colour.r += colour >> 16 & 0xff;
+      voxel.colour.g += colour >> 8 & 0xff;
+      voxel.colour.b += colour & 0xff;
+      ++blocks[key >> 6];
     }
-    voxels.add(placed, &added[begin]);
-    if (keeps_colours)
-      voxels.addColours(&colours[begin], &added[begin], placed.count);
+    voxels.add(placed);
   }
   std::vector<std::uint64_t> keys(3, 7); // of an earlier cloud
-  std::vector<std::uint32_t> counts;
-  voxels.writeVoxels(keys, counts);
+  VoxelSums sums;
+  voxels.writeVoxels(keys, sums);
 
-  std::map<std::uint64_t, std::uint32_t> expected;
-  std::map<std::uint64_t, std::uint32_t> blocks;
-  for (const VoxelPosition& position : positions) {
-    ++expected[mortonKey(position)];
-    ++blocks[mortonKey(position) >> 6];
-  }
   ASSERT_EQ(keys.size(), expected.size());
-  ASSERT_EQ(counts.size(), expected.size());
+  ASSERT_EQ(sums.counts.size(), expected.size());
+  ASSERT_EQ(sums.intensities.size(), fields.intensities ? expected.size() : 0);
+  ASSERT_EQ(sums.colours.size(), fields.colours ? expected.size() : 0);
   EXPECT_EQ(voxels.occupiedBlocks(), blocks.size());
   std::size_t i = 0;
-  for (const auto& [key, count] : expected) {
+  for (const auto& [key, voxel] : expected) {
     ASSERT_EQ(keys[i], key);
-    ASSERT_EQ(counts[i], count);
+    ASSERT_EQ(sums.counts[i], voxel.count);
+    if (fields.intensities) {
+      ASSERT_EQ(sums.intensities[i], voxel.intensity);
+    }
+    if (fields.colours) {
+      ASSERT_EQ(sums.colours[i].r, voxel.colour.r);
+      ASSERT_EQ(sums.colours[i].g, voxel.colour.g);
+      ASSERT_EQ(sums.colours[i].b, voxel.colour.b);
+    }
     ++i;
   }
-  for (std::size_t point = 0; keeps_handles && point < positions.size(); ++point)
-    ASSERT_EQ(keys[voxels.voxelOf(added[point])], mortonKey(positions[point]));
-  if (keeps_colours)
-    expectColours(voxels, positions, colours);
 }
 
 Positions
@@ -131,14 +120,14 @@ TYPED_TEST(VoxelSets, AreThoseOfAMap)
   expectVoxels(voxels, randomPositions(8, 1000, grid_end - 50, 50));
 }
 
-TYPED_TEST(VoxelSets, AreTheSameWithoutHandlesAndColoursOfThePoints)
+TYPED_TEST(VoxelSets, AreTheSameWithoutIntensitiesAndColoursOfThePoints)
 {
   TypeParam voxels;
   for (std::uint64_t seed = 1; seed < 4; ++seed)
     for (const std::uint32_t size : {1u, 30u, grid_end}) {
-      expectVoxels(voxels, randomPositions(seed, 3000, 0, size), false, false);
-      expectVoxels(voxels, randomPositions(seed, 500, 0, size), true, false);
-      expectVoxels(voxels, randomPositions(seed, 1000, 0, size), false, true);
+      expectVoxels(voxels, randomPositions(seed, 3000, 0, size), {false, false});
+      expectVoxels(voxels, randomPositions(seed, 500, 0, size), {true, false});
+      expectVoxels(voxels, randomPositions(seed, 1000, 0, size), {false, true});
     }
 }
 

@@ -342,6 +342,13 @@ public:
     return sensor_;
   }
 
+  /** \brief The law with its parameters. */
+  const LawT&
+  law() const
+  {
+    return law_;
+  }
+
 private:
   SensorT sensor_;
   LawT law_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 namespace pcl_ext {
@@ -18,6 +19,36 @@ constexpr bool counts_points = false;
 
 template <typename SensorT>
 constexpr bool counts_points<IntensityModel<SensorT, CountLaw>> = true;
+
+template <typename IntensityModelT>
+constexpr bool is_native = false;
+
+template <typename SensorT>
+constexpr bool is_native<IntensityModel<SensorT, NativeLaw>> = true;
+
+template <typename PointT, typename = void>
+constexpr bool has_float_intensity = false;
+
+template <typename PointT>
+constexpr bool has_float_intensity<
+    PointT,
+    std::enable_if_t<std::is_same<decltype(PointT::intensity), float>::value>> = true;
+
+/** \brief Takes the points' own intensities where the model keeps them as they are. Returns
+ * false if they have to be computed. */
+template <typename IntensityModelT, typename PointT>
+bool
+useOwnIntensities([[maybe_unused]] const IntensityModelT& model,
+                  [[maybe_unused]] const pcl::PointCloud<PointT>& cloud,
+                  [[maybe_unused]] PointView& view)
+{
+  if constexpr (is_native<IntensityModelT> && has_float_intensity<PointT>)
+    if (model.law().scale == 1.0f) {
+      view = pointViewWithIntensities(cloud);
+      return true;
+    }
+  return false;
+}
 
 /** \brief A point at the centre of each voxel of a frame, in its order, or as many as the
  * voxel had. */
@@ -234,7 +265,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   const SensorPose pose = detail::sensorPose(
       getSettings(), cloud->sensor_origin_, cloud->sensor_orientation_);
   if (IntensityModelT::unit != IntensityUnit::None &&
-      !detail::counts_points<IntensityModelT> && !cloud->empty())
+      !detail::counts_points<IntensityModelT> && !cloud->empty() &&
+      !detail::useOwnIntensities(intensity_model_, *cloud, view))
     setIntensities(
         intensity_model_,
         pose,

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "voxelizing/colour_sum.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief What is summed of the points of a cloud in each voxel, besides their number. */
+struct SummedFields {
+  bool intensities = false;
+  bool colours = false;
+};
+
+/** \brief Sums over the points of each voxel. */
+struct VoxelSums {
+  std::vector<std::uint32_t> counts; ///< number of points
+  std::vector<double> intensities;   ///< empty unless summed
+  std::vector<ColourSum> colours;    ///< empty unless summed
+
+  void
+  resize(std::size_t voxels, const SummedFields& fields)
+  {
+    counts.resize(voxels);
+    intensities.resize(fields.intensities ? voxels : 0);
+    colours.resize(fields.colours ? voxels : 0);
+  }
+
+  void
+  clear()
+  {
+    resize(0, SummedFields());
+  }
+
+  /** \brief Adds the sums of one voxel to those of another one. */
+  void
+  add(std::size_t to, std::size_t from)
+  {
+    counts[to] += counts[from];
+    if (!intensities.empty())
+      intensities[to] += intensities[from];
+    if (!colours.empty())
+      colours[to].add(colours[from]);
+  }
+};
+
+} // namespace io
+} // namespace pcl_ext
