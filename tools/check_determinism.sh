@@ -39,17 +39,18 @@ ScalarLanes | $node | clang++ --target=wasm32-wasi -O2 -fno-exceptions"
 
 tests="test/stream/test_golden_streams.cpp test/bytes/test_byte_io.cpp
   test/simd/test_bit_operations.cpp test/simd/test_lanes.cpp
-  test/voxelizing/test_point_blocks.cpp test/voxelizing/test_quad_locator.cpp"
+  test/voxelizing/test_point_blocks.cpp test/voxelizing/test_point_locator.cpp"
 gtest=/usr/src/googletest/googletest # comes as source with Debian
 eigen=$(pkg-config --cflags eigen3 2> /dev/null || echo -I/usr/include/eigen3)
 
 # One unit of all sources, as else most of the time would go into the standard library's
-# headers; GoogleTest in another, not optimised.
+# headers; GoogleTest in another, not optimised; files for AVX2 by themselves.
+avx2="src/voxelizing/located_points_avx2.cpp test/simd/lanes_computation_avx2.cpp"
 {
   echo '#define PCL_EXT_TEST_DATA "test/data"'
   # shellcheck disable=SC2086
   printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,stream,outliers} \
-    -name '*.cpp' | sort) $tests
+    -name '*.cpp' ! -name '*_avx2.cpp' | sort) $tests
   echo 'static_assert(std::is_same_v<pcl_ext::NativeLanes, pcl_ext::LANES>);'
 } > "$out/codec.cpp"
 printf '#include "src/%s"\n' gtest-all.cc gtest_main.cc > "$out/googletest.cpp"
@@ -66,7 +67,10 @@ check() {
   # shellcheck disable=SC2086
   $compiler $flags -O0 -c "$out/googletest.cpp" -o "$program.googletest.o" &&
     $compiler $flags -DLANES="$lanes" -c "$out/codec.cpp" -o "$program.codec.o" &&
-    $compiler "$program.codec.o" "$program.googletest.o" $zlib -o "$program.exe" &&
+    for file in $avx2; do
+      $compiler $flags -c "$file" -o "$program.${file//\//.}.o" || return 1
+    done &&
+    $compiler "$program".*.o $zlib -o "$program.exe" &&
     $runner "$program.exe" --gtest_brief=1 || return 1
   echo "same bytes: $compiler ($lanes, $((SECONDS - start)) s)"
 }

@@ -8,10 +8,15 @@
 
 #include "simd/scalar_lanes.h"
 
+// PCL_EXT_HAS_NATIVE_LANES: NativeLanes are not ScalarLanes.
 #if defined(__SSE2__)
+#define PCL_EXT_HAS_NATIVE_LANES 1
 #include "simd/sse2_lanes.h"
 #elif defined(__aarch64__) && !defined(__AARCH64EB__)
+#define PCL_EXT_HAS_NATIVE_LANES 1
 #include "simd/neon_lanes.h"
+#else
+#define PCL_EXT_HAS_NATIVE_LANES 0
 #endif
 
 namespace pcl_ext {
@@ -23,25 +28,5 @@ using NativeLanes = NeonLanes;
 #else
 using NativeLanes = ScalarLanes;
 #endif
-
-/** \brief Reads x, y and z of four points; four floats are read of each.
- * \param[in] points x of the first; need not be aligned
- * \param[in] stride bytes from one x to the next
- * \param[out] x,y,z one lane a point
- */
-template <typename LanesT>
-void
-loadPoints(const unsigned char* points,
-           std::size_t stride,
-           typename LanesT::Floats& x,
-           typename LanesT::Floats& y,
-           typename LanesT::Floats& z)
-{
-  x = LanesT::loadPoint(points);
-  y = LanesT::loadPoint(points + stride);
-  z = LanesT::loadPoint(points + 2 * stride);
-  typename LanesT::Floats w = LanesT::loadPoint(points + 3 * stride);
-  LanesT::transpose(x, y, z, w);
-}
 
 } // namespace pcl_ext

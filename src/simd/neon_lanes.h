@@ -12,6 +12,8 @@ struct NeonLanes {
   using Floats = float32x4_t;
   using Ints = int32x4_t;
 
+  static constexpr unsigned int width = 4;
+
   static Floats
   all(float value)
   {
@@ -139,6 +141,14 @@ struct NeonLanes {
   store(Floats values, float* to)
   {
     vst1q_f32(to, values);
+  }
+
+  template <unsigned int part>
+  static void
+  storeFour(Floats values, float* to)
+  {
+    static_assert(part == 0);
+    store(values, to);
   }
 
   static void

@@ -13,12 +13,15 @@ namespace pcl_ext {
  * instructions, and as the reference for the other lanes types, which have to give the same
  * results to the last bit.
  *
- * Contract of a lanes type: the members below. Comparisons return a mask with all bits set
- * in lanes where they are true; they are false for NaN.
+ * Contract of a lanes type: the members below, for so many lanes as its width, four or
+ * eight. Comparisons return a mask with all bits set in lanes where they are true; they are
+ * false for NaN.
  */
 struct ScalarLanes {
   using Floats = std::array<float, 4>;
   using Ints = std::array<std::int32_t, 4>;
+
+  static constexpr unsigned int width = 4;
 
   static Floats
   all(float value)
@@ -179,7 +182,16 @@ struct ScalarLanes {
     std::memcpy(to, values.data(), sizeof(values));
   }
 
-  /** \brief Writes four 64-bit numbers, given as low and high halves. */
+  /** \brief Writes the four floats that begin with lane 4 * part. */
+  template <unsigned int part>
+  static void
+  storeFour(const Floats& values, float* to)
+  {
+    static_assert(part == 0);
+    store(values, to);
+  }
+
+  /** \brief Writes a 64-bit number a lane, given as low and high halves. */
   static void
   storePairs(const Ints& low, const Ints& high, std::uint64_t* to)
   {
@@ -207,7 +219,8 @@ struct ScalarLanes {
     return floats;
   }
 
-  /** \brief Transposes four lanes of x, y, z, w to four points x, y, z, w. */
+  /** \brief Transposes x, y, z, w of four points to four points x, y, z, w; with eight
+   * lanes the first and the last four points by themselves. */
   static void
   transpose(Floats& x, Floats& y, Floats& z, Floats& w)
   {

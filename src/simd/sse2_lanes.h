@@ -12,6 +12,8 @@ struct Sse2Lanes {
   using Floats = __m128;
   using Ints = __m128i;
 
+  static constexpr unsigned int width = 4;
+
   static Floats
   all(float value)
   {
@@ -138,6 +140,14 @@ struct Sse2Lanes {
   store(Floats values, float* to)
   {
     _mm_storeu_ps(to, values);
+  }
+
+  template <unsigned int part>
+  static void
+  storeFour(Floats values, float* to)
+  {
+    static_assert(part == 0);
+    store(values, to);
   }
 
   static void

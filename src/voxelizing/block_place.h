@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace pcl_ext {
 namespace io {
@@ -30,14 +31,38 @@ struct PlacedPoints {
   std::array<float, capacity> intensities;
   std::array<std::uint32_t, capacity> colours; ///< as of pcl::PointXYZRGB
 
-  /** \brief Appends an element that was written at or behind the end. */
+  /** \brief Appends a point whose voxel was written at or behind the end.
+   * \param[in] index where it was written
+   * \param[in] point its index in the cloud
+   */
   void
-  moveToEnd(std::size_t index)
+  moveToEnd(std::size_t index, std::size_t point)
   {
     blocks[count] = blocks[index];
     voxels[count] = voxels[index];
-    points[count] = points[index];
+    points[count] = point;
     ++count;
+  }
+
+  /** \brief Appends eight points whose voxels were written at or behind the end.
+   * \param[in] index where the first was written
+   * \param[in] point index of the first in the cloud
+   */
+  void
+  moveEightToEnd(std::size_t index, std::size_t point)
+  {
+    if (index != count) {
+      // By way of other memory, as the places may overlap.
+      std::array<std::uint64_t, 8> eight_blocks;
+      std::array<std::uint32_t, 8> eight_voxels;
+      std::memcpy(eight_blocks.data(), &blocks[index], sizeof(eight_blocks));
+      std::memcpy(eight_voxels.data(), &voxels[index], sizeof(eight_voxels));
+      std::memcpy(&blocks[count], eight_blocks.data(), sizeof(eight_blocks));
+      std::memcpy(&voxels[count], eight_voxels.data(), sizeof(eight_voxels));
+    }
+    for (std::size_t i = 0; i < 8; ++i)
+      points[count + i] = point + i;
+    count += 8;
   }
 };
 

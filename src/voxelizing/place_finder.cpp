@@ -13,9 +13,6 @@ namespace io {
 
 namespace {
 
-/** \brief Distance of prefetching, bytes. */
-constexpr std::size_t prefetch_distance = 2048;
-
 VoxelGrid
 initialGrid(const IntensityCompressionSettings& settings)
 {
@@ -183,7 +180,7 @@ PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
 , has_pcl_grid_(box_ && settings.format == StreamFormat::Published)
 , grid_(initialGrid(settings))
 , lattice_(makeLattice(grid_, box_.has_value()))
-, locator_(grid_, box_)
+, locator_grid_(grid_, box_)
 {
   if (!box_)
     setLattice();
@@ -194,7 +191,7 @@ PlaceFinder::setGrid(const VoxelGrid& grid)
 {
   const bool has_other_lattice = grid.anchor != grid_.anchor;
   grid_ = grid;
-  locator_ = QuadLocator<NativeLanes>(grid_, box_);
+  locator_grid_ = LocatorGrid(grid_, box_);
   if (has_other_lattice)
     setLattice();
 }
@@ -281,29 +278,28 @@ PlaceFinder::find(const PointView& points,
   const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
   const std::size_t stride = points.coordinate_stride;
   std::size_t i = begin;
-  // The locator reads a float after z, which the last point may not have.
-  if (locator_.isUseful() && stride >= 3)
-    for (; i + 4 <= end && i + 4 < points.count; i += 4) {
-      const auto* const quad =
-          reinterpret_cast<const unsigned char*>(points.coordinates) +
-          i * stride * sizeof(float);
-      // A cloud is usually not in the caches.
-      prefetch(quad + prefetch_distance);
-      prefetch(quad + prefetch_distance + 2 * stride * sizeof(float));
-      const std::size_t first = placed.count;
-      const unsigned int certain = locator_.locate(
-          quad, stride * sizeof(float), &placed.blocks[first], &placed.voxels[first]);
-      for (std::size_t lane = 0; lane < 4; ++lane)
-        placed.points[first + lane] = i + lane;
-      if (certain == 15)
-        placed.count += 4;
+  if (locator_grid_.is_useful && stride >= 3) {
+    CertainPoints certain;
+    // A float after z is read, which the last point may not have.
+    const std::size_t located = locatePoints(
+        locator_grid_,
+        {reinterpret_cast<const unsigned char*>(points.coordinates + begin * stride),
+         stride * sizeof(float),
+         std::min(end, points.count - 1) - begin},
+        placed,
+        certain);
+    for (std::size_t eight = 0; eight < located; eight += 8, i += 8) {
+      const unsigned int bits = certain[eight / 8];
+      if (bits == 255)
+        placed.moveEightToEnd(eight, i);
       else
-        for (std::size_t lane = 0; lane < 4; ++lane)
-          if ((certain >> lane & 1) != 0)
-            placed.moveToEnd(first + lane);
+        for (std::size_t lane = 0; lane < 8; ++lane)
+          if ((bits >> lane & 1) != 0)
+            placed.moveToEnd(eight + lane, i + lane);
           else if (!findOne(points, i + lane, placed, statistics))
             return false;
     }
+  }
   for (; i < end; ++i)
     if (!findOne(points, i, placed, statistics))
       return false;

@@ -6,7 +6,7 @@
 
 #include "voxelizing/block_place.h"
 #include "voxelizing/lattice.h"
-#include "voxelizing/quad_locator.h"
+#include "voxelizing/located_points.h"
 #include "voxels/grid_fit.h"
 
 #include <array>
@@ -93,7 +93,7 @@ private:
   bool has_pcl_grid_;
   VoxelGrid grid_;
   Lattice lattice_;
-  QuadLocator<NativeLanes> locator_;
+  LocatorGrid locator_grid_;
   std::array<float, 3> usable_min_{}; // lowest and highest coordinates on the lattice,
   std::array<float, 3> usable_max_{}; // metres; not used with a fixed box
 };

@@ -1,7 +1,8 @@
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "filters/point_mover.h"
+#include "filters/moved_points.h"
+#include "support/all_lanes.h"
 #include "support/float_values.h"
 #include "support/test_memory.h"
 
@@ -17,8 +18,10 @@
 namespace {
 
 using namespace pcl_ext;
+using pcl_ext::test::AllLanes;
 using pcl_ext::test::infinity;
 using pcl_ext::test::MemoryUse;
+using pcl_ext::test::TestOfLanes;
 
 constexpr float largest = std::numeric_limits<float>::max();
 
@@ -138,13 +141,15 @@ expectMoved(MovePointsT move_points, std::mt19937_64& random, bool has_box)
       EXPECT_EQ(output[i * detail::moved_point_floats + field], -7.0f);
 }
 
-TEST(MovedPoints, AreTheSameToTheLastBitWithAnyLanes)
+template <typename LanesOfT>
+using MovedPointsOf = TestOfLanes<LanesOfT>;
+TYPED_TEST_SUITE(MovedPointsOf, AllLanes);
+
+TYPED_TEST(MovedPointsOf, AnyLanesAreTheSameToTheLastBit)
 {
   std::mt19937_64 random(1);
   for (int i = 0; i < 3000; ++i)
-    for (const MovePointsT move_points :
-         {&detail::movePointsWith<ScalarLanes>, &detail::movePointsWith<NativeLanes>})
-      expectMoved(move_points, random, i % 2 == 0);
+    expectMoved(&detail::movePointsWith<typename TypeParam::Lanes>, random, i % 2 == 0);
 }
 
 TEST(MovedPoints, ABoxMayBeAtInfinity)

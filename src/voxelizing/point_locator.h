@@ -1,71 +1,49 @@
 #pragma once
 
-#include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/compression/voxel_frame.h>
-
 #include "simd/bit_operations.h"
-#include "simd/lanes.h"
-#include "voxelizing/block_place.h"
+#include "simd/lanes_target.h"
+#include "simd/load_points.h"
+#include "voxelizing/located_points.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
-#include <optional>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Computes the voxels of four points at once.
+/** \brief Computes the voxels of as many points at once as there are lanes.
  *
  * In single precision, which is exact except near the faces of a voxel; there a coordinate
  * is divided in double precision as by Lattice. The whole millimetres of depth cameras are
  * on faces of voxels of 0.1 mm, all of them.
  */
 template <typename LanesT>
-class QuadLocator {
+class PointLocator {
 public:
-  /** \brief A locator for the voxels of a grid.
-   * \param[in] grid any grid
-   * \param[in] box points outside it are reported as uncertain
-   */
-  QuadLocator(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
-  : inverse_resolution_(LanesT::all(static_cast<float>(1.0 / grid.resolution)))
-  , beyond_grid_(LanesT::all(static_cast<std::int32_t>(-grid.size())))
+  PCL_EXT_LANES_TARGET explicit PointLocator(const LocatorGrid& grid)
+  : inverse_resolution_(LanesT::all(grid.inverse_resolution))
+  , beyond_grid_(LanesT::all(grid.beyond_grid))
+  , certain_(LanesT::all(grid.certain))
+  , beyond_last_centre_(LanesT::all(static_cast<float>(grid.size)))
+  , has_box_(grid.has_box)
   , grid_(grid)
-  , has_box_(box)
   {
-    float error = 0.0f;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      first_centre_[axis] =
-          LanesT::all(static_cast<float>(grid.centre(axis, 0) / grid.resolution));
-      error = std::max(error, maxError(grid, axis));
-      if (box) {
-        box_min_[axis] = LanesT::all(lowestFloatFrom(box->min[axis]));
-        box_max_[axis] = LanesT::all(-lowestFloatFrom(-box->max[axis]));
-      }
+      first_centre_[axis] = LanesT::all(grid.first_centre[axis]);
+      box_min_[axis] = LanesT::all(grid.box_min[axis]);
+      box_max_[axis] = LanesT::all(grid.box_max[axis]);
     }
-    certain_ = LanesT::all(0.5f - error);
-    is_useful_ = error < 0.25f;
   }
 
-  /** \brief False if most points of the grid would be uncertain. */
-  bool
-  isUseful() const
-  {
-    return is_useful_;
-  }
-
-  /** \brief Computes the voxels of four points.
+  /** \brief Computes the voxels of a point a lane.
    * \param[in] points x of the first; four floats are read of each
    * \param[in] stride bytes from one x to the next
-   * \param[out] blocks,voxels four voxels, as in BlockPlace; valid for certain points only
+   * \param[out] blocks,voxels as in BlockPlace; valid for certain points only
    * \return bit i is set if point i is certainly in the grid and the box
    */
-  unsigned int
+  PCL_EXT_LANES_TARGET unsigned int
   locate(const unsigned char* points,
          std::size_t stride,
          std::uint64_t* blocks,
@@ -75,7 +53,7 @@ public:
     loadPoints<LanesT>(points, stride, point[0], point[1], point[2]);
     Ints position[3];
     Ints in_box = LanesT::all(-1);
-    unsigned int in_grid = 15;
+    unsigned int in_grid = all_lanes;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // Relative to the centre of the grid's first voxel, so that the position is the
       // nearest integer. The point is certain if it is far enough from the voxel's faces.
@@ -85,8 +63,15 @@ public:
       const Floats from_centre = LanesT::absolute(
           LanesT::subtract(from_first, LanesT::toFloats(position[axis])));
       const unsigned int certain = LanesT::bitsOf(LanesT::less(from_centre, certain_));
-      if (certain != 15)
-        in_grid &= divide(axis, 15 & ~certain, point[axis], position[axis]);
+      if (certain != all_lanes) {
+        // The others, among them NaN, are farther from the grid than any error.
+        const unsigned int near_grid = LanesT::bitsOf(
+            LanesT::bitAnd(LanesT::lessOrEqual(LanesT::all(-1.0f), from_first),
+                           LanesT::lessOrEqual(from_first, beyond_last_centre_)));
+        in_grid &= certain | near_grid;
+        if (const unsigned int unclear = ~certain & near_grid; unclear != 0)
+          in_grid &= divide(axis, unclear, point[axis], position[axis]);
+      }
       if (has_box_)
         in_box = LanesT::bitAnd(
             in_box,
@@ -107,23 +92,25 @@ private:
   using Floats = typename LanesT::Floats;
   using Ints = typename LanesT::Ints;
 
-  /** \brief Computes the positions of some of four points on an axis by division.
+  static constexpr unsigned int all_lanes = (1u << LanesT::width) - 1;
+
+  /** \brief Computes the positions of some points on an axis by division.
    * \param[in] wanted bit i is set if point i is one of them
    * \return bit i is not set if point i is one of them and outside the grid
    */
-  unsigned int
+  PCL_EXT_LANES_TARGET unsigned int
   divide(std::size_t axis,
          unsigned int wanted,
          const Floats& coordinates,
          Ints& positions) const
   {
-    std::array<float, 4> coordinate;
+    std::array<float, LanesT::width> coordinate;
     LanesT::store(coordinates, coordinate.data());
-    std::array<std::int32_t, 4> position;
+    std::array<std::int32_t, LanesT::width> position;
     std::memcpy(position.data(), &positions, sizeof(positions));
     const std::int32_t first = grid_.first_index[axis];
     const auto begin = static_cast<double>(first);
-    const double end = begin + static_cast<double>(grid_.size());
+    const double end = begin + static_cast<double>(grid_.size);
     unsigned int outside = 0;
     for (; wanted != 0; wanted &= wanted - 1) {
       const unsigned int lane = lowestBit(wanted);
@@ -141,39 +128,7 @@ private:
     return ~outside;
   }
 
-  /** \brief Bound of the difference, in voxels, between the position computed here and the
-   * quotient in double precision, for points in the grid.
-   *
-   * The inverse, the product, the first centre and the difference have a relative error of
-   * at most 2^-24 each. The terms of second order and the errors of the quotient and of
-   * the bound are below the one voxel more.
-   */
-  static float
-  maxError(const VoxelGrid& grid, std::size_t axis)
-  {
-    const auto size = static_cast<double>(grid.size());
-    const auto first = static_cast<double>(grid.first_index[axis]);
-    const double farthest = std::max(std::abs(first), std::abs(first + size)) +
-                            std::abs(grid.anchor[axis]) / grid.resolution + 1.0;
-    return static_cast<float>((3.0 * farthest + size) * 0x1p-24);
-  }
-
-  /** \brief The lowest float that is not below a double. */
-  static float
-  lowestFloatFrom(double number)
-  {
-    constexpr float infinity = std::numeric_limits<float>::infinity();
-    // Casting a double outside the range of float is undefined.
-    if (number > static_cast<double>(std::numeric_limits<float>::max()))
-      return infinity;
-    if (number < static_cast<double>(std::numeric_limits<float>::lowest()))
-      return std::numeric_limits<float>::lowest();
-    const auto nearest = static_cast<float>(number);
-    return static_cast<double>(nearest) < number ? std::nextafter(nearest, infinity)
-                                                 : nearest;
-  }
-
-  static void
+  PCL_EXT_LANES_TARGET static void
   storePlaces(const Ints (&position)[3], std::uint64_t* blocks, std::uint32_t* voxels)
   {
     const Ints within_block = LanesT::all(3);
@@ -195,15 +150,43 @@ private:
   }
 
   Floats inverse_resolution_;
-  Ints beyond_grid_;       // the bits that are 0 in all positions of the grid
-  Floats first_centre_[3]; // of the grid's lowest voxel, in voxels
-  VoxelGrid grid_;
-  Floats certain_; // largest certain distance from a voxel's centre, in voxels
-  Floats box_min_[3]{};
-  Floats box_max_[3]{};
+  Ints beyond_grid_;
+  Floats first_centre_[3];
+  Floats certain_;
+  Floats beyond_last_centre_; // of the grid's highest voxel, by one voxel, in voxels
+  Floats box_min_[3];
+  Floats box_max_[3];
   bool has_box_;
-  bool is_useful_ = false;
+  const LocatorGrid& grid_;
 };
+
+/** \brief See locatePoints(). */
+template <typename LanesT>
+PCL_EXT_LANES_TARGET std::size_t
+locateEach(const LocatorGrid& grid,
+           const LocatorInput& points,
+           PlacedPoints& placed,
+           CertainPoints& certain)
+{
+  const PointLocator<LanesT> locator(grid);
+  std::size_t i = 0;
+  for (; i + 8 <= points.count; i += 8) {
+    const unsigned char* const first = points.first + i * points.stride;
+    // A cloud is usually not in the caches.
+    for (std::size_t point = 0; point < 8; point += 2)
+      prefetch(first + prefetch_distance + point * points.stride);
+    unsigned int bits =
+        locator.locate(first, points.stride, &placed.blocks[i], &placed.voxels[i]);
+    if constexpr (LanesT::width == 4)
+      bits |= locator.locate(first + 4 * points.stride,
+                             points.stride,
+                             &placed.blocks[i + 4],
+                             &placed.voxels[i + 4])
+              << 4;
+    certain[i / 8] = static_cast<std::uint8_t>(bits);
+  }
+  return i;
+}
 
 } // namespace io
 } // namespace pcl_ext

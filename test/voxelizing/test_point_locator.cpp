@@ -1,6 +1,8 @@
+#include "simd/bit_operations.h"
+#include "support/all_lanes.h"
 #include "support/voxelized_stream.h"
 #include "voxelizing/lattice.h"
-#include "voxelizing/quad_locator.h"
+#include "voxelizing/located_points.h"
 #include "voxels/grid_fit.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +19,8 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
-using pcl_ext::NativeLanes;
-using pcl_ext::ScalarLanes;
+using pcl_ext::test::AllLanes;
+using pcl_ext::test::TestOfLanes;
 
 /** \brief Coordinates that are hard for a grid: all magnitudes, faces and their
  * neighbours, and what is no coordinate. */
@@ -74,6 +76,25 @@ grids()
   return grids;
 }
 
+/** \brief The places of eight points x, y, z, w. */
+struct EightPlaces {
+  unsigned int certain; // bit i is set if the locator is certain of point i
+  PlacedPoints placed;
+};
+
+template <typename LanesT>
+EightPlaces
+locateEight(const LocatorGrid& grid, const std::array<float, 32>& points)
+{
+  EightPlaces places;
+  CertainPoints certain{};
+  const LocatorInput input{
+      reinterpret_cast<const unsigned char*>(points.data()), 4 * sizeof(float), 8};
+  EXPECT_EQ(locatePointsWith<LanesT>(grid, input, places.placed, certain), 8u);
+  places.certain = certain[0];
+  return places;
+}
+
 /** \brief What the locator is certain of must be what the division says. */
 template <typename LanesT>
 void
@@ -84,23 +105,17 @@ expectAgreement(const VoxelGrid& grid,
   const std::array<std::int64_t, 3> all_begin{-2097152, -2097152, -2097152};
   const std::array<std::int64_t, 3> all_end{4194304, 4194304, 4194304};
   const Lattice lattice(grid, all_begin, all_end);
-  const QuadLocator<LanesT> locator(grid, box);
+  const LocatorGrid locator_grid(grid, box);
   std::array<std::vector<float>, 3> axes{
       hardCoordinates(grid, 1), hardCoordinates(grid, 2), hardCoordinates(grid, 3)};
   std::mt19937_64 random(4);
-  for (int i = 0; i < 3000; ++i) {
-    std::array<float, 16> points{};
+  for (int i = 0; i < 1500; ++i) {
+    std::array<float, 32> points{};
     for (std::size_t j = 0; j < points.size(); ++j)
       points[j] = axes[j % 3][random() % axes[0].size()];
-    std::array<std::uint64_t, 4> blocks;
-    std::array<std::uint32_t, 4> voxels;
-    const unsigned int certain =
-        locator.locate(reinterpret_cast<const unsigned char*>(points.data()),
-                       4 * sizeof(float),
-                       blocks.data(),
-                       voxels.data());
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      if ((certain >> lane & 1) == 0)
+    const EightPlaces places = locateEight<LanesT>(locator_grid, points);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      if ((places.certain >> lane & 1) == 0)
         continue;
       ++certain_points;
       const float* const point = &points[4 * lane];
@@ -119,27 +134,25 @@ expectAgreement(const VoxelGrid& grid,
         }
       }
       const BlockPlace expected = blockPlace({position[0], position[1], position[2]});
-      ASSERT_EQ(blocks[lane], expected.block);
-      ASSERT_EQ(voxels[lane], expected.voxel);
+      ASSERT_EQ(places.placed.blocks[lane], expected.block);
+      ASSERT_EQ(places.placed.voxels[lane], expected.voxel);
     }
   }
 }
 
-template <typename LanesT>
-class QuadLocators : public ::testing::Test {};
+template <typename LanesOfT>
+using PointLocators = TestOfLanes<LanesOfT>;
+TYPED_TEST_SUITE(PointLocators, AllLanes);
 
-using AllLanes = ::testing::Types<ScalarLanes, NativeLanes>;
-TYPED_TEST_SUITE(QuadLocators, AllLanes);
-
-TYPED_TEST(QuadLocators, AgreeWithTheDivisionWhereCertain)
+TYPED_TEST(PointLocators, AgreeWithTheDivisionWhereCertain)
 {
   std::size_t certain_points = 0;
   for (const VoxelGrid& grid : grids())
-    expectAgreement<TypeParam>(grid, std::nullopt, certain_points);
+    expectAgreement<typename TypeParam::Lanes>(grid, std::nullopt, certain_points);
   EXPECT_GT(certain_points, 10000u);
 }
 
-TYPED_TEST(QuadLocators, AreNotCertainOutsideTheBox)
+TYPED_TEST(PointLocators, AreNotCertainOutsideTheBox)
 {
   std::size_t certain_points = 0;
   for (const VoxelGrid& grid : grids()) {
@@ -149,56 +162,81 @@ TYPED_TEST(QuadLocators, AreNotCertainOutsideTheBox)
       box.min[axis] = grid.lowerCorner(axis) + 0.1 * side;
       box.max[axis] = grid.lowerCorner(axis) + 0.9 * side;
     }
-    expectAgreement<TypeParam>(grid, box, certain_points);
+    expectAgreement<typename TypeParam::Lanes>(grid, box, certain_points);
   }
   EXPECT_GT(certain_points, 10000u);
 }
 
-TYPED_TEST(QuadLocators, AreCertainOfMostPoints)
+TYPED_TEST(PointLocators, AreCertainOfMostPoints)
 {
   const VoxelGrid grid{0.04, {}, {-128, -128, -128}, 8};
-  const QuadLocator<TypeParam> locator(grid, std::nullopt);
-  ASSERT_TRUE(locator.isUseful());
+  const LocatorGrid locator_grid(grid, std::nullopt);
+  ASSERT_TRUE(locator_grid.is_useful);
   std::mt19937_64 random(5);
   std::size_t certain_points = 0;
-  constexpr std::size_t quads = 10000;
-  for (std::size_t i = 0; i < quads; ++i) {
-    std::array<float, 16> points{};
+  constexpr std::size_t rounds = 5000;
+  for (std::size_t i = 0; i < rounds; ++i) {
+    std::array<float, 32> points{};
     for (float& coordinate : points)
       coordinate = uniform(random, -5.0, 5.0);
-    std::array<std::uint64_t, 4> blocks;
-    std::array<std::uint32_t, 4> voxels;
-    for (unsigned int certain =
-             locator.locate(reinterpret_cast<const unsigned char*>(points.data()),
-                            4 * sizeof(float),
-                            blocks.data(),
-                            voxels.data());
-         certain != 0;
-         certain &= certain - 1)
-      ++certain_points;
+    const EightPlaces places =
+        locateEight<typename TypeParam::Lanes>(locator_grid, points);
+    certain_points += pcl_ext::bitCount(places.certain);
   }
-  EXPECT_GT(certain_points, 4 * quads * 99 / 100);
+  EXPECT_GT(certain_points, 8 * rounds * 99 / 100);
 }
 
-TYPED_TEST(QuadLocators, AreCertainOfWholeMillimetresOnTheFacesOfVoxels)
+TYPED_TEST(PointLocators, AreCertainOfWholeMillimetresOnTheFacesOfVoxels)
 {
   const VoxelGrid grid{0.0001, {}, {-9654, -10204, 3729}, 14};
-  const QuadLocator<TypeParam> locator(grid, std::nullopt);
+  const LocatorGrid locator_grid(grid, std::nullopt);
   for (int millimetres = 373; millimetres < 2000; ++millimetres) {
-    std::array<float, 16> points{};
-    for (std::size_t point = 0; point < 4; ++point) {
+    std::array<float, 32> points{};
+    for (std::size_t point = 0; point < 8; ++point) {
       points[4 * point] = static_cast<float>(millimetres % 600) / 1000.0f;
       points[4 * point + 1] = -points[4 * point];
       points[4 * point + 2] = static_cast<float>(millimetres) / 1000.0f;
     }
-    std::array<std::uint64_t, 4> blocks;
-    std::array<std::uint32_t, 4> voxels;
-    EXPECT_EQ(locator.locate(reinterpret_cast<const unsigned char*>(points.data()),
-                             4 * sizeof(float),
-                             blocks.data(),
-                             voxels.data()),
-              15u)
+    EXPECT_EQ(locateEight<typename TypeParam::Lanes>(locator_grid, points).certain,
+              255u)
         << millimetres;
+  }
+}
+
+/** \brief All lanes types compute the same, also of which points they are certain. */
+TYPED_TEST(PointLocators, AgreeWithScalarLanes)
+{
+  std::mt19937_64 random(6);
+  for (const VoxelGrid& grid : grids()) {
+    const LocatorGrid locator_grid(grid, std::nullopt);
+    const std::vector<float> coordinates = hardCoordinates(grid, random());
+    // Points that are not aligned, and no more bytes than those that may be read.
+    const std::size_t stride = 12 + random() % 8;
+    const std::size_t count = random() % (PlacedPoints::capacity + 1);
+    std::vector<unsigned char> bytes(stride * count + 4);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::memcpy(&bytes[i * stride + axis * sizeof(float)],
+                    &coordinates[random() % coordinates.size()],
+                    sizeof(float));
+    const LocatorInput input{bytes.data(), stride, count};
+    PlacedPoints placed;
+    PlacedPoints expected;
+    CertainPoints certain{};
+    CertainPoints expected_certain{};
+    const std::size_t located = locatePointsWith<typename TypeParam::Lanes>(
+        locator_grid, input, placed, certain);
+    ASSERT_EQ(located, count / 8 * 8);
+    ASSERT_EQ(locatePointsWith<pcl_ext::ScalarLanes>(
+                  locator_grid, input, expected, expected_certain),
+              located);
+    ASSERT_EQ(certain, expected_certain);
+    for (std::size_t i = 0; i < located; ++i) {
+      if ((certain[i / 8] >> i % 8 & 1) != 0) {
+        ASSERT_EQ(placed.blocks[i], expected.blocks[i]);
+        ASSERT_EQ(placed.voxels[i], expected.voxels[i]);
+      }
+    }
   }
 }
 

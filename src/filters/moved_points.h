@@ -1,0 +1,45 @@
+#pragma once
+
+#include <pcl_ext/filters/impl/moved_points.hpp>
+
+#include "simd/lanes.h"
+#include "simd/vector_choice.h"
+
+namespace pcl_ext {
+namespace detail {
+
+/** \brief detail::movePoints with any kind of lanes. */
+template <typename LanesT>
+void
+movePointsWith(const PointBytes& points,
+               const PointMove& move,
+               float* output,
+               MovedPoints& moved);
+
+// Compiled in files that are compiled without contraction of products and sums, so
+// that all machines compute the same.
+template <>
+void
+movePointsWith<ScalarLanes>(const PointBytes& points,
+                            const PointMove& move,
+                            float* output,
+                            MovedPoints& moved);
+#if PCL_EXT_HAS_NATIVE_LANES
+template <>
+void
+movePointsWith<NativeLanes>(const PointBytes& points,
+                            const PointMove& move,
+                            float* output,
+                            MovedPoints& moved);
+#endif
+#if PCL_EXT_HAS_AVX2
+template <>
+void
+movePointsWith<Avx2Lanes>(const PointBytes& points,
+                          const PointMove& move,
+                          float* output,
+                          MovedPoints& moved);
+#endif
+
+} // namespace detail
+} // namespace pcl_ext

@@ -1,0 +1,24 @@
+#define PCL_EXT_TARGETS_AVX2
+
+#include "filters/moved_points.h"
+
+#if PCL_EXT_HAS_AVX2
+#include "filters/point_mover.h"
+#include "simd/avx2_lanes.h"
+
+namespace pcl_ext {
+namespace detail {
+
+template <>
+void
+movePointsWith<Avx2Lanes>(const PointBytes& points,
+                          const PointMove& move,
+                          float* output,
+                          MovedPoints& moved)
+{
+  moveEach<Avx2Lanes>(points, move, output, moved);
+}
+
+} // namespace detail
+} // namespace pcl_ext
+#endif

@@ -1,0 +1,106 @@
+#include "voxelizing/located_points.h"
+
+#include "voxelizing/point_locator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief Bound of the difference, in voxels, between the position computed here and the
+ * quotient in double precision, for points in the grid.
+ *
+ * The inverse, the product, the first centre and the difference have a relative error of
+ * at most 2^-24 each. The terms of second order and the errors of the quotient and of
+ * the bound are below the one voxel more.
+ */
+float
+maxError(const VoxelGrid& grid, std::size_t axis)
+{
+  const auto size = static_cast<double>(grid.size());
+  const auto first = static_cast<double>(grid.first_index[axis]);
+  const double farthest = std::max(std::abs(first), std::abs(first + size)) +
+                          std::abs(grid.anchor[axis]) / grid.resolution + 1.0;
+  return static_cast<float>((3.0 * farthest + size) * 0x1p-24);
+}
+
+/** \brief The lowest float that is not below a double. */
+float
+lowestFloatFrom(double number)
+{
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  // Casting a double outside the range of float is undefined.
+  if (number > static_cast<double>(std::numeric_limits<float>::max()))
+    return infinity;
+  if (number < static_cast<double>(std::numeric_limits<float>::lowest()))
+    return std::numeric_limits<float>::lowest();
+  const auto nearest = static_cast<float>(number);
+  return static_cast<double>(nearest) < number ? std::nextafter(nearest, infinity)
+                                               : nearest;
+}
+
+} // namespace
+
+LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
+: resolution(grid.resolution)
+, anchor(grid.anchor)
+, first_index(grid.first_index)
+, size(static_cast<std::uint32_t>(grid.size()))
+, inverse_resolution(static_cast<float>(1.0 / grid.resolution))
+, beyond_grid(static_cast<std::int32_t>(-grid.size()))
+, has_box(box)
+{
+  float error = 0.0f;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    first_centre[axis] = static_cast<float>(grid.centre(axis, 0) / grid.resolution);
+    error = std::max(error, maxError(grid, axis));
+    if (box) {
+      box_min[axis] = lowestFloatFrom(box->min[axis]);
+      box_max[axis] = -lowestFloatFrom(-box->max[axis]);
+    }
+  }
+  certain = 0.5f - error;
+  is_useful = error < 0.25f;
+}
+
+template <>
+std::size_t
+locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
+                              const LocatorInput& points,
+                              PlacedPoints& placed,
+                              CertainPoints& certain)
+{
+  return locateEach<ScalarLanes>(grid, points, placed, certain);
+}
+
+#if PCL_EXT_HAS_NATIVE_LANES
+template <>
+std::size_t
+locatePointsWith<NativeLanes>(const LocatorGrid& grid,
+                              const LocatorInput& points,
+                              PlacedPoints& placed,
+                              CertainPoints& certain)
+{
+  return locateEach<NativeLanes>(grid, points, placed, certain);
+}
+#endif
+
+std::size_t
+locatePoints(const LocatorGrid& grid,
+             const LocatorInput& points,
+             PlacedPoints& placed,
+             CertainPoints& certain)
+{
+#if PCL_EXT_HAS_AVX2
+  if (usesAvx2())
+    return locatePointsWith<Avx2Lanes>(grid, points, placed, certain);
+#endif
+  return locatePointsWith<NativeLanes>(grid, points, placed, certain);
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_grid.h>
+
+#include "simd/lanes.h"
+#include "simd/vector_choice.h"
+#include "voxelizing/block_place.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Distance of prefetching, bytes. */
+constexpr std::size_t prefetch_distance = 2048;
+
+/** \brief What is computed of a grid to locate points in it, with any kind of lanes. */
+struct LocatorGrid {
+  /** \param[in] grid any grid
+   * \param[in] box points outside it are reported as uncertain
+   */
+  LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box);
+
+  double resolution; ///< metres
+  std::array<double, 3> anchor;
+  std::array<std::int32_t, 3> first_index;
+  std::uint32_t size; ///< voxels along each axis
+
+  float inverse_resolution;
+  std::array<float, 3> first_centre; ///< of the grid's lowest voxel, in voxels
+  std::int32_t beyond_grid; ///< the bits that are 0 in all positions of the grid
+  float certain;  ///< largest certain distance from a voxel's centre, in voxels
+  bool is_useful; ///< false if most points of the grid would be uncertain
+  bool has_box;
+  std::array<float, 3> box_min{};
+  std::array<float, 3> box_max{};
+};
+
+/** \brief Points to be located. */
+struct LocatorInput {
+  const unsigned char* first; ///< x of the first; need not be aligned
+  std::size_t stride;         ///< bytes from one x to the next
+  std::size_t count; ///< at most PlacedPoints::capacity; four floats are read of each
+};
+
+/** \brief Bit i % 8 of number i / 8 is set if point i is certainly in the grid and the box. */
+using CertainPoints = std::array<std::uint8_t, PlacedPoints::capacity / 8>;
+
+/** \brief Computes the voxels of points, eight at a time.
+ * \param[in] grid the grid, which has to be useful
+ * \param[in] points the points
+ * \param[out] placed blocks and voxels are written from the first element on, which are
+ * valid for certain points only
+ * \param[out] certain which ones these are
+ * \return how many points were looked at: their number rounded down to a multiple of eight
+ */
+std::size_t
+locatePoints(const LocatorGrid& grid,
+             const LocatorInput& points,
+             PlacedPoints& placed,
+             CertainPoints& certain);
+
+/** \brief The same with any kind of lanes. */
+template <typename LanesT>
+std::size_t
+locatePointsWith(const LocatorGrid& grid,
+                 const LocatorInput& points,
+                 PlacedPoints& placed,
+                 CertainPoints& certain);
+
+template <>
+std::size_t
+locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
+                              const LocatorInput& points,
+                              PlacedPoints& placed,
+                              CertainPoints& certain);
+#if PCL_EXT_HAS_NATIVE_LANES
+template <>
+std::size_t
+locatePointsWith<NativeLanes>(const LocatorGrid& grid,
+                              const LocatorInput& points,
+                              PlacedPoints& placed,
+                              CertainPoints& certain);
+#endif
+#if PCL_EXT_HAS_AVX2
+template <>
+std::size_t
+locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
+                            const LocatorInput& points,
+                            PlacedPoints& placed,
+                            CertainPoints& certain);
+#endif
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,24 @@
+#define PCL_EXT_TARGETS_AVX2
+
+#include "voxelizing/located_points.h"
+
+#if PCL_EXT_HAS_AVX2
+#include "simd/avx2_lanes.h"
+#include "voxelizing/point_locator.h"
+
+namespace pcl_ext {
+namespace io {
+
+template <>
+std::size_t
+locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
+                            const LocatorInput& points,
+                            PlacedPoints& placed,
+                            CertainPoints& certain)
+{
+  return locateEach<Avx2Lanes>(grid, points, placed, certain);
+}
+
+} // namespace io
+} // namespace pcl_ext
+#endif

@@ -1,0 +1,19 @@
+#define PCL_EXT_TARGETS_AVX2
+
+#include "simd/lanes_computation.h"
+
+#if PCL_EXT_HAS_AVX2
+#include "simd/avx2_lanes.h"
+
+namespace pcl_ext {
+namespace test {
+
+LanesResult
+computeWithAvx2(const LanesInput& input)
+{
+  return computeWithLanes<Avx2Lanes>(input);
+}
+
+} // namespace test
+} // namespace pcl_ext
+#endif
