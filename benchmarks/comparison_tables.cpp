@@ -170,15 +170,18 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output)
   MarkdownTable table(
       {"way", "passes", "bytes", "move and crop", "compress", "total", "against PCL"});
   const StageTimes& pcl = coders.back();
-  for (const StageTimes& coder : coders)
+  for (const StageTimes& coder : coders) {
+    const bool has_one_pass = coder.preprocess.median() == 0.0;
     table.addRow({coder.name,
                   &coder == &pcl ? "transformPointCloud, CropBox, class"
+                  : has_one_pass ? "one"
                                  : "SensorPreprocessor, class",
                   formatted(coder.bytes.mean(), 0),
-                  medianAndMean(coder.preprocess),
-                  medianAndMean(coder.class_encode),
+                  has_one_pass ? "" : medianAndMean(coder.preprocess),
+                  has_one_pass ? "" : medianAndMean(coder.class_encode),
                   medianAndMean(coder.raw_to_bytes),
                   factor(pcl.raw_to_bytes.median() / coder.raw_to_bytes.median())});
+  }
   table.print(output);
 }
 

@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/point_intensity.h>
 
 #include "frame_buffer.h"
@@ -10,7 +11,9 @@
 #include "take_turns.h"
 
 #include <pcl/common/transforms.h>
+#include <pcl/conversions.h>
 #include <pcl/filters/crop_box.h>
+#include <pcl/PCLPointCloud2.h>
 
 #include <cmath>
 #include <cstdint>
@@ -19,11 +22,15 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace measuring {
 
 namespace {
+
+constexpr const char* sensor_node_name = "pcl_ext, SensorNode";
 
 /** \brief Times of one frame; sent from the coder's process to the parent's. */
 struct FrameTimes {
@@ -122,6 +129,44 @@ private:
   FrameBuffer buffer_;
   std::iostream stream_{&buffer_};
   IntensityCloud::Ptr decoded_{new IntensityCloud};
+};
+
+/** \brief SensorNode, from the message to bytes in one pass. */
+class TimedSensorNode : public TimedCoder {
+public:
+  TimedSensorNode(const InputStream& stream,
+                  const Workload& workload,
+                  const Variant& variant)
+  : sensor_pose_(stream.clouds->sensorPose()), node_([&] {
+    nodes::SensorNodeSettings settings;
+    settings.compression = compressionSettings(workload, variant);
+    settings.compression.depth_law.reset(); // follows from the law
+    settings.law = workload.law;
+    settings.crop_box = stream.crop_box;
+    return settings;
+  }())
+  {}
+
+  FrameTimes
+  run(const InputFrame& frame) override
+  {
+    pcl::toPCLPointCloud2(*frame.raw, message_);
+    FrameTimes times;
+    times.class_encode_ms = timeOf([&] {
+      const nodes::SensorNodeStatus status =
+          node_.encode(message_, sensor_pose_, bytes_);
+      if (!status.ok())
+        throw std::runtime_error(status.message());
+    });
+    times.bytes = bytes_.size();
+    return times;
+  }
+
+private:
+  WorldPose sensor_pose_;
+  nodes::SensorNode node_;
+  pcl::PCLPointCloud2 message_;
+  std::vector<std::uint8_t> bytes_;
 };
 
 class TimedPcl : public TimedCoder {
@@ -257,6 +302,12 @@ timeRawToBytes(const InputStream& stream,
 {
   std::vector<NamedCoder> coders =
       variantCoders(stream, workload, /* times_stages */ false);
+  const Variant& fastest = libraryVariants().front();
+  coders.push_back({std::string(sensor_node_name) + ", " + fastest.name,
+                    [&stream, workload, fastest] {
+                      return std::make_shared<TimedSensorNode>(
+                          stream, workload, fastest);
+                    }});
   coders.push_back({pcl_voxel_grid_name, [&stream, workload] {
                       return std::make_shared<TimedPcl>(stream, workload);
                     }});

@@ -34,8 +34,8 @@ timeStages(const InputStream& stream,
            const Workload& workload,
            std::size_t repetitions);
 
-/** \brief Preprocessing and the class's encoding alone, of each of libraryVariants(),
- * and last PCL's transformPointCloud, CropBox and compression in voxel-grid mode.
+/** \brief Preprocessing and the class's encoding alone, of each of libraryVariants(), then
+ * SensorNode at the first of them, and last PCL's transformPointCloud, CropBox and compression in voxel-grid mode.
  *
  * All start from the organised cloud in the sensor's frame. PCL gets PointXYZ, the
  * smaller type, as its class keeps no intensity.

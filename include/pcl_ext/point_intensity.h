@@ -123,12 +123,13 @@ setColour(PointT& point, const io::VoxelColour& colour)
                       std::uint32_t{colour.g} << 8 | colour.b);
 }
 
-/** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
- * \param[in] cloud must not change while the view is used
+/** \brief Points for the voxelizer; their intensities are not part of it.
+ * \param[in] points not null; must not change while the view is used
+ * \param[in] count their number
  */
 template <typename PointT>
 io::PointView
-pointViewOf(const pcl::PointCloud<PointT>& cloud)
+pointViewOf(const PointT* points, std::size_t count)
 {
   static_assert(
       std::is_same<decltype(PointT::x), float>::value &&
@@ -136,17 +137,12 @@ pointViewOf(const pcl::PointCloud<PointT>& cloud)
       "the point type needs float x, y, z and a size of whole floats; copy the "
       "cloud into a type of PCL's with pcl::copyPointCloud");
   io::PointView view;
-  view.count = cloud.size();
-  if (!cloud.empty()) {
-    view.coordinates = &cloud.front().x;
-    view.coordinate_stride = sizeof(PointT) / sizeof(float);
-  }
+  view.count = count;
+  view.coordinates = &points->x;
+  view.coordinate_stride = sizeof(PointT) / sizeof(float);
   if constexpr (has_colour_field<PointT>) {
-    // Also of an empty cloud, whose frame then has colours as the stream's others have.
-    view.colours = cloud.empty()
-                       ? reinterpret_cast<const unsigned char*>(&cloud)
-                       : reinterpret_cast<const unsigned char*>(&cloud.front()) +
-                             detail::colourOffset<PointT>();
+    view.colours =
+        reinterpret_cast<const unsigned char*>(points) + detail::colourOffset<PointT>();
     view.colour_stride = sizeof(PointT);
   }
   return view;
@@ -155,14 +151,37 @@ pointViewOf(const pcl::PointCloud<PointT>& cloud)
 /** \brief The same with the points' own intensities, which have to be floats. */
 template <typename PointT>
 io::PointView
+pointViewWithIntensities(const PointT* points, std::size_t count)
+{
+  io::PointView view = pointViewOf(points, count);
+  view.intensities = &points->intensity;
+  view.intensity_stride = view.coordinate_stride;
+  return view;
+}
+
+/** \brief The points of a cloud for the voxelizer; their intensities are not part of it.
+ * \param[in] cloud must not change while the view is used
+ */
+template <typename PointT>
+io::PointView
+pointViewOf(const pcl::PointCloud<PointT>& cloud)
+{
+  if (!cloud.empty())
+    return pointViewOf(cloud.points.data(), cloud.size());
+  io::PointView view;
+  // An empty cloud's frame has colours as the stream's others have.
+  if constexpr (has_colour_field<PointT>)
+    view.colours = &cloud;
+  return view;
+}
+
+/** \brief The same with the points' own intensities, which have to be floats. */
+template <typename PointT>
+io::PointView
 pointViewWithIntensities(const pcl::PointCloud<PointT>& cloud)
 {
-  io::PointView view = pointViewOf(cloud);
-  if (!cloud.empty()) {
-    view.intensities = &cloud.front().intensity;
-    view.intensity_stride = view.coordinate_stride;
-  }
-  return view;
+  return cloud.empty() ? pointViewOf(cloud)
+                       : pointViewWithIntensities(cloud.points.data(), cloud.size());
 }
 
 } // namespace pcl_ext

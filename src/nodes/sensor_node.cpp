@@ -8,7 +8,7 @@
 #include "nodes/rate_window.h"
 #include "nodes/sensor_node_settings.h"
 
-#include <functional>
+#include <memory>
 #include <new>
 #include <type_traits>
 #include <utility>
@@ -18,41 +18,71 @@ namespace nodes {
 
 namespace {
 
-using Points = pcl::PointCloud<PointXYZRGBI>;
+/** \brief The points of clouds, moved, cropped and with the intensities of a law. */
+class SensorPoints {
+public:
+  virtual ~SensorPoints() = default;
 
-/** \brief SensorPreprocessor::process with the preprocessor of the law that was chosen. */
-using Preprocess =
-    std::function<PreprocessingStatus(const Eigen::Isometry3d& sensor_pose,
-                                      const pcl::PCLPointCloud2& cloud,
-                                      Points& points,
-                                      PreprocessingStatistics& statistics)>;
+  /** \brief See PreprocessedBatches::open. */
+  virtual PreprocessingStatus
+  open(const Eigen::Isometry3d& sensor_pose, const pcl::PCLPointCloud2& cloud) = 0;
 
-Preprocess
-makePreprocess(const SensorNodeSettings& settings)
+  virtual io::PointBatches&
+  batches() = 0;
+
+  virtual const PreprocessingStatistics&
+  statistics() const = 0;
+};
+
+template <typename IntensityModelT>
+class SensorPointsOf : public SensorPoints {
+public:
+  using Batches = PreprocessedBatches<IntensityModelT, PointXYZRGBI>;
+
+  explicit SensorPointsOf(const typename Batches::Preprocessor& preprocessor)
+  : batches_(preprocessor)
+  {}
+
+  PreprocessingStatus
+  open(const Eigen::Isometry3d& sensor_pose, const pcl::PCLPointCloud2& cloud) override
+  {
+    batches_.setSensorPose(sensor_pose);
+    return batches_.open(cloud);
+  }
+
+  io::PointBatches&
+  batches() override
+  {
+    return batches_;
+  }
+
+  const PreprocessingStatistics&
+  statistics() const override
+  {
+    return batches_.getStatistics();
+  }
+
+private:
+  Batches batches_;
+};
+
+std::unique_ptr<SensorPoints>
+makePoints(const SensorNodeSettings& settings)
 {
   return visitIntensityModel(
       settings.law,
       settings.compression.resolution,
       settings.sensor,
-      [&](const auto& model) -> Preprocess {
-        SensorPreprocessor<std::decay_t<decltype(model)>, PointXYZRGBI> preprocessor(
-            model);
+      [&](const auto& model) -> std::unique_ptr<SensorPoints> {
+        using Points = SensorPointsOf<std::decay_t<decltype(model)>>;
+        typename Points::Batches::Preprocessor preprocessor(model);
         preprocessor.setIntensityField(settings.intensity_field);
         preprocessor.setReadsColours(codesColours(settings));
         if (settings.crop_box)
           preprocessor.setCropBox(
               Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
               Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
-        return [preprocessor](const Eigen::Isometry3d& sensor_pose,
-                              const pcl::PCLPointCloud2& cloud,
-                              Points& points,
-                              PreprocessingStatistics& statistics) mutable {
-          preprocessor.setSensorPose(sensor_pose);
-          PreprocessingStatus status = preprocessor.process(cloud, points);
-          if (status.ok())
-            statistics = preprocessor.getStatistics();
-          return status;
-        };
+        return std::make_unique<Points>(preprocessor);
       });
 }
 
@@ -73,16 +103,14 @@ makeEncoder(const SensorNodeSettings& settings)
 /** \brief The stages before and after voxelizing. Created again after memory ran out in
  * them. */
 struct Filters {
-  explicit Filters(const SensorNodeSettings& settings)
-  : preprocess(makePreprocess(settings))
+  explicit Filters(const SensorNodeSettings& settings) : points(makePoints(settings))
   {
     if (settings.outlier_removal)
       outlier_removal.emplace(removalSettings(settings));
   }
 
-  Preprocess preprocess;
+  std::unique_ptr<SensorPoints> points;
   std::optional<VoxelOutlierRemoval> outlier_removal;
-  Points points; // member so that its memory is reused
 };
 
 /** \brief Members that exist only if the settings are valid. */
@@ -168,11 +196,10 @@ private:
       return status;
     if (!pipeline_->filters)
       pipeline_->filters.emplace(settings_);
-    PreprocessingStatistics preprocessing;
     std::size_t outliers = 0;
-    SensorNodeStatus status = preprocess(cloud, preprocessing);
+    SensorNodeStatus status = openPoints(cloud);
     if (status.ok())
-      status = encodePoints(cloud.header, preprocessing, outliers, bytes);
+      status = encodePoints(cloud.header, outliers, bytes);
     if (!status.ok()) {
       ++statistics_.clouds_refused;
       return status;
@@ -185,7 +212,7 @@ private:
     const std::chrono::duration<double> cycle =
         std::chrono::steady_clock::now() - start;
     count(cloud, bytes.size(), cycle.count());
-    statistics_.preprocessing = preprocessing;
+    statistics_.preprocessing = pipeline_->filters->points->statistics();
     statistics_.outliers_removed = outliers;
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
@@ -217,13 +244,10 @@ private:
   }
 
   SensorNodeStatus
-  preprocess(const pcl::PCLPointCloud2& cloud, PreprocessingStatistics& statistics)
+  openPoints(const pcl::PCLPointCloud2& cloud)
   {
     const PreprocessingStatus status =
-        pipeline_->filters->preprocess(Eigen::Isometry3d(*last_transform_),
-                                       cloud,
-                                       pipeline_->filters->points,
-                                       statistics);
+        pipeline_->filters->points->open(Eigen::Isometry3d(*last_transform_), cloud);
     if (!status.ok())
       return {SensorNodeCode::InvalidCloud, status.message()};
     return {};
@@ -231,21 +255,12 @@ private:
 
   SensorNodeStatus
   encodePoints(const pcl::PCLHeader& header,
-               const PreprocessingStatistics& preprocessing,
                std::size_t& outliers,
                std::vector<std::uint8_t>& bytes)
   {
-    const auto& points = pipeline_->filters->points;
-    const bool has_intensities =
-        settings_.law != IntensityLaw::Count && settings_.law != IntensityLaw::None;
-    io::PointView view =
-        has_intensities ? pointViewWithIntensities(points) : pointViewOf(points);
-    if (!preprocessing.has_colours)
-      view.colours = nullptr;
-    view.count_behind_sensor = preprocessing.points_behind_sensor;
     io::VoxelFrame& frame = pipeline_->frame;
-    io::CompressionStatus status =
-        pipeline_->encoder.voxelize(view, *last_transform_, frame);
+    io::CompressionStatus status = pipeline_->encoder.voxelize(
+        pipeline_->filters->points->batches(), *last_transform_, frame);
     if (status.ok()) {
       if (pipeline_->filters->outlier_removal)
         // checkSettings() has refused what the filter would.

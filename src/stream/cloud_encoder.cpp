@@ -2,6 +2,7 @@
 
 #include "bytes/exceptions.h"
 #include "stream/frame_warnings.h"
+#include "voxelizing/point_batches.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
@@ -30,23 +31,14 @@ constexpr unsigned int most_doublings = 4;
 /** \brief How often a resolution has to be doubled until a grid may hold all points; above
  * most_doublings if that is not enough. */
 unsigned int
-doublingsForAll(const PointView& points, double resolution)
+doublingsForAll(PointBatches& points, double resolution)
 {
-  std::array<float, 3> lowest;
-  std::array<float, 3> highest;
-  lowest.fill(std::numeric_limits<float>::max());
-  highest.fill(std::numeric_limits<float>::lowest());
-  const float* point = points.coordinates;
-  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
-    if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        lowest[axis] = std::min(lowest[axis], point[axis]);
-        highest[axis] = std::max(highest[axis], point[axis]);
-      }
+  const CoordinateEnds ends = coordinateEnds(points);
   double width = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    width = std::max(
-        width, static_cast<double>(highest[axis]) - static_cast<double>(lowest[axis]));
+    width = std::max(width,
+                     static_cast<double>(ends.highest[axis]) -
+                         static_cast<double>(ends.lowest[axis]));
   const double most_voxels = std::exp2(max_grid_depth) - 2.0;
   unsigned int doublings = 0;
   while (doublings <= most_doublings &&
@@ -95,6 +87,15 @@ CloudEncoder::voxelize(const PointView& points,
                        const WorldPose& sensor_pose,
                        VoxelFrame& frame)
 {
+  SingleBatch batch(points);
+  return voxelize(batch, sensor_pose, frame);
+}
+
+CompressionStatus
+CloudEncoder::voxelize(PointBatches& points,
+                       const WorldPose& sensor_pose,
+                       VoxelFrame& frame)
+{
   if (!settings_status_.ok())
     return settings_status_;
   const auto voxelize = [&] {
@@ -125,7 +126,7 @@ CloudEncoder::voxelize(const PointView& points,
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high ones
  * that most of this cloud's become 0. */
 void
-CloudEncoder::refitIntensities(const PointView& points, VoxelFrame& frame)
+CloudEncoder::refitIntensities(PointBatches& points, VoxelFrame& frame)
 {
   if (encoder_.isIFrameDue() ||
       2 * voxelization_.intensities_vanished <= voxelization_.voxels)
@@ -142,7 +143,7 @@ CloudEncoder::refitIntensities(const PointView& points, VoxelFrame& frame)
 /** \brief Voxelizes with so few doublings that all points are on the grid, or, if some are
  * far out, all but a sixteenth; without doublings if there are none such. */
 void
-CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
+CloudEncoder::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 {
   const bool is_i_frame_due = encoder_.isIFrameDue();
   if (doublings_ == 0) {
@@ -152,7 +153,7 @@ CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
   }
   const unsigned int for_all = doublingsForAll(points, settings_.resolution);
   const auto are_many_outside = [&] {
-    return 16 * voxelization_.points_outside_grid > points.count;
+    return 16 * voxelization_.points_outside_grid > voxelization_.points;
   };
   // A change takes an I-frame; without one that is due a factor of four is worth it.
   if (doublings_ > 0 && (is_i_frame_due || for_all + 2 <= doublings_))
@@ -173,7 +174,7 @@ CloudEncoder::voxelizeWide(const PointView& points, VoxelFrame& frame)
 
 /** \brief Voxelizes a cloud and the following ones with another edge. */
 void
-CloudEncoder::voxelizeCoarsened(const PointView& points,
+CloudEncoder::voxelizeCoarsened(PointBatches& points,
                                 unsigned int doublings,
                                 VoxelFrame& frame)
 {

@@ -1,6 +1,7 @@
 #include "voxelizing/place_finder.h"
 
 #include "simd/bit_operations.h"
+#include "voxelizing/point_batches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,34 +41,28 @@ makeLattice(const VoxelGrid& grid, bool is_fixed)
   return {grid, begin, end};
 }
 
-bool
-isFinite(const float* point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
-}
-
 std::size_t
-countNotFinite(const PointView& points)
+countFinite(PointBatches& points)
 {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < points.count; ++i)
-    count += isFinite(points.coordinates + i * points.coordinate_stride) ? 0 : 1;
+  visitPoints(points,
+              [&count](const float* point) { count += isFinite(point) ? 1 : 0; });
   return count;
 }
 
 /** \brief The median of some points along each axis; 0 if none is finite. */
 std::array<double, 3>
-medianOf(const PointView& points)
+medianOf(PointBatches& points)
 {
   constexpr std::size_t most_samples = 1023;
-  const std::size_t step = points.count / most_samples + 1;
+  const std::size_t step = points.size() / most_samples + 1;
   std::array<std::vector<float>, 3> samples;
-  for (std::size_t i = 0; i < points.count; i += step) {
-    const float* const point = points.coordinates + i * points.coordinate_stride;
-    if (isFinite(point))
+  std::size_t index = 0;
+  visitPoints(points, [&](const float* point) {
+    if (index++ % step == 0 && isFinite(point))
       for (std::size_t axis = 0; axis < 3; ++axis)
         samples[axis].push_back(point[axis]);
-  }
+  });
   std::array<double, 3> median{};
   if (samples[0].empty())
     return median;
@@ -82,23 +77,14 @@ medianOf(const PointView& points)
 
 /** \brief The middle between the lowest and the highest coordinate along each axis. */
 std::array<double, 3>
-middleOf(const PointView& points)
+middleOf(PointBatches& points)
 {
-  std::array<float, 3> lowest;
-  std::array<float, 3> highest;
-  lowest.fill(std::numeric_limits<float>::max());
-  highest.fill(std::numeric_limits<float>::lowest());
-  for (std::size_t i = 0; i < points.count; ++i) {
-    const float* const point = points.coordinates + i * points.coordinate_stride;
-    for (std::size_t axis = 0; isFinite(point) && axis < 3; ++axis) {
-      lowest[axis] = std::min(lowest[axis], point[axis]);
-      highest[axis] = std::max(highest[axis], point[axis]);
-    }
-  }
+  const CoordinateEnds ends = coordinateEnds(points);
   std::array<double, 3> middle;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    middle[axis] =
-        (static_cast<double>(lowest[axis]) + static_cast<double>(highest[axis])) / 2.0;
+    middle[axis] = (static_cast<double>(ends.lowest[axis]) +
+                    static_cast<double>(ends.highest[axis])) /
+                   2.0;
   return middle;
 }
 
@@ -114,19 +100,23 @@ public:
   , highest_(usable_min_)
   {}
 
-  /** \brief Adds a point, unless it is outside the usable range; reads four floats. */
+  /** \brief Adds those of some points that are in the usable range. */
   void
-  add(const unsigned char* point)
+  add(const PointView& points)
   {
-    const auto coordinates = NativeLanes::loadPoint(point);
-    const unsigned int usable = NativeLanes::bitsOf(
-        NativeLanes::bitAnd(NativeLanes::lessOrEqual(usable_min_, coordinates),
-                            NativeLanes::lessOrEqual(coordinates, usable_max_)));
-    if ((usable & 7) != 7) // NaN is not
-      return;
-    is_any_ = true;
-    lowest_ = NativeLanes::minimum(lowest_, coordinates);
-    highest_ = NativeLanes::maximum(highest_, coordinates);
+    const auto* const bytes =
+        reinterpret_cast<const unsigned char*>(points.coordinates);
+    const std::size_t stride = points.coordinate_stride * sizeof(float);
+    for (std::size_t i = 0; i + 1 < points.count; ++i) {
+      prefetch(bytes + i * stride + prefetch_distance);
+      addPoint(bytes + i * stride);
+    }
+    // A float after z is read, which the last point may not have.
+    if (points.count > 0) {
+      std::array<float, 4> last{};
+      std::memcpy(last.data(), bytes + (points.count - 1) * stride, 3 * sizeof(float));
+      addPoint(reinterpret_cast<const unsigned char*>(last.data()));
+    }
   }
 
   bool
@@ -149,6 +139,20 @@ public:
 
 private:
   using Floats = NativeLanes::Floats;
+
+  void
+  addPoint(const unsigned char* point)
+  {
+    const auto coordinates = NativeLanes::loadPoint(point);
+    const unsigned int usable = NativeLanes::bitsOf(
+        NativeLanes::bitAnd(NativeLanes::lessOrEqual(usable_min_, coordinates),
+                            NativeLanes::lessOrEqual(coordinates, usable_max_)));
+    if ((usable & 7) != 7) // NaN is not
+      return;
+    is_any_ = true;
+    lowest_ = NativeLanes::minimum(lowest_, coordinates);
+    highest_ = NativeLanes::maximum(highest_, coordinates);
+  }
 
   static Floats
   lanesOf(const std::array<float, 3>& point)
@@ -205,11 +209,11 @@ PlaceFinder::setLattice()
 }
 
 bool
-PlaceFinder::findBetterOrigin(const PointView& points,
+PlaceFinder::findBetterOrigin(PointBatches& points,
                               bool is_i_frame_due,
                               std::array<double, 3>& origin) const
 {
-  const std::size_t finite = points.count - countNotFinite(points);
+  const std::size_t finite = countFinite(points);
   const std::size_t present = countPointsOnLattice(points);
   std::size_t most = present;
   // The median, so that a few far points do not matter, and the middle, for wide clouds.
@@ -229,40 +233,30 @@ PlaceFinder::findBetterOrigin(const PointView& points,
   }
   // Each move costs an I-frame, so that a few points more are not worth one that is not due.
   const std::size_t least_gain =
-      is_i_frame_due && most == finite ? 1 : 1 + points.count / 16;
+      is_i_frame_due && most == finite ? 1 : 1 + points.size() / 16;
   return most >= present + least_gain;
 }
 
 std::size_t
-PlaceFinder::countPointsOnLattice(const PointView& points) const
+PlaceFinder::countPointsOnLattice(PointBatches& points) const
 {
   std::size_t count = 0;
   LatticeIndex index;
-  for (std::size_t i = 0; i < points.count; ++i)
-    count += lattice_.indexOf(points.coordinates + i * points.coordinate_stride, index)
-                 ? 1
-                 : 0;
+  visitPoints(points, [&](const float* point) {
+    count += lattice_.indexOf(point, index) ? 1 : 0;
+  });
   return count;
 }
 
 bool
-PlaceFinder::measureRange(const PointView& points, LatticeRange& range) const
+PlaceFinder::measureRange(PointBatches& points, LatticeRange& range) const
 {
   // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
   // in the lowest and the highest voxels.
   CoordinateRange coordinates(usable_min_, usable_max_);
-  const auto* const bytes = reinterpret_cast<const unsigned char*>(points.coordinates);
-  const std::size_t stride = points.coordinate_stride * sizeof(float);
-  for (std::size_t i = 0; i + 1 < points.count; ++i) {
-    prefetch(bytes + i * stride + prefetch_distance);
-    coordinates.add(bytes + i * stride);
-  }
-  // A float after z is read, which the last point may not have.
-  if (points.count > 0) {
-    std::array<float, 4> last{};
-    std::memcpy(last.data(), bytes + (points.count - 1) * stride, 3 * sizeof(float));
-    coordinates.add(reinterpret_cast<const unsigned char*>(last.data()));
-  }
+  points.restart();
+  for (PointView batch; points.next(batch);)
+    coordinates.add(batch);
   return coordinates.isAny() &&
          lattice_.indexOf(coordinates.lowest().data(), range.lowest) &&
          lattice_.indexOf(coordinates.highest().data(), range.highest);

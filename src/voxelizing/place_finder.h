@@ -44,7 +44,7 @@ public:
    * \return false if there is none
    */
   bool
-  findBetterOrigin(const PointView& points,
+  findBetterOrigin(PointBatches& points,
                    bool is_i_frame_due,
                    std::array<double, 3>& origin) const;
 
@@ -52,10 +52,10 @@ public:
    * \return false if there are none
    */
   bool
-  measureRange(const PointView& points, LatticeRange& range) const;
+  measureRange(PointBatches& points, LatticeRange& range) const;
 
-  /** \brief Computes the voxels of the next PlacedPoints::capacity points of a cloud.
-   * \param[in] points the cloud
+  /** \brief Computes the voxels of the next PlacedPoints::capacity points of a batch.
+   * \param[in] points the batch
    * \param[in] begin first point
    * \param[out] placed the usable ones of these points
    * \param[in,out] statistics counts the others
@@ -72,7 +72,7 @@ private:
   setLattice();
 
   std::size_t
-  countPointsOnLattice(const PointView& points) const;
+  countPointsOnLattice(PointBatches& points) const;
 
   bool
   isInBox(const float* point) const;

@@ -1,7 +1,6 @@
 #include "voxelizing/point_blocks.h"
 
 #include "simd/bit_operations.h"
-#include "simd/lanes.h"
 #include "voxelizing/radix_sort.h"
 
 #include <algorithm>
@@ -22,16 +21,6 @@ constexpr std::size_t smallest_table = 1024;
 constexpr std::size_t largest_table = std::size_t{1} << 26;
 constexpr std::size_t tries = 8;
 
-/** \brief Bit i is set if number i of 64 is not 0. */
-std::uint64_t
-nonZeroNumbers(const std::uint32_t* numbers)
-{
-  std::uint64_t bits = 0;
-  for (unsigned int i = 0; i < 64; i += 16)
-    bits |= std::uint64_t{NativeLanes::nonZeroNumbers(numbers + i)} << i;
-  return bits;
-}
-
 } // namespace
 
 PointBlocks::PointBlocks() { reset(); }
@@ -40,7 +29,8 @@ void
 PointBlocks::reset()
 {
   blocks_.assign(1, no_block);
-  slots_.assign(64, 0);
+  occupied_voxels_.assign(1, 0);
+  slots_.resize(64);
   order_.clear();
   occupied_count_ = 0;
   fillTable();
@@ -56,8 +46,10 @@ PointBlocks::begin(const SummedFields& fields, std::size_t expected)
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
     dropEmptyBlocks();
+  // Those of a dropped block are all 0, as those of any block between two clouds.
+  occupied_voxels_.resize(blocks_.size());
   fields_ = fields;
-  entry_count_ = 1;
+  entry_count_ = 0;
   entries_.clear();
 }
 
@@ -168,11 +160,14 @@ PointBlocks::addRuns()
   for (std::size_t i = 0; i < run_count_; ++i) {
     const Run& run = runs_[i];
     // Without a branch, too: a new voxel gets the next entry.
+    std::uint64_t& occupied = occupied_voxels_[run.slot / 64];
+    const std::uint64_t voxel = std::uint64_t{1} << run.slot % 64;
     std::uint32_t& slot = slots_[run.slot];
-    const std::uint32_t is_new = slot == 0 ? 1 : 0;
-    const std::uint32_t entry = slot | (entry_count & (0 - is_new));
+    const std::uint32_t is_new = (occupied & voxel) == 0 ? 1 : 0;
+    const std::uint32_t entry = slot ^ ((slot ^ entry_count) & (0 - is_new));
     entry_count += is_new;
     slot = entry;
+    occupied |= voxel;
     entries_.counts[entry] += static_cast<std::uint32_t>(run.points);
     if (fields_.intensities)
       entries_.intensities[entry] += run.intensity;
@@ -195,14 +190,14 @@ PointBlocks::makeRoom(std::size_t entries)
 std::size_t
 PointBlocks::findOrInsert(std::uint64_t block)
 {
-  if (slots_per_block * blocks_.size() > 2 * table_.size() &&
-      table_.size() < largest_table)
+  if (slots_per_block * blocks_.size() > table_.size() && table_.size() < largest_table)
     fillTable();
   std::uint32_t& entry = table_[findPlace(block)];
   if (blocks_[entry] != block) {
     entry = static_cast<std::uint32_t>(blocks_.size());
     blocks_.push_back(block);
-    slots_.resize(slots_.size() + 64);
+    occupied_voxels_.push_back(0);
+    slots_.resize(64 * blocks_.size());
   }
   return entry;
 }
@@ -233,21 +228,31 @@ void
 PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
 {
   sortNewBlocks();
-  const std::size_t voxels = entry_count_ - 1 - uniteParts();
+  const std::size_t voxels = entry_count_ - uniteParts();
   keys.resize(voxels);
   sums.resize(voxels, fields_);
-  if (occupied_.size() < order_.size())
-    occupied_.resize(order_.size());
+  entry_of_.resize(voxels);
+  occupied_.resize(std::max(occupied_.size(), order_.size()));
   occupied_count_ = 0;
   std::size_t voxel = 0;
   for (const KeyedBlock& block : order_) {
-    const std::uint64_t occupied =
-        nonZeroNumbers(&slots_[64 * std::size_t{block.block}]);
+    // Without a branch, which would be mispredicted: always written, counted if occupied.
+    std::uint64_t occupied = std::exchange(occupied_voxels_[block.block], 0);
     occupied_[occupied_count_] = block;
     occupied_count_ += occupied != 0 ? 1 : 0;
-    writeBlock(block, occupied, voxel, keys, sums);
-    voxel += bitCount(occupied);
+    const std::uint32_t* const slots = &slots_[64 * std::size_t{block.block}];
+    for (; occupied != 0; occupied &= occupied - 1) {
+      const unsigned int in_block = lowestBit(occupied);
+      keys[voxel] = block.key << 6 | in_block;
+      entry_of_[voxel++] = slots[in_block];
+    }
   }
+  for (voxel = 0; voxel < voxels; ++voxel)
+    sums.counts[voxel] = entries_.counts[entry_of_[voxel]];
+  for (voxel = 0; fields_.intensities && voxel < voxels; ++voxel)
+    sums.intensities[voxel] = entries_.intensities[entry_of_[voxel]];
+  for (voxel = 0; fields_.colours && voxel < voxels; ++voxel)
+    sums.colours[voxel] = entries_.colours[entry_of_[voxel]];
 }
 
 /** \brief Unites the parts of blocks. Returns how many entries of voxels are united with
@@ -269,41 +274,20 @@ PointBlocks::uniteParts()
 std::size_t
 PointBlocks::unite(std::size_t block, std::size_t part)
 {
-  std::size_t in_both = 0;
-  for (std::size_t voxel = 0; voxel < 64; ++voxel) {
+  std::uint64_t& occupied = occupied_voxels_[block];
+  std::uint64_t occupied_in_part = std::exchange(occupied_voxels_[part], 0);
+  const std::uint64_t in_both = occupied & occupied_in_part;
+  occupied |= occupied_in_part;
+  for (; occupied_in_part != 0; occupied_in_part &= occupied_in_part - 1) {
+    const unsigned int voxel = lowestBit(occupied_in_part);
     std::uint32_t& to = slots_[64 * block + voxel];
-    const std::uint32_t from = std::exchange(slots_[64 * part + voxel], 0u);
-    if (to == 0)
-      to = from;
-    else if (from != 0) {
+    const std::uint32_t from = slots_[64 * part + voxel];
+    if ((in_both >> voxel & 1) != 0)
       entries_.add(to, from);
-      ++in_both;
-    }
+    else
+      to = from;
   }
-  return in_both;
-}
-
-void
-PointBlocks::writeBlock(const KeyedBlock& block,
-                        std::uint64_t occupied,
-                        std::size_t first_voxel,
-                        std::vector<std::uint64_t>& keys,
-                        VoxelSums& sums)
-{
-  std::uint32_t* const slots = &slots_[64 * std::size_t{block.block}];
-  std::size_t voxel = first_voxel;
-  for (; occupied != 0; occupied &= occupied - 1) {
-    const unsigned int in_block = lowestBit(occupied);
-    const std::size_t entry = slots[in_block];
-    keys[voxel] = block.key << 6 | in_block;
-    sums.counts[voxel] = entries_.counts[entry];
-    if (fields_.intensities)
-      sums.intensities[voxel] = entries_.intensities[entry];
-    if (fields_.colours)
-      sums.colours[voxel] = entries_.colours[entry];
-    ++voxel;
-  }
-  std::fill_n(slots, 64, 0u);
+  return bitCount(in_both);
 }
 
 } // namespace io

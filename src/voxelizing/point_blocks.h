@@ -135,26 +135,19 @@ private:
   std::size_t
   unite(std::size_t block, std::size_t part);
 
-  void
-  writeBlock(const KeyedBlock& block,
-             std::uint64_t occupied,
-             std::size_t first_voxel,
-             std::vector<std::uint64_t>& keys,
-             VoxelSums& sums);
-
   std::vector<std::uint32_t> table_; // indices of blocks, 0 in empty slots
   unsigned int hash_shift_ = 0;
   SummedFields fields_;
 
   // By index of the block; index 0 is not used.
-  std::vector<std::uint64_t> blocks_; // as in BlockPlace
-  // 64 slots per block: the entry of each voxel, 0 if it has no points.
-  std::vector<std::uint32_t> slots_;
+  std::vector<std::uint64_t> blocks_;          // as in BlockPlace
+  std::vector<std::uint64_t> occupied_voxels_; // a bit for each; 0 between two clouds
+  std::vector<std::uint32_t> slots_; // 64 per block: the entries of occupied voxels
 
   // Voxels in the order of their first points, which for scanned clouds are near each other
-  // in memory, too. Entry 0 is not used.
+  // in memory, too.
   VoxelSums entries_;
-  std::uint32_t entry_count_ = 1;
+  std::uint32_t entry_count_ = 0;
 
   std::array<Run, PlacedPoints::capacity> runs_; // of the points that were added last
   std::size_t run_count_ = 0;
@@ -164,8 +157,9 @@ private:
   std::vector<KeyedBlock> order_; // all blocks, sorted; after writeVoxels()
   std::vector<KeyedBlock> new_blocks_;
   std::vector<KeyedBlock> spare_blocks_;
-  std::vector<KeyedBlock> occupied_; // those with points; after writeVoxels()
-  std::size_t occupied_count_ = 0;   // of occupied_, the rest is unused
+  std::vector<KeyedBlock> occupied_;    // those with points; after writeVoxels()
+  std::size_t occupied_count_ = 0;      // of occupied_, the rest is unused
+  std::vector<std::uint32_t> entry_of_; // of each voxel, in their order
 };
 
 } // namespace io

@@ -3,6 +3,7 @@
 #include "voxelizing/common_step.h"
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/place_finder.h"
+#include "voxelizing/point_batches.h"
 #include "voxelizing/point_blocks.h"
 #include "voxelizing/sorted_voxels.h"
 #include "voxelizing/voxel_sums.h"
@@ -40,9 +41,9 @@ public:
   {}
 
   VoxelizationStatistics
-  voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
+  voxelize(PointBatches& points, bool may_refit, VoxelFrame& frame)
   {
-    if (is_interrupted_ || memory_rule_.shouldRelease(points.count)) {
+    if (is_interrupted_ || memory_rule_.shouldRelease(points.size())) {
       releaseMemory();
       frame.keys.shrink_to_fit();
       frame.intensities.shrink_to_fit();
@@ -58,7 +59,7 @@ public:
 
 private:
   VoxelizationStatistics
-  voxelizeCloud(const PointView& points, bool may_refit, VoxelFrame& frame)
+  voxelizeCloud(PointBatches& points, bool may_refit, VoxelFrame& frame)
   {
     if (!has_fixed_grid_ && (!has_grid_ || may_refit))
       adaptGrid(points, may_refit);
@@ -74,14 +75,13 @@ private:
     }
     statistics.resolution = frame.grid.resolution;
     statistics.voxels = frame.size();
-    statistics.points_behind_sensor = points.count_behind_sensor;
-    if (leaves_out_colours_ && points.colours != nullptr)
-      statistics.colours_left_out = points.count;
+    if (leaves_out_colours_ && points.hasColours())
+      statistics.colours_left_out = statistics.points;
     return statistics;
   }
 
   void
-  voxelizeOnGrid(const PointView& points,
+  voxelizeOnGrid(PointBatches& points,
                  bool may_refit,
                  VoxelFrame& frame,
                  VoxelizationStatistics& statistics)
@@ -104,7 +104,7 @@ private:
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
    * place. */
   bool
-  moveOrigin(const PointView& points, bool is_i_frame_due)
+  moveOrigin(PointBatches& points, bool is_i_frame_due)
   {
     std::array<double, 3> origin{};
     if (!finder_.findBetterOrigin(points, is_i_frame_due, origin))
@@ -134,25 +134,43 @@ private:
   enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
 
   SummedFields
-  fieldsOf(const PointView& points) const
+  fieldsOf(const PointBatches& points) const
   {
-    return {has_intensities_ && points.intensities != nullptr,
-            colour_bits_ > 0 && points.colours != nullptr};
+    return {has_intensities_ && points.hasIntensities(),
+            colour_bits_ > 0 && points.hasColours()};
   }
 
   /** \brief Adds all usable points to blocks_, or to sorted_voxels_ if the cloud is known
    * to be sparse. */
   Collected
-  collect(const PointView& points, VoxelizationStatistics& statistics)
+  collect(PointBatches& points, VoxelizationStatistics& statistics)
   {
     statistics = VoxelizationStatistics();
-    statistics.points = points.count;
     step_ = CommonStep();
     const SummedFields fields = fieldsOf(points);
     if (is_sparse_)
-      sorted_voxels_.begin(fields, points.count);
+      sorted_voxels_.begin(fields, points.size());
     else
-      blocks_.begin(fields, points.count);
+      blocks_.begin(fields, points.size());
+    points.restart();
+    for (PointView batch; points.next(batch);) {
+      const Collected collected = collectBatch(batch, fields, statistics);
+      if (collected != Collected::AllPoints)
+        return collected;
+      statistics.points += batch.count;
+      statistics.points_behind_sensor += batch.count_behind_sensor;
+    }
+    statistics.points_used = statistics.points - statistics.points_not_finite -
+                             statistics.points_outside_box -
+                             statistics.points_outside_grid;
+    return Collected::AllPoints;
+  }
+
+  Collected
+  collectBatch(const PointView& points,
+               const SummedFields& fields,
+               VoxelizationStatistics& statistics)
+  {
     for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
       if (!finder_.find(points, i, placed_, statistics))
         return Collected::PointOutsideGrid;
@@ -164,13 +182,10 @@ private:
         sorted_voxels_.add(placed_);
       else {
         blocks_.add(placed_);
-        if (blocks_.areTooSparse(i))
+        if (blocks_.areTooSparse(statistics.points + i))
           return Collected::TooSparse;
       }
     }
-    statistics.points_used = points.count - statistics.points_not_finite -
-                             statistics.points_outside_box -
-                             statistics.points_outside_grid;
     return Collected::AllPoints;
   }
 
@@ -206,7 +221,7 @@ private:
   }
 
   void
-  writeFrame(const PointView& points,
+  writeFrame(const PointBatches& points,
              bool may_refit,
              VoxelFrame& frame,
              VoxelizationStatistics& statistics)
@@ -230,7 +245,7 @@ private:
   }
 
   std::size_t
-  quantise(const PointView& points,
+  quantise(const PointBatches& points,
            bool may_refit,
            VoxelFrame& frame,
            std::size_t& vanished)
@@ -242,7 +257,7 @@ private:
       frame.intensities.clear();
       return 0;
     }
-    if (points.intensities == nullptr) { // all are 1
+    if (!points.hasIntensities()) { // all are 1
       if (!is_mean_ && quantiser_.takesCounts())
         return quantiser_.quantiseCounts(sums_.counts, frame);
       sums_.intensities.assign(sums_.counts.begin(), sums_.counts.end());
@@ -253,7 +268,7 @@ private:
   }
 
   void
-  adaptGrid(const PointView& points, bool may_refit)
+  adaptGrid(PointBatches& points, bool may_refit)
   {
     LatticeRange range;
     if (!finder_.measureRange(points, range))
@@ -275,7 +290,7 @@ private:
 
   /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
   void
-  quantiseColours(const PointView& points, VoxelFrame& frame) const
+  quantiseColours(const PointBatches& points, VoxelFrame& frame) const
   {
     frame.colours.clear();
     frame.colour_bits = fieldsOf(points).colours ? colour_bits_ : 0;
@@ -325,6 +340,8 @@ private:
   MemoryRule memory_rule_;
 };
 
+PointBatches::~PointBatches() = default;
+
 Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)
 : implementation_(std::make_unique<Implementation>(settings, unit))
 {}
@@ -336,6 +353,13 @@ Voxelizer::operator=(Voxelizer&&) noexcept = default;
 
 VoxelizationStatistics
 Voxelizer::voxelize(const PointView& points, bool may_refit, VoxelFrame& frame)
+{
+  SingleBatch batch(points);
+  return implementation_->voxelize(batch, may_refit, frame);
+}
+
+VoxelizationStatistics
+Voxelizer::voxelize(PointBatches& points, bool may_refit, VoxelFrame& frame)
 {
   return implementation_->voxelize(points, may_refit, frame);
 }

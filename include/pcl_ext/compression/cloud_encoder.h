@@ -120,6 +120,10 @@ public:
   CompressionStatus
   voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
+  /** \brief The same for a cloud in batches. */
+  CompressionStatus
+  voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
   /** \brief The second half of encoding: voxels -> bytes.
    * \param[in] frame the voxels
    * \param[in] stamp see FrameEncoder::encode
@@ -143,13 +147,13 @@ public:
 
 private:
   void
-  refitIntensities(const PointView& points, VoxelFrame& frame);
+  refitIntensities(PointBatches& points, VoxelFrame& frame);
 
   void
-  voxelizeWide(const PointView& points, VoxelFrame& frame);
+  voxelizeWide(PointBatches& points, VoxelFrame& frame);
 
   void
-  voxelizeCoarsened(const PointView& points, unsigned int doublings, VoxelFrame& frame);
+  voxelizeCoarsened(PointBatches& points, unsigned int doublings, VoxelFrame& frame);
 
   IntensityCompressionSettings settings_;
   CompressionStatus settings_status_;

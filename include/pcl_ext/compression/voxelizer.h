@@ -28,6 +28,35 @@ struct PointView {
   std::size_t count_behind_sensor = 0;
 };
 
+/** \brief The points of a cloud, some at a time: for points that are computed while they are
+ * voxelized, so that the whole cloud is never in memory. */
+class PCL_EXT_EXPORT PointBatches {
+public:
+  virtual ~PointBatches();
+
+  /** \brief Number of points of all batches, at most. */
+  virtual std::size_t
+  size() const = 0;
+
+  virtual bool
+  hasIntensities() const = 0;
+
+  virtual bool
+  hasColours() const = 0;
+
+  /** \brief Begins with the first points again: some clouds are read more than once, as
+   * those that the grid has to be fitted to. */
+  virtual void
+  restart() = 0;
+
+  /** \brief The next points, at the beginning and after restart() the first ones.
+   * \param[out] points valid until the next call
+   * \return false if there are none left
+   */
+  virtual bool
+  next(PointView& points) = 0;
+};
+
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean
  * colour of its points and their number, as the settings say.
  *
@@ -65,6 +94,10 @@ public:
    */
   VoxelizationStatistics
   voxelize(const PointView& points, bool may_refit, VoxelFrame& frame);
+
+  /** \brief The same for a cloud in batches. What their functions throw is passed on. */
+  VoxelizationStatistics
+  voxelize(PointBatches& points, bool may_refit, VoxelFrame& frame);
 
 private:
   class Implementation;

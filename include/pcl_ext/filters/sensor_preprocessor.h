@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -13,6 +14,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -176,26 +178,47 @@ private:
   PreprocessingStatus
   checkSettings() const;
 
+  PreprocessingStatus
+  start(const pcl::PCLPointCloud2& cloud, PointLayout& layout);
+
   void
-  startOutput(const pcl::PCLHeader& header, std::size_t points, Output& output);
+  startOutput(const pcl::PCLHeader& header, Output& output);
+
+  void
+  startPoints(std::size_t points);
+
+  template <typename MoveChunkT>
+  void
+  addChunks(std::size_t count, const MoveChunkT& move_chunk, Output& output);
+
+  std::size_t
+  readChunk(const pcl::PCLPointCloud2& cloud,
+            const PointLayout& layout,
+            std::size_t row,
+            std::size_t column,
+            std::size_t most,
+            OutputPointT* results);
 
   template <typename NativeOfT, typename ColourOfT>
-  void
-  addPoints(const detail::PointBytes& points,
+  std::size_t
+  moveChunk(const detail::PointBytes& points,
             const NativeOfT& native_of,
             const ColourOfT& colour_of,
-            Output& output);
+            OutputPointT* results);
 
   template <typename PointOfT, typename NativeOfT, typename ColourOfT>
-  void
-  gatherPoints(std::size_t count,
-               const PointOfT& point_of,
-               const NativeOfT& native_of,
-               const ColourOfT& colour_of,
-               Output& output);
+  std::size_t
+  gatherChunk(std::size_t count,
+              const PointOfT& point_of,
+              const NativeOfT& native_of,
+              const ColourOfT& colour_of,
+              OutputPointT* results);
 
   void
   finishOutput(Output& output) const;
+
+  template <typename ModelT, typename PointT>
+  friend class PreprocessedBatches;
 
   IntensityModelT intensity_model_;
   Eigen::Isometry3f sensor_pose_ = Eigen::Isometry3f::Identity();
@@ -209,6 +232,82 @@ private:
   detail::PointMove move_{};
   std::size_t kept_ = 0; // points of the output that are valid
   Output input_;         // the points of a cloud that is its own output
+};
+
+/** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a time,
+ * for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without the processed
+ * cloud in between.
+ * \tparam IntensityModelT,OutputPointT as of SensorPreprocessor
+ */
+template <typename IntensityModelT, typename OutputPointT = pcl::PointXYZI>
+class PreprocessedBatches : public io::PointBatches {
+public:
+  using Preprocessor = SensorPreprocessor<IntensityModelT, OutputPointT>;
+
+  /** \param[in] preprocessor with its settings */
+  explicit PreprocessedBatches(const Preprocessor& preprocessor)
+  : preprocessor_(preprocessor)
+  {}
+
+  /** \brief See SensorPreprocessor::setSensorPose. Before open(). */
+  void
+  setSensorPose(const Eigen::Isometry3d& sensor_to_world)
+  {
+    preprocessor_.setSensorPose(sensor_to_world);
+  }
+
+  /** \brief Begins a cloud.
+   * \param[in] cloud as for SensorPreprocessor::process; must not change while its
+   * batches are read
+   * \return as SensorPreprocessor::process; unless Ok there are no points
+   */
+  PreprocessingStatus
+  open(const pcl::PCLPointCloud2& cloud);
+
+  /** \brief Counts of the points that were read since the last restart(). */
+  const PreprocessingStatistics&
+  getStatistics() const
+  {
+    return preprocessor_.getStatistics();
+  }
+
+  std::size_t
+  size() const override
+  {
+    return cloud_ == nullptr ? 0 : std::size_t{cloud_->width} * cloud_->height;
+  }
+
+  /** \brief False for a model that gives each point 1, and for one without intensities. */
+  bool
+  hasIntensities() const override
+  {
+    return IntensityModelT::uses_depth || IntensityModelT::uses_native;
+  }
+
+  bool
+  hasColours() const override
+  {
+    return preprocessor_.getStatistics().has_colours;
+  }
+
+  void
+  restart() override;
+
+  bool
+  next(io::PointView& points) override;
+
+private:
+  static constexpr std::size_t chunk = detail::MovedPoints::capacity;
+
+  io::PointView
+  viewOf(std::size_t count) const;
+
+  Preprocessor preprocessor_;
+  const pcl::PCLPointCloud2* cloud_ = nullptr;
+  PointLayout layout_;
+  std::size_t row_ = 0; // of the next point
+  std::size_t column_ = 0;
+  std::array<OutputPointT, 2 * chunk> points_;
 };
 
 } // namespace pcl_ext

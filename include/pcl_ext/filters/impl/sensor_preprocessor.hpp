@@ -95,53 +95,20 @@ PreprocessingStatus
 SensorPreprocessor<IntensityModelT, OutputPointT>::process(
     const pcl::PCLPointCloud2& cloud, Output& output)
 {
-  startOutput(cloud.header, 0, output);
-  if (PreprocessingStatus status = checkSettings(); !status.ok())
-    return status;
+  startOutput(cloud.header, output);
   PointLayout layout;
-  if (PreprocessingStatus status = findPointLayout(cloud,
-                                                   intensity_field_,
-                                                   IntensityModelT::uses_native,
-                                                   reads_colours_,
-                                                   layout);
-      !status.ok())
+  if (PreprocessingStatus status = start(cloud, layout); !status.ok())
     return status;
-
-  startOutput(cloud.header, std::size_t{cloud.width} * cloud.height, output);
-  statistics_.has_colours = layout.has_colour;
+  output.reserve(statistics_.points);
   // An empty cloud may declare any number of rows.
   const std::size_t rows = cloud.width == 0 ? 0 : cloud.height;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const std::uint8_t* const bytes = cloud.data.data() + row * cloud.row_step;
-    const auto native_of = [&](std::size_t column) {
-      return layout.has_intensity
-                 ? detail::readScalar(bytes + column * cloud.point_step +
-                                          layout.intensity,
-                                      layout.intensity_datatype)
-                 : 0.0f;
-    };
-    const auto colour_of = [&](std::size_t column) {
-      return detail::readNumber<std::uint32_t>(bytes + column * cloud.point_step +
-                                               layout.colour);
-    };
-    const bool is_consecutive = !layout.is_double &&
-                                layout.y == layout.x + sizeof(float) &&
-                                layout.z == layout.y + sizeof(float);
-    if (is_consecutive)
-      addPoints({bytes + layout.x, cloud.point_step, cloud.width},
-                native_of,
-                colour_of,
-                output);
-    else
-      gatherPoints(
-          cloud.width,
-          [&](std::size_t column) {
-            return detail::readPoint(bytes + column * cloud.point_step, layout);
-          },
-          native_of,
-          colour_of,
-          output);
-  }
+  for (std::size_t row = 0; row < rows; ++row)
+    addChunks(
+        cloud.width,
+        [&](std::size_t column, std::size_t most, OutputPointT* results) {
+          return readChunk(cloud, layout, row, column, most, results);
+        },
+        output);
   finishOutput(output);
   return {};
 }
@@ -158,38 +125,65 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::process(
       input_.swap(output);
       return process(input_, output);
     }
-  startOutput(cloud.header, 0, output);
+  startOutput(cloud.header, output);
   if (PreprocessingStatus status = checkSettings(); !status.ok())
     return status;
   if (IntensityModelT::uses_native && !has_intensity_field<PointT>)
     return {PreprocessingCode::MissingField,
             "the intensity model is native, but the point type has no intensity"};
-  startOutput(cloud.header, cloud.size(), output);
+  startPoints(cloud.size());
+  output.reserve(cloud.size());
   statistics_.has_colours = reads_colours_ && has_colour_field<PointT>;
-  const auto native_of = [&](std::size_t i) { return nativeIntensity(cloud[i], 0.0f); };
-  const auto colour_of = [&]([[maybe_unused]] std::size_t i) {
-    if constexpr (has_colour_field<PointT>)
-      return packedColour(cloud[i]);
-    else
-      return std::uint32_t{0};
-  };
-  if (detail::hasConsecutiveFloats(cloud))
-    addPoints({reinterpret_cast<const unsigned char*>(&cloud[0].x),
-               sizeof(PointT),
-               cloud.size()},
-              native_of,
-              colour_of,
-              output);
-  else
-    gatherPoints(
-        cloud.size(),
-        [&](std::size_t i) {
-          return Eigen::Vector3f(cloud[i].x, cloud[i].y, cloud[i].z);
-        },
-        native_of,
-        colour_of,
-        output);
+  const bool is_consecutive = detail::hasConsecutiveFloats(cloud);
+  const auto move_chunk =
+      [&](std::size_t begin, std::size_t most, OutputPointT* results) {
+        const auto native_of = [&](std::size_t i) {
+          return nativeIntensity(cloud[begin + i], 0.0f);
+        };
+        const auto colour_of = [&]([[maybe_unused]] std::size_t i) {
+          if constexpr (has_colour_field<PointT>)
+            return packedColour(cloud[begin + i]);
+          else
+            return std::uint32_t{0};
+        };
+        if (is_consecutive)
+          return moveChunk({reinterpret_cast<const unsigned char*>(&cloud[begin].x),
+                            sizeof(PointT),
+                            most},
+                           native_of,
+                           colour_of,
+                           results);
+        return gatherChunk(
+            most,
+            [&](std::size_t i) {
+              const PointT& point = cloud[begin + i];
+              return Eigen::Vector3f(point.x, point.y, point.z);
+            },
+            native_of,
+            colour_of,
+            results);
+      };
+  addChunks(cloud.size(), move_chunk, output);
   finishOutput(output);
+  return {};
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+PreprocessingStatus
+SensorPreprocessor<IntensityModelT, OutputPointT>::start(
+    const pcl::PCLPointCloud2& cloud, PointLayout& layout)
+{
+  if (PreprocessingStatus status = checkSettings(); !status.ok())
+    return status;
+  if (PreprocessingStatus status = findPointLayout(cloud,
+                                                   intensity_field_,
+                                                   IntensityModelT::uses_native,
+                                                   reads_colours_,
+                                                   layout);
+      !status.ok())
+    return status;
+  startPoints(std::size_t{cloud.width} * cloud.height);
+  statistics_.has_colours = layout.has_colour;
   return {};
 }
 
@@ -213,18 +207,24 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::checkSettings() const
 template <typename IntensityModelT, typename OutputPointT>
 void
 SensorPreprocessor<IntensityModelT, OutputPointT>::startOutput(
-    const pcl::PCLHeader& header, std::size_t points, Output& output)
+    const pcl::PCLHeader& header, Output& output)
 {
   statistics_ = PreprocessingStatistics();
-  statistics_.points = points;
   output.clear();
-  output.reserve(points);
   output.header = header;
   output.is_dense = true;
   output.sensor_origin_ << sensor_pose_.translation(), 1.0f;
   output.sensor_orientation_ = Eigen::Quaternionf(sensor_pose_.linear());
-  constexpr float infinity = std::numeric_limits<float>::infinity();
   kept_ = 0;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+void
+SensorPreprocessor<IntensityModelT, OutputPointT>::startPoints(std::size_t points)
+{
+  statistics_ = PreprocessingStatistics();
+  statistics_.points = points;
+  constexpr float infinity = std::numeric_limits<float>::infinity();
   for (Eigen::Index row = 0; row < 3; ++row) {
     const auto axis = static_cast<std::size_t>(row);
     for (Eigen::Index column = 0; column < 4; ++column)
@@ -236,13 +236,65 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::startOutput(
 }
 
 template <typename IntensityModelT, typename OutputPointT>
-template <typename NativeOfT, typename ColourOfT>
+template <typename MoveChunkT>
 void
-SensorPreprocessor<IntensityModelT, OutputPointT>::addPoints(
+SensorPreprocessor<IntensityModelT, OutputPointT>::addChunks(
+    std::size_t count, const MoveChunkT& move_chunk, Output& output)
+{
+  for (std::size_t begin = 0; begin < count; begin += detail::MovedPoints::capacity) {
+    const std::size_t most = std::min(detail::MovedPoints::capacity, count - begin);
+    if (output.points.size() < kept_ + most)
+      output.points.resize(kept_ + most);
+    kept_ += move_chunk(begin, most, &output.points[kept_]);
+  }
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+std::size_t
+SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
+    const pcl::PCLPointCloud2& cloud,
+    const PointLayout& layout,
+    std::size_t row,
+    std::size_t column,
+    std::size_t most,
+    OutputPointT* results)
+{
+  const std::uint8_t* const bytes =
+      cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+  const auto native_of = [&](std::size_t i) {
+    return layout.has_intensity
+               ? detail::readScalar(bytes + i * cloud.point_step + layout.intensity,
+                                    layout.intensity_datatype)
+               : 0.0f;
+  };
+  const auto colour_of = [&](std::size_t i) {
+    return detail::readNumber<std::uint32_t>(bytes + i * cloud.point_step +
+                                             layout.colour);
+  };
+  const bool is_consecutive = !layout.is_double &&
+                              layout.y == layout.x + sizeof(float) &&
+                              layout.z == layout.y + sizeof(float);
+  if (is_consecutive)
+    return moveChunk(
+        {bytes + layout.x, cloud.point_step, most}, native_of, colour_of, results);
+  return gatherChunk(
+      most,
+      [&](std::size_t i) {
+        return detail::readPoint(bytes + i * cloud.point_step, layout);
+      },
+      native_of,
+      colour_of,
+      results);
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+template <typename NativeOfT, typename ColourOfT>
+std::size_t
+SensorPreprocessor<IntensityModelT, OutputPointT>::moveChunk(
     const detail::PointBytes& points,
     const NativeOfT& native_of,
     const ColourOfT& colour_of,
-    Output& output)
+    OutputPointT* results)
 {
   static_assert(
       sizeof(OutputPointT) == detail::moved_point_floats * sizeof(float) &&
@@ -250,57 +302,41 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::addPoints(
       "the output type has to have 32 bytes and to begin with PCL_ADD_POINT4D, "
       "as pcl::PointXYZI and pcl_ext::PointXYZRGBI");
   detail::MovedPoints moved;
-  for (std::size_t begin = 0; begin < points.count;
-       begin += detail::MovedPoints::capacity) {
-    const std::size_t most =
-        std::min(detail::MovedPoints::capacity, points.count - begin);
-    if (output.points.size() < kept_ + most)
-      output.points.resize(kept_ + most);
-    OutputPointT* const results = &output.points[kept_];
-    detail::movePoints({points.first + begin * points.stride, points.stride, most},
-                       move_,
-                       results->data,
-                       moved);
-    for (std::size_t i = 0; i < moved.count; ++i) {
-      const float native =
-          IntensityModelT::uses_native ? native_of(begin + moved.sources[i]) : 0.0f;
-      setNativeIntensity(results[i],
-                         intensity_scale_ * intensity_model_(moved.depths[i], native));
-      if (IntensityModelT::uses_depth)
-        statistics_.points_behind_sensor += moved.depths[i] < 0.0f ? 1 : 0;
-    }
-    if (statistics_.has_colours)
-      for (std::size_t i = 0; i < moved.count; ++i)
-        setPackedColour(results[i], colour_of(begin + moved.sources[i]));
-    kept_ += moved.count;
-    statistics_.points_not_finite += moved.not_finite;
-    statistics_.points_cropped += most - moved.count - moved.not_finite;
+  detail::movePoints(points, move_, results->data, moved);
+  for (std::size_t i = 0; i < moved.count; ++i) {
+    const float native =
+        IntensityModelT::uses_native ? native_of(moved.sources[i]) : 0.0f;
+    setNativeIntensity(results[i],
+                       intensity_scale_ * intensity_model_(moved.depths[i], native));
+    if (IntensityModelT::uses_depth)
+      statistics_.points_behind_sensor += moved.depths[i] < 0.0f ? 1 : 0;
   }
+  if (statistics_.has_colours)
+    for (std::size_t i = 0; i < moved.count; ++i)
+      setPackedColour(results[i], colour_of(moved.sources[i]));
+  statistics_.points_not_finite += moved.not_finite;
+  statistics_.points_cropped += points.count - moved.count - moved.not_finite;
+  return moved.count;
 }
 
 template <typename IntensityModelT, typename OutputPointT>
 template <typename PointOfT, typename NativeOfT, typename ColourOfT>
-void
-SensorPreprocessor<IntensityModelT, OutputPointT>::gatherPoints(
+std::size_t
+SensorPreprocessor<IntensityModelT, OutputPointT>::gatherChunk(
     std::size_t count,
     const PointOfT& point_of,
     const NativeOfT& native_of,
     const ColourOfT& colour_of,
-    Output& output)
+    OutputPointT* results)
 {
   std::array<std::array<float, 3>, detail::MovedPoints::capacity> points;
-  for (std::size_t begin = 0; begin < count; begin += points.size()) {
-    const std::size_t most = std::min(points.size(), count - begin);
-    for (std::size_t i = 0; i < most; ++i)
-      Eigen::Map<Eigen::Vector3f>(points[i].data()) = point_of(begin + i);
-    addPoints(
-        {reinterpret_cast<const unsigned char*>(points.data()),
-         sizeof(points[0]),
-         most},
-        [&](std::size_t i) { return native_of(begin + i); },
-        [&](std::size_t i) { return colour_of(begin + i); },
-        output);
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    Eigen::Map<Eigen::Vector3f>(points[i].data()) = point_of(i);
+  return moveChunk(
+      {reinterpret_cast<const unsigned char*>(points.data()), sizeof(points[0]), count},
+      native_of,
+      colour_of,
+      results);
 }
 
 template <typename IntensityModelT, typename OutputPointT>
@@ -310,6 +346,67 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::finishOutput(Output& output) 
   output.points.resize(kept_);
   output.width = static_cast<std::uint32_t>(kept_);
   output.height = 1;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+PreprocessingStatus
+PreprocessedBatches<IntensityModelT, OutputPointT>::open(
+    const pcl::PCLPointCloud2& cloud)
+{
+  cloud_ = nullptr;
+  if (PreprocessingStatus status = preprocessor_.start(cloud, layout_); !status.ok())
+    return status;
+  cloud_ = &cloud;
+  restart();
+  return {};
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+void
+PreprocessedBatches<IntensityModelT, OutputPointT>::restart()
+{
+  row_ = 0;
+  column_ = 0;
+  if (cloud_ == nullptr)
+    return;
+  const bool has_colours = preprocessor_.statistics_.has_colours;
+  preprocessor_.startPoints(size());
+  preprocessor_.statistics_.has_colours = has_colours;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+bool
+PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
+{
+  const std::size_t behind_sensor = preprocessor_.statistics_.points_behind_sensor;
+  std::size_t count = 0;
+  // Batches of few points, where most are cropped, would take more time.
+  while (count < chunk && size() > 0 && row_ < cloud_->height) {
+    const std::size_t most = std::min(chunk, cloud_->width - column_);
+    count +=
+        preprocessor_.readChunk(*cloud_, layout_, row_, column_, most, &points_[count]);
+    column_ += most;
+    if (column_ == cloud_->width) {
+      column_ = 0;
+      ++row_;
+    }
+  }
+  points = viewOf(count);
+  points.count_behind_sensor =
+      preprocessor_.statistics_.points_behind_sensor - behind_sensor;
+  return count > 0;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+io::PointView
+PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) const
+{
+  io::PointView view = hasIntensities()
+                           ? pointViewWithIntensities(points_.data(), count)
+                           : pointViewOf(points_.data(), count);
+  if (!hasColours())
+    view.colours = nullptr;
+  return view;
 }
 
 } // namespace pcl_ext

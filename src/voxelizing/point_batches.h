@@ -1,0 +1,101 @@
+#pragma once
+
+#include <pcl_ext/compression/voxelizer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief A cloud that is in memory, as one batch. */
+class SingleBatch : public PointBatches {
+public:
+  explicit SingleBatch(const PointView& points) : points_(points) {}
+
+  std::size_t
+  size() const override
+  {
+    return points_.count;
+  }
+
+  bool
+  hasIntensities() const override
+  {
+    return points_.intensities != nullptr;
+  }
+
+  bool
+  hasColours() const override
+  {
+    return points_.colours != nullptr;
+  }
+
+  void
+  restart() override
+  {
+    is_read_ = false;
+  }
+
+  bool
+  next(PointView& points) override
+  {
+    if (is_read_)
+      return false;
+    is_read_ = true;
+    points = points_;
+    return true;
+  }
+
+private:
+  const PointView& points_;
+  bool is_read_ = false;
+};
+
+/** \brief True if x, y and z are finite. */
+inline bool
+isFinite(const float* point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+/** \brief Calls a function with x of every point. */
+template <typename VisitT>
+void
+visitPoints(PointBatches& batches, VisitT&& visit)
+{
+  batches.restart();
+  for (PointView points; batches.next(points);) {
+    const float* point = points.coordinates;
+    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
+      visit(point);
+  }
+}
+
+/** \brief The lowest and the highest coordinates of the finite points of a cloud. */
+struct CoordinateEnds {
+  std::array<float, 3> lowest;
+  std::array<float, 3> highest;
+};
+
+/** \brief Finds them; where no point is finite, lowest is above highest. */
+inline CoordinateEnds
+coordinateEnds(PointBatches& batches)
+{
+  CoordinateEnds ends;
+  ends.lowest.fill(std::numeric_limits<float>::max());
+  ends.highest.fill(std::numeric_limits<float>::lowest());
+  visitPoints(batches, [&ends](const float* point) {
+    for (std::size_t axis = 0; isFinite(point) && axis < 3; ++axis) {
+      ends.lowest[axis] = std::min(ends.lowest[axis], point[axis]);
+      ends.highest[axis] = std::max(ends.highest[axis], point[axis]);
+    }
+  });
+  return ends;
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,163 @@
+/** \file
+ * \brief The points of batches are those that SensorPreprocessor writes.
+ */
+#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/point_types.h>
+
+#include <pcl/conversions.h>
+#include <pcl/PCLPointCloud2.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace {
+
+using pcl_ext::CountIntensity;
+using pcl_ext::IntensityModel;
+using pcl_ext::KinectV2;
+using pcl_ext::NativeIntensity;
+using pcl_ext::PointXYZRGBI;
+using pcl_ext::PreprocessedBatches;
+using pcl_ext::PreprocessingCode;
+using pcl_ext::PreprocessingStatistics;
+using pcl_ext::QuadraticLaw;
+using pcl_ext::SensorPreprocessor;
+using pcl_ext::io::PointView;
+
+pcl::PCLPointCloud2
+randomCloud(std::uint32_t width, std::uint32_t height)
+{
+  std::mt19937 random(width);
+  std::uniform_real_distribution<float> side(-3.0f, 3.0f);
+  pcl::PointCloud<PointXYZRGBI> cloud(width, height);
+  for (PointXYZRGBI& point : cloud) {
+    point.x =
+        random() % 20 == 0 ? std::numeric_limits<float>::quiet_NaN() : side(random);
+    point.y = side(random);
+    point.z = side(random) + 2.0f;
+    point.intensity = side(random);
+    point.rgba = static_cast<std::uint32_t>(random());
+  }
+  pcl::PCLPointCloud2 message;
+  pcl::toPCLPointCloud2(cloud, message);
+  return message;
+}
+
+template <typename ModelT>
+SensorPreprocessor<ModelT, PointXYZRGBI>
+makePreprocessor(const ModelT& model)
+{
+  SensorPreprocessor<ModelT, PointXYZRGBI> preprocessor(model);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(0.3, -0.2, 1.0));
+  pose.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 0.5).normalized()));
+  preprocessor.setSensorPose(pose);
+  preprocessor.setCropBox({-2.0f, -2.0f, -1.0f}, {1.5f, 2.0f, 4.0f});
+  return preprocessor;
+}
+
+void
+expectEqual(const PreprocessingStatistics& a, const PreprocessingStatistics& b)
+{
+  EXPECT_EQ(a.points, b.points);
+  EXPECT_EQ(a.points_not_finite, b.points_not_finite);
+  EXPECT_EQ(a.points_cropped, b.points_cropped);
+  EXPECT_EQ(a.points_behind_sensor, b.points_behind_sensor);
+  EXPECT_EQ(a.has_colours, b.has_colours);
+}
+
+/** \brief Reads all batches and compares each point. */
+template <typename BatchesT>
+void
+expectPoints(BatchesT& batches, const pcl::PointCloud<PointXYZRGBI>& expected)
+{
+  std::size_t read = 0;
+  std::size_t behind_sensor = 0;
+  for (PointView points; batches.next(points);) {
+    ASSERT_LE(read + points.count, expected.size());
+    EXPECT_EQ(points.intensities != nullptr, batches.hasIntensities());
+    EXPECT_EQ(points.colours != nullptr, batches.hasColours());
+    for (std::size_t i = 0; i < points.count; ++i, ++read) {
+      const float* const place = points.coordinates + i * points.coordinate_stride;
+      ASSERT_EQ(place[0], expected[read].x);
+      ASSERT_EQ(place[1], expected[read].y);
+      ASSERT_EQ(place[2], expected[read].z);
+      if (points.intensities != nullptr) {
+        ASSERT_EQ(points.intensities[i * points.intensity_stride],
+                  expected[read].intensity);
+      }
+      std::uint32_t colour = expected[read].rgba;
+      if (points.colours != nullptr)
+        std::memcpy(&colour,
+                    static_cast<const unsigned char*>(points.colours) +
+                        i * points.colour_stride,
+                    sizeof(colour));
+      ASSERT_EQ(colour, expected[read].rgba);
+    }
+    behind_sensor += points.count_behind_sensor;
+  }
+  EXPECT_EQ(read, expected.size());
+  EXPECT_EQ(behind_sensor, batches.getStatistics().points_behind_sensor);
+}
+
+template <typename ModelT>
+void
+expectBatches(const ModelT& model, const pcl::PCLPointCloud2& cloud)
+{
+  auto preprocessor = makePreprocessor(model);
+  PreprocessedBatches<ModelT, PointXYZRGBI> batches(preprocessor);
+  pcl::PointCloud<PointXYZRGBI> expected;
+  ASSERT_TRUE(preprocessor.process(cloud, expected).ok());
+  ASSERT_TRUE(batches.open(cloud).ok());
+  EXPECT_EQ(batches.size(), std::size_t{cloud.width} * cloud.height);
+  expectPoints(batches, expected);
+  expectEqual(batches.getStatistics(), preprocessor.getStatistics());
+  batches.restart();
+  PointView some;
+  batches.next(some);
+  batches.restart();
+  expectPoints(batches, expected);
+  expectEqual(batches.getStatistics(), preprocessor.getStatistics());
+}
+
+TEST(PreprocessedBatches, HaveThePointsThatThePreprocessorWrites)
+{
+  for (const std::uint32_t width : {1u, 255u, 256u, 257u, 5000u})
+    for (const std::uint32_t height : {1u, 7u}) {
+      const pcl::PCLPointCloud2 cloud = randomCloud(width, height);
+      expectBatches(CountIntensity(0.04), cloud);
+      expectBatches(NativeIntensity(0.04), cloud);
+      expectBatches(IntensityModel<KinectV2, QuadraticLaw>(0.04), cloud);
+    }
+}
+
+TEST(PreprocessedBatches, HaveNoPointsOfEmptyAndInvalidClouds)
+{
+  PreprocessedBatches<NativeIntensity, PointXYZRGBI> batches(
+      makePreprocessor(NativeIntensity(0.04)));
+  PointView points;
+  EXPECT_FALSE(batches.next(points));
+  ASSERT_TRUE(batches.open(randomCloud(100, 1)).ok());
+  pcl::PCLPointCloud2 cloud = randomCloud(0, 0);
+  cloud.height = 4000000000u;
+  ASSERT_TRUE(batches.open(cloud).ok());
+  EXPECT_FALSE(batches.next(points));
+  cloud = randomCloud(100, 1);
+  cloud.fields.clear();
+  EXPECT_EQ(batches.open(cloud).code(), PreprocessingCode::MissingField);
+  batches.restart();
+  EXPECT_EQ(batches.size(), 0u);
+  EXPECT_FALSE(batches.next(points));
+}
+
+} // namespace
