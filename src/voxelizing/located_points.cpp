@@ -68,28 +68,28 @@ LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>
 }
 
 template <>
-std::size_t
+void
 locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
                               PlacedPoints& placed,
                               CertainPoints& certain)
 {
-  return locateEach<ScalarLanes>(grid, points, placed, certain);
+  locateEach<ScalarLanes>(grid, points, placed, certain);
 }
 
 #if PCL_EXT_HAS_NATIVE_LANES
 template <>
-std::size_t
+void
 locatePointsWith<NativeLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
                               PlacedPoints& placed,
                               CertainPoints& certain)
 {
-  return locateEach<NativeLanes>(grid, points, placed, certain);
+  locateEach<NativeLanes>(grid, points, placed, certain);
 }
 #endif
 
-std::size_t
+void
 locatePoints(const LocatorGrid& grid,
              const LocatorInput& points,
              PlacedPoints& placed,
@@ -99,7 +99,7 @@ locatePoints(const LocatorGrid& grid,
   if (usesAvx2())
     return locatePointsWith<Avx2Lanes>(grid, points, placed, certain);
 #endif
-  return locatePointsWith<NativeLanes>(grid, points, placed, certain);
+  locatePointsWith<NativeLanes>(grid, points, placed, certain);
 }
 
 } // namespace io

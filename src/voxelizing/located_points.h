@@ -43,22 +43,22 @@ struct LocatorGrid {
 /** \brief Points to be located. */
 struct LocatorInput {
   const unsigned char* first; ///< x of the first; need not be aligned
-  std::size_t stride;         ///< bytes from one x to the next
-  std::size_t count; ///< at most PlacedPoints::capacity; four floats are read of each
+  std::size_t stride;         ///< bytes from one x to the next, at least 12
+  std::size_t count;          ///< at most PlacedPoints::capacity
+  bool may_read_on;           ///< there is a float after the last z
 };
 
 /** \brief Bit i % 8 of number i / 8 is set if point i is certainly in the grid and the box. */
 using CertainPoints = std::array<std::uint8_t, PlacedPoints::capacity / 8>;
 
-/** \brief Computes the voxels of points, eight at a time.
+/** \brief Computes the voxels of points.
  * \param[in] grid the grid, which has to be useful
  * \param[in] points the points
  * \param[out] placed blocks and voxels are written from the first element on, which are
- * valid for certain points only
+ * valid for certain points only; their number is rounded up to a multiple of eight
  * \param[out] certain which ones these are
- * \return how many points were looked at: their number rounded down to a multiple of eight
  */
-std::size_t
+void
 locatePoints(const LocatorGrid& grid,
              const LocatorInput& points,
              PlacedPoints& placed,
@@ -66,21 +66,21 @@ locatePoints(const LocatorGrid& grid,
 
 /** \brief The same with any kind of lanes. */
 template <typename LanesT>
-std::size_t
+void
 locatePointsWith(const LocatorGrid& grid,
                  const LocatorInput& points,
                  PlacedPoints& placed,
                  CertainPoints& certain);
 
 template <>
-std::size_t
+void
 locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
                               PlacedPoints& placed,
                               CertainPoints& certain);
 #if PCL_EXT_HAS_NATIVE_LANES
 template <>
-std::size_t
+void
 locatePointsWith<NativeLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
                               PlacedPoints& placed,
@@ -88,7 +88,7 @@ locatePointsWith<NativeLanes>(const LocatorGrid& grid,
 #endif
 #if PCL_EXT_HAS_AVX2
 template <>
-std::size_t
+void
 locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
                             const LocatorInput& points,
                             PlacedPoints& placed,

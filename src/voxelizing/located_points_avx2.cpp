@@ -10,13 +10,13 @@ namespace pcl_ext {
 namespace io {
 
 template <>
-std::size_t
+void
 locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
                             const LocatorInput& points,
                             PlacedPoints& placed,
                             CertainPoints& certain)
 {
-  return locateEach<Avx2Lanes>(grid, points, placed, certain);
+  locateEach<Avx2Lanes>(grid, points, placed, certain);
 }
 
 } // namespace io

@@ -274,24 +274,26 @@ PlaceFinder::find(const PointView& points,
   std::size_t i = begin;
   if (locator_grid_.is_useful && stride >= 3) {
     CertainPoints certain;
-    // A float after z is read, which the last point may not have.
-    const std::size_t located = locatePoints(
+    locatePoints(
         locator_grid_,
         {reinterpret_cast<const unsigned char*>(points.coordinates + begin * stride),
          stride * sizeof(float),
-         std::min(end, points.count - 1) - begin},
+         end - begin,
+         end < points.count},
         placed,
         certain);
-    for (std::size_t eight = 0; eight < located; eight += 8, i += 8) {
+    for (std::size_t eight = 0; i < end; eight += 8) {
       const unsigned int bits = certain[eight / 8];
-      if (bits == 255)
+      if (bits == 255) {
         placed.moveEightToEnd(eight, i);
-      else
-        for (std::size_t lane = 0; lane < 8; ++lane)
-          if ((bits >> lane & 1) != 0)
-            placed.moveToEnd(eight + lane, i + lane);
-          else if (!findOne(points, i + lane, placed, statistics))
-            return false;
+        i += 8;
+        continue;
+      }
+      for (std::size_t lane = 0; lane < 8 && i < end; ++lane, ++i)
+        if ((bits >> lane & 1) != 0)
+          placed.moveToEnd(eight + lane, i);
+        else if (!findOne(points, i, placed, statistics))
+          return false;
     }
   }
   for (; i < end; ++i)

@@ -160,32 +160,63 @@ private:
   const LocatorGrid& grid_;
 };
 
+/** \brief Computes the voxels of eight points; see locatePoints().
+ * \return bit i is set if point i is certainly in the grid and the box
+ */
+template <typename LanesT>
+PCL_EXT_LANES_TARGET unsigned int
+locateEight(const PointLocator<LanesT>& locator,
+            const unsigned char* points,
+            std::size_t stride,
+            std::size_t index,
+            PlacedPoints& placed)
+{
+  unsigned int certain =
+      locator.locate(points, stride, &placed.blocks[index], &placed.voxels[index]);
+  if constexpr (LanesT::width == 4)
+    certain |= locator.locate(points + 4 * stride,
+                              stride,
+                              &placed.blocks[index + 4],
+                              &placed.voxels[index + 4])
+               << 4;
+  return certain;
+}
+
 /** \brief See locatePoints(). */
 template <typename LanesT>
-PCL_EXT_LANES_TARGET std::size_t
+PCL_EXT_LANES_TARGET void
 locateEach(const LocatorGrid& grid,
            const LocatorInput& points,
            PlacedPoints& placed,
            CertainPoints& certain)
 {
   const PointLocator<LanesT> locator(grid);
+  // Four floats of a point are read.
+  const std::size_t kept_back = points.may_read_on ? 0 : 1;
   std::size_t i = 0;
-  for (; i + 8 <= points.count; i += 8) {
+  for (; i + 8 + kept_back <= points.count; i += 8) {
     const unsigned char* const first = points.first + i * points.stride;
     // A cloud is usually not in the caches.
     for (std::size_t point = 0; point < 8; point += 2)
       prefetch(first + prefetch_distance + point * points.stride);
-    unsigned int bits =
-        locator.locate(first, points.stride, &placed.blocks[i], &placed.voxels[i]);
-    if constexpr (LanesT::width == 4)
-      bits |= locator.locate(first + 4 * points.stride,
-                             points.stride,
-                             &placed.blocks[i + 4],
-                             &placed.voxels[i + 4])
-              << 4;
-    certain[i / 8] = static_cast<std::uint8_t>(bits);
+    certain[i / 8] = static_cast<std::uint8_t>(
+        locateEight(locator, first, points.stride, i, placed));
   }
-  return i;
+  if (i == points.count)
+    return;
+  std::array<float, 32> last{};
+  const std::size_t count = points.count - i;
+  for (std::size_t point = 0; point < count; ++point)
+    std::memcpy(&last[4 * point],
+                points.first + (i + point) * points.stride,
+                3 * sizeof(float));
+  const unsigned int bits =
+      locateEight(locator,
+                  reinterpret_cast<const unsigned char*>(last.data()),
+                  4 * sizeof(float),
+                  i,
+                  placed);
+  certain[i / 8] = static_cast<std::uint8_t>(bits & ((1u << count) - 1));
 }
 
 } // namespace io
