@@ -29,8 +29,7 @@ struct Result {
 
 template <typename LanesT>
 Result
-compute(const std::array<float, 16>& points,
-        const std::array<std::uint32_t, 16>& numbers)
+compute(const std::array<float, 16>& points, const std::array<std::uint8_t, 16>& bytes)
 {
   using L = LanesT;
   // What is no integer may become any.
@@ -92,7 +91,7 @@ compute(const std::array<float, 16>& points,
   keepFloats(w);
   result.masks = {L::bitsOf(L::less(x, y)),
                   L::bitsOf(L::lessOrEqual(w, z)),
-                  L::nonZeroNumbers(numbers.data())};
+                  L::nonZeroBytes(bytes.data())};
   return result;
 }
 
@@ -117,11 +116,11 @@ TEST(Lanes, NativeLanesAgreeWithScalarLanesToTheLastBit)
       else if (random() % 2 == 0)
         value = static_cast<float>(static_cast<std::int32_t>(bits)) * 0x1p-16f;
     }
-    std::array<std::uint32_t, 16> numbers;
-    for (std::uint32_t& number : numbers)
-      number = random() % 3 == 0 ? std::uint32_t{1} << random() % 32 : 0;
-    ASSERT_TRUE(compute<NativeLanes>(points, numbers) ==
-                compute<ScalarLanes>(points, numbers))
+    std::array<std::uint8_t, 16> bytes;
+    for (std::uint8_t& byte : bytes)
+      byte = static_cast<std::uint8_t>(random() % 3 == 0 ? random() : 0);
+    ASSERT_TRUE(compute<NativeLanes>(points, bytes) ==
+                compute<ScalarLanes>(points, bytes))
         << "of round " << i;
   }
 }
