@@ -1,5 +1,6 @@
 import * as THREE from "three";
 
+import type { Label } from "./camera_fit";
 import { disposeAll, textSprite } from "./text_sprite";
 
 export interface SceneColours {
@@ -66,6 +67,16 @@ function gridStep(extent: number): number {
   return extent < 4 ? step : Math.max(1, step);
 }
 
+/** From this distance between lines on, they are labelled in kilometres. */
+const metresInKm = 500;
+
+/** Longer labels are too wide to be at each line. */
+const longestDense = 6;
+
+function distanceText(value: number, unit: string): string {
+  return `${Number(value.toPrecision(9))} ${unit}`;
+}
+
 /** Floor grid with labels, axes of the origin, sensors and crop box. */
 export class Surroundings {
   readonly grid = new THREE.Group();
@@ -73,6 +84,7 @@ export class Surroundings {
   readonly sensors = new THREE.Group();
   readonly cropBox = new THREE.Group();
   private sensorPlaces: number[][] = [];
+  private labelled = new THREE.Box3(); // where labels are worth a wider view
 
   addTo(scene: THREE.Scene): void {
     scene.add(this.grid, this.axes, this.sensors, this.cropBox);
@@ -81,12 +93,18 @@ export class Surroundings {
   /** On narrow screens only few lines have labels. */
   setGrid(bounds: Bounds, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.grid);
+    this.labelled.min.fromArray(bounds.min);
+    this.labelled.max.fromArray(bounds.max);
+    this.labelled.expandByVector(this.labelled.getSize(new THREE.Vector3()).multiplyScalar(0.6).addScalar(1));
     const extent = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]);
     const step = gridStep(extent);
     const low = [0, 1].map((axis) => Math.floor(bounds.min[axis] / step) * step);
     const high = [0, 1].map((axis) => Math.ceil(bounds.max[axis] / step) * step);
     // The world's floor is at 0; clouds in a sensor's own coordinates have none.
     const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2];
+    const textOf = (at: number): string => (step < metresInKm ? distanceText(at, "m") : distanceText(at / 1000, "km"));
+    const longest = Math.max(...[...low, ...high].map((at) => textOf(at).length));
+    const isSparse = step < 1 || isNarrow || longest > longestDense;
     const thin: number[] = [];
     const strong: number[] = [];
     for (const axis of [0, 1]) {
@@ -101,15 +119,15 @@ export class Surroundings {
         to[other] = high[other];
         (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
         const number = Math.round(at / step);
-        if (number !== 0 && number % (step < 1 || isNarrow ? 5 : 1) === 0)
-          this.addLabel(at, axis, low[other] - 0.35 * step, z, colours);
+        if (number !== 0 && number % (isSparse ? 5 : 1) === 0)
+          this.addLabel(textOf(at), axis, at, low[other] - 0.35 * step, z, colours);
       }
     }
     this.grid.add(lines(thin, colours.grid), lines(strong, colours.gridStrong));
   }
 
-  private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    const sprite = textSprite(`${Number(at.toPrecision(9))} m`, colours.label, colours.background, 11);
+  private addLabel(text: string, axis: number, at: number, beside: number, z: number, colours: SceneColours): void {
+    const sprite = textSprite(text, colours.label, colours.background, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }
@@ -138,6 +156,16 @@ export class Surroundings {
         max[axis] = Math.min(bounds.max[axis] + reach, Math.max(max[axis], place[axis]));
       }
     return { min, max };
+  }
+
+  /** The labels that are drawn, for a view that has all of them in it. */
+  labels(): Label[] {
+    const box = this.labelled;
+    const shown = [this.grid, this.sensors].filter(({ visible }) => visible).flatMap(({ children }) => children);
+    return shown.flatMap(({ position, userData }) => {
+      const pixels = userData.pixels as [number, number] | undefined;
+      return pixels && box.containsPoint(position) ? [{ place: position.clone(), width: pixels[0], height: pixels[1] }] : [];
+    });
   }
 
   setSensors(poses: SensorPose[], colours: SceneColours, isNarrow: boolean): void {

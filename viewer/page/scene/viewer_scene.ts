@@ -6,7 +6,7 @@ import { colourMaps, streamColour, texelsOf } from "./colour_maps";
 import type { ColourMapName } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
 import type { PickedVoxel } from "./drawn_voxels";
-import { fitCamera } from "./camera_fit";
+import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
 import { Surroundings, boxEdges } from "./surroundings";
@@ -117,6 +117,7 @@ export class ViewerScene {
   private draw(): void {
     this.needsDrawing = false;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
+    placeClippingPlanes(this.camera, this.controls.target, this.bounds);
     this.shading.draw(this.scene, this.camera);
     this.onDrawn();
   }
@@ -228,10 +229,10 @@ export class ViewerScene {
         ? this.camera.position.clone().sub(this.controls.target)
         : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
     const camera = this.camera.clone();
-    camera.near = 0.001;
-    camera.far = 1e6;
-    camera.updateProjectionMatrix();
-    const target = fitCamera(camera, this.surroundings.withSensors(this.boundsOfCubes(this.bounds)), towards);
+    const { clientWidth, clientHeight } = this.canvas;
+    const view = { width: clientWidth || 1, height: clientHeight || 1 };
+    const box = this.surroundings.withSensors(this.boundsOfCubes(this.bounds));
+    const target = fitCamera(camera, cornersOf(box), this.surroundings.labels(), view, towards);
     this.setCamera(camera.position, target);
   }
 
@@ -254,10 +255,6 @@ export class ViewerScene {
   setCamera(position: THREE.Vector3, target: THREE.Vector3): void {
     this.camera.position.copy(position);
     this.controls.target.copy(target);
-    const distance = position.distanceTo(target);
-    this.camera.near = Math.max(0.01, distance / 500);
-    this.camera.far = Math.max(200, distance * 20);
-    this.camera.updateProjectionMatrix();
     this.controls.update();
     this.requestDrawing();
   }
