@@ -130,10 +130,11 @@ test("files that are no recording are told in words, and the page goes on", asyn
   const viewer = await openViewer();
   for (const [name, bytes, expected] of cases) {
     await viewer.setInputFiles("input[type=file]", { name, mimeType: "application/octet-stream", buffer: bytes });
-    await viewer.until((file) => window.pclExtViewer.state().name === file, name);
-    await viewer.notice("error").waitFor();
+    await viewer.notice("error").filter({ hasText: name }).waitFor();
     assert.match(await viewer.notice("error").innerText(), expected, name);
     assert.equal(await viewer.getByRole("button", { name: "Open a recording" }).isVisible(), true);
+    assert.equal(await viewer.title(), "pcl_ext viewer");
+    assert.equal(await viewer.locator(".status").innerText(), "");
   }
   await openFiles(viewer, recording);
   assert.equal(await viewer.notice("error").count(), 0);

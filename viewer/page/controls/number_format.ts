@@ -4,6 +4,11 @@ export function formatCount(value: number): string {
   return grouped.format(value);
 }
 
+/** A count with its noun, which has an s for all numbers but 1. */
+export function formatCounted(value: number, noun: string): string {
+  return `${formatCount(value)} ${noun}${value === 1 ? "" : "s"}`;
+}
+
 /** 3 significant digits, without an exponent. */
 export function formatNumber(value: number): string {
   if (Number.isInteger(value)) return grouped.format(value);
