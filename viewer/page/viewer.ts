@@ -155,7 +155,7 @@ export class Viewer {
     this.live?.close();
     this.live = null;
     this.index.clear();
-    this.scene.forgetUser();
+    this.scene.forgetView();
     this.notices.clear();
     this.damage = [];
     this.remarks = [];

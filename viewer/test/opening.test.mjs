@@ -205,6 +205,7 @@ function recordingOf(name, points, ...options) {
 test("one voxel, and voxels that are thousands of kilometres apart, are in the view", async () => {
   const viewer = await openViewer();
   for (const [path, size] of [
+    [recording, 10],
     [recordingOf("one", ["1 2 3"]), 1],
     [recordingOf("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
   ]) {

@@ -4,6 +4,9 @@ import type { Bounds } from "./surroundings";
 
 const margin = 1.06;
 
+/** Pixels at the lower edge of the view that figures are written over. */
+const heightOfFigures = 26;
+
 /** The near plane, as a share of the distance between camera and target. */
 const nearShare = 1 / 500;
 
@@ -30,6 +33,7 @@ function seenBox(camera: THREE.Camera, points: THREE.Vector3[], labels: Label[],
     const half = new THREE.Vector3(width / view.width, height / view.height, 0);
     seen.expandByPoint(at.clone().sub(half)).expandByPoint(at.add(half));
   }
+  seen.min.y -= (2 * heightOfFigures) / view.height;
   return seen;
 }
 
@@ -44,7 +48,7 @@ export function fitCamera(
   const box = new THREE.Box3().setFromPoints(points);
   const target = box.getCenter(new THREE.Vector3());
   const direction = towards.clone().normalize();
-  let distance = box.getSize(new THREE.Vector3()).length();
+  let distance = Math.max(box.getSize(new THREE.Vector3()).length(), 1e-6);
   const tangent = Math.tan((camera.fov * Math.PI) / 360);
   // What is near appears larger, so that the middle of the box is not that of its picture.
   for (let i = 0; i < 12; ++i) {

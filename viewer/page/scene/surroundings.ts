@@ -90,8 +90,8 @@ export class Surroundings {
     scene.add(this.grid, this.axes, this.sensors, this.cropBox);
   }
 
-  /** On narrow screens only few lines have labels. */
-  setGrid(bounds: Bounds, colours: SceneColours, isNarrow: boolean): void {
+  /** Of voxels with an edge and their centres in bounds. On narrow screens only few lines have labels. */
+  setGrid(bounds: Bounds, edge: number, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.grid);
     this.labelled.min.fromArray(bounds.min);
     this.labelled.max.fromArray(bounds.max);
@@ -101,10 +101,11 @@ export class Surroundings {
     const low = [0, 1].map((axis) => Math.floor(bounds.min[axis] / step) * step);
     const high = [0, 1].map((axis) => Math.ceil(bounds.max[axis] / step) * step);
     // The world's floor is at 0; clouds in a sensor's own coordinates have none.
-    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2];
+    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2] - edge / 2;
     const textOf = (at: number): string => (step < metresInKm ? distanceText(at, "m") : distanceText(at / 1000, "km"));
     const longest = Math.max(...[...low, ...high].map((at) => textOf(at).length));
-    const isSparse = step < 1 || isNarrow || longest > longestDense;
+    const isLong = longest > longestDense;
+    const every = isLong && isNarrow ? 10 : step < 1 || isNarrow || isLong ? 5 : 1;
     const thin: number[] = [];
     const strong: number[] = [];
     for (const axis of [0, 1]) {
@@ -119,7 +120,9 @@ export class Surroundings {
         to[other] = high[other];
         (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
         const number = Math.round(at / step);
-        if (number !== 0 && number % (isSparse ? 5 : 1) === 0)
+        // In the corner long labels of both axes would lie on each other.
+        const isCorner = axis === 1 && i === 0 && Math.round(low[0] / step) % every === 0;
+        if (number !== 0 && number % every === 0 && !(isLong && isCorner))
           this.addLabel(textOf(at), axis, at, low[other] - 0.35 * step, z, colours);
       }
     }

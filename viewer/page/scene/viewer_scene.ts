@@ -203,16 +203,20 @@ export class ViewerScene {
 
   private setGrid(): void {
     if (this.bounds && this.colours)
-      this.surroundings.setGrid(this.bounds, this.colours, this.isNarrow);
+      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.colours, this.isNarrow);
   }
 
   get heightRange(): [number, number] {
     return [this.uniforms.heightRange.value.x, this.uniforms.heightRange.value.y];
   }
 
+  private largestEdge(): number {
+    return this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+  }
+
   /** A box of some voxels at least, as the camera cannot be fitted to the centre of a single one. */
   private boundsOfCubes({ min, max }: Bounds): Bounds {
-    const edge = this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+    const edge = this.largestEdge();
     const margins = min.map((low, axis) => Math.max(edge / 2, (5 * edge - (max[axis] - low)) / 2));
     return {
       min: [min[0] - margins[0], min[1] - margins[1], min[2] - margins[2]],
@@ -242,9 +246,11 @@ export class ViewerScene {
     this.isPlacedByUser = true;
   }
 
-  /** For another source the camera is placed anew. */
-  forgetUser(): void {
+  /** For another source the camera is placed anew, as soon as there are voxels. */
+  forgetView(): void {
     this.isPlacedByUser = false;
+    this.fitted = null;
+    this.bounds = null;
   }
 
   /** Fits all voxels into the view, unless the user has chosen one. */
