@@ -1,9 +1,9 @@
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatBytesPerSecond, formatCount, formatCounted, formatMetres, formatNumber } from "./controls/number_format";
+import { formatCount, formatCounted, formatMetres, formatNumber } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
-import { bytesPerSecondAt } from "./timeline/byte_rate";
+import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
@@ -235,7 +235,7 @@ export class StreamsOnScreen {
     const parts: [string, string][] = [
       [`${formatCount(drawn)} of ${formatCount(all)}`, all === 1 ? "voxel" : "voxels"],
       ...(source === "recording" ? [["frame", `${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`] as [string, string]] : []),
-      [formatBytesPerSecond(rate), "compressed"],
+      [rateText(this.index, rate), "compressed"],
       [`${decodeMs.toFixed(1)} ms`, "to decode"],
     ];
     this.status.replaceChildren(...parts.map(([value, name]) =>

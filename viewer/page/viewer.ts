@@ -15,7 +15,7 @@ import { acceptDrops } from "./sources/dropped_files";
 import { LiveConnection } from "./sources/live_connection";
 import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
-import { keepLinkUpToDate, readLink } from "./state/page_link";
+import { forgetLinkedFile, keepLinkUpToDate, readLink } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
 import { createStore, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
@@ -90,11 +90,11 @@ export class Viewer {
   }
 
   private listen(): void {
-    acceptDrops((files) => this.open(sourceOfFiles(files)));
+    acceptDrops((files) => this.openFiles(files));
     this.layout.fileInput.addEventListener("change", () => {
       const files = [...(this.layout.fileInput.files ?? [])];
       this.layout.fileInput.value = "";
-      if (files.length > 0) this.open(sourceOfFiles(files));
+      if (files.length > 0) this.openFiles(files);
     });
     listenToKeys(this.store, {
       ...this.timeActions(),
@@ -107,6 +107,7 @@ export class Viewer {
       exportPicture: () => void exportPicture(this),
       deselect: () => this.screen.select(null),
     });
+    addEventListener("hashchange", () => this.followLink());
     this.layout.canvas.addEventListener("webglcontextlost", () =>
       this.notices.show("webgl", "error", "The graphics card has stopped",
         ["The browser tries to start it again. If nothing appears, reload the page."]));
@@ -146,6 +147,19 @@ export class Viewer {
     if (!this.screen.setDecodingSettings(settings)) return;
     this.decoding?.post({ type: "settings", settings });
     if (source === "recording") this.playback.seek(moment);
+  }
+
+  /** Shows what a link says that was put into the page's address. */
+  private followLink(): void {
+    const { state, view } = readLink(location.hash);
+    this.store.set(state);
+    if (view.camera) this.scene.setCameraValues(view.camera);
+    if (view.time !== null) this.timeActions().seek(this.index.momentAt(view.time));
+  }
+
+  private openFiles(files: readonly File[]): void {
+    forgetLinkedFile();
+    this.open(sourceOfFiles(files));
   }
 
   open(source: Source): void {

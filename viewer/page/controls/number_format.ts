@@ -16,6 +16,10 @@ export function formatNumber(value: number): string {
   return value.toFixed(Math.min(digits, 6));
 }
 
+export function formatBytes(bytes: number): string {
+  return formatBytesPerSecond(bytes).replace("/s", "");
+}
+
 export function formatBytesPerSecond(bytes: number): string {
   if (bytes >= 1e6) return `${(bytes / 1e6).toFixed(2)} MB/s`;
   return `${bytes >= 1e5 ? grouped.format(bytes / 1000) : (bytes / 1000).toFixed(1)} kB/s`;

@@ -7,6 +7,9 @@ const margin = 1.06;
 /** Pixels at the lower edge of the view that figures are written over. */
 const heightOfFigures = 26;
 
+/** Share of the view's width that a label is given room for. */
+const widestLabel = 0.3;
+
 /** The near plane, as a share of the distance between camera and target. */
 const nearShare = 1 / 500;
 
@@ -30,7 +33,7 @@ function seenBox(camera: THREE.Camera, points: THREE.Vector3[], labels: Label[],
   const seen = new THREE.Box3().setFromPoints(points.map((point) => point.clone().project(camera)));
   for (const { place, width, height } of labels) {
     const at = place.clone().project(camera);
-    const half = new THREE.Vector3(width / view.width, height / view.height, 0);
+    const half = new THREE.Vector3(Math.min(width / view.width, widestLabel), height / view.height, 0);
     seen.expandByPoint(at.clone().sub(half)).expandByPoint(at.add(half));
   }
   seen.min.y -= (2 * heightOfFigures) / view.height;

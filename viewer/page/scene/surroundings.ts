@@ -31,6 +31,9 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
   return numbers.length === count && numbers.every(Number.isFinite) ? numbers : null;
 }
 
+/** Characters of a sensor's name that are drawn. */
+const longestName = 24;
+
 function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
   const origin = points.slice(0, 3); // as far coordinates are too coarse on the GPU
@@ -72,6 +75,11 @@ const metresInKm = 500;
 
 /** Longer labels are too wide to be at each line. */
 const longestDense = 6;
+
+/** The end of a name, by which sensors differ. */
+function shortened(name: string): string {
+  return name.length > longestName ? `…${name.slice(1 - longestName)}` : name;
+}
 
 function distanceText(value: number, unit: string): string {
   return `${Number(value.toPrecision(9))} ${unit}`;
@@ -191,7 +199,7 @@ export class Surroundings {
       sensor.add(new THREE.Mesh(face, glass));
       sensor.position.set(x, y, z);
       sensor.quaternion.set(qx, qy, qz, qw).normalize();
-      const label = textSprite(name, colours.label, colours.background, isNarrow ? 10 : 12);
+      const label = textSprite(shortened(name), colours.label, colours.background, isNarrow ? 10 : 12);
       label.position.set(x, y, z + 0.3);
       this.sensors.add(sensor, label);
     }

@@ -85,6 +85,18 @@ export function writeLink(state: ViewerState, view: LinkedView): string {
   return "#" + link.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
 }
 
+/** Takes the file out of the address, as another one is shown. */
+export function forgetLinkedFile(): void {
+  const address = new URL(location.href);
+  if (!address.searchParams.has("file")) return;
+  address.searchParams.delete("file");
+  try {
+    history.replaceState(null, "", address);
+  } catch {
+    // As below.
+  }
+}
+
 /** Keeps the page's address up to date, so that it can be sent. */
 export function keepLinkUpToDate(store: ViewerStore, view: () => LinkedView): () => void {
   let timer = 0;

@@ -1,6 +1,7 @@
 import { button, element, icon } from "../controls/dom";
-import { formatBytesPerSecond, formatCounted, formatDate, formatSeconds } from "../controls/number_format";
+import { formatCounted, formatDate, formatSeconds } from "../controls/number_format";
 import type { ViewerStore } from "../state/viewer_state";
+import { rateText } from "./byte_rate";
 import type { FrameIndex } from "./frame_index";
 import { drawPlot } from "./timeline_plot";
 import type { TimeSpan } from "./timeline_plot";
@@ -178,6 +179,6 @@ export class TimelineView {
       lost: colour("--danger"),
     });
     this.scale.textContent =
-      `up to ${formatBytesPerSecond(scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
+      `up to ${rateText(this.index, scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
   }
 }
