@@ -15,7 +15,7 @@ import { acceptDrops } from "./sources/dropped_files";
 import { LiveConnection } from "./sources/live_connection";
 import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
-import { forgetLinkedFile, keepLinkUpToDate, readLink } from "./state/page_link";
+import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
 import { createStore, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
@@ -152,7 +152,7 @@ export class Viewer {
   /** Shows what a link says that was put into the page's address. */
   private followLink(): void {
     const { state, view } = readLink(location.hash);
-    this.store.set(state);
+    this.store.set({ ...unlinkedState(), ...state });
     if (view.camera) this.scene.setCameraValues(view.camera);
     if (view.time !== null) this.timeActions().seek(this.index.momentAt(view.time));
   }

@@ -160,6 +160,12 @@ test("a link keeps threshold, colour, time and camera", async () => {
   assert.equal(state.moment, 7);
   assert.deepEqual(state.hiddenStreams, ["cell_sensor_2"]);
   assert.deepEqual((await other.ask(() => window.pclExtViewer.camera())).map((value) => Number(value.toFixed(6))), [3, 4, 5, 1, 2, 0]);
+  // Put into the open page, with a name that has a comma; a camera that is near, far from the origin.
+  const camera = [5e5, 5.4e6, 0.1, 5e5, 5.4e6 + 0.0123456, 0.1];
+  await other.evaluate((values) => (location.hash = `#hidden=a,b&hidden=c&time=0.1&camera=${values}`), camera);
+  await other.until(() => !location.hash.includes("threshold") && location.hash.includes("5400000.012346"));
+  assert.deepEqual((await other.ask(() => window.pclExtViewer.state())).hiddenStreams, ["a,b", "c"]);
+  assert.equal((await other.ask(() => window.pclExtViewer.state())).moment, 2);
   await other.finish();
   await viewer.finish();
   await server.close();

@@ -4,9 +4,6 @@ import type { Bounds } from "./surroundings";
 
 const margin = 1.06;
 
-/** Pixels at the lower edge of the view that figures are written over. */
-const heightOfFigures = 26;
-
 /** Share of the view's width that a label is given room for. */
 const widestLabel = 0.3;
 
@@ -23,20 +20,28 @@ export interface Label {
   height: number;
 }
 
+/** Of the picture, in pixels. */
+export interface ViewSize {
+  width: number;
+  height: number;
+  /** At the lower edge, where figures are written over it. */
+  covered: number;
+}
+
 export function cornersOf({ min, max }: Bounds): THREE.Vector3[] {
   return Array.from({ length: 8 }, (_, i) => new THREE.Vector3(
     i & 1 ? max[0] : min[0], i & 2 ? max[1] : min[1], i & 4 ? max[2] : min[2]));
 }
 
 /** The part of the view that points and labels fill, -1 to 1 in both directions. */
-function seenBox(camera: THREE.Camera, points: THREE.Vector3[], labels: Label[], view: { width: number; height: number }): THREE.Box3 {
+function seenBox(camera: THREE.Camera, points: THREE.Vector3[], labels: Label[], view: ViewSize): THREE.Box3 {
   const seen = new THREE.Box3().setFromPoints(points.map((point) => point.clone().project(camera)));
   for (const { place, width, height } of labels) {
     const at = place.clone().project(camera);
     const half = new THREE.Vector3(Math.min(width / view.width, widestLabel), height / view.height, 0);
     seen.expandByPoint(at.clone().sub(half)).expandByPoint(at.add(half));
   }
-  seen.min.y -= (2 * heightOfFigures) / view.height;
+  seen.min.y -= (2 * view.covered) / view.height;
   return seen;
 }
 
@@ -45,7 +50,7 @@ export function fitCamera(
   camera: THREE.PerspectiveCamera,
   points: THREE.Vector3[],
   labels: Label[],
-  view: { width: number; height: number },
+  view: ViewSize,
   towards: THREE.Vector3,
 ): THREE.Vector3 {
   const box = new THREE.Box3().setFromPoints(points);

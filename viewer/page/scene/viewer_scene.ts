@@ -234,7 +234,7 @@ export class ViewerScene {
         : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
     const camera = this.camera.clone();
     const { clientWidth, clientHeight } = this.canvas;
-    const view = { width: clientWidth || 1, height: clientHeight || 1 };
+    const view = { width: clientWidth || 1, height: clientHeight || 1, covered: this.isNarrow ? 46 : 26 };
     const box = this.surroundings.withSensors(this.boundsOfCubes(this.bounds));
     const target = fitCamera(camera, cornersOf(box), this.surroundings.labels(), view, towards);
     this.setCamera(camera.position, target);

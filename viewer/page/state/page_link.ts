@@ -44,6 +44,11 @@ export interface LinkedView {
   time: number | null;
 }
 
+/** The state of what a link may say, where it says nothing. */
+export function unlinkedState(): Partial<ViewerState> {
+  return Object.fromEntries(Object.keys(shortNames).map((key) => [key, initialState[key as LinkedKey]]));
+}
+
 export function readLink(hash: string): { state: Partial<ViewerState>; view: LinkedView } {
   const link = new URLSearchParams(hash.replace(/^#/, ""));
   const state: Record<string, unknown> = {};
