@@ -244,7 +244,8 @@ export class StreamsOnScreen {
         : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
-    if (lost > 0) this.status.append(element("span", { class: "figure lost" }, `${lost} of ${formatCounted(this.streams.length, "stream")} lost`));
+    const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
+    if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
   }
 
   private pick(clientX: number, clientY: number): void {

@@ -12,7 +12,8 @@ function inOneLine(text: string): string {
   return text.replaceAll(/[\r\n]/g, " ");
 }
 
-/** A binary PLY file of the voxels that are no noise: centre, intensity, stream, points, colour where known. Null if there is none. */
+/** A binary PLY file of the voxels that are no noise; null if there is none. Of each its centre, intensity and stream,
+ * and points and colour where they are known. */
 export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob | null {
   const chosen: { entry: ExportedLayer; voxel: number }[] = [];
   for (const entry of layers)

@@ -37,7 +37,8 @@ export class FrameFileScan {
 
   /** Nanoseconds of the first frame; null: it has no time, or the file does not begin with a frame. */
   async firstTime(): Promise<bigint | null> {
-    const { status, description } = this.codec.describeFrame(await this.blocks.bytesAt(0, Math.min(headerBytes, this.source.size)));
+    const head = await this.blocks.bytesAt(0, Math.min(headerBytes, this.source.size));
+    const { status, description } = this.codec.describeFrame(head);
     return status.ok && description?.stamp != null ? description.stamp * 1000n : null;
   }
 
