@@ -171,6 +171,19 @@ test("a link keeps threshold, colour, time and camera", async () => {
   await server.close();
 });
 
+test("what the user does to the time ends what a link says of it, while the recording is read, too", async () => {
+  const long = Buffer.concat(Array(60).fill(readFileSync(frameFile())));
+  const server = await serveFiles({ "/": page, "/long.pcxi": long });
+  const viewer = await openViewer({ url: `${server.url}?file=long.pcxi#time=1000` });
+  await untilDrawn(viewer);
+  await viewer.keyboard.press("Home");
+  await untilIndexed(viewer);
+  await viewer.waitForTimeout(300);
+  assert.equal(await viewer.ask(() => window.pclExtViewer.state().moment), 0);
+  await viewer.finish();
+  await server.close();
+});
+
 test("a file that is opened while another one is read gets nothing of that", async () => {
   const viewer = await openViewer();
   const texts = [frameFile(), recording].map((path) => readFileSync(path).toString("base64"));

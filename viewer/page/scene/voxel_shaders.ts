@@ -39,7 +39,7 @@ vec3 colourOf(bool isNoise) {
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
 }
 
-const float leastPixels = 1.5;
+const float leastPixels = 2.0;
 
 void main() {
   bool isNoise = paint.a > 0.5 || (hasIntensities && quantities.x < threshold);
