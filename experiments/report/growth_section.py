@@ -1,6 +1,5 @@
 """The report's section on growth with the points and with finer voxels, and its checks."""
 
-import pictures
 from page import DASH, Table, note, number, picture
 
 CODERS = ("fast", "PCL")
@@ -80,11 +79,11 @@ def memory_table(results):
     return table
 
 
-def growth_section(results):
-    """The section's HTML."""
+def growth_section(results, plots):
+    """The section's HTML, with the plots of growth_curves()."""
     return [
         "<h2>Growth</h2>",
-        picture(pictures.growth(growth_curves(results)),
+        picture(plots,
                 "Time a point to encode and time a voxel to decode, over the number of "
                 "points and over the voxel edge, of effort fast and of PCL's class",
                 "Effort fast and PCL's class in voxel-grid mode on the sampled room of "
