@@ -29,6 +29,12 @@ bytesOf(const pcl::PointCloud<PointT>& cloud)
   return cloud.size() * sizeof(PointT);
 }
 
+std::size_t
+bytesOf(const std::vector<std::uint8_t>& bytes)
+{
+  return bytes.size();
+}
+
 void
 fillCloud(const io::VoxelFrame& frame, IntensityCloud& cloud)
 {
@@ -110,19 +116,6 @@ public:
   }
 
 private:
-  static std::size_t
-  bytesOf(const std::vector<std::uint8_t>& bytes)
-  {
-    return bytes.size();
-  }
-
-  template <typename T>
-  static std::size_t
-  bytesOf(const T& voxels_or_cloud)
-  {
-    return measuring::bytesOf(voxels_or_cloud);
-  }
-
   template <typename InputT, typename OutputT>
   void
   measure(const char* name,
