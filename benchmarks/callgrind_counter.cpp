@@ -80,7 +80,7 @@ public:
   description() const override
   {
     return "Counted by callgrind: instructions that run, and the misses of a simulated "
-           "branch predictor and of simulated caches, those of the last level.";
+           "branch predictor and of simulated caches,\nthose of the last level.";
   }
 
   bool

@@ -65,7 +65,7 @@ parse(int argc, const char* const* argv, GrowthOptions& result)
   option(
       "most-points",
       count("most-points", result.most_points, fewest_points)->default_value(50000000),
-      "largest number of points; 50 millions take 8 GB of memory");
+      "largest number of points; 50 millions take 10 GB of memory");
   option("edge-points",
          count("edge-points", result.edge_points, 1)->default_value(1000000),
          "points while the voxel edge changes");

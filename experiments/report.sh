@@ -6,7 +6,7 @@
 #   --seconds  of the run of all sensors at once, for each coder, 0.1 to 86400 (a twentieth
 #              of the frames)
 #   --points   most points of a frame in the section on growth, 100000 to 50000000, for which
-#              8 GB of memory and ten minutes are needed (300000)
+#              10 GB of memory and ten minutes are needed (300000)
 #   --output   the report, a file .html (build-run/report/report.html); the measurements
 #              are written beside it. Existing ones are replaced by a complete new report.
 set -euo pipefail
