@@ -7,6 +7,7 @@ USUAL_EDGE = 4  # cm
 # From here on a measurement is longer than what the system takes between two frames, and
 # memory is more than the system's error in counting it.
 SURE_POINTS = 10_000
+MOST_POINTS_WITHOUT_WARNING = 300_000
 
 
 def numbers_of_points(results):
@@ -112,8 +113,12 @@ def check_growth(check):
                 for quantity in ("encode_median_ms", "decode_median_ms"):
                     check.that(_of(results, size, coder, quantity) > 0.0, quantity, "of",
                                coder, *subject, "is 0")
-            check.that(_of(results, size, "fast", "decode_allocations") == 0.0,
-                       "a steady stream allocates when it is decoded,", *subject)
+            # Where voxels have more points than 8 bits hold, each frame has a warning.
+            calls = ("encode", "decode") if size[2] <= MOST_POINTS_WITHOUT_WARNING \
+                else ("decode",)
+            for call in calls:
+                check.that(_of(results, size, "fast", f"{call}_allocations") == 0.0,
+                           "a steady stream allocates memory,", call, *subject)
     # The more points a voxel has, the less a point costs; 3: a busy machine, other caches.
     sure = [size for size in sizes(results)[0] if size[2] >= SURE_POINTS]
     for size in sure[1:]:
