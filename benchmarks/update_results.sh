@@ -3,6 +3,8 @@
 # Usage: benchmarks/update_results.sh [peers] [options of compare_with_peers] [folder of PCD files ...]
 #        benchmarks/update_results.sh profiles [options of compare_with_peers] [folder of PCD files ...]
 #        benchmarks/update_results.sh scale [options of measure_scale] [folder of PCD files ...]
+#        benchmarks/update_results.sh stages [options of measure_stages] [folder of PCD files ...]
+#        benchmarks/update_results.sh growth [options of measure_growth]
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 
@@ -20,6 +22,16 @@ case ${1:-} in
     program=measure_scale
     section="results of scale"
     ;;
+  stages)
+    shift
+    program=measure_stages
+    section="results of stages"
+    ;;
+  growth)
+    shift
+    program=measure_growth
+    section="results of growth"
+    ;;
 esac
 
 "$root/tools/install_packages.sh" build benchmark
@@ -30,11 +42,17 @@ cmake --build "$build" --target "$program" -j "${PCL_EXT_JOBS:-2}"
 
 results=$(mktemp)
 page=$(mktemp)
-trap 'rm -f "$results" "$page"' EXIT
+counts=$(mktemp -d)
+trap 'rm -rf "$results" "$page" "$counts"' EXIT
 "$build/benchmarks/$program" "$@" | tee "$results"
 if [ "$program" = measure_scale ]; then
   # Without the machine, which is printed above.
   "$build/benchmarks/$program" --outlier-removal 0 "$@" | sed '1,2d' | tee -a "$results"
+fi
+if [ "$program" = measure_stages ] && grep -q "^Not counted" "$results"; then
+  valgrind --quiet --tool=callgrind --instr-atstart=no --branch-sim=yes --cache-sim=yes \
+    --callgrind-out-file="$counts/stages" "$build/benchmarks/$program" \
+    --callgrind-file "$counts/stages" "$@" | sed '1,2d' | tee -a "$results"
 fi
 awk -v results="$results" -v begin="<!-- $section -->" -v end="<!-- end of $section -->" '
   $0 == end { replacing = 0 }

@@ -13,6 +13,7 @@
 #include <ctime>
 #include <fstream>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -118,6 +119,26 @@ residentMegabytes()
   double resident_pages = 0.0;
   file >> total_pages >> resident_pages;
   return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+void
+restartPeakResident()
+{
+  constexpr const char* path = "/proc/self/clear_refs";
+  std::ofstream file(path);
+  file << 5 << std::flush;
+  if (!file)
+    throw std::runtime_error(std::string("cannot write '") + path + "'");
+}
+
+double
+peakResidentMegabytes()
+{
+  std::ifstream file("/proc/self/status");
+  for (std::string field; file >> field;)
+    if (double kibibytes = 0.0; field == "VmHWM:" && file >> kibibytes)
+      return kibibytes * 1024.0 / 1e6;
+  return 0.0;
 }
 
 void

@@ -26,5 +26,16 @@ threadCpuSeconds();
 double
 residentMegabytes();
 
+/** \brief Has peakResidentMegabytes() begin anew.
+ * \throws std::runtime_error if the system does not offer it
+ */
+void
+restartPeakResident();
+
+/** \brief The most memory that was resident since restartPeakResident(), or since the
+ * process began, megabytes. */
+double
+peakResidentMegabytes();
+
 } // namespace measuring
 } // namespace pcl_ext

@@ -24,6 +24,12 @@ public:
     samples_[frame] = std::min(samples_[frame], sample);
   }
 
+  bool
+  empty() const
+  {
+    return samples_.empty();
+  }
+
   double
   sum() const
   {

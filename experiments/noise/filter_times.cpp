@@ -4,8 +4,8 @@
 
 #include "measuring/machine.h"
 #include "measuring/markdown_table.h"
+#include "measuring/result_file.h"
 #include "point_filters.h"
-#include "result_file.h"
 #include "simulator/labelled_stream.h"
 
 #include <algorithm>
@@ -66,7 +66,7 @@ measureFilterTimes(std::uint32_t seed,
                    unsigned int sensor,
                    std::uint32_t frames,
                    double resolution,
-                   report::ResultFile& results)
+                   measuring::ResultFile& results)
 {
   LabelledStream stream(seed, sensor, resolution);
   VoxelOutlierRemoval on_quadratic;
@@ -91,7 +91,7 @@ measureFilterTimes(std::uint32_t seed,
   for (TimedFilter& filter : filters) {
     std::vector<double>& times = filter.milliseconds;
     std::sort(times.begin(), times.end());
-    const report::Subject subject{
+    const measuring::Subject subject{
         "noise_time", std::to_string(sensor), filter.name, resolution};
     results.add(subject, "voxels", voxels, frames);
     results.add(subject, "median_ms", times[times.size() / 2], frames);

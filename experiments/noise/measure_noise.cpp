@@ -4,9 +4,9 @@
  */
 #include "filter_times.h"
 #include "measuring/command_line.h"
+#include "measuring/result_file.h"
 #include "method_results.h"
 #include "methods.h"
-#include "result_file.h"
 #include "shell_weights.h"
 #include "simulator/labelled_lidar.h"
 #include "stream_bytes.h"
@@ -95,7 +95,7 @@ judgeStream(const std::string& experiment,
             StreamT&& stream,
             std::vector<Method> methods,
             const NoiseOptions& options,
-            report::ResultFile& results)
+            measuring::ResultFile& results)
 {
   LabelledFrame frame;
   for (std::uint32_t i = 0; i < options.frames; ++i) {
@@ -111,7 +111,7 @@ judgeStream(const std::string& experiment,
 void
 measureSensor(unsigned int sensor,
               const NoiseOptions& options,
-              report::ResultFile& results)
+              measuring::ResultFile& results)
 {
   const std::string name = std::to_string(sensor);
   const auto [seed, frames, resolution] =
@@ -152,7 +152,7 @@ measureSensor(unsigned int sensor,
 void
 measure(const NoiseOptions& options)
 {
-  report::ResultFile results(options.results_file);
+  measuring::ResultFile results(options.results_file);
   for (const unsigned int sensor : options.sensors)
     if (options.part != "merged")
       measureSensor(sensor, options, results);

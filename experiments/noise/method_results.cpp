@@ -1,7 +1,7 @@
 #include "method_results.h"
 
 #include "measuring/markdown_table.h"
-#include "result_file.h"
+#include "measuring/result_file.h"
 
 #include <cmath>
 #include <utility>
@@ -19,9 +19,9 @@ constexpr std::size_t curve_steps = 50;
 /** \brief Adds quantities of one subject, each of all frames together. */
 class SubjectResults {
 public:
-  SubjectResults(report::Subject subject,
+  SubjectResults(measuring::Subject subject,
                  std::size_t frames,
-                 report::ResultFile& results)
+                 measuring::ResultFile& results)
   : subject_(std::move(subject)), frames_(frames), results_(results)
   {}
 
@@ -53,9 +53,9 @@ public:
   }
 
 private:
-  report::Subject subject_;
+  measuring::Subject subject_;
   std::size_t frames_;
-  report::ResultFile& results_;
+  measuring::ResultFile& results_;
 };
 
 std::string
@@ -74,7 +74,7 @@ addMethod(const Measured& measured,
           const std::string& method,
           const std::vector<float>& thresholds,
           const JudgedVoxels& voxels,
-          report::ResultFile& results)
+          measuring::ResultFile& results)
 {
   const auto resultsOf = [&](const std::string& suffix) {
     return SubjectResults(
@@ -117,7 +117,7 @@ addMethod(const Measured& measured,
 void
 addResults(const Measured& measured,
            std::vector<Method> methods,
-           report::ResultFile& results)
+           measuring::ResultFile& results)
 {
   for (Method& method : methods)
     addMethod(measured,

@@ -11,7 +11,7 @@
 
 namespace pcl_ext {
 
-namespace report {
+namespace measuring {
 class ResultFile;
 }
 
@@ -40,7 +40,7 @@ struct Measured {
 void
 addResults(const Measured& measured,
            std::vector<Method> methods,
-           report::ResultFile& results);
+           measuring::ResultFile& results);
 
 } // namespace noise
 } // namespace pcl_ext

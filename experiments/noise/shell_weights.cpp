@@ -2,8 +2,8 @@
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "measuring/result_file.h"
 #include "methods.h"
-#include "result_file.h"
 #include "simulator/labelled_lidar.h"
 #include "simulator/labelled_stream.h"
 
@@ -125,7 +125,7 @@ fitShellWeights(std::uint32_t seed,
                 unsigned int sensor,
                 std::uint32_t frames,
                 double resolution,
-                report::ResultFile& results)
+                measuring::ResultFile& results)
 {
   LabelledStream stream(seed, sensor, resolution);
   LabelledFrame frame;
@@ -144,7 +144,7 @@ fitShellWeights(std::uint32_t seed,
                          frame.truth[voxel] == VoxelTruth::Noise ? 0.0 : 1.0});
   }
   const Eigen::Vector4d weights = fit(samples);
-  const report::Subject subject{
+  const measuring::Subject subject{
       "noise_weights", std::to_string(sensor), "logistic regression", resolution};
   const std::array<const char*, 4> names = {"c", "core", "ring", "rim"};
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -155,7 +155,7 @@ void
 fitVoxelsOffset(std::uint32_t seed,
                 std::uint32_t frames,
                 double resolution,
-                report::ResultFile& results)
+                measuring::ResultFile& results)
 {
   LabelledLidar stream(seed, resolution);
   LabelledFrame frame;

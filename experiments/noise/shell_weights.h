@@ -7,7 +7,7 @@
 
 namespace pcl_ext {
 
-namespace report {
+namespace measuring {
 class ResultFile;
 }
 
@@ -23,7 +23,7 @@ fitShellWeights(std::uint32_t seed,
                 unsigned int sensor,
                 std::uint32_t frames,
                 double resolution,
-                report::ResultFile& results);
+                measuring::ResultFile& results);
 
 /** \brief Fits the offset of the unit Voxels to the lidar's stream by maximum likelihood, and
  * adds what is to be added to that of the library, experiment `noise_weights`. */
@@ -31,7 +31,7 @@ void
 fitVoxelsOffset(std::uint32_t seed,
                 std::uint32_t frames,
                 double resolution,
-                report::ResultFile& results);
+                measuring::ResultFile& results);
 
 } // namespace noise
 } // namespace pcl_ext

@@ -3,7 +3,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
-#include "result_file.h"
+#include "measuring/result_file.h"
 #include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
@@ -85,7 +85,7 @@ measureStreamBytes(std::uint32_t seed,
                    unsigned int sensor,
                    std::uint32_t frames,
                    double resolution,
-                   report::ResultFile& results)
+                   measuring::ResultFile& results)
 {
   std::vector<Sender> senders;
   for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic})
@@ -110,10 +110,10 @@ measureStreamBytes(std::uint32_t seed,
   for (const Sender& sender : senders) {
     if (sender.filter == "none")
       bytes_without_filter = sender.bytes;
-    const report::Subject subject{"noise_bytes:" + sender.coding,
-                                  std::to_string(sensor),
-                                  sender.filter,
-                                  resolution};
+    const measuring::Subject subject{"noise_bytes:" + sender.coding,
+                                     std::to_string(sensor),
+                                     sender.filter,
+                                     resolution};
     results.add(subject, "voxels", sender.voxels / frames, frames);
     results.add(subject, "bytes", sender.bytes / frames, frames);
     results.add(subject,

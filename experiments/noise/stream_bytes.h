@@ -7,7 +7,7 @@
 
 namespace pcl_ext {
 
-namespace report {
+namespace measuring {
 class ResultFile;
 }
 
@@ -24,7 +24,7 @@ measureStreamBytes(std::uint32_t seed,
                    unsigned int sensor,
                    std::uint32_t frames,
                    double resolution,
-                   report::ResultFile& results);
+                   measuring::ResultFile& results);
 
 } // namespace noise
 } // namespace pcl_ext

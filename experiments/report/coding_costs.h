@@ -4,7 +4,7 @@
 #pragma once
 
 #include "measuring/mean_and_deviation.h"
-#include "result_file.h"
+#include "measuring/result_file.h"
 
 #include <cstddef>
 
@@ -36,7 +36,7 @@ public:
   }
 
   void
-  write(const Subject& subject, ResultFile& results) const
+  write(const measuring::Subject& subject, measuring::ResultFile& results) const
   {
     results.add(subject, "bytes", bytes_);
     results.add(subject, "ratio", ratio_);

@@ -178,9 +178,9 @@ public:
   }
 
   void
-  write(ResultFile& results) const
+  write(measuring::ResultFile& results) const
   {
-    const Subject subject{"depth_image", "1", coder_.name + suffix_, 0.0};
+    const measuring::Subject subject{"depth_image", "1", coder_.name + suffix_, 0.0};
     costs_.write(subject, results);
     results.add(subject, "error_mm", error_mm_);
     results.add(subject, "wrong_percent", wrong_percent_);
@@ -263,7 +263,7 @@ cropImage(const pcl::PointCloud<pcl::PointXYZ>& points,
 void
 measureDepthImages(const measuring::InputStream& stream,
                    double frame_rate,
-                   ResultFile& results)
+                   measuring::ResultFile& results)
 {
   std::vector<ImageRun> whole;
   std::vector<ImageRun> cropped;

@@ -3,8 +3,8 @@
  */
 #pragma once
 
+#include "measuring/result_file.h"
 #include "measuring/workload.h"
-#include "result_file.h"
 
 namespace pcl_ext {
 namespace report {
@@ -24,7 +24,7 @@ namespace report {
 void
 measureDepthImages(const measuring::InputStream& stream,
                    double frame_rate,
-                   ResultFile& results);
+                   measuring::ResultFile& results);
 
 } // namespace report
 } // namespace pcl_ext

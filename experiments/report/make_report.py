@@ -8,6 +8,7 @@ import sys
 import paper_values
 import pictures
 import tables
+from growth_section import growth_curves, growth_section
 from motion_section import motion_section
 from noise_section import noise_section
 from page import link, note, number, page, paragraph, picture
@@ -165,6 +166,7 @@ def main():
     body = introduction(folder, results) + laws_and_octree(folder)
     body += preprocessing(results) + compression(results) + at_once(results)
     body += denoising(folder, folder_name) + noise_section(results)
+    body += growth_section(results, pictures.growth(growth_curves(results)))
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text(page(TITLE, body), encoding="utf-8")
 

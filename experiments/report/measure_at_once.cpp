@@ -5,8 +5,8 @@
  */
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
+#include "measuring/result_file.h"
 #include "measuring/sensors_at_once.h"
-#include "result_file.h"
 
 #include <boost/program_options.hpp>
 
@@ -18,10 +18,10 @@ namespace {
 
 namespace options = boost::program_options;
 using pcl_ext::measuring::NodeFigures;
+using pcl_ext::measuring::ResultFile;
 using pcl_ext::measuring::RunAtOnce;
+using pcl_ext::measuring::Subject;
 using pcl_ext::measuring::Variant;
-using pcl_ext::report::ResultFile;
-using pcl_ext::report::Subject;
 
 struct AtOnceOptions {
   std::string file;

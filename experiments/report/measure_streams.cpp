@@ -5,8 +5,8 @@
 #include "depth_images.h"
 #include "measuring/command_line.h"
 #include "measuring/machine.h"
+#include "measuring/result_file.h"
 #include "measuring/sensor_streams.h"
-#include "result_file.h"
 #include "simulator/robot_cell.h"
 #include "stream_results.h"
 
@@ -27,11 +27,11 @@ namespace options = boost::program_options;
 using pcl_ext::IntensityLaw;
 using pcl_ext::cell::RobotCell;
 using pcl_ext::measuring::InputStream;
+using pcl_ext::measuring::ResultFile;
+using pcl_ext::measuring::Subject;
 using pcl_ext::measuring::Variant;
 using pcl_ext::measuring::Workload;
-using pcl_ext::report::ResultFile;
 using pcl_ext::report::StreamCoder;
-using pcl_ext::report::Subject;
 
 struct StreamOptions {
   std::string file;

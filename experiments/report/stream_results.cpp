@@ -46,7 +46,7 @@ public:
   }
 
   void
-  write(ResultFile& results) const
+  write(measuring::ResultFile& results) const
   {
     results.add(subject_, "voxels", voxel_count_);
     results.add(subject_, "bytes_per_voxel", bytes_per_voxel_);
@@ -60,7 +60,7 @@ private:
     return subject_.sensor + ", " + subject_.coder;
   }
 
-  Subject subject_;
+  measuring::Subject subject_;
   nodes::SensorNode node_;
   io::FrameDecoder decoder_;
   std::vector<std::uint8_t> bytes_;
@@ -77,7 +77,7 @@ void
 measureCoders(const measuring::InputStream& stream,
               double frame_rate,
               const std::vector<StreamCoder>& coders,
-              ResultFile& results)
+              measuring::ResultFile& results)
 {
   std::vector<CoderRun> runs;
   for (const StreamCoder& coder : coders)
@@ -95,8 +95,8 @@ measureCoders(const measuring::InputStream& stream,
 
 void
 measureCropping(const measuring::InputStream& stream,
-                const Subject& subject,
-                ResultFile& results)
+                const measuring::Subject& subject,
+                measuring::ResultFile& results)
 {
   const auto preprocess =
       measuring::makePreprocessing<pcl::PCLPointCloud2>(IntensityLaw::Count,

@@ -6,8 +6,8 @@
 
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include "measuring/result_file.h"
 #include "measuring/workload.h"
-#include "result_file.h"
 
 #include <vector>
 
@@ -16,7 +16,7 @@ namespace report {
 
 /** \brief A way to code a stream, and the name that its results get. */
 struct StreamCoder {
-  Subject subject;
+  measuring::Subject subject;
   nodes::SensorNodeSettings settings;
 };
 
@@ -35,7 +35,7 @@ void
 measureCoders(const measuring::InputStream& stream,
               double frame_rate,
               const std::vector<StreamCoder>& coders,
-              ResultFile& results);
+              measuring::ResultFile& results);
 
 /** \brief Moves and crops every cloud of a stream.
  *
@@ -45,8 +45,8 @@ measureCoders(const measuring::InputStream& stream,
  */
 void
 measureCropping(const measuring::InputStream& stream,
-                const Subject& subject,
-                ResultFile& results);
+                const measuring::Subject& subject,
+                measuring::ResultFile& results);
 
 } // namespace report
 } // namespace pcl_ext

@@ -161,18 +161,14 @@ struct NeonLanes {
   }
 
   static unsigned int
-  nonZeroNumbers(const std::uint32_t* numbers)
+  nonZeroBytes(const std::uint8_t* bytes)
   {
-    const auto are_not_zero = [numbers](unsigned int quad) {
-      const uint32x4_t values = vld1q_u32(numbers + 4 * quad);
-      return vmovn_u32(vtstq_u32(values, values));
-    };
+    const uint8x16_t values = vld1q_u8(bytes);
     const uint8x8_t weights = {1, 2, 4, 8, 16, 32, 64, 128};
-    const auto bits_of = [&](unsigned int quad) {
-      const uint16x8_t eight = vcombine_u16(are_not_zero(quad), are_not_zero(quad + 1));
-      return static_cast<unsigned int>(vaddv_u8(vand_u8(vmovn_u16(eight), weights)));
-    };
-    return bits_of(0) | bits_of(2) << 8;
+    const uint8x16_t bits =
+        vandq_u8(vtstq_u8(values, values), vcombine_u8(weights, weights));
+    return vaddv_u8(vget_low_u8(bits)) |
+           static_cast<unsigned int>(vaddv_u8(vget_high_u8(bits))) << 8;
   }
 
   static void

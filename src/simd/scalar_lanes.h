@@ -200,13 +200,13 @@ struct ScalarLanes {
                  std::uint64_t{static_cast<std::uint32_t>(high[lane])} << 32;
   }
 
-  /** \brief Bit i is set where number i of 16 is not 0. */
+  /** \brief Bit i is set where byte i of 16 is not 0. */
   static unsigned int
-  nonZeroNumbers(const std::uint32_t* numbers)
+  nonZeroBytes(const std::uint8_t* bytes)
   {
     unsigned int bits = 0;
     for (unsigned int i = 0; i < 16; ++i)
-      bits |= numbers[i] != 0 ? 1u << i : 0u;
+      bits |= bytes[i] != 0 ? 1u << i : 0u;
     return bits;
   }
 

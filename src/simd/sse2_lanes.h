@@ -158,16 +158,11 @@ struct Sse2Lanes {
   }
 
   static unsigned int
-  nonZeroNumbers(const std::uint32_t* numbers)
+  nonZeroBytes(const std::uint8_t* bytes)
   {
-    const auto zeros = [numbers](int quad) {
-      return _mm_cmpeq_epi32(
-          _mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers) + quad),
-          _mm_setzero_si128());
-    };
-    const __m128i bytes = _mm_packs_epi16(_mm_packs_epi32(zeros(0), zeros(1)),
-                                          _mm_packs_epi32(zeros(2), zeros(3)));
-    return static_cast<unsigned int>(_mm_movemask_epi8(bytes)) ^ 0xffff;
+    const __m128i values = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes));
+    const int zeros = _mm_movemask_epi8(_mm_cmpeq_epi8(values, _mm_setzero_si128()));
+    return static_cast<unsigned int>(zeros) ^ 0xffff;
   }
 
   static void

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <sstream>
+#include <string>
+#include <string_view>
 
 namespace pcl_ext {
 namespace io {
@@ -16,15 +18,25 @@ numberOf(double value)
   return text.str();
 }
 
-/** \brief Appends a warning, if it is about anything. */
+/** \brief Appends a warning, if it is about anything. Else no memory is allocated.
+ * \param[in] number, total what it is about
+ * \param[in] what the points are, and what to do
+ * \param[in,out] text where it is appended
+ * \param[in] advice behind `what`
+ */
 void
-warn(std::size_t number, std::size_t total, const std::string& what, std::string& text)
+warn(std::size_t number,
+     std::size_t total,
+     std::string_view what,
+     std::string& text,
+     std::string_view advice = {})
 {
   if (number == 0)
     return;
   if (!text.empty())
     text += "; ";
-  text += std::to_string(number) + " of " + std::to_string(total) + ' ' + what;
+  text += std::to_string(number) + " of " + std::to_string(total) + ' ';
+  text.append(what).append(advice);
 }
 
 /** \brief Mentions points that were left out or changed. */
@@ -33,11 +45,11 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
 {
   warn(cloud.points_outside_grid,
        cloud.points,
-       std::string(
-           "points are more than 2^20 voxels from the grid's origin and were left "
-           "out: use a larger resolution, or set ") +
-           (is_published ? "bounding_box around the points" : "origin amid the points"),
-       text);
+       "points are more than 2^20 voxels from the grid's origin and were left out: use "
+       "a "
+       "larger resolution, or set ",
+       text,
+       is_published ? "bounding_box around the points" : "origin amid the points");
   warn(cloud.points_outside_box,
        cloud.points,
        "points are outside the bounding box and were left out",
@@ -96,28 +108,29 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
   const bool is_native = unit == IntensityUnit::Native;
   const bool is_published = settings.format == StreamFormat::Published;
   const bool is_sum = is_native && settings.aggregation != Aggregation::Mean;
-  std::string remedy = "use a larger intensity_range or more intensity_bits";
+  std::string_view remedy = "use a larger intensity_range or more intensity_bits";
   if (is_published)
-    remedy = "the published layout has 0 to 255; " +
-             std::string(is_sum ? "use Aggregation::Mean, or scale them with NativeLaw"
-                                : "scale them with NativeLaw, or use version 1");
+    remedy = is_sum
+                 ? "the published layout has 0 to 255; use Aggregation::Mean, or scale "
+                   "them with NativeLaw"
+                 : "the published layout has 0 to 255; scale them with NativeLaw, or "
+                   "use version 1";
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
-       "voxels have an intensity beyond the scale and were set to its end: " + remedy,
-       text);
+       "voxels have an intensity beyond the scale and were set to its end: ",
+       text,
+       remedy);
   // Some are lost to rounding in any case.
   if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
          "voxels have an intensity of less than half a step of the scale, which became "
-         "0: " +
-             std::string(
-                 is_published
-                     ? "the published layout has whole numbers of 0 to 255; scale "
-                       "them with NativeLaw, or use version 1"
-                     : "set intensity_range to what the sensor has, without "
-                       "outliers"),
-         text);
+         "0: ",
+         text,
+         is_published
+             ? "the published layout has whole numbers of 0 to 255; scale them "
+               "with NativeLaw, or use version 1"
+             : "set intensity_range to what the sensor has, without outliers");
 }
 
 } // namespace

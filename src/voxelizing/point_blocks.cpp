@@ -1,6 +1,7 @@
 #include "voxelizing/point_blocks.h"
 
 #include "simd/bit_operations.h"
+#include "simd/lanes.h"
 #include "voxelizing/radix_sort.h"
 
 #include <algorithm>
@@ -21,6 +22,20 @@ constexpr std::size_t smallest_table = 1024;
 constexpr std::size_t largest_table = std::size_t{1} << 26;
 constexpr std::size_t tries = 8;
 
+/** \brief Runs of dense clouds that are kept in the order of the points. Few more fit the
+ * caches. */
+constexpr std::size_t runs_in_cache = std::size_t{1} << 16;
+
+/** \brief Bit i is set if byte i of 64 is not 0. */
+std::uint64_t
+nonZeroBytes(const std::uint8_t* bytes)
+{
+  std::uint64_t bits = 0;
+  for (unsigned int i = 0; i < 64; i += 16)
+    bits |= std::uint64_t{NativeLanes::nonZeroBytes(bytes + i)} << i;
+  return bits;
+}
+
 } // namespace
 
 PointBlocks::PointBlocks() { reset(); }
@@ -29,28 +44,25 @@ void
 PointBlocks::reset()
 {
   blocks_.assign(1, no_block);
-  occupied_voxels_.assign(1, 0);
-  slots_.resize(64);
   order_.clear();
   occupied_count_ = 0;
+  slot_intensities_.clear();
+  slot_colours_.clear();
   fillTable();
 }
 
 void
-PointBlocks::begin(const SummedFields& fields, std::size_t expected)
+PointBlocks::begin(const SummedFields& fields)
 {
-  // Copying while they grow would take most of the time of a stream's first cloud.
-  constexpr std::size_t most_reserved_blocks = 16384;
-  if (slots_.capacity() < 64 * std::min(expected / 16, most_reserved_blocks))
-    slots_.reserve(64 * std::min(expected / 16, most_reserved_blocks));
   constexpr std::size_t blocks_that_cost_little = 256;
   if (blocks_.size() > 3 * occupied_count_ / 2 + blocks_that_cost_little)
     dropEmptyBlocks();
-  // Those of a dropped block are all 0, as those of any block between two clouds.
-  occupied_voxels_.resize(blocks_.size());
+  counts_.resize(64 * blocks_.size());
+  std::fill(counts_.begin(), counts_.end(), std::uint8_t{0});
   fields_ = fields;
-  entry_count_ = 0;
-  entries_.clear();
+  full_slots_.clear();
+  run_count_ = 0;
+  has_slot_sums_ = false;
 }
 
 bool
@@ -105,86 +117,91 @@ PointBlocks::findPlace(std::uint64_t block) const
 void
 PointBlocks::add(const PlacedPoints& placed)
 {
-  makeRoom(entry_count_ + placed.count);
+  if (fields_.intensities || fields_.colours)
+    makeRoomForRuns(placed.count);
   if (fields_.intensities && fields_.colours)
-    sumRuns<true, true>(placed);
+    addFields<true, true>(placed);
   else if (fields_.intensities)
-    sumRuns<true, false>(placed);
+    addFields<true, false>(placed);
   else if (fields_.colours)
-    sumRuns<false, true>(placed);
+    addFields<false, true>(placed);
   else
-    sumRuns<false, false>(placed);
-  addRuns();
+    addFields<false, false>(placed);
 }
 
 template <bool has_intensities, bool has_colours>
 void
-PointBlocks::sumRuns(const PlacedPoints& placed)
+PointBlocks::addFields(const PlacedPoints& placed)
 {
   // Local variables, as stores may alias the members.
   Table table = tableOf();
   const std::uint64_t* blocks = blocks_.data();
-  const std::uint32_t* slots = slots_.data();
-  Run run{no_slot, 0, 0.0, 0};
-  Run* next = runs_.data() - 1;
+  std::uint8_t* counts = counts_.data();
+  Run run{no_slot, 0.0, 0};
+  Run* next = runs_.data() + run_count_;
   for (std::size_t i = 0; i < placed.count; ++i) {
     std::size_t block = table.entries[table.firstTry(placed.blocks[i])];
     if (blocks[block] != placed.blocks[i]) {
       block = findOrInsert(placed.blocks[i]);
       table = tableOf();
       blocks = blocks_.data();
-      slots = slots_.data();
+      counts = counts_.data();
     }
     const std::size_t slot = 64 * block + morton_order[placed.voxels[i]];
-    prefetch(slots + slot);
-    // Without a branch, which would be mispredicted: the run is stored at each point and
-    // overwritten while it continues.
-    const std::uint64_t goes_on = slot == run.slot ? 1 : 0;
-    next += 1 - goes_on;
-    run.slot = slot;
-    run.points = (run.points & (0 - goes_on)) + 1;
-    if constexpr (has_intensities)
-      run.intensity = static_cast<double>(goes_on) * run.intensity +
-                      static_cast<double>(placed.intensities[i]);
-    if constexpr (has_colours)
-      run.colours = (run.colours & (0 - goes_on)) + packColour(placed.colours[i]);
-    *next = run;
+    if (counts[slot] == most_in_a_slot) {
+      full_slots_.push_back(slot);
+      counts[slot] = 0;
+    }
+    ++counts[slot];
+    if constexpr (has_intensities || has_colours) {
+      // Without a branch, which would be mispredicted: the run is stored at each point and
+      // overwritten while it continues.
+      const std::uint64_t goes_on = slot == run.slot ? 1 : 0;
+      next += run.slot == no_slot ? 0 : 1 - goes_on;
+      run.slot = slot;
+      if constexpr (has_intensities)
+        run.intensity = static_cast<double>(goes_on) * run.intensity +
+                        static_cast<double>(placed.intensities[i]);
+      if constexpr (has_colours)
+        run.colours = (run.colours & (0 - goes_on)) + packColour(placed.colours[i]);
+      *next = run;
+    }
   }
-  run_count_ = static_cast<std::size_t>(next + 1 - runs_.data());
+  if ((has_intensities || has_colours) && placed.count > 0)
+    run_count_ = static_cast<std::size_t>(next + 1 - runs_.data());
 }
 
+/** \brief Makes room for some runs, of which there is one a point at most. */
 void
-PointBlocks::addRuns()
+PointBlocks::makeRoomForRuns(std::size_t count)
 {
-  std::uint32_t entry_count = entry_count_;
-  for (std::size_t i = 0; i < run_count_; ++i) {
-    const Run& run = runs_[i];
-    // Without a branch, too: a new voxel gets the next entry.
-    std::uint64_t& occupied = occupied_voxels_[run.slot / 64];
-    const std::uint64_t voxel = std::uint64_t{1} << run.slot % 64;
-    std::uint32_t& slot = slots_[run.slot];
-    const std::uint32_t is_new = (occupied & voxel) == 0 ? 1 : 0;
-    const std::uint32_t entry = slot ^ ((slot ^ entry_count) & (0 - is_new));
-    entry_count += is_new;
-    slot = entry;
-    occupied |= voxel;
-    entries_.counts[entry] += static_cast<std::uint32_t>(run.points);
-    if (fields_.intensities)
-      entries_.intensities[entry] += run.intensity;
-    if (fields_.colours)
-      entries_.colours[entry].addPacked(run.colours);
-  }
-  entry_count_ = entry_count;
-}
-
-/** \brief Makes room for some entries; new ones are 0. */
-void
-PointBlocks::makeRoom(std::size_t entries)
-{
-  if (entries <= entries_.counts.size())
+  if (run_count_ + count <= runs_.size())
     return;
-  constexpr std::size_t further_entries = 4096;
-  entries_.resize(entries + further_entries, fields_);
+  const std::size_t bytes_per_slot = (fields_.intensities ? sizeof(double) : 0) +
+                                     (fields_.colours ? sizeof(ColourSum) : 0);
+  // Where there are few points in a block, slots would take more memory than runs.
+  const bool is_dense = counts_.size() * bytes_per_slot <= runs_.size() * sizeof(Run);
+  if (runs_.size() >= runs_in_cache && (has_slot_sums_ || is_dense))
+    sumRunsBySlot();
+  else
+    runs_.resize(std::max(2 * runs_.size(), run_count_ + count));
+}
+
+void
+PointBlocks::sumRunsBySlot()
+{
+  has_slot_sums_ = true;
+  if (fields_.intensities) {
+    slot_intensities_.resize(counts_.size());
+    for (std::size_t i = 0; i < run_count_; ++i)
+      slot_intensities_[runs_[i].slot] += runs_[i].intensity;
+  }
+  if (fields_.colours) {
+    slot_colours_.resize(counts_.size());
+    for (std::size_t i = 0; i < run_count_; ++i)
+      slot_colours_[runs_[i].slot].addPacked(runs_[i].colours);
+  }
+  run_count_ = 0;
 }
 
 std::size_t
@@ -196,8 +213,7 @@ PointBlocks::findOrInsert(std::uint64_t block)
   if (blocks_[entry] != block) {
     entry = static_cast<std::uint32_t>(blocks_.size());
     blocks_.push_back(block);
-    occupied_voxels_.push_back(0);
-    slots_.resize(64 * blocks_.size());
+    counts_.resize(64 * blocks_.size());
   }
   return entry;
 }
@@ -228,66 +244,126 @@ void
 PointBlocks::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
 {
   sortNewBlocks();
-  const std::size_t voxels = entry_count_ - uniteParts();
+  uniteParts();
+  const std::size_t voxels = findOccupied();
   keys.resize(voxels);
   sums.resize(voxels, fields_);
-  entry_of_.resize(voxels);
-  occupied_.resize(std::max(occupied_.size(), order_.size()));
-  occupied_count_ = 0;
-  std::size_t voxel = 0;
-  for (const KeyedBlock& block : order_) {
-    // Without a branch, which would be mispredicted: always written, counted if occupied.
-    std::uint64_t occupied = std::exchange(occupied_voxels_[block.block], 0);
-    occupied_[occupied_count_] = block;
-    occupied_count_ += occupied != 0 ? 1 : 0;
-    const std::uint32_t* const slots = &slots_[64 * std::size_t{block.block}];
-    for (; occupied != 0; occupied &= occupied - 1) {
-      const unsigned int in_block = lowestBit(occupied);
-      keys[voxel] = block.key << 6 | in_block;
-      entry_of_[voxel++] = slots[in_block];
-    }
+  for (std::size_t i = 0; i < occupied_count_; ++i)
+    writeBlock(occupied_[i], keys, sums);
+  for (const auto& [part, united] : parts_) {
+    written_[part] = written_[united];
+    std::copy_n(
+        &counts_[64 * std::size_t{united}], 64, &counts_[64 * std::size_t{part}]);
   }
-  for (voxel = 0; voxel < voxels; ++voxel)
-    sums.counts[voxel] = entries_.counts[entry_of_[voxel]];
-  for (voxel = 0; fields_.intensities && voxel < voxels; ++voxel)
-    sums.intensities[voxel] = entries_.intensities[entry_of_[voxel]];
-  for (voxel = 0; fields_.colours && voxel < voxels; ++voxel)
-    sums.colours[voxel] = entries_.colours[entry_of_[voxel]];
+  for (const std::size_t slot : full_slots_)
+    sums.counts[voxelOf(slot)] += most_in_a_slot;
+  writeSums(sums);
 }
 
-/** \brief Unites the parts of blocks. Returns how many entries of voxels are united with
- * others. */
+/** \brief Voxel of a slot, in their order, once its counts are ranks. */
+inline std::size_t
+PointBlocks::voxelOf(std::size_t slot) const
+{
+  return written_[slot / 64].first_voxel + counts_[slot];
+}
+
 std::size_t
+PointBlocks::findOccupied()
+{
+  written_.resize(blocks_.size());
+  if (occupied_.size() < order_.size())
+    occupied_.resize(order_.size());
+  occupied_count_ = 0;
+  std::size_t voxels = 0;
+  for (const KeyedBlock& block : order_) {
+    const std::uint64_t occupied =
+        nonZeroBytes(&counts_[64 * std::size_t{block.block}]);
+    written_[block.block] = {occupied, voxels};
+    voxels += bitCount(occupied);
+    // Without a branch, which would be mispredicted: always written, counted if occupied.
+    occupied_[occupied_count_] = block;
+    occupied_count_ += occupied != 0 ? 1 : 0;
+  }
+  return voxels;
+}
+
+/** \brief Writes keys and counts; the counts become the ranks of voxels in their block. */
+void
+PointBlocks::writeBlock(const KeyedBlock& block,
+                        std::vector<std::uint64_t>& keys,
+                        VoxelSums& sums)
+{
+  std::uint8_t* const counts = &counts_[64 * std::size_t{block.block}];
+  std::size_t voxel = written_[block.block].first_voxel;
+  std::uint8_t rank = 0;
+  for (std::uint64_t left = written_[block.block].occupied; left != 0;
+       left &= left - 1) {
+    const unsigned int place = lowestBit(left);
+    keys[voxel] = block.key << 6 | place;
+    sums.counts[voxel++] = counts[place];
+    counts[place] = rank++;
+  }
+}
+
+/** \brief Writes the sums of the runs, in the order of their points, as the order affects
+ * rounding. */
+void
+PointBlocks::writeSums(VoxelSums& sums)
+{
+  std::fill(sums.intensities.begin(), sums.intensities.end(), 0.0);
+  std::fill(sums.colours.begin(), sums.colours.end(), ColourSum());
+  for (std::size_t i = 1; has_slot_sums_ && i < blocks_.size(); ++i)
+    takeSlotSums(i, sums);
+  if (fields_.intensities)
+    for (std::size_t i = 0; i < run_count_; ++i)
+      sums.intensities[voxelOf(runs_[i].slot)] += runs_[i].intensity;
+  if (fields_.colours)
+    for (std::size_t i = 0; i < run_count_; ++i)
+      sums.colours[voxelOf(runs_[i].slot)].addPacked(runs_[i].colours);
+}
+
+/** \brief Adds the sums in the slots of a block to those of its voxels, and clears them. */
+void
+PointBlocks::takeSlotSums(std::size_t block, VoxelSums& sums)
+{
+  const WrittenBlock& written = written_[block];
+  std::size_t voxel = written.first_voxel;
+  for (std::uint64_t left = written.occupied; left != 0; left &= left - 1, ++voxel) {
+    const std::size_t slot = 64 * block + lowestBit(left);
+    if (fields_.intensities && slot < slot_intensities_.size())
+      sums.intensities[voxel] += std::exchange(slot_intensities_[slot], 0.0);
+    if (fields_.colours && slot < slot_colours_.size())
+      sums.colours[voxel].add(std::exchange(slot_colours_[slot], ColourSum()));
+  }
+}
+
+void
 PointBlocks::uniteParts()
 {
-  std::size_t united = 0;
+  parts_.clear();
   std::size_t first = 0; // of the parts
   for (std::size_t i = 1; i < order_.size(); ++i)
     if (order_[i].key != order_[first].key)
       first = i;
     else
-      united += unite(order_[first].block, order_[i].block);
-  return united;
+      unite(order_[first].block, order_[i].block);
 }
 
-/** \brief Moves the points of a block to another one; returns how many voxels are in both. */
-std::size_t
+/** \brief Moves the counts of a block to another one. */
+void
 PointBlocks::unite(std::size_t block, std::size_t part)
 {
-  std::uint64_t& occupied = occupied_voxels_[block];
-  std::uint64_t occupied_in_part = std::exchange(occupied_voxels_[part], 0);
-  const std::uint64_t in_both = occupied & occupied_in_part;
-  occupied |= occupied_in_part;
-  for (; occupied_in_part != 0; occupied_in_part &= occupied_in_part - 1) {
-    const unsigned int voxel = lowestBit(occupied_in_part);
-    std::uint32_t& to = slots_[64 * block + voxel];
-    const std::uint32_t from = slots_[64 * part + voxel];
-    if ((in_both >> voxel & 1) != 0)
-      entries_.add(to, from);
-    else
-      to = from;
+  parts_.emplace_back(static_cast<std::uint32_t>(part),
+                      static_cast<std::uint32_t>(block));
+  for (std::size_t voxel = 0; voxel < 64; ++voxel) {
+    std::uint8_t& count = counts_[64 * block + voxel];
+    const std::uint8_t in_part = std::exchange(counts_[64 * part + voxel], 0);
+    const unsigned int sum = count + unsigned{in_part};
+    if (sum > most_in_a_slot)
+      full_slots_.push_back(64 * block + voxel);
+    count =
+        static_cast<std::uint8_t>(sum > most_in_a_slot ? sum - most_in_a_slot : sum);
   }
-  return bitCount(in_both);
 }
 
 } // namespace io

@@ -3,9 +3,9 @@
 #include "voxelizing/block_place.h"
 #include "voxelizing/voxel_sums.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -16,8 +16,9 @@ namespace io {
  *
  * Voxels are grouped into blocks of 4 x 4 x 4, so that only blocks are sorted. Blocks are
  * kept from cloud to cloud, so that only new ones are sorted; if too many are empty, the
- * empty ones are dropped. A point is added to the sums of its voxel at once, so that dense
- * clouds touch no memory but that of their voxels.
+ * empty ones are dropped. Runs of points in the same voxel are summed up by voxel at the
+ * end, and dense clouds, which have many, also on the way: their memory is that of their
+ * voxels.
  *
  * Blocks are found by a hash table with a limited number of probes. If all probed slots are
  * taken, a block takes the slot of another one; if that one occurs again it gets a second
@@ -36,10 +37,9 @@ public:
 
   /** \brief Begins a cloud. Points of the last one must have been written.
    * \param[in] fields what the points have and voxels sum up
-   * \param[in] expected number of points to come, at most
    */
   void
-  begin(const SummedFields& fields, std::size_t expected);
+  begin(const SummedFields& fields);
 
   /** \brief Adds points. */
   void
@@ -75,11 +75,17 @@ private:
   /** \brief Sums over consecutive points in the same voxel. */
   struct Run {
     std::size_t slot;
-    std::uint64_t points;
     double intensity;
     PackedColours colours;
   };
 
+  /** \brief Where the voxels of a block were written. */
+  struct WrittenBlock {
+    std::uint64_t occupied; ///< a bit for each voxel
+    std::size_t first_voxel;
+  };
+
+  static constexpr std::uint8_t most_in_a_slot = 255;
   static constexpr std::uint64_t hash_factor =
       0x9e3779b97f4a7c15; // 2^64 / golden ratio
 
@@ -110,15 +116,15 @@ private:
   std::size_t
   findPlace(std::uint64_t block) const;
 
-  void
-  makeRoom(std::size_t entries);
-
   template <bool has_intensities, bool has_colours>
   void
-  sumRuns(const PlacedPoints& placed);
+  addFields(const PlacedPoints& placed);
 
   void
-  addRuns();
+  makeRoomForRuns(std::size_t count);
+
+  void
+  sumRunsBySlot();
 
   void
   dropEmptyBlocks();
@@ -129,37 +135,56 @@ private:
   void
   sortNewBlocks();
 
-  std::size_t
+  void
   uniteParts();
 
-  std::size_t
+  void
   unite(std::size_t block, std::size_t part);
+
+  std::size_t
+  findOccupied();
+
+  void
+  writeBlock(const KeyedBlock& block,
+             std::vector<std::uint64_t>& keys,
+             VoxelSums& sums);
+
+  void
+  writeSums(VoxelSums& sums);
+
+  void
+  takeSlotSums(std::size_t block, VoxelSums& sums);
+
+  std::size_t
+  voxelOf(std::size_t slot) const;
 
   std::vector<std::uint32_t> table_; // indices of blocks, 0 in empty slots
   unsigned int hash_shift_ = 0;
   SummedFields fields_;
 
   // By index of the block; index 0 is not used.
-  std::vector<std::uint64_t> blocks_;          // as in BlockPlace
-  std::vector<std::uint64_t> occupied_voxels_; // a bit for each; 0 between two clouds
-  std::vector<std::uint32_t> slots_; // 64 per block: the entries of occupied voxels
+  std::vector<std::uint64_t> blocks_; // as in BlockPlace
+  std::vector<WrittenBlock> written_; // after writeVoxels()
+  std::vector<std::uint8_t> counts_;  // 64 slots per block: number of points
 
-  // Voxels in the order of their first points, which for scanned clouds are near each other
-  // in memory, too.
-  VoxelSums entries_;
-  std::uint32_t entry_count_ = 0;
+  // What the counts have no room for: each element is most_in_a_slot points.
+  std::vector<std::size_t> full_slots_;
 
-  std::array<Run, PlacedPoints::capacity> runs_; // of the points that were added last
+  // The last runs. Those before are summed up by slot, of clouds that have so many.
+  std::vector<Run> runs_;
   std::size_t run_count_ = 0;
+  bool has_slot_sums_ = false;
+  std::vector<double> slot_intensities_;
+  std::vector<ColourSum> slot_colours_;
 
   std::vector<std::uint64_t> kept_blocks_;
 
   std::vector<KeyedBlock> order_; // all blocks, sorted; after writeVoxels()
   std::vector<KeyedBlock> new_blocks_;
   std::vector<KeyedBlock> spare_blocks_;
-  std::vector<KeyedBlock> occupied_;    // those with points; after writeVoxels()
-  std::size_t occupied_count_ = 0;      // of occupied_, the rest is unused
-  std::vector<std::uint32_t> entry_of_; // of each voxel, in their order
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> parts_; // and their first parts
+  std::vector<KeyedBlock> occupied_; // those with points; after writeVoxels()
+  std::size_t occupied_count_ = 0;   // of occupied_, the rest is unused
 };
 
 } // namespace io

@@ -151,7 +151,7 @@ private:
     if (is_sparse_)
       sorted_voxels_.begin(fields, points.size());
     else
-      blocks_.begin(fields, points.size());
+      blocks_.begin(fields);
     points.restart();
     for (PointView batch; points.next(batch);) {
       const Collected collected = collectBatch(batch, fields, statistics);

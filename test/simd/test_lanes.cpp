@@ -51,11 +51,11 @@ TEST(Lanes, NativeLanesAgreeWithScalarLanesToTheLastBit)
     ASSERT_TRUE(computeWithLanes<NativeLanes>(input) ==
                 computeWithLanes<ScalarLanes>(input))
         << "of round " << i;
-    std::array<std::uint32_t, 16> numbers;
-    for (std::uint32_t& number : numbers)
-      number = random() % 3 == 0 ? std::uint32_t{1} << random() % 32 : 0;
-    ASSERT_EQ(NativeLanes::nonZeroNumbers(numbers.data()),
-              ScalarLanes::nonZeroNumbers(numbers.data()));
+    std::array<std::uint8_t, 16> bytes;
+    for (std::uint8_t& byte : bytes)
+      byte = static_cast<std::uint8_t>(random() % 3 == 0 ? 1u << random() % 8 : 0);
+    ASSERT_EQ(NativeLanes::nonZeroBytes(bytes.data()),
+              ScalarLanes::nonZeroBytes(bytes.data()));
   }
 }
 

@@ -2,6 +2,7 @@
  * \brief What a stream of frames of about the same size takes from the heap once it
  * runs: nothing.
  */
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "support/test_memory.h"
@@ -117,6 +118,36 @@ cloudOf(std::uint64_t seed)
   for (Point& point : cloud)
     point.intensity = std::round(1000.0f * point.intensity);
   return cloud;
+}
+
+TEST(Allocations, EncodingCloudsAllocatesNothingAfterWarmUp)
+{
+  std::vector<Cloud> clouds;
+  for (const std::uint64_t seed : {3u, 4u, 5u}) {
+    clouds.push_back(randomCloud(seed, -0.4, 0.4));
+    for (Point& point : clouds.back())
+      point.intensity = 1.0f;
+  }
+  for (const Effort effort : all_efforts) {
+    IntensityCompressionSettings settings = settingsOf(0.04);
+    settings.effort = effort;
+    settings.i_frame_rate = usual_i_frame_rate;
+    settings.bounding_box = BoundingBox{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
+    CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
+    VoxelFrame frame;
+    std::vector<std::uint8_t> bytes;
+    std::size_t allocations = 0;
+    for (std::size_t i = 0; i < frame_count; ++i) {
+      const PointView view = viewOf(clouds[i % clouds.size()]);
+      const MemoryUse memory_use;
+      ASSERT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+      const CompressionStatus status = encoder.encode(frame, std::nullopt, bytes);
+      allocations += i < warm_up ? 0 : memory_use.allocations();
+      ASSERT_TRUE(status.ok());
+      ASSERT_FALSE(status.hasWarning()) << status.message(); // which takes memory
+    }
+    EXPECT_EQ(allocations, 0u) << "effort " << static_cast<int>(effort);
+  }
 }
 
 TEST(Allocations, CompandingAllocatesNothingWhileTheScaleStays)

@@ -276,6 +276,10 @@ TEST(ProgramView, WhatCannotBeExportedIsRefused)
       folder, "view x.mcap --page page.html --export x.mcap", 2, "is an input");
   expectFailure(
       folder, "view x.mcap --page page.html --export no/out.html", 1, "no/out.html");
+  fs::create_directory(folder / "empty");
+  expectFailure(
+      folder, "view x.mcap --page page.html --export empty", 2, "'empty' is a folder");
+  expectFailure(folder, "view empty" + page, 1, "'empty' is no recording of rosbag2");
   record({knownStream(0, 3, 5)}, folder / "large.pcxi");
   fs::resize_file(folder / "large.pcxi", 400'000'000);
   expectFailure(folder,

@@ -15,6 +15,18 @@ using namespace pcl_ext::io;
 
 using Positions = std::vector<VoxelPosition>;
 
+void
+begin(PointBlocks& voxels, const SummedFields& fields, std::size_t /*points*/)
+{
+  voxels.begin(fields);
+}
+
+void
+begin(SortedVoxels& voxels, const SummedFields& fields, std::size_t points)
+{
+  voxels.begin(fields, points);
+}
+
 /** \brief Sums over the points of a voxel, computed one by one. */
 struct ExpectedVoxel {
   std::uint32_t count = 0;
@@ -29,7 +41,7 @@ expectVoxels(VoxelsT& voxels,
              const Positions& positions,
              const SummedFields& fields = {true, true})
 {
-  voxels.begin(fields, positions.size());
+  begin(voxels, fields, positions.size());
   std::map<std::uint64_t, ExpectedVoxel> expected;
   std::map<std::uint64_t, std::uint32_t> blocks;
   std::mt19937 random(3);
@@ -141,6 +153,17 @@ TYPED_TEST(VoxelSets, CountBeyondAByte)
   }
 }
 
+TYPED_TEST(VoxelSets, SumMoreRunsThanFitTheCache)
+{
+  TypeParam voxels;
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    expectVoxels(voxels, randomPositions(seed, 150000, 0, 6));
+    expectVoxels(voxels, randomPositions(seed, 70000, 3, 9), {seed % 2 == 0, true});
+    expectVoxels(voxels, randomPositions(seed, 150000, 3, 60)); // sparse
+    expectVoxels(voxels, randomPositions(seed, 3000, 2, 9));
+  }
+}
+
 TYPED_TEST(VoxelSets, FollowACloudThatWanders)
 {
   TypeParam voxels;
@@ -172,9 +195,9 @@ TEST(PointBlocks, UniteBlocksThatCollide)
       colliding.push_back(position);
   }
   PointBlocks voxels;
-  for (int cloud = 0; cloud < 4; ++cloud) {
+  for (const int points : {20000, 100000, 20000, 20000}) {
     Positions positions;
-    for (int i = 0; i < 20000; ++i) {
+    for (int i = 0; i < points; ++i) {
       VoxelPosition position = colliding[random() % colliding.size()];
       position.z = (position.z & ~3u) | static_cast<std::uint32_t>(random() % 4);
       positions.push_back(position);

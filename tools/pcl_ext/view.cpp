@@ -1,3 +1,4 @@
+#include <pcl_ext/recording/mcap_reader.h>
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/view/view_server.h>
 
@@ -56,6 +57,12 @@ nameOf(const std::string& path)
 std::vector<std::string>
 filesOf(const std::string& path)
 {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored) &&
+      !recording::McapReader::isMcap(path))
+    throw std::runtime_error("the folder '" + path +
+                             "' is no recording of rosbag2: name one, or an .mcap or "
+                             ".pcxi file");
   recording::RecordingReader reader;
   if (const auto status = reader.open(path); !status.ok())
     throw std::runtime_error(status.message());
@@ -98,6 +105,10 @@ private:
       throw UsageError("--export takes the name of a recording, not -");
     if (options_.output == "-")
       throw UsageError("--export takes the name of a file, not -");
+    std::error_code ignored;
+    if (std::filesystem::is_directory(options_.output, ignored))
+      throw UsageError("'" + options_.output +
+                       "' is a folder: --export takes the name of a file, as x.html");
     refuseSameFile({options_.input, options_.page}, options_.output);
     checkSizeForPage(options_.input); // before all of it is read
     const std::vector<std::string> files = filesOf(options_.input);

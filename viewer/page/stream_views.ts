@@ -4,10 +4,19 @@ import { numbersOf } from "./scene/surroundings";
 import type { Bounds, SensorPose } from "./scene/surroundings";
 import { cssColour, streamColour } from "./scene/colour_maps";
 
+/** What the settings that are offered depend on. */
+export interface StreamContents {
+  intensityRange: ShownFrame["intensityRange"];
+  hasColours: boolean;
+  hasIntensities: boolean;
+}
+
 /** A stream as the page knows it. */
 export interface StreamView {
   description: StreamDescription;
   shown: ShownFrame | null;
+  /** What its last frame with voxels had: frames that are lost between others change nothing. */
+  contents: StreamContents | null;
   /** performance.now() when the last frame of a live stream came. */
   arrival: number;
 }
@@ -17,7 +26,7 @@ export const noAxis = new IntensityAxis(0, 255, 1, false);
 
 /** The axis for the intensities of all streams that are shown. */
 export function axisOf(streams: readonly StreamView[], intensities: readonly Float32Array[]): IntensityAxis | null {
-  const ranges = streams.flatMap(({ shown }) => (shown?.intensityRange ? [shown.intensityRange] : []));
+  const ranges = streams.flatMap(({ contents }) => (contents?.intensityRange ? [contents.intensityRange] : []));
   if (ranges.length === 0) return null;
   const min = Math.min(...ranges.map((range) => range.min));
   const step = Math.min(...ranges.map((range) => range.step));
@@ -32,6 +41,16 @@ export function axisOf(streams: readonly StreamView[], intensities: readonly Flo
   const common = sorted[Math.floor(0.99 * sorted.length)] ?? max;
   const bright = Math.min(max, Math.max(common, min + step));
   return new IntensityAxis(min, max, step || 1, isLogarithmic, bright);
+}
+
+/** What the axis of intensities was chosen for, to be compared. */
+export function contentsKey(streams: readonly StreamView[]): string {
+  return JSON.stringify(streams.map(({ contents, description }) => [contents, description.metadata.intensity_law]));
+}
+
+export function contentsOf(shown: ShownFrame, before: StreamContents | null): StreamContents | null {
+  const { voxels, intensityRange } = shown;
+  return voxels ? { intensityRange, hasColours: voxels.hasColours, hasIntensities: voxels.hasIntensities } : before;
 }
 
 /** Some of many values, evenly taken. */

@@ -1,9 +1,9 @@
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatBytesPerSecond, formatCount, formatMetres, formatNumber } from "./controls/number_format";
+import { formatCount, formatCounted, formatMetres, formatNumber } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
-import { bytesPerSecondAt } from "./timeline/byte_rate";
+import { bytesPerSecondAt, rateText } from "./timeline/byte_rate";
 import { countKept, isNoise } from "./scene/drawn_voxels";
 import type { IntensityAxis } from "./scene/intensity_axis";
 import type { ViewerScene } from "./scene/viewer_scene";
@@ -27,6 +27,7 @@ function noteOf(shown: ShownFrame | null, source: ViewerState["source"]): string
 export class StreamsOnScreen {
   readonly streams: StreamView[] = [];
   axis: IntensityAxis | null = null;
+  private axisKey = ""; // the contents that the axis is for
   private hasFitted = false;
   private firstShown: number | null = null; // performance.now()
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0 };
@@ -66,12 +67,17 @@ export class StreamsOnScreen {
     this.scene.setStreamCount(0);
     this.hasFitted = false;
     this.firstShown = null;
-    this.axis = null;
+    this.beginAxis();
     this.select(null);
     this.lastFilterRemark = null;
     this.panel.streams.setStreams([]);
     this.panel.threshold.clear();
     this.status.replaceChildren();
+  }
+
+  /** The axis of intensities is chosen for the next frames, as those of another source. */
+  beginAxis(): void {
+    this.axis = null;
   }
 
   setStreams(descriptions: readonly StreamDescription[]): void {
@@ -80,7 +86,8 @@ export class StreamsOnScreen {
       this.firstShown = null;
     }
     descriptions.forEach((description, i) => {
-      this.streams[i] = { description, shown: this.streams[i]?.shown ?? null, arrival: this.streams[i]?.arrival ?? 0 };
+      const { shown, contents, arrival } = this.streams[i] ?? { shown: null, contents: null, arrival: 0 };
+      this.streams[i] = { description, shown, contents, arrival };
     });
     this.scene.setStreamCount(this.streams.length);
     this.panel.streams.setStreams(descriptions.map(({ name }) => views.shortName(name)));
@@ -122,13 +129,14 @@ export class StreamsOnScreen {
       const stream = this.streams[frame.stream];
       if (!stream) continue;
       stream.shown = frame;
+      stream.contents = views.contentsOf(frame, stream.contents);
       stream.arrival = performance.now();
       this.showVoxels(frame.stream, frame);
       if (frame.problem && this.store.get().source === "recording") this.index.markLost(frame.stream, frame.number);
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
     }
     if (frames.length === 0) return;
-    if (!this.axis || !this.hasFitted) this.chooseAxis();
+    if (!this.axis || !this.hasFitted || this.axisKey !== views.contentsKey(this.streams)) this.chooseAxis();
     this.apply();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
     this.followSelection();
@@ -156,18 +164,20 @@ export class StreamsOnScreen {
 
   private chooseAxis(): void {
     const drawn = this.scene.layers.flatMap(({ arrays }) => (arrays ? [arrays.intensities] : []));
+    this.axisKey = views.contentsKey(this.streams);
     this.axis = views.axisOf(this.streams, drawn);
     if (this.axis) this.panel.setAxis(this.axis);
-    const shown = this.streams.flatMap(({ shown: frame }) => (frame?.voxels ? [frame.voxels] : []));
-    const hasIntensities = shown.some((voxels) => voxels.hasIntensities);
+    const contents = this.streams.flatMap((stream) => (stream.contents ? [stream.contents] : []));
+    const hasIntensities = contents.some((stream) => stream.hasIntensities);
+    const hasColours = contents.some((stream) => stream.hasColours);
     this.panel.setContents({
-      hasColours: shown.some((voxels) => voxels.hasColours),
+      hasColours,
       hasIntensities,
       hasSensors: this.streams.some(({ description }) => description.metadata.sensor_pose),
       hasCropBox: views.cropBoxOf(this.streams) !== null,
     });
-    if (shown.length > 0 && !hasIntensities && this.store.get().colourBy === "intensity")
-      this.store.set({ colourBy: shown.some((voxels) => voxels.hasColours) ? "recorded" : "height" });
+    if (contents.length > 0 && !hasIntensities && this.store.get().colourBy === "intensity")
+      this.store.set({ colourBy: hasColours ? "recorded" : "height" });
   }
 
   private apply(): void {
@@ -223,9 +233,9 @@ export class StreamsOnScreen {
     const decodeMs = this.streams.reduce((sum, { shown }) => sum + (shown?.decodeMs ?? 0), 0);
     const rate = bytesPerSecondAt(this.index, moment, source === "live");
     const parts: [string, string][] = [
-      [`${formatCount(drawn)} of ${formatCount(all)}`, "voxels"],
+      [`${formatCount(drawn)} of ${formatCount(all)}`, all === 1 ? "voxel" : "voxels"],
       ...(source === "recording" ? [["frame", `${formatCount(moment + 1)} of ${formatCount(this.index.moments.length)}`] as [string, string]] : []),
-      [formatBytesPerSecond(rate), "compressed"],
+      [rateText(this.index, rate), "compressed"],
       [`${decodeMs.toFixed(1)} ms`, "to decode"],
     ];
     this.status.replaceChildren(...parts.map(([value, name]) =>
@@ -234,7 +244,8 @@ export class StreamsOnScreen {
         : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
-    if (lost > 0) this.status.append(element("span", { class: "figure lost" }, `${lost} of ${this.streams.length} streams lost`));
+    const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
+    if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
   }
 
   private pick(clientX: number, clientY: number): void {

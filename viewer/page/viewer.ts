@@ -6,6 +6,7 @@ import { followTheme, isDark, sceneColours } from "./controls/theme";
 import { VoxelDetails } from "./controls/voxel_details";
 import { DecodingService } from "./decoding/decoding_service";
 import type { FromWorker } from "./decoding/messages";
+import { HeldFrames } from "./held_frames";
 import { exportPicture, exportPly } from "./export/exports";
 import { layOutPage } from "./page_layout";
 import type { PageLayout } from "./page_layout";
@@ -14,13 +15,14 @@ import { acceptDrops } from "./sources/dropped_files";
 import { LiveConnection } from "./sources/live_connection";
 import { chooseSource, sourceOfFiles } from "./sources/source_choice";
 import type { Source } from "./sources/source_choice";
-import { keepLinkUpToDate, readLink } from "./state/page_link";
+import { forgetLinkedFile, keepLinkUpToDate, readLink, unlinkedState } from "./state/page_link";
 import type { LinkedView } from "./state/page_link";
 import { createStore, trailSeconds } from "./state/viewer_state";
 import { publishHook } from "./test_hook";
 import { FrameIndex } from "./timeline/frame_index";
 import { Playback } from "./timeline/playback";
 import { TimelineView, liveSeconds } from "./timeline/timeline_view";
+import type { TimelineActions } from "./timeline/timeline_view";
 import { StreamsOnScreen } from "./streams_on_screen";
 
 /** The page: connects its parts. */
@@ -38,8 +40,12 @@ export class Viewer {
   private readonly decoding: DecodingService;
   private readonly linkedView: LinkedView;
   private readonly updateLink: () => void;
+  private hasOpened = false;
   private live: LiveConnection | null = null;
+  private readonly held = new HeldFrames((buffer) => this.recycle(buffer));
   private damage: string[] = [];
+  private remarks: string[] = [];
+  private isTimeChosen = false; // by the user; until then a recording is at its first frame or at that of the link
   private request = 0;
   private shownFrames = ""; // that were asked for last
   private isUpdateDue = false;
@@ -50,7 +56,7 @@ export class Viewer {
     this.linkedView = link.view;
     this.store.set(link.state);
     this.playback = new Playback(this.store, this.index, (moment) => this.requestFrames(moment));
-    this.timeline = new TimelineView(this.store, this.index, this.playback);
+    this.timeline = new TimelineView(this.store, this.index, this.timeActions());
     this.panel = new ControlPanel(this.store, {
       fit: (direction) => this.fit(direction),
       exportPly: () => exportPly(this),
@@ -65,7 +71,7 @@ export class Viewer {
     this.scene = new ViewerScene(this.layout.canvas, () => this.updateLink?.());
     this.updateLink = keepLinkUpToDate(this.store, () => this.currentView());
     this.screen = new StreamsOnScreen(this.store, this.scene, this.index, this.panel, this.details, this.notices,
-      this.layout.status, (buffer) => this.decoding.post({ type: "recycle", buffer }, [buffer]));
+      this.layout.status, (buffer) => this.recycle(buffer));
     this.decoding = new DecodingService(workerCode, wasm, (message) => this.receive(message));
     followTheme(this.store, () => {
       this.scene.setColours(sceneColours());
@@ -84,16 +90,14 @@ export class Viewer {
   }
 
   private listen(): void {
-    acceptDrops((files) => this.open(sourceOfFiles(files)));
+    acceptDrops((files) => this.openFiles(files));
     this.layout.fileInput.addEventListener("change", () => {
       const files = [...(this.layout.fileInput.files ?? [])];
       this.layout.fileInput.value = "";
-      if (files.length > 0) this.open(sourceOfFiles(files));
+      if (files.length > 0) this.openFiles(files);
     });
     listenToKeys(this.store, {
-      togglePlay: () => this.playback.togglePlay(),
-      step: (by) => this.playback.step(by),
-      seek: (moment) => this.playback.seek(moment),
+      ...this.timeActions(),
       fit: () => this.fit("keep"),
       moveCamera: (turn, tilt, zoom) => this.scene.moveCamera(turn, tilt, zoom),
       changeThreshold: (by) => this.screen.changeThreshold(by),
@@ -103,6 +107,7 @@ export class Viewer {
       exportPicture: () => void exportPicture(this),
       deselect: () => this.screen.select(null),
     });
+    addEventListener("hashchange", () => this.followLink());
     this.layout.canvas.addEventListener("webglcontextlost", () =>
       this.notices.show("webgl", "error", "The graphics card has stopped",
         ["The browser tries to start it again. If nothing appears, reload the page."]));
@@ -113,6 +118,29 @@ export class Viewer {
     });
   }
 
+  /** What the user does to the time: from then on no link changes it. */
+  private timeActions(): TimelineActions {
+    const chosen = (act: () => void): void => {
+      this.isTimeChosen = true;
+      act();
+    };
+    return {
+      togglePlay: () => chosen(() => this.togglePlay()),
+      step: (by) => chosen(() => this.playback.step(by)),
+      seek: (moment) => chosen(() => this.playback.seek(moment)),
+    };
+  }
+
+  /** Plays and pauses a recording, and freezes the picture of a live source. */
+  private togglePlay(): void {
+    if (this.store.get().source !== "live") {
+      this.playback.togglePlay();
+      return;
+    }
+    this.store.set({ isFrozen: !this.store.get().isFrozen });
+    if (!this.store.get().isFrozen) this.screen.show(this.held.takeAll(), true);
+  }
+
   private applyDecodingSettings(): void {
     const { removesOutliers, colourBy, moment, source } = this.store.get();
     const settings = { removesOutliers, trailSeconds: colourBy === "age" ? trailSeconds : 0 };
@@ -121,23 +149,43 @@ export class Viewer {
     if (source === "recording") this.playback.seek(moment);
   }
 
+  /** Shows what a link says that was put into the page's address. */
+  private followLink(): void {
+    const { state, view } = readLink(location.hash);
+    this.store.set({ ...unlinkedState(), ...state });
+    if (view.camera) this.scene.setCameraValues(view.camera);
+    if (view.time !== null) this.timeActions().seek(this.index.momentAt(view.time));
+  }
+
+  private openFiles(files: readonly File[]): void {
+    forgetLinkedFile();
+    this.open(sourceOfFiles(files));
+  }
+
   open(source: Source): void {
-    if (this.store.get().source !== "none") this.linkedView.time = null; // it was another recording's
+    if (this.hasOpened) this.linkedView.time = null; // it was another recording's
+    this.hasOpened = true;
+    this.isTimeChosen = false;
     this.live?.close();
     this.live = null;
     this.index.clear();
-    this.scene.forgetUser();
+    this.scene.forgetView();
     this.notices.clear();
     this.damage = [];
+    this.remarks = [];
+    this.held.clear();
     this.screen.clear();
     ++this.request;
     this.store.set({
-      source: "opening", name: source.name, moment: 0, isPlaying: false, isConnected: false, hasEnded: false, indexedShare: 0,
-      showsPanel: false,
+      source: "opening", name: source.name, moment: 0, isPlaying: false, isFrozen: false, isConnected: false, hasEnded: false,
+      indexedShare: 0, showsPanel: false,
     });
     this.timeline.requestDraw();
-    if (source.kind === "recording") this.decoding.post({ type: "open", files: source.files });
-    else this.openLive(source.socket);
+    if (source.kind === "recording") {
+      this.decoding.post({ type: "open", files: source.files });
+      if (source.leftOut.length > 0)
+        this.remark(`Files of frames and .mcap files are different recordings. Left out: ${source.leftOut.join(", ")}.`);
+    } else this.openLive(source.socket);
   }
 
   private openLive(socket: string): void {
@@ -165,10 +213,23 @@ export class Viewer {
   }
 
   private fail(message: string): void {
-    this.store.set({ source: this.index.moments.length > 0 ? this.store.get().source : "none", isPlaying: false });
-    this.notices.show("failed", "error", "This cannot be shown", [message]);
-    if (this.damage.length > 0 && this.index.moments.length === 0)
-      this.notices.show("damage", "warning", "The recording is damaged", this.damage);
+    const { name, source } = this.store.get();
+    const what = name && !message.includes(name) ? `“${name}”` : "This";
+    this.notices.show("failed", "error", `${what} cannot be shown`, [message]);
+    this.store.set({ isPlaying: false });
+    if (this.index.moments.length > 0 || source === "live") return;
+    if (this.damage.length > 0) this.notices.show("damage", "warning", "The recording is damaged", this.damage);
+    this.screen.clear();
+    this.store.set({ source: "none", name: "" });
+  }
+
+  private remark(message: string): void {
+    this.remarks.push(message);
+    this.notices.show("remark", "info", "Not all of it is shown", this.remarks);
+  }
+
+  private recycle(buffer: ArrayBuffer): void {
+    this.decoding.post({ type: "recycle", buffer }, [buffer]);
   }
 
   private receive(message: FromWorker): void {
@@ -190,7 +251,7 @@ export class Viewer {
         this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
         break;
       case "remark":
-        this.notices.show("remark", "info", "Not all of it is shown", [message.message]);
+        this.remark(message.message);
         break;
       case "progress":
         this.store.set({ indexedShare: message.share });
@@ -213,8 +274,13 @@ export class Viewer {
           this.timeline.requestDraw();
         }
         break;
+      case "clockBegan":
+        this.index.clear();
+        this.screen.beginAxis();
+        break;
       case "liveShown":
-        this.screen.show([message.frame], true);
+        if (this.store.get().isFrozen) this.held.hold(message.frame);
+        else this.screen.show([message.frame], true);
         if (message.wantsIFrame) this.live?.requestIFrame(message.serverId);
         break;
     }
@@ -233,10 +299,10 @@ export class Viewer {
     const isFirst = this.store.get().source === "opening";
     if (isFirst) this.store.set({ source: "recording" });
     // Until its time is indexed, the frame of the link is the last one that is known.
-    const { time } = this.linkedView;
-    if (isFirst || time !== null) this.playback.seek(this.index.momentAt(time ?? 0));
+    const first = this.index.momentAt(this.linkedView.time ?? -Infinity);
+    const isElsewhere = first !== this.store.get().moment || this.framesOf(first) !== this.shownFrames;
+    if (isFirst || (!this.isTimeChosen && isElsewhere)) this.playback.seek(first);
     else if (this.framesOf(this.store.get().moment) !== this.shownFrames) this.playback.refresh();
-    if (time !== null && this.index.duration >= time) this.linkedView.time = null;
   }
 
   /** Which frames belong to a moment, to be compared. */
@@ -282,6 +348,7 @@ export class Viewer {
 
   /** Resolves when the frames of a moment are drawn. */
   seekAndWait(moment: number): Promise<void> {
+    this.isTimeChosen = true;
     return new Promise((resolve) => {
       this.waiting.push(resolve);
       this.playback.seek(moment);

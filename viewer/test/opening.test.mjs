@@ -130,10 +130,11 @@ test("files that are no recording are told in words, and the page goes on", asyn
   const viewer = await openViewer();
   for (const [name, bytes, expected] of cases) {
     await viewer.setInputFiles("input[type=file]", { name, mimeType: "application/octet-stream", buffer: bytes });
-    await viewer.until((file) => window.pclExtViewer.state().name === file, name);
-    await viewer.notice("error").waitFor();
+    await viewer.notice("error").filter({ hasText: name }).waitFor();
     assert.match(await viewer.notice("error").innerText(), expected, name);
     assert.equal(await viewer.getByRole("button", { name: "Open a recording" }).isVisible(), true);
+    assert.equal(await viewer.title(), "pcl_ext viewer");
+    assert.equal(await viewer.locator(".status").innerText(), "");
   }
   await openFiles(viewer, recording);
   assert.equal(await viewer.notice("error").count(), 0);
@@ -159,7 +160,26 @@ test("a link keeps threshold, colour, time and camera", async () => {
   assert.equal(state.moment, 7);
   assert.deepEqual(state.hiddenStreams, ["cell_sensor_2"]);
   assert.deepEqual((await other.ask(() => window.pclExtViewer.camera())).map((value) => Number(value.toFixed(6))), [3, 4, 5, 1, 2, 0]);
+  // Put into the open page, with a name that has a comma; a camera that is near, far from the origin.
+  const camera = [5e5, 5.4e6, 0.1, 5e5, 5.4e6 + 0.0123456, 0.1];
+  await other.evaluate((values) => (location.hash = `#hidden=a,b&hidden=c&time=0.1&camera=${values}`), camera);
+  await other.until(() => !location.hash.includes("threshold") && location.hash.includes("5400000.012346"));
+  assert.deepEqual((await other.ask(() => window.pclExtViewer.state())).hiddenStreams, ["a,b", "c"]);
+  assert.equal((await other.ask(() => window.pclExtViewer.state())).moment, 2);
   await other.finish();
+  await viewer.finish();
+  await server.close();
+});
+
+test("what the user does to the time ends what a link says of it, while the recording is read, too", async () => {
+  const long = Buffer.concat(Array(60).fill(readFileSync(frameFile())));
+  const server = await serveFiles({ "/": page, "/long.pcxi": long });
+  const viewer = await openViewer({ url: `${server.url}?file=long.pcxi#time=1000` });
+  await untilDrawn(viewer);
+  await viewer.keyboard.press("Home");
+  await untilIndexed(viewer);
+  await viewer.waitForTimeout(300);
+  assert.equal(await viewer.ask(() => window.pclExtViewer.state().moment), 0);
   await viewer.finish();
   await server.close();
 });
@@ -204,6 +224,7 @@ function recordingOf(name, points, ...options) {
 test("one voxel, and voxels that are thousands of kilometres apart, are in the view", async () => {
   const viewer = await openViewer();
   for (const [path, size] of [
+    [recording, 10],
     [recordingOf("one", ["1 2 3"]), 1],
     [recordingOf("wide", ["-1e9 -1e9 0", "1e9 1e9 5e8"], "--resolution", 5000), 1e9],
   ]) {

@@ -89,14 +89,17 @@ test("the exported PLY file has the voxels that are drawn", async () => {
   const end = bytes.indexOf("end_header\n") + 11;
   const header = bytes.subarray(0, end).toString();
   const count = Number(/element vertex (\d+)/.exec(header)[1]);
-  assert.equal(bytes.length - end, 17 * count);
+  assert.equal(bytes.length - end, 18 * count);
   const exported = [[], []];
   for (let i = 0; i < count; ++i) {
-    const at = end + 17 * i;
-    exported[bytes[at + 16]].push(keyOf([0, 4, 8].map((offset) => bytes.readFloatLE(at + offset))));
+    const at = end + 18 * i;
+    exported[bytes.readUInt16LE(at + 16)].push(keyOf([0, 4, 8].map((offset) => bytes.readFloatLE(at + offset))));
     assert.ok(bytes.readFloatLE(at + 12) >= 3);
   }
   for (const stream of [0, 1]) assert.deepEqual(exported[stream].sort(), await drawnVoxels(page, stream));
+  await page.evaluate(() => window.pclExtViewer.set({ threshold: 1e6 }));
+  await page.getByRole("button", { name: "PLY" }).click();
+  await page.notice("info").filter({ hasText: "no voxels to save" }).waitFor();
   await page.finish();
 });
 

@@ -3,7 +3,7 @@ import { button, element } from "./dom";
 
 const groups: [string, [string, string][]][] = [
   ["Time", [
-    ["Space", "play, pause"],
+    ["Space", "play, pause; live: keep the picture while time goes on"],
     ["← →", "step by a frame"],
     ["Shift + ← →", "step by ten"],
     ["Home End", "first, last frame"],

@@ -4,11 +4,20 @@ export function formatCount(value: number): string {
   return grouped.format(value);
 }
 
+/** A count with its noun, which has an s for all numbers but 1. */
+export function formatCounted(value: number, noun: string): string {
+  return `${formatCount(value)} ${noun}${value === 1 ? "" : "s"}`;
+}
+
 /** 3 significant digits, without an exponent. */
 export function formatNumber(value: number): string {
   if (Number.isInteger(value)) return grouped.format(value);
   const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.abs(value) || 1)));
   return value.toFixed(Math.min(digits, 6));
+}
+
+export function formatBytes(bytes: number): string {
+  return formatBytesPerSecond(bytes).replace("/s", "");
 }
 
 export function formatBytesPerSecond(bytes: number): string {

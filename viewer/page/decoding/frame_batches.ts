@@ -15,7 +15,12 @@ export class FrameBatches {
 
   constructor(private readonly send: (message: FromWorker) => void) {}
 
-  /** Seconds since the first frame that was found. */
+  /** Seconds count from this time instead of that of the first frame that is found. */
+  startAt(time: bigint): void {
+    this.startTime = time;
+  }
+
+  /** Seconds since the start. */
   secondsOf(time: bigint): number {
     return Number(time - (this.startTime ?? time)) / 1e9;
   }

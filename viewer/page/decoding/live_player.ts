@@ -7,6 +7,9 @@ import { StreamDecoder, densityUnitOf } from "./stream_decoder";
 
 export const liveHeaderBytes = 16;
 
+/** Nanoseconds that the stamps of a stream may step back; a longer step begins the clock anew. */
+const longestStepBack = 1_000_000_000n;
+
 interface LiveStream {
   index: number;
   decoder: StreamDecoder;
@@ -17,7 +20,8 @@ interface LiveStream {
 export class LivePlayer {
   private readonly streams = new Map<number, LiveStream>(); // by the server's number
   private readonly names: string[] = [];
-  private readonly batches: FrameBatches;
+  private readonly lastTimes = new Map<number, bigint>(); // by the stream's place in the page
+  private batches: FrameBatches;
 
   constructor(
     private readonly codec: Codec,
@@ -55,6 +59,22 @@ export class LivePlayer {
     });
   }
 
+  /** The time of a frame, not before that of the frame before it; a source that begins again begins a new clock. */
+  private sortedTime(stream: number, time: bigint): bigint {
+    const last = this.lastTimes.get(stream);
+    if (last !== undefined && time < last - longestStepBack) this.beginClock();
+    else if (last !== undefined && time < last) return last;
+    this.lastTimes.set(stream, time);
+    return time;
+  }
+
+  private beginClock(): void {
+    this.lastTimes.clear();
+    this.batches = new FrameBatches(this.post);
+    for (const { decoder } of this.streams.values()) decoder.forgetTimes();
+    this.post({ type: "clockBegan" });
+  }
+
   /** Decodes a message: stream, flags, time, and the frame. */
   decode(message: ArrayBuffer): void {
     if (message.byteLength < liveHeaderBytes) return;
@@ -63,7 +83,7 @@ export class LivePlayer {
     const stream = this.streams.get(serverId);
     if (!stream) return;
     const hasSkipped = (header.getUint32(4, true) & 1) === 1;
-    const time = header.getBigInt64(8, true);
+    const time = this.sortedTime(stream.index, header.getBigInt64(8, true));
     const bytes = new Uint8Array(message, liveHeaderBytes);
     const number = stream.frames++;
     const { status, description } = this.codec.describeFrame(bytes.subarray(0, 2048));

@@ -86,4 +86,6 @@ export type FromWorker =
   | { type: "progress"; share: number }
   | { type: "indexed"; isWhole: boolean }
   | { type: "shown"; request: number; frames: ShownFrame[] }
+  /** The stamps of a live source have begun again: times of frames before mean nothing any more. */
+  | { type: "clockBegan" }
   | { type: "liveShown"; frame: ShownFrame; serverId: number; wantsIFrame: boolean };

@@ -88,7 +88,9 @@ export class RecordingPlayer {
   }
 
   private addFrame(stream: number, frame: FoundFrame, time: bigint): void {
-    this.batches.add(stream, frame, time, this.recording?.hasTimes ?? true);
+    const { startTime, hasTimes } = this.recording as Recording;
+    if (startTime !== null) this.batches.startAt(startTime);
+    this.batches.add(stream, frame, time, hasTimes);
   }
 
   /** For frames that are asked for from now on. */

@@ -49,6 +49,11 @@ export class StreamDecoder {
     this.trail.reset();
   }
 
+  /** Forgets when voxels were seen, as before frames whose times begin again. */
+  forgetTimes(): void {
+    this.trail.reset();
+  }
+
   /** True after a failure until the next I-frame: a live source is asked for one. */
   get wantsIFrame(): boolean {
     return this.isStepLost;

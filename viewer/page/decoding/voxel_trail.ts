@@ -15,9 +15,11 @@ const fewestFrames = 2;
 export class VoxelTrail {
   private readonly seen = new Map<string | number, SeenVoxel>();
   private resolution = 0;
+  private lastTime = -Infinity;
 
   reset(): void {
     this.seen.clear();
+    this.lastTime = -Infinity;
   }
 
   /** Adds a frame, and forgets what was seen earlier than `seconds` before. */
@@ -28,8 +30,9 @@ export class VoxelTrail {
     time: number,
     seconds: number,
   ): void {
-    if (resolution !== this.resolution) this.seen.clear();
+    if (resolution !== this.resolution || time < this.lastTime) this.seen.clear();
     this.resolution = resolution;
+    this.lastTime = time;
     for (let i = 0; i < positions.length; i += 3) {
       const x = positions[i];
       const y = positions[i + 1];

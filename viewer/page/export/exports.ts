@@ -15,10 +15,13 @@ export function exportPly(viewer: Viewer): void {
     viewer.screen.isVisible(stream) && layer.voxels
       ? [{ layer, stream, name: shortName(viewer.screen.streams[stream].description.name) }]
       : []);
-  if (layers.length === 0) return;
   const { name, threshold, removesOutliers } = viewer.store.get();
   const comment = `${name}, threshold ${threshold}, outliers ${removesOutliers ? "removed" : "kept"}`;
-  saveFile(plyOf(layers, threshold, comment), fileName(viewer, ".ply"));
+  const file = plyOf(layers, threshold, comment);
+  if (file) saveFile(file, fileName(viewer, ".ply"));
+  else
+    viewer.notices.show("ply", "info", "There are no voxels to save",
+      ["No stream that is on has a voxel here that is no noise, by threshold and outlier filter."]);
 }
 
 export async function exportPicture(viewer: Viewer): Promise<void> {

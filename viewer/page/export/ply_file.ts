@@ -12,12 +12,14 @@ function inOneLine(text: string): string {
   return text.replaceAll(/[\r\n]/g, " ");
 }
 
-/** A binary PLY file of the voxels that are no noise: centre, intensity, points, colour where known, stream. */
-export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob {
+/** A binary PLY file of the voxels that are no noise; null if there is none. Of each its centre, intensity and stream,
+ * and points and colour where they are known. */
+export function plyOf(layers: readonly ExportedLayer[], threshold: number, comment: string): Blob | null {
   const chosen: { entry: ExportedLayer; voxel: number }[] = [];
   for (const entry of layers)
     for (let i = 0; i < (entry.layer.voxels?.count ?? 0); ++i)
       if (!isNoise(entry.layer, i, threshold)) chosen.push({ entry, voxel: i });
+  if (chosen.length === 0) return null;
   const hasColours = layers.some(({ layer }) => layer.voxels?.hasColours);
   const hasCounts = layers.some(({ layer }) => layer.voxels?.hasPointCounts);
   const edge = layers.find(({ layer }) => layer.edge > 0)?.layer.edge ?? 0;
@@ -30,12 +32,12 @@ export function plyOf(layers: readonly ExportedLayer[], threshold: number, comme
     `element vertex ${chosen.length}`,
     "property float x", "property float y", "property float z",
     "property float intensity",
-    "property uchar stream",
+    "property ushort stream",
     ...(hasCounts ? ["property uint points"] : []),
     ...(hasColours ? ["property uchar red", "property uchar green", "property uchar blue"] : []),
     "end_header", "",
   ].join("\n");
-  const size = 17 + (hasCounts ? 4 : 0) + (hasColours ? 3 : 0);
+  const size = 18 + (hasCounts ? 4 : 0) + (hasColours ? 3 : 0);
   const view = new DataView(new ArrayBuffer(size * chosen.length));
   let at = 0;
   for (const { entry, voxel } of chosen) {
@@ -43,8 +45,8 @@ export function plyOf(layers: readonly ExportedLayer[], threshold: number, comme
     if (!arrays) continue;
     for (let axis = 0; axis < 3; ++axis) view.setFloat32(at + 4 * axis, arrays.positions[3 * voxel + axis], true);
     view.setFloat32(at + 12, arrays.intensities[voxel], true);
-    view.setUint8(at + 16, entry.stream);
-    at += 17;
+    view.setUint16(at + 16, entry.stream, true);
+    at += 18;
     if (hasCounts) {
       view.setUint32(at, arrays.pointCounts[voxel], true);
       at += 4;

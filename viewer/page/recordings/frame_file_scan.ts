@@ -20,20 +20,30 @@ export class FrameFileScan {
   private knowsStamps = false;
   private lastNumber = 0;
   private frames = 0;
+  private stream = 0;
   private skippedFrom: number | null = null;
   private skipReason = "";
   private isCutOff = false;
 
   constructor(
     private readonly source: ByteSource,
+    /** Its number among the recording's files. */
+    private readonly file: number,
     private readonly codec: Codec,
     private readonly listener: RecordingListener,
   ) {
     this.blocks = new BlockReader(source);
   }
 
+  /** Nanoseconds of the first frame; null: it has no time, or the file does not begin with a frame. */
+  async firstTime(): Promise<bigint | null> {
+    const head = await this.blocks.bytesAt(0, Math.min(headerBytes, this.source.size));
+    const { status, description } = this.codec.describeFrame(head);
+    return status.ok && description?.stamp != null ? description.stamp * 1000n : null;
+  }
+
   /** False if the file ends within a frame. Throws if there is no frame. */
-  async run(): Promise<boolean> {
+  async run(progress: (at: number) => void): Promise<boolean> {
     const size = this.source.size;
     for (let at = 0; at < size; ) {
       const frame = await this.sizeAt(at);
@@ -48,7 +58,7 @@ export class FrameFileScan {
         this.isCutOff = at >= size && frame.problem === null;
       }
       if (this.frames === 0 && at >= maxFrameBytes) break;
-      this.listener.progress(at / size);
+      progress(at);
     }
     if (this.frames === 0) throw new Error(this.skipReason);
     this.endSkipped(size);
@@ -102,10 +112,10 @@ export class FrameFileScan {
     const head = await this.blocks.bytesAt(at, Math.min(bytes, headerBytes));
     const { status, description } = this.codec.describeFrame(head);
     if (this.frames++ === 0)
-      this.listener.addStream({ name: this.source.name.replace(/\.[^.]*$/, ""), metadata: {} });
+      this.stream = this.listener.addStream({ name: this.source.name.replace(/\.[^.]*$/, ""), metadata: {} });
     this.listener.addFrame({
-      stream: 0,
-      place: { file: 0, chunk: null, offset: at, length: bytes, fileOffset: at },
+      stream: this.stream,
+      place: { file: this.file, chunk: null, offset: at, length: bytes, fileOffset: at },
       time: status.ok && description ? this.timeOf(description) : null,
       bytes,
       isIFrame: description?.kind === "I",

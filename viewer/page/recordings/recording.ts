@@ -38,8 +38,10 @@ export interface RecordingEvents {
 /** A recording in one or several files; can be read while it is still being indexed. */
 export class Recording implements RecordingListener {
   readonly frames: IndexedFrame[][] = []; // of each stream
-  hasTimes = true;
+  /** Of the first frame, where it is known before all frames are. */
+  startTime: bigint | null = null;
   private isMcap = false;
+  private readonly timed: boolean[] = []; // of each stream: its frames have times
   private readonly chunks = new Map<ChunkPlace, Uint8Array>();
 
   constructor(
@@ -50,10 +52,10 @@ export class Recording implements RecordingListener {
 
   /** Indexes all files. Throws SourceError if there is nothing to show. Returns false if a file ends early. */
   async index(): Promise<boolean> {
-    const first = await this.files[0].read(0, 16);
-    if (first.length === 0) throw new SourceError(`“${this.files[0].name}” is empty.`);
-    this.isMcap = records.isMcap(first);
-    if (!this.isMcap) return this.indexFrameFile();
+    if (this.files.every(({ size }) => size === 0)) throw new SourceError(`“${this.files[0].name}” is empty.`);
+    const heads = await Promise.all(this.files.map((file) => file.read(0, 16)));
+    this.isMcap = heads.some(records.isMcap);
+    if (!this.isMcap) return this.indexFrameFiles();
     const streams = new McapStreams(this.codec, this);
     const total = this.files.reduce((sum, file) => sum + file.size, 0);
     let before = 0;
@@ -73,20 +75,39 @@ export class Recording implements RecordingListener {
     return isWhole;
   }
 
-  private async indexFrameFile(): Promise<boolean> {
-    try {
-      return await new FrameFileScan(this.files[0], this.codec, this).run();
-    } catch (error) {
-      if (error instanceof SourceError) throw error;
-      throw new SourceError(
-        `“${this.files[0].name}” is not a recording: ${(error as Error).message}. ` +
-          "The page shows .mcap and .pcxi files, as “pcl_ext encode” makes them.",
-      );
+  /** Each file of frames is a stream; others are named, as long as there is one. */
+  private async indexFrameFiles(): Promise<boolean> {
+    const scans = this.files.map((file, i) => new FrameFileScan(file, i, this.codec, this));
+    for (const time of await Promise.all(scans.map((scan) => scan.firstTime())))
+      if (time !== null && (this.startTime === null || time < this.startTime)) this.startTime = time;
+    const total = this.files.reduce((sum, file) => sum + file.size, 0);
+    const problems: string[] = [];
+    let before = 0;
+    let isWhole = true;
+    for (const [i, scan] of scans.entries()) {
+      const { name, size } = this.files[i];
+      try {
+        isWhole = (await scan.run((at) => this.progress((before + at) / total))) && isWhole;
+      } catch (error) {
+        if (error instanceof SourceError) throw error;
+        problems.push(size === 0 ? `“${name}” is empty.` : `“${name}” is not a recording: ${(error as Error).message}.`);
+      }
+      before += size;
     }
+    if (problems.length === this.files.length)
+      throw new SourceError(`${problems.join(" ")} The page shows .mcap and .pcxi files, as “pcl_ext encode” makes them.`);
+    for (const problem of problems) this.addRemark(problem);
+    return isWhole;
+  }
+
+  /** False if no stream has times. */
+  get hasTimes(): boolean {
+    return this.timed.length === 0 || this.timed.includes(true);
   }
 
   addStream(stream: RecordedStream): number {
     this.frames.push([]);
+    this.timed.push(true);
     this.events.onStream(stream);
     return this.frames.length - 1;
   }
@@ -94,8 +115,9 @@ export class Recording implements RecordingListener {
   addFrame(frame: FoundFrame): void {
     const frames = this.frames[frame.stream];
     const before = frames.length ? frames[frames.length - 1].time : null;
-    if (frame.time === null && frames.length === 0) this.hasTimes = false;
-    let time = frame.time ?? (before === null ? 0n : before + (this.hasTimes ? 0n : assumedInterval));
+    if (frames.length === 0) this.timed[frame.stream] = frame.time !== null;
+    const interval = this.timed[frame.stream] ? 0n : assumedInterval;
+    let time = frame.time ?? (before === null ? (this.startTime ?? 0n) : before + interval);
     if (before !== null && time < before) time = before;
     frames.push({ place: frame.place, time, isIFrame: frame.isIFrame });
     this.events.onFrame(frame.stream, frame, time);

@@ -4,22 +4,66 @@ import type { Bounds } from "./surroundings";
 
 const margin = 1.06;
 
-/** Moves a camera, which looks along a direction, so that a box fills the view. Returns its new target. */
-export function fitCamera(camera: THREE.PerspectiveCamera, bounds: Bounds, towards: THREE.Vector3): THREE.Vector3 {
-  const corners = Array.from({ length: 8 }, (_, i) => new THREE.Vector3(
-    i & 1 ? bounds.max[0] : bounds.min[0],
-    i & 2 ? bounds.max[1] : bounds.min[1],
-    i & 4 ? bounds.max[2] : bounds.min[2]));
-  const target = new THREE.Box3().setFromPoints(corners).getCenter(new THREE.Vector3());
+/** Share of the view's width that a label is given room for. */
+const widestLabel = 0.3;
+
+/** The near plane, as a share of the distance between camera and target. */
+const nearShare = 1 / 500;
+
+/** The depths of 24 bits are too coarse for the shading of depths when the planes lie farther from each other. */
+const mostFarToNear = 50_000;
+
+/** A label: a place, and a size in pixels, which does not depend on the distance. */
+export interface Label {
+  place: THREE.Vector3;
+  width: number;
+  height: number;
+}
+
+/** Of the picture, in pixels. */
+export interface ViewSize {
+  width: number;
+  height: number;
+  /** At the lower edge, where figures are written over it. */
+  covered: number;
+}
+
+export function cornersOf({ min, max }: Bounds): THREE.Vector3[] {
+  return Array.from({ length: 8 }, (_, i) => new THREE.Vector3(
+    i & 1 ? max[0] : min[0], i & 2 ? max[1] : min[1], i & 4 ? max[2] : min[2]));
+}
+
+/** The part of the view that points and labels fill, -1 to 1 in both directions. */
+function seenBox(camera: THREE.Camera, points: THREE.Vector3[], labels: Label[], view: ViewSize): THREE.Box3 {
+  const seen = new THREE.Box3().setFromPoints(points.map((point) => point.clone().project(camera)));
+  for (const { place, width, height } of labels) {
+    const at = place.clone().project(camera);
+    const half = new THREE.Vector3(Math.min(width / view.width, widestLabel), height / view.height, 0);
+    seen.expandByPoint(at.clone().sub(half)).expandByPoint(at.add(half));
+  }
+  seen.min.y -= (2 * view.covered) / view.height;
+  return seen;
+}
+
+/** Moves a camera, which looks along a direction, so that points and labels fill the view. Returns its new target. */
+export function fitCamera(
+  camera: THREE.PerspectiveCamera,
+  points: THREE.Vector3[],
+  labels: Label[],
+  view: ViewSize,
+  towards: THREE.Vector3,
+): THREE.Vector3 {
+  const box = new THREE.Box3().setFromPoints(points);
+  const target = box.getCenter(new THREE.Vector3());
   const direction = towards.clone().normalize();
-  let distance = new THREE.Box3().setFromPoints(corners).getSize(new THREE.Vector3()).length();
+  let distance = Math.max(box.getSize(new THREE.Vector3()).length(), 1e-6);
+  const tangent = Math.tan((camera.fov * Math.PI) / 360);
   // What is near appears larger, so that the middle of the box is not that of its picture.
   for (let i = 0; i < 12; ++i) {
     camera.position.copy(target).addScaledVector(direction, distance);
     camera.lookAt(target);
     camera.updateMatrixWorld();
-    const seen = new THREE.Box3().setFromPoints(corners.map((corner) => corner.clone().project(camera)));
-    const tangent = Math.tan((camera.fov * Math.PI) / 360);
+    const seen = seenBox(camera, points, labels, view);
     const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
     const up = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
     target.addScaledVector(right, 0.5 * (seen.min.x + seen.max.x) * tangent * camera.aspect * distance);
@@ -28,4 +72,17 @@ export function fitCamera(camera: THREE.PerspectiveCamera, bounds: Bounds, towar
     distance *= Math.min(2, Math.max(0.5, share * margin));
   }
   return target;
+}
+
+/** Near and far plane for what the camera looks at, and for all of the scene behind it. */
+export function placeClippingPlanes(camera: THREE.PerspectiveCamera, target: THREE.Vector3, bounds: Bounds | null): void {
+  const distance = camera.position.distanceTo(target);
+  const corners = bounds ? cornersOf(bounds) : [];
+  const farthest = corners.reduce((most, corner) => Math.max(most, corner.distanceTo(camera.position)), 0);
+  const far = Math.max(20 * distance, 2 * farthest, 1e-3);
+  const near = Math.max(nearShare * distance, far / mostFarToNear);
+  if (near === camera.near && far === camera.far) return;
+  camera.near = near;
+  camera.far = far;
+  camera.updateProjectionMatrix();
 }

@@ -44,13 +44,14 @@ export class IntensityAxis {
     return Math.min(this.max, Math.max(this.min, this.min + steps * this.step));
   }
 
-  /** Round numbers for labels. */
+  /** Intensities for labels, which voxels can have. */
   ticks(): number[] {
     if (this.max <= this.min) return [this.min];
-    if (!this.isLogarithmic) return [0, 0.25, 0.5, 0.75, 1].map((share) => this.intensityAt(share));
+    if (!this.isLogarithmic) return [...new Set([0, 0.25, 0.5, 0.75, 1].map((share) => this.rounded(this.intensityAt(share))))];
     const ticks = [this.min];
     let last = 0.08 - widthOfLabel;
-    for (let value = this.step; value <= this.max; value *= 4) {
+    for (let above = this.step; this.min + above <= this.max; above *= 4) {
+      const value = this.min + above;
       const share = this.shareOf(value);
       if (share >= 0.84 || share <= last + widthOfLabel) continue;
       ticks.push(value);

@@ -1,5 +1,6 @@
 import * as THREE from "three";
 
+import type { Label } from "./camera_fit";
 import { disposeAll, textSprite } from "./text_sprite";
 
 export interface SceneColours {
@@ -29,6 +30,9 @@ export function numbersOf(text: string | undefined, count: number): number[] | n
   const numbers = (text ?? "").split(/[,\s]+/).filter(Boolean).map(Number);
   return numbers.length === count && numbers.every(Number.isFinite) ? numbers : null;
 }
+
+/** Characters of a sensor's name that are drawn. */
+const longestName = 24;
 
 function lines(points: number[], colour: string, opacity = 1): THREE.LineSegments {
   const geometry = new THREE.BufferGeometry();
@@ -66,6 +70,21 @@ function gridStep(extent: number): number {
   return extent < 4 ? step : Math.max(1, step);
 }
 
+/** From this distance between lines on, they are labelled in kilometres. */
+const metresInKm = 500;
+
+/** Longer labels are too wide to be at each line. */
+const longestDense = 6;
+
+/** The end of a name, by which sensors differ. */
+function shortened(name: string): string {
+  return name.length > longestName ? `…${name.slice(1 - longestName)}` : name;
+}
+
+function distanceText(value: number, unit: string): string {
+  return `${Number(value.toPrecision(9))} ${unit}`;
+}
+
 /** Floor grid with labels, axes of the origin, sensors and crop box. */
 export class Surroundings {
   readonly grid = new THREE.Group();
@@ -73,20 +92,28 @@ export class Surroundings {
   readonly sensors = new THREE.Group();
   readonly cropBox = new THREE.Group();
   private sensorPlaces: number[][] = [];
+  private labelled = new THREE.Box3(); // where labels are worth a wider view
 
   addTo(scene: THREE.Scene): void {
     scene.add(this.grid, this.axes, this.sensors, this.cropBox);
   }
 
-  /** On narrow screens only few lines have labels. */
-  setGrid(bounds: Bounds, colours: SceneColours, isNarrow: boolean): void {
+  /** Of voxels with an edge and their centres in bounds. On narrow screens only few lines have labels. */
+  setGrid(bounds: Bounds, edge: number, colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.grid);
+    this.labelled.min.fromArray(bounds.min);
+    this.labelled.max.fromArray(bounds.max);
+    this.labelled.expandByVector(this.labelled.getSize(new THREE.Vector3()).multiplyScalar(0.6).addScalar(1));
     const extent = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1]);
     const step = gridStep(extent);
     const low = [0, 1].map((axis) => Math.floor(bounds.min[axis] / step) * step);
     const high = [0, 1].map((axis) => Math.ceil(bounds.max[axis] / step) * step);
     // The world's floor is at 0; clouds in a sensor's own coordinates have none.
-    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2];
+    const z = bounds.min[2] > -1 && bounds.min[2] < 1 ? 0 : bounds.min[2] - edge / 2;
+    const textOf = (at: number): string => (step < metresInKm ? distanceText(at, "m") : distanceText(at / 1000, "km"));
+    const longest = Math.max(...[...low, ...high].map((at) => textOf(at).length));
+    const isLong = longest > longestDense;
+    const every = isLong && isNarrow ? 10 : step < 1 || isNarrow || isLong ? 5 : 1;
     const thin: number[] = [];
     const strong: number[] = [];
     for (const axis of [0, 1]) {
@@ -101,15 +128,17 @@ export class Surroundings {
         to[other] = high[other];
         (Math.round(at / step) % 5 === 0 ? strong : thin).push(...from, ...to);
         const number = Math.round(at / step);
-        if (number !== 0 && number % (step < 1 || isNarrow ? 5 : 1) === 0)
-          this.addLabel(at, axis, low[other] - 0.35 * step, z, colours);
+        // In the corner long labels of both axes would lie on each other.
+        const isCorner = axis === 1 && i === 0 && Math.round(low[0] / step) % every === 0;
+        if (number !== 0 && number % every === 0 && !(isLong && isCorner))
+          this.addLabel(textOf(at), axis, at, low[other] - 0.35 * step, z, colours);
       }
     }
     this.grid.add(lines(thin, colours.grid), lines(strong, colours.gridStrong));
   }
 
-  private addLabel(at: number, axis: number, beside: number, z: number, colours: SceneColours): void {
-    const sprite = textSprite(`${Number(at.toPrecision(9))} m`, colours.label, colours.background, 11);
+  private addLabel(text: string, axis: number, at: number, beside: number, z: number, colours: SceneColours): void {
+    const sprite = textSprite(text, colours.label, colours.background, 11);
     sprite.position.set(axis === 0 ? at : beside, axis === 0 ? beside : at, z);
     this.grid.add(sprite);
   }
@@ -140,6 +169,16 @@ export class Surroundings {
     return { min, max };
   }
 
+  /** The labels that are drawn, for a view that has all of them in it. */
+  labels(): Label[] {
+    const box = this.labelled;
+    const shown = [this.grid, this.sensors].filter(({ visible }) => visible).flatMap(({ children }) => children);
+    return shown.flatMap(({ position, userData }) => {
+      const pixels = userData.pixels as [number, number] | undefined;
+      return pixels && box.containsPoint(position) ? [{ place: position.clone(), width: pixels[0], height: pixels[1] }] : [];
+    });
+  }
+
   setSensors(poses: SensorPose[], colours: SceneColours, isNarrow: boolean): void {
     disposeAll(this.sensors);
     this.sensorPlaces = poses.map(({ values }) => values.slice(0, 3));
@@ -160,7 +199,7 @@ export class Surroundings {
       sensor.add(new THREE.Mesh(face, glass));
       sensor.position.set(x, y, z);
       sensor.quaternion.set(qx, qy, qz, qw).normalize();
-      const label = textSprite(name, colours.label, colours.background, isNarrow ? 10 : 12);
+      const label = textSprite(shortened(name), colours.label, colours.background, isNarrow ? 10 : 12);
       label.position.set(x, y, z + 0.3);
       this.sensors.add(sensor, label);
     }

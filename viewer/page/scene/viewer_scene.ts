@@ -6,7 +6,7 @@ import { colourMaps, streamColour, texelsOf } from "./colour_maps";
 import type { ColourMapName } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
 import type { PickedVoxel } from "./drawn_voxels";
-import { fitCamera } from "./camera_fit";
+import { cornersOf, fitCamera, placeClippingPlanes } from "./camera_fit";
 import { DepthShading } from "./depth_shading";
 import type { IntensityAxis } from "./intensity_axis";
 import { Surroundings, boxEdges } from "./surroundings";
@@ -117,6 +117,7 @@ export class ViewerScene {
   private draw(): void {
     this.needsDrawing = false;
     scaleSprites(this.scene, this.canvas.clientHeight || 1, fieldOfView);
+    placeClippingPlanes(this.camera, this.controls.target, this.bounds);
     this.shading.draw(this.scene, this.camera);
     this.onDrawn();
   }
@@ -202,16 +203,20 @@ export class ViewerScene {
 
   private setGrid(): void {
     if (this.bounds && this.colours)
-      this.surroundings.setGrid(this.bounds, this.colours, this.isNarrow);
+      this.surroundings.setGrid(this.bounds, this.largestEdge(), this.colours, this.isNarrow);
   }
 
   get heightRange(): [number, number] {
     return [this.uniforms.heightRange.value.x, this.uniforms.heightRange.value.y];
   }
 
+  private largestEdge(): number {
+    return this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+  }
+
   /** A box of some voxels at least, as the camera cannot be fitted to the centre of a single one. */
   private boundsOfCubes({ min, max }: Bounds): Bounds {
-    const edge = this.layers.reduce((largest, layer) => Math.max(largest, layer.mesh.visible ? layer.edge : 0), 0);
+    const edge = this.largestEdge();
     const margins = min.map((low, axis) => Math.max(edge / 2, (5 * edge - (max[axis] - low)) / 2));
     return {
       min: [min[0] - margins[0], min[1] - margins[1], min[2] - margins[2]],
@@ -228,10 +233,10 @@ export class ViewerScene {
         ? this.camera.position.clone().sub(this.controls.target)
         : new THREE.Vector3(...directions[direction === "oblique" && this.camera.aspect < 0.8 ? "steep" : direction]);
     const camera = this.camera.clone();
-    camera.near = 0.001;
-    camera.far = 1e6;
-    camera.updateProjectionMatrix();
-    const target = fitCamera(camera, this.surroundings.withSensors(this.boundsOfCubes(this.bounds)), towards);
+    const { clientWidth, clientHeight } = this.canvas;
+    const view = { width: clientWidth || 1, height: clientHeight || 1, covered: this.isNarrow ? 46 : 26 };
+    const box = this.surroundings.withSensors(this.boundsOfCubes(this.bounds));
+    const target = fitCamera(camera, cornersOf(box), this.surroundings.labels(), view, towards);
     this.setCamera(camera.position, target);
   }
 
@@ -241,9 +246,11 @@ export class ViewerScene {
     this.isPlacedByUser = true;
   }
 
-  /** For another source the camera is placed anew. */
-  forgetUser(): void {
+  /** For another source the camera is placed anew, as soon as there are voxels. */
+  forgetView(): void {
     this.isPlacedByUser = false;
+    this.fitted = null;
+    this.bounds = null;
   }
 
   /** Fits all voxels into the view, unless the user has chosen one. */
@@ -254,10 +261,6 @@ export class ViewerScene {
   setCamera(position: THREE.Vector3, target: THREE.Vector3): void {
     this.camera.position.copy(position);
     this.controls.target.copy(target);
-    const distance = position.distanceTo(target);
-    this.camera.near = Math.max(0.01, distance / 500);
-    this.camera.far = Math.max(200, distance * 20);
-    this.camera.updateProjectionMatrix();
     this.controls.update();
     this.requestDrawing();
   }

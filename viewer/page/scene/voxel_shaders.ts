@@ -39,6 +39,8 @@ vec3 colourOf(bool isNoise) {
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
 }
 
+const float leastPixels = 2.0;
+
 void main() {
   bool isNoise = paint.a > 0.5 || (hasIntensities && quantities.x < threshold);
   place = corner.xy;
@@ -54,6 +56,7 @@ void main() {
   float size = isNoise ? 0.6 * halfEdge : halfEdge;
   vec4 middle = projectionMatrix * (modelViewMatrix * vec4(centre, 1.0));
   pixels = projectionMatrix[1][1] * viewport.y * size / max(middle.w, 1e-6);
+  size *= max(1.0, leastPixels / max(pixels, 1e-6)); // or far voxels would fall between pixels
   if (corner.z > 2.5) {
     float diameter = max(pixels, 2.5);
     gl_Position = middle + vec4(corner.xy * diameter / viewport * middle.w, 0.0, 0.0);

@@ -3,7 +3,7 @@ import type { OpenFile } from "../decoding/messages";
 
 /** What the page shows: files of a recording, or a live source. */
 export type Source =
-  | { kind: "recording"; name: string; files: OpenFile[] }
+  | { kind: "recording"; name: string; files: OpenFile[]; leftOut: string[] }
   | { kind: "live"; name: string; socket: string };
 
 interface ServedSource {
@@ -28,7 +28,7 @@ function embeddedRecording(): Source | null {
   if (!element) return null;
   const name = element.dataset.name ?? "recording";
   try {
-    return { kind: "recording", name, files: [{ name, bytes: bytesOfBase64(element.textContent ?? "") }] };
+    return { kind: "recording", name, files: [{ name, bytes: bytesOfBase64(element.textContent ?? "") }], leftOut: [] };
   } catch {
     throw new SourceError("The recording in this page is damaged. Save the page again, or open the recording itself.");
   }
@@ -63,6 +63,7 @@ async function servedSource(): Promise<Source | null> {
       name: String(file.name),
       url: new URL(String(file.url), location.href).href,
     })),
+    leftOut: [],
   };
 }
 
@@ -78,7 +79,7 @@ export async function chooseSource(): Promise<Source | null> {
     } catch {
       throw new SourceError(`“${file}” is no address of a file.`);
     }
-    return { kind: "recording", name: nameOfUrl(url), files: [{ name: nameOfUrl(url), url: url.href }] };
+    return { kind: "recording", name: nameOfUrl(url), files: [{ name: nameOfUrl(url), url: url.href }], leftOut: [] };
   }
   return /^https?:$/.test(location.protocol) ? servedSource() : null;
 }
@@ -88,12 +89,34 @@ function numberOf(name: string): number {
   return Number(/_(\d+)\.mcap$/.exec(name)?.[1] ?? -1);
 }
 
-/** Files that the user chose or dropped: one recording, also if it is a folder with several files. */
+/** Names of which no two are the same, as those of files from different folders may be. */
+function distinctNames(names: readonly string[]): string[] {
+  const taken = new Set<string>();
+  return names.map((name) => {
+    let result = name;
+    for (let use = 2; taken.has(result); ++use) result = name.replace(/(\.[^.]*)?$/, (ending) => ` (${use})${ending}`);
+    taken.add(result);
+    return result;
+  });
+}
+
+/** What belongs to a folder of recordings, but is none. */
+function isBeside(file: File): boolean {
+  return /^\.|\.(ya?ml|md|txt|json|sha\d*|md5)$/i.test(file.name);
+}
+
+/** Files that the user chose or dropped: a recording in .mcap files, or files of frames, each with a stream. */
 export function sourceOfFiles(files: readonly File[]): Source {
-  const mcap = files.filter((file) => file.name.endsWith(".mcap"));
-  const chosen = mcap.length > 0 && mcap.length < files.length ? mcap : [...files];
+  const mcap = files.filter((file) => /\.mcap$/i.test(file.name));
+  const others = files.filter((file) => !mcap.includes(file));
+  const frames = others.filter((file) => !isBeside(file));
+  const chosen = mcap.length > 0 ? mcap : frames.length > 0 ? frames : others;
   chosen.sort((a, b) => numberOf(a.name) - numberOf(b.name) || a.name.localeCompare(b.name));
-  if (chosen.length > 1 && mcap.length === 0) chosen.length = 1; // files of frames have one stream each
-  const name = chosen.length > 1 ? `${chosen[0].name} and ${chosen.length - 1} more` : chosen[0].name;
-  return { kind: "recording", name, files: chosen.map((blob) => ({ name: blob.name, blob })) };
+  const names = distinctNames(chosen.map((file) => file.name));
+  return {
+    kind: "recording",
+    name: names.length > 1 ? `${names[0]} and ${names.length - 1} more` : names[0],
+    files: chosen.map((blob, i) => ({ name: names[i], blob })),
+    leftOut: mcap.length > 0 ? frames.map((file) => file.name) : [],
+  };
 }

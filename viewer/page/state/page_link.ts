@@ -29,14 +29,12 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
 /** The value in a link; undefined if it is none. */
 function parse(key: LinkedKey, text: string): unknown {
   const initial = initialState[key];
-  if (Array.isArray(initial)) return text.split(",").filter((name) => name !== "");
   if (typeof initial === "boolean") return text === "1" ? true : text === "0" ? false : undefined;
   if (typeof initial === "number") return Number.isFinite(Number(text)) ? Number(text) : undefined;
   return choices[key]?.includes(text) ? text : undefined;
 }
 
 function format(value: unknown): string {
-  if (Array.isArray(value)) return value.join(",");
   return typeof value === "boolean" ? (value ? "1" : "0") : String(value);
 }
 
@@ -46,12 +44,18 @@ export interface LinkedView {
   time: number | null;
 }
 
+/** The state of what a link may say, where it says nothing. */
+export function unlinkedState(): Partial<ViewerState> {
+  return Object.fromEntries(Object.keys(shortNames).map((key) => [key, initialState[key as LinkedKey]]));
+}
+
 export function readLink(hash: string): { state: Partial<ViewerState>; view: LinkedView } {
   const link = new URLSearchParams(hash.replace(/^#/, ""));
   const state: Record<string, unknown> = {};
   for (const [key, name] of Object.entries(shortNames)) {
     const text = link.get(name);
-    const value = text === null ? undefined : parse(key as LinkedKey, text);
+    const isList = Array.isArray(initialState[key as LinkedKey]);
+    const value = text === null ? undefined : isList ? link.getAll(name).filter(Boolean) : parse(key as LinkedKey, text);
     if (value !== undefined) state[key] = value;
   }
   const camera = (link.get("camera") ?? "").split(",").map(Number);
@@ -65,13 +69,37 @@ export function readLink(hash: string): { state: Partial<ViewerState>; view: Lin
   };
 }
 
+/** Position and target of a camera, to a ten-thousandth of the distance between them. */
+function rounded(camera: number[]): number[] {
+  const distance = Math.hypot(...[0, 1, 2].map((axis) => camera[axis] - camera[axis + 3]));
+  const digits = Math.min(12, Math.max(0, Math.ceil(4 - Math.log10(distance || 1e-9))));
+  return camera.map((value) => Number(value.toFixed(digits)));
+}
+
 export function writeLink(state: ViewerState, view: LinkedView): string {
   const link = new URLSearchParams();
-  for (const key of Object.keys(shortNames) as LinkedKey[])
-    if (format(state[key]) !== format(initialState[key])) link.set(shortNames[key], format(state[key]));
-  if (view.time !== null) link.set("time", view.time.toFixed(3));
-  if (view.camera) link.set("camera", view.camera.map((value) => value.toFixed(3)).join(","));
+  for (const key of Object.keys(shortNames) as LinkedKey[]) {
+    const value = state[key];
+    // A list has its parameter once for each entry, as entries may contain commas.
+    if (Array.isArray(value)) for (const entry of value) link.append(shortNames[key], entry);
+    else if (value !== initialState[key]) link.set(shortNames[key], format(value));
+  }
+  // Rounded up, as the frame of a time is the last one that is not after it.
+  if (view.time !== null) link.set("time", String(Math.ceil(view.time * 1e6 - 1e-4) / 1e6));
+  if (view.camera) link.set("camera", rounded(view.camera).join(","));
   return "#" + link.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
+}
+
+/** Takes the file out of the address, as another one is shown. */
+export function forgetLinkedFile(): void {
+  const address = new URL(location.href);
+  if (!address.searchParams.has("file")) return;
+  address.searchParams.delete("file");
+  try {
+    history.replaceState(null, "", address);
+  } catch {
+    // As below.
+  }
 }
 
 /** Keeps the page's address up to date, so that it can be sent. */

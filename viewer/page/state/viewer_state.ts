@@ -28,6 +28,7 @@ export interface ViewerState {
   name: string;
   isConnected: boolean; // live
   hasEnded: boolean; // live: no frames will follow
+  isFrozen: boolean; // live: frames come, but the picture stays
   indexedShare: number;
   // Panels.
   showsHelp: boolean;
@@ -54,6 +55,7 @@ export const initialState: ViewerState = {
   name: "",
   isConnected: false,
   hasEnded: false,
+  isFrozen: false,
   indexedShare: 0,
   showsHelp: false,
   showsPanel: false,

@@ -1,7 +1,14 @@
+import { formatBytes, formatBytesPerSecond } from "../controls/number_format";
 import { lastNotAbove } from "./frame_index";
 import type { FrameIndex } from "./frame_index";
 
 const seconds = 1;
+
+/** A rate in words; a single frame has none, but a size. */
+export function rateText(index: FrameIndex, bytesPerSecond: number): string {
+  if (index.moments.length > 1) return formatBytesPerSecond(bytesPerSecond);
+  return formatBytes(bytesPerSecond * index.interval());
+}
 
 /** Bytes a second of all streams around a moment. */
 export function bytesPerSecondAt(index: FrameIndex, moment: number, isLive: boolean): number {

@@ -36,6 +36,8 @@ export class FrameIndex {
     this.streams = [];
     this.moments = [];
     this.hasTimes = true;
+    this.isStale = false;
+    this.usualInterval = 0.1;
   }
 
   add(batch: FrameBatch): void {

@@ -69,6 +69,8 @@ export function drawPlot(
   // Columns are not narrower than a frame's time, or most of them would be empty.
   const count = Math.max(2, Math.min(Math.floor(width / 2), Math.round(length / interval) + 1));
   const columns = columnsOf(index, span, count);
+  // All that is known of a single frame's time is that it lasts.
+  if (span.to <= span.from) columns.fill(columns[0]);
   const secondsOfColumn = count > 1 ? length / (count - 1) : length;
   const rates = columns.map((column) => column.bytes / secondsOfColumn);
   const streams = Math.max(1, index.streams.length);
@@ -105,7 +107,7 @@ export function drawPlot(
       context.fillStyle = colours.lost;
       context.fillRect(x(i) - wide / 2, height - marksHeight, wide, marksHeight);
     }
-    if (column.isIFrame) {
+    if (column.isIFrame && (i === 0 || span.to > span.from)) {
       context.fillStyle = colours.iFrame;
       context.fillRect(Math.min(width - 2, Math.max(0, x(i) - 1)), height - marksHeight, 2, marksHeight);
     }

@@ -1,6 +1,7 @@
 import { button, element, icon } from "../controls/dom";
-import { formatBytesPerSecond, formatCount, formatDate, formatSeconds } from "../controls/number_format";
+import { formatCounted, formatDate, formatSeconds } from "../controls/number_format";
 import type { ViewerStore } from "../state/viewer_state";
+import { rateText } from "./byte_rate";
 import type { FrameIndex } from "./frame_index";
 import { drawPlot } from "./timeline_plot";
 import type { TimeSpan } from "./timeline_plot";
@@ -62,9 +63,9 @@ export class TimelineView {
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.track);
     store.subscribe((changed) => {
-      if (changed.has("isPlaying")) this.showPlaying();
+      if (changed.has("isPlaying") || changed.has("isFrozen") || changed.has("source")) this.showPlaying();
       if (changed.has("speed")) this.speed.value = String(store.get().speed);
-      if (changed.has("moment") || changed.has("source") || changed.has("isConnected") || changed.has("hasEnded")) this.showTime();
+      if ((["moment", "source", "isConnected", "hasEnded", "isFrozen"] as const).some((key) => changed.has(key))) this.showTime();
       if (changed.has("source") || changed.has("theme")) this.requestDraw();
     });
   }
@@ -113,19 +114,20 @@ export class TimelineView {
   }
 
   private showPlaying(): void {
-    const { isPlaying } = this.store.get();
+    const { source, isFrozen } = this.store.get();
+    const isPlaying = source === "live" ? !isFrozen : this.store.get().isPlaying;
     this.play.replaceChildren(icon(isPlaying ? "pause" : "play"));
     this.play.setAttribute("aria-label", isPlaying ? "Pause" : "Play");
     this.play.title = isPlaying ? "Pause (Space)" : "Play (Space)";
   }
 
   private showTime(): void {
-    const { moment, source, isConnected, hasEnded } = this.store.get();
+    const { moment, source, isConnected, hasEnded, isFrozen } = this.store.get();
     const isLive = source === "live";
     this.root.classList.toggle("is-live", isLive);
     this.root.classList.toggle("is-empty", source === "none" || source === "opening");
-    this.live.textContent = !isLive ? "" : hasEnded ? "Ended" : isConnected ? "Live" : "Waiting";
-    this.live.classList.toggle("is-connected", isConnected && !hasEnded);
+    this.live.textContent = !isLive ? "" : isFrozen ? "Paused" : hasEnded ? "Ended" : isConnected ? "Live" : "Waiting";
+    this.live.classList.toggle("is-connected", isConnected && !hasEnded && !isFrozen);
     const moments = this.index.moments;
     const time = moments[moment] ?? 0;
     const start = moments[0] ?? 0;
@@ -177,6 +179,6 @@ export class TimelineView {
       lost: colour("--danger"),
     });
     this.scale.textContent =
-      `up to ${formatBytesPerSecond(scale.bytesPerSecond)} and ${formatCount(scale.voxels)} voxels`;
+      `up to ${rateText(this.index, scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
   }
 }

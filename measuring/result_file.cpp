@@ -1,10 +1,10 @@
-#include "result_file.h"
+#include "measuring/result_file.h"
 
 #include <iostream>
 #include <stdexcept>
 
 namespace pcl_ext {
-namespace report {
+namespace measuring {
 
 ResultFile::ResultFile(const std::string& path)
 : path_(path.empty() ? "standard output" : path)
@@ -31,7 +31,7 @@ ResultFile::addLine(const Subject& subject,
 void
 ResultFile::add(const Subject& subject,
                 const std::string& quantity,
-                const measuring::MeanAndDeviation& samples)
+                const MeanAndDeviation& samples)
 {
   addLine(subject, quantity, samples.mean(), samples.deviation(), samples.count());
 }
@@ -53,5 +53,5 @@ ResultFile::close()
     throw std::runtime_error("could not write all of '" + path_ + "'");
 }
 
-} // namespace report
+} // namespace measuring
 } // namespace pcl_ext

@@ -10,7 +10,7 @@
 #include <string>
 
 namespace pcl_ext {
-namespace report {
+namespace measuring {
 
 /** \brief What a result is of. Names have no comma and no line end. */
 struct Subject {
@@ -33,7 +33,7 @@ public:
   void
   add(const Subject& subject,
       const std::string& quantity,
-      const measuring::MeanAndDeviation& samples);
+      const MeanAndDeviation& samples);
 
   /** \brief A quantity without a deviation.
    * \param[in] samples frames that it is of, all together
@@ -64,5 +64,5 @@ private:
       output_; ///< to the file, or to standard output; bad if it cannot be written
 };
 
-} // namespace report
+} // namespace measuring
 } // namespace pcl_ext

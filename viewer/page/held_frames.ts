@@ -1,0 +1,24 @@
+import type { ShownFrame } from "./decoding/messages";
+
+/** The newest frame of each stream, while the picture of a live source is frozen. */
+export class HeldFrames {
+  private readonly frames = new Map<number, ShownFrame>();
+
+  constructor(private readonly recycle: (buffer: ArrayBuffer) => void) {}
+
+  hold(frame: ShownFrame): void {
+    const before = this.frames.get(frame.stream)?.voxels;
+    if (before) this.recycle(before.buffer);
+    this.frames.set(frame.stream, frame);
+  }
+
+  takeAll(): ShownFrame[] {
+    const frames = [...this.frames.values()];
+    this.frames.clear();
+    return frames;
+  }
+
+  clear(): void {
+    for (const { voxels } of this.takeAll()) if (voxels) this.recycle(voxels.buffer);
+  }
+}

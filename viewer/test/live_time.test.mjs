@@ -1,0 +1,81 @@
+// The time of live sources: stamps that begin again, and a picture that is kept.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+
+import { drawnVoxels, keyOf, openViewer, startBrowser, stopBrowser } from "./support/browser.mjs";
+import { cellRecording, decodedByProgram, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
+import { framesOf, serveLive } from "./support/servers.mjs";
+
+before(startBrowser);
+after(stopBrowser);
+
+const { streams, frames } = framesOf(cellRecording());
+const decoded = decodedByProgram(cellRecording());
+const page = readFileSync(pagePath);
+const perFrame = streams.length;
+
+async function liveViewer(sources = streams) {
+  const server = await serveLive(page, sources);
+  const viewer = await openViewer({ url: server.url });
+  for (let i = 0; i < 600 && server.viewers() === 0; ++i) await new Promise((resolve) => setTimeout(resolve, 50));
+  const finish = async () => {
+    await viewer.finish();
+    await server.close();
+  };
+  return { server, viewer, finish };
+}
+
+/** Waits until a frame is shown, by its number of voxels; the page tells numbers, but they begin anew. */
+async function untilVoxels(viewer, stream, count) {
+  await viewer.until(([i, voxels]) => window.pclExtViewer.streams()[i]?.voxels === voxels, [stream, count]);
+}
+
+test("stamps that begin again begin the time line again, and small steps back do not", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  const send = (first, last, seconds) => {
+    for (const frame of frames.slice(first * perFrame, last * perFrame))
+      server.send({ ...frame, time: frame.time + BigInt(Math.round(1e9 * seconds)) });
+  };
+  send(0, 10, 100);
+  send(10, 12, 99.5); // half a second back
+  await viewer.until(() => window.pclExtViewer.moments() === 10);
+  await untilVoxels(viewer, 0, decoded[0][11].length);
+  await viewer.evaluate(() => window.pclExtViewer.set({ colourBy: "age" }));
+  send(0, 6, 0);
+  await viewer.until(() => window.pclExtViewer.moments() === 6);
+  await viewer.locator(".time b", { hasText: "0.25 s" }).waitFor();
+  for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][5].map(keyOf).sort());
+  await finish();
+});
+
+test("a source that begins again with other intensities has an axis for them", async () => {
+  const law = { intensity_law: "quadratic" };
+  const other = pathInFolder("other");
+  pclExt("demo", "-n", 2, "--sensors", 2, "--law", "quadratic", "-o", other, "-q");
+  const { server, viewer, finish } = await liveViewer();
+  for (const frame of frames.slice(0, 2 * perFrame)) server.send(frame);
+  const ticks = () => viewer.locator(".threshold .ticks").innerText();
+  await viewer.until(() => document.querySelector(".threshold .ticks").textContent !== "");
+  const before = await ticks();
+  const changed = framesOf(`${other}/cell.mcap`);
+  server.sendText({ type: "streams", streams: streams.map((stream) => ({ ...stream, metadata: law })) });
+  for (const frame of changed.frames) server.send(frame);
+  await viewer.until((old) => document.querySelector(".threshold .ticks").innerText !== old, before);
+  await finish();
+});
+
+test("Space keeps the picture of a live source, and goes on with the newest frame", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  for (const frame of frames.slice(0, 3 * perFrame)) server.send(frame);
+  await untilVoxels(viewer, 1, decoded[1][2].length);
+  await viewer.keyboard.press("Space");
+  assert.equal(await viewer.locator(".live-badge").innerText(), "Paused");
+  for (const frame of frames.slice(3 * perFrame, 9 * perFrame)) server.send(frame);
+  await viewer.until(() => window.pclExtViewer.moments() === 9);
+  for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][2].map(keyOf).sort());
+  await viewer.getByRole("button", { name: "Play" }).click();
+  assert.equal(await viewer.locator(".live-badge").innerText(), "Live");
+  for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][8].map(keyOf).sort());
+  await finish();
+});
