@@ -30,16 +30,18 @@ struct Point {
 using Points = std::vector<Point>;
 
 PointView
-viewOf(const Point* points, std::size_t count)
+viewOf(const Points& points)
 {
+  static const Point none{};
+  const Point& first = points.empty() ? none : points.front();
   PointView view;
-  view.coordinates = points->place.data();
+  view.coordinates = first.place.data();
   view.coordinate_stride = sizeof(Point) / sizeof(float);
-  view.intensities = &points->intensity;
+  view.intensities = &first.intensity;
   view.intensity_stride = view.coordinate_stride;
-  view.colours = &points->colour;
+  view.colours = &first.colour;
   view.colour_stride = sizeof(Point);
-  view.count = count;
+  view.count = points.size();
   return view;
 }
 
@@ -81,7 +83,7 @@ public:
     slice_.assign(points_.begin() + static_cast<std::ptrdiff_t>(next_),
                   points_.begin() + static_cast<std::ptrdiff_t>(next_ + count));
     next_ += count;
-    points = viewOf(slice_.data(), count);
+    points = viewOf(slice_);
     points.count_behind_sensor = count / 2;
     behind_sensor += count / 2;
     return count > 0;
@@ -135,8 +137,8 @@ TEST(PointBatches, GiveTheFramesOfTheWholeClouds)
     SCOPED_TRACE(i);
     Slices slices(clouds[i]);
     const bool may_refit = i % 3 == 0;
-    const VoxelizationStatistics whole = of_clouds.voxelize(
-        viewOf(clouds[i].data(), clouds[i].size()), may_refit, expected);
+    const VoxelizationStatistics whole =
+        of_clouds.voxelize(viewOf(clouds[i]), may_refit, expected);
     const VoxelizationStatistics sliced = of_batches.voxelize(slices, may_refit, frame);
     EXPECT_TRUE(frame.grid == expected.grid);
     ASSERT_EQ(frame.keys, expected.keys);
