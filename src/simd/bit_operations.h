@@ -75,12 +75,13 @@ highestBit(std::uint32_t bits)
   return bitCount(bits >> 1);
 }
 
-template <std::uint32_t limit>
+template <class Pointer>
 inline void
-replaceIfBelow(std::uint32_t& number,
+replaceIfBelow(std::uint32_t limit,
+               std::uint32_t& number,
                std::uint32_t other_number,
-               const std::uint8_t*& pointer,
-               const std::uint8_t* other_pointer)
+               Pointer& pointer,
+               Pointer other_pointer)
 {
   const bool is_below = number < limit;
   pointer = is_below ? other_pointer : pointer;
@@ -135,29 +136,30 @@ highestBit(std::uint32_t bits)
 
 /** \brief Replaces a number and a pointer by others if the number is below a limit,
  * without a branch (doc/implementation_notes.md, "Conditional moves"). */
-template <std::uint32_t limit>
+template <class Pointer>
 PCL_EXT_ALWAYS_INLINE void
-replaceIfBelow(std::uint32_t& number,
+replaceIfBelow(std::uint32_t limit,
+               std::uint32_t& number,
                std::uint32_t other_number,
-               const std::uint8_t*& pointer,
-               const std::uint8_t* other_pointer)
+               Pointer& pointer,
+               Pointer other_pointer)
 {
 #if defined(__GNUC__) && defined(__x86_64__)
   // Copies, as an object with members as operands would stay in memory.
   std::uint32_t local_number = number;
-  const std::uint8_t* local_pointer = pointer;
+  Pointer local_pointer = pointer;
   asm("cmp %[limit], %[number]\n\t"
       "cmovb %[other_pointer], %[pointer]\n\t"
       "cmovb %[other_number], %[number]"
       : [number] "+&r"(local_number), [pointer] "+&r"(local_pointer)
       : [other_pointer] "r"(other_pointer),
         [other_number] "r"(other_number),
-        [limit] "i"(limit)
+        [limit] "ri"(limit)
       : "cc");
   number = local_number;
   pointer = local_pointer;
 #else
-  portable::replaceIfBelow<limit>(number, other_number, pointer, other_pointer);
+  portable::replaceIfBelow(limit, number, other_number, pointer, other_pointer);
 #endif
 }
 

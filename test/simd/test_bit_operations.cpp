@@ -55,21 +55,34 @@ TEST(BitOperations, BuiltinsAgreeWithPortableCode)
 
 TEST(BitOperations, ReplacesBelowALimitOnly)
 {
-  constexpr std::uint32_t limit = 1u << 15;
   const std::uint8_t bytes[2] = {};
-  for (const std::uint32_t number :
-       {0u, 1u, limit - 1, limit, limit + 1, 0x7fffffffu, 0x80000000u, 0xffffffffu}) {
+  const auto expect_replaced_below = [&bytes](std::uint32_t limit,
+                                              std::uint32_t number) {
     std::uint32_t native = number;
     std::uint32_t plain = number;
     const std::uint8_t* native_pointer = bytes;
     const std::uint8_t* plain_pointer = bytes;
-    replaceIfBelow<limit>(native, 7, native_pointer, bytes + 1);
-    portable::replaceIfBelow<limit>(plain, 7, plain_pointer, bytes + 1);
+    replaceIfBelow(limit, native, 7, native_pointer, bytes + 1);
+    portable::replaceIfBelow(limit, plain, 7, plain_pointer, bytes + 1);
     EXPECT_EQ(native, number < limit ? 7 : number);
     EXPECT_EQ(native_pointer, number < limit ? bytes + 1 : bytes);
     EXPECT_EQ(plain, native);
     EXPECT_EQ(plain_pointer, native_pointer);
-  }
+  };
+  // Two lists, as a constant limit is another operand than a variable one.
+  constexpr std::uint32_t constant = 1u << 15;
+  for (const std::uint32_t number : {0u,
+                                     1u,
+                                     constant - 1,
+                                     constant,
+                                     constant + 1,
+                                     0x7fffffffu,
+                                     0x80000000u,
+                                     0xffffffffu})
+    expect_replaced_below(constant, number);
+  for (const std::uint32_t limit : {8u, 4095u << 3, 0x80000000u, 0xffffffffu})
+    for (const std::uint32_t number : {0u, limit - 1, limit, limit + 1, 0xffffffffu})
+      expect_replaced_below(limit, number);
 }
 
 TEST(BitOperations, IsNotZero)

@@ -1,5 +1,7 @@
 #include "codec/fast/entropy_coder.h"
 
+#include "simd/bit_operations.h"
+
 #include <algorithm>
 #include <array>
 
@@ -39,10 +41,12 @@ pushed(std::uint32_t state, std::uint32_t range, std::uint16_t*& words)
   const std::uint32_t start = range & 0xffff;
   const std::uint32_t width = range >> 16;
   // Without a branch: the word is written in any case, and overwritten if not needed.
-  const std::uint32_t is_full = 1u - ((state - (width << 19)) >> 31);
   words[-1] = static_cast<std::uint16_t>(state);
-  words -= is_full;
-  state >>= 16 * is_full;
+  std::uint32_t high = state >> 16;
+  std::uint16_t* next_word = words - 1;
+  replaceIfBelow(width << 3, high, state, next_word, words);
+  state = high;
+  words = next_word;
   const auto quotient =
       static_cast<std::uint32_t>(state * reciprocals[width] >> reciprocal_bits);
   return state + start + quotient * (probability_one - width);

@@ -311,7 +311,7 @@ private:
     std::uint32_t state =
         range.width * (first_ >> probability_bits) + slot() - range.start;
     const auto word = static_cast<std::uint32_t>(next_[0] | next_[1] << 8);
-    replaceIfBelow<lowest_state>(state, state << 16 | word, next_, next_ + 2);
+    replaceIfBelow(lowest_state, state, state << 16 | word, next_, next_ + 2);
     if (is_single_) {
       first_ = state;
       return;

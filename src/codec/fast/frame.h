@@ -38,6 +38,7 @@ struct Frame {
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
   std::vector<std::uint32_t> numbers; ///< block numbers in the history
+  std::vector<std::uint32_t> octants; ///< of the blocks, see octant_list.h
   std::vector<VoxelPlace> places;     ///< of the voxels, in Morton order
 
   /** \brief Makes room for blocks. */

@@ -76,14 +76,13 @@ Intensities::codeRunning(Coder& coder_now,
   coder_now.reserve(4 * count_);
   Coder coder = coder_now;
   const VoxelPlace* const places = places_;
-  std::uint16_t running = symbol_statistics::first(2);
+  symbol_statistics::Running running(2);
   for (std::size_t i = 0; i < count_; ++i) {
-    const unsigned int lowest = symbol_statistics::tables.lowestBin(running);
+    const unsigned int lowest = running.lowestBin();
     unsigned int value = Coder::is_decoder ? 0u : symbols[i];
     unsigned int bin = Coder::is_decoder ? 0 : binOf(value);
-    const unsigned int symbol =
-        coder.code(models.running_symbol[symbol_statistics::tables.contextOf(running)],
-                   std::min(bin - lowest, escape));
+    const unsigned int symbol = coder.code(models.running_symbol[running.contextOf()],
+                                           std::min(bin - lowest, escape));
     bin = lowest + symbol;
     if (((symbol + 1) | bin) >> 4 != 0) {
       // By a copy, so that the coder itself stays in registers.
@@ -98,7 +97,7 @@ Intensities::codeRunning(Coder& coder_now,
       value = bin;
     }
     statistics[places[i]] = symbol_statistics::first(bin);
-    running = symbol_statistics::next(running, bin);
+    running.add(bin);
     if constexpr (Coder::is_decoder)
       symbols[i] = static_cast<std::uint16_t>(value);
     if (coder.isOverrun())

@@ -5,6 +5,7 @@
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 
+#include <algorithm>
 #include <array>
 
 namespace pcl_ext {
@@ -100,6 +101,9 @@ NewVoxels::codeOctants(Coder& coder,
   coder.reserve(count);
   ensureSize(contexts_, count);
   ensureSize(frame.octant_symbols, count);
+  ensureSize(frame.renewed_blocks, count + 1);
+  if (!Coder::is_decoder)
+    chooseOctants(before, frame);
   // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
@@ -110,37 +114,57 @@ NewVoxels::codeOctants(Coder& coder,
   const std::uint16_t* const all_statistics = statistics.data();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[i];
-    std::uint64_t known_occupied = occupied[number];
-    if (!Coder::is_decoder) {
-      const std::uint64_t known = all_known[number];
-      const unsigned int octants = occupiedOctants(known_occupied & ~known);
-      known_occupied &= known;
-      // Without a branch: about every third block has new voxels.
-      const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
-      const unsigned int place =
-          placeOf(occupiedOctants(known_occupied), 0xff, octants);
-      const unsigned int symbol =
-          ((1 + place) & (0 - is_single)) | (several_octants & (is_single - 1));
-      symbols[i] = static_cast<std::uint8_t>(
-          symbol & (0u - static_cast<unsigned int>(octants != 0)));
-    }
+    const std::uint64_t known_occupied =
+        Coder::is_decoder ? occupied[number] : occupied[number] & all_known[number];
     contexts[i] =
         static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
   }
   // Prefetches the statistics that the intensities need (doc/implementation_notes.md,
   // "Prefetching").
-  return coder.codeRow(
-      models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
-        return statisticsLines(all_statistics, numbers[i], occupied[numbers[i]]);
-      });
+  if (!coder.codeRow(
+          models.octant.data(), contexts, symbols, count, [=](std::size_t i) {
+            return statisticsLines(all_statistics, numbers[i], occupied[numbers[i]]);
+          }))
+    return false;
+  if (Coder::is_decoder)
+    collectRenewedBlocks(before, frame);
+  return true;
 }
 
-/** \brief Lists the blocks with new voxels. */
+/** \brief For an encoder: lists the blocks with new voxels, and chooses the symbols of all
+ * blocks. */
+void
+NewVoxels::chooseOctants(const History& before, Frame& frame)
+{
+  const std::size_t count = before.keys.size();
+  const std::uint32_t* const numbers = before.numbers.data();
+  const std::uint64_t* const known = before.known.data();
+  const std::uint64_t* const occupied = frame.occupied.data();
+  std::uint8_t* const symbols = frame.octant_symbols.data();
+  std::uint32_t* const renewed = frame.renewed_blocks.data();
+  std::size_t renewed_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    renewed[renewed_count] = static_cast<std::uint32_t>(i);
+    renewed_count += isNotZero(occupied[numbers[i]] & ~known[numbers[i]]);
+  }
+  std::fill_n(symbols, count, std::uint8_t{0});
+  for (std::size_t i = 0; i < renewed_count; ++i) {
+    const std::uint32_t number = numbers[renewed[i]];
+    const unsigned int octants = occupiedOctants(occupied[number] & ~known[number]);
+    const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
+    const unsigned int place =
+        placeOf(occupiedOctants(occupied[number] & known[number]), 0xff, octants);
+    symbols[renewed[i]] = static_cast<std::uint8_t>(
+        ((1 + place) & (0 - is_single)) | (several_octants & (is_single - 1)));
+  }
+  frame.renewed_count = renewed_count;
+}
+
+/** \brief For a decoder: lists the blocks with new voxels. */
 void
 NewVoxels::collectRenewedBlocks(const History& before, Frame& frame)
 {
   const std::size_t count = before.keys.size();
-  ensureSize(frame.renewed_blocks, count + 1);
   const std::uint8_t* const symbols = frame.octant_symbols.data();
   std::uint32_t* block = frame.renewed_blocks.data();
   for (std::size_t i = 0; i < count; ++i) {
@@ -157,7 +181,6 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
                            const History& before,
                            Frame& frame)
 {
-  collectRenewedBlocks(before, frame);
   const std::size_t count = frame.renewed_count;
   coder_now.reserve(2 * count);
   Coder coder = coder_now;

@@ -44,6 +44,9 @@ private:
               Frame& frame);
 
   static void
+  chooseOctants(const History& before, Frame& frame);
+
+  static void
   collectRenewedBlocks(const History& before, Frame& frame);
 
   template <class Coder>

@@ -2,8 +2,8 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
-#include "codec/fast/cell_list.h"
 #include "codec/fast/entropy_coder.h"
+#include "codec/fast/octant_list.h"
 
 #include <algorithm>
 
@@ -21,29 +21,32 @@ template <bool with_keys>
 void
 expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
 {
-  ensureSize(frame.places, frame.voxel_count + 8);
+  const std::size_t count = frame.block_count;
+  const std::uint64_t* const masks = frame.masks.data();
+  ensureSize(frame.octants, frame.voxel_count + list_excess);
+  std::uint32_t* const octants = frame.octants.data();
+  std::uint32_t* end = octants;
+  for (std::size_t i = 0; i < count; ++i)
+    end = appendOctants(static_cast<std::uint32_t>(i), masks[i], end);
+  ensureSize(frame.places, frame.voxel_count + list_excess);
   VoxelPlace* place = frame.places.data();
   std::uint64_t* key = nullptr;
   if constexpr (with_keys) {
-    keys->resize(frame.voxel_count + 8);
+    keys->resize(frame.voxel_count + list_excess);
     key = keys->data();
   }
-  const std::size_t count = frame.block_count;
   const std::uint64_t* const block_keys = frame.keys.data();
-  const std::uint64_t* const masks = frame.masks.data();
   const std::uint32_t* const numbers = frame.numbers.data();
-  CellList list;
-  for (std::size_t i = 0; i < count; ++i) {
-    const unsigned int cells = list.assign(masks[i]);
-    // Eight at a time, as such a loop is predicted better; the excess is overwritten.
-    for (unsigned int done = 0; done < cells; done += 8) {
-      list.addTo(numbers[i] * block_cells, done, place + done);
-      if constexpr (with_keys)
-        list.addTo(block_keys[i] << block_key_bits, done, key + done);
+  for (const std::uint32_t* octant = octants; octant != end; ++octant) {
+    const std::size_t block = *octant / 8;
+    const std::uint32_t first_cell = 8 * (*octant % 8);
+    const unsigned int cells = cellsOf(*octant, masks);
+    addCells(cells, numbers[block] * block_cells + first_cell, place);
+    place += child_masks.count[cells];
+    if constexpr (with_keys) {
+      addCells(cells, (block_keys[block] << block_key_bits) + first_cell, key);
+      key += child_masks.count[cells];
     }
-    place += cells;
-    if constexpr (with_keys)
-      key += cells;
   }
   if constexpr (with_keys)
     keys->resize(frame.voxel_count);

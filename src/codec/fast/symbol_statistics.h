@@ -155,14 +155,26 @@ public:
   unsigned int
   contextOf(std::uint16_t statistics) const
   {
-    return unsigned{of_mean_[statistics / deviation_count]} +
-           of_deviation_[statistics % deviation_count];
+    return contextOf(mean(statistics), deviation(statistics));
+  }
+
+  unsigned int
+  contextOf(int mean, int deviation) const
+  {
+    return unsigned{of_mean_[static_cast<std::size_t>(mean)]} +
+           of_deviation_[static_cast<std::size_t>(deviation)];
   }
 
   unsigned int
   lowestBin(std::uint16_t statistics) const
   {
-    return lowest_bin_[statistics / deviation_count];
+    return lowestBinOf(mean(statistics));
+  }
+
+  unsigned int
+  lowestBinOf(int mean) const
+  {
+    return lowest_bin_[static_cast<std::size_t>(mean)];
   }
 
 private:
@@ -173,6 +185,41 @@ private:
 };
 
 inline constexpr Tables tables;
+
+/** \brief Running statistics of an I-frame, as of `first` and `next`. Not in 16 bits, since
+ * each voxel waits for the statistics after the one before it: that is 6 % of an encoder's
+ * time. */
+class Running {
+public:
+  explicit Running(unsigned int first_bin)
+  : mean_(mean(first(first_bin))), deviation_(deviation(first(first_bin)))
+  {}
+
+  unsigned int
+  contextOf() const
+  {
+    return tables.contextOf(mean_, deviation_);
+  }
+
+  unsigned int
+  lowestBin() const
+  {
+    return tables.lowestBinOf(mean_);
+  }
+
+  void
+  add(unsigned int bin)
+  {
+    const int above = static_cast<int>(bin) * fraction - mean_;
+    const int distance = least(above > 0 ? above : -above, 63);
+    mean_ += (above + 2) >> 2;
+    deviation_ += (distance - deviation_ + 2) >> 2;
+  }
+
+private:
+  int mean_;
+  int deviation_;
+};
 
 } // namespace symbol_statistics
 
