@@ -12,6 +12,14 @@ export class HeldFrames {
     this.frames.set(frame.stream, frame);
   }
 
+  forget(streams: readonly number[]): void {
+    for (const stream of streams) {
+      const voxels = this.frames.get(stream)?.voxels;
+      if (voxels) this.recycle(voxels.buffer);
+      this.frames.delete(stream);
+    }
+  }
+
   takeAll(): ShownFrame[] {
     const frames = [...this.frames.values()];
     this.frames.clear();

@@ -17,7 +17,8 @@ import { element } from "./controls/dom";
 const msToBegin = 3000;
 
 /** Why nothing of a stream is drawn; null if something is. */
-function noteOf(shown: ShownFrame | null, source: ViewerState["source"]): string | null {
+function noteOf({ shown, description }: StreamView, source: ViewerState["source"]): string | null {
+  if (description.isGone) return "The source no longer has this stream";
   if (shown?.problem) return `Not shown: ${shown.problem}`;
   if (shown) return null;
   return source === "live" ? "No frame has come yet" : "No frame could be read";
@@ -51,7 +52,8 @@ export class StreamsOnScreen {
       if (isDrawing) this.apply();
       if (changed.has("hiddenStreams")) this.showSensors();
       if (changed.has("indexedShare")) this.requestFigures();
-      if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise")) this.updateFigures();
+      if (changed.has("threshold") || changed.has("hiddenStreams") || changed.has("noise") || changed.has("removesOutliers"))
+        this.updateFigures();
     });
     const canvas = scene.controls.domElement as HTMLElement;
     canvas.addEventListener("pointerdown", (event) => (this.pressed = { x: event.clientX, y: event.clientY }));
@@ -87,13 +89,17 @@ export class StreamsOnScreen {
     }
     descriptions.forEach((description, i) => {
       const { shown, contents, arrival } = this.streams[i] ?? { shown: null, contents: null, arrival: 0 };
-      this.streams[i] = { description, shown, contents, arrival };
+      this.streams[i] = { description, shown: description.isGone ? null : shown, contents, arrival };
     });
     this.scene.setStreamCount(this.streams.length);
+    descriptions.forEach(({ isGone }, i) => {
+      if (isGone) this.showVoxels(i, null);
+    });
     this.panel.streams.setStreams(descriptions.map(({ name }) => views.shortName(name)));
     this.scene.setCropBox(views.cropBoxOf(this.streams));
     this.showSensors();
     this.apply();
+    this.requestFigures();
   }
 
   private showSensors(): void {
@@ -214,19 +220,20 @@ export class StreamsOnScreen {
   }
 
   updateFigures(): void {
-    const { threshold, moment, source, removesOutliers, noise, indexedShare } = this.store.get();
+    const { threshold, moment, source, removesOutliers, noise, indexedShare, isFrozen } = this.store.get();
     const { kept, drawn, all } = this.counts();
     const histogram = this.panel.threshold;
     histogram.clear();
     this.scene.layers.forEach((layer, i) => {
-      const { shown } = this.streams[i];
       const isDrawn = this.isVisible(i);
       if (isDrawn && layer.arrays && layer.voxels) histogram.add(layer.arrays.intensities, layer.voxels.count);
       const count = layer.voxels ? (noise === "hide" ? countKept(layer, threshold) : layer.voxels.count) : null;
-      this.panel.streams.setCount(i, count, noteOf(shown, source));
+      this.panel.streams.setCount(i, count, noteOf(this.streams[i], source));
     });
     histogram.draw();
-    const remark = removesOutliers ? (this.lastFilterRemark ?? views.lawRemark(this.streams)) : null;
+    const isLate = isFrozen && this.streams.some(({ shown }) => shown?.voxels && shown.voxels.isJudged !== removesOutliers);
+    const remark = isLate ? "The picture is paused: the outlier filter follows when it goes on."
+      : removesOutliers ? (this.lastFilterRemark ?? views.lawRemark(this.streams)) : null;
     this.panel.setRemoved(kept, all, remark);
     if (this.streams.length === 0) return;
     const lost = this.streams.filter(({ shown }, i) => shown?.problem && this.isVisible(i)).length;
@@ -244,8 +251,17 @@ export class StreamsOnScreen {
         : element("span", { class: "figure" }, element("b", {}, value), ` ${name}`)));
     if (source === "recording" && indexedShare < 1)
       this.status.append(element("span", { class: "figure" }, element("b", {}, `${Math.round(100 * indexedShare)} %`), " read"));
+    const nothing = this.nothingDrawn(drawn, all);
+    if (nothing) this.status.append(element("span", { class: "figure lost" }, nothing));
     const lostText = `${lost} of ${formatCounted(this.streams.length, "stream")} lost`;
     if (lost > 0) this.status.append(element("span", { class: "figure lost" }, lostText));
+  }
+
+  /** Why nothing is drawn, where that is by what the user has set. */
+  private nothingDrawn(drawn: number, all: number): string | null {
+    if (drawn > 0) return null;
+    if (all > 0) return "all voxels are noise, by threshold or outlier filter";
+    return this.streams.every((_, i) => !this.isVisible(i)) ? "all streams are off" : null;
   }
 
   private pick(clientX: number, clientY: number): void {

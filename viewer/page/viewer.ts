@@ -90,7 +90,8 @@ export class Viewer {
   }
 
   private listen(): void {
-    acceptDrops((files) => this.openFiles(files));
+    acceptDrops((files) => this.openFiles(files),
+      (message) => this.notices.show("drop", "warning", "What was dropped cannot be opened", [message]));
     this.layout.fileInput.addEventListener("change", () => {
       const files = [...(this.layout.fileInput.files ?? [])];
       this.layout.fileInput.value = "";
@@ -154,7 +155,11 @@ export class Viewer {
     const { state, view } = readLink(location.hash);
     this.store.set({ ...unlinkedState(), ...state });
     if (view.camera) this.scene.setCameraValues(view.camera);
-    if (view.time !== null) this.timeActions().seek(this.index.momentAt(view.time));
+    if (view.time === null) return;
+    // Until its time is indexed, the frame of the link is the last one that is known.
+    this.linkedView.time = view.time;
+    this.isTimeChosen = false;
+    this.playback.seek(this.index.momentAt(view.time));
   }
 
   private openFiles(files: readonly File[]): void {
@@ -215,9 +220,11 @@ export class Viewer {
   private fail(message: string): void {
     const { name, source } = this.store.get();
     const what = name && !message.includes(name) ? `“${name}”` : "This";
-    this.notices.show("failed", "error", `${what} cannot be shown`, [message]);
+    const isPart = this.index.moments.length > 0;
+    this.notices.show("failed", "error", isPart ? `The rest of ${what.toLowerCase()} cannot be read` : `${what} cannot be shown`, [message]);
     this.store.set({ isPlaying: false });
-    if (this.index.moments.length > 0 || source === "live") return;
+    if (isPart) this.store.set({ indexedShare: 1 });
+    if (isPart || source === "live") return;
     if (this.damage.length > 0) this.notices.show("damage", "warning", "The recording is damaged", this.damage);
     this.screen.clear();
     this.store.set({ source: "none", name: "" });
@@ -242,6 +249,7 @@ export class Viewer {
         break;
       case "streams":
         this.screen.setStreams(message.streams);
+        this.held.forget(message.streams.flatMap(({ isGone }, stream) => (isGone ? [stream] : [])));
         break;
       case "frames":
         this.receiveFrames(message);
@@ -252,6 +260,12 @@ export class Viewer {
         break;
       case "remark":
         this.remark(message.message);
+        break;
+      case "undecodable":
+        this.index.markLost(message.stream, message.number);
+        this.timeline.requestDraw();
+        this.damage.push(`${message.name}, frame ${message.number + 1}: ${message.problem}`);
+        this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);
         break;
       case "progress":
         this.store.set({ indexedShare: message.share });
@@ -339,10 +353,12 @@ export class Viewer {
   }
 
   private currentView(): LinkedView {
-    const { source, moment } = this.store.get();
+    const { source, moment, indexedShare } = this.store.get();
+    // What a link says is kept until it is shown, as the page may be loaded again before.
+    const isComing = this.linkedView.time !== null && !this.isTimeChosen && source !== "live" && indexedShare < 1;
     return {
-      camera: this.scene.bounds ? this.scene.cameraValues() : null,
-      time: source === "recording" ? (this.index.moments[moment] ?? null) : null,
+      camera: this.linkedView.camera ?? (this.scene.bounds ? this.scene.cameraValues() : null),
+      time: isComing ? this.linkedView.time : source === "recording" ? (this.index.moments[moment] ?? null) : null,
     };
   }
 

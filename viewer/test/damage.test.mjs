@@ -57,6 +57,19 @@ test("a file with compressed chunks that ends early shows the whole frames of it
   }
 });
 
+test("a frame that is damaged within is named, also where a later one was asked for", async () => {
+  const path = frameFile();
+  const bytes = readFileSync(path);
+  const [, , , , fifth] = [...bytes.toString("latin1").matchAll(/PCXI/g)].map(({ index }) => index);
+  const { page } = await openBytes("within.pcxi", withFlippedByte(bytes, fifth + 1000));
+  await seek(page, 12);
+  const [stream] = await page.ask(() => window.pclExtViewer.streams());
+  assert.equal(stream.voxels, 0);
+  const [place] = await page.ask(() => window.pclExtViewer.damage());
+  assert.match(place, /^within, frame 5: /);
+  await page.finish();
+});
+
 test("a byte that has changed in a chunk loses that chunk, and it is said where", async () => {
   const bytes = readFileSync(recording);
   const { page, path } = await openBytes("flipped.mcap", withFlippedByte(bytes, Math.floor(0.1 * bytes.length)));

@@ -39,13 +39,39 @@ test("stamps that begin again begin the time line again, and small steps back do
   };
   send(0, 10, 100);
   send(10, 12, 99.5); // half a second back
-  await viewer.until(() => window.pclExtViewer.moments() === 10);
+  await viewer.until(() => window.pclExtViewer.moments() === 12);
   await untilVoxels(viewer, 0, decoded[0][11].length);
   await viewer.evaluate(() => window.pclExtViewer.set({ colourBy: "age" }));
   send(0, 6, 0);
   await viewer.until(() => window.pclExtViewer.moments() === 6);
   await viewer.locator(".time b", { hasText: "0.25 s" }).waitFor();
   for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][5].map(keyOf).sort());
+  await finish();
+});
+
+test("frames of one stream are moments of their own, however near they are", async () => {
+  const { server, viewer, finish } = await liveViewer(streams.slice(0, 1));
+  const ofFirst = frames.filter(({ stream }) => stream === 0).slice(0, 20);
+  // Every fifth one comes late, nearer to the next one than half of the usual interval.
+  for (const [i, frame] of ofFirst.entries())
+    server.send({ ...frame, time: frame.time + (i % 5 === 4 ? 30_000_000n : 0n) });
+  await untilVoxels(viewer, 0, decoded[0][19].length);
+  await viewer.until(() => window.pclExtViewer.moments() === 20);
+  await finish();
+});
+
+test("streams that a live source has no more are no longer drawn", async () => {
+  const { server, viewer, finish } = await liveViewer();
+  for (const frame of frames.slice(0, 2 * perFrame)) server.send(frame);
+  await untilVoxels(viewer, 1, decoded[1][1].length);
+  await viewer.keyboard.press("Space"); // also those that are held back
+  for (const frame of frames.slice(2 * perFrame, 3 * perFrame)) server.send(frame);
+  server.sendText({ type: "streams", streams: streams.slice(0, 1) });
+  await viewer.locator(".stream-note", { hasText: "no longer has this stream" }).waitFor();
+  await viewer.keyboard.press("Space");
+  server.send(frames.find(({ stream }) => stream === 0));
+  await untilVoxels(viewer, 0, decoded[0][0].length);
+  assert.deepEqual(await drawnVoxels(viewer, 1), []);
   await finish();
 });
 

@@ -1,6 +1,6 @@
 // Several files that are opened together.
 import assert from "node:assert/strict";
-import { mkdirSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
@@ -49,6 +49,21 @@ test("of .mcap and .pcxi files those of the recording are shown, and the others 
   await untilIndexed(viewer);
   assert.deepEqual(await names(viewer), ["/cell_sensor_1", "/cell_sensor_2"]);
   assert.match(await viewer.notice("info").innerText(), /Left out: cell_20\.pcxi/);
+  await viewer.finish();
+});
+
+test("stamps that begin again in a recording go on, and all frames are reached", async () => {
+  const once = readFileSync(frameFile());
+  const path = pathInFolder("twice.pcxi");
+  writeFileSync(path, Buffer.concat([once, once]));
+  const viewer = await openViewer();
+  await openFiles(viewer, [path]);
+  await untilIndexed(viewer);
+  assert.equal(await viewer.ask(() => window.pclExtViewer.moments()), 40);
+  assert.match(await viewer.notice("info").innerText(), /Stamps begin again/);
+  await seek(viewer, 27);
+  const decoded = decodedByProgram(frameFile())[0];
+  assert.deepEqual(await drawnVoxels(viewer, 0), decoded[7].map(keyOf).sort());
   await viewer.finish();
 });
 

@@ -2,7 +2,7 @@ import { gradientOf } from "../scene/colour_maps";
 import type { IntensityAxis } from "../scene/intensity_axis";
 import type { ViewDirection } from "../scene/viewer_scene";
 import type { ColourBy, ViewerState, ViewerStore } from "../state/viewer_state";
-import { trailSeconds } from "../state/viewer_state";
+import { trailSeconds, voxelScales } from "../state/viewer_state";
 import { button, choice, element, section, toggle } from "./dom";
 import { formatNumber } from "./number_format";
 import { StreamsList } from "./streams_list";
@@ -76,7 +76,7 @@ export class ControlPanel {
 
   private viewSection(): HTMLElement {
     const shape = choice("shape", { cubes: "Cubes", points: "Points" }, (value) => this.store.set({ shape: value }));
-    const size = element("input", { type: "range", min: 0.2, max: 1.5, step: 0.05, "aria-label": "Voxel size" });
+    const size = element("input", { type: "range", ...voxelScales, step: 0.05, "aria-label": "Voxel size" });
     const sizeText = element("output", {});
     size.addEventListener("input", () => this.store.set({ voxelScale: Number(size.value) }));
     const toggles = (

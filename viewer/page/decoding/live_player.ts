@@ -9,6 +9,8 @@ export const liveHeaderBytes = 16;
 
 /** Nanoseconds that the stamps of a stream may step back; a longer step begins the clock anew. */
 const longestStepBack = 1_000_000_000n;
+/** Nanoseconds from a frame to the next one that has no later stamp. */
+const leastInterval = 1000n;
 
 interface LiveStream {
   index: number;
@@ -52,18 +54,19 @@ export class LivePlayer {
     }
     this.post({
       type: "streams",
-      streams: this.names.map((name) => ({
-        name,
-        metadata: streams.find((stream) => stream.name === name)?.metadata ?? {},
-      })),
+      streams: this.names.map((name) => {
+        const stream = streams.find((candidate) => candidate.name === name);
+        return { name, metadata: stream?.metadata ?? {}, isGone: stream === undefined };
+      }),
     });
   }
 
-  /** The time of a frame, not before that of the frame before it; a source that begins again begins a new clock. */
-  private sortedTime(stream: number, time: bigint): bigint {
+  /** The time of a frame, after that of the frame before it; a source that begins again begins a new clock. */
+  private sortedTime(stream: number, stamp: bigint): bigint {
     const last = this.lastTimes.get(stream);
-    if (last !== undefined && time < last - longestStepBack) this.beginClock();
-    else if (last !== undefined && time < last) return last;
+    let time = stamp;
+    if (last !== undefined && stamp < last - longestStepBack) this.beginClock();
+    else if (last !== undefined && stamp <= last) time = last + leastInterval;
     this.lastTimes.set(stream, time);
     return time;
   }

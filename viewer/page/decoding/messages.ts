@@ -9,6 +9,8 @@ export type OpenFile =
 export interface StreamDescription {
   name: string;
   metadata: Record<string, string>;
+  /** A live source had it before, and has it no more. */
+  isGone?: boolean;
 }
 
 /** A frame that a stream shall show. */
@@ -83,6 +85,8 @@ export type FromWorker =
   | { type: "frames"; startTime: bigint; batch: FrameBatch; hasTimes: boolean }
   | { type: "damage"; damage: Damage }
   | { type: "remark"; message: string }
+  /** A frame that is damaged within; those that depend on it are lost, too. */
+  | { type: "undecodable"; stream: number; name: string; number: number; problem: string }
   | { type: "progress"; share: number }
   | { type: "indexed"; isWhole: boolean }
   | { type: "shown"; request: number; frames: ShownFrame[] }

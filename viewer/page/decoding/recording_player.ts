@@ -38,6 +38,7 @@ export class RecordingPlayer {
   private readonly streams: PlayedStream[] = [];
   private readonly cache = new ShownFrameCache();
   private readonly batches: FrameBatches;
+  private readonly damaged = new Set<string>(); // frames that were told of
   private isClosed = false;
   private latestRequest = -1;
   private lastPause = 0;
@@ -173,8 +174,17 @@ export class RecordingPlayer {
       return this.lostFrame(stream, number, time, (error as Error).message);
     }
     const shown = played.decoder.decode({ stream, number, time, bytes, frameId }, this.settings, this.pool);
+    if (shown.problem && played.decoder.wasDamaged) this.reportDamage(stream, number, shown.problem);
     this.cache.add(shown);
     return shown;
+  }
+
+  /** Tells once of a damaged frame. */
+  private reportDamage(stream: number, number: number, problem: string): void {
+    const key = `${stream} ${number}`;
+    if (this.damaged.has(key)) return;
+    this.damaged.add(key);
+    this.send({ type: "undecodable", stream, name: this.descriptions[stream].name, number, problem });
   }
 
   private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {

@@ -28,6 +28,7 @@ export class StreamDecoder {
   private filter: OutlierFilter | null = null;
   private readonly trail = new VoxelTrail();
   private isStepLost = false;
+  private isLastDamaged = false;
 
   constructor(
     private readonly codec: Codec,
@@ -54,6 +55,11 @@ export class StreamDecoder {
     this.trail.reset();
   }
 
+  /** True if the last frame failed by itself, not for want of those before it. */
+  get wasDamaged(): boolean {
+    return this.isLastDamaged;
+  }
+
   /** True after a failure until the next I-frame: a live source is asked for one. */
   get wantsIFrame(): boolean {
     return this.isStepLost;
@@ -78,6 +84,7 @@ export class StreamDecoder {
       decodeMs: 0,
     };
     this.isStepLost = !status.ok;
+    this.isLastDamaged = !status.ok && status.code !== "MissingReference" && status.code !== "OldFrame";
     if (voxels) {
       shown.frameId ??= voxels.frameId;
       const isNoise = settings.removesOutliers ? this.judge(shown) : null;

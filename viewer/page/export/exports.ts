@@ -15,8 +15,10 @@ export function exportPly(viewer: Viewer): void {
     viewer.screen.isVisible(stream) && layer.voxels
       ? [{ layer, stream, name: shortName(viewer.screen.streams[stream].description.name) }]
       : []);
-  const { name, threshold, removesOutliers } = viewer.store.get();
-  const comment = `${name}, threshold ${threshold}, outliers ${removesOutliers ? "removed" : "kept"}`;
+  const { name, threshold } = viewer.store.get();
+  // What the voxels are, which the switch is not yet while frames are decoded again.
+  const isJudged = layers.some(({ layer }) => layer.voxels?.isJudged);
+  const comment = `${name}, threshold ${threshold}, outliers ${isJudged ? "removed" : "kept"}`;
   const file = plyOf(layers, threshold, comment);
   if (file) saveFile(file, fileName(viewer, ".ply"));
   else

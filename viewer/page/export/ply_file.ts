@@ -22,13 +22,13 @@ export function plyOf(layers: readonly ExportedLayer[], threshold: number, comme
   if (chosen.length === 0) return null;
   const hasColours = layers.some(({ layer }) => layer.voxels?.hasColours);
   const hasCounts = layers.some(({ layer }) => layer.voxels?.hasPointCounts);
-  const edge = layers.find(({ layer }) => layer.edge > 0)?.layer.edge ?? 0;
   const header = [
     "ply",
     "format binary_little_endian 1.0",
     `comment ${inOneLine(comment)}`,
-    `comment voxel edge ${edge} m; points are centres of voxels`,
-    ...layers.map(({ stream, name }) => `comment stream ${stream} is ${inOneLine(name)}`),
+    "comment points are centres of voxels",
+    ...layers.map(({ stream, name, layer }) =>
+      `comment stream ${stream} is ${inOneLine(name)}, voxel edge ${Number(layer.edge.toPrecision(6))} m`),
     `element vertex ${chosen.length}`,
     "property float x", "property float y", "property float z",
     "property float intensity",

@@ -14,9 +14,14 @@ import { McapStreams } from "./mcap_streams";
 const assumedInterval = 100_000_000n;
 const chunksInMemory = 8;
 
+/** Nanoseconds that stamps of a stream may step back; behind a longer step its time goes on. */
+const longestStepBack = 1_000_000_000n;
+/** Nanoseconds from a frame to the next one that has no later stamp: each is a moment of its own. */
+const leastInterval = 1000n;
+
 export interface IndexedFrame {
   place: FramePlace;
-  time: bigint; // never below that of the frame before it in its stream
+  time: bigint; // above that of the frame before it in its stream
   isIFrame: boolean;
 }
 
@@ -42,6 +47,9 @@ export class Recording implements RecordingListener {
   startTime: bigint | null = null;
   private isMcap = false;
   private readonly timed: boolean[] = []; // of each stream: its frames have times
+  private readonly shifts: bigint[] = []; // of each stream: from its stamps to its times
+  private readonly numbers: (number | null)[] = []; // of each stream: the encoder's for the last frame
+  private hasStepBack = false;
   private readonly chunks = new Map<ChunkPlace, Uint8Array>();
 
   constructor(
@@ -108,19 +116,36 @@ export class Recording implements RecordingListener {
   addStream(stream: RecordedStream): number {
     this.frames.push([]);
     this.timed.push(true);
+    this.shifts.push(0n);
     this.events.onStream(stream);
     return this.frames.length - 1;
   }
 
   addFrame(frame: FoundFrame): void {
     const frames = this.frames[frame.stream];
-    const before = frames.length ? frames[frames.length - 1].time : null;
     if (frames.length === 0) this.timed[frame.stream] = frame.time !== null;
-    const interval = this.timed[frame.stream] ? 0n : assumedInterval;
-    let time = frame.time ?? (before === null ? (this.startTime ?? 0n) : before + interval);
-    if (before !== null && time < before) time = before;
+    const time = frames.length ? this.timeAfter(frames, frame) : (frame.time ?? this.startTime ?? 0n);
+    this.numbers[frame.stream] = frame.number;
     frames.push({ place: frame.place, time, isIFrame: frame.isIFrame });
     this.events.onFrame(frame.stream, frame, time);
+  }
+
+  /** The time of a frame behind others of its stream. */
+  private timeAfter(frames: readonly IndexedFrame[], { stream, time: stamp, number, isIFrame }: FoundFrame): bigint {
+    const before = frames[frames.length - 1].time;
+    const next = before + (this.timed[stream] ? leastInterval : assumedInterval);
+    if (stamp === null) return next;
+    const time = stamp + this.shifts[stream];
+    if (time > before) return time;
+    const last = this.numbers[stream] ?? null;
+    const isAnother = isIFrame && number !== null && last !== null && number <= last; // encoder's run
+    if (!isAnother && before - time <= longestStepBack) return next;
+    const interval = frames.length > 1 ? before - frames[frames.length - 2].time : assumedInterval;
+    this.shifts[stream] += before + interval - time;
+    if (!this.hasStepBack)
+      this.addRemark("Stamps begin again: the frames behind that place follow those before it, at the times from there on.");
+    this.hasStepBack = true;
+    return before + interval;
   }
 
   addDamage(damage: Damage): void {

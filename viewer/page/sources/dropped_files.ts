@@ -21,7 +21,7 @@ async function droppedFiles(transfer: DataTransfer): Promise<File[]> {
 }
 
 /** Lets files be dropped anywhere on the page. */
-export function acceptDrops(onFiles: (files: File[]) => void): void {
+export function acceptDrops(onFiles: (files: File[]) => void, onFailure: (message: string) => void): void {
   let depth = 0; // elements under the pointer
   const mark = (): void => void document.body.classList.toggle("is-drop-target", depth > 0);
   addEventListener("dragenter", (event) => {
@@ -39,8 +39,10 @@ export function acceptDrops(onFiles: (files: File[]) => void): void {
     depth = 0;
     mark();
     if (event.dataTransfer)
-      void droppedFiles(event.dataTransfer).then((files) => {
-        if (files.length > 0) onFiles(files);
-      });
+      droppedFiles(event.dataTransfer).then(
+        (files) => (files.length > 0 ? onFiles(files) : onFailure("There is no file in it.")),
+        // Of pages that were opened from a disk Chromium keeps folders away.
+        () => onFailure("This browser does not let the page read the folder. Choose its files by “Open”."),
+      );
   });
 }

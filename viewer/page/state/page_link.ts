@@ -1,4 +1,4 @@
-import { initialState } from "./viewer_state";
+import { initialState, voxelScales } from "./viewer_state";
 import type { ViewerState, ViewerStore } from "./viewer_state";
 
 /** Values that a link carries, with the short names that they have in it. */
@@ -26,11 +26,24 @@ const choices: Partial<Record<LinkedKey, readonly string[]>> = {
   theme: ["auto", "light", "dark"],
 };
 
+/** The number in a link, within what the page's own controls allow. */
+function numberIn(key: LinkedKey, number: number): number | undefined {
+  if (!Number.isFinite(number)) return undefined;
+  if (key === "voxelScale") return Math.min(voxelScales.max, Math.max(voxelScales.min, number));
+  return number;
+}
+
+/** A camera that looks somewhere, within coordinates that are drawn. */
+function isCamera(values: number[]): boolean {
+  return values.length === 6 && values.every((value) => Math.abs(value) <= 1e9) &&
+    [0, 1, 2].some((axis) => values[axis] !== values[axis + 3]);
+}
+
 /** The value in a link; undefined if it is none. */
 function parse(key: LinkedKey, text: string): unknown {
   const initial = initialState[key];
   if (typeof initial === "boolean") return text === "1" ? true : text === "0" ? false : undefined;
-  if (typeof initial === "number") return Number.isFinite(Number(text)) ? Number(text) : undefined;
+  if (typeof initial === "number") return numberIn(key, Number(text));
   return choices[key]?.includes(text) ? text : undefined;
 }
 
@@ -63,7 +76,7 @@ export function readLink(hash: string): { state: Partial<ViewerState>; view: Lin
   return {
     state: state as Partial<ViewerState>,
     view: {
-      camera: camera.length === 6 && camera.every(Number.isFinite) ? camera : null,
+      camera: isCamera(camera) ? camera : null,
       time: Number.isFinite(time) ? time : null,
     },
   };

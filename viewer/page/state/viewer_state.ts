@@ -61,6 +61,8 @@ export const initialState: ViewerState = {
   showsPanel: false,
 };
 
+export const voxelScales = { min: 0.2, max: 1.5 };
+
 /** Seconds that voxels stay visible when they are coloured by the time they were seen last. */
 export const trailSeconds = 2;
 

@@ -79,16 +79,28 @@ export class FrameIndex {
     if (!this.isStale) return;
     this.isStale = false;
     this.usualInterval = this.findInterval();
-    const times = this.streams.flatMap((frames) => frames.times).sort((a, b) => a - b);
+    const frames = this.streams.flatMap(({ times }, stream) => times.map((time) => ({ time, stream })));
+    frames.sort((a, b) => a.time - b.time);
     const tolerance = this.interval() / 2;
     this.moments = [];
     let first = -Infinity;
-    for (const time of times) {
-      if (time - first < tolerance || time === first) this.moments[this.moments.length - 1] = time;
-      else {
-        this.moments.push(time);
-        first = time;
+    let before = -Infinity; // the last time of the moment that is not its end
+    let streams = new Set<number>(); // with a frame in the moment
+    for (const { time, stream } of frames) {
+      const last = this.moments.length - 1;
+      // Two frames of a stream are two moments, however near they are.
+      if (time - first < tolerance && !streams.has(stream)) {
+        if (time > this.moments[last]) before = this.moments[last];
+        this.moments[last] = time;
+        streams.add(stream);
+        continue;
       }
+      // What came at the same time belongs to the new moment.
+      if (time === this.moments[last] && before > -Infinity) this.moments[last] = before;
+      this.moments.push(time);
+      first = time;
+      before = -Infinity;
+      streams = new Set([stream]);
     }
   }
 

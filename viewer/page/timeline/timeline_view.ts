@@ -28,6 +28,7 @@ export class TimelineView {
   private readonly speed = element("select", { "aria-label": "Speed", title: "Speed" });
   private readonly live = element("span", { class: "live-badge" });
   private isWaiting = false;
+  private liveTime = 0; // of the picture
 
   constructor(
     private readonly store: ViewerStore,
@@ -131,13 +132,14 @@ export class TimelineView {
     const moments = this.index.moments;
     const time = moments[moment] ?? 0;
     const start = moments[0] ?? 0;
+    if (!isFrozen) this.liveTime = this.index.duration;
     const total = this.index.duration - start;
     const count = moments.length;
     const spoken = this.index.hasTimes
       ? `${formatSeconds(time - start)} of ${formatSeconds(total)}`
       : `frame ${moment + 1} of ${count}`;
     this.time.replaceChildren(
-      element("b", {}, this.index.hasTimes ? formatSeconds(isLive ? this.index.duration : time - start) : `frame ${moment + 1}`),
+      element("b", {}, this.index.hasTimes ? formatSeconds(isLive ? this.liveTime : time - start) : `frame ${moment + 1}`),
       isLive ? "" : this.index.hasTimes ? ` / ${formatSeconds(total)}` : ` / ${count}`,
     );
     this.time.title = formatDate(this.index.startTime, time) ?? "Seconds since the start";
