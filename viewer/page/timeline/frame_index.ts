@@ -79,14 +79,12 @@ export class FrameIndex {
     if (!this.isStale) return;
     this.isStale = false;
     this.usualInterval = this.findInterval();
-    const frames = this.streams.flatMap(({ times }, stream) => times.map((time) => ({ time, stream })));
-    frames.sort((a, b) => a.time - b.time);
     const tolerance = this.interval() / 2;
     this.moments = [];
     let first = -Infinity;
     let before = -Infinity; // the last time of the moment that is not its end
     let streams = new Set<number>(); // with a frame in the moment
-    for (const { time, stream } of frames) {
+    for (const [stream, time] of this.inOrder()) {
       const last = this.moments.length - 1;
       // Two frames of a stream are two moments, however near they are.
       if (time - first < tolerance && !streams.has(stream)) {
@@ -101,6 +99,21 @@ export class FrameIndex {
       first = time;
       before = -Infinity;
       streams = new Set([stream]);
+    }
+  }
+
+  /** Streams and times of all frames in the order of the times, each stream's being sorted. */
+  private *inOrder(): Generator<[number, number]> {
+    const next = this.streams.map(() => 0);
+    for (;;) {
+      let earliest = -1;
+      for (let i = 0; i < next.length; ++i) {
+        const { times } = this.streams[i];
+        if (next[i] < times.length && (earliest < 0 || times[next[i]] < this.streams[earliest].times[next[earliest]]))
+          earliest = i;
+      }
+      if (earliest < 0) return;
+      yield [earliest, this.streams[earliest].times[next[earliest]++]];
     }
   }
 
