@@ -13,7 +13,7 @@ export interface LiveEvents {
   onFrame(message: ArrayBuffer): void;
   onEnd(): void;
   onConnected(): void;
-  /** The connection is gone; the next attempt follows after some seconds. */
+  /** The connection is gone, or there has never been one; the next attempt follows after some seconds. */
   onLost(wasConnected: boolean, waitSeconds: number): void;
 }
 
@@ -30,6 +30,7 @@ export class LiveConnection {
   private waitMs = firstWaitMs;
   private timer = 0;
   private hasEnded = false;
+  private wasConnected = false;
   private isClosed = false;
 
   constructor(
@@ -57,6 +58,7 @@ export class LiveConnection {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       isOpen = true;
+      this.wasConnected = true;
       this.waitMs = firstWaitMs;
       this.events.onConnected();
     };
@@ -66,7 +68,7 @@ export class LiveConnection {
     };
     socket.onclose = () => {
       if (this.isClosed || (this.hasEnded && isOpen)) return;
-      this.events.onLost(isOpen, this.waitMs / 1000);
+      this.events.onLost(this.wasConnected, this.waitMs / 1000);
       this.timer = window.setTimeout(() => this.connect(), this.waitMs);
       this.waitMs = Math.min(longestWaitMs, this.waitMs * 1.7);
     };
