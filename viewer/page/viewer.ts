@@ -219,9 +219,10 @@ export class Viewer {
 
   private fail(message: string): void {
     const { name, source } = this.store.get();
-    const what = name && !message.includes(name) ? `“${name}”` : "This";
+    const what = name && !message.includes(name) ? `“${name}”` : null;
     const isPart = this.index.moments.length > 0;
-    this.notices.show("failed", "error", isPart ? `The rest of ${what.toLowerCase()} cannot be read` : `${what} cannot be shown`, [message]);
+    const title = isPart ? `The rest of ${what ?? "it"} cannot be read` : `${what ?? "This"} cannot be shown`;
+    this.notices.show("failed", "error", title, [message]);
     this.store.set({ isPlaying: false });
     if (isPart) this.store.set({ indexedShare: 1 });
     if (isPart || source === "live") return;
