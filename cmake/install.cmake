@@ -42,6 +42,7 @@ set(PCL_EXT_HEADERS_WITH_PCL
     octree_pointcloud_intensity_compression.h
     point_intensity.h
     point_types.h
+    preprocessed_batches.h
     sensor_preprocessor.h)
 set(left_out_headers)
 if(NOT PCL_EXT_WITH_PCL)

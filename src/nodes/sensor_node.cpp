@@ -1,4 +1,5 @@
 #include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/filters/preprocessed_batches.h>
 #include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/point_intensity.h>

@@ -1,7 +1,7 @@
 /** \file
  * \brief The points of batches are those that SensorPreprocessor writes.
  */
-#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/filters/preprocessed_batches.h>
 #include <pcl_ext/point_types.h>
 
 #include <pcl/conversions.h>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/intensity/intensity_model.h>
@@ -14,7 +13,6 @@
 
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -232,82 +230,6 @@ private:
   detail::PointMove move_{};
   std::size_t kept_ = 0; // points of the output that are valid
   Output input_;         // the points of a cloud that is its own output
-};
-
-/** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a time,
- * for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without the processed
- * cloud in between.
- * \tparam IntensityModelT,OutputPointT as of SensorPreprocessor
- */
-template <typename IntensityModelT, typename OutputPointT = pcl::PointXYZI>
-class PreprocessedBatches : public io::PointBatches {
-public:
-  using Preprocessor = SensorPreprocessor<IntensityModelT, OutputPointT>;
-
-  /** \param[in] preprocessor with its settings */
-  explicit PreprocessedBatches(const Preprocessor& preprocessor)
-  : preprocessor_(preprocessor)
-  {}
-
-  /** \brief See SensorPreprocessor::setSensorPose. Before open(). */
-  void
-  setSensorPose(const Eigen::Isometry3d& sensor_to_world)
-  {
-    preprocessor_.setSensorPose(sensor_to_world);
-  }
-
-  /** \brief Begins a cloud.
-   * \param[in] cloud as for SensorPreprocessor::process; must not change while its
-   * batches are read
-   * \return as SensorPreprocessor::process; unless Ok there are no points
-   */
-  PreprocessingStatus
-  open(const pcl::PCLPointCloud2& cloud);
-
-  /** \brief Counts of the points that were read since the last restart(). */
-  const PreprocessingStatistics&
-  getStatistics() const
-  {
-    return preprocessor_.getStatistics();
-  }
-
-  std::size_t
-  size() const override
-  {
-    return cloud_ == nullptr ? 0 : std::size_t{cloud_->width} * cloud_->height;
-  }
-
-  /** \brief False for a model that gives each point 1, and for one without intensities. */
-  bool
-  hasIntensities() const override
-  {
-    return IntensityModelT::uses_depth || IntensityModelT::uses_native;
-  }
-
-  bool
-  hasColours() const override
-  {
-    return preprocessor_.getStatistics().has_colours;
-  }
-
-  void
-  restart() override;
-
-  bool
-  next(io::PointView& points) override;
-
-private:
-  static constexpr std::size_t chunk = detail::MovedPoints::capacity;
-
-  io::PointView
-  viewOf(std::size_t count) const;
-
-  Preprocessor preprocessor_;
-  const pcl::PCLPointCloud2* cloud_ = nullptr;
-  PointLayout layout_;
-  std::size_t row_ = 0; // of the next point
-  std::size_t column_ = 0;
-  std::array<OutputPointT, 2 * chunk> points_;
 };
 
 } // namespace pcl_ext
