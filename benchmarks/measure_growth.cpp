@@ -54,11 +54,8 @@ bool
 parse(int argc, const char* const* argv, GrowthOptions& result)
 {
   options::options_description description(
-      "Measures effort fast and PCL's class in voxel-grid mode on the sampled room "
-      "from "
-      "1,000 points to many and from coarse voxels to fine, and prints Markdown. Fails "
-      "if "
-      "fast allocates memory from the second I-frame period on.\n"
+      "Measures effort fast and PCL's class in voxel-grid mode on the sampled room, "
+      "from 1,000 points to many and from coarse voxels to fine, and prints Markdown.\n"
       "Usage: measure_growth [options]\n\nOptions");
   auto option = description.add_options();
   option("help,h", "print this and exit");
@@ -75,7 +72,7 @@ parse(int argc, const char* const* argv, GrowthOptions& result)
   option("periods",
          count("periods", result.periods, warm_up_periods + 1)->default_value(4),
          "I-frame periods of each stream, ten times as many up to 10,000 points; times "
-         "are of all but the first");
+         "are of all but the first two");
   option("results", options::value(&result.results_file), "CSV file to write");
   options::variables_map values;
   return parseCommandLine(argc, argv, description, "", values);

@@ -58,8 +58,7 @@ parse(int argc, const char* const* argv, StageOptions& result)
   result.variants = {libraryVariants().front()};
   options::options_description description(
       "Measures each stage from the sensor's cloud to bytes and back, on the robot "
-      "cell, "
-      "recordings and the sampled room, and prints Markdown.\n"
+      "cell, recordings and the sampled room, and prints Markdown.\n"
       "Usage: measure_stages [options] [folder of PCD files ...]\n\nOptions");
   auto option = description.add_options();
   option("help,h", "print this and exit");
@@ -86,8 +85,7 @@ parse(int argc, const char* const* argv, StageOptions& result)
          options::value(&result.callgrind_file),
          "file of --callgrind-out-file, if the program runs under valgrind "
          "--tool=callgrind --instr-atstart=no; then counts are printed, no times, of "
-         "at most "
-         "10 frames, 3 of a room and 1,000,000 points");
+         "at most 10 frames, 3 of a room and 1,000,000 points");
   options::variables_map values;
   if (!parseCommandLine(argc, argv, description, "recording", values))
     return false;

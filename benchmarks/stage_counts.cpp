@@ -2,6 +2,7 @@
 
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/point_intensity.h>
 
@@ -33,16 +34,6 @@ std::size_t
 bytesOf(const std::vector<std::uint8_t>& bytes)
 {
   return bytes.size();
-}
-
-void
-fillCloud(const io::VoxelFrame& frame, IntensityCloud& cloud)
-{
-  cloud.resize(frame.size());
-  auto next = cloud.begin();
-  io::forEachVoxelCentre(frame, [&next](float x, float y, float z, float intensity) {
-    *next++ = pcl::PointXYZI(x, y, z, intensity);
-  });
 }
 
 VoxelOutlierRemovalSettings
@@ -103,7 +94,9 @@ public:
     measure("decode", bytes_, decoded_, [&] {
       throwUnlessOk(decoder_.decode(bytes_.data(), bytes_.size(), decoded_));
     });
-    measure("fill cloud", decoded_, cloud_, [&] { fillCloud(decoded_, cloud_); });
+    measure("fill cloud", decoded_, cloud_, [&] {
+      io::detail::fillCloud(decoded_, cloud_);
+    });
     if (voxels_.keys != decoded_.keys || voxels_.intensities != decoded_.intensities)
       throw std::runtime_error("the decoded frame differs from the encoded one");
     return samples_;

@@ -45,9 +45,8 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
 {
   warn(cloud.points_outside_grid,
        cloud.points,
-       "points are more than 2^20 voxels from the grid's origin and were left out: use "
-       "a "
-       "larger resolution, or set ",
+       "points are more than 2^20 voxels from the grid's origin and were left out: "
+       "use a larger resolution, or set ",
        text,
        is_published ? "bounding_box around the points" : "origin amid the points");
   warn(cloud.points_outside_box,

@@ -232,8 +232,7 @@ PlaceFinder::findBetterOrigin(PointBatches& points,
     }
   }
   // Each move costs an I-frame, so that a few points more are not worth one that is not due.
-  const std::size_t least_gain =
-      is_i_frame_due && most == finite ? 1 : 1 + points.size() / 16;
+  const std::size_t least_gain = is_i_frame_due && most == finite ? 1 : 1 + finite / 16;
   return most >= present + least_gain;
 }
 

@@ -5,7 +5,6 @@
 #include "voxelizing/radix_sort.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace pcl_ext {

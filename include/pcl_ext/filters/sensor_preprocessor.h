@@ -183,7 +183,7 @@ private:
   startOutput(const pcl::PCLHeader& header, Output& output);
 
   void
-  startPoints(std::size_t points);
+  startPoints(std::size_t points, bool has_colours);
 
   template <typename MoveChunkT>
   void

@@ -28,9 +28,7 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::restart()
   column_ = 0;
   if (cloud_ == nullptr)
     return;
-  const bool has_colours = preprocessor_.statistics_.has_colours;
-  preprocessor_.startPoints(size());
-  preprocessor_.statistics_.has_colours = has_colours;
+  preprocessor_.startPoints(size(), preprocessor_.statistics_.has_colours);
 }
 
 template <typename IntensityModelT, typename OutputPointT>

@@ -131,9 +131,8 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::process(
   if (IntensityModelT::uses_native && !has_intensity_field<PointT>)
     return {PreprocessingCode::MissingField,
             "the intensity model is native, but the point type has no intensity"};
-  startPoints(cloud.size());
+  startPoints(cloud.size(), reads_colours_ && has_colour_field<PointT>);
   output.reserve(cloud.size());
-  statistics_.has_colours = reads_colours_ && has_colour_field<PointT>;
   const bool is_consecutive = detail::hasConsecutiveFloats(cloud);
   const auto move_chunk =
       [&](std::size_t begin, std::size_t most, OutputPointT* results) {
@@ -182,8 +181,7 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::start(
                                                    layout);
       !status.ok())
     return status;
-  startPoints(std::size_t{cloud.width} * cloud.height);
-  statistics_.has_colours = layout.has_colour;
+  startPoints(std::size_t{cloud.width} * cloud.height, layout.has_colour);
   return {};
 }
 
@@ -220,10 +218,12 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::startOutput(
 
 template <typename IntensityModelT, typename OutputPointT>
 void
-SensorPreprocessor<IntensityModelT, OutputPointT>::startPoints(std::size_t points)
+SensorPreprocessor<IntensityModelT, OutputPointT>::startPoints(std::size_t points,
+                                                               bool has_colours)
 {
   statistics_ = PreprocessingStatistics();
   statistics_.points = points;
+  statistics_.has_colours = has_colours;
   constexpr float infinity = std::numeric_limits<float>::infinity();
   for (Eigen::Index row = 0; row < 3; ++row) {
     const auto axis = static_cast<std::size_t>(row);
