@@ -12,6 +12,8 @@ namespace statistics = pcl_ext::io::fast::symbol_statistics;
 TEST(SymbolStatistics, RunningOnesAreThoseOfAVoxelWithTheSameBins)
 {
   std::mt19937 random(4);
+  std::uniform_int_distribution<unsigned int> any_bin(
+      0, pcl_ext::io::fast::intensity_bins::highest);
   for (unsigned int first = 0; first <= pcl_ext::io::fast::intensity_bins::highest;
        ++first) {
     statistics::Running running(first);
@@ -20,9 +22,7 @@ TEST(SymbolStatistics, RunningOnesAreThoseOfAVoxelWithTheSameBins)
       ASSERT_EQ(running.contextOf(), statistics::contextOf(packed));
       ASSERT_EQ(running.lowestBin(), statistics::lowestBin(packed));
       // Runs of one bin as well as jumps between the ends.
-      const unsigned int bin =
-          i / 50 % 2 == 0 ? random() % (pcl_ext::io::fast::intensity_bins::highest + 1)
-                          : first;
+      const unsigned int bin = i / 50 % 2 == 0 ? any_bin(random) : first;
       running.add(bin);
       packed = statistics::next(packed, bin);
     }
