@@ -1,6 +1,6 @@
 /** \file
  * The tables with a column for each coder: recorded clouds, numbers of points, voxel
- * edges.
+ * edges, threads.
  */
 #include "comparison_tables.h"
 #include "measuring/markdown_table.h"
@@ -10,6 +10,7 @@
 #include <functional>
 #include <ostream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace pcl_ext {
@@ -156,6 +157,46 @@ printGrowthWithPoints(const ComparisonOptions& options, std::ostream& output)
                   comparison);
   }
   tables.print("From few points to many, sampled room, 4 cm, count", output);
+}
+
+void
+printThreads(const ComparisonOptions& options, std::ostream& output)
+{
+  MarkdownTable::Row columns{"points", "voxels", "PCL, voxel grid"};
+  std::vector<unsigned int> threads;
+  for (unsigned int count = 1; count <= std::thread::hardware_concurrency();
+       count *= 2) {
+    threads.push_back(count);
+    columns.push_back("pcl_ext, fast, threads: " + std::to_string(count));
+  }
+  const auto make_coders = [&threads](Workload workload) {
+    StreamCoders coders;
+    addPclVoxelGridCoder(workload, coders);
+    for (const unsigned int count : threads) {
+      workload.threads = count;
+      addLibraryCoder(workload, libraryVariants().front(), coders);
+    }
+    return coders;
+  };
+  ComparisonSettings settings;
+  settings.take_turns = false;
+  settings.measures_wall_time = true;
+  MarkdownTable table(columns);
+  for (std::size_t points = 100000; points <= options.most_points; points *= 10) {
+    const Comparison comparison =
+        compareCoders(openRoomStream(points, options.growth_frames),
+                      workloadAt(0.04, options.i_frame_rate),
+                      make_coders,
+                      settings);
+    MarkdownTable::Row row{formatted(static_cast<double>(points), 0),
+                           formatted(comparison.coders.back().decoded.mean(), 0)};
+    for (const CoderFigures& coder : comparison.coders)
+      row.push_back(timeAgainst(coder.encode_ms, comparison.coders.front().encode_ms));
+    table.addRow(row);
+  }
+  output << "### Threads, sampled room, 4 cm, count: encode ms of wall-clock time, "
+            "median (how much faster than PCL)\n\n";
+  table.print(output);
 }
 
 void

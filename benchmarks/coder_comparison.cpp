@@ -29,10 +29,13 @@ struct FrameFigures {
 /** \brief Runs an action and measures its time and allocations. */
 template <typename ActionT>
 void
-measure(ActionT&& action, double& milliseconds, std::size_t& allocations)
+measure(ActionT&& action,
+        bool measures_wall_time,
+        double& milliseconds,
+        std::size_t& allocations)
 {
   const std::size_t before = allocationCount();
-  milliseconds = timeOf(action);
+  milliseconds = measures_wall_time ? wallTimeOf(action) : timeOf(action);
   allocations = allocationCount() - before;
 }
 
@@ -43,8 +46,8 @@ public:
 
   CoderRun(const std::vector<InputFrame>& frames,
            MakeCoder make_coder,
-           std::size_t error_every)
-  : frames_(frames), make_coder_(std::move(make_coder)), error_every_(error_every)
+           const ComparisonSettings& settings)
+  : frames_(frames), make_coder_(std::move(make_coder)), settings_(settings)
   {}
 
   /** \brief Runs a frame. Frame 0 starts a new coder. */
@@ -57,16 +60,22 @@ public:
     }
     const InputFrame& frame = frames_[index];
     FrameFigures figures;
-    measure(
-        [&] { coder_->encode(frame); }, figures.encode_ms, figures.encode_allocations);
-    measure([&] { coder_->decode(); }, figures.decode_ms, figures.decode_allocations);
+    measure([&] { coder_->encode(frame); },
+            settings_.measures_wall_time,
+            figures.encode_ms,
+            figures.encode_allocations);
+    measure([&] { coder_->decode(); },
+            settings_.measures_wall_time,
+            figures.decode_ms,
+            figures.decode_allocations);
     coder_->check(frame);
     const PositionCloud::ConstPtr decoded = coder_->decodedPositions();
     figures.points = frame.points->size();
     figures.decoded = decoded->size();
     figures.bytes = coder_->frameBytes();
     // A repetition has the same errors.
-    if (error_every_ != 0 && index % error_every_ == 0 && times_begun_ == 1) {
+    if (settings_.error_every != 0 && index % settings_.error_every == 0 &&
+        times_begun_ == 1) {
       figures.to_decoded = nearestDistances(frame.positions, decoded);
       figures.from_decoded = nearestDistances(decoded, frame.positions);
     }
@@ -76,7 +85,7 @@ public:
 private:
   const std::vector<InputFrame>& frames_;
   MakeCoder make_coder_;
-  std::size_t error_every_;
+  ComparisonSettings settings_;
   std::unique_ptr<StreamCoder> coder_;
   unsigned int times_begun_ = 0;
 };
@@ -104,14 +113,14 @@ startCoder(const std::vector<InputFrame>& frames,
            const MakeCoders& make_coders,
            std::size_t which,
            const CoderFigures& figures,
-           std::size_t error_every)
+           const ComparisonSettings& settings)
 {
   const auto make_coder = [workload, make_coders, which] {
     StreamCoders coders = make_coders(workload);
     return std::move(coders[which]);
   };
-  return ProcessOf<FrameFigures>(figures.name, [&frames, make_coder, error_every] {
-    const auto run = std::make_shared<CoderRun>(frames, make_coder, error_every);
+  return ProcessOf<FrameFigures>(figures.name, [&frames, make_coder, settings] {
+    const auto run = std::make_shared<CoderRun>(frames, make_coder, settings);
     return [run](std::size_t index) { return run->run(index); };
   });
 }
@@ -154,12 +163,8 @@ compareCoders(const InputStream& stream,
     processes.clear();
   };
   for (std::size_t which = 0; which < comparison.coders.size(); ++which) {
-    processes.push_back(startCoder(frames,
-                                   workload,
-                                   make_coders,
-                                   which,
-                                   comparison.coders[which],
-                                   settings.error_every));
+    processes.push_back(startCoder(
+        frames, workload, make_coders, which, comparison.coders[which], settings));
     if (!settings.take_turns)
       run([&](std::size_t /*only*/, std::size_t index, const FrameFigures& frame) {
         add(which, index, frame);

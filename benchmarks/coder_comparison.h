@@ -55,6 +55,8 @@ struct ComparisonSettings {
   /** \brief The coders take turns on the stream; else each codes the whole stream
    * before the next one starts, which needs memory for one of them only. */
   bool take_turns = true;
+
+  bool measures_wall_time = false; ///< for coders with threads; else processor time
 };
 
 using MakeCoders = std::function<StreamCoders(const Workload&)>;

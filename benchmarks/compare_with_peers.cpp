@@ -1,7 +1,7 @@
 /** \file
  * Compares this library's efforts with the published layout, PCL's class, Draco and
- * zstd on the same clouds, in one run, in one thread. Prints the tables of
- * doc/benchmarks.md.
+ * zstd on the same clouds, in one run; in one thread, but for a table of threads. Prints
+ * the tables of doc/benchmarks.md.
  */
 #include "comparison_tables.h"
 #include "measuring/command_line.h"
@@ -31,6 +31,7 @@ const std::vector<Table> all_tables = {{"efforts", printEfforts},
                                        {"recorded", printRecorded},
                                        {"points", printGrowthWithPoints},
                                        {"edges", printGrowthWithEdge},
+                                       {"threads", printThreads},
                                        {"profiles", printProfiles},
                                        {"bits", printBits}};
 
@@ -64,7 +65,7 @@ parse(int argc,
       "tables",
       choiceOfSeveral("tables", tables, tableChoices()),
       "tables to print (default: all but profiles and bits): efforts stages raw peers "
-      "recorded points edges profiles bits");
+      "recorded points edges threads profiles bits");
   option("frames,n",
          count("frames", result.frames, 1)->default_value(300),
          "frames of the robot cell");

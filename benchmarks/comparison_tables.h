@@ -47,6 +47,11 @@ printRawToBytes(const ComparisonOptions& options, std::ostream& output);
 void
 printRecorded(const ComparisonOptions& options, std::ostream& output);
 
+/** \brief Encoding with effort fast in one and more threads, up to one for each core, against
+ * PCL's class; sampled room. */
+void
+printThreads(const ComparisonOptions& options, std::ostream& output);
+
 /** \brief PCL's profiles in PCL's class and in this library's, by point type, robot
  * cell and recorded streams. */
 void

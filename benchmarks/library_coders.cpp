@@ -92,7 +92,13 @@ void
 addLibraryCoders(const Workload& workload, StreamCoders& coders)
 {
   for (const Variant& variant : libraryVariants())
-    coders.push_back(std::make_unique<LibraryCoder>(workload, variant));
+    addLibraryCoder(workload, variant, coders);
+}
+
+void
+addLibraryCoder(const Workload& workload, const Variant& variant, StreamCoders& coders)
+{
+  coders.push_back(std::make_unique<LibraryCoder>(workload, variant));
 }
 
 } // namespace measuring

@@ -142,18 +142,6 @@ recordSensors(const Options& options, Times& times)
   return frames;
 }
 
-/** \brief Wall-clock milliseconds of an action, which may wait for the disk. */
-template <typename ActionT>
-double
-wallTimeOf(ActionT&& action)
-{
-  const auto start = std::chrono::steady_clock::now();
-  action();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
-                                                   start)
-      .count();
-}
-
 void
 readAtRandom(const Options& options, Times& times)
 {

@@ -96,6 +96,9 @@ using StreamCoders = std::vector<std::unique_ptr<StreamCoder>>;
 void
 addLibraryCoders(const Workload& workload, StreamCoders& coders);
 
+void
+addLibraryCoder(const Workload& workload, const Variant& variant, StreamCoders& coders);
+
 /** \brief pcl::io::OctreePointCloudCompression in voxel-grid mode. */
 void
 addPclVoxelGridCoder(const Workload& workload, StreamCoders& coders);

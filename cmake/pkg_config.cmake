@@ -21,7 +21,7 @@ function(pcl_ext_install_pkg_config library description requires static_librarie
 endfunction()
 
 pcl_ext_install_pkg_config(pcl_ext_codec "Voxel clouds to bytes and back, without PCL"
-                           "eigen3 >= 3.3" " -lz")
+                           "eigen3 >= 3.3" " -lz -pthread")
 if(PCL_EXT_WITH_RECORDING)
   pcl_ext_install_pkg_config(
     pcl_ext_recording "Recordings of voxel clouds: files of frames, MCAP, rosbag2 folders"

@@ -3,6 +3,7 @@
 #include "measuring/machine.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -70,6 +71,18 @@ timeOf(ActionT&& action)
   const double start = threadCpuSeconds();
   action();
   return 1e3 * (threadCpuSeconds() - start);
+}
+
+/** \brief Milliseconds that pass while an action runs. */
+template <typename ActionT>
+double
+wallTimeOf(ActionT&& action)
+{
+  const auto start = std::chrono::steady_clock::now();
+  action();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
+                                                   start)
+      .count();
 }
 
 } // namespace measuring

@@ -73,6 +73,7 @@ compressionSettings(const Workload& workload, const Variant& variant)
   io::IntensityCompressionSettings settings;
   settings.resolution = workload.resolution;
   settings.i_frame_rate = workload.i_frame_rate;
+  settings.threads = workload.threads;
   settings.effort = variant.effort;
   settings.format = variant.format;
   return compressionSettings(workload.law, kinect, settings);

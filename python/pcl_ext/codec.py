@@ -75,6 +75,8 @@ class Encoder:
         Also code the number of points of each voxel: as many are decoded, at its centre.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
+    threads : int
+        Most threads that turn a cloud into voxels, 1 to 256; of clouds from 65,536 points on.
     origin : (float, float, float), optional
         Position from which voxels are counted, metres, 2**20 each way.
     format : str
@@ -114,6 +116,7 @@ class Encoder:
         colour_bits: int = 6,
         keep_points: bool = False,
         coarsen_wide_clouds: bool = False,
+        threads: int = 1,
         origin: Optional[Sequence[float]] = None,
         format: Literal["version1", "published"] = "version1",
         frame_id: Optional[str] = None,

@@ -129,6 +129,7 @@ readCodecSettings(const Keywords& values)
   settings.colour_bits = values.smallCount("colour_bits");
   settings.keep_points = values.flag("keep_points");
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
+  settings.threads = values.smallCount("threads");
   if (values.isSet("origin"))
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
@@ -218,6 +219,7 @@ defaultSettings()
                   "colour_bits"_a = codec.colour_bits,
                   "keep_points"_a = codec.keep_points,
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
+                  "threads"_a = codec.threads,
                   "max_frame_bytes"_a = limits.max_frame_bytes,
                   "max_voxels"_a = limits.max_voxels,
                   "max_points"_a = limits.max_points,

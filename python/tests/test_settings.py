@@ -111,6 +111,8 @@ BAD_SETTINGS = [
     ({"depth_law": (2, -1, 255.0)}, ValueError, "depth_law.cut_off_depth is -1"),
     ({"depth_law": 2}, ValueError, "depth_law is 2; it must be 3 numbers"),
     ({"colour_bits": 9}, ValueError, "colour_bits is 9"),
+    ({"threads": 0}, ValueError, "threads is 0"),
+    ({"threads": 257}, ValueError, "threads is 257"),
     ({"keep_points": 1}, TypeError, "keep_points is 1; it must be True or False"),
     ({"origin": (1, 2)}, ValueError, r"origin is \(1, 2\); it must be 3 numbers"),
     ({"origin": (1, 2, np.inf)}, ValueError, "origin"),

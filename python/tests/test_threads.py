@@ -64,6 +64,13 @@ def test_others_run_while_decoding(large):
     assert is_seen_to_run(lambda: removal.score(decoder))
 
 
+def test_threads_of_an_encoder_do_not_change_its_bytes(large):
+    one = pcl_ext.Encoder(0.02)
+    four = pcl_ext.Encoder(0.02, threads=4)
+    for cloud in (large, large[::-1], large[:1000]):
+        assert one.encode(cloud) == four.encode(cloud)
+
+
 def in_threads(count, work):
     failures = []
 

@@ -13,6 +13,8 @@ namespace io {
 
 namespace {
 
+constexpr unsigned int most_threads = 256;
+
 template <typename ValueT>
 CompressionStatus
 invalid(const char* field, const ValueT& value, const char* demand)
@@ -119,6 +121,8 @@ checkSettings(const IntensityCompressionSettings& settings)
         "intensity_bits", settings.intensity_bits, "1 to 16, or 0 for automatic");
   if (settings.colour_bits > 8)
     return invalid("colour_bits", settings.colour_bits, "1 to 8, or 0 for no colour");
+  if (settings.threads < 1 || settings.threads > most_threads)
+    return invalid("threads", settings.threads, "1 to 256");
   if (settings.origin && !isOrigin(*settings.origin))
     return invalid("origin",
                    std::to_string((*settings.origin)[0]) + " " +

@@ -50,8 +50,14 @@ public:
     return true;
   }
 
+  const PointView*
+  wholeCloud() const override
+  {
+    return &points_;
+  }
+
 private:
-  const PointView& points_;
+  PointView points_;
   bool is_read_ = false;
 };
 

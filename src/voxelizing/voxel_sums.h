@@ -34,17 +34,6 @@ struct VoxelSums {
   {
     resize(0, SummedFields());
   }
-
-  /** \brief Adds the sums of one voxel to those of another one. */
-  void
-  add(std::size_t to, std::size_t from)
-  {
-    counts[to] += counts[from];
-    if (!intensities.empty())
-      intensities[to] += intensities[from];
-    if (!colours.empty())
-      colours[to].add(colours[from]);
-  }
 };
 
 } // namespace io

@@ -1,20 +1,16 @@
 #include <pcl_ext/compression/voxelizer.h>
 
-#include "voxelizing/common_step.h"
 #include "voxelizing/intensity_quantiser.h"
+#include "voxelizing/parallel_collector.h"
 #include "voxelizing/place_finder.h"
 #include "voxelizing/point_batches.h"
-#include "voxelizing/point_blocks.h"
-#include "voxelizing/sorted_voxels.h"
 #include "voxelizing/voxel_sums.h"
 #include "voxels/grid_fit.h"
 #include "voxels/memory_rule.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 namespace pcl_ext {
@@ -38,6 +34,7 @@ public:
                       settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
   , finder_(settings)
+  , collector_(std::max(settings.threads, 1u))
   {}
 
   VoxelizationStatistics
@@ -63,8 +60,10 @@ private:
   {
     if (!has_fixed_grid_ && (!has_grid_ || may_refit))
       adaptGrid(points, may_refit);
-    if (may_refit)
+    if (may_refit) {
       points_off_lattice_ = 0;
+      collector_.forgetRounding();
+    }
     VoxelizationStatistics statistics;
     voxelizeOnGrid(points, may_refit, frame, statistics);
     // Points that no origin so far had on its lattice are not looked at again.
@@ -86,19 +85,28 @@ private:
                  VoxelFrame& frame,
                  VoxelizationStatistics& statistics)
   {
-    is_sparse_ = points_per_block_ < min_points_per_block;
-    Collected collected = collect(points, statistics);
-    if (collected == Collected::PointOutsideGrid) {
-      blocks_.reset();
+    const bool is_sparse = points_per_block_ < min_points_per_block;
+    CollectionResult result = collect(points, is_sparse, frame);
+    if (result == CollectionResult::PointOutsideGrid) {
+      collector_.reset();
       adaptGrid(points, may_refit);
-      collected = collect(points, statistics);
+      result = collect(points, is_sparse, frame);
     }
-    if (collected == Collected::TooSparse) {
-      is_sparse_ = true;
-      blocks_.reset();
-      collect(points, statistics);
+    if (result == CollectionResult::TooSparse) {
+      collector_.reset();
+      collect(points, true, frame);
     }
+    statistics = collector_.statistics();
+    if (const std::size_t blocks = collector_.occupiedBlocks(); blocks > 0)
+      points_per_block_ = statistics.points_used / blocks;
     writeFrame(points, may_refit, frame, statistics);
+  }
+
+  CollectionResult
+  collect(PointBatches& points, bool is_sparse, VoxelFrame& frame)
+  {
+    return collector_.collect(
+        points, finder_, fieldsOf(points), is_sparse, frame.keys, sums_);
   }
 
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
@@ -113,7 +121,7 @@ private:
     grid.resolution = finder_.grid().resolution;
     grid.anchor = origin;
     finder_.setGrid(grid);
-    blocks_.reset();
+    collector_.reset();
     has_grid_ = false;
     adaptGrid(points, false);
     return true;
@@ -123,101 +131,21 @@ private:
   void
   releaseMemory()
   {
-    blocks_ = PointBlocks();
-    sorted_voxels_ = SortedVoxels();
+    collector_.releaseMemory();
     sums_ = VoxelSums();
   }
 
   /** \brief With fewer points per block of voxels SortedVoxels is faster than PointBlocks. */
   static constexpr std::size_t min_points_per_block = 8;
 
-  enum class Collected { AllPoints, TooSparse, PointOutsideGrid };
-
-  SummedFields
+  CollectedFields
   fieldsOf(const PointBatches& points) const
   {
-    return {has_intensities_ && points.hasIntensities(),
-            colour_bits_ > 0 && points.hasColours()};
-  }
-
-  /** \brief Adds all usable points to blocks_, or to sorted_voxels_ if the cloud is known
-   * to be sparse. */
-  Collected
-  collect(PointBatches& points, VoxelizationStatistics& statistics)
-  {
-    statistics = VoxelizationStatistics();
-    step_ = CommonStep();
-    const SummedFields fields = fieldsOf(points);
-    if (is_sparse_)
-      sorted_voxels_.begin(fields, points.size());
-    else
-      blocks_.begin(fields);
-    points.restart();
-    for (PointView batch; points.next(batch);) {
-      const Collected collected = collectBatch(batch, fields, statistics);
-      if (collected != Collected::AllPoints)
-        return collected;
-      statistics.points += batch.count;
-      statistics.points_behind_sensor += batch.count_behind_sensor;
-    }
-    statistics.points_used = statistics.points - statistics.points_not_finite -
-                             statistics.points_outside_box -
-                             statistics.points_outside_grid;
-    return Collected::AllPoints;
-  }
-
-  Collected
-  collectBatch(const PointView& points,
-               const SummedFields& fields,
-               VoxelizationStatistics& statistics)
-  {
-    for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
-      if (!finder_.find(points, i, placed_, statistics))
-        return Collected::PointOutsideGrid;
-      if (fields.intensities)
-        readIntensities(points, statistics);
-      if (fields.colours)
-        readColours(points);
-      if (is_sparse_)
-        sorted_voxels_.add(placed_);
-      else {
-        blocks_.add(placed_);
-        if (blocks_.areTooSparse(statistics.points + i))
-          return Collected::TooSparse;
-      }
-    }
-    return Collected::AllPoints;
-  }
-
-  /** \brief Reads the intensities of the points in placed_. */
-  void
-  readIntensities(const PointView& points, VoxelizationStatistics& statistics)
-  {
-    bool are_whole = true;
-    for (std::size_t i = 0; i < placed_.count; ++i) {
-      const float intensity =
-          points.intensities[placed_.points[i] * points.intensity_stride];
-      placed_.intensities[i] = intensity;
-      are_whole &= CommonStep::isSmallWholeNumber(intensity); // NaN is none
-    }
-    for (std::size_t i = 0; !are_whole && i < placed_.count; ++i)
-      if (!std::isfinite(placed_.intensities[i])) {
-        ++statistics.intensities_not_finite;
-        placed_.intensities[i] = 0.0f;
-      }
-      else if (is_native_)
-        step_.add(placed_.intensities[i]);
-  }
-
-  /** \brief Reads the colours of the points in placed_. */
-  void
-  readColours(const PointView& points)
-  {
-    const auto* const bytes = static_cast<const unsigned char*>(points.colours);
-    for (std::size_t i = 0; i < placed_.count; ++i)
-      std::memcpy(&placed_.colours[i],
-                  bytes + placed_.points[i] * points.colour_stride,
-                  sizeof(placed_.colours[i]));
+    CollectedFields fields;
+    fields.intensities = has_intensities_ && points.hasIntensities();
+    fields.colours = colour_bits_ > 0 && points.hasColours();
+    fields.step = is_native_;
+    return fields;
   }
 
   void
@@ -226,14 +154,6 @@ private:
              VoxelFrame& frame,
              VoxelizationStatistics& statistics)
   {
-    if (is_sparse_)
-      sorted_voxels_.writeVoxels(frame.keys, sums_);
-    else
-      blocks_.writeVoxels(frame.keys, sums_);
-    const std::size_t blocks =
-        is_sparse_ ? sorted_voxels_.occupiedBlocks() : blocks_.occupiedBlocks();
-    if (blocks > 0)
-      points_per_block_ = statistics.points_used / blocks;
     frame.grid = finder_.grid();
     statistics.intensities_out_of_range =
         quantise(points, may_refit, frame, statistics.intensities_vanished);
@@ -264,7 +184,8 @@ private:
     }
     for (std::size_t i = 0; is_mean_ && i < frame.size(); ++i)
       sums_.intensities[i] /= static_cast<double>(sums_.counts[i]);
-    return quantiser_.quantise(sums_.intensities, step_, may_refit, frame, vanished);
+    return quantiser_.quantise(
+        sums_.intensities, collector_.step(), may_refit, frame, vanished);
   }
 
   void
@@ -285,7 +206,7 @@ private:
     if (grid == finder_.grid())
       return;
     finder_.setGrid(grid);
-    blocks_.reset();
+    collector_.reset();
   }
 
   /** \brief Sets the mean colour of each voxel, in 2^colour_bits - 1 steps from 0 to 255. */
@@ -327,20 +248,22 @@ private:
   std::size_t points_off_lattice_ = 0; // in the worst cloud since the last refit
   bool has_grid_;
   PlaceFinder finder_;
-  PointBlocks blocks_;
-  SortedVoxels sorted_voxels_;
-  bool is_sparse_ = false;
+  ParallelCollector collector_;
   std::size_t points_per_block_ = min_points_per_block; // of the last cloud
 
   // Of the current cloud; members so that their memory is reused.
-  PlacedPoints placed_;
-  CommonStep step_; // of the intensities
   VoxelSums sums_;
   bool is_interrupted_ = false;
   MemoryRule memory_rule_;
 };
 
 PointBatches::~PointBatches() = default;
+
+const PointView*
+PointBatches::wholeCloud() const
+{
+  return nullptr;
+}
 
 Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)
 : implementation_(std::make_unique<Implementation>(settings, unit))

@@ -107,8 +107,12 @@ MUTANTS = [
     Mutant(VOXELIZING + "intensity_quantiser.cpp", "a scale that never shrinks",
            "lowest_ = 0.0;\n    highest_ = 0.0;", "lowest_ = 0.0;"),
     Mutant(VOXELIZING + "voxelizer.cpp", "a mean is a sum",
-           "voxel_values_[i] /= static_cast<double>(voxel_counts_[i]);",
-           "voxel_values_[i] /= 1.0;"),
+           "sums_.intensities[i] /= static_cast<double>(sums_.counts[i]);",
+           "sums_.intensities[i] /= 1.0;"),
+    Mutant(VOXELIZING + "parallel_collector.cpp", "sums that depend on the threads",
+           "fields.intensities && !areSumsExact(parts, sums)", "false"),
+    Mutant(VOXELIZING + "parallel_collector.cpp", "the last point of a part is lost",
+           "view.count = end - begin;", "view.count = end - begin - 1;"),
 
     # Histories.
     Mutant(CONTEXT + "history.cpp", "an occupied voxel becomes less probable",

@@ -158,6 +158,10 @@ struct IntensityCompressionSettings {
    * Exponent 1 or 2; depth and intensity above 0. Linear scales of Version1 only. */
   std::optional<DepthLaw> depth_law;
 
+  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768 points a
+   * thread use fewer. The bytes do not depend on it. */
+  unsigned int threads = 1;
+
   /** \brief Code header.stamp and header.frame_id. Version1 only. */
   bool carry_header = false;
 

@@ -55,6 +55,11 @@ public:
    */
   virtual bool
   next(PointView& points) = 0;
+
+  /** \brief The cloud, if it is in memory; else, as without an override, null. Only such
+   * clouds are voxelized by several threads. */
+  virtual const PointView*
+  wholeCloud() const;
 };
 
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean
@@ -76,7 +81,8 @@ class PCL_EXT_EXPORT Voxelizer {
 public:
   /** \brief A voxelizer for the clouds of one stream.
    * \param[in] settings as accepted by checkSettings; those of the grid, the box, the
-   * aggregation, the coding of intensities, colours and points, and the format are used
+   * aggregation, the coding of intensities, colours and points, the format, and the
+   * number of threads are used
    * \param[in] unit unit of the point intensities
    */
   Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit);

@@ -1,0 +1,184 @@
+#include "voxelizing/parallel_collector.h"
+
+#include "voxelizing/run_at_once.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+/** \brief With fewer, starting a thread and uniting the voxels costs more than it saves. */
+constexpr std::size_t least_points_per_part = std::size_t{1} << 15;
+
+PointView
+slice(const PointView& points, std::size_t begin, std::size_t end)
+{
+  PointView view = points;
+  view.coordinates += begin * points.coordinate_stride;
+  if (points.intensities != nullptr)
+    view.intensities += begin * points.intensity_stride;
+  if (points.colours != nullptr)
+    view.colours = static_cast<const unsigned char*>(points.colours) +
+                   begin * points.colour_stride;
+  view.count = end - begin;
+  view.count_behind_sensor = begin == 0 ? points.count_behind_sensor : 0;
+  return view;
+}
+
+void
+add(VoxelizationStatistics& sum, const VoxelizationStatistics& part)
+{
+  sum.points += part.points;
+  sum.points_used += part.points_used;
+  sum.points_not_finite += part.points_not_finite;
+  sum.points_behind_sensor += part.points_behind_sensor;
+  sum.points_outside_box += part.points_outside_box;
+  sum.points_outside_grid += part.points_outside_grid;
+  sum.intensities_not_finite += part.intensities_not_finite;
+}
+
+/** \brief Adds the sums of voxels to those of the same voxels among more. */
+void
+addSums(const std::vector<std::uint64_t>& part_keys,
+        const VoxelSums& part,
+        const std::vector<std::uint64_t>& keys,
+        VoxelSums& sums)
+{
+  std::size_t voxel = 0;
+  for (std::size_t i = 0; i < part_keys.size(); ++i, ++voxel) {
+    while (keys[voxel] != part_keys[i])
+      ++voxel;
+    sums.counts[voxel] += part.counts[i];
+    if (!sums.intensities.empty())
+      sums.intensities[voxel] += part.intensities[i];
+    if (!sums.colours.empty())
+      sums.colours[voxel].add(part.colours[i]);
+  }
+}
+
+/** \param[in] keys Morton keys of voxels, ascending */
+std::size_t
+countBlocks(const std::vector<std::uint64_t>& keys)
+{
+  std::size_t blocks = keys.empty() ? 0 : 1;
+  for (std::size_t i = 1; i < keys.size(); ++i)
+    blocks += keys[i] >> 6 != keys[i - 1] >> 6 ? 1 : 0;
+  return blocks;
+}
+
+} // namespace
+
+void
+ParallelCollector::reset()
+{
+  for (Part& part : parts_)
+    part.collector.reset();
+}
+
+CollectionResult
+ParallelCollector::collect(PointBatches& points,
+                           const PlaceFinder& finder,
+                           const CollectedFields& fields,
+                           bool is_sparse,
+                           std::vector<std::uint64_t>& keys,
+                           VoxelSums& sums)
+{
+  const std::size_t parts = partsFor(points);
+  if (parts == 1)
+    return collectByOne(points, finder, fields, is_sparse, keys, sums);
+
+  if (parts_.size() < parts)
+    parts_.resize(parts);
+  const PointView& cloud = *points.wholeCloud();
+  CollectedFields part_fields = fields;
+  part_fields.exactness = fields.intensities;
+  runAtOnce(parts, [&](std::size_t i) {
+    Part& part = parts_[i];
+    SingleBatch batch(
+        slice(cloud, i * cloud.count / parts, (i + 1) * cloud.count / parts));
+    part.result = part.collector.collect(batch, finder, part_fields, is_sparse);
+    if (part.result == CollectionResult::AllPoints)
+      part.collector.writeVoxels(part.keys, part.sums);
+  });
+  statistics_ = VoxelizationStatistics();
+  step_ = CommonStep();
+  for (std::size_t i = 0; i < parts; ++i) {
+    if (parts_[i].result != CollectionResult::AllPoints)
+      return parts_[i].result;
+    add(statistics_, parts_[i].collector.statistics());
+    step_.add(parts_[i].collector.step());
+  }
+  uniteVoxels(fields, parts, keys, sums);
+  if (fields.intensities && !areSumsExact(parts, sums)) {
+    are_sums_rounded_ = true;
+    return collectByOne(points, finder, fields, is_sparse, keys, sums);
+  }
+  occupied_blocks_ = countBlocks(keys);
+  return CollectionResult::AllPoints;
+}
+
+CollectionResult
+ParallelCollector::collectByOne(PointBatches& points,
+                                const PlaceFinder& finder,
+                                const CollectedFields& fields,
+                                bool is_sparse,
+                                std::vector<std::uint64_t>& keys,
+                                VoxelSums& sums)
+{
+  VoxelCollector& collector = parts_.front().collector;
+  const CollectionResult result = collector.collect(points, finder, fields, is_sparse);
+  if (result != CollectionResult::AllPoints)
+    return result;
+  collector.writeVoxels(keys, sums);
+  statistics_ = collector.statistics();
+  step_ = collector.step();
+  occupied_blocks_ = collector.occupiedBlocks();
+  return result;
+}
+
+std::size_t
+ParallelCollector::partsFor(const PointBatches& points) const
+{
+  if (are_sums_rounded_ || points.wholeCloud() == nullptr)
+    return 1;
+  return std::clamp<std::size_t>(points.size() / least_points_per_part, 1, threads_);
+}
+
+void
+ParallelCollector::uniteVoxels(const SummedFields& fields,
+                               std::size_t parts,
+                               std::vector<std::uint64_t>& keys,
+                               VoxelSums& sums)
+{
+  keys = parts_.front().keys;
+  for (std::size_t i = 1; i < parts; ++i) {
+    spare_keys_.clear();
+    std::set_union(keys.begin(),
+                   keys.end(),
+                   parts_[i].keys.begin(),
+                   parts_[i].keys.end(),
+                   std::back_inserter(spare_keys_));
+    keys.swap(spare_keys_);
+  }
+  sums.clear();
+  sums.resize(keys.size(), fields);
+  for (std::size_t i = 0; i < parts; ++i)
+    addSums(parts_[i].keys, parts_[i].sums, keys, sums);
+}
+
+bool
+ParallelCollector::areSumsExact(std::size_t parts, const VoxelSums& sums) const
+{
+  if (sums.counts.empty())
+    return true;
+  SumExactness exactness;
+  for (std::size_t i = 0; i < parts; ++i)
+    exactness.add(parts_[i].collector.exactness());
+  return exactness.areExact(*std::max_element(sums.counts.begin(), sums.counts.end()));
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxelizer.h>
+
+#include "voxelizing/common_step.h"
+#include "voxelizing/place_finder.h"
+#include "voxelizing/point_batches.h"
+#include "voxelizing/voxel_collector.h"
+#include "voxelizing/voxel_sums.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Collects the points of a cloud into voxels, in several threads if the cloud is in
+ * memory and large enough: each thread collects consecutive points, and the voxels of all are
+ * united.
+ *
+ * The result does not depend on the number of threads: sums of intensities that would, as
+ * they are rounded, are computed by one thread.
+ */
+class ParallelCollector {
+public:
+  /** \param[in] threads most of them, at least 1 */
+  explicit ParallelCollector(unsigned int threads) : threads_(threads), parts_(1) {}
+
+  /** \brief Collects the usable points.
+   * \param[in] points the cloud
+   * \param[in] finder computes their voxels
+   * \param[in] fields what is collected besides the number of points
+   * \param[in] is_sparse the cloud is known to have few points per block of voxels
+   * \param[out] keys Morton keys of the voxels, strictly ascending; valid with AllPoints, as
+   * all that follows
+   * \param[out] sums of the points in each voxel
+   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable point is
+   * outside the finder's grid. In both cases reset() is required first.
+   */
+  CollectionResult
+  collect(PointBatches& points,
+          const PlaceFinder& finder,
+          const CollectedFields& fields,
+          bool is_sparse,
+          std::vector<std::uint64_t>& keys,
+          VoxelSums& sums);
+
+  /** \brief Sums that one thread had to compute are tried with all of them again. */
+  void
+  forgetRounding()
+  {
+    are_sums_rounded_ = false;
+  }
+
+  /** \brief For another grid, or after a cloud that was not collected. */
+  void
+  reset();
+
+  /** \brief Releases memory of earlier clouds. */
+  void
+  releaseMemory()
+  {
+    parts_ = std::vector<Part>(1);
+  }
+
+  /** \brief Counts of the points. */
+  const VoxelizationStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+  /** \brief Common step of the intensities, if it was collected. */
+  const CommonStep&
+  step() const
+  {
+    return step_;
+  }
+
+  /** \brief Number of occupied blocks of 4 x 4 x 4 voxels. */
+  std::size_t
+  occupiedBlocks() const
+  {
+    return occupied_blocks_;
+  }
+
+private:
+  /** \brief Consecutive points and their voxels. */
+  struct Part {
+    VoxelCollector collector;
+    CollectionResult result = CollectionResult::AllPoints;
+    std::vector<std::uint64_t> keys;
+    VoxelSums sums;
+  };
+
+  CollectionResult
+  collectByOne(PointBatches& points,
+               const PlaceFinder& finder,
+               const CollectedFields& fields,
+               bool is_sparse,
+               std::vector<std::uint64_t>& keys,
+               VoxelSums& sums);
+
+  std::size_t
+  partsFor(const PointBatches& points) const;
+
+  void
+  uniteVoxels(const SummedFields& fields,
+              std::size_t parts,
+              std::vector<std::uint64_t>& keys,
+              VoxelSums& sums);
+
+  bool
+  areSumsExact(std::size_t parts, const VoxelSums& sums) const;
+
+  unsigned int threads_;
+  std::vector<Part> parts_; // the first one is also that of a single thread
+  std::vector<std::uint64_t> spare_keys_;
+  bool are_sums_rounded_ = false;
+  VoxelizationStatistics statistics_;
+  CommonStep step_;
+  std::size_t occupied_blocks_ = 0;
+};
+
+} // namespace io
+} // namespace pcl_ext

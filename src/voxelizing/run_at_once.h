@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+
+// WebAssembly without threads has no std::async.
+#if !defined(__wasm__)
+#include <future>
+#include <vector>
+#endif
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Calls work(0) to work(count - 1), at the same time in as many threads, one of which
+ * is the caller's, and returns when all have ended. What one throws is passed on. */
+template <typename WorkT>
+void
+runAtOnce(std::size_t count, const WorkT& work)
+{
+#if defined(__wasm__)
+  for (std::size_t i = 0; i < count; ++i)
+    work(i);
+#else
+  std::vector<std::future<void>> others; // their destructors wait
+  others.reserve(count);
+  // Where no thread can be started, the call is made when it is waited for.
+  for (std::size_t i = 1; i < count; ++i)
+    others.push_back(std::async(std::launch::async | std::launch::deferred,
+                                [&work, i] { work(i); }));
+  work(0);
+  for (std::future<void>& other : others)
+    other.get();
+#endif
+}
+
+} // namespace io
+} // namespace pcl_ext

@@ -1,0 +1,102 @@
+#include "voxelizing/voxel_collector.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace pcl_ext {
+namespace io {
+
+CollectionResult
+VoxelCollector::collect(PointBatches& points,
+                        const PlaceFinder& finder,
+                        const CollectedFields& fields,
+                        bool is_sparse)
+{
+  fields_ = fields;
+  is_sparse_ = is_sparse;
+  statistics_ = VoxelizationStatistics();
+  step_ = CommonStep();
+  exactness_ = SumExactness();
+  if (is_sparse_)
+    sorted_voxels_.begin(fields, points.size());
+  else
+    blocks_.begin(fields);
+  points.restart();
+  for (PointView batch; points.next(batch);) {
+    const CollectionResult result = collectBatch(batch, finder);
+    if (result != CollectionResult::AllPoints)
+      return result;
+    statistics_.points += batch.count;
+    statistics_.points_behind_sensor += batch.count_behind_sensor;
+  }
+  statistics_.points_used = statistics_.points - statistics_.points_not_finite -
+                            statistics_.points_outside_box -
+                            statistics_.points_outside_grid;
+  return CollectionResult::AllPoints;
+}
+
+CollectionResult
+VoxelCollector::collectBatch(const PointView& points, const PlaceFinder& finder)
+{
+  for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
+    if (!finder.find(points, i, placed_, statistics_))
+      return CollectionResult::PointOutsideGrid;
+    if (fields_.intensities)
+      readIntensities(points);
+    if (fields_.colours)
+      readColours(points);
+    if (is_sparse_)
+      sorted_voxels_.add(placed_);
+    else {
+      blocks_.add(placed_);
+      if (blocks_.areTooSparse(statistics_.points + i))
+        return CollectionResult::TooSparse;
+    }
+  }
+  return CollectionResult::AllPoints;
+}
+
+/** \brief Reads the intensities of the points in placed_. */
+void
+VoxelCollector::readIntensities(const PointView& points)
+{
+  bool are_whole = true;
+  for (std::size_t i = 0; i < placed_.count; ++i) {
+    const float intensity =
+        points.intensities[placed_.points[i] * points.intensity_stride];
+    placed_.intensities[i] = intensity;
+    are_whole &= CommonStep::isSmallWholeNumber(intensity); // NaN is none
+  }
+  for (std::size_t i = 0; !are_whole && i < placed_.count; ++i)
+    if (!std::isfinite(placed_.intensities[i])) {
+      ++statistics_.intensities_not_finite;
+      placed_.intensities[i] = 0.0f;
+    }
+    else if (fields_.step)
+      step_.add(placed_.intensities[i]);
+  if (fields_.exactness)
+    exactness_.add(placed_.intensities.data(), placed_.count, are_whole);
+}
+
+/** \brief Reads the colours of the points in placed_. */
+void
+VoxelCollector::readColours(const PointView& points)
+{
+  const auto* const bytes = static_cast<const unsigned char*>(points.colours);
+  for (std::size_t i = 0; i < placed_.count; ++i)
+    std::memcpy(&placed_.colours[i],
+                bytes + placed_.points[i] * points.colour_stride,
+                sizeof(placed_.colours[i]));
+}
+
+void
+VoxelCollector::writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums)
+{
+  if (is_sparse_)
+    sorted_voxels_.writeVoxels(keys, sums);
+  else
+    blocks_.writeVoxels(keys, sums);
+}
+
+} // namespace io
+} // namespace pcl_ext
