@@ -1,0 +1,93 @@
+#pragma once
+
+#include <pcl_ext/export.h>
+#include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief A value as parameter files have it. */
+using ParameterValue =
+    std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
+
+/** \brief Values by the names of the parameters. */
+using ParameterValues = std::map<std::string, ParameterValue>;
+
+/** \brief One parameter of a node: its type is that of its default. */
+struct ParameterDescription {
+  std::string name;
+  std::string unit; ///< "m", "frames"; empty: none
+  ParameterValue default_value;
+  double lowest = 0.0;  ///< of numbers, both included
+  double highest = 0.0; ///< of numbers; an integer's is below 2^31
+  std::vector<std::string> words; ///< texts that are allowed; empty: any text
+  std::string description;        ///< what it is for, in one sentence
+};
+
+/** \brief The values that are allowed, for messages and tables: "a number from 0 to 1". */
+PCL_EXT_EXPORT std::string
+allowedValues(const ParameterDescription& parameter);
+
+/** \brief Converts a value to the type of a parameter and checks its range. A whole number is
+ * accepted for a number, and an empty list of any type for a list.
+ * \return the value; nothing if it is not allowed
+ */
+PCL_EXT_EXPORT std::optional<ParameterValue>
+convertedValue(const ParameterDescription& parameter, const ParameterValue& value);
+
+/** \brief A value in one line, for messages: true, 4, 0.04, 'fast', [0, 0, 1]. */
+PCL_EXT_EXPORT std::string
+textOf(const ParameterValue& value);
+
+/** \brief A parameter that cannot be used, in one line with its name, its value and the values
+ * that are allowed: "effort is 'quick'; it must be one of: fast, balanced, small". */
+PCL_EXT_EXPORT std::string
+refusalOf(const ParameterDescription& parameter, const ParameterValue& value);
+
+/** \brief The defaults of some parameters. */
+PCL_EXT_EXPORT ParameterValues
+defaultsOf(const std::vector<ParameterDescription>& parameters);
+
+/** \brief The parameters of encoding: all of SensorNodeSettings that users set, but for the
+ * global frame. They have the names of the fields; `intensity` is the law, where the word
+ * auto means native for clouds with the field `intensity_field`, else count. */
+PCL_EXT_EXPORT const std::vector<ParameterDescription>&
+encodingParameters();
+
+/** \brief The parameters of removing noise after decoding: `min_intensity`,
+ * `remove_outliers`, `min_log_odds`, `density_unit`. */
+PCL_EXT_EXPORT const std::vector<ParameterDescription>&
+noiseParameters();
+
+/** \brief The settings of a sensor's node.
+ * \param[in] values of encodingParameters(), each as convertedValue() returns it; a parameter
+ * that is missing has its default
+ * \param[in] has_intensities whether the clouds have the field `intensity_field`, for auto
+ * \param[out] settings what the parameters say; the rest is unchanged
+ * \return what is wrong, in one line; empty if nothing
+ */
+PCL_EXT_EXPORT std::string
+readEncodingParameters(const ParameterValues& values,
+                       bool has_intensities,
+                       SensorNodeSettings& settings);
+
+/** \brief What noiseParameters() say. */
+struct NoiseSettings {
+  float min_intensity = 0.0f;
+  std::optional<VoxelOutlierRemovalSettings> outlier_removal; ///< none: outliers stay
+};
+
+/** \param[in] values as for readEncodingParameters() */
+PCL_EXT_EXPORT NoiseSettings
+readNoiseParameters(const ParameterValues& values);
+
+} // namespace nodes
+} // namespace pcl_ext
