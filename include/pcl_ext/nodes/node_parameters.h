@@ -26,8 +26,8 @@ struct ParameterDescription {
   std::string name;
   std::string unit; ///< "m", "frames"; empty: none
   ParameterValue default_value;
-  double lowest = 0.0;  ///< of numbers, both included
-  double highest = 0.0; ///< of numbers; an integer's is below 2^31
+  double lowest = 0.0;            ///< of numbers, both included
+  double highest = 0.0;           ///< of numbers; an integer's is below 2^31
   std::vector<std::string> words; ///< texts that are allowed; empty: any text
   std::string description;        ///< what it is for, in one sentence
 };

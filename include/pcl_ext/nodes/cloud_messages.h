@@ -1,0 +1,117 @@
+/** \file
+ * \brief Clouds and frames as ROS messages, which are types of ROS 1 or ROS 2: both have the
+ * same members.
+ */
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/export.h>
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Name of a stream's format in the member `format` of CompressedPointCloud2. */
+PCL_EXT_EXPORT const char*
+messageFormat(io::StreamFormat format);
+
+/** \brief True for the names of messageFormat(). */
+PCL_EXT_EXPORT bool
+isMessageFormat(const std::string& format);
+
+/** \brief The points of a frame as the data of a PointCloud2 with the layout that
+ * describeVoxels() writes.
+ * \param[in] frame for which isConsistent() is true
+ * \param[out] data frame.size() * point_step bytes
+ */
+PCL_EXT_EXPORT void
+writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
+
+/** \brief Describes a cloud of voxel centres: x, y, z in metres and intensity, FLOAT32, and
+ * where there are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte
+ * 0. The header is unchanged.
+ * \tparam MessageT PointCloud2 or CompressedPointCloud2
+ */
+template <typename MessageT>
+void
+describeVoxels(std::size_t voxels, bool has_colours, MessageT& message)
+{
+  constexpr const char* names[] = {"x", "y", "z", "intensity", "rgb"};
+  constexpr std::uint8_t float32 = 7;
+  message.height = 1;
+  message.width = static_cast<std::uint32_t>(voxels);
+  message.fields.resize(has_colours ? 5 : 4);
+  for (std::size_t i = 0; i < message.fields.size(); ++i) {
+    message.fields[i].name = names[i];
+    message.fields[i].offset = static_cast<std::uint32_t>(i * sizeof(float));
+    message.fields[i].datatype = float32;
+    message.fields[i].count = 1;
+  }
+  message.is_bigendian = false;
+  message.point_step =
+      static_cast<std::uint32_t>(sizeof(float) * message.fields.size());
+  message.row_step = message.point_step * message.width;
+  message.is_dense = true;
+}
+
+/** \brief Writes the voxels of a frame into a PointCloud2, but for its header.
+ * \param[in] frame for which isConsistent() is true
+ * \param[out] message see describeVoxels
+ */
+template <typename PointCloud2T>
+void
+writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
+{
+  describeVoxels(frame.size(), frame.colour_bits > 0, message);
+  message.data.resize(std::size_t{message.row_step});
+  writeVoxelPoints(frame, message.data.data());
+}
+
+/** \brief The layout of a PointCloud2, without points and without stamp. */
+template <typename PointCloud2T>
+void
+copyLayout(const PointCloud2T& message, pcl::PCLPointCloud2& cloud)
+{
+  cloud.header.frame_id = message.header.frame_id;
+  cloud.height = message.height;
+  cloud.width = message.width;
+  cloud.fields.resize(message.fields.size());
+  for (std::size_t i = 0; i < message.fields.size(); ++i) {
+    cloud.fields[i].name = message.fields[i].name;
+    cloud.fields[i].offset = message.fields[i].offset;
+    cloud.fields[i].datatype = message.fields[i].datatype;
+    cloud.fields[i].count = message.fields[i].count;
+  }
+  cloud.is_bigendian = message.is_bigendian;
+  cloud.point_step = message.point_step;
+  cloud.row_step = message.row_step;
+  cloud.is_dense = message.is_dense;
+}
+
+/** \brief A PointCloud2 as PCL's, without its stamp. The memory of `cloud` is reused. */
+template <typename PointCloud2T>
+void
+toPcl(const PointCloud2T& message, pcl::PCLPointCloud2& cloud)
+{
+  copyLayout(message, cloud);
+  cloud.data.assign(message.data.begin(), message.data.end());
+}
+
+/** \brief The same, where the message is not needed any more: its points are moved. */
+template <typename PointCloud2T>
+void
+moveToPcl(PointCloud2T& message, pcl::PCLPointCloud2& cloud)
+{
+  copyLayout(message, cloud);
+  cloud.data = std::move(message.data);
+}
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,49 @@
+#include <pcl_ext/nodes/cloud_messages.h>
+
+#include <array>
+#include <cstring>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+constexpr const char* format_of_version1 = "pcl_ext/version1";
+constexpr const char* format_of_published = "pcl_ext/published";
+
+} // namespace
+
+const char*
+messageFormat(io::StreamFormat format)
+{
+  return format == io::StreamFormat::Published ? format_of_published
+                                               : format_of_version1;
+}
+
+bool
+isMessageFormat(const std::string& format)
+{
+  return format == format_of_version1 || format == format_of_published;
+}
+
+void
+writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
+{
+  const bool has_colours = frame.colour_bits > 0;
+  std::size_t voxel = 0;
+  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    const std::array<float, 4> point{x, y, z, intensity};
+    std::memcpy(data, point.data(), sizeof(point));
+    data += sizeof(point);
+    if (!has_colours)
+      return;
+    const io::VoxelColour colour = frame.fullColour(voxel++);
+    const std::uint32_t packed =
+        std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
+    std::memcpy(data, &packed, sizeof(packed));
+    data += sizeof(packed);
+  });
+}
+
+} // namespace nodes
+} // namespace pcl_ext

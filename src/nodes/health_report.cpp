@@ -1,0 +1,148 @@
+#include <pcl_ext/nodes/health_report.h>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+/** \brief Raises the level if nothing arrived, or nothing within the last two seconds.
+ * \param[in] what arrives, in the plural
+ */
+void
+checkArrival(const std::string& what,
+             const std::optional<Time>& last_arrival,
+             Time time,
+             HealthReport& report)
+{
+  constexpr Time silence = std::chrono::seconds(2);
+  if (!last_arrival)
+    report.raise(HealthLevel::Stale, "No " + what + " have arrived yet");
+  else if (time - *last_arrival > silence)
+    report.raise(HealthLevel::Error, "No " + what + " arrive");
+}
+
+void
+addRates(const StreamRates& rates, HealthReport& report)
+{
+  constexpr double milliseconds = 1e3; // per second
+  report.add("frames per second", rates.frames_per_second);
+  report.add("bytes per second", rates.bytes_per_second);
+  report.add("mean cycle time, ms", milliseconds * rates.mean_cycle_seconds);
+  report.add("max cycle time, ms", milliseconds * rates.max_cycle_seconds);
+  report.add("mean latency, ms", milliseconds * rates.mean_latency_seconds);
+  report.add("max latency, ms", milliseconds * rates.max_latency_seconds);
+}
+
+/** \brief Bytes of the voxels as points of 16 bytes against bytes of the frames. */
+double
+compressionRatio(const StreamHealth& stream)
+{
+  constexpr double bytes_per_point = 16.0;
+  const double voxels = static_cast<double>(stream.voxels * stream.frames_received);
+  return stream.bytes == 0
+             ? 0.0
+             : bytes_per_point * voxels / static_cast<double>(stream.bytes);
+}
+
+void
+judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& report)
+{
+  const StreamHealth& stream = now.stream;
+  if (now.left_out > before.left_out)
+    report.raise(HealthLevel::Error, "Frames are of another frame id or format");
+  if (stream.frames_failed > before.stream.frames_failed)
+    report.raise(HealthLevel::Warning, "Frames fail: " + stream.last_failure.message());
+  if (stream.frames_refused > before.stream.frames_refused)
+    report.raise(HealthLevel::Warning, "Frames arrive faster than they are decoded");
+  if (stream.frames_lost > before.stream.frames_lost)
+    report.raise(HealthLevel::Warning, "Frames are lost");
+  if (!stream.outlier_removal.ok())
+    report.raise(HealthLevel::Warning, "Outliers: " + stream.outlier_removal.message());
+  if (stream.voxels > 0 && stream.kept_voxels == 0)
+    report.raise(HealthLevel::Warning, "All voxels are removed as noise");
+  if (stream.voxels_outside_grid > 0)
+    report.raise(HealthLevel::Warning,
+                 "Voxels are too far from those of other streams to be merged");
+}
+
+} // namespace
+
+void
+HealthReport::raise(HealthLevel level, const std::string& message)
+{
+  if (level <= level_)
+    return;
+  level_ = level;
+  message_ = message;
+}
+
+HealthReport
+describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
+{
+  HealthReport report;
+  const SensorNodeStatistics& node = now.node;
+  const auto without_transform = [](const SenderHealth& health) {
+    return health.node.clouds_without_transform + health.clouds_of_other_frame;
+  };
+  const auto old_transforms = [](const SenderHealth& health) {
+    return health.node.frames_with_last_transform + health.latest_transforms;
+  };
+  checkArrival("clouds", now.last_arrival, time, report);
+  if (without_transform(now) > without_transform(before))
+    report.raise(HealthLevel::Error, "Clouds without transform are dropped");
+  if (now.clouds_missed > before.clouds_missed)
+    report.raise(HealthLevel::Warning,
+                 "Clouds are missing: lost on the way or dropped from the queue");
+  if (node.clouds_refused > before.node.clouds_refused)
+    report.raise(HealthLevel::Error, "Clouds are refused");
+  if (old_transforms(now) > old_transforms(before))
+    report.raise(HealthLevel::Warning, "A transform of another time is used");
+
+  addRates(node.rates, report);
+  report.add("compression ratio", node.compressionRatio());
+  report.add("clouds", now.clouds);
+  report.add("clouds missed", now.clouds_missed);
+  report.add("frames", node.frames);
+  report.add("I-frames", node.i_frames);
+  report.add("I-frame requests", now.i_frame_requests);
+  report.add("frames with last transform", old_transforms(now));
+  report.add("clouds without transform", without_transform(now));
+  report.add("clouds refused", node.clouds_refused);
+  report.add("points", node.preprocessing.points);
+  report.add("points cropped", node.preprocessing.points_cropped);
+  report.add("points not finite", node.preprocessing.points_not_finite);
+  report.add("outliers removed", node.outliers_removed);
+  report.add("voxels", node.frame.coding.voxels);
+  report.add("bytes per voxel", node.frame.bytesPerVoxel());
+  return report;
+}
+
+HealthReport
+describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time time)
+{
+  HealthReport report;
+  checkArrival("frames", now.last_arrival, time, report);
+  judge(now, before, report);
+  const StreamHealth& stream = now.stream;
+  addRates(stream.rates, report);
+  report.add("compression ratio", compressionRatio(stream));
+  report.add("frames received", stream.frames_received);
+  report.add("frames decoded", stream.frames_decoded);
+  report.add("frames failed", stream.frames_failed);
+  report.add("frames dropped", stream.frames_dropped);
+  report.add("frames refused", stream.frames_refused);
+  report.add("frames lost", stream.frames_lost);
+  report.add("frames of other frame id or format", now.left_out);
+  report.add("I-frame requests", stream.i_frame_requests);
+  report.add("voxels", stream.voxels);
+  report.add("kept voxels", stream.kept_voxels);
+  report.add("outliers removed", stream.outliers_removed);
+  report.add("outlier removal", stream.outlier_removal.message());
+  report.add("voxels outside merged grid", stream.voxels_outside_grid);
+  report.add("min_intensity", now.min_intensity);
+  report.add("in sync", stream.in_sync ? "yes" : "no");
+  return report;
+}
+
+} // namespace nodes
+} // namespace pcl_ext
