@@ -57,6 +57,15 @@ public:
                       });
   }
 
+  io::StreamFormat
+  format() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    SensorNodeSettings settings;
+    readEncodingParameters(values_, false, settings);
+    return settings.compression.format;
+  }
+
   SenderHealth
   health() const
   {
@@ -137,6 +146,12 @@ CloudSender::encode(const pcl::PCLPointCloud2& cloud,
                     std::vector<std::uint8_t>& bytes)
 {
   return implementation_->encode(cloud, receivers, bytes);
+}
+
+io::StreamFormat
+CloudSender::format() const
+{
+  return implementation_->format();
 }
 
 SenderHealth

@@ -20,13 +20,6 @@ timeOfStamp(std::uint64_t microseconds)
       std::min(microseconds, static_cast<std::uint64_t>(latest.count())));
 }
 
-/** \brief Time of a clock that is never set. */
-inline Time
-steadyTime()
-{
-  return std::chrono::steady_clock::now().time_since_epoch();
-}
-
 /** \brief Seconds from a frame's stamp until it was ready; 0 for a stamp of 0, the default
  * of a cloud without stamp. */
 inline double

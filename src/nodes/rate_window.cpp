@@ -11,6 +11,12 @@ systemTime()
   return std::chrono::system_clock::now().time_since_epoch();
 }
 
+Time
+steadyTime()
+{
+  return std::chrono::steady_clock::now().time_since_epoch();
+}
+
 void
 RateWindow::add(const Frame& frame)
 {

@@ -58,6 +58,10 @@ public:
          std::size_t receivers,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Format of the frames, as the parameters say. */
+  io::StreamFormat
+  format() const;
+
   /** \brief Of the current stream: counts begin again where parameters change. The time of
    * an arrival is that of a steady clock. */
   SenderHealth

@@ -23,6 +23,10 @@ using Clock = std::function<Time()>;
 PCL_EXT_EXPORT Time
 systemTime();
 
+/** \brief Time of a clock that is never set, from any beginning. */
+PCL_EXT_EXPORT Time
+steadyTime();
+
 /** \brief Rates of one stream over the last seconds. */
 struct StreamRates {
   /** \brief Length of the time window. */

@@ -1,0 +1,46 @@
+#include "pcl_ext_point_cloud_transport/health_publisher.hpp"
+
+#include <rclcpp/create_timer.hpp>
+
+#include <chrono>
+
+namespace pcl_ext_point_cloud_transport {
+
+namespace {
+
+diagnostic_msgs::msg::DiagnosticStatus
+toMessage(const std::string& node, const HealthPublisher::Entry& entry)
+{
+  const auto& [name, report] = entry;
+  diagnostic_msgs::msg::DiagnosticStatus status;
+  status.level = static_cast<unsigned char>(report.level());
+  status.name = node + ": " + name;
+  status.message = report.message();
+  status.hardware_id = name;
+  for (const auto& [key, value] : report.values()) {
+    diagnostic_msgs::msg::KeyValue pair;
+    pair.key = key;
+    pair.value = value;
+    status.values.push_back(pair);
+  }
+  return status;
+}
+
+} // namespace
+
+HealthPublisher::HealthPublisher(rclcpp::Node& node,
+                                 std::function<std::vector<Entry>()> describe)
+: publisher_(
+      node.create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10))
+, timer_(node.create_wall_timer(
+      std::chrono::seconds(1), [this, &node, describe = std::move(describe)] {
+        diagnostic_msgs::msg::DiagnosticArray message;
+        message.header.stamp = node.now();
+        for (const Entry& entry : describe())
+          message.status.push_back(
+              toMessage(std::string(node.get_fully_qualified_name()).substr(1), entry));
+        publisher_->publish(message);
+      }))
+{}
+
+} // namespace pcl_ext_point_cloud_transport

@@ -1,0 +1,194 @@
+#include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+
+#include <rclcpp/logging.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext_point_cloud_transport {
+
+namespace {
+
+using pcl_ext::nodes::ParameterDescription;
+using pcl_ext::nodes::ParameterValue;
+using pcl_ext::nodes::ParameterValues;
+
+/** \brief Nothing for a type that no parameter of a table has. */
+std::optional<ParameterValue>
+toValue(const rclcpp::Parameter& parameter)
+{
+  switch (parameter.get_type()) {
+  case rclcpp::ParameterType::PARAMETER_BOOL:
+    return parameter.as_bool();
+  case rclcpp::ParameterType::PARAMETER_INTEGER:
+    return parameter.as_int();
+  case rclcpp::ParameterType::PARAMETER_DOUBLE:
+    return parameter.as_double();
+  case rclcpp::ParameterType::PARAMETER_STRING:
+    return parameter.as_string();
+  case rclcpp::ParameterType::PARAMETER_DOUBLE_ARRAY:
+    return parameter.as_double_array();
+  case rclcpp::ParameterType::PARAMETER_INTEGER_ARRAY: {
+    const std::vector<std::int64_t> whole = parameter.as_integer_array();
+    return std::vector<double>(whole.begin(), whole.end());
+  }
+  default:
+    return std::nullopt;
+  }
+}
+
+rclcpp::ParameterValue
+toRos(const ParameterValue& value)
+{
+  return std::visit([](const auto& content) { return rclcpp::ParameterValue(content); },
+                    value);
+}
+
+/** \brief Types are dynamic, as a whole number is allowed for a number. */
+rcl_interfaces::msg::ParameterDescriptor
+descriptorOf(const ParameterDescription& parameter)
+{
+  rcl_interfaces::msg::ParameterDescriptor descriptor;
+  descriptor.description = parameter.description +
+                           (parameter.unit.empty() ? "" : ". Unit: " + parameter.unit);
+  descriptor.additional_constraints = allowedValues(parameter);
+  descriptor.dynamic_typing = true;
+  if (std::holds_alternative<std::int64_t>(parameter.default_value)) {
+    rcl_interfaces::msg::IntegerRange range;
+    range.from_value = std::llround(parameter.lowest);
+    range.to_value = std::llround(parameter.highest);
+    descriptor.integer_range.push_back(range);
+  }
+  else if (std::holds_alternative<double>(parameter.default_value)) {
+    rcl_interfaces::msg::FloatingPointRange range;
+    range.from_value = parameter.lowest;
+    range.to_value = parameter.highest;
+    descriptor.floating_point_range.push_back(range);
+  }
+  return descriptor;
+}
+
+} // namespace
+
+struct NodeParameters::State {
+  std::string prefix;
+  Descriptions descriptions;
+  Check check;
+  Listener listener;
+  mutable std::mutex mutex; // guards `values`
+  ParameterValues values;
+
+  const ParameterDescription*
+  find(const std::string& name) const
+  {
+    if (name.compare(0, prefix.size(), prefix) != 0)
+      return nullptr;
+    const auto parameter = std::find_if(
+        descriptions.begin(),
+        descriptions.end(),
+        [&](const ParameterDescription& known) {
+          return name.compare(prefix.size(), std::string::npos, known.name) == 0;
+        });
+    return parameter == descriptions.end() ? nullptr : &*parameter;
+  }
+
+  /** \brief The present values with some that may replace them; nothing if all of these are
+   * those of other parameters.
+   * \param[out] fault what is wrong; empty if nothing
+   */
+  std::optional<ParameterValues>
+  changed(const std::vector<rclcpp::Parameter>& parameters, std::string& fault) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    ParameterValues result = values;
+    bool is_any = false;
+    for (const rclcpp::Parameter& parameter : parameters) {
+      const ParameterDescription* const known = find(parameter.get_name());
+      if (known == nullptr)
+        continue;
+      is_any = true;
+      const auto value = toValue(parameter);
+      const auto converted = value ? convertedValue(*known, *value) : std::nullopt;
+      if (converted)
+        result[known->name] = *converted;
+      else
+        fault = prefix + (value ? refusalOf(*known, *value)
+                                : known->name + " is " + parameter.value_to_string() +
+                                      "; it must be " + allowedValues(*known));
+    }
+    if (!is_any)
+      return std::nullopt;
+    if (fault.empty() && check)
+      fault = check(result);
+    return result;
+  }
+};
+
+NodeParameters::NodeParameters(rclcpp::Node& node,
+                               std::string prefix,
+                               const Descriptions& descriptions,
+                               Check check,
+                               Listener listener)
+: state_(std::make_shared<State>())
+{
+  state_->prefix = std::move(prefix);
+  state_->descriptions = descriptions;
+  state_->values = pcl_ext::nodes::defaultsOf(descriptions);
+  on_set_ = node.add_on_set_parameters_callback(
+      [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
+        rcl_interfaces::msg::SetParametersResult result;
+        state->changed(parameters, result.reason);
+        result.successful = result.reason.empty();
+        return result;
+      });
+  const auto take = [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
+    std::string fault;
+    auto values = state->changed(parameters, fault);
+    if (!values || !fault.empty())
+      return;
+    const std::lock_guard<std::mutex> lock(state->mutex);
+    state->values = std::move(*values);
+  };
+  for (const ParameterDescription& parameter : descriptions) {
+    const std::string name = state_->prefix + parameter.name;
+    const auto descriptor = descriptorOf(parameter);
+    const rclcpp::ParameterValue default_value = toRos(parameter.default_value);
+    // Two instances may have the same parameters, as those of publishers of one topic.
+    if (!node.has_parameter(name)) {
+      try {
+        node.declare_parameter(name, default_value, descriptor);
+      }
+      catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
+        RCLCPP_ERROR(node.get_logger(), "%s. The default holds", refusal.what());
+        node.declare_parameter(name, default_value, descriptor, true);
+      }
+    }
+    take({node.get_parameter(name)});
+  }
+  // Not before, as parameters that are declared one by one may contradict defaults.
+  state_->check = std::move(check);
+  state_->listener = std::move(listener);
+  post_set_ = node.add_post_set_parameters_callback(
+      [state = state_, take](const std::vector<rclcpp::Parameter>& parameters) {
+        const ParameterValues before = [&] {
+          const std::lock_guard<std::mutex> lock(state->mutex);
+          return state->values;
+        }();
+        take(parameters);
+        const std::lock_guard<std::mutex> lock(state->mutex);
+        if (state->values != before && state->listener)
+          state->listener(state->values);
+      });
+}
+
+ParameterValues
+NodeParameters::values() const
+{
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return state_->values;
+}
+
+} // namespace pcl_ext_point_cloud_transport

@@ -1,0 +1,192 @@
+#include "pcl_ext_point_cloud_transport/publisher.hpp"
+
+#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/cloud_sender.h>
+
+#include "message_times.h"
+#include "pcl_ext_point_cloud_transport/health_publisher.hpp"
+#include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "transport_topic.h"
+
+#include <std_msgs/msg/empty.hpp>
+
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace pcl_ext_point_cloud_transport {
+
+using Message = point_cloud_interfaces::msg::CompressedPointCloud2;
+using pcl_ext::nodes::ParameterValues;
+using pcl_ext::nodes::SenderHealth;
+
+/** \brief The sender and what connects it with a node. */
+class Publisher::Stream : public std::enable_shared_from_this<Publisher::Stream> {
+public:
+  /** \brief Declares the parameters of a topic, and listens to requests. */
+  void
+  connect(const std::shared_ptr<rclcpp::Node>& node, const std::string& topic)
+  {
+    node_ = node;
+    const std::weak_ptr<Stream> stream = weak_from_this();
+    parameters_.emplace(
+        *node,
+        parameterPrefix(*node, topic),
+        pcl_ext::nodes::encodingParameters(),
+        [](const ParameterValues& values) { return faultOf(values); },
+        [stream](const ParameterValues& values) {
+          if (const auto alive = stream.lock())
+            alive->setParameters(values);
+        });
+    setParameters(parameters_->values());
+    requests_ = node->create_subscription<std_msgs::msg::Empty>(
+        requestTopic(topic), 10, [stream](const std_msgs::msg::Empty&) {
+          if (const auto alive = stream.lock())
+            alive->sender_.requestIFrame();
+        });
+    health_.emplace(*node, [stream, topic]() -> std::vector<HealthPublisher::Entry> {
+      const auto alive = stream.lock();
+      if (!alive)
+        return {};
+      return {{topic, alive->describeHealth()}};
+    });
+  }
+
+  void
+  disconnect()
+  {
+    health_.reset();
+    requests_.reset();
+    parameters_.reset();
+    node_.reset();
+  }
+
+  /** \brief Encodes a cloud, or says why not. */
+  Publisher::TypedEncodeResult
+  encode(const sensor_msgs::msg::PointCloud2& raw, std::size_t receivers)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!fault_.empty())
+      return tl::make_unexpected(fault_);
+    pcl_ext::nodes::toPcl(raw, cloud_);
+    cloud_.header.stamp = toMicroseconds(raw.header.stamp);
+    Message message;
+    const auto status = sender_.encode(cloud_, receivers, message.compressed_data);
+    if (!status.hasFrame())
+      return tl::make_unexpected(status.message());
+    if (node_ && status.hasWarning())
+      RCLCPP_WARN_THROTTLE(node_->get_logger(),
+                           *node_->get_clock(),
+                           milliseconds_between_warnings,
+                           "%s",
+                           status.message().c_str());
+    const auto statistics = sender_.health().node;
+    pcl_ext::nodes::describeVoxels(
+        statistics.frame.coding.voxels, statistics.preprocessing.has_colours, message);
+    message.header = raw.header;
+    message.format = pcl_ext::nodes::messageFormat(sender_.format());
+    return message;
+  }
+
+  /** \brief Logs why a cloud was refused, but not each time. */
+  void
+  logRefusal(const std::string& reason) const
+  {
+    if (node_)
+      RCLCPP_ERROR_THROTTLE(node_->get_logger(),
+                            *node_->get_clock(),
+                            milliseconds_between_warnings,
+                            "A cloud is not sent: %s",
+                            reason.c_str());
+  }
+
+private:
+  static std::string
+  faultOf(const ParameterValues& values)
+  {
+    pcl_ext::nodes::CloudSender sender;
+    return sender.setParameters(values);
+  }
+
+  void
+  setParameters(const ParameterValues& values)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    fault_ = sender_.setParameters(values);
+  }
+
+  pcl_ext::nodes::HealthReport
+  describeHealth()
+  {
+    const SenderHealth now = sender_.health();
+    const auto report = pcl_ext::nodes::describeHealth(
+        now, std::exchange(reported_, now), pcl_ext::nodes::steadyTime());
+    return report;
+  }
+
+  std::shared_ptr<rclcpp::Node> node_;
+  pcl_ext::nodes::CloudSender sender_;
+  std::optional<NodeParameters> parameters_;
+  rclcpp::Subscription<std_msgs::msg::Empty>::SharedPtr requests_;
+  std::optional<HealthPublisher> health_;
+  SenderHealth reported_; // by the timer of health_
+
+  std::mutex mutex_;          // guards what follows
+  std::string fault_;         // of the parameters at the start
+  pcl::PCLPointCloud2 cloud_; // keeps its memory
+};
+
+Publisher::Publisher() : stream_(std::make_shared<Stream>()) {}
+Publisher::~Publisher() = default;
+
+std::string
+Publisher::getTransportName() const
+{
+  return transport_name;
+}
+
+std::string
+Publisher::getDataType() const
+{
+  return "point_cloud_interfaces/msg/CompressedPointCloud2";
+}
+
+void
+Publisher::declareParameters(const std::string& /*base_topic*/)
+{}
+
+void
+Publisher::advertiseImpl(std::shared_ptr<rclcpp::Node> node,
+                         const std::string& base_topic,
+                         rmw_qos_profile_t custom_qos,
+                         const rclcpp::PublisherOptions& options)
+{
+  SimplePublisherPlugin::advertiseImpl(node, base_topic, custom_qos, options);
+  stream_->connect(node, getTopic());
+}
+
+void
+Publisher::shutdown()
+{
+  stream_->disconnect();
+  SimplePublisherPlugin::shutdown();
+}
+
+Publisher::TypedEncodeResult
+Publisher::encodeTyped(const sensor_msgs::msg::PointCloud2& raw) const
+{
+  return stream_->encode(raw, getNumSubscribers());
+}
+
+void
+Publisher::publish(const sensor_msgs::msg::PointCloud2& message,
+                   const PublishFn& publish_fn) const
+{
+  const TypedEncodeResult result = encodeTyped(message);
+  if (!result)
+    stream_->logRefusal(result.error());
+  else if (result.value())
+    publish_fn(*result.value());
+}
+
+} // namespace pcl_ext_point_cloud_transport

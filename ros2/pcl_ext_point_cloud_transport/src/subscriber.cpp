@@ -1,0 +1,203 @@
+#include "pcl_ext_point_cloud_transport/subscriber.hpp"
+
+#include <pcl_ext/nodes/cloud_messages.h>
+
+#include "message_times.h"
+#include "pcl_ext_point_cloud_transport/health_publisher.hpp"
+#include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "streams_of_publishers.h"
+#include "transport_topic.h"
+
+#include <std_msgs/msg/empty.hpp>
+
+#include <optional>
+#include <utility>
+
+namespace pcl_ext_point_cloud_transport {
+
+using Message = point_cloud_interfaces::msg::CompressedPointCloud2;
+using pcl_ext::nodes::ParameterValues;
+
+/** \brief The streams of a topic and what connects them with a node. */
+class Subscriber::Streams : public std::enable_shared_from_this<Subscriber::Streams> {
+public:
+  void
+  connect(const std::shared_ptr<rclcpp::Node>& node,
+          const std::string& topic,
+          const Callback& callback,
+          const rclcpp::QoS& qos,
+          const rclcpp::SubscriptionOptions& options)
+  {
+    node_ = node;
+    const std::weak_ptr<Streams> streams = weak_from_this();
+    subscription_ = node->create_subscription<Message>(
+        topic,
+        qos,
+        [streams, callback](const std::shared_ptr<const Message>& message,
+                            const rclcpp::MessageInfo& info) {
+          if (const auto alive = streams.lock())
+            alive->receive(*message, publisherOf(info), callback);
+        },
+        options);
+    const std::string resolved = subscription_->get_topic_name();
+    requests_ =
+        node->create_publisher<std_msgs::msg::Empty>(requestTopic(resolved), 10);
+    parameters_.emplace(*node,
+                        parameterPrefix(*node, resolved),
+                        pcl_ext::nodes::noiseParameters(),
+                        NodeParameters::Check(),
+                        [streams](const ParameterValues& values) {
+                          if (const auto alive = streams.lock())
+                            alive->streams_.setNoise(
+                                pcl_ext::nodes::readNoiseParameters(values));
+                        });
+    streams_.setNoise(pcl_ext::nodes::readNoiseParameters(parameters_->values()));
+    health_.emplace(*node, [streams, resolved] {
+      std::vector<HealthPublisher::Entry> entries;
+      if (const auto alive = streams.lock())
+        for (auto& report : alive->streams_.describeHealth()) {
+          const std::string number = std::to_string(entries.size() + 1);
+          entries.emplace_back(entries.empty() ? resolved : resolved + " " + number,
+                               std::move(report));
+        }
+      return entries;
+    });
+  }
+
+  void
+  disconnect()
+  {
+    health_.reset();
+    parameters_.reset();
+    subscription_.reset();
+    requests_.reset();
+    node_.reset();
+  }
+
+  const rclcpp::SubscriptionBase*
+  subscription() const
+  {
+    return subscription_.get();
+  }
+
+  /** \brief Decodes a frame, or says why not. Does not throw but for want of memory. */
+  Subscriber::DecodeResult
+  decode(const Message& message, const PublisherId& publisher, bool& wants_i_frame)
+  {
+    wants_i_frame = false;
+    const auto receiver = streams_.receiverOf(publisher);
+    if (!pcl_ext::nodes::isMessageFormat(message.format)) {
+      receiver->countLeftOut();
+      return tl::make_unexpected("unknown format '" + message.format + "'");
+    }
+    pcl_ext::io::VoxelFrame voxels;
+    const auto status = receiver->receive(
+        message.compressed_data, toTime(message.header.stamp), voxels);
+    wants_i_frame = status.wants_i_frame;
+    if (!status.ok())
+      return tl::make_unexpected(status.message());
+    const auto cloud = std::make_shared<sensor_msgs::msg::PointCloud2>();
+    cloud->header = message.header;
+    pcl_ext::nodes::writeVoxels(voxels, *cloud);
+    return cloud;
+  }
+
+private:
+  void
+  receive(const Message& message,
+          const PublisherId& publisher,
+          const Callback& callback)
+  {
+    bool wants_i_frame = false;
+    const DecodeResult result = decode(message, publisher, wants_i_frame);
+    if (wants_i_frame)
+      requests_->publish(std_msgs::msg::Empty());
+    if (result)
+      callback(*result.value());
+    else
+      RCLCPP_WARN_THROTTLE(node_->get_logger(),
+                           *node_->get_clock(),
+                           milliseconds_between_warnings,
+                           "A frame of %s is not decoded: %s",
+                           subscription_->get_topic_name(),
+                           result.error().c_str());
+  }
+
+  std::shared_ptr<rclcpp::Node> node_;
+  StreamsOfPublishers streams_;
+  std::optional<NodeParameters> parameters_;
+  rclcpp::SubscriptionBase::SharedPtr subscription_;
+  rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr requests_;
+  std::optional<HealthPublisher> health_;
+};
+
+Subscriber::Subscriber() : streams_(std::make_shared<Streams>()) {}
+
+Subscriber::~Subscriber() { streams_->disconnect(); }
+
+std::string
+Subscriber::getTransportName() const
+{
+  return transport_name;
+}
+
+std::string
+Subscriber::getDataType() const
+{
+  return "point_cloud_interfaces/msg/CompressedPointCloud2";
+}
+
+std::string
+Subscriber::getTopic() const
+{
+  const auto* const subscription = streams_->subscription();
+  return subscription == nullptr ? "" : subscription->get_topic_name();
+}
+
+std::uint32_t
+Subscriber::getNumPublishers() const
+{
+  const auto* const subscription = streams_->subscription();
+  return subscription == nullptr
+             ? 0
+             : static_cast<std::uint32_t>(subscription->get_publisher_count());
+}
+
+void
+Subscriber::shutdown()
+{
+  streams_->disconnect();
+}
+
+void
+Subscriber::declareParameters()
+{}
+
+Subscriber::DecodeResult
+Subscriber::decodeTyped(const Message& compressed) const
+{
+  bool wants_i_frame = false;
+  return streams_->decode(compressed, PublisherId{}, wants_i_frame);
+}
+
+void
+Subscriber::subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+                          const std::string& base_topic,
+                          const Callback& callback,
+                          rmw_qos_profile_t custom_qos)
+{
+  subscribeImpl(node, base_topic, callback, custom_qos, rclcpp::SubscriptionOptions());
+}
+
+void
+Subscriber::subscribeImpl(std::shared_ptr<rclcpp::Node> node,
+                          const std::string& base_topic,
+                          const Callback& callback,
+                          rmw_qos_profile_t custom_qos,
+                          rclcpp::SubscriptionOptions options)
+{
+  const rclcpp::QoS qos(rclcpp::QoSInitialization::from_rmw(custom_qos), custom_qos);
+  streams_->connect(node, getTopicToSubscribe(base_topic), callback, qos, options);
+}
+
+} // namespace pcl_ext_point_cloud_transport
