@@ -4,7 +4,9 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,29 +23,52 @@ using ParameterValue =
 /** \brief Values by the names of the parameters. */
 using ParameterValues = std::map<std::string, ParameterValue>;
 
-/** \brief One parameter of a node: its type is that of its default. */
+/** \brief One parameter of a node: its type is that of its default.
+ *
+ * The default is allowed even where it is not in the range: a number 0, an empty text or an
+ * empty list then stands for "not set".
+ */
 struct ParameterDescription {
   std::string name;
   std::string unit; ///< "m", "frames"; empty: none
   ParameterValue default_value;
+<<<<<<< HEAD
   double lowest = 0.0;            ///< of numbers, both included
   double highest = 0.0;           ///< of numbers; an integer's is below 2^31
   std::vector<std::string> words; ///< texts that are allowed; empty: any text
+=======
+
+  /** \brief Range of numbers and of the elements of lists, both ends included. All finite
+   * numbers unless it is set; that of an integer is within [-2^31, 2^31). */
+  double lowest = std::numeric_limits<double>::lowest();
+  double highest = std::numeric_limits<double>::max();
+
+  std::size_t list_size = 0;      ///< number of elements of a list; 0: any
+  std::vector<std::string> words; ///< texts that are allowed; empty: any but ''
+>>>>>>> wt-param
   std::string description;        ///< what it is for, in one sentence
 };
+
+/** \brief The parameter of a name.
+ * \throws std::out_of_range if there is none
+ */
+PCL_EXT_EXPORT const ParameterDescription&
+descriptionOf(const std::vector<ParameterDescription>& parameters,
+              const std::string& name);
 
 /** \brief The values that are allowed, for messages and tables: "a number from 0 to 1". */
 PCL_EXT_EXPORT std::string
 allowedValues(const ParameterDescription& parameter);
 
 /** \brief Converts a value to the type of a parameter and checks its range. A whole number is
- * accepted for a number, and an empty list of any type for a list.
+ * accepted for a number, and no other conversion is made.
  * \return the value; nothing if it is not allowed
  */
 PCL_EXT_EXPORT std::optional<ParameterValue>
 convertedValue(const ParameterDescription& parameter, const ParameterValue& value);
 
-/** \brief A value in one line, for messages: true, 4, 0.04, 'fast', [0, 0, 1]. */
+/** \brief A value in one line, for messages: true, 4, 0.04, 'fast', [0, 0, 1]. Numbers have
+ * as many digits as tell them from all others. */
 PCL_EXT_EXPORT std::string
 textOf(const ParameterValue& value);
 
@@ -68,11 +93,14 @@ PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 noiseParameters();
 
 /** \brief The settings of a sensor's node.
- * \param[in] values of encodingParameters(), each as convertedValue() returns it; a parameter
- * that is missing has its default
+ * \param[in] values of encodingParameters(); one that is missing has its default, and values
+ * of other names are ignored
  * \param[in] has_intensities whether the clouds have the field `intensity_field`, for auto
- * \param[out] settings what the parameters say; the rest is unchanged
- * \return what is wrong, in one line; empty if nothing
+ * \param[in,out] settings what the parameters say; the rest, and all if something is wrong,
+ * is unchanged
+ * \return what is wrong, in one line that begins with the name of a parameter: a value that
+ * is not allowed, or values that contradict each other or the rest of the settings; empty if
+ * nothing
  */
 PCL_EXT_EXPORT std::string
 readEncodingParameters(const ParameterValues& values,
@@ -81,11 +109,15 @@ readEncodingParameters(const ParameterValues& values,
 
 /** \brief What noiseParameters() say. */
 struct NoiseSettings {
-  float min_intensity = 0.0f;
+  float min_intensity = 0.0f; ///< voxels below are removed
   std::optional<VoxelOutlierRemovalSettings> outlier_removal; ///< none: outliers stay
 };
 
-/** \param[in] values as for readEncodingParameters() */
+/** \brief The settings of removing noise.
+ * \param[in] values of noiseParameters(), each as convertedValue() returns it; one that is
+ * missing has its default, and values of other names are ignored
+ * \throws std::bad_variant_access or std::out_of_range for a value that is not allowed
+ */
 PCL_EXT_EXPORT NoiseSettings
 readNoiseParameters(const ParameterValues& values);
 

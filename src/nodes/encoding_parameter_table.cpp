@@ -1,0 +1,275 @@
+#include "nodes/encoding_parameter_table.h"
+
+#include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/nodes/node_parameters.h>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+constexpr std::int32_t largest_integer = std::numeric_limits<std::int32_t>::max();
+
+using Descriptions = std::vector<ParameterDescription>;
+
+void
+describeGrid(Descriptions& parameters)
+{
+  // That of the library is for single objects.
+  constexpr double resolution_of_rooms = 0.04;
+  parameters.push_back(numberParameter("resolution",
+                                       "m",
+                                       resolution_of_rooms,
+                                       io::smallest_resolution,
+                                       io::largest_resolution,
+                                       "Edge of a voxel."));
+}
+
+void
+describeLaw(Descriptions& parameters)
+{
+  parameters.push_back(wordParameter(
+      "intensity",
+      wordFor(std::optional<IntensityLaw>(), lawWords()),
+      lawWords(),
+      "Intensity of a voxel: the number of its points; the covered share of a voxel "
+      "face (255: all), by two laws, quadratic and linear; native, the sensor's own "
+      "intensity; none, positions alone; auto, native for clouds with the field of "
+      "intensity_field, else count."));
+  parameters.push_back(textParameter("intensity_field",
+                                     SensorNodeSettings().intensity_field,
+                                     "Field of the clouds that native reads."));
+}
+
+void
+describeSensor(Descriptions& parameters)
+{
+  parameters.push_back(
+      wordParameter("sensor",
+                    "",
+                    sensorWords(),
+                    "Sensor by its name, which quadratic and linear need, unless it is "
+                    "described by the next four parameters."));
+  constexpr double widest = 179.9; // degrees; the tangent of its half is finite
+  constexpr double narrowest = 0.1;
+  constexpr std::int32_t most_pixels = 65536;
+  const char* const field_of_view = "field of view of the sensor; 0: not set.";
+  const char* const image = "of the sensor's depth image; 0: not set.";
+  parameters.push_back(numberParameter("sensor_fov_x_deg",
+                                       "degrees",
+                                       0.0,
+                                       narrowest,
+                                       widest,
+                                       std::string("Horizontal ") + field_of_view));
+  parameters.push_back(numberParameter("sensor_fov_y_deg",
+                                       "degrees",
+                                       0.0,
+                                       narrowest,
+                                       widest,
+                                       std::string("Vertical ") + field_of_view));
+  parameters.push_back(countParameter(
+      "sensor_columns", "pixels", 0, 1, most_pixels, std::string("Width ") + image));
+  parameters.push_back(countParameter(
+      "sensor_rows", "pixels", 0, 1, most_pixels, std::string("Height ") + image));
+}
+
+void
+describeStream(Descriptions& parameters)
+{
+  const io::IntensityCompressionSettings defaults;
+  parameters.push_back(wordParameter("effort",
+                                     wordFor(defaults.effort, effortWords()),
+                                     effortWords(),
+                                     "Time against size; version1 only."));
+  parameters.push_back(
+      wordParameter("format",
+                    wordFor(defaults.format, formatWords()),
+                    formatWords(),
+                    "Bitstream: this library's own, or that which the paper's authors "
+                    "published."));
+  parameters.push_back(
+      countParameter("i_frame_rate",
+                     "frames",
+                     defaults.i_frame_rate,
+                     0,
+                     largest_integer,
+                     "Frames from one I-frame to the next; 0 and 1: I-frames only."));
+}
+
+void
+describeIntensities(Descriptions& parameters)
+{
+  const io::IntensityCompressionSettings defaults;
+  parameters.push_back(wordParameter(
+      "aggregation",
+      wordFor(defaults.aggregation, aggregationWords()),
+      aggregationWords(),
+      "Intensity of several points in a voxel; automatic: mean for native "
+      "in version1, else sum."));
+  parameters.push_back(
+      countParameter("intensity_bits",
+                     "bits",
+                     defaults.intensity_bits,
+                     0,
+                     16,
+                     "Bits of an intensity; 0: automatic; published: 0 or 8."));
+  // Below the largest float.
+  constexpr double largest_range = 3.4e38;
+  parameters.push_back(
+      numberParameter("intensity_range",
+                      "of the intensity",
+                      defaults.intensity_range,
+                      0.0,
+                      largest_range,
+                      "Top of the scale; 0: automatic; published: 0 or 255."));
+  parameters.push_back(
+      wordParameter("intensity_curve",
+                    wordFor(defaults.intensity_curve, curveWords()),
+                    curveWords(),
+                    "Steps of the scale; companded: small intensities are exact, large "
+                    "ones rounded; published: linear."));
+  parameters.push_back(
+      countParameter("colour_bits",
+                     "bits",
+                     defaults.colour_bits,
+                     0,
+                     8,
+                     "Bits of a colour channel, for clouds with colours, which can "
+                     "double the bytes of a frame; 0: none; published: none."));
+}
+
+void
+describePoints(Descriptions& parameters)
+{
+  const io::IntensityCompressionSettings defaults;
+  parameters.push_back(
+      flagParameter("keep_points",
+                    defaults.keep_points,
+                    "Send the number of points of each voxel, so that a decoded cloud "
+                    "has as many; version1 only."));
+  parameters.push_back(
+      flagParameter("coarsen_wide_clouds",
+                    defaults.coarsen_wide_clouds,
+                    "Larger voxels for clouds wider than 2^21 of them, instead of "
+                    "leaving points out; not for quadratic and linear."));
+  parameters.push_back(countParameter(
+      "threads",
+      "",
+      defaults.threads,
+      1,
+      256,
+      "Most threads that voxelize a cloud; the bytes do not depend on it."));
+}
+
+void
+describeFilters(Descriptions& parameters)
+{
+  ParameterDescription crop_box;
+  crop_box.name = "crop_box";
+  crop_box.unit = "m";
+  crop_box.default_value = std::vector<double>();
+  crop_box.list_size = 6;
+  crop_box.description = "Box [x0, y0, z0, x1, y1, z1] in the global frame, outside of "
+                         "which points are left out; []: none.";
+  parameters.push_back(crop_box);
+  parameters.push_back(flagParameter(
+      "remove_outliers",
+      false,
+      "Remove voxels that are noise, judged by their surroundings in this "
+      "frame and the last ones, before they are encoded."));
+  parameters.push_back(
+      numberParameter("min_log_odds",
+                      "",
+                      VoxelOutlierRemovalSettings().min_log_odds,
+                      -largest_float_value,
+                      largest_float_value,
+                      "Log-odds of surface against noise, natural logarithm; voxels of "
+                      "lower ones are outliers."));
+}
+
+Descriptions
+describeEncodingParameters()
+{
+  Descriptions parameters;
+  describeGrid(parameters);
+  describeLaw(parameters);
+  describeSensor(parameters);
+  describeStream(parameters);
+  describeIntensities(parameters);
+  describePoints(parameters);
+  describeFilters(parameters);
+  return parameters;
+}
+
+} // namespace
+
+const Words<std::optional<IntensityLaw>>&
+lawWords()
+{
+  static const Words<std::optional<IntensityLaw>> words = [] {
+    Words<std::optional<IntensityLaw>> laws = {{"auto", std::nullopt}};
+    for (const NamedIntensityLaw& named : intensity_laws)
+      laws.emplace_back(named.name, named.law);
+    return laws;
+  }();
+  return words;
+}
+
+const Words<RuntimeSensor>&
+sensorWords()
+{
+  static const Words<RuntimeSensor> words = [] {
+    Words<RuntimeSensor> sensors;
+    for (const NamedSensor& named : named_sensors)
+      sensors.emplace_back(named.name, named.sensor);
+    return sensors;
+  }();
+  return words;
+}
+
+const Words<io::Effort>&
+effortWords()
+{
+  static const Words<io::Effort> words = {{"fast", io::Effort::Fast},
+                                          {"balanced", io::Effort::Balanced},
+                                          {"small", io::Effort::Small}};
+  return words;
+}
+
+const Words<io::StreamFormat>&
+formatWords()
+{
+  static const Words<io::StreamFormat> words = {
+      {"version1", io::StreamFormat::Version1},
+      {"published", io::StreamFormat::Published}};
+  return words;
+}
+
+const Words<io::Aggregation>&
+aggregationWords()
+{
+  static const Words<io::Aggregation> words = {
+      {"automatic", io::Aggregation::Automatic},
+      {"sum", io::Aggregation::Sum},
+      {"mean", io::Aggregation::Mean}};
+  return words;
+}
+
+const Words<io::IntensityCurve>&
+curveWords()
+{
+  static const Words<io::IntensityCurve> words = {
+      {"linear", io::IntensityCurve::Linear},
+      {"companded", io::IntensityCurve::Companded}};
+  return words;
+}
+
+const std::vector<ParameterDescription>&
+encodingParameters()
+{
+  static const Descriptions parameters = describeEncodingParameters();
+  return parameters;
+}
+
+} // namespace nodes
+} // namespace pcl_ext

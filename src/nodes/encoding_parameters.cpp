@@ -1,0 +1,163 @@
+#include <pcl_ext/nodes/node_parameters.h>
+
+#include "nodes/encoding_parameter_table.h"
+#include "nodes/parameter_access.h"
+#include "nodes/sensor_node_settings.h"
+
+#include <optional>
+#include <utility>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+const char* const sensor_numbers =
+    "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
+
+void
+readCompression(const ParameterAccess& access,
+                io::IntensityCompressionSettings& settings)
+{
+  settings.resolution = access.get<double>("resolution");
+  settings.effort = access.meaning("effort", effortWords());
+  settings.format = access.meaning("format", formatWords());
+  settings.i_frame_rate = access.count("i_frame_rate");
+  settings.aggregation = access.meaning("aggregation", aggregationWords());
+  settings.intensity_bits = access.count("intensity_bits");
+  settings.intensity_range = access.number("intensity_range");
+  settings.intensity_curve = access.meaning("intensity_curve", curveWords());
+  settings.colour_bits = access.count("colour_bits");
+  settings.keep_points = access.get<bool>("keep_points");
+  settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
+  settings.threads = access.count("threads");
+}
+
+/** \brief The sensor by its name or by its four numbers, 0 of which are not set.
+ * \param[out] sensor none if nothing is set
+ * \return what is wrong; empty if nothing
+ */
+std::string
+readSensor(const ParameterAccess& access, std::optional<RuntimeSensor>& sensor)
+{
+  const auto& name = access.get<std::string>("sensor");
+  const double fov_x_deg = access.get<double>("sensor_fov_x_deg");
+  const double fov_y_deg = access.get<double>("sensor_fov_y_deg");
+  const std::uint32_t columns = access.count("sensor_columns");
+  const std::uint32_t rows = access.count("sensor_rows");
+  const int numbers = (fov_x_deg > 0) + (fov_y_deg > 0) + (columns > 0) + (rows > 0);
+  sensor.reset();
+  if (!name.empty() && numbers != 0)
+    return "sensor is " + textOf(name) + "; it must be unset where one is set of " +
+           sensor_numbers;
+  if (numbers != 0 && numbers != 4)
+    return std::string("sensor is not set; it must be set, or else all of ") +
+           sensor_numbers;
+  if (!name.empty())
+    sensor = access.meaning("sensor", sensorWords());
+  else if (numbers != 0)
+    sensor.emplace(fov_x_deg, fov_y_deg, columns, rows);
+  return {};
+}
+
+/** \brief The six numbers of the crop box; an empty list is none.
+ * \return what is wrong; empty if nothing
+ */
+std::string
+readCropBox(const ParameterAccess& access, std::optional<io::BoundingBox>& crop_box)
+{
+  crop_box.reset();
+  const auto& corners = access.get<std::vector<double>>("crop_box");
+  if (corners.empty())
+    return {};
+  io::BoundingBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.min[axis] = corners[axis];
+    box.max[axis] = corners[axis + 3];
+    if (!(box.min[axis] < box.max[axis]))
+      return "crop_box is " + textOf(corners) +
+             "; it must be [x0, y0, z0, x1, y1, z1], the first three below the others";
+  }
+  crop_box = box;
+  return {};
+}
+
+/** \brief Outliers are judged at some resolutions only.
+ * \return what is wrong; empty if nothing
+ */
+std::string
+readOutlierRemoval(const ParameterAccess& access,
+                   std::optional<VoxelOutlierRemovalSettings>& removal)
+{
+  removal.reset();
+  if (!access.get<bool>("remove_outliers"))
+    return {};
+  removal.emplace();
+  removal->min_log_odds = access.number("min_log_odds");
+  const double resolution = access.get<double>("resolution");
+  if (VoxelOutlierRemoval::isMadeFor(resolution))
+    return {};
+  return "resolution is " + textOf(resolution) + "; it must be a number from " +
+         textOf(VoxelOutlierRemoval::min_resolution) + " to " +
+         textOf(VoxelOutlierRemoval::max_resolution) + " for remove_outliers";
+}
+
+IntensityLaw
+readLaw(const ParameterAccess& access, bool has_intensities)
+{
+  const std::optional<IntensityLaw>& law = access.meaning("intensity", lawWords());
+  return law.value_or(has_intensities ? IntensityLaw::Native : IntensityLaw::Count);
+}
+
+/** \brief The first value that is not allowed; empty if all are.
+ * \param[out] converted the others
+ */
+std::string
+convertAll(const ParameterValues& values, ParameterValues& converted)
+{
+  for (const ParameterDescription& parameter : encodingParameters()) {
+    const auto value = values.find(parameter.name);
+    if (value == values.end())
+      continue;
+    const std::optional<ParameterValue> allowed =
+        convertedValue(parameter, value->second);
+    if (!allowed)
+      return refusalOf(parameter, value->second);
+    converted.emplace(parameter.name, *allowed);
+  }
+  return {};
+}
+
+} // namespace
+
+std::string
+readEncodingParameters(const ParameterValues& values,
+                       bool has_intensities,
+                       SensorNodeSettings& settings)
+{
+  ParameterValues converted;
+  if (const std::string fault = convertAll(values, converted); !fault.empty())
+    return fault;
+  const ParameterAccess access(encodingParameters(), converted);
+  SensorNodeSettings read = settings;
+  readCompression(access, read.compression);
+  read.law = readLaw(access, has_intensities);
+  read.intensity_field = access.get<std::string>("intensity_field");
+  if (const std::string fault = readSensor(access, read.sensor); !fault.empty())
+    return fault;
+  if (needsSensor(read.law) && !read.sensor)
+    return "sensor is not set; it must be set, by name or by numbers, for intensity: " +
+           nameOf(read.law);
+  if (const std::string fault = readCropBox(access, read.crop_box); !fault.empty())
+    return fault;
+  if (const std::string fault = readOutlierRemoval(access, read.outlier_removal);
+      !fault.empty())
+    return fault;
+  if (const SensorNodeStatus status = checkSettings(read); !status.ok())
+    return status.message();
+  settings = std::move(read);
+  return {};
+}
+
+} // namespace nodes
+} // namespace pcl_ext

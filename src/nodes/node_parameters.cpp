@@ -1,0 +1,175 @@
+#include <pcl_ext/nodes/node_parameters.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <locale>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+/** \brief A number with the fewest digits from which it is read again; six digits would
+ * show one that is just out of its range as the end of the range. */
+std::string
+textOfNumber(double number)
+{
+  if (std::isnan(number))
+    return "nan"; // without a sign
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  constexpr int most_digits = std::numeric_limits<double>::max_digits10;
+  for (int digits = 6; digits <= most_digits; ++digits) {
+    text.str("");
+    text.precision(digits);
+    text << number;
+    std::istringstream again(text.str());
+    again.imbue(std::locale::classic());
+    double read = 0.0;
+    if (again >> read && read == number)
+      break;
+  }
+  return text.str();
+}
+
+std::string
+quoted(const std::string& text)
+{
+  return "'" + text + "'";
+}
+
+/** \brief True for all numbers, but for those that a float or a double cannot have. */
+bool
+hasAnyFiniteNumber(const ParameterDescription& parameter)
+{
+  constexpr double largest = std::numeric_limits<float>::max();
+  return parameter.lowest <= -largest && parameter.highest >= largest;
+}
+
+bool
+isInRange(const ParameterDescription& parameter, double number)
+{
+  // The comparisons are false for NaN, too.
+  return number >= parameter.lowest && number <= parameter.highest;
+}
+
+/** \brief True if a value of the parameter's type is in its range or one of its words. */
+bool
+isInRange(const ParameterDescription& parameter, const ParameterValue& value)
+{
+  if (const auto* integer = std::get_if<std::int64_t>(&value))
+    return isInRange(parameter, static_cast<double>(*integer));
+  if (const auto* number = std::get_if<double>(&value))
+    return isInRange(parameter, *number);
+  if (const auto* text = std::get_if<std::string>(&value))
+    return parameter.words.empty()
+               ? !text->empty()
+               : std::count(parameter.words.begin(), parameter.words.end(), *text) != 0;
+  if (const auto* list = std::get_if<std::vector<double>>(&value))
+    return (parameter.list_size == 0 || list->size() == parameter.list_size) &&
+           std::all_of(list->begin(), list->end(), [&](double element) {
+             return isInRange(parameter, element);
+           });
+  return true;
+}
+
+/** \brief The values in the range, or the words. */
+std::string
+valuesInRange(const ParameterDescription& parameter)
+{
+  const std::string range = " from " + textOfNumber(parameter.lowest) + " to " +
+                            textOfNumber(parameter.highest);
+  const ParameterValue& type = parameter.default_value;
+  if (std::holds_alternative<bool>(type))
+    return "true or false";
+  if (std::holds_alternative<std::int64_t>(type))
+    return "a whole number" + range;
+  if (std::holds_alternative<double>(type))
+    return hasAnyFiniteNumber(parameter) ? "a finite number" : "a number" + range;
+  if (std::holds_alternative<std::vector<double>>(type)) {
+    const std::string size =
+        parameter.list_size == 0 ? "" : std::to_string(parameter.list_size) + " ";
+    return hasAnyFiniteNumber(parameter) ? "a list of " + size + "finite numbers"
+                                         : "a list of " + size + "numbers" + range;
+  }
+  if (parameter.words.empty())
+    return "a text that is not empty";
+  std::string words;
+  for (const std::string& word : parameter.words)
+    words += (words.empty() ? "" : ", ") + word;
+  return "one of: " + words;
+}
+
+} // namespace
+
+const ParameterDescription&
+descriptionOf(const std::vector<ParameterDescription>& parameters,
+              const std::string& name)
+{
+  for (const ParameterDescription& parameter : parameters)
+    if (parameter.name == name)
+      return parameter;
+  throw std::out_of_range("no parameter has the name " + name);
+}
+
+std::string
+allowedValues(const ParameterDescription& parameter)
+{
+  const std::string in_range = valuesInRange(parameter);
+  return isInRange(parameter, parameter.default_value)
+             ? in_range
+             : in_range + ", or " + textOf(parameter.default_value);
+}
+
+std::optional<ParameterValue>
+convertedValue(const ParameterDescription& parameter, const ParameterValue& value)
+{
+  ParameterValue converted = value;
+  if (std::holds_alternative<double>(parameter.default_value))
+    if (const auto* integer = std::get_if<std::int64_t>(&value))
+      converted = static_cast<double>(*integer);
+  const bool is_allowed =
+      converted.index() == parameter.default_value.index() &&
+      (isInRange(parameter, converted) || converted == parameter.default_value);
+  return is_allowed ? std::optional<ParameterValue>(std::move(converted))
+                    : std::nullopt;
+}
+
+std::string
+textOf(const ParameterValue& value)
+{
+  if (const auto* flag = std::get_if<bool>(&value))
+    return *flag ? "true" : "false";
+  if (const auto* integer = std::get_if<std::int64_t>(&value))
+    return std::to_string(*integer);
+  if (const auto* number = std::get_if<double>(&value))
+    return textOfNumber(*number);
+  if (const auto* text = std::get_if<std::string>(&value))
+    return quoted(*text);
+  std::string elements;
+  for (const double element : std::get<std::vector<double>>(value))
+    elements += (elements.empty() ? "" : ", ") + textOfNumber(element);
+  return "[" + elements + "]";
+}
+
+std::string
+refusalOf(const ParameterDescription& parameter, const ParameterValue& value)
+{
+  return parameter.name + " is " + textOf(value) + "; it must be " +
+         allowedValues(parameter);
+}
+
+ParameterValues
+defaultsOf(const std::vector<ParameterDescription>& parameters)
+{
+  ParameterValues values;
+  for (const ParameterDescription& parameter : parameters)
+    values[parameter.name] = parameter.default_value;
+  return values;
+}
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,75 @@
+#include <pcl_ext/nodes/node_parameters.h>
+
+#include "nodes/parameter_access.h"
+
+namespace pcl_ext {
+namespace nodes {
+
+namespace {
+
+const Words<DensityUnit>&
+densityUnitWords()
+{
+  static const Words<DensityUnit> words = {{"automatic", DensityUnit::Automatic},
+                                           {"faces", DensityUnit::Faces},
+                                           {"points", DensityUnit::Points},
+                                           {"voxels", DensityUnit::Voxels}};
+  return words;
+}
+
+std::vector<ParameterDescription>
+describeNoiseParameters()
+{
+  const VoxelOutlierRemovalSettings removal;
+  return {
+      // Any sign, as native intensities can be negative.
+      numberParameter("min_intensity",
+                      "of the intensity",
+                      NoiseSettings().min_intensity,
+                      -largest_float_value,
+                      largest_float_value,
+                      "Voxels of lower intensity are noise and are removed."),
+      flagParameter(
+          "remove_outliers",
+          false,
+          "Remove voxels that are noise, judged by their surroundings in this "
+          "frame and the last ones of the stream."),
+      numberParameter("min_log_odds",
+                      "",
+                      removal.min_log_odds,
+                      -largest_float_value,
+                      largest_float_value,
+                      "Log-odds of surface against noise, natural logarithm; voxels of "
+                      "lower ones are outliers."),
+      wordParameter("density_unit",
+                    wordFor(removal.unit, densityUnitWords()),
+                    densityUnitWords(),
+                    "What outliers are judged by: faces for the quadratic law, points "
+                    "for counts of depth cameras, voxels for lidars.")};
+}
+
+} // namespace
+
+const std::vector<ParameterDescription>&
+noiseParameters()
+{
+  static const std::vector<ParameterDescription> parameters = describeNoiseParameters();
+  return parameters;
+}
+
+NoiseSettings
+readNoiseParameters(const ParameterValues& values)
+{
+  const ParameterAccess access(noiseParameters(), values);
+  NoiseSettings settings;
+  settings.min_intensity = access.number("min_intensity");
+  VoxelOutlierRemovalSettings removal;
+  removal.min_log_odds = access.number("min_log_odds");
+  removal.unit = access.meaning("density_unit", densityUnitWords());
+  if (access.get<bool>("remove_outliers"))
+    settings.outlier_removal = removal;
+  return settings;
+}
+
+} // namespace nodes
+} // namespace pcl_ext

@@ -1,0 +1,157 @@
+#pragma once
+
+#include <pcl_ext/nodes/node_parameters.h>
+
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+// Describing parameters, and reading their values.
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief Words and what they stand for, in the order in which messages have them. */
+template <typename MeaningT>
+using Words = std::vector<std::pair<std::string, MeaningT>>;
+
+/** \brief Largest value of a setting of type float. */
+constexpr double largest_float_value = std::numeric_limits<float>::max();
+
+inline ParameterDescription
+numberParameter(const std::string& name,
+                const std::string& unit,
+                double default_value,
+                double lowest,
+                double highest,
+                const std::string& description)
+{
+  return {name, unit, default_value, lowest, highest, 0, {}, description};
+}
+
+inline ParameterDescription
+countParameter(const std::string& name,
+               const std::string& unit,
+               std::uint32_t default_value,
+               std::int32_t lowest,
+               std::int32_t highest,
+               const std::string& description)
+{
+  return {name,
+          unit,
+          std::int64_t{default_value},
+          static_cast<double>(lowest),
+          static_cast<double>(highest),
+          0,
+          {},
+          description};
+}
+
+inline ParameterDescription
+flagParameter(const std::string& name,
+              bool default_value,
+              const std::string& description)
+{
+  ParameterDescription parameter;
+  parameter.name = name;
+  parameter.default_value = default_value;
+  parameter.description = description;
+  return parameter;
+}
+
+inline ParameterDescription
+textParameter(const std::string& name,
+              const std::string& default_value,
+              const std::string& description)
+{
+  ParameterDescription parameter;
+  parameter.name = name;
+  parameter.default_value = default_value;
+  parameter.description = description;
+  return parameter;
+}
+
+/** \brief The first word with a meaning, which must be one of them. */
+template <typename MeaningT>
+const std::string&
+wordFor(const MeaningT& meaning, const Words<MeaningT>& words)
+{
+  for (const auto& [word, other_meaning] : words)
+    if (other_meaning == meaning)
+      return word;
+  throw std::out_of_range("a default has no word");
+}
+
+template <typename MeaningT>
+ParameterDescription
+wordParameter(const std::string& name,
+              const std::string& default_word,
+              const Words<MeaningT>& words,
+              const std::string& description)
+{
+  ParameterDescription parameter = textParameter(name, default_word, description);
+  for (const auto& entry : words)
+    parameter.words.push_back(entry.first);
+  return parameter;
+}
+
+/** \brief The values of some parameters, where one that is missing has its default. */
+class ParameterAccess {
+public:
+  /** \brief Both must outlive this.
+   * \param[in] parameters their descriptions
+   * \param[in] values each as convertedValue() returns it
+   */
+  ParameterAccess(const std::vector<ParameterDescription>& parameters,
+                  const ParameterValues& values)
+  : parameters_(parameters), values_(values)
+  {}
+
+  /** \brief The value of a parameter of type bool, std::int64_t, double, std::string or
+   * std::vector<double>. */
+  template <typename ValueT>
+  const ValueT&
+  get(const std::string& name) const
+  {
+    const auto value = values_.find(name);
+    return std::get<ValueT>(value != values_.end()
+                                ? value->second
+                                : descriptionOf(parameters_, name).default_value);
+  }
+
+  /** \brief An integer that is not negative. */
+  std::uint32_t
+  count(const std::string& name) const
+  {
+    return static_cast<std::uint32_t>(get<std::int64_t>(name));
+  }
+
+  /** \brief A number as a float. */
+  float
+  number(const std::string& name) const
+  {
+    return static_cast<float>(get<double>(name));
+  }
+
+  /** \brief What the word of a parameter stands for. */
+  template <typename MeaningT>
+  const MeaningT&
+  meaning(const std::string& name, const Words<MeaningT>& words) const
+  {
+    const std::string& word = get<std::string>(name);
+    for (const auto& entry : words)
+      if (entry.first == word)
+        return entry.second;
+    throw std::out_of_range(name + " has no such word: " + word);
+  }
+
+private:
+  const std::vector<ParameterDescription>& parameters_;
+  const ParameterValues& values_;
+};
+
+} // namespace nodes
+} // namespace pcl_ext
