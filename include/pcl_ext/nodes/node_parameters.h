@@ -32,11 +32,6 @@ struct ParameterDescription {
   std::string name;
   std::string unit; ///< "m", "frames"; empty: none
   ParameterValue default_value;
-<<<<<<< HEAD
-  double lowest = 0.0;            ///< of numbers, both included
-  double highest = 0.0;           ///< of numbers; an integer's is below 2^31
-  std::vector<std::string> words; ///< texts that are allowed; empty: any text
-=======
 
   /** \brief Range of numbers and of the elements of lists, both ends included. All finite
    * numbers unless it is set; that of an integer is within [-2^31, 2^31). */
@@ -45,7 +40,6 @@ struct ParameterDescription {
 
   std::size_t list_size = 0;      ///< number of elements of a list; 0: any
   std::vector<std::string> words; ///< texts that are allowed; empty: any but ''
->>>>>>> wt-param
   std::string description;        ///< what it is for, in one sentence
 };
 
