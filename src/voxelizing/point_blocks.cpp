@@ -1,5 +1,6 @@
 #include "voxelizing/point_blocks.h"
 
+#include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
 #include "voxelizing/radix_sort.h"
@@ -227,6 +228,7 @@ PointBlocks::sortNewBlocks()
   if (new_blocks_.empty())
     return;
   radixSort(new_blocks_, spare_blocks_, usedBits(new_blocks_));
+  reserveAhead(spare_blocks_, blocks_.size());
   spare_blocks_.resize(blocks_.size() - 1);
   std::merge(order_.begin(),
              order_.end(),

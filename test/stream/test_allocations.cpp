@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <random>
 #include <vector>
 
 namespace {
@@ -174,6 +175,36 @@ TEST(Allocations, CompandingAllocatesNothingWhileTheScaleStays)
     EXPECT_NE(frame.intensity_scale.companded_range, 0u);
     EXPECT_GT(sum, 0.0f);
     EXPECT_EQ(allocations, 0u) << static_cast<int>(unit);
+  }
+}
+
+TEST(Allocations, FramesThatGrowSlowlyRarelyAllocate)
+{
+  std::mt19937_64 random(6);
+  Cloud cloud = randomCloud(7, -4.0, 4.0, 6000);
+  for (const Effort effort : all_efforts) {
+    IntensityCompressionSettings settings = settingsOf(0.04);
+    settings.effort = effort;
+    settings.bounding_box = BoundingBox{{-5, -5, -5}, {5, 5, 5}};
+    CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);
+    FrameDecoder decoder;
+    VoxelFrame frame;
+    VoxelFrame back;
+    std::vector<std::uint8_t> bytes;
+    std::size_t frames_with_allocations = 0;
+    for (std::size_t i = 0; i < frame_count; ++i) {
+      for (const Point& point : randomCloud(random(), -4.0, 4.0, 20))
+        cloud.push_back(point);
+      PointView view = viewOf(cloud);
+      view.intensities = nullptr;
+      const MemoryUse memory_use;
+      ASSERT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+      ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+      ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), back).ok());
+      frames_with_allocations += i >= warm_up && memory_use.allocations() > 0 ? 1 : 0;
+    }
+    EXPECT_LE(frames_with_allocations, (frame_count - warm_up) / 4)
+        << "effort " << static_cast<int>(effort);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "codec/fast/entropy_coder.h"
 
+#include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 
 #include <algorithm>
@@ -98,6 +99,7 @@ NibbleDecoder::NibbleDecoder(const std::uint8_t* begin,
 {
   const auto size = static_cast<std::size_t>(end - begin);
   // Padding: each symbol between two calls of isOverrun may read a word.
+  reserveAhead(copy, size + 2 * slack + 4);
   copy.assign(begin, end);
   copy.resize(size + 2 * slack + 4);
   next_ = copy.data();

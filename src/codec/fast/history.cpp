@@ -21,6 +21,9 @@ public:
   BlockLists(std::size_t max_blocks, History& after, Frame& frame)
   {
     frame.ensureBlocks(max_blocks);
+    reserveAhead(after.keys, max_blocks);
+    reserveAhead(after.numbers, max_blocks);
+    reserveAhead(after.activity, max_blocks);
     after.keys.resize(max_blocks);
     after.numbers.resize(max_blocks);
     after.activity.resize(max_blocks);
@@ -280,6 +283,7 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
   if (!walkSideBySide(before.keys, frame.new_keys, append_old, append_new))
     return false;
   lists.finish(after, frame);
+  reserveAhead(after.spare_numbers, after.spare_numbers.size() + freed_count);
   after.spare_numbers.insert(after.spare_numbers.end(), freed, freed + freed_count);
   return true;
 }

@@ -1,5 +1,6 @@
 #include "codec/fast/new_blocks.h"
 
+#include "bytes/reserve_ahead.h"
 #include "codec/fast/entropy_coder.h"
 #include "simd/bit_operations.h"
 #include "voxels/child_masks.h"
@@ -36,6 +37,7 @@ NewBlocks::collectMasks(const Frame& frame)
       node_masks_[0].push_back(
           static_cast<std::uint8_t>(mask >> (8 * lowestBit(left)) & 0xff));
   }
+  reserveAhead(node_keys_, frame.new_keys.size());
   node_keys_.assign(frame.new_keys.begin(), frame.new_keys.end());
   for (unsigned int level = block_levels; level < levels; ++level) {
     std::vector<std::uint8_t>& masks = node_masks_[level];

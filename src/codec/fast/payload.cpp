@@ -2,6 +2,7 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/byte_writer.h"
+#include "bytes/reserve_ahead.h"
 #include "codec/fast/entropy_coder.h"
 #include "codec/fast/octant_list.h"
 
@@ -228,9 +229,12 @@ Payload::codeOccupancy(Coder& coder, Models& models)
   Frame& frame = work_->frame;
   History& after = work_->next_history;
   frame.found_voxels = 0;
-  if (Coder::is_decoder)
+  if (Coder::is_decoder) {
+    reserveAhead(frame.occupied, before().known.size());
     frame.occupied.assign(before().known.size(), 0);
+  }
   // Copied here, sequentially, long before single elements change.
+  reserveAhead(after.known, before().known.size());
   after.known.assign(before().known.begin(), before().known.end());
   return work_->known_voxels.code(coder, models, before(), after, frame) &&
          work_->new_voxels.code(coder, models, before(), statistics(), frame) &&
