@@ -10,6 +10,8 @@
 #include "parameter_reader.h"
 #include "transform_lookup.h"
 
+#include <pcl/common/io.h>
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -18,6 +20,7 @@
 #include <std_msgs/Empty.h>
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,13 +38,8 @@ public:
   /** \brief Reads the parameters and connects.
    * \throws WrongParameter
    */
-  IntensityCompressor()
-  : sensor_node_(parameters_.node)
-  , transforms_(parameters_.node.global_frame, parameters_.tf_timeout)
+  IntensityCompressor() : transforms_(parameters_.global_frame, parameters_.tf_timeout)
   {
-    if (!sensor_node_.settingsStatus().ok())
-      throw WrongParameter("Parameters contradict each other: " +
-                           sensor_node_.settingsStatus().message());
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
     // A new subscriber can decode from the next I-frame on.
     const auto on_subscriber = [this](const ros::SingleSubscriberPublisher&) {
@@ -108,9 +106,11 @@ private:
 
     pcl::PCLPointCloud2 input;
     pcl_conversions::moveToPCL(*cloud, input);
+    if (!sensor_node_)
+      createSensorNode(input);
     passOnIFrameRequest();
     std::vector<std::uint8_t> bytes;
-    const auto status = sensor_node_.encode(input, transform.pose, bytes);
+    const auto status = sensor_node_->encode(input, transform.pose, bytes);
     if (transform.pose && status.code() != SensorNodeCode::InvalidTransform)
       frame_of_last_transform_ = header.frame_id;
     if (status.code() == SensorNodeCode::UsedLastTransform)
@@ -125,13 +125,25 @@ private:
       return;
     }
     ++frames_since_request_;
-    header.frame_id = parameters_.node.global_frame;
-    const SensorNodeStatistics statistics = sensor_node_.statistics();
+    header.frame_id = parameters_.global_frame;
+    const SensorNodeStatistics statistics = sensor_node_->statistics();
     frames_.publish(toMessage(header,
-                              parameters_.node.compression.format,
+                              settings_.compression.format,
                               statistics.frame.coding.voxels,
                               statistics.preprocessing.has_colours,
                               std::move(bytes)));
+  }
+
+  /** \brief The intensities follow from the first cloud, if no parameter names them. All
+   * clouds of a stream have intensities of the same kind. */
+  void
+  createSensorNode(const pcl::PCLPointCloud2& first_cloud)
+  {
+    const bool has_intensities =
+        pcl::getFieldIndex(first_cloud, settings_.intensity_field) != -1;
+    settings_ = sensorNodeSettings(parameters_, has_intensities);
+    sensor_node_.emplace(settings_);
+    ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings_.law).c_str());
   }
 
   /** \brief Counts clouds that were dropped before this one, by the network or by a full
@@ -154,7 +166,7 @@ private:
   {
     if (!i_frame_is_due_ || frames_since_request_ < 2)
       return;
-    sensor_node_.requestIFrame();
+    sensor_node_->requestIFrame();
     i_frame_is_due_ = false;
     frames_since_request_ = 0;
   }
@@ -169,7 +181,8 @@ private:
   void
   reportHealth(const ros::WallTimerEvent&)
   {
-    const SensorNodeStatistics now = sensor_node_.statistics();
+    const SensorNodeStatistics now =
+        sensor_node_ ? sensor_node_->statistics() : SensorNodeStatistics();
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
     message.status.push_back(describeHealth(now).status());
@@ -231,7 +244,8 @@ private:
   ros::NodeHandle node_;
   const CompressorParameters parameters_ = readCompressorParameters();
   const std::string input_topic_ = node_.resolveName("input");
-  pcl_ext::nodes::SensorNode sensor_node_;
+  pcl_ext::nodes::SensorNodeSettings settings_ = sensorNodeSettings(parameters_, false);
+  std::optional<pcl_ext::nodes::SensorNode> sensor_node_; // from the first cloud on
   TransformLookup transforms_;
   std::string frame_of_last_transform_;
 
