@@ -20,7 +20,6 @@
 #include <std_msgs/Empty.h>
 
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,7 +37,9 @@ public:
   /** \brief Reads the parameters and connects.
    * \throws WrongParameter
    */
-  IntensityCompressor() : transforms_(parameters_.global_frame, parameters_.tf_timeout)
+  IntensityCompressor()
+  : sensor_node_(settings_)
+  , transforms_(parameters_.global_frame, parameters_.tf_timeout)
   {
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
     // A new subscriber can decode from the next I-frame on.
@@ -106,11 +107,11 @@ private:
 
     pcl::PCLPointCloud2 input;
     pcl_conversions::moveToPCL(*cloud, input);
-    if (!sensor_node_)
-      createSensorNode(input);
+    if (!has_frame_)
+      chooseIntensities(input);
     passOnIFrameRequest();
     std::vector<std::uint8_t> bytes;
-    const auto status = sensor_node_->encode(input, transform.pose, bytes);
+    const auto status = sensor_node_.encode(input, transform.pose, bytes);
     if (transform.pose && status.code() != SensorNodeCode::InvalidTransform)
       frame_of_last_transform_ = header.frame_id;
     if (status.code() == SensorNodeCode::UsedLastTransform)
@@ -124,9 +125,12 @@ private:
           seconds_between_warnings, "A cloud is dropped: %s", status.message().c_str());
       return;
     }
+    if (!has_frame_)
+      ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings_.law).c_str());
+    has_frame_ = true;
     ++frames_since_request_;
     header.frame_id = parameters_.global_frame;
-    const SensorNodeStatistics statistics = sensor_node_->statistics();
+    const SensorNodeStatistics statistics = sensor_node_.statistics();
     frames_.publish(toMessage(header,
                               settings_.compression.format,
                               statistics.frame.coding.voxels,
@@ -134,16 +138,16 @@ private:
                               std::move(bytes)));
   }
 
-  /** \brief The intensities follow from the first cloud, if no parameter names them. All
-   * clouds of a stream have intensities of the same kind. */
+  /** \brief The first cloud that becomes a frame decides what the intensities are, if no
+   * parameter does: all clouds of a stream have intensities of the same kind. */
   void
-  createSensorNode(const pcl::PCLPointCloud2& first_cloud)
+  chooseIntensities(const pcl::PCLPointCloud2& cloud)
   {
-    const bool has_intensities =
-        pcl::getFieldIndex(first_cloud, settings_.intensity_field) != -1;
-    settings_ = sensorNodeSettings(parameters_, has_intensities);
-    sensor_node_.emplace(settings_);
-    ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings_.law).c_str());
+    const auto law_before = settings_.law;
+    settings_ = sensorNodeSettings(
+        parameters_, pcl::getFieldIndex(cloud, settings_.intensity_field) != -1);
+    if (settings_.law != law_before)
+      sensor_node_ = pcl_ext::nodes::SensorNode(settings_);
   }
 
   /** \brief Counts clouds that were dropped before this one, by the network or by a full
@@ -166,7 +170,7 @@ private:
   {
     if (!i_frame_is_due_ || frames_since_request_ < 2)
       return;
-    sensor_node_->requestIFrame();
+    sensor_node_.requestIFrame();
     i_frame_is_due_ = false;
     frames_since_request_ = 0;
   }
@@ -181,8 +185,7 @@ private:
   void
   reportHealth(const ros::WallTimerEvent&)
   {
-    const SensorNodeStatistics now =
-        sensor_node_ ? sensor_node_->statistics() : SensorNodeStatistics();
+    const SensorNodeStatistics now = sensor_node_.statistics();
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
     message.status.push_back(describeHealth(now).status());
@@ -245,7 +248,8 @@ private:
   const CompressorParameters parameters_ = readCompressorParameters();
   const std::string input_topic_ = node_.resolveName("input");
   pcl_ext::nodes::SensorNodeSettings settings_ = sensorNodeSettings(parameters_, false);
-  std::optional<pcl_ext::nodes::SensorNode> sensor_node_; // from the first cloud on
+  pcl_ext::nodes::SensorNode sensor_node_;
+  bool has_frame_ = false; // has encoded a cloud
   TransformLookup transforms_;
   std::string frame_of_last_transform_;
 

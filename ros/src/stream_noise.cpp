@@ -125,7 +125,7 @@ StreamNoise::settings() const
   values["min_intensity"] = min_intensity_.current();
   values["remove_outliers"] = remove_outliers_.current();
   values["min_log_odds"] = min_log_odds_.current();
-  return readNoiseParameters(values);
+  return pcl_ext::nodes::readNoiseParameters(values);
 }
 
 } // namespace pcl_ext_ros
