@@ -8,17 +8,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
 
 namespace pcl_ext_ros {
 
-namespace {
+using pcl_ext::nodes::noiseParameters;
+using pcl_ext::nodes::ParameterValues;
 
-const std::map<std::string, pcl_ext::DensityUnit> density_units = {
-    {"automatic", pcl_ext::DensityUnit::Automatic},
-    {"faces", pcl_ext::DensityUnit::Faces},
-    {"points", pcl_ext::DensityUnit::Points},
-    {"voxels", pcl_ext::DensityUnit::Voxels}};
+namespace {
 
 /** \brief Reads an entry of ~streams: a topic, or a map with a topic. */
 StreamParameters
@@ -34,12 +30,6 @@ readStream(XmlRpc::XmlRpcValue entry)
       refuse("a list in which each " + name + " is a text that is not empty");
     return static_cast<std::string>(value);
   };
-  const auto floatOf = [&](const XmlRpc::XmlRpcValue& value, const std::string& name) {
-    const std::optional<float> number = toFloat(value);
-    if (!number)
-      refuse("a list in which each " + name + " is a finite number");
-    return number;
-  };
 
   StreamParameters stream;
   if (entry.getType() == XmlRpc::XmlRpcValue::TypeString) {
@@ -48,26 +38,18 @@ readStream(XmlRpc::XmlRpcValue entry)
   }
   if (entry.getType() != XmlRpc::XmlRpcValue::TypeStruct || !entry.hasMember("topic"))
     refuse("a list of topics, or of maps with a topic");
+  const ParameterValues known = defaultsOf(noiseParameters());
   for (auto& [name, value] : entry) {
     if (name == "topic")
       stream.topic = textOf(value, name);
     else if (name == "sensor_frame")
       stream.sensor_frame = withoutLeadingSlash(textOf(value, name));
-    else if (name == "min_intensity")
-      stream.min_intensity = floatOf(value, name);
-    else if (name == "min_log_odds")
-      stream.min_log_odds = floatOf(value, name);
-    else if (name == "density_unit") {
-      const auto unit = density_units.find(textOf(value, name));
-      if (unit == density_units.end())
-        refuse("a list in which each density_unit is one of: automatic, faces, points, "
-               "voxels");
-      stream.density_unit = unit->second;
-    }
-    else if (name == "remove_outliers") {
-      stream.remove_outliers = toFlag(value);
-      if (!stream.remove_outliers)
-        refuse("a list in which each remove_outliers is true or false");
+    else if (known.count(name) != 0) {
+      const auto& parameter = descriptionOf(noiseParameters(), name);
+      const auto converted = convertedValue(parameter, value);
+      if (!converted)
+        refuse("a list in which each " + name + " is " + allowedValues(parameter));
+      stream.noise[name] = *converted;
     }
     else
       refuse("a list of maps with topic, min_intensity, remove_outliers, min_log_odds, "
@@ -93,18 +75,6 @@ readStreams(ParameterReader& reader)
   return streams;
 }
 
-NoiseParameters
-readNoise(ParameterReader& reader)
-{
-  NoiseParameters noise;
-  // Any sign, as native intensities can be negative.
-  noise.min_intensity = reader.finite("min_intensity", noise.min_intensity);
-  noise.remove_outliers = reader.flag("remove_outliers", noise.remove_outliers);
-  noise.min_log_odds = reader.finite("min_log_odds", noise.min_log_odds);
-  noise.density_unit = reader.choice("density_unit", "automatic", density_units);
-  return noise;
-}
-
 /** \brief True if MergedMap can write its unfinished file. */
 bool
 canWriteBeside(const std::string& path)
@@ -122,7 +92,9 @@ readMap(ParameterReader& reader)
   MapParameters map;
   map.path = reader.text("map_path", "");
   map.rate = reader.number("map_rate", 1.0, 0.001, 1000);
-  map.full_intensity = reader.number("map_full_intensity", 4.0, 1e-6, largest_float);
+  constexpr double highest_intensity = 3.4e38; // below the largest float
+  map.full_intensity =
+      reader.number("map_full_intensity", 4.0, 1e-6, highest_intensity);
   map.tf_timeout = reader.number("tf_timeout", 0.05, 0, 10);
   if (map.path.empty())
     return map;
@@ -177,7 +149,7 @@ readDecompressorParameters()
   DecompressorParameters parameters;
   parameters.streams = readStreams(reader);
   parameters.global_frame = reader.frame("global_frame", "world");
-  parameters.noise = readNoise(reader);
+  parameters.noise = reader.values(noiseParameters());
   parameters.merge_rate = reader.number("merge_rate", 10, 0, 1000);
   if (parameters.merge_rate > 0 && parameters.merge_rate < 0.001)
     ParameterReader::refuse("merge_rate", "below 0.001", "0, or 0.001 to 1000");

@@ -10,6 +10,8 @@
 #include "parameter_reader.h"
 #include "transform_lookup.h"
 
+#include <pcl/common/io.h>
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -36,12 +38,9 @@ public:
    * \throws WrongParameter
    */
   IntensityCompressor()
-  : sensor_node_(parameters_.node)
-  , transforms_(parameters_.node.global_frame, parameters_.tf_timeout)
+  : sensor_node_(settings_)
+  , transforms_(parameters_.global_frame, parameters_.tf_timeout)
   {
-    if (!sensor_node_.settingsStatus().ok())
-      throw WrongParameter("Parameters contradict each other: " +
-                           sensor_node_.settingsStatus().message());
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
     // A new subscriber can decode from the next I-frame on.
     const auto on_subscriber = [this](const ros::SingleSubscriberPublisher&) {
@@ -108,6 +107,8 @@ private:
 
     pcl::PCLPointCloud2 input;
     pcl_conversions::moveToPCL(*cloud, input);
+    if (!has_frame_)
+      chooseIntensities(input);
     passOnIFrameRequest();
     std::vector<std::uint8_t> bytes;
     const auto status = sensor_node_.encode(input, transform.pose, bytes);
@@ -124,14 +125,29 @@ private:
           seconds_between_warnings, "A cloud is dropped: %s", status.message().c_str());
       return;
     }
+    if (!has_frame_)
+      ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings_.law).c_str());
+    has_frame_ = true;
     ++frames_since_request_;
-    header.frame_id = parameters_.node.global_frame;
+    header.frame_id = parameters_.global_frame;
     const SensorNodeStatistics statistics = sensor_node_.statistics();
     frames_.publish(toMessage(header,
-                              parameters_.node.compression.format,
+                              settings_.compression.format,
                               statistics.frame.coding.voxels,
                               statistics.preprocessing.has_colours,
                               std::move(bytes)));
+  }
+
+  /** \brief The first cloud that becomes a frame decides what the intensities are, if no
+   * parameter does: all clouds of a stream have intensities of the same kind. */
+  void
+  chooseIntensities(const pcl::PCLPointCloud2& cloud)
+  {
+    const auto law_before = settings_.law;
+    settings_ = sensorNodeSettings(
+        parameters_, pcl::getFieldIndex(cloud, settings_.intensity_field) != -1);
+    if (settings_.law != law_before)
+      sensor_node_ = pcl_ext::nodes::SensorNode(settings_);
   }
 
   /** \brief Counts clouds that were dropped before this one, by the network or by a full
@@ -231,7 +247,9 @@ private:
   ros::NodeHandle node_;
   const CompressorParameters parameters_ = readCompressorParameters();
   const std::string input_topic_ = node_.resolveName("input");
+  pcl_ext::nodes::SensorNodeSettings settings_ = sensorNodeSettings(parameters_, false);
   pcl_ext::nodes::SensorNode sensor_node_;
+  bool has_frame_ = false; // has encoded a cloud
   TransformLookup transforms_;
   std::string frame_of_last_transform_;
 

@@ -47,10 +47,10 @@ constexpr std::uint32_t message_threads = 2; // merging does not delay frames
 struct Stream {
   Stream(std::string resolved_topic,
          const StreamParameters& stream_parameters,
-         const NoiseParameters& noise_of_all)
+         const pcl_ext::nodes::ParameterValues& noise_of_all)
   : topic(std::move(resolved_topic))
   , sensor_frame(stream_parameters.sensor_frame)
-  , noise(topic, stream_parameters, noise_of_all)
+  , noise(topic, stream_parameters.noise, noise_of_all)
   {}
 
   const std::string topic; ///< resolved; the stream's name in the central node
@@ -135,7 +135,7 @@ private:
     streams_.push_back(std::make_unique<Stream>(topic, parameters, parameters_.noise));
     Stream& stream = *streams_.back();
     stream.number = streams_.size() - 1;
-    if (!central_node_->addStream(topic, stream.noise.min_intensity.current()).ok())
+    if (!central_node_->addStream(topic, stream.noise.minIntensity()).ok())
       ParameterReader::refuse(
           "streams", "a list with " + topic + " twice", "a list of different topics");
     central_node_->setOutlierRemoval(topic, stream.noise.outlierRemoval());
@@ -261,8 +261,8 @@ private:
   {
     for (const auto& stream : streams_) {
       const char* const topic = stream->topic.c_str();
-      if (stream->noise.min_intensity.update()) {
-        const float min_intensity = stream->noise.min_intensity.current();
+      if (stream->noise.updateMinIntensity()) {
+        const float min_intensity = stream->noise.minIntensity();
         central_node_->setMinIntensity(stream->topic, min_intensity);
         ROS_INFO("%s: min_intensity is now %g", topic, double{min_intensity});
       }
@@ -391,7 +391,7 @@ private:
     report.add("outliers removed", now.outliers_removed);
     report.add("outlier removal", now.outlier_removal.message());
     report.add("voxels outside merged grid", now.voxels_outside_grid);
-    report.add("min_intensity", stream.noise.min_intensity.current());
+    report.add("min_intensity", stream.noise.minIntensity());
     report.add("in sync", now.in_sync ? "yes" : "no");
     return report;
   }

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/node_parameters.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,8 @@
 namespace pcl_ext_ros {
 
 struct CompressorParameters {
-  pcl_ext::nodes::SensorNodeSettings node;
+  pcl_ext::nodes::ParameterValues encoding; ///< of encodingParameters(), if set
+  std::string global_frame = "world";
   double tf_timeout = 0.05; ///< seconds
   std::uint32_t queue_size = 5;
   bool statistics = false;
@@ -26,21 +26,17 @@ struct CompressorParameters {
 CompressorParameters
 readCompressorParameters();
 
-/** \brief Noise settings of all streams that have none of their own. */
-struct NoiseParameters {
-  float min_intensity = 0.0f;
-  bool remove_outliers = false;
-  float min_log_odds = pcl_ext::VoxelOutlierRemovalSettings().min_log_odds;
-  pcl_ext::DensityUnit density_unit = pcl_ext::VoxelOutlierRemovalSettings().unit;
-};
+/** \brief The settings of the compressor's SensorNode.
+ * \param[in] has_intensities whether the clouds have the field `intensity_field`
+ * \throws WrongParameter
+ */
+pcl_ext::nodes::SensorNodeSettings
+sensorNodeSettings(const CompressorParameters& parameters, bool has_intensities);
 
 /** \brief One entry of ~streams. */
 struct StreamParameters {
-  std::string topic; ///< as given, not resolved
-  std::optional<float> min_intensity;
-  std::optional<bool> remove_outliers;
-  std::optional<float> min_log_odds;
-  std::optional<pcl_ext::DensityUnit> density_unit;
+  std::string topic;                     ///< as given, not resolved
+  pcl_ext::nodes::ParameterValues noise; ///< of noiseParameters(), if set here
   std::string sensor_frame; ///< empty: the map takes no rays from this stream
 };
 
@@ -61,8 +57,8 @@ struct DecompressorParameters {
   pcl_ext::nodes::CentralNodeSettings node;
   std::vector<StreamParameters> streams;
   std::string global_frame = "world";
-  NoiseParameters noise;
-  double merge_rate = 10.0; ///< Hz; 0: no merged clouds
+  pcl_ext::nodes::ParameterValues noise; ///< of all streams without one of their own
+  double merge_rate = 10.0;              ///< Hz; 0: no merged clouds
   MapParameters map;
   ViewParameters view;
 };

@@ -2,26 +2,62 @@
 
 #include "message_conversions.h"
 
-#include <cmath>
 #include <sstream>
 
 namespace pcl_ext_ros {
 
+using pcl_ext::nodes::ParameterDescription;
+using pcl_ext::nodes::ParameterValue;
+using pcl_ext::nodes::ParameterValues;
 using XmlRpc::XmlRpcValue;
 
 std::string
 toText(const XmlRpcValue& value)
 {
+  if (const auto known = toParameterValue(value))
+    return pcl_ext::nodes::textOf(*known);
   XmlRpcValue copy = value; // some versions convert non-const values only
-  if (copy.getType() == XmlRpcValue::TypeString)
-    return "'" + static_cast<std::string>(copy) + "'";
   std::ostringstream text;
-  // XmlRpcValue prints a double with six digits after the point.
-  if (copy.getType() == XmlRpcValue::TypeDouble)
-    text << static_cast<double>(copy);
-  else
+  if (copy.getType() != XmlRpcValue::TypeArray) {
     copy.write(text);
-  return text.str();
+    return text.str();
+  }
+  for (int i = 0; i < copy.size(); ++i)
+    text << (i == 0 ? "[" : ", ") << toText(copy[i]);
+  return text.str() + "]";
+}
+
+std::optional<ParameterValue>
+toParameterValue(XmlRpcValue value)
+{
+  switch (value.getType()) {
+  case XmlRpcValue::TypeBoolean:
+    return static_cast<bool>(value);
+  case XmlRpcValue::TypeInt:
+    return std::int64_t{static_cast<int>(value)};
+  case XmlRpcValue::TypeDouble:
+    return static_cast<double>(value);
+  case XmlRpcValue::TypeString:
+    return static_cast<std::string>(value);
+  case XmlRpcValue::TypeArray: {
+    std::vector<double> numbers;
+    for (int i = 0; i < value.size(); ++i)
+      if (const std::optional<double> number = toNumber(value[i]))
+        numbers.push_back(*number);
+      else
+        return std::nullopt;
+    return numbers;
+  }
+  default:
+    return std::nullopt;
+  }
+}
+
+std::optional<ParameterValue>
+convertedValue(const ParameterDescription& parameter, const XmlRpcValue& value)
+{
+  const std::optional<ParameterValue> known = toParameterValue(value);
+  return known ? pcl_ext::nodes::convertedValue(parameter, *known) : std::nullopt;
 }
 
 std::optional<double>
@@ -32,16 +68,6 @@ toNumber(XmlRpcValue value)
   if (value.getType() == XmlRpcValue::TypeDouble)
     return static_cast<double>(value);
   return std::nullopt;
-}
-
-std::optional<float>
-toFloat(const XmlRpcValue& value)
-{
-  const std::optional<double> number = toNumber(value);
-  // The comparison is false for NaN, too.
-  if (!number || !(std::abs(*number) <= largest_float))
-    return std::nullopt;
-  return static_cast<float>(*number);
 }
 
 std::optional<std::uint32_t>
@@ -55,12 +81,26 @@ toCount(XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest)
   return count;
 }
 
-std::optional<bool>
-toFlag(XmlRpcValue value)
+ParameterValues
+ParameterReader::values(const std::vector<ParameterDescription>& parameters)
 {
-  if (value.getType() != XmlRpcValue::TypeBoolean)
+  ParameterValues values;
+  for (const ParameterDescription& parameter : parameters)
+    if (const auto set = value(parameter.name, parameter))
+      values[parameter.name] = *set;
+  return values;
+}
+
+std::optional<ParameterValue>
+ParameterReader::value(const std::string& name, const ParameterDescription& description)
+{
+  const auto found = find(name);
+  if (!found)
     return std::nullopt;
-  return static_cast<bool>(value);
+  const std::optional<ParameterValue> converted = convertedValue(description, *found);
+  if (!converted)
+    refuse(name, toText(*found), allowedValues(description));
+  return converted;
 }
 
 double
@@ -79,12 +119,6 @@ ParameterReader::number(const std::string& name,
   });
 }
 
-float
-ParameterReader::finite(const std::string& name, float default_value)
-{
-  return read(name, default_value, "a finite number", toFloat);
-}
-
 std::uint32_t
 ParameterReader::count(const std::string& name,
                        std::uint32_t default_value,
@@ -101,7 +135,11 @@ ParameterReader::count(const std::string& name,
 bool
 ParameterReader::flag(const std::string& name, bool default_value)
 {
-  return read(name, default_value, "true or false", toFlag);
+  return read(name, default_value, "true or false", [](XmlRpcValue value) {
+    return value.getType() == XmlRpcValue::TypeBoolean
+               ? std::optional<bool>(static_cast<bool>(value))
+               : std::nullopt;
+  });
 }
 
 std::string

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <pcl_ext/nodes/node_parameters.h>
+
 #include <ros/node_handle.h>
 #include <XmlRpcValue.h>
 
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -14,7 +15,6 @@
 
 namespace pcl_ext_ros {
 
-constexpr double largest_float = std::numeric_limits<float>::max();
 constexpr std::uint32_t largest_int = std::numeric_limits<std::int32_t>::max();
 
 /** \brief A parameter that the node cannot use. The message has the name, the value and
@@ -28,21 +28,23 @@ public:
 std::string
 toText(const XmlRpc::XmlRpcValue& value);
 
+/** \brief Nothing if the value is of a type that no parameter of a table has, as maps, and
+ * lists of other elements than numbers. */
+std::optional<pcl_ext::nodes::ParameterValue>
+toParameterValue(XmlRpc::XmlRpcValue value);
+
+/** \brief The value of a parameter of a table; nothing if it is not allowed. */
+std::optional<pcl_ext::nodes::ParameterValue>
+convertedValue(const pcl_ext::nodes::ParameterDescription& parameter,
+               const XmlRpc::XmlRpcValue& value);
+
 /** \brief Nothing unless the value is an integer or a floating-point number. */
 std::optional<double>
 toNumber(XmlRpc::XmlRpcValue value);
 
-/** \brief Nothing unless the value is a number that is finite as a float. */
-std::optional<float>
-toFloat(const XmlRpc::XmlRpcValue& value);
-
 /** \brief Nothing unless the value is an integer within [lowest, highest]. */
 std::optional<std::uint32_t>
 toCount(XmlRpc::XmlRpcValue value, std::uint32_t lowest, std::uint32_t highest);
-
-/** \brief Nothing unless the value is a boolean. */
-std::optional<bool>
-toFlag(XmlRpc::XmlRpcValue value);
 
 /** \brief Reads private parameters of this node and checks type and range.
  *
@@ -50,13 +52,20 @@ toFlag(XmlRpc::XmlRpcValue value);
  */
 class ParameterReader {
 public:
+  /** \brief The values of a table's parameters; those that are not set are left out. */
+  pcl_ext::nodes::ParameterValues
+  values(const std::vector<pcl_ext::nodes::ParameterDescription>& parameters);
+
+  /** \brief A value that a description of a table allows; nothing if it is not set.
+   * \param[in] name that of the description, or another one
+   */
+  std::optional<pcl_ext::nodes::ParameterValue>
+  value(const std::string& name,
+        const pcl_ext::nodes::ParameterDescription& description);
+
   /** \brief A number within [lowest, highest]. */
   double
   number(const std::string& name, double default_value, double lowest, double highest);
-
-  /** \brief A number that is finite as a float. */
-  float
-  finite(const std::string& name, float default_value);
 
   /** \brief An integer within [lowest, highest]; highest is at most largest_int. */
   std::uint32_t
@@ -78,27 +87,6 @@ public:
   /** \brief The name of a TF frame, without a leading slash. */
   std::string
   frame(const std::string& name, const std::string& default_value);
-
-  /** \brief The value that a word stands for.
-   * \param[in] name of the parameter
-   * \param[in] default_word one of the words
-   * \param[in] values of all words
-   */
-  template <typename ValueT>
-  ValueT
-  choice(const std::string& name,
-         const std::string& default_word,
-         const std::map<std::string, ValueT>& values)
-  {
-    const std::string word = text(name, default_word);
-    const auto entry = values.find(word);
-    if (entry != values.end())
-      return entry->second;
-    std::string words;
-    for (const auto& value : values)
-      words += (words.empty() ? "" : ", ") + value.first;
-    refuse(name, "'" + word + "'", "one of: " + words);
-  }
 
   /** \brief The elements of a list; nothing if the parameter is not set. */
   std::optional<std::vector<XmlRpc::XmlRpcValue>>

@@ -6,25 +6,41 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
-#include <type_traits>
-
 namespace pcl_ext_ros {
+
+using pcl_ext::nodes::noiseParameters;
+using pcl_ext::nodes::ParameterValue;
+using pcl_ext::nodes::ParameterValues;
+
+namespace {
+
+/** \brief A value from several sources, of which the first that has it counts. */
+ParameterValue
+firstOf(const std::string& name,
+        const ParameterValues& from_streams,
+        const ParameterValues& for_all)
+{
+  for (const ParameterValues* const values : {&from_streams, &for_all})
+    if (const auto value = values->find(name); value != values->end())
+      return value->second;
+  return descriptionOf(noiseParameters(), name).default_value;
+}
+
+} // namespace
 
 template <typename ValueT>
 StreamSetting<ValueT>::StreamSetting(const std::string& name,
                                      const std::string& topic,
-                                     std::optional<ValueT> from_streams,
-                                     ValueT for_all)
-: own_name_(ros::this_node::getName() + "/" + name + "_of" + topic)
+                                     const ParameterValues& from_streams,
+                                     const ParameterValues& for_all)
+: parameter_(descriptionOf(noiseParameters(), name))
+, own_name_(ros::this_node::getName() + "/" + name + "_of" + topic)
 , name_for_all_(ros::this_node::getName() + "/" + name)
-, from_streams_(from_streams)
 {
-  ParameterReader reader;
-  const ValueT default_value = from_streams.value_or(for_all);
-  if constexpr (std::is_same_v<ValueT, bool>)
-    current_ = reader.flag(name + "_of" + topic, default_value);
-  else
-    current_ = reader.finite(name + "_of" + topic, default_value);
+  if (const auto value = from_streams.find(name); value != from_streams.end())
+    from_streams_ = std::get<ValueT>(value->second);
+  const auto own = ParameterReader().value(name + "_of" + topic, parameter_);
+  current_ = std::get<ValueT>(own ? *own : firstOf(name, from_streams, for_all));
 }
 
 template <typename ValueT>
@@ -52,55 +68,64 @@ StreamSetting<ValueT>::read(const std::string& name)
   // A deleted parameter is an empty struct in roscpp's cache.
   if (value.getType() == XmlRpc::XmlRpcValue::TypeStruct && value.size() == 0)
     return std::nullopt;
-  std::optional<ValueT> converted;
-  if constexpr (std::is_same_v<ValueT, bool>)
-    converted = toFlag(value);
-  else
-    converted = toFloat(value);
-  if (converted)
-    return converted;
-  const std::string allowed =
-      std::is_same_v<ValueT, bool> ? "true or false" : "a finite number";
+  if (const auto converted = convertedValue(parameter_, value))
+    return std::get<ValueT>(*converted);
   const std::string warning = "Parameter " + name + " is " + toText(value) +
-                              "; it must be " + allowed + ". It is ignored";
+                              "; it must be " + allowedValues(parameter_) +
+                              ". It is ignored";
   if (warning != last_warning_)
     ROS_WARN("%s", warning.c_str());
   last_warning_ = warning;
   return current_;
 }
 
-template class StreamSetting<float>;
+template class StreamSetting<double>;
 template class StreamSetting<bool>;
 
 StreamNoise::StreamNoise(const std::string& topic,
-                         const StreamParameters& from_streams,
-                         const NoiseParameters& for_all)
-: min_intensity(
-      "min_intensity", topic, from_streams.min_intensity, for_all.min_intensity)
-, remove_outliers(
-      "remove_outliers", topic, from_streams.remove_outliers, for_all.remove_outliers)
-, min_log_odds("min_log_odds", topic, from_streams.min_log_odds, for_all.min_log_odds)
-, density_unit(from_streams.density_unit.value_or(for_all.density_unit))
+                         const ParameterValues& from_streams,
+                         const ParameterValues& for_all)
+: min_intensity_("min_intensity", topic, from_streams, for_all)
+, remove_outliers_("remove_outliers", topic, from_streams, for_all)
+, min_log_odds_("min_log_odds", topic, from_streams, for_all)
+, constant_values_{{"density_unit", firstOf("density_unit", from_streams, for_all)}}
 {}
+
+float
+StreamNoise::minIntensity() const
+{
+  return settings().min_intensity;
+}
 
 std::optional<pcl_ext::VoxelOutlierRemovalSettings>
 StreamNoise::outlierRemoval() const
 {
-  if (!remove_outliers.current())
-    return std::nullopt;
-  pcl_ext::VoxelOutlierRemovalSettings settings;
-  settings.min_log_odds = min_log_odds.current();
-  settings.unit = density_unit;
-  return settings;
+  return settings().outlier_removal;
 }
 
 bool
 StreamNoise::updateOutlierRemoval()
 {
   // Both are read in any case.
-  const bool is_switched = remove_outliers.update();
-  const bool is_moved = min_log_odds.update();
-  return is_switched || (is_moved && remove_outliers.current());
+  const bool is_switched = remove_outliers_.update();
+  const bool is_moved = min_log_odds_.update();
+  return is_switched || (is_moved && remove_outliers_.current());
+}
+
+bool
+StreamNoise::updateMinIntensity()
+{
+  return min_intensity_.update();
+}
+
+pcl_ext::nodes::NoiseSettings
+StreamNoise::settings() const
+{
+  ParameterValues values = constant_values_;
+  values["min_intensity"] = min_intensity_.current();
+  values["remove_outliers"] = remove_outliers_.current();
+  values["min_log_odds"] = min_log_odds_.current();
+  return pcl_ext::nodes::readNoiseParameters(values);
 }
 
 } // namespace pcl_ext_ros

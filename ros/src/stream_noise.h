@@ -1,8 +1,6 @@
 #pragma once
 
-#include <pcl_ext/filters/voxel_outlier_removal.h>
-
-#include "node_parameters.h"
+#include <pcl_ext/nodes/node_parameters.h>
 
 #include <atomic>
 #include <optional>
@@ -14,22 +12,22 @@ namespace pcl_ext_ros {
  *
  * The value is that of the parameter ~<name>_of/<topic>, else that in ~streams, else that
  * of the parameter ~<name>, else the value so far.
- * \tparam ValueT float, for finite numbers, or bool
+ * \tparam ValueT type of the values: bool or double
  */
 template <typename ValueT>
 class StreamSetting {
 public:
   /** \brief Reads the value at the start.
-   * \param[in] name of the setting
+   * \param[in] name of one of noiseParameters()
    * \param[in] topic resolved name of the stream
-   * \param[in] from_streams value in ~streams
-   * \param[in] for_all value of ~<name>
+   * \param[in] from_streams values in ~streams
+   * \param[in] for_all values of ~<name>
    * \throws WrongParameter
    */
   StreamSetting(const std::string& name,
                 const std::string& topic,
-                std::optional<ValueT> from_streams,
-                ValueT for_all);
+                const pcl_ext::nodes::ParameterValues& from_streams,
+                const pcl_ext::nodes::ParameterValues& for_all);
 
   ValueT
   current() const
@@ -49,6 +47,7 @@ private:
   std::optional<ValueT>
   read(const std::string& name);
 
+  const pcl_ext::nodes::ParameterDescription& parameter_;
   std::string own_name_;
   std::string name_for_all_;
   std::optional<ValueT> from_streams_;
@@ -57,16 +56,20 @@ private:
 };
 
 /** \brief The noise settings of one stream. */
-struct StreamNoise {
+class StreamNoise {
+public:
   /** \brief Reads the settings at the start.
    * \param[in] topic resolved name of the stream
-   * \param[in] from_streams the stream's entry of ~streams
-   * \param[in] for_all settings of all streams
+   * \param[in] from_streams values of noiseParameters() in the stream's entry of ~streams
+   * \param[in] for_all those of all streams
    * \throws WrongParameter
    */
   StreamNoise(const std::string& topic,
-              const StreamParameters& from_streams,
-              const NoiseParameters& for_all);
+              const pcl_ext::nodes::ParameterValues& from_streams,
+              const pcl_ext::nodes::ParameterValues& for_all);
+
+  float
+  minIntensity() const;
 
   /** \brief Nothing if outliers are not removed. */
   std::optional<pcl_ext::VoxelOutlierRemovalSettings>
@@ -78,10 +81,21 @@ struct StreamNoise {
   bool
   updateOutlierRemoval();
 
-  StreamSetting<float> min_intensity;
-  StreamSetting<bool> remove_outliers;
-  StreamSetting<float> min_log_odds;
-  pcl_ext::DensityUnit density_unit; ///< does not change while the node runs
+  /** \brief Reads the parameter of minIntensity().
+   * \return true if it changed
+   */
+  bool
+  updateMinIntensity();
+
+private:
+  /** \brief The settings at present. */
+  pcl_ext::nodes::NoiseSettings
+  settings() const;
+
+  StreamSetting<double> min_intensity_;
+  StreamSetting<bool> remove_outliers_;
+  StreamSetting<double> min_log_odds_;
+  pcl_ext::nodes::ParameterValues constant_values_; // do not change while the node runs
 };
 
 } // namespace pcl_ext_ros

@@ -75,6 +75,28 @@ TEST_F(Streams, NativeIntensitiesOfXyziGiveTheLibrarysVoxels)
       settings);
 }
 
+TEST_F(Streams, IntensitiesOfTheSensorAreSentUnlessAParameterSaysOtherwise)
+{
+  SensorNodeSettings settings = compressorSettings();
+  settings.law = IntensityLaw::Native;
+  expectStream<pcl::PointXYZI>({}, settings, 3);
+  compressor->expectOutput("The intensities are: native");
+}
+
+TEST_F(Streams, CloudThatIsRefusedDoesNotChooseTheIntensities)
+{
+  SensorNodeSettings settings = compressorSettings();
+  settings.law = IntensityLaw::Native;
+  startBoth();
+  sensor_msgs::PointCloud2 empty;
+  empty.header = cloud(0).header;
+  clouds.publish(empty);
+  compressor->expectOutput("A cloud is dropped");
+  DirectStream stream(settings);
+  const auto sent = cloud<pcl::PointXYZI>(1);
+  expectVoxels(sent, stream.voxelsOf(sent, pose));
+}
+
 TEST_F(Streams, LawsOfDepthGiveTheLibrarysVoxels)
 {
   SensorNodeSettings settings = compressorSettings();
