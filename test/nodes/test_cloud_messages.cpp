@@ -1,0 +1,141 @@
+#include <pcl_ext/nodes/cloud_messages.h>
+
+#include "support/voxel_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstring>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::io;
+using namespace pcl_ext::io::test;
+
+/** \brief The members that ROS's PointCloud2 has in all versions. */
+struct Message {
+  struct Field {
+    std::string name;
+    std::uint32_t offset = 0;
+    std::uint8_t datatype = 0;
+    std::uint32_t count = 0;
+  };
+  struct {
+    std::string frame_id;
+  } header;
+  std::uint32_t height = 0;
+  std::uint32_t width = 0;
+  std::vector<Field> fields;
+  bool is_bigendian = false;
+  std::uint32_t point_step = 0;
+  std::uint32_t row_step = 0;
+  std::vector<std::uint8_t> data;
+  bool is_dense = false;
+};
+
+template <typename ValueT>
+ValueT
+valueAt(const std::vector<std::uint8_t>& data, std::size_t offset)
+{
+  ValueT value;
+  std::memcpy(&value, data.data() + offset, sizeof(value));
+  return value;
+}
+
+TEST(CloudMessages, NamesOfFormats)
+{
+  EXPECT_STREQ(messageFormat(StreamFormat::Version1), "pcl_ext/version1");
+  EXPECT_STREQ(messageFormat(StreamFormat::Published), "pcl_ext/published");
+  EXPECT_TRUE(isMessageFormat("pcl_ext/version1"));
+  EXPECT_TRUE(isMessageFormat("pcl_ext/published"));
+  EXPECT_FALSE(isMessageFormat("draco"));
+  EXPECT_FALSE(isMessageFormat(""));
+}
+
+TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)
+{
+  VoxelFrame frame;
+  frame.grid.resolution = 0.5;
+  frame.grid.depth = 3;
+  frame.grid.first_index = {-2, 0, 4};
+  frame.keys = {0, 7}; // the first voxel and its diagonal neighbour
+  frame.intensities = {3, 200};
+  frame.intensity_scale.bits = 8;
+  frame.intensity_scale.highest = 255.0f;
+  for (const bool has_colours : {false, true}) {
+    if (has_colours) {
+      frame.colour_bits = 8;
+      frame.colours = {{1, 2, 3}, {255, 0, 128}};
+    }
+    Message message;
+    writeVoxels(frame, message);
+    const std::uint32_t step = has_colours ? 20 : 16;
+    EXPECT_EQ(message.height, 1u);
+    EXPECT_EQ(message.width, 2u);
+    EXPECT_EQ(message.point_step, step);
+    EXPECT_EQ(message.row_step, 2 * step);
+    EXPECT_TRUE(message.is_dense);
+    EXPECT_FALSE(message.is_bigendian);
+    std::string names;
+    for (const Message::Field& field : message.fields) {
+      names += field.name + std::to_string(field.offset) + ' ';
+      EXPECT_EQ(field.datatype, 7);
+      EXPECT_EQ(field.count, 1u);
+    }
+    EXPECT_EQ(names,
+              has_colours ? "x0 y4 z8 intensity12 rgb16 " : "x0 y4 z8 intensity12 ");
+    ASSERT_EQ(message.data.size(), 2 * step);
+    EXPECT_EQ(valueAt<float>(message.data, 0), -0.75f);
+    EXPECT_EQ(valueAt<float>(message.data, 4), 0.25f);
+    EXPECT_EQ(valueAt<float>(message.data, 8), 2.25f);
+    EXPECT_EQ(valueAt<float>(message.data, 12), 3.0f);
+    EXPECT_EQ(valueAt<float>(message.data, step), -0.25f);
+    EXPECT_EQ(valueAt<float>(message.data, step + 12), 200.0f);
+    if (has_colours) {
+      EXPECT_EQ(valueAt<std::uint32_t>(message.data, 16), 0x010203u);
+      EXPECT_EQ(valueAt<std::uint32_t>(message.data, step + 16), 0xff0080u);
+    }
+  }
+}
+
+TEST(CloudMessages, CloudsAreCopiedOrMoved)
+{
+  Message message;
+  message.header.frame_id = "camera";
+  message.height = 2;
+  message.width = 3;
+  message.fields = {{"x", 0, 7, 1}, {"rgb", 16, 6, 2}};
+  message.is_bigendian = true;
+  message.point_step = 20;
+  message.row_step = 64;
+  message.is_dense = true;
+  message.data = {1, 2, 3};
+  const std::uint8_t* const memory = message.data.data();
+  pcl::PCLPointCloud2 copy;
+  toPcl(message, copy);
+  pcl::PCLPointCloud2 moved;
+  moveToPcl(message, moved);
+  EXPECT_EQ(moved.data.data(), memory);
+  for (const pcl::PCLPointCloud2& cloud : {copy, moved}) {
+    EXPECT_EQ(cloud.header.frame_id, "camera");
+    EXPECT_EQ(cloud.height, 2u);
+    EXPECT_EQ(cloud.width, 3u);
+    ASSERT_EQ(cloud.fields.size(), 2u);
+    EXPECT_EQ(cloud.fields[1].name, "rgb");
+    EXPECT_EQ(cloud.fields[1].offset, 16u);
+    EXPECT_EQ(cloud.fields[1].datatype, 6);
+    EXPECT_EQ(cloud.fields[1].count, 2u);
+    EXPECT_TRUE(cloud.is_bigendian);
+    EXPECT_EQ(cloud.point_step, 20u);
+    EXPECT_EQ(cloud.row_step, 64u);
+    EXPECT_TRUE(cloud.is_dense);
+    EXPECT_EQ(cloud.data, (std::vector<std::uint8_t>{1, 2, 3}));
+  }
+}
+
+} // namespace

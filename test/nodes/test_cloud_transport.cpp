@@ -1,0 +1,280 @@
+/** \file
+ * A CloudSender and CloudReceivers: what a transport of clouds does with parameters, new and
+ * lost receivers, lost frames and garbage.
+ */
+#include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/nodes/cloud_receiver.h>
+#include <pcl_ext/nodes/cloud_sender.h>
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "support/voxel_frames.h"
+
+#include <pcl/conversions.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace pcl_ext::io::test;
+using pcl_ext::IntensityLaw;
+using pcl_ext::WorldPose;
+using pcl_ext::io::CompressionCode;
+using pcl_ext::io::FrameDecoder;
+using pcl_ext::io::VoxelFrame;
+using Frame = std::vector<std::uint8_t>;
+
+/** \brief A wall with noise. */
+template <typename PointT>
+pcl::PCLPointCloud2
+wall(std::uint64_t seed)
+{
+  std::mt19937_64 random(seed);
+  pcl::PointCloud<PointT> points;
+  for (int i = 0; i < 2000; ++i) {
+    PointT point;
+    point.x = uniform(random, -1.0, 1.0);
+    point.y = uniform(random, -1.0, 1.0);
+    point.z = 2.0f + uniform(random, 0.0, 0.05);
+    if constexpr (pcl::traits::has_intensity<PointT>::value)
+      point.intensity = static_cast<float>(below(random, 200));
+    points.push_back(point);
+  }
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(points, cloud);
+  cloud.header.frame_id = "camera";
+  cloud.header.stamp = 1000000 * seed;
+  return cloud;
+}
+
+Frame
+encoded(CloudSender& sender,
+        const pcl::PCLPointCloud2& cloud,
+        std::size_t receivers = 1)
+{
+  Frame frame;
+  const SensorNodeStatus status = sender.encode(cloud, receivers, frame);
+  EXPECT_TRUE(status.hasFrame()) << status.message();
+  return frame;
+}
+
+bool
+isIFrame(const Frame& frame)
+{
+  FrameDecoder decoder;
+  VoxelFrame voxels;
+  return decoder.decode(frame.data(), frame.size(), voxels).ok();
+}
+
+/** \brief The frames of a node whose sensor is at the origin. */
+std::vector<Frame>
+framesOfNode(const SensorNodeSettings& settings,
+             const std::vector<pcl::PCLPointCloud2>& clouds)
+{
+  SensorNode node(settings);
+  std::vector<Frame> frames;
+  for (const pcl::PCLPointCloud2& cloud : clouds) {
+    Frame& frame = frames.emplace_back();
+    EXPECT_TRUE(node.encode(cloud, WorldPose(WorldPose::Identity()), frame).hasFrame());
+  }
+  return frames;
+}
+
+TEST(CloudTransport, FramesAreThoseOfANodeAtTheOriginOfItsClouds)
+{
+  SensorNodeSettings settings;
+  settings.compression.resolution = 0.04;
+  const std::vector<pcl::PCLPointCloud2> with{wall<pcl::PointXYZI>(1),
+                                              wall<pcl::PointXYZI>(2)};
+  const std::vector<pcl::PCLPointCloud2> without{wall<pcl::PointXYZ>(1),
+                                                 wall<pcl::PointXYZ>(2)};
+  CloudSender sender;
+  settings.law = IntensityLaw::Native;
+  EXPECT_EQ(framesOfNode(settings, with),
+            (std::vector<Frame>{encoded(sender, with[0]), encoded(sender, with[1])}));
+  // Another layout begins another stream.
+  settings.law = IntensityLaw::Count;
+  EXPECT_EQ(
+      framesOfNode(settings, without),
+      (std::vector<Frame>{encoded(sender, without[0]), encoded(sender, without[1])}));
+}
+
+TEST(CloudTransport, LawsOfTheDepthNeedNoTransform)
+{
+  CloudSender sender;
+  ASSERT_EQ(sender.setParameters({{"intensity", std::string("quadratic")},
+                                  {"sensor", std::string("kinect_v2")}}),
+            "");
+  SensorNodeSettings settings;
+  settings.compression.resolution = 0.04;
+  settings.law = IntensityLaw::Quadratic;
+  settings.sensor = pcl_ext::named_sensors[0].sensor;
+  const auto cloud = wall<pcl::PointXYZ>(3);
+  EXPECT_EQ(framesOfNode(settings, {cloud}),
+            std::vector<Frame>{encoded(sender, cloud)});
+}
+
+TEST(CloudTransport, ParametersTakeEffectWithTheNextCloud)
+{
+  CloudSender sender;
+  CloudReceiver receiver;
+  VoxelFrame voxels;
+  const auto cloud = wall<pcl::PointXYZ>(3);
+  for (const double resolution : {0.04, 0.1, 0.02}) {
+    EXPECT_EQ(sender.setParameters({{"resolution", resolution}}), "");
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_TRUE(receiver.receive(encoded(sender, cloud), Time(0), voxels).ok());
+      EXPECT_EQ(voxels.grid.resolution, resolution);
+    }
+  }
+  // The same again begins no new stream.
+  EXPECT_EQ(sender.setParameters({{"resolution", 0.02}}), "");
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud)));
+}
+
+TEST(CloudTransport, ContradictionsChangeNothing)
+{
+  CloudSender sender;
+  const auto cloud = wall<pcl::PointXYZ>(3);
+  encoded(sender, cloud);
+  EXPECT_NE(sender.setParameters({{"intensity", std::string("linear")}}).find("sensor"),
+            std::string::npos);
+  EXPECT_NE(sender.setParameters({{"format", std::string("published")},
+                                  {"intensity_bits", std::int64_t{12}}}),
+            "");
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud)));
+  EXPECT_EQ(sender.format(), pcl_ext::io::StreamFormat::Version1);
+}
+
+TEST(CloudTransport, ANewReceiverGetsAnIFrame)
+{
+  CloudSender sender;
+  const auto cloud = wall<pcl::PointXYZ>(3);
+  EXPECT_TRUE(isIFrame(encoded(sender, cloud, 1)));
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
+  EXPECT_TRUE(isIFrame(encoded(sender, cloud, 2)));
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
+  EXPECT_TRUE(isIFrame(encoded(sender, cloud, 3)));
+}
+
+TEST(CloudTransport, RequestsNeverCauseTwoIFramesInARow)
+{
+  CloudSender sender;
+  const auto cloud = wall<pcl::PointXYZ>(3);
+  for (int i = 0; i < 3; ++i)
+    encoded(sender, cloud);
+  std::string kinds;
+  for (int i = 0; i < 8; ++i) {
+    sender.requestIFrame();
+    kinds += isIFrame(encoded(sender, cloud)) ? 'I' : 'P';
+  }
+  EXPECT_EQ(kinds, "IPIPIPIP");
+  EXPECT_EQ(sender.health().i_frame_requests, 8u);
+}
+
+TEST(CloudTransport, ALostFrameIsReportedAndTheNextIFrameHelps)
+{
+  CloudSender sender;
+  CloudReceiver receiver;
+  VoxelFrame voxels;
+  std::string outcome;
+  std::size_t requests = 0;
+  for (std::uint64_t i = 0; i < 70; ++i) {
+    const Frame frame = encoded(sender, wall<pcl::PointXYZ>(i));
+    if (i == 10 || i == 40)
+      continue;
+    const ReceiverStatus status = receiver.receive(frame, Time(0), voxels);
+    requests += status.wants_i_frame ? 1 : 0;
+    outcome += status.ok() ? '.' : 'x';
+    if (!status.ok()) {
+      EXPECT_EQ(status.code(), CompressionCode::MissingReference);
+      EXPECT_EQ(voxels.size(), 0u);
+    }
+  }
+  // I-frames are 0, 30 and 60.
+  const std::string decoded_10(10, '.');
+  const std::string lost_19(19, 'x');
+  EXPECT_EQ(outcome, decoded_10 + lost_19 + decoded_10 + lost_19 + decoded_10);
+  EXPECT_EQ(requests, 14u); // every third
+  const ReceiverHealth health = receiver.health();
+  EXPECT_EQ(health.stream.frames_failed, 38u);
+  EXPECT_EQ(health.stream.frames_decoded, 30u);
+  EXPECT_EQ(health.stream.frames_lost, 2u);
+  EXPECT_TRUE(health.stream.in_sync);
+}
+
+TEST(CloudTransport, ReceiversRemoveNoise)
+{
+  CloudSender sender;
+  ASSERT_EQ(sender.setParameters({{"i_frame_rate", std::int64_t{1}}}), "");
+  CloudReceiver receiver;
+  VoxelFrame all;
+  VoxelFrame kept;
+  const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
+  ASSERT_TRUE(receiver.receive(frame, Time(0), all).ok());
+  NoiseSettings noise;
+  noise.min_intensity = 2.0f;
+  receiver.setNoise(noise);
+  ASSERT_TRUE(
+      receiver.receive(encoded(sender, wall<pcl::PointXYZ>(5)), Time(0), kept).ok());
+  std::size_t expected = 0;
+  for (const std::uint16_t count : all.intensities)
+    expected += count >= 2 ? 1 : 0;
+  EXPECT_EQ(kept.size(), expected);
+  EXPECT_LT(expected, all.size());
+  EXPECT_EQ(receiver.health().min_intensity, 2.0f);
+  EXPECT_EQ(receiver.health().stream.kept_voxels, expected);
+}
+
+TEST(CloudTransport, GarbageIsHarmless)
+{
+  CloudSender sender;
+  CloudReceiver receiver;
+  VoxelFrame voxels;
+  std::mt19937_64 random(9);
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    Frame frame;
+    if (i % 2 == 0)
+      frame = encoded(sender, wall<pcl::PointXYZ>(1));
+    else
+      frame.resize(below(random, 400));
+    for (int k = 0; k < 8 && !frame.empty(); ++k)
+      frame[below(random, frame.size())] = static_cast<std::uint8_t>(random());
+    const ReceiverStatus status = receiver.receive(frame, Time(0), voxels);
+    EXPECT_TRUE(status.ok() || voxels.size() == 0);
+  }
+  receiver.countLeftOut();
+  EXPECT_EQ(receiver.health().left_out, 1u);
+  sender.requestIFrame();
+  const Frame good = encoded(sender, wall<pcl::PointXYZ>(1));
+  ASSERT_TRUE(receiver.receive(good, Time(0), voxels).ok());
+  FrameDecoder decoder;
+  VoxelFrame expected;
+  ASSERT_TRUE(decoder.decode(good.data(), good.size(), expected).ok());
+  expectSameFrame(voxels, expected);
+}
+
+TEST(CloudTransport, CloudsThatCannotBeEncodedHaveAReason)
+{
+  CloudSender sender;
+  pcl::PCLPointCloud2 cloud = wall<pcl::PointXYZ>(1);
+  cloud.data.resize(cloud.data.size() / 2);
+  Frame frame{1, 2, 3};
+  const SensorNodeStatus status = sender.encode(cloud, 1, frame);
+  EXPECT_EQ(status.code(), SensorNodeCode::InvalidCloud);
+  EXPECT_NE(status.message(), "");
+  EXPECT_TRUE(frame.empty());
+  EXPECT_TRUE(isIFrame(encoded(sender, wall<pcl::PointXYZ>(1))));
+}
+
+} // namespace

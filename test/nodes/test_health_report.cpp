@@ -1,0 +1,116 @@
+#include <pcl_ext/nodes/health_report.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+namespace {
+
+using namespace pcl_ext::nodes;
+using namespace std::chrono_literals;
+
+std::optional<std::string>
+valueOf(const HealthReport& report, const std::string& key)
+{
+  for (const auto& [name, value] : report.values())
+    if (name == key)
+      return value;
+  return std::nullopt;
+}
+
+void
+expectLevel(const HealthReport& report, HealthLevel level, const std::string& message)
+{
+  EXPECT_EQ(report.level(), level) << report.message();
+  EXPECT_EQ(report.message(), message);
+}
+
+TEST(HealthReport, TheHighestLevelHasTheMessage)
+{
+  HealthReport report;
+  expectLevel(report, HealthLevel::Ok, "OK");
+  report.raise(HealthLevel::Warning, "first");
+  report.raise(HealthLevel::Warning, "second");
+  expectLevel(report, HealthLevel::Warning, "first");
+  report.raise(HealthLevel::Error, "third");
+  report.raise(HealthLevel::Warning, "fourth");
+  expectLevel(report, HealthLevel::Error, "third");
+}
+
+TEST(HealthReport, OfASender)
+{
+  SenderHealth before;
+  before.last_arrival = 100s;
+  const auto report_of = [&before](const SenderHealth& now) {
+    return describeHealth(now, before, 101s);
+  };
+  expectLevel(report_of(before), HealthLevel::Ok, "OK");
+  expectLevel(
+      describeHealth(before, before, 103s), HealthLevel::Error, "No clouds arrive");
+  expectLevel(describeHealth(SenderHealth(), SenderHealth(), 1s),
+              HealthLevel::Stale,
+              "No clouds have arrived yet");
+  SenderHealth now = before;
+  now.clouds_missed = 1;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Clouds are missing: lost on the way or dropped from the queue");
+  now.clouds_of_other_frame = 1;
+  expectLevel(
+      report_of(now), HealthLevel::Error, "Clouds without transform are dropped");
+  now = before;
+  now.node.clouds_refused = 2;
+  expectLevel(report_of(now), HealthLevel::Error, "Clouds are refused");
+  EXPECT_EQ(valueOf(report_of(now), "clouds refused"), "2");
+  now = before;
+  now.latest_transforms = 2;
+  now.node.frames_with_last_transform = 3;
+  expectLevel(
+      report_of(now), HealthLevel::Warning, "A transform of another time is used");
+  EXPECT_EQ(valueOf(report_of(now), "frames with last transform"), "5");
+  // Old news is none.
+  before = now;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+}
+
+TEST(HealthReport, OfAReceiver)
+{
+  ReceiverHealth before;
+  before.last_arrival = 100s;
+  before.stream.in_sync = true;
+  const auto report_of = [&before](const ReceiverHealth& now) {
+    return describeHealth(now, before, 102s);
+  };
+  expectLevel(report_of(before), HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(report_of(before), "in sync"), "yes");
+  ReceiverHealth now = before;
+  now.left_out = 1;
+  expectLevel(
+      report_of(now), HealthLevel::Error, "Frames are of another frame id or format");
+  now = before;
+  now.stream.frames_lost = 1;
+  expectLevel(report_of(now), HealthLevel::Warning, "Frames are lost");
+  now.stream.frames_failed = 1;
+  now.stream.last_failure = {pcl_ext::io::CompressionCode::Corrupt, "bad checksum"};
+  expectLevel(report_of(now), HealthLevel::Warning, "Frames fail: bad checksum");
+  now = before;
+  now.stream.frames_refused = 1;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Frames arrive faster than they are decoded");
+  now = before;
+  now.stream.voxels = 1000;
+  now.stream.frames_received = 2;
+  now.stream.bytes = 800;
+  expectLevel(report_of(now), HealthLevel::Warning, "All voxels are removed as noise");
+  EXPECT_EQ(valueOf(report_of(now), "compression ratio"), "40");
+  now.stream.kept_voxels = 10;
+  now.stream.voxels_outside_grid = 3;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Voxels are too far from those of other streams to be merged");
+}
+
+} // namespace
