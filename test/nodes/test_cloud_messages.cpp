@@ -66,7 +66,6 @@ TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)
   frame.keys = {0, 7}; // the first voxel and its diagonal neighbour
   frame.intensities = {3, 200};
   frame.intensity_scale.bits = 8;
-  frame.intensity_scale.highest = 255.0f;
   for (const bool has_colours : {false, true}) {
     if (has_colours) {
       frame.colour_bits = 8;
