@@ -13,6 +13,11 @@ namespace nodes {
 
 class CloudSender::Implementation {
 public:
+  explicit Implementation(const SensorNodeSettings& settings) : settings_(settings)
+  {
+    readEncodingParameters(values_, false, settings_);
+  }
+
   std::string
   setParameters(const ParameterValues& values)
   {
@@ -22,15 +27,15 @@ public:
       changed[name] = value;
     if (changed == values_)
       return {};
+    SensorNodeSettings settings = settings_;
     // Whichever of the two laws auto becomes.
-    for (const bool has_intensities : {false, true}) {
-      SensorNodeSettings settings;
+    for (const bool has_intensities : {true, false})
       if (std::string fault =
               readEncodingParameters(changed, has_intensities, settings);
           !fault.empty())
         return fault;
-    }
     values_ = std::move(changed);
+    settings_ = settings;
     node_.reset();
     return {};
   }
@@ -45,25 +50,39 @@ public:
 
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,
+         const std::optional<WorldPose>& sensor_to_world,
          std::size_t receivers,
          std::vector<std::uint8_t>& bytes)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes.clear();
-    return callOrElse([&] { return encodeOrThrow(cloud, receivers, bytes); },
-                      outOfMemoryStatus<SensorNodeStatus>,
-                      [](const std::string& reason) {
-                        return SensorNodeStatus(SensorNodeCode::EncodingFailed, reason);
-                      });
+    return callOrElse(
+        [&] { return encodeOrThrow(cloud, sensor_to_world, receivers, bytes); },
+        outOfMemoryStatus<SensorNodeStatus>,
+        [](const std::string& reason) {
+          return SensorNodeStatus(SensorNodeCode::EncodingFailed, reason);
+        });
   }
 
-  io::StreamFormat
-  format() const
+  void
+  countMissed(std::size_t clouds)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    SensorNodeSettings settings;
-    readEncodingParameters(values_, false, settings);
-    return settings.compression.format;
+    health_.clouds_missed += clouds;
+  }
+
+  void
+  countLatestTransform()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++health_.latest_transforms;
+  }
+
+  SensorNodeSettings
+  settings() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return settings_;
   }
 
   SenderHealth
@@ -79,6 +98,7 @@ public:
 private:
   SensorNodeStatus
   encodeOrThrow(const pcl::PCLPointCloud2& cloud,
+                const std::optional<WorldPose>& sensor_to_world,
                 std::size_t receivers,
                 std::vector<std::uint8_t>& bytes)
   {
@@ -87,45 +107,66 @@ private:
     if (receivers > receivers_)
       requests_.add();
     receivers_ = receivers;
+    if (SensorNodeStatus status = checkTransform(cloud, sensor_to_world); !status.ok())
+      return status;
     makeNode(cloud);
     if (requests_.take())
       node_->requestIFrame();
-    const SensorNodeStatus status =
-        node_->encode(cloud, WorldPose(WorldPose::Identity()), bytes);
+    SensorNodeStatus status = node_->encode(cloud, sensor_to_world, bytes);
+    if (sensor_to_world && status.code() != SensorNodeCode::InvalidTransform)
+      frame_of_last_transform_ = cloud.header.frame_id;
     if (status.hasFrame())
       requests_.countFrame();
     return status;
+  }
+
+  /** \brief Refuses a cloud for which the node would use a transform of another frame. */
+  SensorNodeStatus
+  checkTransform(const pcl::PCLPointCloud2& cloud,
+                 const std::optional<WorldPose>& sensor_to_world)
+  {
+    if (sensor_to_world || cloud.header.frame_id == frame_of_last_transform_)
+      return {};
+    ++health_.clouds_of_other_frame;
+    return {SensorNodeCode::NoTransform,
+            "there is no transform from '" + cloud.header.frame_id + "' to '" +
+                settings_.global_frame + "'; the cloud was not encoded"};
   }
 
   /** \brief Creates the node for the first cloud, or where auto is another law now. */
   void
   makeNode(const pcl::PCLPointCloud2& cloud)
   {
-    SensorNodeSettings settings;
-    readEncodingParameters(values_, false, settings);
     const bool has_intensities =
         std::any_of(cloud.fields.begin(),
                     cloud.fields.end(),
-                    [&settings](const pcl::PCLPointField& field) {
-                      return field.name == settings.intensity_field;
+                    [this](const pcl::PCLPointField& field) {
+                      return field.name == settings_.intensity_field;
                     });
     if (node_ && has_intensities == has_intensities_)
       return;
-    readEncodingParameters(values_, has_intensities, settings);
-    node_.emplace(settings);
+    const IntensityLaw law = settings_.law;
+    readEncodingParameters(values_, has_intensities, settings_);
     has_intensities_ = has_intensities;
+    if (!node_ || settings_.law != law)
+      node_.emplace(settings_);
   }
 
   mutable std::mutex mutex_; // guards everything below
   ParameterValues values_ = defaultsOf(encodingParameters());
+  SensorNodeSettings settings_;
   std::optional<SensorNode> node_; // none before the first cloud of a stream
   bool has_intensities_ = false;   // of the clouds of node_
+  std::string frame_of_last_transform_;
   IFrameRequests requests_;
   std::size_t receivers_ = 0; // of the last cloud
   SenderHealth health_;       // but for that of node_
 };
 
-CloudSender::CloudSender() : implementation_(std::make_unique<Implementation>()) {}
+CloudSender::CloudSender(const SensorNodeSettings& settings)
+: implementation_(std::make_unique<Implementation>(settings))
+{}
+
 CloudSender::~CloudSender() = default;
 
 std::string
@@ -142,16 +183,29 @@ CloudSender::requestIFrame()
 
 SensorNodeStatus
 CloudSender::encode(const pcl::PCLPointCloud2& cloud,
+                    const std::optional<WorldPose>& sensor_to_world,
                     std::size_t receivers,
                     std::vector<std::uint8_t>& bytes)
 {
-  return implementation_->encode(cloud, receivers, bytes);
+  return implementation_->encode(cloud, sensor_to_world, receivers, bytes);
 }
 
-io::StreamFormat
-CloudSender::format() const
+void
+CloudSender::countMissed(std::size_t clouds)
 {
-  return implementation_->format();
+  implementation_->countMissed(clouds);
+}
+
+void
+CloudSender::countLatestTransform()
+{
+  implementation_->countLatestTransform();
+}
+
+SensorNodeSettings
+CloudSender::settings() const
+{
+  return implementation_->settings();
 }
 
 SenderHealth

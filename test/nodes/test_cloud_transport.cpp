@@ -32,6 +32,8 @@ using pcl_ext::io::FrameDecoder;
 using pcl_ext::io::VoxelFrame;
 using Frame = std::vector<std::uint8_t>;
 
+const WorldPose identity = WorldPose::Identity();
+
 /** \brief A wall with noise. */
 template <typename PointT>
 pcl::PCLPointCloud2
@@ -61,7 +63,7 @@ encoded(CloudSender& sender,
         std::size_t receivers = 1)
 {
   Frame frame;
-  const SensorNodeStatus status = sender.encode(cloud, receivers, frame);
+  const SensorNodeStatus status = sender.encode(cloud, identity, receivers, frame);
   EXPECT_TRUE(status.hasFrame()) << status.message();
   return frame;
 }
@@ -83,7 +85,7 @@ framesOfNode(const SensorNodeSettings& settings,
   std::vector<Frame> frames;
   for (const pcl::PCLPointCloud2& cloud : clouds) {
     Frame& frame = frames.emplace_back();
-    EXPECT_TRUE(node.encode(cloud, WorldPose(WorldPose::Identity()), frame).hasFrame());
+    EXPECT_TRUE(node.encode(cloud, identity, frame).hasFrame());
   }
   return frames;
 }
@@ -151,7 +153,8 @@ TEST(CloudTransport, ContradictionsChangeNothing)
                                   {"intensity_bits", std::int64_t{12}}}),
             "");
   EXPECT_FALSE(isIFrame(encoded(sender, cloud)));
-  EXPECT_EQ(sender.format(), pcl_ext::io::StreamFormat::Version1);
+  EXPECT_EQ(sender.settings().compression.format, pcl_ext::io::StreamFormat::Version1);
+  EXPECT_EQ(sender.settings().law, IntensityLaw::Count);
 }
 
 TEST(CloudTransport, ANewReceiverGetsAnIFrame)
@@ -270,11 +273,35 @@ TEST(CloudTransport, CloudsThatCannotBeEncodedHaveAReason)
   pcl::PCLPointCloud2 cloud = wall<pcl::PointXYZ>(1);
   cloud.data.resize(cloud.data.size() / 2);
   Frame frame{1, 2, 3};
-  const SensorNodeStatus status = sender.encode(cloud, 1, frame);
+  const SensorNodeStatus status = sender.encode(cloud, identity, 1, frame);
   EXPECT_EQ(status.code(), SensorNodeCode::InvalidCloud);
   EXPECT_NE(status.message(), "");
   EXPECT_TRUE(frame.empty());
   EXPECT_TRUE(isIFrame(encoded(sender, wall<pcl::PointXYZ>(1))));
+}
+
+TEST(CloudTransport, TheLastTransformIsThatOfTheSameFrame)
+{
+  SensorNodeSettings settings;
+  settings.global_frame = "cell";
+  CloudSender sender(settings);
+  pcl::PCLPointCloud2 cloud = wall<pcl::PointXYZ>(1);
+  Frame frame;
+  SensorNodeStatus status = sender.encode(cloud, std::nullopt, 1, frame);
+  EXPECT_EQ(status.code(), SensorNodeCode::NoTransform);
+  EXPECT_EQ(status.message(),
+            "there is no transform from 'camera' to 'cell'; the cloud was not encoded");
+  EXPECT_TRUE(frame.empty());
+  EXPECT_EQ(sender.encode(cloud, identity, 1, frame).code(), SensorNodeCode::Ok);
+  EXPECT_EQ(sender.encode(cloud, std::nullopt, 1, frame).code(),
+            SensorNodeCode::UsedLastTransform);
+  cloud.header.frame_id = "other";
+  EXPECT_EQ(sender.encode(cloud, std::nullopt, 1, frame).code(),
+            SensorNodeCode::NoTransform);
+  const SenderHealth health = sender.health();
+  EXPECT_EQ(health.clouds, 4u);
+  EXPECT_EQ(health.clouds_of_other_frame, 2u);
+  EXPECT_EQ(health.node.frames, 2u);
 }
 
 } // namespace

@@ -10,24 +10,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace nodes {
 
-/** \brief The sending end of a transport of clouds, as a plugin of ROS 2's
- * point_cloud_transport needs it: any cloud in, one frame out, in the cloud's own coordinate
- * frame. Independent of ROS; all members are thread-safe.
- *
- * The sensor is at the origin of its clouds (x right, y down, z along the optical axis), so
- * that laws that depend on the depth need no transform. Use SensorNode for clouds of a sensor
- * in a common coordinate frame.
+/** \brief The sending end of a stream of clouds, as nodes and plugins of ROS need it: a
+ * SensorNode with parameters that change, requests for I-frames, and its health. Independent
+ * of ROS; all members are thread-safe.
  */
 class PCL_EXT_EXPORT CloudSender {
 public:
-  /** \brief A sender with the defaults of encodingParameters(). */
-  CloudSender();
+  /** \brief A sender with the defaults of encodingParameters().
+   * \param[in] settings for what is no parameter: clock and global_frame
+   */
+  explicit CloudSender(const SensorNodeSettings& settings = SensorNodeSettings());
   ~CloudSender();
   CloudSender(const CloudSender&) = delete;
   CloudSender&
@@ -47,7 +46,14 @@ public:
   requestIFrame();
 
   /** \brief Encodes the next cloud. Does not throw.
-   * \param[in] cloud any layout with x, y, z; metres; stamp in microseconds
+   *
+   * Without a transform the last one is used, if that was of a cloud with the same frame_id.
+   * Where the word auto for `intensity` means another law than for the last cloud, a new
+   * stream begins.
+   * \param[in] cloud as for SensorNode::encode
+   * \param[in] sensor_to_world as for SensorNode::encode; the identity for frames in the
+   * coordinate frame of the clouds: the sensor is at its origin, so that laws that depend on
+   * the depth need no transform
    * \param[in] receivers how many there are; if more than for the last cloud, the frame is
    * an I-frame for those that are new
    * \param[out] bytes the frame; empty unless hasFrame() of the status
@@ -55,12 +61,22 @@ public:
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,
+         const std::optional<WorldPose>& sensor_to_world,
          std::size_t receivers,
          std::vector<std::uint8_t>& bytes);
 
-  /** \brief Format of the frames, as the parameters say. */
-  io::StreamFormat
-  format() const;
+  /** \brief Counts clouds that were lost before they arrived. */
+  void
+  countMissed(std::size_t clouds);
+
+  /** \brief Counts a transform that is used though it is not that of the cloud's stamp. */
+  void
+  countLatestTransform();
+
+  /** \brief The settings of the stream; before the first cloud `law` is that of clouds
+   * without intensities. */
+  SensorNodeSettings
+  settings() const;
 
   /** \brief Of the current stream: counts begin again where parameters change. The time of
    * an arrival is that of a steady clock. */

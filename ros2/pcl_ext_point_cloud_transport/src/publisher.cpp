@@ -71,7 +71,11 @@ public:
     pcl_ext::nodes::toPcl(raw, cloud_);
     cloud_.header.stamp = toMicroseconds(raw.header.stamp);
     Message message;
-    const auto status = sender_.encode(cloud_, receivers, message.compressed_data);
+    const auto status =
+        sender_.encode(cloud_,
+                       pcl_ext::WorldPose(pcl_ext::WorldPose::Identity()),
+                       receivers,
+                       message.compressed_data);
     if (!status.hasFrame())
       return tl::make_unexpected(status.message());
     if (node_ && status.hasWarning())
@@ -84,7 +88,8 @@ public:
     pcl_ext::nodes::describeVoxels(
         statistics.frame.coding.voxels, statistics.preprocessing.has_colours, message);
     message.header = raw.header;
-    message.format = pcl_ext::nodes::messageFormat(sender_.format());
+    message.format =
+        pcl_ext::nodes::messageFormat(sender_.settings().compression.format);
     return message;
   }
 
