@@ -49,13 +49,14 @@ toRos(const ParameterValue& value)
 
 /** \brief Types are dynamic, as a whole number is allowed for a number. */
 rcl_interfaces::msg::ParameterDescriptor
-descriptorOf(const ParameterDescription& parameter)
+descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = parameter.description +
                            (parameter.unit.empty() ? "" : ". Unit: " + parameter.unit);
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
+  descriptor.read_only = kind == NodeParameters::Kind::ReadOnly;
   const auto is_in_range = [&parameter](auto number) {
     const auto converted = static_cast<double>(number);
     return converted >= parameter.lowest && converted <= parameter.highest;
@@ -85,6 +86,7 @@ struct NodeParameters::State {
   Descriptions descriptions;
   Check check;
   Listener listener;
+  Kind kind = Kind::Changeable;
   mutable std::mutex mutex; // guards `values`
   ParameterValues values;
 
@@ -117,6 +119,11 @@ struct NodeParameters::State {
       if (known == nullptr)
         continue;
       is_any = true;
+      if (kind == Kind::Optional &&
+          parameter.get_type() == rclcpp::ParameterType::PARAMETER_NOT_SET) {
+        result.erase(known->name);
+        continue;
+      }
       const auto value = toValue(parameter);
       const auto converted = value ? convertedValue(*known, *value) : std::nullopt;
       if (converted)
@@ -138,12 +145,15 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
                                std::string prefix,
                                const Descriptions& descriptions,
                                Check check,
-                               Listener listener)
+                               Listener listener,
+                               Kind kind)
 : state_(std::make_shared<State>())
 {
   state_->prefix = std::move(prefix);
   state_->descriptions = descriptions;
-  state_->values = pcl_ext::nodes::defaultsOf(descriptions);
+  state_->kind = kind;
+  if (kind != Kind::Optional)
+    state_->values = pcl_ext::nodes::defaultsOf(descriptions);
   on_set_ = node.add_on_set_parameters_callback(
       [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
         rcl_interfaces::msg::SetParametersResult result;
@@ -161,8 +171,10 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
   };
   for (const ParameterDescription& parameter : descriptions) {
     const std::string name = state_->prefix + parameter.name;
-    const auto descriptor = descriptorOf(parameter);
-    const rclcpp::ParameterValue default_value = toRos(parameter.default_value);
+    const auto descriptor = descriptorOf(parameter, kind);
+    const rclcpp::ParameterValue default_value = kind == Kind::Optional
+                                                     ? rclcpp::ParameterValue()
+                                                     : toRos(parameter.default_value);
     // Two instances may have the same parameters, as those of publishers of one topic.
     if (!node.has_parameter(name)) {
       try {
