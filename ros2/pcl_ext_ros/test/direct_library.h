@@ -73,6 +73,17 @@ pointsOf(const pcl_ext::io::VoxelFrame& voxels)
   return message.data;
 }
 
+/** \brief The voxels of an I-frame. */
+inline pcl_ext::io::VoxelFrame
+decoded(const Bytes& bytes)
+{
+  pcl_ext::io::VoxelFrame voxels;
+  const auto status =
+      pcl_ext::io::FrameDecoder().decode(bytes.data(), bytes.size(), voxels);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return voxels;
+}
+
 inline bool
 isIFrame(const Bytes& bytes)
 {
