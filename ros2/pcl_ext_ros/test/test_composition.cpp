@@ -139,6 +139,8 @@ TEST(Composition, SixSensorsAndTheCentralNodeInOneProcess)
 {
   Composition composition;
   ASSERT_TRUE(composition.connect());
+  for (const auto& clouds : composition.clouds)
+    EXPECT_EQ(clouds->get_intra_process_subscription_count(), 1u);
   constexpr std::uint32_t frames = 20;
   for (std::uint32_t frame = 0; frame < frames; ++frame) {
     for (std::size_t i = 0; i < sensors; ++i)
