@@ -181,7 +181,15 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
         node.declare_parameter(name, default_value, descriptor);
       }
       catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
-        RCLCPP_ERROR(node.get_logger(), "%s. The default holds", refusal.what());
+        // rclcpp's own check of ranges tells neither the value nor the range.
+        std::string reason;
+        const auto& given =
+            node.get_node_parameters_interface()->get_parameter_overrides();
+        if (const auto value = given.find(name); value != given.end())
+          state_->changed({rclcpp::Parameter(name, value->second)}, reason);
+        RCLCPP_ERROR(node.get_logger(),
+                     "%s. The default holds",
+                     reason.empty() ? refusal.what() : reason.c_str());
         node.declare_parameter(name, default_value, descriptor, true);
       }
     }
