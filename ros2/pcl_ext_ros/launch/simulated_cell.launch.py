@@ -4,14 +4,16 @@ for each, and one central node.
 The arguments are these and those of six_sensors.launch.py.
 """
 import os
+import sys
 
 from launch import LaunchDescription
 from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
                             OpaqueFunction)
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch_ros.actions import LoadComposableNodes, Node
-from launch_ros.descriptions import ComposableNode
-import yaml
+from launch_ros.actions import LoadComposableNodes
+
+sys.path.insert(0, os.path.dirname(__file__))
+import pcl_ext_nodes  # noqa: E402
 
 ARGUMENTS = [
     ('composable', 'true', 'true: one container; false: a process for each node'),
@@ -28,23 +30,19 @@ ARGUMENTS = [
 
 def cell(context):
     """The simulated cell for the values of the arguments."""
-    values = {name: context.launch_configurations[name] for name, _, _ in ARGUMENTS}
-    options = {
-        'package': 'pcl_ext_ros', 'name': 'simulated_cell',
-        'parameters': [{
-            'sensors': [int(number) for number in yaml.safe_load(values['sensors'])],
-            'global_frame': values['global_frame'],
-            'rate': float(values['rate']),
-            'captured_frames': int(values['captured_frames']),
-            'seed': int(values['seed']),
-        }]}
-    if not yaml.safe_load(values['composable']):
-        return [Node(executable='simulated_cell', output='screen', **options)]
-    return [LoadComposableNodes(
-        target_container='/' + values['container'],
-        composable_node_descriptions=[ComposableNode(
-            plugin='pcl_ext_ros::SimulatedCell',
-            extra_arguments=[{'use_intra_process_comms': True}], **options)])]
+    values = pcl_ext_nodes.values_of(context, ARGUMENTS)
+    composable = values['composable']
+    parameters = {'sensors': [int(number) for number in values['sensors']],
+                  'global_frame': values['global_frame'],
+                  'rate': float(values['rate']),
+                  'captured_frames': int(values['captured_frames']),
+                  'seed': int(values['seed'])}
+    simulated = pcl_ext_nodes.node(composable, 'SimulatedCell', 'simulated_cell',
+                                   parameters=[parameters])
+    if not composable:
+        return [simulated]
+    return [LoadComposableNodes(target_container='/' + values['container'],
+                                composable_node_descriptions=[simulated])]
 
 
 def generate_launch_description():

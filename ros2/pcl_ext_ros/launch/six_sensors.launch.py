@@ -4,11 +4,14 @@ The clouds of sensor N are /<name>_N/points; its TF frame <name>_N must be known
 global frame. With composable:=true all nodes are in one process, whose name is that of the
 argument `container`, and clouds are passed on without a copy; else each is a process.
 """
+import os
+import sys
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import ComposableNodeContainer, Node
-from launch_ros.descriptions import ComposableNode
-import yaml
+
+sys.path.insert(0, os.path.dirname(__file__))
+import pcl_ext_nodes  # noqa: E402
 
 ARGUMENTS = [
     ('composable', 'true', 'true: one container; false: a process for each node'),
@@ -24,69 +27,35 @@ ARGUMENTS = [
     ('crop_box', '[0, 0, 0.1, 10, 10, 4]',
      '[x0, y0, z0, x1, y1, z1] in the world, m; []: none'),
     ('remove_outliers', 'false', 'true: noise is removed by its surroundings'),
-    ('min_intensity', '', 'voxels below are removed as noise; by default 2 points, 64 of '
-     '255 for linear and quadratic, 0 for native and with remove_outliers'),
+    pcl_ext_nodes.NOISE,
     ('merge_rate', '10', 'merged clouds per second, Hz; 0: none'),
     ('map_path', '', "file for the OctoMap (.ot); '': none"),
 ]
 
 
-def default_min_intensity(intensity, remove_outliers):
-    """Voxels below are noise, in the unit of the law."""
-    if remove_outliers:
-        return 0.0
-    return {'count': 2.0, 'quadratic': 64.0, 'linear': 64.0}.get(intensity, 0.0)
-
-
-def density_unit(intensity):
-    """What outliers are judged by."""
-    return {'count': 'points', 'quadratic': 'faces'}.get(intensity, 'automatic')
-
-
 def nodes(context):
     """The nodes for the values of the arguments."""
-    values = {name: context.launch_configurations[name] for name, _, _ in ARGUMENTS}
-    read = {name: yaml.safe_load(values[name])
-            for name in ('composable', 'sensors', 'resolution', 'i_frame_rate',
-                         'crop_box', 'remove_outliers', 'merge_rate')}
-    same = {'global_frame': values['global_frame'],
-            'resolution': float(read['resolution'])}
-    of_sensor = dict(same, intensity=values['intensity'], sensor=values['sensor'],
-                     effort=values['effort'], i_frame_rate=int(read['i_frame_rate']))
-    if read['crop_box']:
-        of_sensor['crop_box'] = [float(number) for number in read['crop_box']]
-    min_intensity = (float(values['min_intensity']) if values['min_intensity'] else
-                     default_min_intensity(values['intensity'], read['remove_outliers']))
-    sensors = ['{}_{}'.format(values['name'], number) for number in read['sensors']]
-    of_centre = dict(same, streams=['/{}/points/pcl_ext'.format(s) for s in sensors],
-                     min_intensity=min_intensity,
-                     remove_outliers=bool(read['remove_outliers']),
-                     density_unit=density_unit(values['intensity']),
-                     merge_rate=float(read['merge_rate']), map_path=values['map_path'])
+    values = pcl_ext_nodes.values_of(context, ARGUMENTS)
+    composable = values['composable']
+    of_sensor = pcl_ext_nodes.parameters_of_sensor(
+        values, ('global_frame', 'intensity', 'sensor', 'effort'))
+    sensors = ['{}_{}'.format(values['name'], number) for number in values['sensors']]
+    of_centre = {'streams': ['/{}/points/pcl_ext'.format(sensor) for sensor in sensors],
+                 'global_frame': values['global_frame'],
+                 'resolution': float(values['resolution']),
+                 'merge_rate': float(values['merge_rate']),
+                 'map_path': values['map_path'],
+                 **pcl_ext_nodes.parameters_of_noise(values)}
     for sensor in sensors:
         of_centre[sensor + '.points.pcl_ext.sensor_frame'] = sensor
-
-    def node(plugin, executable, **options):
-        if read['composable']:
-            return ComposableNode(package='pcl_ext_ros', plugin='pcl_ext_ros::' + plugin,
-                                  name=executable,
-                                  extra_arguments=[{'use_intra_process_comms': True}],
-                                  **options)
-        return Node(package='pcl_ext_ros', executable=executable, name=executable,
-                    output='screen', **options)
-
-    all_nodes = [node('SensorNode', 'sensor_node', namespace='/' + sensor,
-                      remappings=[('input', 'points')], parameters=[of_sensor])
+    all_nodes = [pcl_ext_nodes.node(composable, 'SensorNode', 'sensor_node',
+                                    namespace='/' + sensor,
+                                    remappings=[('input', 'points')],
+                                    parameters=[of_sensor])
                  for sensor in sensors]
-    all_nodes.append(node('CentralNode', 'central_node', parameters=[of_centre]))
-    if not read['composable']:
-        return all_nodes
-    # Of several threads, so that merging and the map do not delay frames.
-    return [ComposableNodeContainer(package='rclcpp_components',
-                                    executable='component_container_mt',
-                                    name=values['container'], namespace='',
-                                    composable_node_descriptions=all_nodes,
-                                    output='screen')]
+    all_nodes.append(pcl_ext_nodes.node(composable, 'CentralNode', 'central_node',
+                                        parameters=[of_centre]))
+    return pcl_ext_nodes.started(composable, values['container'], all_nodes)
 
 
 def generate_launch_description():

@@ -113,6 +113,14 @@ public:
     thread_ = std::thread([this] { executor_->spin(); });
   }
 
+  /** \brief Destroys a node while the others run, as a container unloads one. */
+  void
+  unload(std::size_t number)
+  {
+    executor_->remove_node(nodes_[number]);
+    nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(number));
+  }
+
   /** \brief Stops and destroys the nodes, but for those that others hold. */
   void
   stop()

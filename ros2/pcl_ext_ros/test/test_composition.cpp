@@ -79,17 +79,19 @@ public:
                                  .use_intra_process_comms(true));
       streams += (streams.empty() ? "" : ",") + topicOf(i);
     }
-    central_ = nodes_.add<CentralNode>(optionsOf({"-p",
-                                                  "streams:=[" + streams + "]",
-                                                  "-p",
-                                                  "resolution:=0.1",
-                                                  "-p",
-                                                  "merge_rate:=50.0",
-                                                  "-p",
-                                                  "max_merge_age:=3600.0",
-                                                  "-p",
-                                                  "map_rate:=50.0"})
-                                           .use_intra_process_comms(true));
+    const auto central =
+        nodes_.add<CentralNode>(optionsOf({"-p",
+                                           "streams:=[" + streams + "]",
+                                           "-p",
+                                           "resolution:=0.1",
+                                           "-p",
+                                           "merge_rate:=50.0",
+                                           "-p",
+                                           "max_merge_age:=3600.0",
+                                           "-p",
+                                           "map_rate:=50.0"})
+                                    .use_intra_process_comms(true));
+    central_ = central;
     tester = nodes_.add<Tester>(rclcpp::NodeOptions().use_intra_process_comms(true));
     transforms_.emplace(tester);
     for (std::size_t i = 0; i < sensors; ++i) {
@@ -110,13 +112,21 @@ public:
   {
     bool is_connected = merged->waitForPublisher() && diagnostics->waitForPublisher();
     for (std::size_t i = 0; i < sensors; ++i)
-      is_connected = is_connected && voxels[i]->waitForPublisher() && waitUntil([&] {
-                       return clouds[i]->get_subscription_count() == 1 &&
-                              tester->count_subscribers(topicOf(i)) == 1 &&
-                              tester->count_publishers(topicOf(i)) == 1 &&
-                              central_->count_subscribers(topicOf(i) + "/voxels") == 1;
-                     });
+      is_connected =
+          is_connected && voxels[i]->waitForPublisher() && waitUntil([&] {
+            return clouds[i]->get_subscription_count() == 1 &&
+                   tester->count_subscribers(topicOf(i)) == 1 &&
+                   tester->count_publishers(topicOf(i)) == 1 &&
+                   central_.lock()->count_subscribers(topicOf(i) + "/voxels") == 1;
+          });
     return is_connected;
+  }
+
+  /** \brief Unloads the first node: the sensors' in their order, then the central one. */
+  void
+  unloadFirst()
+  {
+    nodes_.unload(0);
   }
 
   rclcpp::Node::SharedPtr tester;
@@ -127,7 +137,7 @@ public:
 
 private:
   std::optional<tf2_ros::StaticTransformBroadcaster> transforms_;
-  std::shared_ptr<CentralNode> central_;
+  std::weak_ptr<CentralNode> central_;
   // Last member, as the callbacks of its thread use the others.
   RunningNodes nodes_{std::make_unique<rclcpp::executors::MultiThreadedExecutor>(
       rclcpp::ExecutorOptions(), 4)};
@@ -184,6 +194,25 @@ TEST(Composition, NodesEndWhileCloudsArrive)
         composition.clouds[i]->publish(std::make_unique<PointCloud2>(
             makeCloud(frame, frameIdOf(i), composition.tester->now())));
     ASSERT_TRUE(waitUntil([&] { return composition.voxels[0]->count() != 0; }));
+  }
+}
+
+TEST(Composition, NodesAreUnloadedWhileOthersRun)
+{
+  Composition composition;
+  ASSERT_TRUE(composition.connect());
+  for (std::uint32_t frame = 0; frame < 3 * (sensors + 1); ++frame) {
+    for (std::size_t i = 0; i < sensors; ++i)
+      composition.clouds[i]->publish(std::make_unique<PointCloud2>(
+          makeCloud(frame, frameIdOf(i), composition.tester->now())));
+    // The last sensor's node is the last but one to go.
+    const std::size_t unloaded = frame / 3;
+    if (unloaded < sensors) {
+      const std::size_t known = composition.voxels[sensors - 1]->count();
+      EXPECT_TRUE(composition.voxels[sensors - 1]->next(known));
+    }
+    if (frame % 3 == 2)
+      composition.unloadFirst();
   }
 }
 

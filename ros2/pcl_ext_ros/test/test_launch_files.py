@@ -1,6 +1,6 @@
 """Starts a launch file with the simulated cell, waits for merged clouds, and stops it.
 
-Arguments: the launch file and its arguments. Fails if no cloud arrives, the launch does not
+Arguments: the folder of launch files, the name of one and its arguments. Fails if no cloud arrives, the launch does not
 end well when it is interrupted, or a process stays behind.
 """
 import os
@@ -39,23 +39,37 @@ def wait_for_cloud():
     return any(widths)
 
 
-def main():
-    """Returns the exit status."""
-    launched = subprocess.Popen(['ros2', 'launch'] + sys.argv[1:],
-                                start_new_session=True)
+def start(command):
+    """A process group."""
+    return subprocess.Popen(command, start_new_session=True)
+
+
+def stop(process):
+    """Interrupts a process group, as a terminal does; its status, and what stays behind."""
     try:
-        has_cloud = wait_for_cloud()
-        # To all, as a terminal does.
-        os.killpg(launched.pid, signal.SIGINT)
-        status = launched.wait(timeout=60)
-        left = processes_of_group(launched.pid)
+        os.killpg(process.pid, signal.SIGINT)
+        return process.wait(timeout=60), processes_of_group(process.pid)
     finally:
         try:
-            os.killpg(launched.pid, signal.SIGKILL)
+            os.killpg(process.pid, signal.SIGKILL)
         except ProcessLookupError:
             pass
-    print('merged cloud: {}, status: {}, left: {}'.format(has_cloud, status, left))
-    return 0 if has_cloud and status == 0 and not left else 1
+
+
+def main():
+    """Returns the exit status."""
+    folder, name = sys.argv[1:3]
+    started = [start(['ros2', 'launch', os.path.join(folder, name + '.launch.py')] +
+                     sys.argv[3:])]
+    try:
+        if name == 'one_sensor':
+            started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
+                                  '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0']))
+        has_cloud = wait_for_cloud()
+    finally:
+        ends = [stop(process) for process in started]
+    print('merged cloud: {}, status and processes left: {}'.format(has_cloud, ends))
+    return 0 if has_cloud and ends[0][0] == 0 and not any(left for _, left in ends) else 1
 
 
 if __name__ == '__main__':

@@ -1,0 +1,71 @@
+"""What the launch files have in common."""
+from launch_ros.actions import ComposableNodeContainer, Node
+from launch_ros.descriptions import ComposableNode
+import yaml
+
+NOISE = ('min_intensity', '', 'voxels below are removed as noise; by default 2 points, 64 '
+         'of 255 for linear and quadratic, 0 for native and with remove_outliers')
+
+
+def values_of(context, arguments):
+    """The values of a launch file's arguments: numbers, lists and true where they are such,
+    else texts. Empty ones stay empty texts."""
+    values = {}
+    for name, default, _ in arguments:
+        text = context.launch_configurations[name]
+        is_text = isinstance(yaml.safe_load(default or "''"), str) and name not in (
+            'min_intensity', 'map_full_intensity')
+        values[name] = text if is_text or not text else yaml.safe_load(text)
+    return values
+
+
+def parameters_of_noise(values):
+    """What is noise, in the unit of the law."""
+    law = values['intensity']
+    remove_outliers = bool(values['remove_outliers'])
+    min_intensity = {'count': 2.0, 'quadratic': 64.0, 'linear': 64.0}.get(law, 0.0)
+    if remove_outliers:
+        min_intensity = 0.0
+    if values['min_intensity'] != '':
+        min_intensity = float(values['min_intensity'])
+    return {
+        'min_intensity': min_intensity,
+        'remove_outliers': remove_outliers,
+        'density_unit': {'count': 'points', 'quadratic': 'faces'}.get(law, 'automatic'),
+    }
+
+
+def parameters_of_sensor(values, names):
+    """The parameters of a sensor node that are arguments.
+
+    names are those of texts.
+    """
+    parameters = {name: values[name] for name in names}
+    parameters['resolution'] = float(values['resolution'])
+    parameters['i_frame_rate'] = int(values['i_frame_rate'])
+    if values['crop_box']:
+        parameters['crop_box'] = [float(number) for number in values['crop_box']]
+    return parameters
+
+
+def node(composable, plugin, executable, **options):
+    """A component, or a process."""
+    if composable:
+        return ComposableNode(package='pcl_ext_ros', plugin='pcl_ext_ros::' + plugin,
+                              name=executable,
+                              extra_arguments=[{'use_intra_process_comms': True}],
+                              **options)
+    return Node(package='pcl_ext_ros', executable=executable, name=executable,
+                output='screen', **options)
+
+
+def started(composable, container, nodes):
+    """Nodes as they are, or components in a container."""
+    if not composable:
+        return nodes
+    # Of several threads, so that merging and the map do not delay frames.
+    return [ComposableNodeContainer(package='rclcpp_components',
+                                    executable='component_container_mt',
+                                    name=container, namespace='',
+                                    composable_node_descriptions=nodes,
+                                    output='screen')]
