@@ -53,7 +53,7 @@ descriptorOf(const ParameterDescription& parameter)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = parameter.description +
-                           (parameter.unit.empty() ? "" : ". Unit: " + parameter.unit);
+                           (parameter.unit.empty() ? "" : " Unit: " + parameter.unit + ".");
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
   const auto is_in_range = [&parameter](auto number) {
