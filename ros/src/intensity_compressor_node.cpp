@@ -41,11 +41,7 @@ public:
   , transforms_(parameters_.global_frame, parameters_.tf_timeout)
   {
     const std::string output_topic = node_.resolveName(input_topic_ + "/pcl_ext");
-    // A new subscriber can decode from the next I-frame on.
-    const auto on_subscriber = [this](const ros::SingleSubscriberPublisher&) {
-      sender_->requestIFrame();
-    };
-    frames_ = node_.advertise<CompressedPointCloud2>(output_topic, 40, on_subscriber);
+    frames_ = node_.advertise<CompressedPointCloud2>(output_topic, 40);
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
     requests_ = node_.subscribe(output_topic + "/request_i_frame",
@@ -88,27 +84,40 @@ private:
     pcl_ext::nodes::moveToPcl(*cloud, input);
     input.header.stamp = header.stamp.toNSec() / 1000;
     CompressedPointCloud2 message;
-    constexpr std::size_t receivers = 0; // on_subscriber requests I-frames
-    const auto status =
-        sender_->encode(input, transform.pose, receivers, message.compressed_data);
+    const auto status = sender_->encode(
+        input, transform.pose, frames_.getNumSubscribers(), message.compressed_data);
     if (status.code() == SensorNodeCode::UsedLastTransform)
       ROS_WARN_THROTTLE(seconds_between_warnings,
                         "The transform of an earlier cloud is used, as TF has none: %s",
                         transform.failure.c_str());
     if (status.hasWarning())
       ROS_WARN_THROTTLE(seconds_between_warnings, "%s", status.message().c_str());
-    if (!status.hasFrame()) {
-      const std::string& reason = status.code() == SensorNodeCode::NoTransform
-                                      ? transform.failure
-                                      : status.message();
+    if (status.code() == SensorNodeCode::NoTransform)
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "A cloud is dropped, as there is no transform: %s",
+                        transform.failure.c_str());
+    else if (!status.hasFrame())
       ROS_WARN_THROTTLE(
-          seconds_between_warnings, "A cloud is dropped: %s", reason.c_str());
-      return;
-    }
-    header.frame_id = parameters_.global_frame;
+          seconds_between_warnings, "A cloud is dropped: %s", status.message().c_str());
+    else
+      send(header, message);
+  }
+
+  /** \brief Publishes a frame.
+   * \param[in] header of the cloud
+   * \param[in,out] message with the frame's bytes
+   */
+  void
+  send(std_msgs::Header header, CompressedPointCloud2& message)
+  {
+    const pcl_ext::nodes::SensorNodeSettings settings = sender_->settings();
+    if (settings.law != law_)
+      ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings.law).c_str());
+    law_ = settings.law;
     const SensorNodeStatistics statistics = sender_->health().node;
+    header.frame_id = parameters_.global_frame;
     describeFrame(header,
-                  sender_->settings(),
+                  settings,
                   statistics.frame.coding.voxels,
                   statistics.preprocessing.has_colours,
                   message);
@@ -163,6 +172,7 @@ private:
   const std::string input_topic_ = node_.resolveName("input");
   const std::unique_ptr<pcl_ext::nodes::CloudSender> sender_;
   TransformLookup transforms_;
+  std::optional<pcl_ext::IntensityLaw> law_; // of the last frame
   std::optional<std::uint32_t> last_number_; // sequence number of the last cloud
   SenderHealth reported_;
 
