@@ -20,6 +20,7 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -186,18 +187,19 @@ measure(const Setup& setup,
   publisher->advertise(node, topic);
   Figures figures;
   for (const PointCloud2& cloud : stream.clouds) {
-    PublisherPlugin::EncodeResult encoded;
+    std::optional<PublisherPlugin::EncodeResult> encoded;
     figures.encode_ms.push_back(
-        millisecondsOf([&] { encoded = publisher->encode(cloud); }));
-    if (!encoded || !encoded.value())
-      throw std::runtime_error(encoded ? "no message" : encoded.error());
-    figures.bytes += static_cast<double>(encoded.value().value()->size());
-    SubscriberPlugin::DecodeResult decoded;
+        millisecondsOf([&] { encoded.emplace(publisher->encode(cloud)); }));
+    if (!*encoded || !encoded->value())
+      throw std::runtime_error(*encoded ? "no message" : encoded->error());
+    const std::shared_ptr<rclcpp::SerializedMessage> message = *encoded->value();
+    figures.bytes += static_cast<double>(message->size());
+    std::optional<SubscriberPlugin::DecodeResult> decoded;
     figures.decode_ms.push_back(
-        millisecondsOf([&] { decoded = subscriber->decode(encoded.value().value()); }));
-    if (!decoded || !decoded.value())
-      throw std::runtime_error(decoded ? "no cloud" : decoded.error());
-    addDifferences(cloud, *decoded.value().value(), figures);
+        millisecondsOf([&] { decoded.emplace(subscriber->decode(message)); }));
+    if (!*decoded || !decoded->value())
+      throw std::runtime_error(*decoded ? "no cloud" : decoded->error());
+    addDifferences(cloud, **decoded->value(), figures);
   }
   publisher->shutdown();
   return figures;
