@@ -33,13 +33,17 @@ HealthPublisher::HealthPublisher(rclcpp::Node& node,
 : publisher_(
       node.create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10))
 , timer_(node.create_wall_timer(
-      std::chrono::seconds(1), [this, &node, describe = std::move(describe)] {
+      std::chrono::seconds(1),
+      // Another thread may call it while the instance and the node end.
+      [publisher = publisher_,
+       clock = node.get_clock(),
+       name = std::string(node.get_fully_qualified_name()).substr(1),
+       describe = std::move(describe)] {
         diagnostic_msgs::msg::DiagnosticArray message;
-        message.header.stamp = node.now();
+        message.header.stamp = clock->now();
         for (const Entry& entry : describe())
-          message.status.push_back(
-              toMessage(std::string(node.get_fully_qualified_name()).substr(1), entry));
-        publisher_->publish(message);
+          message.status.push_back(toMessage(name, entry));
+        publisher->publish(message);
       }))
 {}
 

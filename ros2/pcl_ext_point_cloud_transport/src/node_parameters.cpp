@@ -80,6 +80,37 @@ descriptorOf(const ParameterDescription& parameter)
 
 } // namespace
 
+namespace {
+
+/** \brief Declares a parameter, or else describes one that the node has declared from its
+ * overrides. One that the user has described is left as it is, and so is that of another
+ * instance. */
+void
+declare(rclcpp::Node& node,
+        const std::string& name,
+        const rclcpp::ParameterValue& default_value,
+        const rcl_interfaces::msg::ParameterDescriptor& descriptor)
+{
+  rclcpp::ParameterValue value = default_value;
+  const bool is_declared = node.has_parameter(name);
+  if (is_declared) {
+    const auto present = node.describe_parameter(name);
+    if (!present.description.empty() || !present.dynamic_typing || present.read_only)
+      return;
+    value = node.get_parameter(name).get_parameter_value();
+    node.undeclare_parameter(name);
+  }
+  try {
+    node.declare_parameter(name, value, descriptor, is_declared);
+  }
+  catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
+    RCLCPP_ERROR(node.get_logger(), "%s. The default holds", refusal.what());
+    node.declare_parameter(name, default_value, descriptor, true);
+  }
+}
+
+} // namespace
+
 struct NodeParameters::State {
   std::string prefix;
   Descriptions descriptions;
@@ -155,25 +186,17 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
     std::string fault;
     auto values = state->changed(parameters, fault);
     if (!values || !fault.empty())
-      return;
+      return fault;
     const std::lock_guard<std::mutex> lock(state->mutex);
     state->values = std::move(*values);
+    return fault;
   };
   for (const ParameterDescription& parameter : descriptions) {
     const std::string name = state_->prefix + parameter.name;
-    const auto descriptor = descriptorOf(parameter);
-    const rclcpp::ParameterValue default_value = toRos(parameter.default_value);
     // Two instances may have the same parameters, as those of publishers of one topic.
-    if (!node.has_parameter(name)) {
-      try {
-        node.declare_parameter(name, default_value, descriptor);
-      }
-      catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
-        RCLCPP_ERROR(node.get_logger(), "%s. The default holds", refusal.what());
-        node.declare_parameter(name, default_value, descriptor, true);
-      }
-    }
-    take({node.get_parameter(name)});
+    declare(node, name, toRos(parameter.default_value), descriptorOf(parameter));
+    if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
+      RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
   }
   // Not before, as parameters that are declared one by one may contradict defaults.
   state_->check = std::move(check);
