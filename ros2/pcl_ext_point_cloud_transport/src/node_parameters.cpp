@@ -52,8 +52,9 @@ rcl_interfaces::msg::ParameterDescriptor
 descriptorOf(const ParameterDescription& parameter)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
-  descriptor.description = parameter.description +
-                           (parameter.unit.empty() ? "" : " Unit: " + parameter.unit + ".");
+  descriptor.description =
+      parameter.description +
+      (parameter.unit.empty() ? "" : " Unit: " + parameter.unit + ".");
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
   const auto is_in_range = [&parameter](auto number) {
