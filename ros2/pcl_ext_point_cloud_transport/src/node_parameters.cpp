@@ -115,9 +115,9 @@ declare(rclcpp::Node& node,
 struct NodeParameters::State {
   std::string prefix;
   Descriptions descriptions;
+  mutable std::mutex mutex; // guards what follows
   Check check;
   Listener listener;
-  mutable std::mutex mutex; // guards `values`
   ParameterValues values;
 
   const ParameterDescription*
@@ -192,16 +192,6 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
     state->values = std::move(*values);
     return fault;
   };
-  for (const ParameterDescription& parameter : descriptions) {
-    const std::string name = state_->prefix + parameter.name;
-    // Two instances may have the same parameters, as those of publishers of one topic.
-    declare(node, name, toRos(parameter.default_value), descriptorOf(parameter));
-    if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
-      RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
-  }
-  // Not before, as parameters that are declared one by one may contradict defaults.
-  state_->check = std::move(check);
-  state_->listener = std::move(listener);
   post_set_ = node.add_post_set_parameters_callback(
       [state = state_, take](const std::vector<rclcpp::Parameter>& parameters) {
         const ParameterValues before = [&] {
@@ -213,6 +203,17 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
         if (state->values != before && state->listener)
           state->listener(state->values);
       });
+  for (const ParameterDescription& parameter : descriptions) {
+    const std::string name = state_->prefix + parameter.name;
+    // Two instances may have the same parameters, as those of publishers of one topic.
+    declare(node, name, toRos(parameter.default_value), descriptorOf(parameter));
+    if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
+      RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
+  }
+  // Not before, as parameters that are declared one by one may contradict defaults.
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->check = std::move(check);
+  state_->listener = std::move(listener);
 }
 
 ParameterValues

@@ -1,7 +1,6 @@
-/** \file
- * \brief Clouds of the tests, and what the library makes of them without ROS.
- */
-#include "plugin_test.h"
+#include "test_clouds.h"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>

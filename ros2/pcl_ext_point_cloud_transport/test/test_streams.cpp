@@ -3,6 +3,7 @@
  */
 #include "plugin_test.h"
 
+#include <algorithm>
 #include <random>
 
 namespace pcl_ext_point_cloud_transport {
@@ -153,9 +154,12 @@ TEST(Streams, ASubscriberInPlaceOfAnotherGetsAnIFrame)
              1;
     }));
     EXPECT_TRUE(waitFor([&] {
-      sender.publisher.publish(makeCloud(number++));
+      sender.publisher.publish(makeCloud(number));
+      frames.recorder.waitForStamp(stampOf(number++), 0.2);
       const auto arrived = frames.recorder.messages();
-      return !arrived.empty() && isIFrame(*arrived.back());
+      return std::any_of(arrived.begin(), arrived.end(), [](const auto& frame) {
+        return isIFrame(*frame);
+      });
     })) << i;
     // Without subscribers clouds do not reach the plugin, which sees as many as before.
   }
