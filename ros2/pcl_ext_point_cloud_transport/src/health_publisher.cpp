@@ -30,21 +30,20 @@ toMessage(const std::string& node, const HealthPublisher::Entry& entry)
 
 HealthPublisher::HealthPublisher(rclcpp::Node& node,
                                  std::function<std::vector<Entry>()> describe)
-: publisher_(
-      node.create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10))
-, timer_(node.create_wall_timer(
+{
+  const auto publisher =
+      node.create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10);
+  const std::string name = std::string(node.get_fully_qualified_name()).substr(1);
+  // Another thread may call it while the instance and the node end.
+  timer_ = node.create_wall_timer(
       std::chrono::seconds(1),
-      // Another thread may call it while the instance and the node end.
-      [publisher = publisher_,
-       clock = node.get_clock(),
-       name = std::string(node.get_fully_qualified_name()).substr(1),
-       describe = std::move(describe)] {
+      [publisher, name, clock = node.get_clock(), describe = std::move(describe)] {
         diagnostic_msgs::msg::DiagnosticArray message;
         message.header.stamp = clock->now();
         for (const Entry& entry : describe())
           message.status.push_back(toMessage(name, entry));
         publisher->publish(message);
-      }))
-{}
+      });
+}
 
 } // namespace pcl_ext_point_cloud_transport

@@ -49,7 +49,7 @@ toRos(const ParameterValue& value)
 
 /** \brief Types are dynamic, as a whole number is allowed for a number. */
 rcl_interfaces::msg::ParameterDescriptor
-descriptorOf(const ParameterDescription& parameter)
+descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description =
@@ -57,6 +57,7 @@ descriptorOf(const ParameterDescription& parameter)
       (parameter.unit.empty() ? "" : " Unit: " + parameter.unit + ".");
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
+  descriptor.read_only = kind == NodeParameters::Kind::ReadOnly;
   const auto is_in_range = [&parameter](auto number) {
     const auto converted = static_cast<double>(number);
     return converted >= parameter.lowest && converted <= parameter.highest;
@@ -78,10 +79,6 @@ descriptorOf(const ParameterDescription& parameter)
   }
   return descriptor;
 }
-
-} // namespace
-
-namespace {
 
 /** \brief Declares a parameter, or else describes one that the node has declared from its
  * overrides. One that the user has described is left as it is, and so is that of another
@@ -115,6 +112,7 @@ declare(rclcpp::Node& node,
 struct NodeParameters::State {
   std::string prefix;
   Descriptions descriptions;
+  Kind kind = Kind::Changeable;
   mutable std::mutex mutex; // guards what follows
   Check check;
   Listener listener;
@@ -149,6 +147,11 @@ struct NodeParameters::State {
       if (known == nullptr)
         continue;
       is_any = true;
+      if (kind == Kind::Optional &&
+          parameter.get_type() == rclcpp::ParameterType::PARAMETER_NOT_SET) {
+        result.erase(known->name);
+        continue;
+      }
       const auto value = toValue(parameter);
       const auto converted = value ? convertedValue(*known, *value) : std::nullopt;
       if (converted)
@@ -170,12 +173,15 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
                                std::string prefix,
                                const Descriptions& descriptions,
                                Check check,
-                               Listener listener)
+                               Listener listener,
+                               Kind kind)
 : state_(std::make_shared<State>())
 {
   state_->prefix = std::move(prefix);
   state_->descriptions = descriptions;
-  state_->values = pcl_ext::nodes::defaultsOf(descriptions);
+  state_->kind = kind;
+  if (kind != Kind::Optional)
+    state_->values = pcl_ext::nodes::defaultsOf(descriptions);
   on_set_ = node.add_on_set_parameters_callback(
       [state = state_](const std::vector<rclcpp::Parameter>& parameters) {
         rcl_interfaces::msg::SetParametersResult result;
@@ -206,7 +212,10 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
   for (const ParameterDescription& parameter : descriptions) {
     const std::string name = state_->prefix + parameter.name;
     // Two instances may have the same parameters, as those of publishers of one topic.
-    declare(node, name, toRos(parameter.default_value), descriptorOf(parameter));
+    const rclcpp::ParameterValue default_value = kind == Kind::Optional
+                                                     ? rclcpp::ParameterValue()
+                                                     : toRos(parameter.default_value);
+    declare(node, name, default_value, descriptorOf(parameter, kind));
     if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
       RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
   }

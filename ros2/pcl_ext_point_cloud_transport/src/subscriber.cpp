@@ -2,11 +2,11 @@
 
 #include <pcl_ext/nodes/cloud_messages.h>
 
-#include "message_times.h"
 #include "pcl_ext_point_cloud_transport/health_publisher.hpp"
+#include "pcl_ext_point_cloud_transport/message_times.hpp"
 #include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "pcl_ext_point_cloud_transport/transport_topic.hpp"
 #include "streams_of_publishers.h"
-#include "transport_topic.h"
 
 #include <std_msgs/msg/empty.hpp>
 

@@ -4,7 +4,6 @@
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <rclcpp/node.hpp>
-#include <rclcpp/publisher.hpp>
 #include <rclcpp/timer.hpp>
 
 #include <functional>
@@ -20,13 +19,12 @@ public:
   /** \brief An entry's name, to which that of the node is added, and its report. */
   using Entry = std::pair<std::string, pcl_ext::nodes::HealthReport>;
 
-  /** \param[in] node must outlive the instance
+  /** \param[in] node that publishes
    * \param[in] describe called once a second
    */
   HealthPublisher(rclcpp::Node& node, std::function<std::vector<Entry>()> describe);
 
 private:
-  rclcpp::Publisher<diagnostic_msgs::msg::DiagnosticArray>::SharedPtr publisher_;
   rclcpp::TimerBase::SharedPtr timer_;
 };
 

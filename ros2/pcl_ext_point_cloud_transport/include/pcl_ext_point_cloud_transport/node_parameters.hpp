@@ -22,6 +22,13 @@ class NodeParameters {
 public:
   using Descriptions = std::vector<pcl_ext::nodes::ParameterDescription>;
 
+  /** \brief How parameters are declared. */
+  enum class Kind {
+    Changeable, ///< may be set at any time
+    ReadOnly,   ///< set at the start only
+    Optional ///< may be set at any time; has no value, not even a default, until it is
+  };
+
   /** \brief What is wrong with values that are allowed one by one, in one line; empty if
    * nothing. Called for values that are set later. */
   using Check = std::function<std::string(const pcl_ext::nodes::ParameterValues&)>;
@@ -35,14 +42,17 @@ public:
    * \param[in] descriptions the table
    * \param[in] check may be empty
    * \param[in] listener may be empty
+   * \param[in] kind of all of them
    */
   NodeParameters(rclcpp::Node& node,
                  std::string prefix,
                  const Descriptions& descriptions,
                  Check check,
-                 Listener listener);
+                 Listener listener,
+                 Kind kind = Kind::Changeable);
 
-  /** \brief The values by their names without prefix, each as convertedValue() returns it. */
+  /** \brief The values by their names without prefix, each as convertedValue() returns it;
+   * without those of optional parameters that are not set. */
   pcl_ext::nodes::ParameterValues
   values() const;
 

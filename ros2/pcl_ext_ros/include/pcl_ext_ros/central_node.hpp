@@ -1,0 +1,25 @@
+#pragma once
+
+#include <rclcpp/node.hpp>
+
+#include <memory>
+
+namespace pcl_ext_ros {
+
+/** \brief The node of the central computer: compressed frames of many streams in; voxels
+ * without noise of each stream, merged voxels and a map out. README.md has its topics,
+ * services and parameters. */
+class CentralNode : public rclcpp::Node {
+public:
+  /** \throws std::invalid_argument if there are no streams, or one twice */
+  explicit CentralNode(const rclcpp::NodeOptions& options);
+
+  /** \brief Waits until all frames are decoded, and writes the map, if it is to be. */
+  ~CentralNode() override;
+
+private:
+  class Implementation;
+  std::shared_ptr<Implementation> implementation_; // callbacks may outlive the node
+};
+
+} // namespace pcl_ext_ros

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <rclcpp/node.hpp>
+
+#include <memory>
+
+namespace pcl_ext_ros {
+
+/** \brief The node of a sensor: clouds in, compressed frames out. README.md has its topics,
+ * services and parameters. */
+class SensorNode : public rclcpp::Node {
+public:
+  explicit SensorNode(const rclcpp::NodeOptions& options);
+  ~SensorNode() override;
+
+private:
+  class Implementation;
+  std::shared_ptr<Implementation> implementation_; // callbacks may outlive the node
+};
+
+} // namespace pcl_ext_ros

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <rclcpp/node.hpp>
+
+#include <memory>
+
+namespace pcl_ext_ros {
+
+/** \brief Sends the clouds of the simulated robot cell in real time. README.md has the topics
+ * and parameters. */
+class SimulatedCell : public rclcpp::Node {
+public:
+  explicit SimulatedCell(const rclcpp::NodeOptions& options);
+  ~SimulatedCell() override;
+
+private:
+  class Implementation;
+  std::shared_ptr<Implementation> implementation_; // callbacks may outlive the node
+};
+
+} // namespace pcl_ext_ros

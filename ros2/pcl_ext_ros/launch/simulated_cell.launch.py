@@ -1,0 +1,57 @@
+"""The paper's robot cell: six simulated Kinect V2 in the poses of its Table 1, a sensor node
+for each, and one central node.
+
+The arguments are these and those of six_sensors.launch.py.
+"""
+import os
+
+from launch import LaunchDescription
+from launch.actions import (DeclareLaunchArgument, IncludeLaunchDescription,
+                            OpaqueFunction)
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch_ros.actions import LoadComposableNodes, Node
+from launch_ros.descriptions import ComposableNode
+import yaml
+
+ARGUMENTS = [
+    ('composable', 'true', 'true: one container; false: a process for each node'),
+    ('container', 'pcl_ext_container', 'name of the container'),
+    ('sensors', '[1, 2, 3, 4, 5, 6]', 'numbers of the sensors, 1 to 6'),
+    ('global_frame', 'world', 'TF frame of the world'),
+    ('rate', '20', 'clouds per second of each sensor, Hz'),
+    ('captured_frames', '0', '0: each cloud is captured when it is sent; else this number '
+     'of frames is captured before the start and repeated, which takes less processor '
+     'time'),
+    ('seed', '1', 'of the simulated errors'),
+]
+
+
+def cell(context):
+    """The simulated cell for the values of the arguments."""
+    values = {name: context.launch_configurations[name] for name, _, _ in ARGUMENTS}
+    options = {
+        'package': 'pcl_ext_ros', 'name': 'simulated_cell',
+        'parameters': [{
+            'sensors': [int(number) for number in yaml.safe_load(values['sensors'])],
+            'global_frame': values['global_frame'],
+            'rate': float(values['rate']),
+            'captured_frames': int(values['captured_frames']),
+            'seed': int(values['seed']),
+        }]}
+    if not yaml.safe_load(values['composable']):
+        return [Node(executable='simulated_cell', output='screen', **options)]
+    return [LoadComposableNodes(
+        target_container='/' + values['container'],
+        composable_node_descriptions=[ComposableNode(
+            plugin='pcl_ext_ros::SimulatedCell',
+            extra_arguments=[{'use_intra_process_comms': True}], **options)])]
+
+
+def generate_launch_description():
+    """The arguments and the nodes."""
+    six_sensors = os.path.join(os.path.dirname(__file__), 'six_sensors.launch.py')
+    return LaunchDescription(
+        [DeclareLaunchArgument(name, default_value=default, description=description)
+         for name, default, description in ARGUMENTS] +
+        [IncludeLaunchDescription(PythonLaunchDescriptionSource(six_sensors)),
+         OpaqueFunction(function=cell)])

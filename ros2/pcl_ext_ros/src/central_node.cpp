@@ -1,0 +1,330 @@
+#include "pcl_ext_ros/central_node.hpp"
+
+#include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/cloud_messages.h>
+
+#include "central_map.h"
+#include "parameter_tables.h"
+#include "stream.h"
+#include "stream_view.h"
+#include "throttled_log.h"
+#include "weak_callback.h"
+
+#include <pcl_ext_point_cloud_transport/health_publisher.hpp>
+#include <pcl_ext_point_cloud_transport/message_times.hpp>
+#include <rclcpp_components/register_node_macro.hpp>
+
+#include <chrono>
+#include <exception>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext_ros {
+
+using pcl_ext::nodes::HealthLevel;
+using pcl_ext::nodes::HealthReport;
+using pcl_ext::nodes::ParameterValues;
+using pcl_ext::nodes::Time;
+using pcl_ext_point_cloud_transport::HealthPublisher;
+using pcl_ext_point_cloud_transport::NodeParameters;
+using sensor_msgs::msg::PointCloud2;
+
+namespace {
+
+pcl_ext::nodes::CentralNodeSettings
+settingsOf(const ParameterValues& values, const rclcpp::Clock::SharedPtr& clock)
+{
+  pcl_ext::nodes::CentralNodeSettings settings;
+  settings.resolution = valueOf<double>(values, "resolution");
+  settings.threads =
+      static_cast<unsigned int>(valueOf<std::int64_t>(values, "threads"));
+  settings.max_waiting_frames =
+      static_cast<std::size_t>(valueOf<std::int64_t>(values, "max_waiting_frames"));
+  settings.max_merge_age =
+      Time(static_cast<Time::rep>(1e9 * valueOf<double>(values, "max_merge_age")));
+  settings.clock = [clock] { return Time(clock->now().nanoseconds()); };
+  return settings;
+}
+
+std::vector<std::string>
+declareStreams(rclcpp::Node& node)
+{
+  rcl_interfaces::msg::ParameterDescriptor descriptor;
+  descriptor.description = description_of_streams;
+  descriptor.read_only = true;
+  std::vector<std::string> topics =
+      node.declare_parameter("streams", std::vector<std::string>{"input"}, descriptor);
+  for (std::string& topic : topics)
+    topic = node.get_node_topics_interface()->resolve_topic_name(topic);
+  return topics;
+}
+
+void
+publish(rclcpp::Publisher<PointCloud2>& publisher,
+        const std::string& frame_id,
+        Time stamp,
+        const pcl_ext::io::VoxelFrame& voxels)
+{
+  auto message = std::make_unique<PointCloud2>();
+  message->header.stamp = rclcpp::Time(stamp.count());
+  message->header.frame_id = frame_id;
+  pcl_ext::nodes::writeVoxels(voxels, *message);
+  publisher.publish(std::move(message));
+}
+
+} // namespace
+
+class CentralNode::Implementation
+: public std::enable_shared_from_this<CentralNode::Implementation> {
+public:
+  explicit Implementation(rclcpp::Node& node)
+  : logger_(node.get_logger())
+  , clock_(node.get_clock())
+  , constants_(node,
+               "",
+               centralNodeParameters(),
+               NodeParameters::Check(),
+               NodeParameters::Listener(),
+               NodeParameters::Kind::ReadOnly)
+  , values_(constants_.values())
+  , global_frame_(withoutLeadingSlash(valueOf<std::string>(values_, "global_frame")))
+  {
+    central_node_.emplace(
+        settingsOf(values_, clock_),
+        [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
+    if (!central_node_->settingsStatus().ok())
+      throw std::invalid_argument(central_node_->settingsStatus().message());
+    for (const std::string& topic : declareStreams(node))
+      addStream(node, topic);
+    if (streams_.empty())
+      throw std::invalid_argument("streams is empty");
+  }
+
+  ~Implementation()
+  {
+    central_node_->waitUntilDecoded();
+    if (map_)
+      map_->finish();
+  }
+
+  /** \brief Connects with the node: what the callbacks use exists. */
+  void
+  connect(rclcpp::Node& node)
+  {
+    const std::weak_ptr<Implementation> self = weak_from_this();
+    noise_.emplace(node,
+                   "",
+                   pcl_ext::nodes::noiseParameters(),
+                   NodeParameters::Check(),
+                   weakCallback(self, &Implementation::setNoise));
+    setNoise(noise_->values());
+    map_ = std::make_shared<CentralMap>(node, values_, streams_, *central_node_);
+    report(map_->fault());
+    map_->connect(node);
+    showStreams();
+    mergePeriodically(node);
+    for (const auto& stream : streams_) {
+      // The stream is that of an implementation that is alive.
+      stream->subscribe(
+          node,
+          [self, number = stream->number()](std::unique_ptr<Stream::Frame> frame) {
+            if (const auto alive = self.lock())
+              alive->receive(*alive->streams_[number], std::move(*frame));
+          });
+      RCLCPP_INFO(logger_, "Decompressing %s", stream->topic().c_str());
+    }
+    health_.emplace(node, [self] {
+      const auto alive = self.lock();
+      return alive ? alive->describeHealth() : std::vector<HealthPublisher::Entry>();
+    });
+  }
+
+private:
+  void
+  addStream(rclcpp::Node& node, const std::string& topic)
+  {
+    const auto status = central_node_->addStream(topic);
+    if (!status.ok())
+      throw std::invalid_argument("streams: " + status.message());
+    streams_.push_back(
+        std::make_shared<Stream>(node, topic, streams_.size(), *central_node_));
+    streams_by_topic_[topic] = streams_.back();
+  }
+
+  /** \brief Logs what is wrong with a parameter, for which the node does without. */
+  void
+  report(const std::string& fault)
+  {
+    if (fault.empty())
+      return;
+    RCLCPP_ERROR(logger_, "%s", fault.c_str());
+    faults_ += (faults_.empty() ? "" : "; ") + fault;
+  }
+
+  void
+  showStreams()
+  {
+    ViewParameters parameters;
+    parameters.port =
+        static_cast<std::uint16_t>(valueOf<std::int64_t>(values_, "view_port"));
+    parameters.address = valueOf<std::string>(values_, "view_address");
+    parameters.page = valueOf<std::string>(values_, "view_page");
+    if (parameters.port == 0)
+      return;
+    std::vector<std::string> topics;
+    for (const auto& stream : streams_)
+      topics.push_back(stream->topic());
+    try {
+      view_.emplace(parameters, topics, [this](std::size_t number) {
+        streams_[number]->requestIFrame();
+      });
+      RCLCPP_INFO(logger_, "The streams are shown at %s", view_->url().c_str());
+      if (!view_->isLoopback())
+        RCLCPP_WARN(logger_,
+                    "Anyone who can reach this machine can look at the streams");
+    }
+    catch (const std::exception& failure) {
+      report(failure.what());
+    }
+  }
+
+  void
+  mergePeriodically(rclcpp::Node& node)
+  {
+    const double rate = valueOf<double>(values_, "merge_rate");
+    if (rate <= 0.0)
+      return;
+    constexpr std::size_t merged_queue_size = 10;
+    rclcpp::PublisherOptions options;
+    options.qos_overriding_options =
+        rclcpp::QosOverridingOptions::with_default_policies();
+    merged_ = node.create_publisher<PointCloud2>(
+        "~/merged", rclcpp::QoS(merged_queue_size), options);
+    merge_group_ =
+        node.create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
+    constexpr double longest = 1e6; // seconds, so that a timer can count them
+    merge_timer_ = node.create_wall_timer(
+        std::chrono::duration<double>(std::min(1.0 / rate, longest)),
+        weakCallback(weak_from_this(), &Implementation::publishMerged),
+        merge_group_);
+  }
+
+  void
+  setNoise(const ParameterValues& values)
+  {
+    for (const auto& stream : streams_)
+      stream->setNoiseOfAll(values);
+  }
+
+  /** \brief Passes a frame to the central node if it is in the global frame. */
+  void
+  receive(Stream& stream, Stream::Frame message)
+  {
+    stream.countArrival();
+    const auto leaveOut = [&](const std::string& reason) {
+      stream.countLeftOut();
+      left_out_.warn("A frame of " + stream.topic() + " is dropped: " + reason);
+    };
+    if (withoutLeadingSlash(message.header.frame_id) != global_frame_)
+      return leaveOut("its frame_id is '" + message.header.frame_id + "', not '" +
+                      global_frame_ + "'");
+    if (!pcl_ext::nodes::isMessageFormat(message.format))
+      return leaveOut("unknown format '" + message.format + "'");
+    const Time stamp = pcl_ext_point_cloud_transport::toTime(message.header.stamp);
+    if (view_)
+      view_->show(stream.number(), stamp, message.compressed_data);
+    const auto status = central_node_->receive(
+        stream.topic(), std::move(message.compressed_data), stamp);
+    if (!status.ok())
+      failures_.warn(status.message());
+  }
+
+  /** \brief The central node's listener. Threads of the central node call it. */
+  void
+  publishFrame(const pcl_ext::nodes::ReceivedFrame& frame)
+  {
+    Stream& stream = *streams_by_topic_.at(frame.stream);
+    if (frame.wants_i_frame)
+      stream.requestIFrame();
+    if (!frame.status.ok())
+      failures_.warn("A frame of " + stream.topic() +
+                     " is not decoded: " + frame.status.message());
+    else if (stream.voxels().get_subscription_count() != 0)
+      publish(stream.voxels(), global_frame_, frame.stamp, frame.voxels);
+  }
+
+  void
+  publishMerged()
+  {
+    if (merged_->get_subscription_count() == 0)
+      return;
+    central_node_->merge(merged_voxels_);
+    publish(*merged_, global_frame_, Time(clock_->now().nanoseconds()), merged_voxels_);
+  }
+
+  std::vector<HealthPublisher::Entry>
+  describeHealth()
+  {
+    std::vector<HealthPublisher::Entry> entries;
+    HealthReport all;
+    double frames_per_second = 0.0;
+    double bytes_per_second = 0.0;
+    std::size_t in_sync = 0;
+    if (!faults_.empty())
+      all.raise(HealthLevel::Error, faults_);
+    for (const pcl_ext::nodes::StreamHealth& health : central_node_->health()) {
+      HealthReport report = streams_by_topic_.at(health.name)->describeHealth(health);
+      frames_per_second += health.rates.frames_per_second;
+      bytes_per_second += health.rates.bytes_per_second;
+      in_sync += health.in_sync ? 1 : 0;
+      if (report.level() != HealthLevel::Ok)
+        all.raise(HealthLevel::Warning, "Not all streams are OK");
+      entries.emplace_back(health.name, std::move(report));
+    }
+    all.add("streams", streams_.size());
+    all.add("streams in sync", in_sync);
+    all.add("frames per second", frames_per_second);
+    all.add("bytes per second", bytes_per_second);
+    all.add("map nodes", map_->nodes());
+    entries.emplace_back("all streams", std::move(all));
+    return entries;
+  }
+
+  rclcpp::Logger logger_;
+  ThrottledLog left_out_{logger_};
+  ThrottledLog failures_{logger_};
+  rclcpp::Clock::SharedPtr clock_;
+  NodeParameters constants_;
+  const ParameterValues values_; // of centralNodeParameters()
+  const std::string global_frame_;
+  std::string faults_; // of values_
+  CentralMap::Streams streams_;
+  std::map<std::string, std::shared_ptr<Stream>> streams_by_topic_;
+  std::optional<NodeParameters> noise_;
+  std::shared_ptr<CentralMap> map_;
+  std::optional<HealthPublisher> health_;
+
+  rclcpp::CallbackGroup::SharedPtr merge_group_;
+  rclcpp::Publisher<PointCloud2>::SharedPtr merged_;
+  rclcpp::TimerBase::SharedPtr merge_timer_;
+  pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
+
+  std::optional<StreamView> view_; // its thread requests I-frames of the streams
+
+  // Last member, as its threads call publishFrame() until it is destroyed.
+  std::optional<pcl_ext::nodes::CentralNode> central_node_;
+};
+
+CentralNode::CentralNode(const rclcpp::NodeOptions& options)
+: rclcpp::Node("central_node", options)
+, implementation_(std::make_shared<Implementation>(*this))
+{
+  implementation_->connect(*this);
+}
+
+CentralNode::~CentralNode() = default;
+
+} // namespace pcl_ext_ros
+
+RCLCPP_COMPONENTS_REGISTER_NODE(pcl_ext_ros::CentralNode)

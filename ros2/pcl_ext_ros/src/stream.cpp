@@ -1,0 +1,106 @@
+#include "stream.h"
+
+#include "parameter_tables.h"
+
+#include <pcl_ext_point_cloud_transport/transport_topic.hpp>
+
+#include <utility>
+
+namespace pcl_ext_ros {
+
+using pcl_ext::nodes::ParameterValues;
+using pcl_ext_point_cloud_transport::NodeParameters;
+
+Stream::Stream(rclcpp::Node& node,
+               const std::string& topic,
+               std::size_t number,
+               pcl_ext::nodes::CentralNode& central_node)
+: topic_(topic)
+, number_(number)
+, central_node_(central_node)
+, noise_of_all_(defaultsOf(pcl_ext::nodes::noiseParameters()))
+{
+  namespace transport = pcl_ext_point_cloud_transport;
+  const std::string prefix = transport::parameterPrefix(node, topic);
+  constants_.emplace(node,
+                     prefix,
+                     streamParameters(),
+                     NodeParameters::Check(),
+                     NodeParameters::Listener(),
+                     NodeParameters::Kind::ReadOnly);
+  sensor_frame_ =
+      withoutLeadingSlash(valueOf<std::string>(constants_->values(), "sensor_frame"));
+  parameters_.emplace(
+      node,
+      prefix,
+      pcl_ext::nodes::noiseParameters(),
+      NodeParameters::Check(),
+      [this](const ParameterValues& values) { setOwnNoise(values); },
+      NodeParameters::Kind::Optional);
+  own_noise_ = parameters_->values();
+
+  constexpr std::size_t voxels_queue_size = 10;
+  rclcpp::PublisherOptions options;
+  options.qos_overriding_options =
+      rclcpp::QosOverridingOptions::with_default_policies();
+  voxels_ = node.create_publisher<sensor_msgs::msg::PointCloud2>(
+      topic + "/voxels", rclcpp::QoS(voxels_queue_size), options);
+  i_frame_requests_ =
+      node.create_publisher<std_msgs::msg::Empty>(transport::requestTopic(topic), 10);
+  group_ = node.create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
+}
+
+void
+Stream::setNoiseOfAll(const ParameterValues& values)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  noise_of_all_ = values;
+  updateNoise();
+}
+
+void
+Stream::setOwnNoise(const ParameterValues& values)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  own_noise_ = values;
+  updateNoise();
+}
+
+void
+Stream::updateNoise()
+{
+  ParameterValues noise = own_noise_;
+  noise.insert(noise_of_all_.begin(), noise_of_all_.end());
+  if (noise == noise_)
+    return;
+  const auto settings = pcl_ext::nodes::readNoiseParameters(noise);
+  central_node_.setMinIntensity(topic_, settings.min_intensity);
+  // A new filter has no history, which is not to be lost for another threshold.
+  const auto isOther = [&](const std::string& name) {
+    return noise_.empty() || noise.at(name) != noise_.at(name);
+  };
+  const bool is_switched = isOther("remove_outliers");
+  const bool is_moved = isOther("min_log_odds") || isOther("density_unit");
+  if (is_switched || (is_moved && settings.outlier_removal))
+    central_node_.setOutlierRemoval(topic_, settings.outlier_removal);
+  noise_ = std::move(noise);
+}
+
+pcl_ext::nodes::HealthReport
+Stream::describeHealth(const pcl_ext::nodes::StreamHealth& health)
+{
+  pcl_ext::nodes::ReceiverHealth now;
+  now.stream = health;
+  now.left_out = left_out_;
+  if (const auto last_arrival = last_arrival_.load(); last_arrival != 0)
+    now.last_arrival = pcl_ext::nodes::Time(last_arrival);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!noise_.empty())
+      now.min_intensity = pcl_ext::nodes::readNoiseParameters(noise_).min_intensity;
+  }
+  return pcl_ext::nodes::describeHealth(
+      now, std::exchange(reported_, now), pcl_ext::nodes::steadyTime());
+}
+
+} // namespace pcl_ext_ros

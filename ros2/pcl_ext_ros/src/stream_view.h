@@ -1,0 +1,55 @@
+#pragma once
+
+#include <pcl_ext/nodes/stream_health.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pcl_ext_ros {
+
+struct ViewParameters {
+  std::uint16_t port = 0;
+  std::string address; ///< empty: this machine alone
+  std::string page;    ///< file of the viewer's page; empty: the installed one
+};
+
+/** \brief Shows compressed streams in browsers, where the package was built with the
+ * library's component view. Thread-safe. */
+class StreamView {
+public:
+  /** \brief Begins to serve.
+   * \param[in] topics of the streams
+   * \param[in] request_i_frame asks the sender of a stream, by its index in the topics; called
+   * by a thread of this
+   * \throws std::runtime_error if there is no page, the port is taken or the address is
+   * wrong
+   */
+  StreamView(const ViewParameters& parameters,
+             const std::vector<std::string>& topics,
+             const std::function<void(std::size_t)>& request_i_frame);
+  ~StreamView();
+
+  /** \brief Shows the next frame of a stream; bytes that are no frame are left out. */
+  void
+  show(std::size_t stream,
+       pcl_ext::nodes::Time stamp,
+       const std::vector<std::uint8_t>& frame);
+
+  /** \brief Where to look at the streams. */
+  std::string
+  url() const;
+
+  /** \brief False if others than this machine reach it. */
+  bool
+  isLoopback() const;
+
+private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace pcl_ext_ros

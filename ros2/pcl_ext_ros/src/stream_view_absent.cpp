@@ -1,0 +1,38 @@
+/** \file
+ * \brief In place of stream_view.cpp where the library's component view is not installed.
+ */
+#include "stream_view.h"
+
+#include <stdexcept>
+
+namespace pcl_ext_ros {
+
+class StreamView::Implementation {};
+
+StreamView::StreamView(const ViewParameters&,
+                       const std::vector<std::string>&,
+                       const std::function<void(std::size_t)>&)
+{
+  throw std::runtime_error(
+      "view_port: this package was built without the component view of pcl_ext");
+}
+
+StreamView::~StreamView() = default;
+
+void
+StreamView::show(std::size_t, pcl_ext::nodes::Time, const std::vector<std::uint8_t>&)
+{}
+
+std::string
+StreamView::url() const
+{
+  return {};
+}
+
+bool
+StreamView::isLoopback() const
+{
+  return true;
+}
+
+} // namespace pcl_ext_ros

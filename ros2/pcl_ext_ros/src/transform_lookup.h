@@ -1,0 +1,53 @@
+#pragma once
+
+#include <pcl_ext/rigid_pose.h>
+
+#include <rclcpp/node.hpp>
+#include <std_msgs/msg/header.hpp>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <optional>
+#include <string>
+
+namespace pcl_ext_ros {
+
+/** \brief Result of a lookup. */
+struct FoundTransform {
+  /** \brief Frame -> global frame, metres; nothing if TF has no transform. */
+  std::optional<pcl_ext::WorldPose> pose;
+
+  /** \brief TF has none at the stamp; this is the latest. */
+  bool is_latest = false;
+
+  /** \brief Why there is none at the stamp. */
+  std::string failure;
+};
+
+/** \brief Looks up transforms to the global frame. TF messages are received by a separate
+ * thread; no lookup waits. */
+class TransformLookup {
+public:
+  /** \brief Starts to listen.
+   * \param[in] global_frame without a leading slash
+   */
+  TransformLookup(rclcpp::Node& node, std::string global_frame);
+
+  /** \brief True if find() has a transform at the stamp. */
+  bool
+  isKnown(const std_msgs::msg::Header& header) const;
+
+  /** \brief The transform at a stamp, else the latest, else none. That of the global
+   * frame is the identity.
+   * \param[in] header stamp and frame
+   */
+  FoundTransform
+  find(const std_msgs::msg::Header& header) const;
+
+private:
+  std::string global_frame_;
+  tf2_ros::Buffer buffer_;
+  tf2_ros::TransformListener listener_;
+};
+
+} // namespace pcl_ext_ros

@@ -1,0 +1,174 @@
+#include "clouds.h"
+#include "direct_library.h"
+#include "running_nodes.h"
+
+#include <gtest/gtest.h>
+
+#include <pcl_ext_ros/central_node.hpp>
+#include <pcl_ext_ros/sensor_node.hpp>
+#include <std_srvs/srv/trigger.hpp>
+#include <tf2_ros/static_transform_broadcaster.h>
+
+#include <array>
+
+namespace pcl_ext_ros {
+namespace test {
+
+using diagnostic_msgs::msg::DiagnosticArray;
+using diagnostic_msgs::msg::DiagnosticStatus;
+using sensor_msgs::msg::PointCloud2;
+
+namespace {
+
+constexpr std::size_t sensors = 6;
+
+std::string
+frameIdOf(std::size_t sensor)
+{
+  return "kinect_" + std::to_string(sensor + 1);
+}
+
+std::string
+topicOf(std::size_t sensor)
+{
+  return "/" + frameIdOf(sensor) + "/points/pcl_ext";
+}
+
+/** \brief A node of the test itself. */
+class Tester : public rclcpp::Node {
+public:
+  explicit Tester(const rclcpp::NodeOptions& options) : rclcpp::Node("tester", options)
+  {}
+};
+
+/** \brief Six sensor nodes and the central node in this process, without copies. */
+class Composition {
+public:
+  Composition()
+  {
+    std::string streams;
+    for (std::size_t i = 0; i < sensors; ++i) {
+      nodes_.add<SensorNode>(optionsOf({"-r",
+                                        "__ns:=/" + frameIdOf(i),
+                                        "-r",
+                                        "input:=points",
+                                        "-p",
+                                        "resolution:=0.1",
+                                        "-p",
+                                        "intensity:=count",
+                                        "-p",
+                                        "crop_box:=[-20.0, -20.0, -20.0, 20.0, 20.0, "
+                                        "20.0]",
+                                        "-p",
+                                        "queue_size:=100",
+                                        "-p",
+                                        "tf_timeout:=10.0"})
+                                 .use_intra_process_comms(true));
+      streams += (streams.empty() ? "" : ",") + topicOf(i);
+    }
+    central_ = nodes_.add<CentralNode>(optionsOf({"-p",
+                                                  "streams:=[" + streams + "]",
+                                                  "-p",
+                                                  "resolution:=0.1",
+                                                  "-p",
+                                                  "merge_rate:=50.0",
+                                                  "-p",
+                                                  "max_merge_age:=3600.0",
+                                                  "-p",
+                                                  "map_rate:=50.0"})
+                                           .use_intra_process_comms(true));
+    tester = nodes_.add<Tester>(rclcpp::NodeOptions().use_intra_process_comms(true));
+    transforms_.emplace(tester);
+    for (std::size_t i = 0; i < sensors; ++i) {
+      clouds[i] = tester->create_publisher<PointCloud2>("/" + frameIdOf(i) + "/points",
+                                                        rclcpp::QoS(100));
+      voxels[i].emplace(*tester, topicOf(i) + "/voxels");
+      transforms_->sendTransform(toMessage(
+          frameIdOf(i), samplePose(0.1 * static_cast<double>(i)), tester->now()));
+    }
+    merged.emplace(*tester, "/central_node/merged");
+    diagnostics.emplace(*tester, "/diagnostics");
+    nodes_.start();
+  }
+
+  /** \brief Waits until all are connected. */
+  bool
+  connect()
+  {
+    bool is_connected = merged->waitForPublisher() && diagnostics->waitForPublisher();
+    for (std::size_t i = 0; i < sensors; ++i)
+      is_connected = is_connected && voxels[i]->waitForPublisher() && waitUntil([&] {
+                       return clouds[i]->get_subscription_count() == 1 &&
+                              tester->count_subscribers(topicOf(i)) == 1 &&
+                              tester->count_publishers(topicOf(i)) == 1 &&
+                              central_->count_subscribers(topicOf(i) + "/voxels") == 1;
+                     });
+    return is_connected;
+  }
+
+  rclcpp::Node::SharedPtr tester;
+  std::array<rclcpp::Publisher<PointCloud2>::SharedPtr, sensors> clouds;
+  std::array<std::optional<Recorder<PointCloud2>>, sensors> voxels;
+  std::optional<Recorder<PointCloud2>> merged;
+  std::optional<Recorder<DiagnosticArray>> diagnostics;
+
+private:
+  std::optional<tf2_ros::StaticTransformBroadcaster> transforms_;
+  std::shared_ptr<CentralNode> central_;
+  // Last member, as the callbacks of its thread use the others.
+  RunningNodes nodes_{std::make_unique<rclcpp::executors::MultiThreadedExecutor>(
+      rclcpp::ExecutorOptions(), 4)};
+};
+
+} // namespace
+
+TEST(Composition, SixSensorsAndTheCentralNodeInOneProcess)
+{
+  Composition composition;
+  ASSERT_TRUE(composition.connect());
+  constexpr std::uint32_t frames = 20;
+  for (std::uint32_t frame = 0; frame < frames; ++frame) {
+    for (std::size_t i = 0; i < sensors; ++i)
+      composition.clouds[i]->publish(std::make_unique<PointCloud2>(
+          makeCloud(frame, frameIdOf(i), composition.tester->now())));
+    // Not faster than the voxels' queues.
+    for (std::size_t i = 0; i < sensors; ++i)
+      ASSERT_TRUE(waitUntil([&] { return composition.voxels[i]->count() > frame; }))
+          << i << " " << frame;
+  }
+  std::map<std::string, Bytes> last_frames;
+  for (std::size_t i = 0; i < sensors; ++i) {
+    EXPECT_EQ(composition.voxels[i]->count(), frames);
+    const auto last = composition.voxels[i]->messages().back();
+    DirectStream direct({{"resolution", 0.1},
+                         {"intensity", std::string("count")},
+                         {"crop_box", std::vector<double>{-20, -20, -20, 20, 20, 20}}});
+    last_frames[topicOf(i)] =
+        direct.encode(makeCloud(frames - 1, frameIdOf(i), composition.tester->now()),
+                      samplePose(0.1 * static_cast<double>(i)));
+    EXPECT_EQ(last.data, pointsOf(decoded(last_frames[topicOf(i)]))) << i;
+  }
+  const auto cloud = composition.merged->next(composition.merged->count());
+  ASSERT_TRUE(cloud);
+  EXPECT_EQ(cloud->data, pointsOf(mergedDirectly(0.1, last_frames)));
+  EXPECT_TRUE(waitForStatus(*composition.diagnostics,
+                            "central_node: all streams",
+                            DiagnosticStatus::OK,
+                            "OK"));
+}
+
+TEST(Composition, NodesEndWhileCloudsArrive)
+{
+  for (int round = 0; round < 3; ++round) {
+    Composition composition;
+    ASSERT_TRUE(composition.connect());
+    for (std::uint32_t frame = 0; frame < 5; ++frame)
+      for (std::size_t i = 0; i < sensors; ++i)
+        composition.clouds[i]->publish(std::make_unique<PointCloud2>(
+            makeCloud(frame, frameIdOf(i), composition.tester->now())));
+    ASSERT_TRUE(waitUntil([&] { return composition.voxels[0]->count() != 0; }));
+  }
+}
+
+} // namespace test
+} // namespace pcl_ext_ros
