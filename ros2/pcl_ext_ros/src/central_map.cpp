@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <exception>
+#include <utility>
 
 namespace pcl_ext_ros {
 
@@ -13,7 +14,7 @@ using std_srvs::srv::Trigger;
 CentralMap::CentralMap(rclcpp::Node& node,
                        const pcl_ext::nodes::ParameterValues& values,
                        const Streams& streams,
-                       const pcl_ext::nodes::CentralNode& central_node)
+                       std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node)
 : logger_(node.get_logger())
 , clock_(node.get_clock())
 , global_frame_(withoutLeadingSlash(valueOf<std::string>(values, "global_frame")))
@@ -23,7 +24,7 @@ CentralMap::CentralMap(rclcpp::Node& node,
 , map_(valueOf<double>(values, "resolution"),
        valueOf<double>(values, "map_full_intensity"))
 , streams_(streams)
-, central_node_(central_node)
+, central_node_(std::move(central_node))
 , publisher_(node)
 {
   for (const auto& stream : streams_)
@@ -57,6 +58,7 @@ CentralMap::updateOnTimer()
   const bool has_subscribers = publisher_.hasSubscribers();
   if (!has_subscribers && path_.empty())
     return;
+  const std::lock_guard<std::mutex> lock(mutex_);
   update(Rays::Yes);
   if (!has_subscribers)
     return;
@@ -75,7 +77,7 @@ CentralMap::update(Rays rays)
       find = [&](pcl_ext::nodes::Time stamp) {
         return findSensor(stream->sensorFrame(), stamp);
       };
-    map_.insertLatest(stream->topic(), find, central_node_);
+    map_.insertLatest(stream->topic(), find, *central_node_);
   }
   map_.completeRound();
   nodes_ = map_.tree().size();
@@ -105,6 +107,7 @@ CentralMap::write(Trigger::Response& response)
     response.message = "There is no map, as map_path is not set";
     return;
   }
+  const std::lock_guard<std::mutex> lock(mutex_);
   update(Rays::Yes);
   const MergedMap::Written written = map_.write(path_);
   response.success = written.ok;
@@ -117,6 +120,7 @@ CentralMap::finish() noexcept
   try {
     if (path_.empty())
       return;
+    const std::lock_guard<std::mutex> lock(mutex_);
     update(Rays::No);
     if (map_.tree().size() == 0) {
       RCLCPP_INFO(logger_, "The map is empty and is not written");

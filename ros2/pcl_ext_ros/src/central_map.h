@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,20 +32,19 @@ public:
   /** \param[in] node whose parameters are `values`
    * \param[in] values of centralNodeParameters()
    * \param[in] streams of the central node
-   * \param[in] central_node must outlive the instance
+   * \param[in] central_node that decodes them
    */
   CentralMap(rclcpp::Node& node,
              const pcl_ext::nodes::ParameterValues& values,
              const Streams& streams,
-             const pcl_ext::nodes::CentralNode& central_node);
+             std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node);
 
   /** \brief Creates the timer and the service. */
   void
   connect(rclcpp::Node& node);
 
   /** \brief Inserts the last frames, without rays, as these would take longer than a node
-   * has to stop, and writes the map unless it is empty or has no file. Called when no
-   * callback runs any more. Does not throw. */
+   * has to stop, and writes the map unless it is empty or has no file. */
   void
   finish() noexcept;
 
@@ -67,7 +67,7 @@ private:
   void
   updateOnTimer();
 
-  /** \brief Inserts the frames since the last call into the map. */
+  /** \brief Inserts the frames since the last call into the map. The mutex is locked. */
   void
   update(Rays rays);
 
@@ -84,9 +84,10 @@ private:
   const std::string path_; ///< empty: no file
   std::string fault_;
   const double seconds_between_updates_;
+  std::mutex mutex_; // guards map_: callbacks may run while the node ends
   MergedMap map_;
   const Streams streams_;
-  const pcl_ext::nodes::CentralNode& central_node_;
+  const std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node_;
   MapPublisher publisher_;
   std::optional<TransformLookup> transforms_; // where a stream has a sensor_frame
   std::atomic<std::size_t> nodes_{0};

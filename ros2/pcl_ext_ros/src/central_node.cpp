@@ -90,7 +90,7 @@ public:
   , values_(constants_.values())
   , global_frame_(withoutLeadingSlash(valueOf<std::string>(values_, "global_frame")))
   {
-    central_node_.emplace(
+    central_node_ = std::make_shared<pcl_ext::nodes::CentralNode>(
         settingsOf(values_, clock_),
         [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
     if (!central_node_->settingsStatus().ok())
@@ -103,7 +103,7 @@ public:
 
   ~Implementation()
   {
-    central_node_->waitUntilDecoded();
+    central_node_->waitUntilDecoded(); // publishFrame() is not called any more
     if (map_)
       map_->finish();
   }
@@ -118,8 +118,10 @@ public:
                    pcl_ext::nodes::noiseParameters(),
                    NodeParameters::Check(),
                    weakCallback(self, &Implementation::setNoise));
+    for (const auto& stream : streams_)
+      stream->connect(node);
     setNoise(noise_->values());
-    map_ = std::make_shared<CentralMap>(node, values_, streams_, *central_node_);
+    map_ = std::make_shared<CentralMap>(node, values_, streams_, central_node_);
     report(map_->fault());
     map_->connect(node);
     showStreams();
@@ -148,7 +150,7 @@ private:
     if (!status.ok())
       throw std::invalid_argument("streams: " + status.message());
     streams_.push_back(
-        std::make_shared<Stream>(node, topic, streams_.size(), *central_node_));
+        std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
     streams_by_topic_[topic] = streams_.back();
   }
 
@@ -310,10 +312,8 @@ private:
   rclcpp::TimerBase::SharedPtr merge_timer_;
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 
+  std::shared_ptr<pcl_ext::nodes::CentralNode> central_node_;
   std::optional<StreamView> view_; // its thread requests I-frames of the streams
-
-  // Last member, as its threads call publishFrame() until it is destroyed.
-  std::optional<pcl_ext::nodes::CentralNode> central_node_;
 };
 
 CentralNode::CentralNode(const rclcpp::NodeOptions& options)

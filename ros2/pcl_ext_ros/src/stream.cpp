@@ -1,6 +1,7 @@
 #include "stream.h"
 
 #include "parameter_tables.h"
+#include "weak_callback.h"
 
 #include <pcl_ext_point_cloud_transport/transport_topic.hpp>
 
@@ -10,34 +11,26 @@ namespace pcl_ext_ros {
 
 using pcl_ext::nodes::ParameterValues;
 using pcl_ext_point_cloud_transport::NodeParameters;
+using pcl_ext_point_cloud_transport::parameterPrefix;
+using pcl_ext_point_cloud_transport::requestTopic;
 
 Stream::Stream(rclcpp::Node& node,
                const std::string& topic,
                std::size_t number,
-               pcl_ext::nodes::CentralNode& central_node)
+               std::shared_ptr<pcl_ext::nodes::CentralNode> central_node)
 : topic_(topic)
 , number_(number)
-, central_node_(central_node)
+, central_node_(std::move(central_node))
 , noise_of_all_(defaultsOf(pcl_ext::nodes::noiseParameters()))
 {
-  namespace transport = pcl_ext_point_cloud_transport;
-  const std::string prefix = transport::parameterPrefix(node, topic);
   constants_.emplace(node,
-                     prefix,
+                     parameterPrefix(node, topic),
                      streamParameters(),
                      NodeParameters::Check(),
                      NodeParameters::Listener(),
                      NodeParameters::Kind::ReadOnly);
   sensor_frame_ =
       withoutLeadingSlash(valueOf<std::string>(constants_->values(), "sensor_frame"));
-  parameters_.emplace(
-      node,
-      prefix,
-      pcl_ext::nodes::noiseParameters(),
-      NodeParameters::Check(),
-      [this](const ParameterValues& values) { setOwnNoise(values); },
-      NodeParameters::Kind::Optional);
-  own_noise_ = parameters_->values();
 
   constexpr std::size_t voxels_queue_size = 10;
   rclcpp::PublisherOptions options;
@@ -46,8 +39,20 @@ Stream::Stream(rclcpp::Node& node,
   voxels_ = node.create_publisher<sensor_msgs::msg::PointCloud2>(
       topic + "/voxels", rclcpp::QoS(voxels_queue_size), options);
   i_frame_requests_ =
-      node.create_publisher<std_msgs::msg::Empty>(transport::requestTopic(topic), 10);
+      node.create_publisher<std_msgs::msg::Empty>(requestTopic(topic), 10);
   group_ = node.create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
+}
+
+void
+Stream::connect(rclcpp::Node& node)
+{
+  parameters_.emplace(node,
+                      parameterPrefix(node, topic_),
+                      pcl_ext::nodes::noiseParameters(),
+                      NodeParameters::Check(),
+                      weakCallback(weak_from_this(), &Stream::setOwnNoise),
+                      NodeParameters::Kind::Optional);
+  setOwnNoise(parameters_->values());
 }
 
 void
@@ -74,7 +79,7 @@ Stream::updateNoise()
   if (noise == noise_)
     return;
   const auto settings = pcl_ext::nodes::readNoiseParameters(noise);
-  central_node_.setMinIntensity(topic_, settings.min_intensity);
+  central_node_->setMinIntensity(topic_, settings.min_intensity);
   // A new filter has no history, which is not to be lost for another threshold.
   const auto isOther = [&](const std::string& name) {
     return noise_.empty() || noise.at(name) != noise_.at(name);
@@ -82,7 +87,7 @@ Stream::updateNoise()
   const bool is_switched = isOther("remove_outliers");
   const bool is_moved = isOther("min_log_odds") || isOther("density_unit");
   if (is_switched || (is_moved && settings.outlier_removal))
-    central_node_.setOutlierRemoval(topic_, settings.outlier_removal);
+    central_node_->setOutlierRemoval(topic_, settings.outlier_removal);
   noise_ = std::move(noise);
 }
 

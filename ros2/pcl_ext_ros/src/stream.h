@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -19,21 +20,26 @@
 namespace pcl_ext_ros {
 
 /** \brief One stream of the central node: its topics, what is noise in it, and what is known
- * of it. Thread-safe, but for subscribe(). */
-class Stream {
+ * of it. Thread-safe after connect() and
+ * subscribe(). */
+class Stream : public std::enable_shared_from_this<Stream> {
 public:
   using Frame = point_cloud_interfaces::msg::CompressedPointCloud2;
 
-  /** \brief Declares the parameters of the stream and creates its publishers.
-   * \param[in] node whose parameters and publishers they are
+  /** \brief Creates the publishers of the stream.
+   * \param[in] node that publishes
    * \param[in] topic resolved; the stream's name in the central node
    * \param[in] number in the order of `streams`
-   * \param[in] central_node must outlive the instance
+   * \param[in] central_node that decodes the stream
    */
   Stream(rclcpp::Node& node,
          const std::string& topic,
          std::size_t number,
-         pcl_ext::nodes::CentralNode& central_node);
+         std::shared_ptr<pcl_ext::nodes::CentralNode> central_node);
+
+  /** \brief Declares the parameters of noise in the stream. */
+  void
+  connect(rclcpp::Node& node);
 
   /** \brief Subscribes to the stream.
    * \param[in] node that subscribes
@@ -119,7 +125,7 @@ private:
 
   const std::string topic_;
   const std::size_t number_;
-  pcl_ext::nodes::CentralNode& central_node_;
+  const std::shared_ptr<pcl_ext::nodes::CentralNode> central_node_;
   std::string sensor_frame_;
 
   mutable std::mutex mutex_; // guards what is noise

@@ -22,9 +22,10 @@ TransformLookup::isKnown(const std_msgs::msg::Header& header) const
   const std::string frame_id = withoutLeadingSlash(header.frame_id);
   if (frame_id == global_frame_)
     return true;
-  // tf2 prints a line for each lookup of an empty frame.
+  std::string reason; // without it tf2 prints a line each time
   return !frame_id.empty() &&
-         buffer_.canTransform(global_frame_, frame_id, tf2_ros::fromMsg(header.stamp));
+         buffer_.canTransform(
+             global_frame_, frame_id, tf2_ros::fromMsg(header.stamp), &reason);
 }
 
 FoundTransform
@@ -36,7 +37,7 @@ TransformLookup::find(const std_msgs::msg::Header& header) const
     found.pose = pcl_ext::WorldPose::Identity();
     return found;
   }
-  if (frame_id.empty()) {
+  if (frame_id.empty()) { // tf2 prints a line for each lookup of one
     found.failure = "the frame_id is empty";
     return found;
   }

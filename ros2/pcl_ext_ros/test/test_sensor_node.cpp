@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <pcl_ext_ros/sensor_node.hpp>
+#include <rosgraph_msgs/msg/clock.hpp>
 #include <std_msgs/msg/empty.hpp>
 #include <std_srvs/srv/trigger.hpp>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -199,6 +200,51 @@ TEST_F(SensorNodeTest, LatestTransformIsUsedAndReported)
                             "points",
                             DiagnosticStatus::WARN,
                             "A transform of another time is used"));
+}
+
+TEST_F(SensorNodeTest, LastTransformIsUsedAndReportedWhereTfHasNone)
+{
+  start(coarseWith({"-p", "use_sim_time:=true"}));
+  DirectStream direct(coarse);
+  const auto clock = tester_->create_publisher<rosgraph_msgs::msg::Clock>(
+      "/clock", rclcpp::ClockQoS());
+  const auto setTime = [&](std::int32_t seconds) {
+    rosgraph_msgs::msg::Clock time;
+    time.clock.sec = seconds;
+    return waitUntil([&] {
+      clock->publish(time);
+      return waitUntil([&] { return node_->now().seconds() == seconds; },
+                       std::chrono::milliseconds(100));
+    });
+  };
+  ASSERT_TRUE(setTime(1000));
+  const PointCloud2 cloud = makeCloud(0, "kinect_1", rclcpp::Time(1000, 0));
+  ASSERT_TRUE(waitUntil([&] {
+    transforms_->sendTransform(
+        toMessage("kinect_1", samplePose(0.0), rclcpp::Time(1000, 0)));
+    clouds_->publish(cloud);
+    return waitUntil([&] { return frames_->count() != 0; },
+                     std::chrono::milliseconds(200));
+  }));
+  // TF forgets its transforms when time goes back.
+  ASSERT_TRUE(setTime(500));
+  const auto frame = send(makeCloud(0, "kinect_1", rclcpp::Time(500, 0)));
+  ASSERT_TRUE(frame);
+  const std::size_t frames = frames_->count();
+  Bytes expected;
+  for (std::size_t i = 0; i < frames; ++i)
+    expected = direct.encode(cloud, samplePose(0.0));
+  EXPECT_EQ(frame->compressed_data, expected);
+  EXPECT_TRUE(waitForStatus(*diagnostics_,
+                            "points",
+                            DiagnosticStatus::WARN,
+                            "A transform of another time is used"));
+  // That of another frame is not.
+  clouds_->publish(makeCloud(0, "kinect_2", rclcpp::Time(500, 0)));
+  EXPECT_TRUE(waitForStatus(*diagnostics_,
+                            "points",
+                            DiagnosticStatus::ERROR,
+                            "without transform are dropped"));
 }
 
 TEST_F(SensorNodeTest, CloudsKeepTheirOrderWhileOneWaits)
