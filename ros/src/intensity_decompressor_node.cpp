@@ -3,8 +3,10 @@
  * stream, merged voxels and a map out.
  */
 #include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/cloud_messages.h>
+#include <pcl_ext/nodes/health_report.h>
 
-#include "health_report.h"
+#include "health_messages.h"
 #include "merged_map.h"
 #include "message_conversions.h"
 #include "node_main.h"
@@ -35,7 +37,9 @@ namespace pcl_ext_ros {
 
 namespace {
 
-using diagnostic_msgs::DiagnosticStatus;
+using pcl_ext::nodes::HealthLevel;
+using pcl_ext::nodes::HealthReport;
+using pcl_ext::nodes::ReceiverHealth;
 using pcl_ext::nodes::StreamHealth;
 
 constexpr double seconds_between_noise_updates = 0.2;
@@ -62,12 +66,11 @@ struct Stream {
   ros::Subscriber frames;
 
   // Written when frames arrive, read by timers.
-  std::atomic<std::uint64_t> last_arrival{0}; ///< ns of the wall clock; 0: none arrived
-  std::atomic<std::uint64_t> left_out{0};     ///< frames of another frame id or format
+  std::atomic<pcl_ext::nodes::Time> last_arrival{pcl_ext::nodes::Time(0)}; ///< 0: never
+  std::atomic<std::uint64_t> left_out{0}; ///< frames of another frame id or format
 
   // As of the last report.
-  StreamHealth reported;
-  std::uint64_t reported_left_out = 0;
+  ReceiverHealth reported;
 };
 
 } // namespace
@@ -203,7 +206,7 @@ private:
   void
   receive(Stream& stream, const CompressedPointCloud2& message)
   {
-    stream.last_arrival = ros::WallTime::now().toNSec();
+    stream.last_arrival = pcl_ext::nodes::steadyTime();
     if (withoutLeadingSlash(message.header.frame_id) != parameters_.global_frame) {
       ++stream.left_out;
       ROS_WARN_THROTTLE(seconds_between_warnings,
@@ -213,7 +216,7 @@ private:
                         parameters_.global_frame.c_str());
       return;
     }
-    if (!hasKnownFormat(message)) {
+    if (!pcl_ext::nodes::isMessageFormat(message.format)) {
       ++stream.left_out;
       ROS_WARN_THROTTLE(seconds_between_warnings,
                         "A frame of %s is dropped: unknown format '%s'",
@@ -321,79 +324,40 @@ private:
   {
     diagnostic_msgs::DiagnosticArray message;
     message.header.stamp = ros::Time::now();
-    HealthReport all("all streams");
+    HealthReport all;
     double frames_per_second = 0.0;
     double bytes_per_second = 0.0;
     std::size_t in_sync = 0;
     for (const StreamHealth& health : central_node_->health()) {
       Stream& stream = *streams_by_topic_.at(health.name);
-      const HealthReport report = describeHealth(stream, health);
-      stream.reported = health;
+      const ReceiverHealth now = healthOf(stream, health);
+      const HealthReport report = pcl_ext::nodes::describeHealth(
+          now, std::exchange(stream.reported, now), pcl_ext::nodes::steadyTime());
       frames_per_second += health.rates.frames_per_second;
       bytes_per_second += health.rates.bytes_per_second;
       in_sync += health.in_sync ? 1 : 0;
-      if (report.status().level != DiagnosticStatus::OK)
-        all.raise(DiagnosticStatus::WARN, "Not all streams are OK");
-      message.status.push_back(report.status());
+      if (report.level() != HealthLevel::Ok)
+        all.raise(HealthLevel::Warning, "Not all streams are OK");
+      message.status.push_back(toMessage(stream.topic, report));
     }
     all.add("streams", streams_.size());
     all.add("streams in sync", in_sync);
     all.add("frames per second", frames_per_second);
     all.add("bytes per second", bytes_per_second);
     all.add("map nodes", map_nodes_.load());
-    message.status.push_back(all.status());
+    message.status.push_back(toMessage("all streams", all));
     diagnostics_.publish(message);
   }
 
-  static HealthReport
-  describeHealth(Stream& stream, const StreamHealth& now)
+  static ReceiverHealth
+  healthOf(const Stream& stream, const StreamHealth& health)
   {
-    HealthReport report(stream.topic);
-    const StreamHealth& before = stream.reported;
-    const std::uint64_t left_out = stream.left_out;
-    report.checkArrival("frames", ros::WallTime().fromNSec(stream.last_arrival));
-    if (left_out > std::exchange(stream.reported_left_out, left_out))
-      report.raise(DiagnosticStatus::ERROR, "Frames are of another frame id or format");
-    if (now.frames_failed > before.frames_failed)
-      report.raise(DiagnosticStatus::WARN,
-                   "Frames fail: " + now.last_failure.message());
-    if (now.frames_refused > before.frames_refused)
-      report.raise(DiagnosticStatus::WARN,
-                   "Frames arrive faster than they are decoded");
-    if (now.frames_lost > before.frames_lost)
-      report.raise(DiagnosticStatus::WARN, "Frames are lost");
-    if (!now.outlier_removal.ok())
-      report.raise(DiagnosticStatus::WARN,
-                   "Outliers: " + now.outlier_removal.message());
-    if (now.voxels > 0 && now.kept_voxels == 0)
-      report.raise(DiagnosticStatus::WARN, "All voxels are removed as noise");
-    if (now.voxels_outside_grid > 0)
-      report.raise(DiagnosticStatus::WARN,
-                   "Voxels are too far from those of other streams to be merged");
-
-    report.addRates(now.rates);
-    constexpr double bytes_per_point = 16.0; // of the published clouds
-    const double voxels = static_cast<double>(now.voxels * now.frames_received);
-    report.add("compression ratio",
-               now.bytes == 0
-                   ? 0.0
-                   : bytes_per_point * voxels / static_cast<double>(now.bytes));
-    report.add("frames received", now.frames_received);
-    report.add("frames decoded", now.frames_decoded);
-    report.add("frames failed", now.frames_failed);
-    report.add("frames dropped", now.frames_dropped);
-    report.add("frames refused", now.frames_refused);
-    report.add("frames lost", now.frames_lost);
-    report.add("frames of other frame id or format", left_out);
-    report.add("I-frame requests", now.i_frame_requests);
-    report.add("voxels", now.voxels);
-    report.add("kept voxels", now.kept_voxels);
-    report.add("outliers removed", now.outliers_removed);
-    report.add("outlier removal", now.outlier_removal.message());
-    report.add("voxels outside merged grid", now.voxels_outside_grid);
-    report.add("min_intensity", stream.noise.minIntensity());
-    report.add("in sync", now.in_sync ? "yes" : "no");
-    return report;
+    const pcl_ext::nodes::Time last_arrival = stream.last_arrival;
+    return {health,
+            stream.left_out,
+            stream.noise.minIntensity(),
+            last_arrival == pcl_ext::nodes::Time(0) ? std::nullopt
+                                                    : std::optional(last_arrival)};
   }
 
   ros::NodeHandle node_;

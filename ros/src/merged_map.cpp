@@ -2,7 +2,7 @@
 
 #include <pcl_ext/nodes/octomap_insertion.h>
 
-#include "health_report.h"
+#include "health_messages.h"
 #include "message_conversions.h"
 
 #include <ros/console.h>

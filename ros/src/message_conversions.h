@@ -1,7 +1,7 @@
 #pragma once
 
-#include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -10,9 +10,7 @@
 #include <std_msgs/Header.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
-#include <vector>
 
 namespace pcl_ext_ros {
 
@@ -31,30 +29,21 @@ rosTimeNow();
 std::string
 withoutLeadingSlash(const std::string& frame_id);
 
-/** \brief A coded frame as a message.
+/** \brief Describes a coded frame in its message.
  * \param[in] header stamp of the cloud and global frame
- * \param[in] format of the stream
+ * \param[in] settings of the stream
  * \param[in] voxels number of voxels in the frame
  * \param[in] has_colours whether they have colours
- * \param[in] bytes of the frame
+ * \param[out] message all but its bytes
  */
-CompressedPointCloud2
-toMessage(const std_msgs::Header& header,
-          pcl_ext::io::StreamFormat format,
-          std::size_t voxels,
-          bool has_colours,
-          std::vector<std::uint8_t> bytes);
+void
+describeFrame(const std_msgs::Header& header,
+              const pcl_ext::nodes::SensorNodeSettings& settings,
+              std::size_t voxels,
+              bool has_colours,
+              CompressedPointCloud2& message);
 
-/** \brief True if the format of a message is one of this library. */
-bool
-hasKnownFormat(const CompressedPointCloud2& message);
-
-/** \brief A cloud of the voxel centres: x, y, z in metres, intensity, and where the
- * frame has colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte
- * 0.
- * \param[in] header of the cloud
- * \param[in] frame for which isConsistent() is true
- */
+/** \brief A cloud of the voxel centres, see pcl_ext::nodes::describeVoxels. */
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame);
 

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/cloud_sender.h>
 #include <pcl_ext/nodes/node_parameters.h>
-#include <pcl_ext/nodes/sensor_node.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,12 +27,11 @@ struct CompressorParameters {
 CompressorParameters
 readCompressorParameters();
 
-/** \brief The settings of the compressor's SensorNode.
- * \param[in] has_intensities whether the clouds have the field `intensity_field`
- * \throws WrongParameter
+/** \brief A sender with these parameters.
+ * \throws WrongParameter if they contradict each other
  */
-pcl_ext::nodes::SensorNodeSettings
-sensorNodeSettings(const CompressorParameters& parameters, bool has_intensities);
+std::unique_ptr<pcl_ext::nodes::CloudSender>
+senderOf(const CompressorParameters& parameters);
 
 /** \brief One entry of ~streams. */
 struct StreamParameters {

@@ -30,18 +30,23 @@ void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
 {
   const bool has_colours = frame.colour_bits > 0;
+  const std::size_t point_step = (has_colours ? 5 : 4) * sizeof(float);
   std::size_t voxel = 0;
   io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+    const std::uint8_t* const first = data;
     const std::array<float, 4> point{x, y, z, intensity};
     std::memcpy(data, point.data(), sizeof(point));
-    data += sizeof(point);
-    if (!has_colours)
-      return;
-    const io::VoxelColour colour = frame.fullColour(voxel++);
-    const std::uint32_t packed =
-        std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
-    std::memcpy(data, &packed, sizeof(packed));
-    data += sizeof(packed);
+    if (has_colours) {
+      const io::VoxelColour colour = frame.fullColour(voxel);
+      const std::uint32_t packed =
+          std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
+      std::memcpy(data + sizeof(point), &packed, sizeof(packed));
+    }
+    data += point_step;
+    for (std::uint32_t i = 1; frame.has_point_counts && i < frame.point_counts[voxel];
+         ++i, data += point_step)
+      std::memcpy(data, first, point_step);
+    ++voxel;
   });
 }
 

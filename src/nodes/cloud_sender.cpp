@@ -1,8 +1,7 @@
 #include <pcl_ext/nodes/cloud_sender.h>
-#include <pcl_ext/nodes/i_frame_requests.h>
 
 #include "bytes/exceptions.h"
-#include "nodes/latency.h"
+#include "nodes/i_frame_requests.h"
 
 #include <algorithm>
 #include <mutex>

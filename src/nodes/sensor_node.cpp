@@ -31,7 +31,7 @@ public:
   virtual io::PointBatches&
   batches() = 0;
 
-  virtual const PreprocessingStatistics&
+  virtual PreprocessingStatistics
   statistics() const = 0;
 };
 
@@ -57,7 +57,7 @@ public:
     return batches_;
   }
 
-  const PreprocessingStatistics&
+  PreprocessingStatistics
   statistics() const override
   {
     return batches_.getStatistics();

@@ -13,21 +13,6 @@ namespace {
 /** \brief With fewer, starting a thread and uniting the voxels costs more than it saves. */
 constexpr std::size_t least_points_per_part = std::size_t{1} << 15;
 
-PointView
-slice(const PointView& points, std::size_t begin, std::size_t end)
-{
-  PointView view = points;
-  view.coordinates += begin * points.coordinate_stride;
-  if (points.intensities != nullptr)
-    view.intensities += begin * points.intensity_stride;
-  if (points.colours != nullptr)
-    view.colours = static_cast<const unsigned char*>(points.colours) +
-                   begin * points.colour_stride;
-  view.count = end - begin;
-  view.count_behind_sensor = begin == 0 ? points.count_behind_sensor : 0;
-  return view;
-}
-
 void
 add(VoxelizationStatistics& sum, const VoxelizationStatistics& part)
 {
@@ -86,20 +71,18 @@ ParallelCollector::collect(PointBatches& points,
                            std::vector<std::uint64_t>& keys,
                            VoxelSums& sums)
 {
-  const std::size_t parts = partsFor(points);
-  if (parts == 1)
+  const std::vector<PointBatches*> batches = split(points);
+  const std::size_t parts = batches.size();
+  if (parts < 2)
     return collectByOne(points, finder, fields, is_sparse, keys, sums);
 
   if (parts_.size() < parts)
     parts_.resize(parts);
-  const PointView& cloud = *points.wholeCloud();
   CollectedFields part_fields = fields;
   part_fields.exactness = fields.intensities;
   runAtOnce(parts, [&](std::size_t i) {
     Part& part = parts_[i];
-    SingleBatch batch(
-        slice(cloud, i * cloud.count / parts, (i + 1) * cloud.count / parts));
-    part.result = part.collector.collect(batch, finder, part_fields, is_sparse);
+    part.result = part.collector.collect(*batches[i], finder, part_fields, is_sparse);
     if (part.result == CollectionResult::AllPoints)
       part.collector.writeVoxels(part.keys, part.sums);
   });
@@ -139,12 +122,14 @@ ParallelCollector::collectByOne(PointBatches& points,
   return result;
 }
 
-std::size_t
-ParallelCollector::partsFor(const PointBatches& points) const
+std::vector<PointBatches*>
+ParallelCollector::split(PointBatches& points) const
 {
-  if (are_sums_rounded_ || points.wholeCloud() == nullptr)
-    return 1;
-  return std::clamp<std::size_t>(points.size() / least_points_per_part, 1, threads_);
+  const std::size_t parts =
+      std::min<std::size_t>(points.size() / least_points_per_part, threads_);
+  if (are_sums_rounded_ || parts < 2)
+    return {};
+  return points.split(parts);
 }
 
 void

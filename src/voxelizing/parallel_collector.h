@@ -5,7 +5,6 @@
 
 #include "voxelizing/common_step.h"
 #include "voxelizing/place_finder.h"
-#include "voxelizing/point_batches.h"
 #include "voxelizing/voxel_collector.h"
 #include "voxelizing/voxel_sums.h"
 
@@ -16,8 +15,8 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief Collects the points of a cloud into voxels, in several threads if the cloud is in
- * memory and large enough: each thread collects consecutive points, and the voxels of all are
+/** \brief Collects the points of a cloud into voxels, in several threads if the cloud
+ * is large enough and can be split: each thread collects consecutive points, and the voxels of all are
  * united.
  *
  * The result does not depend on the number of threads: sums of intensities that would, as
@@ -103,8 +102,8 @@ private:
                std::vector<std::uint64_t>& keys,
                VoxelSums& sums);
 
-  std::size_t
-  partsFor(const PointBatches& points) const;
+  std::vector<PointBatches*>
+  split(PointBatches& points) const;
 
   void
   uniteVoxels(const SummedFields& fields,

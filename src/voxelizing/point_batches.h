@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -50,15 +51,39 @@ public:
     return true;
   }
 
-  const PointView*
-  wholeCloud() const override
+  std::vector<PointBatches*>
+  split(std::size_t parts) override
   {
-    return &points_;
+    parts_.clear();
+    parts_.reserve(parts);
+    std::vector<PointBatches*> pointers;
+    for (std::size_t i = 0; i < parts; ++i) {
+      parts_.emplace_back(
+          slice(i * points_.count / parts, (i + 1) * points_.count / parts));
+      pointers.push_back(&parts_.back());
+    }
+    return pointers;
   }
 
 private:
+  PointView
+  slice(std::size_t begin, std::size_t end) const
+  {
+    PointView view = points_;
+    view.coordinates += begin * points_.coordinate_stride;
+    if (points_.intensities != nullptr)
+      view.intensities += begin * points_.intensity_stride;
+    if (points_.colours != nullptr)
+      view.colours = static_cast<const unsigned char*>(points_.colours) +
+                     begin * points_.colour_stride;
+    view.count = end - begin;
+    view.count_behind_sensor = begin == 0 ? points_.count_behind_sensor : 0;
+    return view;
+  }
+
   PointView points_;
   bool is_read_ = false;
+  std::vector<SingleBatch> parts_;
 };
 
 /** \brief True if x, y and z are finite. */

@@ -259,10 +259,10 @@ private:
 
 PointBatches::~PointBatches() = default;
 
-const PointView*
-PointBatches::wholeCloud() const
+std::vector<PointBatches*>
+PointBatches::split(std::size_t /*parts*/)
 {
-  return nullptr;
+  return {};
 }
 
 Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)

@@ -102,6 +102,32 @@ TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)
   }
 }
 
+TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
+{
+  VoxelFrame frame;
+  frame.grid.resolution = 1.0;
+  frame.grid.depth = 1;
+  frame.keys = {0, 1, 2};
+  frame.intensities = {5, 6, 7};
+  frame.has_point_counts = true;
+  frame.point_counts = {1, 3, 2};
+  frame.colour_bits = 8;
+  frame.colours = {{1, 1, 1}, {2, 2, 2}, {3, 3, 3}};
+  Message message;
+  writeVoxels(frame, message);
+  EXPECT_EQ(message.width, 6u);
+  ASSERT_EQ(message.data.size(), 120u);
+  std::string intensities;
+  std::string blue;
+  for (std::size_t i = 0; i < 6; ++i) {
+    intensities +=
+        std::to_string(static_cast<int>(valueAt<float>(message.data, 20 * i + 12)));
+    blue += std::to_string(valueAt<std::uint32_t>(message.data, 20 * i + 16) & 0xff);
+  }
+  EXPECT_EQ(intensities, "566677");
+  EXPECT_EQ(blue, "122233");
+}
+
 TEST(CloudMessages, CloudsAreCopiedOrMoved)
 {
   Message message;

@@ -75,6 +75,7 @@ TEST(NodeParameters, ValuesHaveATextOfOneLine)
   EXPECT_EQ(textOf(false), "false");
   EXPECT_EQ(textOf(-4), "-4");
   EXPECT_EQ(textOf(0.04), "0.04");
+  EXPECT_EQ(textOf(640.0), "640");
   EXPECT_EQ(textOf(1e-6), "1e-06");
   EXPECT_EQ(textOf(1e7), "1e+07");
   EXPECT_EQ(textOf(179.90000001), "179.90000001");
@@ -218,6 +219,20 @@ TEST(NodeParameters, ListsOfOtherLengthsOrNumbersAreRefused)
             "crop_box is [0, 0, 0, 1, 1, inf]" + allowed);
   EXPECT_EQ(refusal("crop_box", List{not_a_number, 0, 0, 1, 1, 1}),
             "crop_box is [nan, 0, 0, 1, 1, 1]" + allowed);
+}
+
+TEST(NodeParameters, NumbersAreFiniteUnlessTheirRangeSaysOtherwise)
+{
+  ParameterDescription parameter;
+  parameter.name = "gain";
+  parameter.default_value = 0.0;
+  EXPECT_EQ(allowedValues(parameter), "a finite number");
+  EXPECT_FALSE(convertedValue(parameter, -infinite));
+  parameter.lowest = -infinite;
+  parameter.highest = 10;
+  EXPECT_EQ(allowedValues(parameter), "a number from -inf to 10");
+  EXPECT_TRUE(convertedValue(parameter, -infinite));
+  EXPECT_FALSE(convertedValue(parameter, not_a_number));
 }
 
 TEST(NodeParameters, ListsMayHaveARangeAndAnyLength)

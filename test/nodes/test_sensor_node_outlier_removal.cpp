@@ -26,7 +26,7 @@ using nodes::test::expectCode;
 using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
 nodes::SensorNodeSettings
-settingsOf(IntensityLaw law)
+outlierSettingsOf(IntensityLaw law)
 {
   nodes::SensorNodeSettings settings;
   settings.compression.resolution = 0.08;
@@ -60,7 +60,7 @@ private:
 TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 {
   for (const auto law : {IntensityLaw::Count, IntensityLaw::Quadratic}) {
-    nodes::SensorNodeSettings settings = settingsOf(law);
+    nodes::SensorNodeSettings settings = outlierSettingsOf(law);
     EXPECT_FALSE(settings.outlier_removal);
     nodes::SensorNode plain(settings);
     settings.outlier_removal.emplace();
@@ -91,7 +91,7 @@ TEST(SensorNodeOutlierRemoval, SendsWhatTheFilterKeeps)
 
 TEST(SensorNodeOutlierRemoval, TheQuadraticLawIsMeasuredInFacesInAnyLayout)
 {
-  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Quadratic);
   settings.compression.format = io::StreamFormat::Published;
   const auto removedBy = [&](DensityUnit unit) {
     settings.outlier_removal.emplace().unit = unit;
@@ -115,7 +115,7 @@ expectInvalidSettings(const nodes::SensorNodeSettings& settings,
 
 TEST(SensorNodeOutlierRemoval, UnsupportedResolutionsAreRefused)
 {
-  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
   settings.outlier_removal.emplace();
   for (const double resolution : {0.01, 0.02, 0.2}) {
     settings.compression.resolution = resolution;
@@ -138,7 +138,7 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
        "outlier_removal.unit is Faces or Points and law is None, which has no "
        "intensities; choose Automatic or Voxels"}};
   for (const auto& [law, message] : cases) {
-    nodes::SensorNodeSettings settings = settingsOf(law);
+    nodes::SensorNodeSettings settings = outlierSettingsOf(law);
     settings.outlier_removal.emplace();
     for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Voxels}) {
       settings.outlier_removal->unit = unit;
@@ -153,7 +153,7 @@ TEST(SensorNodeOutlierRemoval, NativeIntensitiesAreNotDensities)
 
 TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
 {
-  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
   for (const auto law :
        {IntensityLaw::Count, IntensityLaw::Quadratic, IntensityLaw::Linear}) {
     settings.law = law;
@@ -184,7 +184,7 @@ TEST(SensorNodeOutlierRemoval, TheReceiverKeepsTheLastDepthModel)
 {
   // Without a crop box each I-frame has the grid of its points, and one of few points no
   // depth model, as it would cost more than it saves.
-  nodes::SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Quadratic);
   settings.compression.resolution = 0.04;
   settings.compression.i_frame_rate = 3;
   settings.crop_box.reset();

@@ -5,6 +5,7 @@
 
 #include "support/voxel_frames.h"
 #include "voxelizing/parallel_collector.h"
+#include "voxelizing/point_batches.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 namespace pcl_ext {
 namespace io {
@@ -56,10 +57,14 @@ public:
   virtual bool
   next(PointView& points) = 0;
 
-  /** \brief The cloud, if it is in memory; else, as without an override, null. Only such
-   * clouds are voxelized by several threads. */
-  virtual const PointView*
-  wholeCloud() const;
+  /** \brief Splits the cloud for several threads.
+   * \param[in] parts how many, at least 1
+   * \return that many batches, which may be read at the same time and together have the
+   * points in their order; valid until the next call of a member. Empty, as without an
+   * override: the cloud is not split.
+   */
+  virtual std::vector<PointBatches*>
+  split(std::size_t parts);
 };
 
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean

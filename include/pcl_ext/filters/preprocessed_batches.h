@@ -11,6 +11,8 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
+#include <vector>
 
 namespace pcl_ext {
 
@@ -44,17 +46,14 @@ public:
   PreprocessingStatus
   open(const pcl::PCLPointCloud2& cloud);
 
-  /** \brief Counts of the points that were read since the last restart(). */
-  const PreprocessingStatistics&
-  getStatistics() const
-  {
-    return preprocessor_.getStatistics();
-  }
+  /** \brief Counts of the points that were read since the last restart() or split(). */
+  PreprocessingStatistics
+  getStatistics() const;
 
   std::size_t
   size() const override
   {
-    return cloud_ == nullptr ? 0 : std::size_t{cloud_->width} * cloud_->height;
+    return end_ - begin_;
   }
 
   /** \brief False for a model that gives each point 1, and for one without intensities. */
@@ -76,6 +75,9 @@ public:
   bool
   next(io::PointView& points) override;
 
+  std::vector<io::PointBatches*>
+  split(std::size_t parts) override;
+
 private:
   static constexpr std::size_t chunk = detail::MovedPoints::capacity;
 
@@ -85,9 +87,13 @@ private:
   Preprocessor preprocessor_;
   const pcl::PCLPointCloud2* cloud_ = nullptr;
   PointLayout layout_;
-  std::size_t row_ = 0; // of the next point
-  std::size_t column_ = 0;
+  std::size_t begin_ = 0; // first point of the cloud
+  std::size_t end_ = 0;
+  std::size_t next_ = 0;
   std::array<OutputPointT, 2 * chunk> points_;
+
+  std::vector<std::unique_ptr<PreprocessedBatches>> parts_; // keep their memory
+  std::size_t part_count_ = 0; // since split(); 0: the instance itself is read
 };
 
 } // namespace pcl_ext

@@ -27,26 +27,27 @@ PCL_EXT_EXPORT bool
 isMessageFormat(const std::string& format);
 
 /** \brief The points of a frame as the data of a PointCloud2 with the layout that
- * describeVoxels() writes.
+ * describeVoxels() writes: one for each voxel, or as many as it has where the frame has
+ * numbers of points.
  * \param[in] frame for which isConsistent() is true
- * \param[out] data frame.size() * point_step bytes
+ * \param[out] data frame.pointCount() * point_step bytes
  */
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
-/** \brief Describes a cloud of voxel centres: x, y, z in metres and intensity, FLOAT32, and
+/** \brief Describes a cloud of points at voxel centres: x, y, z in metres and intensity, FLOAT32, and
  * where there are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte
  * 0. The header is unchanged.
  * \tparam MessageT PointCloud2 or CompressedPointCloud2
  */
 template <typename MessageT>
 void
-describeVoxels(std::size_t voxels, bool has_colours, MessageT& message)
+describeVoxels(std::size_t points, bool has_colours, MessageT& message)
 {
   constexpr const char* names[] = {"x", "y", "z", "intensity", "rgb"};
   constexpr std::uint8_t float32 = 7;
   message.height = 1;
-  message.width = static_cast<std::uint32_t>(voxels);
+  message.width = static_cast<std::uint32_t>(points);
   message.fields.resize(has_colours ? 5 : 4);
   for (std::size_t i = 0; i < message.fields.size(); ++i) {
     message.fields[i].name = names[i];
@@ -69,7 +70,7 @@ template <typename PointCloud2T>
 void
 writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
 {
-  describeVoxels(frame.size(), frame.colour_bits > 0, message);
+  describeVoxels(frame.pointCount(), frame.colour_bits > 0, message);
   message.data.resize(std::size_t{message.row_step});
   writeVoxelPoints(frame, message.data.data());
 }

@@ -34,6 +34,7 @@ HealthPublisher::HealthPublisher(rclcpp::Node& node,
   const auto publisher =
       node.create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10);
   const std::string name = std::string(node.get_fully_qualified_name()).substr(1);
+  // Another thread may call it while the instance and the node end.
   timer_ = node.create_wall_timer(
       std::chrono::seconds(1),
       [publisher, name, clock = node.get_clock(), describe = std::move(describe)] {

@@ -52,8 +52,9 @@ rcl_interfaces::msg::ParameterDescriptor
 descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
 {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
-  descriptor.description = parameter.description +
-                           (parameter.unit.empty() ? "" : ". Unit: " + parameter.unit);
+  descriptor.description =
+      parameter.description +
+      (parameter.unit.empty() ? "" : " Unit: " + parameter.unit + ".");
   descriptor.additional_constraints = allowedValues(parameter);
   descriptor.dynamic_typing = true;
   descriptor.read_only = kind == NodeParameters::Kind::ReadOnly;
@@ -79,15 +80,65 @@ descriptorOf(const ParameterDescription& parameter, NodeParameters::Kind kind)
   return descriptor;
 }
 
+/** \brief Why the value that a node was started with is refused: rclcpp's own check of ranges
+ * tells neither the value nor the range. */
+std::string
+reasonOf(const std::exception& refusal,
+         rclcpp::Node& node,
+         const std::string& name,
+         const ParameterDescription& parameter)
+{
+  const auto& given = node.get_node_parameters_interface()->get_parameter_overrides();
+  const auto found = given.find(name);
+  const auto value = found == given.end()
+                         ? std::nullopt
+                         : toValue(rclcpp::Parameter(name, found->second));
+  if (!value || convertedValue(parameter, *value))
+    return refusal.what();
+  return name.substr(0, name.size() - parameter.name.size()) +
+         refusalOf(parameter, *value);
+}
+
+/** \brief Declares a parameter, or else describes one that the node has declared from its
+ * overrides. One that the user has described is left as it is, and so is that of another
+ * instance. */
+void
+declare(rclcpp::Node& node,
+        const std::string& name,
+        const rclcpp::ParameterValue& default_value,
+        const ParameterDescription& parameter,
+        NodeParameters::Kind kind)
+{
+  const auto descriptor = descriptorOf(parameter, kind);
+  rclcpp::ParameterValue value = default_value;
+  const bool is_declared = node.has_parameter(name);
+  if (is_declared) {
+    const auto present = node.describe_parameter(name);
+    if (!present.description.empty() || !present.dynamic_typing || present.read_only)
+      return;
+    value = node.get_parameter(name).get_parameter_value();
+    node.undeclare_parameter(name);
+  }
+  try {
+    node.declare_parameter(name, value, descriptor, is_declared);
+  }
+  catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
+    RCLCPP_ERROR(node.get_logger(),
+                 "%s. The default holds",
+                 reasonOf(refusal, node, name, parameter).c_str());
+    node.declare_parameter(name, default_value, descriptor, true);
+  }
+}
+
 } // namespace
 
 struct NodeParameters::State {
   std::string prefix;
   Descriptions descriptions;
+  Kind kind = Kind::Changeable;
+  mutable std::mutex mutex; // guards what follows
   Check check;
   Listener listener;
-  Kind kind = Kind::Changeable;
-  mutable std::mutex mutex; // guards `values`
   ParameterValues values;
 
   const ParameterDescription*
@@ -165,39 +216,11 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
     std::string fault;
     auto values = state->changed(parameters, fault);
     if (!values || !fault.empty())
-      return;
+      return fault;
     const std::lock_guard<std::mutex> lock(state->mutex);
     state->values = std::move(*values);
+    return fault;
   };
-  for (const ParameterDescription& parameter : descriptions) {
-    const std::string name = state_->prefix + parameter.name;
-    const auto descriptor = descriptorOf(parameter, kind);
-    const rclcpp::ParameterValue default_value = kind == Kind::Optional
-                                                     ? rclcpp::ParameterValue()
-                                                     : toRos(parameter.default_value);
-    // Two instances may have the same parameters, as those of publishers of one topic.
-    if (!node.has_parameter(name)) {
-      try {
-        node.declare_parameter(name, default_value, descriptor);
-      }
-      catch (const rclcpp::exceptions::InvalidParameterValueException& refusal) {
-        // rclcpp's own check of ranges tells neither the value nor the range.
-        std::string reason;
-        const auto& given =
-            node.get_node_parameters_interface()->get_parameter_overrides();
-        if (const auto value = given.find(name); value != given.end())
-          state_->changed({rclcpp::Parameter(name, value->second)}, reason);
-        RCLCPP_ERROR(node.get_logger(),
-                     "%s. The default holds",
-                     reason.empty() ? refusal.what() : reason.c_str());
-        node.declare_parameter(name, default_value, descriptor, true);
-      }
-    }
-    take({node.get_parameter(name)});
-  }
-  // Not before, as parameters that are declared one by one may contradict defaults.
-  state_->check = std::move(check);
-  state_->listener = std::move(listener);
   post_set_ = node.add_post_set_parameters_callback(
       [state = state_, take](const std::vector<rclcpp::Parameter>& parameters) {
         const ParameterValues before = [&] {
@@ -209,6 +232,20 @@ NodeParameters::NodeParameters(rclcpp::Node& node,
         if (state->values != before && state->listener)
           state->listener(state->values);
       });
+  for (const ParameterDescription& parameter : descriptions) {
+    const std::string name = state_->prefix + parameter.name;
+    // Two instances may have the same parameters, as those of publishers of one topic.
+    const rclcpp::ParameterValue default_value = kind == Kind::Optional
+                                                     ? rclcpp::ParameterValue()
+                                                     : toRos(parameter.default_value);
+    declare(node, name, default_value, parameter, kind);
+    if (const std::string fault = take({node.get_parameter(name)}); !fault.empty())
+      RCLCPP_ERROR(node.get_logger(), "%s. The default holds", fault.c_str());
+  }
+  // Not before, as parameters that are declared one by one may contradict defaults.
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->check = std::move(check);
+  state_->listener = std::move(listener);
 }
 
 ParameterValues

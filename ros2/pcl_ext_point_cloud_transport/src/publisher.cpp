@@ -10,6 +10,7 @@
 
 #include <std_msgs/msg/empty.hpp>
 
+#include <atomic>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -61,9 +62,17 @@ public:
     node_.reset();
   }
 
+  /** \brief Some subscribers have left. Where others took their places, they are as many as
+   * before but need an I-frame. */
+  void
+  setDeparted(std::size_t subscribers)
+  {
+    departed_ = subscribers;
+  }
+
   /** \brief Encodes a cloud, or says why not. */
   Publisher::TypedEncodeResult
-  encode(const sensor_msgs::msg::PointCloud2& raw, std::size_t receivers)
+  encode(const sensor_msgs::msg::PointCloud2& raw, std::size_t subscribers)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!fault_.empty())
@@ -74,7 +83,7 @@ public:
     const auto status =
         sender_.encode(cloud_,
                        pcl_ext::WorldPose(pcl_ext::WorldPose::Identity()),
-                       receivers,
+                       subscribers + departed_,
                        message.compressed_data);
     if (!status.hasFrame())
       return tl::make_unexpected(status.message());
@@ -135,6 +144,7 @@ private:
   rclcpp::Subscription<std_msgs::msg::Empty>::SharedPtr requests_;
   std::optional<HealthPublisher> health_;
   SenderHealth reported_; // by the timer of health_
+  std::atomic<std::size_t> departed_{0};
 
   std::mutex mutex_;          // guards what follows
   std::string fault_;         // of the parameters at the start
@@ -142,7 +152,8 @@ private:
 };
 
 Publisher::Publisher() : stream_(std::make_shared<Stream>()) {}
-Publisher::~Publisher() = default;
+
+Publisher::~Publisher() { stream_->disconnect(); }
 
 std::string
 Publisher::getTransportName() const
@@ -166,7 +177,22 @@ Publisher::advertiseImpl(std::shared_ptr<rclcpp::Node> node,
                          rmw_qos_profile_t custom_qos,
                          const rclcpp::PublisherOptions& options)
 {
-  SimplePublisherPlugin::advertiseImpl(node, base_topic, custom_qos, options);
+  rclcpp::PublisherOptions with_event = options;
+  with_event.event_callbacks.matched_callback =
+      [stream = std::weak_ptr<Stream>(stream_),
+       user_callback =
+           options.event_callbacks.matched_callback](rclcpp::MatchedInfo& info) {
+        if (const auto alive = stream.lock())
+          alive->setDeparted(info.total_count - info.current_count);
+        if (user_callback)
+          user_callback(info);
+      };
+  try {
+    SimplePublisherPlugin::advertiseImpl(node, base_topic, custom_qos, with_event);
+  }
+  catch (const rclcpp::UnsupportedEventTypeException&) {
+    SimplePublisherPlugin::advertiseImpl(node, base_topic, custom_qos, options);
+  }
   stream_->connect(node, getTopic());
 }
 

@@ -36,6 +36,7 @@ public:
   struct Stream {
     PublisherId publisher;
     std::shared_ptr<Receiver> receiver;
+    std::uint64_t last_frame = 0;            ///< number among those of all streams
     pcl_ext::nodes::ReceiverHealth reported; ///< as of the last report
   };
 
@@ -49,15 +50,15 @@ public:
         std::find_if(streams_.begin(), streams_.end(), [&](const Stream& stream) {
           return stream.publisher == publisher;
         });
+    ++frames_;
     if (known != streams_.end()) {
-      std::rotate(known, known + 1, streams_.end());
-      return streams_.back().receiver;
+      known->last_frame = frames_;
+      return known->receiver;
     }
-    if (streams_.size() == most_streams)
-      streams_.erase(streams_.begin());
+    forgetAllBut(most_streams - 1);
     auto receiver = std::make_shared<Receiver>();
     receiver->setNoise(noise_);
-    streams_.push_back({publisher, receiver, {}});
+    streams_.push_back({publisher, receiver, frames_, {}});
     return receiver;
   }
 
@@ -71,11 +72,15 @@ public:
       stream.receiver->setNoise(noise);
   }
 
-  /** \brief Describes the streams, or that there is none. */
+  /** \brief Describes the streams in the order of their first frames, or that there is none.
+   * \param[in] publishers how many there are now: streams of others are forgotten, but for
+   * the last one
+   */
   std::vector<pcl_ext::nodes::HealthReport>
-  describeHealth()
+  describeHealth(std::size_t publishers)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    forgetAllBut(std::max<std::size_t>(publishers, 1));
     const pcl_ext::nodes::Time now = pcl_ext::nodes::steadyTime();
     if (streams_.empty())
       return {pcl_ext::nodes::describeHealth(
@@ -92,9 +97,21 @@ public:
 private:
   static constexpr std::size_t most_streams = 16;
 
+  /** \brief Forgets the streams whose last frames are the oldest. */
+  void
+  forgetAllBut(std::size_t count)
+  {
+    while (streams_.size() > count)
+      streams_.erase(std::min_element(
+          streams_.begin(), streams_.end(), [](const Stream& a, const Stream& b) {
+            return a.last_frame < b.last_frame;
+          }));
+  }
+
   std::mutex mutex_;
   pcl_ext::nodes::NoiseSettings noise_;
-  std::vector<Stream> streams_; // the last one has the latest frame
+  std::uint64_t frames_ = 0; // of all streams
+  std::vector<Stream> streams_;
 };
 
 } // namespace pcl_ext_point_cloud_transport

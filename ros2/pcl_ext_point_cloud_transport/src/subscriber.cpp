@@ -21,6 +21,7 @@ using pcl_ext::nodes::ParameterValues;
 /** \brief The streams of a topic and what connects them with a node. */
 class Subscriber::Streams : public std::enable_shared_from_this<Subscriber::Streams> {
 public:
+  /** \brief Begins to receive frames, after all else is set up. */
   void
   connect(const std::shared_ptr<rclcpp::Node>& node,
           const std::string& topic,
@@ -28,20 +29,9 @@ public:
           const rclcpp::QoS& qos,
           const rclcpp::SubscriptionOptions& options)
   {
-    node_ = node;
     const std::weak_ptr<Streams> streams = weak_from_this();
-    subscription_ = node->create_subscription<Message>(
-        topic,
-        qos,
-        [streams, callback](const std::shared_ptr<const Message>& message,
-                            const rclcpp::MessageInfo& info) {
-          if (const auto alive = streams.lock())
-            alive->receive(*message, publisherOf(info), callback);
-        },
-        options);
-    const std::string resolved = subscription_->get_topic_name();
-    requests_ =
-        node->create_publisher<std_msgs::msg::Empty>(requestTopic(resolved), 10);
+    const std::string resolved =
+        node->get_node_topics_interface()->resolve_topic_name(topic);
     parameters_.emplace(*node,
                         parameterPrefix(*node, resolved),
                         pcl_ext::nodes::noiseParameters(),
@@ -52,15 +42,29 @@ public:
                                 pcl_ext::nodes::readNoiseParameters(values));
                         });
     streams_.setNoise(pcl_ext::nodes::readNoiseParameters(parameters_->values()));
-    health_.emplace(*node, [streams, resolved] {
-      std::vector<HealthPublisher::Entry> entries;
-      if (const auto alive = streams.lock())
-        for (auto& report : alive->streams_.describeHealth()) {
-          const std::string number = std::to_string(entries.size() + 1);
-          entries.emplace_back(entries.empty() ? resolved : resolved + " " + number,
-                               std::move(report));
-        }
-      return entries;
+    const auto connection = std::make_shared<const Connection>(Connection{
+        resolved,
+        callback,
+        node->create_publisher<std_msgs::msg::Empty>(requestTopic(resolved), 10),
+        node->get_logger(),
+        node->get_clock()});
+    subscription_ = node->create_subscription<Message>(
+        topic,
+        qos,
+        [streams, connection](const std::shared_ptr<const Message>& message,
+                              const rclcpp::MessageInfo& info) {
+          if (const auto alive = streams.lock())
+            alive->receive(*message, publisherOf(info), *connection);
+        },
+        options);
+    const std::weak_ptr<const rclcpp::SubscriptionBase> subscription = subscription_;
+    health_.emplace(*node, [streams, resolved, subscription] {
+      const auto alive = streams.lock();
+      const auto still_subscribed = subscription.lock();
+      return alive && still_subscribed
+                 ? alive->describeHealth(resolved,
+                                         still_subscribed->get_publisher_count())
+                 : std::vector<HealthPublisher::Entry>();
     });
   }
 
@@ -70,8 +74,6 @@ public:
     health_.reset();
     parameters_.reset();
     subscription_.reset();
-    requests_.reset();
-    node_.reset();
   }
 
   const rclcpp::SubscriptionBase*
@@ -103,31 +105,51 @@ public:
   }
 
 private:
+  /** \brief What a callback needs, which may still run while another thread disconnects. */
+  struct Connection {
+    std::string topic;
+    Callback callback;
+    rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr requests;
+    rclcpp::Logger logger;
+    rclcpp::Clock::SharedPtr clock;
+  };
+
   void
   receive(const Message& message,
           const PublisherId& publisher,
-          const Callback& callback)
+          const Connection& connection)
   {
     bool wants_i_frame = false;
     const DecodeResult result = decode(message, publisher, wants_i_frame);
     if (wants_i_frame)
-      requests_->publish(std_msgs::msg::Empty());
+      connection.requests->publish(std_msgs::msg::Empty());
     if (result)
-      callback(*result.value());
+      connection.callback(*result.value());
     else
-      RCLCPP_WARN_THROTTLE(node_->get_logger(),
-                           *node_->get_clock(),
+      RCLCPP_WARN_THROTTLE(connection.logger,
+                           *connection.clock,
                            milliseconds_between_warnings,
                            "A frame of %s is not decoded: %s",
-                           subscription_->get_topic_name(),
+                           connection.topic.c_str(),
                            result.error().c_str());
   }
 
-  std::shared_ptr<rclcpp::Node> node_;
+  /** \brief One entry for each publisher; those after the first one are numbered. */
+  std::vector<HealthPublisher::Entry>
+  describeHealth(const std::string& topic, std::size_t publishers)
+  {
+    std::vector<HealthPublisher::Entry> entries;
+    for (auto& report : streams_.describeHealth(publishers)) {
+      const std::string number = std::to_string(entries.size() + 1);
+      entries.emplace_back(entries.empty() ? topic : topic + " " + number,
+                           std::move(report));
+    }
+    return entries;
+  }
+
   StreamsOfPublishers streams_;
   std::optional<NodeParameters> parameters_;
   rclcpp::SubscriptionBase::SharedPtr subscription_;
-  rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr requests_;
   std::optional<HealthPublisher> health_;
 };
 

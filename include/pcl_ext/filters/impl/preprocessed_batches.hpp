@@ -13,9 +13,11 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::open(
     const pcl::PCLPointCloud2& cloud)
 {
   cloud_ = nullptr;
+  begin_ = end_ = 0;
   if (PreprocessingStatus status = preprocessor_.start(cloud, layout_); !status.ok())
     return status;
   cloud_ = &cloud;
+  end_ = std::size_t{cloud.width} * cloud.height;
   restart();
   return {};
 }
@@ -24,8 +26,8 @@ template <typename IntensityModelT, typename OutputPointT>
 void
 PreprocessedBatches<IntensityModelT, OutputPointT>::restart()
 {
-  row_ = 0;
-  column_ = 0;
+  next_ = begin_;
+  part_count_ = 0;
   if (cloud_ == nullptr)
     return;
   preprocessor_.startPoints(size(), preprocessor_.statistics_.has_colours);
@@ -38,20 +40,57 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
   const std::size_t behind_sensor = preprocessor_.statistics_.points_behind_sensor;
   std::size_t count = 0;
   // Batches of few points, where most are cropped, would take more time.
-  while (count < chunk && size() > 0 && row_ < cloud_->height) {
-    const std::size_t most = std::min(chunk, cloud_->width - column_);
+  while (count < chunk && next_ < end_) {
+    const std::size_t row = next_ / cloud_->width;
+    const std::size_t column = next_ % cloud_->width;
+    const std::size_t most = std::min({chunk, cloud_->width - column, end_ - next_});
     count +=
-        preprocessor_.readChunk(*cloud_, layout_, row_, column_, most, &points_[count]);
-    column_ += most;
-    if (column_ == cloud_->width) {
-      column_ = 0;
-      ++row_;
-    }
+        preprocessor_.readChunk(*cloud_, layout_, row, column, most, &points_[count]);
+    next_ += most;
   }
   points = viewOf(count);
   points.count_behind_sensor =
       preprocessor_.statistics_.points_behind_sensor - behind_sensor;
   return count > 0;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+std::vector<io::PointBatches*>
+PreprocessedBatches<IntensityModelT, OutputPointT>::split(std::size_t parts)
+{
+  std::vector<io::PointBatches*> batches;
+  while (parts_.size() < parts)
+    parts_.push_back(std::make_unique<PreprocessedBatches>(preprocessor_));
+  for (std::size_t i = 0; i < parts; ++i) {
+    PreprocessedBatches& part = *parts_[i];
+    part.preprocessor_ = preprocessor_;
+    part.cloud_ = cloud_;
+    part.layout_ = layout_;
+    part.begin_ = begin_ + i * size() / parts;
+    part.end_ = begin_ + (i + 1) * size() / parts;
+    part.restart();
+    batches.push_back(&part);
+  }
+  part_count_ = parts;
+  return batches;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+PreprocessingStatistics
+PreprocessedBatches<IntensityModelT, OutputPointT>::getStatistics() const
+{
+  if (part_count_ == 0)
+    return preprocessor_.getStatistics();
+  PreprocessingStatistics sum;
+  for (std::size_t i = 0; i < part_count_; ++i) {
+    const PreprocessingStatistics part = parts_[i]->getStatistics();
+    sum.points += part.points;
+    sum.points_not_finite += part.points_not_finite;
+    sum.points_cropped += part.points_cropped;
+    sum.points_behind_sensor += part.points_behind_sensor;
+    sum.has_colours |= part.has_colours;
+  }
+  return sum;
 }
 
 template <typename IntensityModelT, typename OutputPointT>

@@ -1,0 +1,195 @@
+#include "plugin_test.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace pcl_ext_point_cloud_transport {
+namespace test {
+
+std::string
+spaceOfThisTest()
+{
+  const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
+  std::string name = test->name();
+  for (char& letter : name)
+    if (letter == '/')
+      letter = '_';
+  return "/test_" + std::to_string(::getpid()) + "/" + name;
+}
+
+std::string
+temporaryPath(const std::string& name)
+{
+  static const std::string folder = [] {
+    std::string text = std::filesystem::temp_directory_path() / "plugin_test_XXXXXX";
+    if (::mkdtemp(text.data()) == nullptr)
+      throw std::runtime_error("no temporary folder " + text);
+    static std::string to_remove;
+    to_remove = text;
+    std::atexit([] { std::filesystem::remove_all(to_remove); });
+    return text;
+  }();
+  return folder + "/" + name;
+}
+
+SpunNode::SpunNode(const std::string& name,
+                   const Parameters& overrides,
+                   rclcpp::NodeOptions options)
+: node(std::make_shared<rclcpp::Node>(
+      name, spaceOfThisTest(), options.parameter_overrides(overrides)))
+{
+  executor_.add_node(node);
+  thread_ = std::thread([this] { executor_.spin(); });
+  // An executor that is cancelled before it spins would spin forever.
+  waitFor([this] { return executor_.is_spinning(); });
+}
+
+SpunNode::~SpunNode()
+{
+  executor_.cancel();
+  thread_.join();
+}
+
+rmw_qos_profile_t
+reliable()
+{
+  rmw_qos_profile_t qos = rmw_qos_profile_default;
+  qos.depth = 20000;
+  return qos;
+}
+
+namespace {
+
+/** \brief This plugin alone, and a grid that does not depend on the clouds before. */
+Parameters
+withDefaultsOfTests(const Parameters& overrides)
+{
+  Parameters parameters{
+      {"points.enable_pub_plugins",
+       std::vector<std::string>{"point_cloud_transport/pcl_ext"}},
+      {points("crop_box"),
+       std::vector<double>{
+           -box_edge, -box_edge, -box_edge, box_edge, box_edge, box_edge}}};
+  parameters.insert(parameters.end(), overrides.begin(), overrides.end());
+  return parameters;
+}
+
+} // namespace
+
+Sender::Sender(const Parameters& overrides,
+               const std::string& name,
+               const rmw_qos_profile_t& qos,
+               rclcpp::NodeOptions options)
+: spun(name, withDefaultsOfTests(overrides), options)
+, publisher(
+      point_cloud_transport::PointCloudTransport(spun.node).advertise("points", qos))
+{}
+
+void
+Sender::expectSubscribers(std::size_t count)
+{
+  EXPECT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == count; }))
+      << publisher.getNumSubscribers();
+}
+
+Receiver::Receiver(const Parameters& overrides,
+                   const std::string& name,
+                   const std::string& topic,
+                   const rmw_qos_profile_t& qos,
+                   rclcpp::NodeOptions options)
+: spun(name, overrides, options)
+{
+  const point_cloud_transport::TransportHints hints("pcl_ext");
+  subscriber = point_cloud_transport::PointCloudTransport(spun.node).subscribe(
+      spaceOfThisTest() + "/" + topic,
+      qos,
+      [this](const Cloud::ConstSharedPtr& cloud) { clouds.add(cloud); },
+      {},
+      &hints);
+}
+
+void
+Receiver::expectPublishers(std::size_t count)
+{
+  EXPECT_TRUE(waitFor([&] { return subscriber.getNumPublishers() == count; }))
+      << subscriber.getNumPublishers();
+}
+
+Diagnostics::Diagnostics(rclcpp::Node& observer, const std::string& node_name)
+: prefix_(spaceOfThisTest().substr(1) + "/" + node_name + ": ")
+, listener_(observer, "/diagnostics")
+{}
+
+std::vector<Diagnostics::Status>
+Diagnostics::entries() const
+{
+  std::vector<Status> found;
+  for (const auto& message : listener_.recorder.messages())
+    for (const Status& status : message->status)
+      if (status.name.compare(0, prefix_.size(), prefix_) == 0)
+        found.push_back(status);
+  return found;
+}
+
+bool
+Diagnostics::waitForEntry(const std::function<bool(const Status&)>& condition) const
+{
+  return waitFor([&] {
+    for (const Status& status : entries())
+      if (condition(status))
+        return true;
+    return false;
+  });
+}
+
+double
+valueOf(const Diagnostics::Status& status, const std::string& key)
+{
+  for (const auto& pair : status.values)
+    if (pair.key == key)
+      return std::stod(pair.value);
+  return -1.0;
+}
+
+void
+expectVoxels(Sender& sender,
+             const Receiver& receiver,
+             const Cloud& cloud,
+             const Voxels& expected)
+{
+  sender.publisher.publish(cloud);
+  const auto decoded = receiver.clouds.waitForStamp(cloud.header.stamp);
+  ASSERT_TRUE(decoded) << "no cloud " << cloud.header.stamp.nanosec;
+  EXPECT_EQ(decoded->header, cloud.header);
+  EXPECT_FALSE(expected.empty());
+  EXPECT_TRUE(voxelsIn(*decoded) == expected) << cloud.header.stamp.nanosec;
+}
+
+bool
+isIFrame(const Compressed& frame)
+{
+  pcl_ext::io::VoxelFrame voxels;
+  return pcl_ext::io::FrameDecoder()
+      .decode(frame.compressed_data.data(), frame.compressed_data.size(), voxels)
+      .ok();
+}
+
+} // namespace test
+} // namespace pcl_ext_point_cloud_transport
+
+/** \brief Each process has a domain of its own, as far as there are enough. */
+int
+main(int argc, char** argv)
+{
+  ::testing::InitGoogleTest(&argc, argv);
+  constexpr int domains = 100; // of which the ports are free on all systems
+  const std::string domain = std::to_string(1 + ::getpid() % domains);
+  ::setenv("ROS_DOMAIN_ID", domain.c_str(), 1);
+  ::setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+  rclcpp::init(argc, argv);
+  const int result = RUN_ALL_TESTS();
+  rclcpp::shutdown();
+  return result;
+}
