@@ -1,11 +1,10 @@
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/nodes/merged_map.h>
 
-#include "merged_map.h"
 #include "message_conversions.h"
 #include "node_parameters.h"
 #include "parameter_reader.h"
 
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -75,17 +74,6 @@ readStreams(ParameterReader& reader)
   return streams;
 }
 
-/** \brief True if MergedMap can write its unfinished file. */
-bool
-canWriteBeside(const std::string& path)
-{
-  const std::string unfinished = MergedMap::unfinishedPath(path);
-  if (!std::ofstream(unfinished, std::ios::binary))
-    return false;
-  std::error_code failure;
-  return std::filesystem::remove(unfinished, failure);
-}
-
 MapParameters
 readMap(ParameterReader& reader)
 {
@@ -99,10 +87,7 @@ readMap(ParameterReader& reader)
   if (map.path.empty())
     return map;
   // Checked at the start, as the map may be written hours later.
-  std::error_code failure;
-  const bool exists = std::filesystem::exists(map.path, failure);
-  if ((exists && !std::filesystem::is_regular_file(map.path, failure)) ||
-      !canWriteBeside(map.path))
+  if (!pcl_ext::nodes::MergedMap::faultOf(map.path).empty())
     ParameterReader::refuse(
         "map_path", "'" + map.path + "'", "a file in a folder that can be written to");
   return map;

@@ -5,15 +5,16 @@
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/health_report.h>
+#include <pcl_ext/nodes/merged_map.h>
 
 #include "health_messages.h"
-#include "merged_map.h"
 #include "message_conversions.h"
 #include "node_main.h"
 #include "node_parameters.h"
 #include "parameter_reader.h"
 #include "stream_noise.h"
 #include "stream_view.h"
+#include "transform_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <pcl_ext_ros/CompressedPointCloud2.h>
@@ -39,6 +40,7 @@ namespace {
 
 using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
+using pcl_ext::nodes::MergedMap;
 using pcl_ext::nodes::ReceiverHealth;
 using pcl_ext::nodes::StreamHealth;
 
@@ -91,7 +93,7 @@ public:
       throw WrongParameter("Parameters contradict each other: " +
                            central_node_->settingsStatus().message());
     if (!parameters_.map.path.empty())
-      map_.emplace(parameters_);
+      makeMap();
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
     if (parameters_.merge_rate > 0)
@@ -119,18 +121,30 @@ public:
     if (!map_)
       return 0;
     // Rays would take longer than the time that roslaunch gives a node to stop.
-    updateMap(MergedMap::Rays::No);
+    updateMap(Rays::No);
     // ROS's console is shut down.
-    if (map_->size() == 0) {
+    if (map_->tree().size() == 0) {
       std::cout << "The map is empty and is not written\n";
       return 0;
     }
-    const MergedMap::Written written = map_->write();
+    const MergedMap::Written written = map_->write(parameters_.map.path);
     (written.ok ? std::cout : std::cerr) << written.message << '\n';
     return written.ok ? 0 : 1;
   }
 
 private:
+  /** \brief Whether the map takes rays from the sensors whose frame is known. */
+  enum class Rays { Yes, No };
+
+  void
+  makeMap()
+  {
+    map_.emplace(parameters_.node.resolution, parameters_.map.full_intensity);
+    for (const StreamParameters& stream : parameters_.streams)
+      if (!stream.sensor_frame.empty() && !map_transforms_)
+        map_transforms_.emplace(parameters_.global_frame, parameters_.map.tf_timeout);
+  }
+
   void
   addStream(const StreamParameters& parameters)
   {
@@ -199,7 +213,7 @@ private:
       map_timer_ = map_node.createWallTimer(
           ros::WallDuration(1.0 / parameters_.map.rate),
           boost::function<void(const ros::WallTimerEvent&)>(
-              [this](const ros::WallTimerEvent&) { updateMap(MergedMap::Rays::Yes); }));
+              [this](const ros::WallTimerEvent&) { updateMap(Rays::Yes); }));
   }
 
   /** \brief Passes a frame to the central node if it is in the global frame. */
@@ -293,15 +307,39 @@ private:
 
   /** \brief Inserts the frames since the last call into the map. */
   void
-  updateMap(MergedMap::Rays rays)
+  updateMap(Rays rays)
   {
     for (const auto& stream : streams_) {
-      if (rays == MergedMap::Rays::Yes && !ros::ok())
+      if (rays == Rays::Yes && !ros::ok())
         break; // run() inserts the others
-      map_->insertLatest(stream->topic, stream->sensor_frame, rays, *central_node_);
+      MergedMap::FindSensor find;
+      if (rays == Rays::Yes && !stream->sensor_frame.empty())
+        find = [&](pcl_ext::nodes::Time stamp) {
+          return findSensor(stream->sensor_frame, stamp);
+        };
+      map_->insertLatest(stream->topic, find, *central_node_);
     }
     map_->completeRound();
-    map_nodes_ = map_->size();
+    map_nodes_ = map_->tree().size();
+  }
+
+  /** \brief Position of a sensor; nothing if TF has no transform. */
+  std::optional<octomap::point3d>
+  findSensor(const std::string& sensor_frame, pcl_ext::nodes::Time stamp) const
+  {
+    std_msgs::Header header;
+    header.stamp = toRosTime(stamp);
+    header.frame_id = sensor_frame;
+    const FoundTransform transform = map_transforms_->toGlobalFrame(header);
+    if (!transform.pose) {
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "The map takes no rays from %s: %s",
+                        sensor_frame.c_str(),
+                        transform.failure.c_str());
+      return std::nullopt;
+    }
+    const Eigen::Vector3f position = transform.pose->translation().cast<float>();
+    return octomap::point3d(position.x(), position.y(), position.z());
   }
 
   bool
@@ -312,8 +350,8 @@ private:
       response.message = "There is no map, as ~map_path is not set";
       return true;
     }
-    updateMap(MergedMap::Rays::Yes);
-    const MergedMap::Written written = map_->write();
+    updateMap(Rays::Yes);
+    const MergedMap::Written written = map_->write(parameters_.map.path);
     response.success = written.ok ? 1 : 0;
     response.message = written.message;
     return true;
@@ -365,7 +403,9 @@ private:
   const DecompressorParameters parameters_ = readDecompressorParameters();
   std::vector<std::unique_ptr<Stream>> streams_;
   std::unordered_map<std::string, Stream*> streams_by_topic_;
-  std::optional<MergedMap> map_; // used by callbacks of map_queue_ only
+  // Used by callbacks of map_queue_ only.
+  std::optional<MergedMap> map_;
+  std::optional<TransformLookup> map_transforms_; // where a stream has a sensor_frame
 
   // Separate, as a map with rays can take longer than frames can wait.
   ros::CallbackQueue map_queue_;

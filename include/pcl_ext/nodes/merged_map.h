@@ -1,0 +1,148 @@
+#pragma once
+
+#include <pcl_ext/compression/voxel_frame.h>
+#include <pcl_ext/nodes/central_node.h>
+#include <pcl_ext/nodes/octomap_insertion.h>
+
+#include <octomap/octomap_types.h>
+#include <octomap/OcTree.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace nodes {
+
+/** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For one
+ * thread at a time. Needs OctoMap, as insertVoxels does. */
+class MergedMap {
+public:
+  /** \brief Finds the position of a stream's sensor at a time; none: no rays are taken. */
+  using FindSensor = std::function<std::optional<octomap::point3d>(Time)>;
+
+  /** \brief Outcome of writing. */
+  struct Written {
+    bool ok = false;
+    std::string message; ///< one sentence
+  };
+
+  /** \brief An empty map.
+   * \param[in] resolution metres
+   * \param[in] full_intensity see insertVoxels
+   */
+  MergedMap(double resolution, double full_intensity);
+
+  /** \brief Inserts the latest frame of a stream, unless it is in the map already. Call
+   * completeRound() after the frames of all streams.
+   * \param[in] stream name in the central node
+   * \param[in] find_sensor may be empty: no rays are taken
+   * \param[in] central_node that decodes the stream
+   */
+  void
+  insertLatest(const std::string& stream,
+               const FindSensor& find_sensor,
+               const CentralNode& central_node);
+
+  /** \brief Updates the inner nodes and prunes the tree. */
+  void
+  completeRound();
+
+  const octomap::OcTree&
+  tree() const
+  {
+    return tree_;
+  }
+
+  /** \brief Writes the map as .ot. An existing file is replaced when the new one is
+   * complete. */
+  Written
+  write(const std::string& path) const;
+
+  /** \brief What prevents writing to a file; empty if nothing. */
+  static std::string
+  faultOf(const std::string& path);
+
+private:
+  /** \brief Name of the file while the map is written. */
+  static std::string
+  unfinishedPath(const std::string& path)
+  {
+    return path + ".part";
+  }
+
+  const float full_intensity_;
+  octomap::OcTree tree_;
+  std::map<std::string, std::size_t> last_frames_; // number of the last one, by stream
+  io::VoxelFrame voxels_;                          // keeps its memory
+};
+
+inline MergedMap::MergedMap(double resolution, double full_intensity)
+: full_intensity_(static_cast<float>(full_intensity)), tree_(resolution)
+{}
+
+inline void
+MergedMap::insertLatest(const std::string& stream,
+                        const FindSensor& find_sensor,
+                        const CentralNode& central_node)
+{
+  const auto frame = central_node.latestVoxels(stream, voxels_);
+  std::size_t& last_frame = last_frames_[stream];
+  // A frame that is inserted twice would count as further evidence.
+  if (!frame || frame->number == last_frame)
+    return;
+  last_frame = frame->number;
+  std::optional<octomap::point3d> origin;
+  if (find_sensor)
+    origin = find_sensor(frame->stamp);
+  constexpr bool lazily = true; // completeRound() updates the inner nodes
+  insertVoxels(voxels_, full_intensity_, origin, tree_, lazily);
+}
+
+inline void
+MergedMap::completeRound()
+{
+  tree_.updateInnerOccupancy();
+  tree_.prune();
+}
+
+inline MergedMap::Written
+MergedMap::write(const std::string& path) const
+{
+  const std::string unfinished = unfinishedPath(path);
+  bool is_complete = false;
+  {
+    // By stream, as OctoMap's write by name does not report a full disk.
+    std::ofstream stream(unfinished, std::ios::binary);
+    is_complete = stream.is_open() && tree_.write(stream) && stream.flush().good();
+  }
+  std::error_code failure;
+  if (is_complete)
+    std::filesystem::rename(unfinished, path, failure);
+  if (is_complete && !failure)
+    return {true, std::to_string(tree_.size()) + " nodes written to " + path};
+  std::filesystem::remove(unfinished, failure);
+  return {false, "The map could not be written to " + path};
+}
+
+inline std::string
+MergedMap::faultOf(const std::string& path)
+{
+  std::error_code failure;
+  const bool exists = std::filesystem::exists(path, failure);
+  if (!exists || std::filesystem::is_regular_file(path, failure)) {
+    const std::string unfinished = unfinishedPath(path);
+    if (std::ofstream(unfinished, std::ios::binary).is_open() &&
+        std::filesystem::remove(unfinished, failure))
+      return {};
+  }
+  return "map_path is '" + path +
+         "'; it must be a file in a folder that can be written to";
+}
+
+} // namespace nodes
+} // namespace pcl_ext
