@@ -33,11 +33,13 @@ using Cloud = std::vector<Point>;
 PointView
 viewOf(const Cloud& cloud)
 {
+  static const Point none{};
+  const Point& first = cloud.empty() ? none : cloud.front();
   PointView view;
-  view.coordinates = &cloud.data()->x;
+  view.coordinates = &first.x;
   view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
-  view.intensities = &cloud.data()->intensity;
-  view.colours = &cloud.data()->colour;
+  view.intensities = &first.intensity;
+  view.colours = &first.colour;
   view.colour_stride = sizeof(Point);
   view.count = cloud.size();
   view.count_behind_sensor = cloud.size() / 3;
