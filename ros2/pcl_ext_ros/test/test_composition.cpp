@@ -202,13 +202,13 @@ TEST(Composition, NodesAreUnloadedWhileOthersRun)
   Composition composition;
   ASSERT_TRUE(composition.connect());
   for (std::uint32_t frame = 0; frame < 3 * (sensors + 1); ++frame) {
+    const std::size_t known = composition.voxels[sensors - 1]->count();
     for (std::size_t i = 0; i < sensors; ++i)
       composition.clouds[i]->publish(std::make_unique<PointCloud2>(
           makeCloud(frame, frameIdOf(i), composition.tester->now())));
     // The last sensor's node is the last but one to go.
     const std::size_t unloaded = frame / 3;
     if (unloaded < sensors) {
-      const std::size_t known = composition.voxels[sensors - 1]->count();
       EXPECT_TRUE(composition.voxels[sensors - 1]->next(known));
     }
     if (frame % 3 == 2)
