@@ -169,8 +169,10 @@ describeFilters(Descriptions& parameters)
   crop_box.unit = "m";
   crop_box.default_value = std::vector<double>();
   crop_box.list_size = 6;
-  crop_box.description = "Box [x0, y0, z0, x1, y1, z1] in the global frame, outside of "
-                         "which points are left out; []: none.";
+  crop_box.description =
+      "Box [x0, y0, z0, x1, y1, z1] in the global frame of a node, or "
+      "in the frame of the clouds of a transport, outside of which "
+      "points are left out; []: none.";
   parameters.push_back(crop_box);
   parameters.push_back(flagParameter(
       "remove_outliers",

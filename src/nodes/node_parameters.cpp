@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <locale>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace nodes {
@@ -33,6 +35,27 @@ textOfNumber(double number)
       break;
   }
   return text.str();
+}
+
+/** \brief The numbers of "[0, 0.5, 1]"; nothing if the text is none of the form. */
+std::optional<std::vector<double>>
+numbersOf(const std::string& text)
+{
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
+  std::vector<double> numbers;
+  char mark = 0;
+  if (!(stream >> mark) || mark != '[')
+    return std::nullopt;
+  if ((stream >> std::ws).peek() == ']')
+    stream >> mark;
+  while (mark != ']') {
+    double number = 0.0;
+    if (!(stream >> number >> mark) || (mark != ',' && mark != ']'))
+      return std::nullopt;
+    numbers.push_back(number);
+  }
+  return (stream >> mark) ? std::nullopt : std::make_optional(numbers);
 }
 
 std::string
@@ -131,6 +154,11 @@ convertedValue(const ParameterDescription& parameter, const ParameterValue& valu
   if (std::holds_alternative<double>(parameter.default_value))
     if (const auto* integer = std::get_if<std::int64_t>(&value))
       converted = static_cast<double>(*integer);
+  // Programs that set parameters make a text of a list with whole and other numbers.
+  if (std::holds_alternative<std::vector<double>>(parameter.default_value))
+    if (const auto* text = std::get_if<std::string>(&value))
+      if (auto numbers = numbersOf(*text))
+        converted = std::move(*numbers);
   const bool is_allowed =
       converted.index() == parameter.default_value.index() &&
       (isInRange(parameter, converted) || converted == parameter.default_value);

@@ -268,4 +268,29 @@ TEST(NoiseParameters, OtherValuesAreRefused)
 
 } // namespace parameter_values
 
+TEST(NodeParameters, AListMayBeItsText)
+{
+  const ParameterDescription& box = descriptionOf(encodingParameters(), "crop_box");
+  const auto converted = [&box](const std::string& text) {
+    return convertedValue(box, text);
+  };
+  const ParameterValue six = std::vector<double>{0, -1, 0.1, 10, 10, 4e1};
+  EXPECT_EQ(converted("[0, -1, 0.1,10, 10 , 4e1]"), six);
+  EXPECT_EQ(converted("[]"), ParameterValue(std::vector<double>()));
+  EXPECT_EQ(converted(" [ ] "), ParameterValue(std::vector<double>()));
+  for (const char* text : {"",
+                           "[",
+                           "]",
+                           "[0,0,0,1,1]",
+                           "[0,0,0,1,1,]",
+                           "[0,0,0,1,1,1] 2",
+                           "0,0,0,1,1,1",
+                           "[0,0,0,1,1,x]",
+                           "[0;0;0;1;1;1]",
+                           "[,]"})
+    EXPECT_EQ(converted(text), std::nullopt) << text;
+  EXPECT_EQ(refusalOf(box, std::string("[0]")),
+            "crop_box is '[0]'; it must be a list of 6 finite numbers, or []");
+}
+
 } // namespace

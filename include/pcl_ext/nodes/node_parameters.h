@@ -55,7 +55,8 @@ PCL_EXT_EXPORT std::string
 allowedValues(const ParameterDescription& parameter);
 
 /** \brief Converts a value to the type of a parameter and checks its range. A whole number is
- * accepted for a number, and no other conversion is made.
+ * accepted for a number, and for a list of numbers its text, such as "[0, 0.5]"; no other
+ * conversion is made.
  * \return the value; nothing if it is not allowed
  */
 PCL_EXT_EXPORT std::optional<ParameterValue>

@@ -20,6 +20,7 @@ using pcl_ext::nodes::ParameterValues;
 std::optional<ParameterValue>
 toValue(const rclcpp::Parameter& parameter)
 {
+  const ParameterValue no_numbers = std::vector<double>();
   switch (parameter.get_type()) {
   case rclcpp::ParameterType::PARAMETER_BOOL:
     return parameter.as_bool();
@@ -35,6 +36,16 @@ toValue(const rclcpp::Parameter& parameter)
     const std::vector<std::int64_t> whole = parameter.as_integer_array();
     return std::vector<double>(whole.begin(), whole.end());
   }
+  // An empty list has any type.
+  case rclcpp::ParameterType::PARAMETER_BYTE_ARRAY:
+    return parameter.as_byte_array().empty() ? std::make_optional(no_numbers)
+                                             : std::nullopt;
+  case rclcpp::ParameterType::PARAMETER_BOOL_ARRAY:
+    return parameter.as_bool_array().empty() ? std::make_optional(no_numbers)
+                                             : std::nullopt;
+  case rclcpp::ParameterType::PARAMETER_STRING_ARRAY:
+    return parameter.as_string_array().empty() ? std::make_optional(no_numbers)
+                                               : std::nullopt;
   default:
     return std::nullopt;
   }

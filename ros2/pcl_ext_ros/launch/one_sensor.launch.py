@@ -39,12 +39,11 @@ def nodes(context):
     composable = values['composable']
     of_sensor = pcl_ext_nodes.parameters_of_sensor(
         values, ('global_frame', 'intensity', 'sensor', 'effort', 'format'))
-    full_intensity = 4.0 if values['intensity'] == 'count' else 255.0
     of_centre = {'global_frame': values['global_frame'],
                  'resolution': float(values['resolution']),
                  'map_path': values['map_path'],
-                 'map_full_intensity': float(values['map_full_intensity']
-                                             or full_intensity),
+                 'map_full_intensity': float(values['map_full_intensity'] or
+                                             pcl_ext_nodes.full_intensity_of(values)),
                  **pcl_ext_nodes.parameters_of_noise(values)}
     chosen = []
     if values['sensor_side']:

@@ -35,6 +35,11 @@ def parameters_of_noise(values):
     }
 
 
+def full_intensity_of(values):
+    """The intensity that counts as one hit in the map, in the unit of the law."""
+    return 4.0 if values['intensity'] == 'count' else 255.0
+
+
 def parameters_of_sensor(values, names):
     """The parameters of a sensor node that are arguments.
 

@@ -45,6 +45,7 @@ def nodes(context):
                  'resolution': float(values['resolution']),
                  'merge_rate': float(values['merge_rate']),
                  'map_path': values['map_path'],
+                 'map_full_intensity': pcl_ext_nodes.full_intensity_of(values),
                  **pcl_ext_nodes.parameters_of_noise(values)}
     for sensor in sensors:
         of_centre[sensor + '.points.pcl_ext.sensor_frame'] = sensor
