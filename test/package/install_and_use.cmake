@@ -129,7 +129,7 @@ compile_with_pkg_config(pcl_ext_view view_consumer)
 set(codec ${prefix}/${LIBDIR}/libpcl_ext_codec.so)
 if(EXISTS ${codec})
   run(readelf -W --dynamic --dyn-syms ${codec})
-  expect_without("${output}" ${codec} libpcl_common libpcl_octree libboost pthread)
+  expect_without("${output}" ${codec} libpcl_common libpcl_octree libboost)
 endif()
 
 if(CODEC_ALONE)
