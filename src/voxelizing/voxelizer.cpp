@@ -85,16 +85,17 @@ private:
                  VoxelFrame& frame,
                  VoxelizationStatistics& statistics)
   {
-    const bool is_sparse = points_per_block_ < min_points_per_block;
-    CollectionResult result = collect(points, is_sparse, frame);
-    if (result == CollectionResult::PointOutsideGrid) {
+    bool is_sparse = points_per_block_ < min_points_per_block;
+    // At most three passes: the adapted grid has all usable points on it.
+    for (;;) {
+      const CollectionResult result = collect(points, is_sparse, frame);
+      if (result == CollectionResult::AllPoints)
+        break;
       collector_.reset();
-      adaptGrid(points, may_refit);
-      result = collect(points, is_sparse, frame);
-    }
-    if (result == CollectionResult::TooSparse) {
-      collector_.reset();
-      collect(points, true, frame);
+      if (result == CollectionResult::TooSparse)
+        is_sparse = true;
+      else
+        adaptGrid(points, may_refit);
     }
     statistics = collector_.statistics();
     if (const std::size_t blocks = collector_.occupiedBlocks(); blocks > 0)

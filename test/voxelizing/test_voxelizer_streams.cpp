@@ -78,6 +78,26 @@ TEST(VoxelizerStreams, ADenseStreamMayTurnSparseWithinACloud)
   }
 }
 
+TEST(VoxelizerStreams, ACloudMayTurnSparseAndThenLeaveTheGrid)
+{
+  for (const unsigned int threads : {1u, 3u}) {
+    IntensityCompressionSettings settings = settingsOf(0.04);
+    settings.threads = threads;
+    Stream stream(settings);
+    // Two dense surfaces 60 m apart make a wide grid, which the next cloud's last point
+    // is outside of.
+    Cloud dense = withoutIntensities(surface(1, 1.0f, 60000));
+    for (const Point& point : withoutIntensities(surface(2, 60.0f, 60000)))
+      dense.push_back(point);
+    stream.add(dense);
+    Cloud sparse = withoutIntensities(randomCloud(3, 2.0, 30.0, 100000));
+    sparse.push_back({900.0f, 1.0f, 1.0f});
+    stream.add(sparse);
+    EXPECT_EQ(stream.statistics.points_used, sparse.size());
+    EXPECT_TRUE(stream.values() == naiveCounts(sparse, 0.04)) << threads << " threads";
+  }
+}
+
 TEST(VoxelizerStreams, SumsDoNotDependOnWhatWasBefore)
 {
   for (const IntensityUnit unit : {IntensityUnit::Share, IntensityUnit::Native}) {

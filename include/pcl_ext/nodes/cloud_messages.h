@@ -35,9 +35,9 @@ isMessageFormat(const std::string& format);
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
-/** \brief Describes a cloud of points at voxel centres: x, y, z in metres and intensity, FLOAT32, and
- * where there are colours rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte
- * 0. The header is unchanged.
+/** \brief Describes a cloud of points at voxel centres: x, y, z in metres and intensity,
+ * FLOAT32, and where there are colours rgb: red, green and blue from bit 16, 8 and 0 on, the
+ * highest byte 0. The header is unchanged.
  * \tparam MessageT PointCloud2 or CompressedPointCloud2
  */
 template <typename MessageT>

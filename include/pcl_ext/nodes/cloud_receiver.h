@@ -46,8 +46,8 @@ public:
   CloudReceiver&
   operator=(const CloudReceiver&) = delete;
 
-  /** \brief Sets what is noise, from the next frame on. A change of the outlier removal
-   * clears its history. */
+  /** \brief Sets what is noise, from the next frame on. Each call clears the history of the
+   * outlier removal. */
   void
   setNoise(const NoiseSettings& noise);
 
