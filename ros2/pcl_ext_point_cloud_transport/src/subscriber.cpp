@@ -10,6 +10,7 @@
 
 #include <std_msgs/msg/empty.hpp>
 
+#include <exception>
 #include <optional>
 #include <utility>
 
@@ -82,11 +83,26 @@ public:
     return subscription_.get();
   }
 
-  /** \brief Decodes a frame, or says why not. Does not throw but for want of memory. */
+  /** \brief Decodes a frame, or says why not. Does not throw: frames of few bytes may be of
+   * many points, for which memory may run out. */
   Subscriber::DecodeResult
   decode(const Message& message, const PublisherId& publisher, bool& wants_i_frame)
   {
     wants_i_frame = false;
+    try {
+      return decodeOrThrow(message, publisher, wants_i_frame);
+    }
+    catch (const std::exception& failure) {
+      return tl::make_unexpected(failure.what());
+    }
+  }
+
+private:
+  Subscriber::DecodeResult
+  decodeOrThrow(const Message& message,
+                const PublisherId& publisher,
+                bool& wants_i_frame)
+  {
     const auto receiver = streams_.receiverOf(publisher);
     if (!pcl_ext::nodes::isMessageFormat(message.format)) {
       receiver->countLeftOut();
@@ -104,7 +120,6 @@ public:
     return cloud;
   }
 
-private:
   /** \brief What a callback needs, which may still run while another thread disconnects. */
   struct Connection {
     std::string topic;
