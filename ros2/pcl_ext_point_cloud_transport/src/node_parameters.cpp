@@ -191,14 +191,16 @@ struct NodeParameters::State {
       if (converted)
         result[known->name] = *converted;
       else
-        fault = prefix + (value ? refusalOf(*known, *value)
-                                : known->name + " is " + parameter.value_to_string() +
-                                      "; it must be " + allowedValues(*known));
+        fault = value ? refusalOf(*known, *value)
+                      : known->name + " is " + parameter.value_to_string() +
+                            "; it must be " + allowedValues(*known);
     }
     if (!is_any)
       return std::nullopt;
     if (fault.empty() && check)
       fault = check(result);
+    if (!fault.empty())
+      fault.insert(0, prefix);
     return result;
   }
 };

@@ -6,11 +6,13 @@
 #include "pcl_ext_point_cloud_transport/health_publisher.hpp"
 #include "pcl_ext_point_cloud_transport/message_times.hpp"
 #include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "pcl_ext_point_cloud_transport/throttled_log.hpp"
 #include "pcl_ext_point_cloud_transport/transport_topic.hpp"
 
 #include <std_msgs/msg/empty.hpp>
 
 #include <atomic>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -28,11 +30,13 @@ public:
   void
   connect(const std::shared_ptr<rclcpp::Node>& node, const std::string& topic)
   {
-    node_ = node;
+    warnings_.emplace(node->get_logger());
+    refusals_.emplace(node->get_logger());
+    prefix_ = parameterPrefix(*node, topic);
     const std::weak_ptr<Stream> stream = weak_from_this();
     parameters_.emplace(
         *node,
-        parameterPrefix(*node, topic),
+        prefix_,
         pcl_ext::nodes::encodingParameters(),
         [](const ParameterValues& values) { return faultOf(values); },
         [stream](const ParameterValues& values) {
@@ -59,7 +63,6 @@ public:
     health_.reset();
     requests_.reset();
     parameters_.reset();
-    node_.reset();
   }
 
   /** \brief Some subscribers have left. Where others took their places, they are as many as
@@ -70,9 +73,29 @@ public:
     departed_ = subscribers;
   }
 
-  /** \brief Encodes a cloud, or says why not. */
+  /** \brief Encodes a cloud, or says why not. Does not throw where memory runs out. */
   Publisher::TypedEncodeResult
   encode(const sensor_msgs::msg::PointCloud2& raw, std::size_t subscribers)
+  {
+    try {
+      return encodeOrThrow(raw, subscribers);
+    }
+    catch (const std::exception& failure) {
+      return tl::make_unexpected(failure.what());
+    }
+  }
+
+  /** \brief Logs why a cloud was refused, but not each time. */
+  void
+  logRefusal(const std::string& reason)
+  {
+    if (refusals_)
+      refusals_->error("A cloud is not sent: " + reason);
+  }
+
+private:
+  Publisher::TypedEncodeResult
+  encodeOrThrow(const sensor_msgs::msg::PointCloud2& raw, std::size_t subscribers)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!fault_.empty())
@@ -87,34 +110,13 @@ public:
                        message.compressed_data);
     if (!status.hasFrame())
       return tl::make_unexpected(status.message());
-    if (node_ && status.hasWarning())
-      RCLCPP_WARN_THROTTLE(node_->get_logger(),
-                           *node_->get_clock(),
-                           milliseconds_between_warnings,
-                           "%s",
-                           status.message().c_str());
-    const auto statistics = sender_.health().node;
-    pcl_ext::nodes::describeVoxels(
-        statistics.frame.coding.voxels, statistics.preprocessing.has_colours, message);
+    if (warnings_ && status.hasWarning())
+      warnings_->warn(status.message());
+    pcl_ext::nodes::describeFrame(sender_.health().node, sender_.settings(), message);
     message.header = raw.header;
-    message.format =
-        pcl_ext::nodes::messageFormat(sender_.settings().compression.format);
     return message;
   }
 
-  /** \brief Logs why a cloud was refused, but not each time. */
-  void
-  logRefusal(const std::string& reason) const
-  {
-    if (node_)
-      RCLCPP_ERROR_THROTTLE(node_->get_logger(),
-                            *node_->get_clock(),
-                            milliseconds_between_warnings,
-                            "A cloud is not sent: %s",
-                            reason.c_str());
-  }
-
-private:
   static std::string
   faultOf(const ParameterValues& values)
   {
@@ -127,6 +129,8 @@ private:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     fault_ = sender_.setParameters(values);
+    if (!fault_.empty())
+      fault_.insert(0, prefix_);
   }
 
   pcl_ext::nodes::HealthReport
@@ -138,7 +142,10 @@ private:
     return report;
   }
 
-  std::shared_ptr<rclcpp::Node> node_;
+  // Without a node there are none.
+  std::optional<ThrottledLog> warnings_;
+  std::optional<ThrottledLog> refusals_;
+  std::string prefix_; // of the parameters' names
   pcl_ext::nodes::CloudSender sender_;
   std::optional<NodeParameters> parameters_;
   rclcpp::Subscription<std_msgs::msg::Empty>::SharedPtr requests_;

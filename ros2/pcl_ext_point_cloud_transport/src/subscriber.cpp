@@ -5,6 +5,7 @@
 #include "pcl_ext_point_cloud_transport/health_publisher.hpp"
 #include "pcl_ext_point_cloud_transport/message_times.hpp"
 #include "pcl_ext_point_cloud_transport/node_parameters.hpp"
+#include "pcl_ext_point_cloud_transport/throttled_log.hpp"
 #include "pcl_ext_point_cloud_transport/transport_topic.hpp"
 #include "streams_of_publishers.h"
 
@@ -43,12 +44,11 @@ public:
                                 pcl_ext::nodes::readNoiseParameters(values));
                         });
     streams_.setNoise(pcl_ext::nodes::readNoiseParameters(parameters_->values()));
-    const auto connection = std::make_shared<const Connection>(Connection{
+    const std::shared_ptr<Connection> connection(new Connection{
         resolved,
         callback,
         node->create_publisher<std_msgs::msg::Empty>(requestTopic(resolved), 10),
-        node->get_logger(),
-        node->get_clock()});
+        ThrottledLog(node->get_logger())});
     subscription_ = node->create_subscription<Message>(
         topic,
         qos,
@@ -77,10 +77,10 @@ public:
     subscription_.reset();
   }
 
-  const rclcpp::SubscriptionBase*
+  rclcpp::SubscriptionBase::SharedPtr
   subscription() const
   {
-    return subscription_.get();
+    return subscription_;
   }
 
   /** \brief Decodes a frame, or says why not. Does not throw: frames of few bytes may be of
@@ -125,14 +125,11 @@ private:
     std::string topic;
     Callback callback;
     rclcpp::Publisher<std_msgs::msg::Empty>::SharedPtr requests;
-    rclcpp::Logger logger;
-    rclcpp::Clock::SharedPtr clock;
+    ThrottledLog failures;
   };
 
   void
-  receive(const Message& message,
-          const PublisherId& publisher,
-          const Connection& connection)
+  receive(const Message& message, const PublisherId& publisher, Connection& connection)
   {
     bool wants_i_frame = false;
     const DecodeResult result = decode(message, publisher, wants_i_frame);
@@ -141,12 +138,8 @@ private:
     if (result)
       connection.callback(*result.value());
     else
-      RCLCPP_WARN_THROTTLE(connection.logger,
-                           *connection.clock,
-                           milliseconds_between_warnings,
-                           "A frame of %s is not decoded: %s",
-                           connection.topic.c_str(),
-                           result.error().c_str());
+      connection.failures.warn("A frame of " + connection.topic +
+                               " is not decoded: " + result.error());
   }
 
   /** \brief One entry for each publisher; those after the first one are numbered. */
@@ -187,17 +180,22 @@ Subscriber::getDataType() const
 std::string
 Subscriber::getTopic() const
 {
-  const auto* const subscription = streams_->subscription();
-  return subscription == nullptr ? "" : subscription->get_topic_name();
+  const auto subscription = getSubscription();
+  return subscription ? subscription->get_topic_name() : "";
 }
 
 std::uint32_t
 Subscriber::getNumPublishers() const
 {
-  const auto* const subscription = streams_->subscription();
-  return subscription == nullptr
-             ? 0
-             : static_cast<std::uint32_t>(subscription->get_publisher_count());
+  const auto subscription = getSubscription();
+  return subscription ? static_cast<std::uint32_t>(subscription->get_publisher_count())
+                      : 0;
+}
+
+rclcpp::SubscriptionBase::SharedPtr
+Subscriber::getSubscription() const
+{
+  return streams_->subscription();
 }
 
 void

@@ -45,7 +45,7 @@ TEST_F(DeclaredParameters, AContradictionAtTheStartSendsNothingUntilItIsSetRight
   for (int i = 0; i < 3; ++i)
     sender->publisher.publish(makeCloud(number++));
   const std::string log = ::testing::internal::GetCapturedStderr();
-  EXPECT_NE(log.find("sensor is not set"), std::string::npos) << log;
+  EXPECT_NE(log.find(points("sensor is not set")), std::string::npos) << log;
   EXPECT_TRUE(sender->node().set_parameter({points("sensor"), "kinect_v2"}).successful);
   settings.law = pcl_ext::IntensityLaw::Quadratic;
   settings.sensor.emplace(70.0, 60.0, 512u, 424u);

@@ -121,7 +121,7 @@ TEST_F(ChangedParameters, WhatIsNotAllowedIsRefusedWithTheReason)
       {{points("resolution"), 0.0}, "resolution"},
       {{points("resolution"), -1}, "resolution"},
       {{points("resolution"), std::nan("")},
-       "resolution is nan; it must be a number from"},
+       points("resolution is nan; it must be a number from")},
       {{points("resolution"), "fine"},
        "resolution is 'fine'; it must be a number from"},
       {{points("effort"), "quick"},
@@ -136,7 +136,7 @@ TEST_F(ChangedParameters, WhatIsNotAllowedIsRefusedWithTheReason)
        "crop_box is [1, 1, 1"},
       {{points("crop_box"), std::vector<std::string>{"a"}},
        "crop_box is [a]; it must be"},
-      {{points("intensity"), "quadratic"}, "sensor is not set"},
+      {{points("intensity"), "quadratic"}, points("sensor is not set")},
       {{points("remove_outliers"), 1},
        "remove_outliers is 1; it must be true or false"}};
   for (const auto& [parameter, reason] : refused) {

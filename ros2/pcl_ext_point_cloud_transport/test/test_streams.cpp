@@ -3,7 +3,10 @@
  */
 #include "plugin_test.h"
 
+#include <point_cloud_transport/subscriber_filter.hpp>
+
 #include <algorithm>
+#include <functional>
 #include <random>
 
 namespace pcl_ext_point_cloud_transport {
@@ -81,6 +84,39 @@ TEST(Streams, MostFramesAreSmallerThanAnIFrame)
     EXPECT_EQ(frame->row_step, decoded->row_step);
     EXPECT_LT(frame->compressed_data.size(), decoded->data.size() / 3);
   }
+}
+
+TEST(Streams, AFilterThatSubscribesAgainAndAgainGetsTheVoxels)
+{
+  Sender sender;
+  Recorder<Cloud> clouds;
+  point_cloud_transport::SubscriberFilter filter;
+  filter.registerCallback(std::function<void(const Cloud::ConstSharedPtr&)>(
+      [&clouds](const Cloud::ConstSharedPtr& cloud) { clouds.add(cloud); }));
+  const SpunNode viewer("viewer");        // last, as its thread calls the filter
+  for (std::uint32_t i = 0; i < 3; ++i) { // as a display of RViz that is reset
+    filter.subscribe(
+        viewer.node, spaceOfThisTest() + "/points", "pcl_ext", rmw_qos_profile_default);
+    sender.expectSubscribers(1);
+    ASSERT_TRUE(waitFor([&] { return filter.getNumPublishers() == 1; }));
+    const Cloud cloud = makeCloud(i);
+    sender.publisher.publish(cloud);
+    const auto decoded = clouds.waitForStamp(cloud.header.stamp);
+    ASSERT_TRUE(decoded) << i;
+    EXPECT_TRUE(voxelsIn(*decoded) == directVoxels(cloud, defaultSettings()));
+    filter.unsubscribe();
+    sender.expectSubscribers(0);
+  }
+}
+
+TEST(Streams, TheSubscriptionIsThatOfTheFrames)
+{
+  Receiver receiver;
+  const auto subscription = receiver.subscriber.getSubscription();
+  ASSERT_TRUE(subscription);
+  EXPECT_EQ(subscription->get_topic_name(), spaceOfThisTest() + "/points/pcl_ext");
+  receiver.subscriber.shutdown();
+  EXPECT_FALSE(receiver.subscriber.getSubscription());
 }
 
 TEST(Streams, PublishedFormat)

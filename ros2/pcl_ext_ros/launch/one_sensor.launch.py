@@ -40,10 +40,10 @@ def nodes(context):
     of_sensor = pcl_ext_nodes.parameters_of_sensor(
         values, ('global_frame', 'intensity', 'sensor', 'effort', 'format'))
     of_centre = {'global_frame': values['global_frame'],
-                 'resolution': float(values['resolution']),
+                 'resolution': values['resolution'],
                  'map_path': values['map_path'],
-                 'map_full_intensity': float(values['map_full_intensity'] or
-                                             pcl_ext_nodes.full_intensity_of(values)),
+                 'map_full_intensity': values['map_full_intensity'] or
+                 pcl_ext_nodes.full_intensity_of(values),
                  **pcl_ext_nodes.parameters_of_noise(values)}
     chosen = []
     if values['sensor_side']:

@@ -7,16 +7,30 @@ NOISE = ('min_intensity', '', 'voxels below are removed as noise; by default 2 p
          'of 255 for linear and quadratic, 0 for native and with remove_outliers')
 
 
+NUMBERS_WITHOUT_DEFAULT = ('min_intensity', 'map_full_intensity')
+KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number', list: 'a list'}
+
+
+def value_of(name, default, text):
+    """The value of an argument, of the type of its default. An empty text stays one."""
+    kind = type(yaml.safe_load(default or "''"))
+    if name in NUMBERS_WITHOUT_DEFAULT:
+        kind = float
+    if kind is str or not text:
+        return text
+    try:
+        value = kind(text) if kind in (int, float) else yaml.safe_load(text)
+    except (ValueError, yaml.YAMLError):
+        value = None
+    if not isinstance(value, kind):
+        raise RuntimeError("{} is '{}'; it must be {}".format(name, text, KINDS[kind]))
+    return value
+
+
 def values_of(context, arguments):
-    """The values of a launch file's arguments: numbers, lists and true where they are such,
-    else texts. Empty ones stay empty texts."""
-    values = {}
-    for name, default, _ in arguments:
-        text = context.launch_configurations[name]
-        is_text = isinstance(yaml.safe_load(default or "''"), str) and name not in (
-            'min_intensity', 'map_full_intensity')
-        values[name] = text if is_text or not text else yaml.safe_load(text)
-    return values
+    """The values of a launch file's arguments."""
+    return {name: value_of(name, default, context.launch_configurations[name])
+            for name, default, _ in arguments}
 
 
 def parameters_of_noise(values):
@@ -27,7 +41,7 @@ def parameters_of_noise(values):
     if remove_outliers:
         min_intensity = 0.0
     if values['min_intensity'] != '':
-        min_intensity = float(values['min_intensity'])
+        min_intensity = values['min_intensity']
     return {
         'min_intensity': min_intensity,
         'remove_outliers': remove_outliers,
@@ -46,8 +60,8 @@ def parameters_of_sensor(values, names):
     names are those of texts.
     """
     parameters = {name: values[name] for name in names}
-    parameters['resolution'] = float(values['resolution'])
-    parameters['i_frame_rate'] = int(values['i_frame_rate'])
+    parameters['resolution'] = values['resolution']
+    parameters['i_frame_rate'] = values['i_frame_rate']
     if values['crop_box']:
         parameters['crop_box'] = [float(number) for number in values['crop_box']]
     return parameters

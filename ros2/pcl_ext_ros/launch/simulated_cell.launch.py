@@ -20,7 +20,7 @@ ARGUMENTS = [
     ('container', 'pcl_ext_container', 'name of the container'),
     ('sensors', '[1, 2, 3, 4, 5, 6]', 'numbers of the sensors, 1 to 6'),
     ('global_frame', 'world', 'TF frame of the world'),
-    ('rate', '20', 'clouds per second of each sensor, Hz'),
+    ('rate', '20.0', 'clouds per second of each sensor, Hz'),
     ('captured_frames', '0', '0: each cloud is captured when it is sent; else this number '
      'of frames is captured before the start and repeated, which takes less processor '
      'time'),
@@ -34,9 +34,9 @@ def cell(context):
     composable = values['composable']
     parameters = {'sensors': [int(number) for number in values['sensors']],
                   'global_frame': values['global_frame'],
-                  'rate': float(values['rate']),
-                  'captured_frames': int(values['captured_frames']),
-                  'seed': int(values['seed'])}
+                  'rate': values['rate'],
+                  'captured_frames': values['captured_frames'],
+                  'seed': values['seed']}
     simulated = pcl_ext_nodes.node(composable, 'SimulatedCell', 'simulated_cell',
                                    parameters=[parameters])
     if not composable:

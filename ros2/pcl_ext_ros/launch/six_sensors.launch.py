@@ -28,7 +28,7 @@ ARGUMENTS = [
      '[x0, y0, z0, x1, y1, z1] in the world, m; []: none'),
     ('remove_outliers', 'false', 'true: noise is removed by its surroundings'),
     pcl_ext_nodes.NOISE,
-    ('merge_rate', '10', 'merged clouds per second, Hz; 0: none'),
+    ('merge_rate', '10.0', 'merged clouds per second, Hz; 0: none'),
     ('map_path', '', "file for the OctoMap (.ot); '': none"),
 ]
 
@@ -42,8 +42,8 @@ def nodes(context):
     sensors = ['{}_{}'.format(values['name'], number) for number in values['sensors']]
     of_centre = {'streams': ['/{}/points/pcl_ext'.format(sensor) for sensor in sensors],
                  'global_frame': values['global_frame'],
-                 'resolution': float(values['resolution']),
-                 'merge_rate': float(values['merge_rate']),
+                 'resolution': values['resolution'],
+                 'merge_rate': values['merge_rate'],
                  'map_path': values['map_path'],
                  'map_full_intensity': pcl_ext_nodes.full_intensity_of(values),
                  **pcl_ext_nodes.parameters_of_noise(values)}

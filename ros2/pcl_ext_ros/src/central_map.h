@@ -5,9 +5,9 @@
 
 #include "map_publisher.h"
 #include "stream.h"
-#include "throttled_log.h"
 #include "transform_lookup.h"
 
+#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
 #include <std_srvs/srv/trigger.hpp>
 
 #include <atomic>
@@ -78,7 +78,7 @@ private:
   findSensor(const std::string& sensor_frame, pcl_ext::nodes::Time stamp);
 
   rclcpp::Logger logger_;
-  ThrottledLog warnings_{logger_};
+  pcl_ext_point_cloud_transport::ThrottledLog warnings_{logger_};
   rclcpp::Clock::SharedPtr clock_;
   const std::string global_frame_;
   const std::string path_; ///< empty: no file

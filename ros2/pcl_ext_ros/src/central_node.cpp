@@ -7,11 +7,11 @@
 #include "parameter_tables.h"
 #include "stream.h"
 #include "stream_view.h"
-#include "throttled_log.h"
 #include "weak_callback.h"
 
 #include <pcl_ext_point_cloud_transport/health_publisher.hpp>
 #include <pcl_ext_point_cloud_transport/message_times.hpp>
+#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 
 #include <chrono>
@@ -28,6 +28,7 @@ using pcl_ext::nodes::ParameterValues;
 using pcl_ext::nodes::Time;
 using pcl_ext_point_cloud_transport::HealthPublisher;
 using pcl_ext_point_cloud_transport::NodeParameters;
+using pcl_ext_point_cloud_transport::ThrottledLog;
 using sensor_msgs::msg::PointCloud2;
 
 namespace {

@@ -4,13 +4,13 @@
 #include <pcl_ext/nodes/cloud_sender.h>
 
 #include "parameter_tables.h"
-#include "throttled_log.h"
 #include "transform_lookup.h"
 #include "weak_callback.h"
 
 #include <pcl_ext_point_cloud_transport/health_publisher.hpp>
 #include <pcl_ext_point_cloud_transport/message_times.hpp>
 #include <pcl_ext_point_cloud_transport/node_parameters.hpp>
+#include <pcl_ext_point_cloud_transport/throttled_log.hpp>
 #include <pcl_ext_point_cloud_transport/transport_topic.hpp>
 #include <point_cloud_interfaces/msg/compressed_point_cloud2.hpp>
 #include <rclcpp/rclcpp.hpp>
@@ -33,6 +33,7 @@ using pcl_ext::nodes::SensorNodeCode;
 using pcl_ext::nodes::Time;
 using pcl_ext_point_cloud_transport::HealthPublisher;
 using pcl_ext_point_cloud_transport::NodeParameters;
+using pcl_ext_point_cloud_transport::ThrottledLog;
 using pcl_ext_point_cloud_transport::toTime;
 using point_cloud_interfaces::msg::CompressedPointCloud2;
 using sensor_msgs::msg::PointCloud2;
@@ -243,13 +244,9 @@ private:
                      transform.failure);
     else if (status.hasWarning())
       warnings_.warn(status.message());
-    const auto statistics = sender_.health().node;
-    pcl_ext::nodes::describeVoxels(
-        statistics.frame.coding.voxels, statistics.preprocessing.has_colours, *message);
+    pcl_ext::nodes::describeFrame(sender_.health().node, sender_.settings(), *message);
     header.frame_id = global_frame_;
     message->header = header;
-    message->format =
-        pcl_ext::nodes::messageFormat(sender_.settings().compression.format);
     frames_->publish(std::move(message));
   }
 

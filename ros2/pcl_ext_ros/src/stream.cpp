@@ -80,14 +80,7 @@ Stream::updateNoise()
     return;
   const auto settings = pcl_ext::nodes::readNoiseParameters(noise);
   central_node_->setMinIntensity(topic_, settings.min_intensity);
-  // A new filter has no history, which is not to be lost for another threshold.
-  const auto isOther = [&](const std::string& name) {
-    return noise_.empty() || noise.at(name) != noise_.at(name);
-  };
-  const bool is_switched = isOther("remove_outliers");
-  const bool is_moved = isOther("min_log_odds") || isOther("density_unit");
-  if (is_switched || (is_moved && settings.outlier_removal))
-    central_node_->setOutlierRemoval(topic_, settings.outlier_removal);
+  central_node_->setOutlierRemoval(topic_, settings.outlier_removal);
   noise_ = std::move(noise);
 }
 
@@ -104,8 +97,16 @@ Stream::describeHealth(const pcl_ext::nodes::StreamHealth& health)
     if (!noise_.empty())
       now.min_intensity = pcl_ext::nodes::readNoiseParameters(noise_).min_intensity;
   }
-  return pcl_ext::nodes::describeHealth(
+  auto report = pcl_ext::nodes::describeHealth(
       now, std::exchange(reported_, now), pcl_ext::nodes::steadyTime());
+  const std::size_t publishers = frames_->get_publisher_count();
+  // An error, as frames of each seem to be lost, of which warnings are.
+  if (publishers > 1)
+    report.raise(pcl_ext::nodes::HealthLevel::Error,
+                 std::to_string(publishers) +
+                     " publishers send this stream, which can have one");
+  report.add("publishers", publishers);
+  return report;
 }
 
 } // namespace pcl_ext_ros

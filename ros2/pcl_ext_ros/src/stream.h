@@ -109,7 +109,7 @@ public:
     ++left_out_;
   }
 
-  /** \brief Describes the stream. Called by one thread at a time.
+  /** \brief Describes the stream. Called by one thread at a time, after subscribe().
    * \param[in] health that of the central node
    */
   pcl_ext::nodes::HealthReport

@@ -276,6 +276,17 @@ TEST_F(CentralNodeTest, FramesOfAnotherFrameIdOrFormatAreDroppedAndReported)
   EXPECT_EQ(voxels_1_->count() + voxels_2_->count(), 0u);
 }
 
+TEST_F(CentralNodeTest, TwoPublishersOfOneStreamAreAnError)
+{
+  start({});
+  const auto second = tester_->create_publisher<Frame>(topic_1, 10);
+  frames_1_->publish(iFrame(0));
+  EXPECT_TRUE(waitForStatus(*diagnostics_,
+                            topic_1,
+                            DiagnosticStatus::ERROR,
+                            "2 publishers send this stream, which can have one"));
+}
+
 TEST_F(CentralNodeTest, IFrameIsRequestedWhereOneWasLost)
 {
   start({});

@@ -29,8 +29,8 @@ public:
     Optional ///< may be set at any time; has no value, not even a default, until it is
   };
 
-  /** \brief What is wrong with values that are allowed one by one, in one line; empty if
-   * nothing. Called for values that are set later. */
+  /** \brief What is wrong with values that are allowed one by one, in one line that begins
+   * with the name of a parameter; empty if nothing. Called for values that are set later. */
   using Check = std::function<std::string(const pcl_ext::nodes::ParameterValues&)>;
 
   /** \brief Called with all values after some have changed. */

@@ -34,6 +34,9 @@ public:
   std::uint32_t
   getNumPublishers() const override;
 
+  rclcpp::SubscriptionBase::SharedPtr
+  getSubscription() const override;
+
   void
   shutdown() override;
 

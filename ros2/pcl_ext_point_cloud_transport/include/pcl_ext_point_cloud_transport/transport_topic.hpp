@@ -10,9 +10,6 @@ namespace pcl_ext_point_cloud_transport {
 /** \brief Name of the transport, at the end of its topics. */
 inline constexpr const char* transport_name = "pcl_ext";
 
-/** \brief Warnings of one kind are logged at most this often, milliseconds. */
-inline constexpr int milliseconds_between_warnings = 5000;
-
 /** \brief Topic on which receivers request I-frames. */
 inline std::string
 requestTopic(const std::string& topic)
