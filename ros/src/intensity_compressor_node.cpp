@@ -114,13 +114,9 @@ private:
     if (settings.law != law_)
       ROS_INFO("The intensities are: %s", pcl_ext::nameOf(settings.law).c_str());
     law_ = settings.law;
-    const SensorNodeStatistics statistics = sender_->health().node;
     header.frame_id = parameters_.global_frame;
-    describeFrame(header,
-                  settings,
-                  statistics.frame.coding.voxels,
-                  statistics.preprocessing.has_colours,
-                  message);
+    message.header = header;
+    pcl_ext::nodes::describeFrame(sender_->health().node, settings, message);
     frames_.publish(message);
   }
 

@@ -35,18 +35,6 @@ withoutLeadingSlash(const std::string& frame_id)
   return frame_id.substr(has_slash ? 1 : 0);
 }
 
-void
-describeFrame(const std_msgs::Header& header,
-              const pcl_ext::nodes::SensorNodeSettings& settings,
-              std::size_t voxels,
-              bool has_colours,
-              CompressedPointCloud2& message)
-{
-  message.header = header;
-  pcl_ext::nodes::describeVoxels(voxels, has_colours, message);
-  message.format = pcl_ext::nodes::messageFormat(settings.compression.format);
-}
-
 sensor_msgs::PointCloud2
 toMessage(const std_msgs::Header& header, const pcl_ext::io::VoxelFrame& frame)
 {

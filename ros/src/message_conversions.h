@@ -1,15 +1,12 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
-#include <pcl_ext_ros/CompressedPointCloud2.h>
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Header.h>
 
-#include <cstddef>
 #include <string>
 
 namespace pcl_ext_ros {
@@ -28,20 +25,6 @@ rosTimeNow();
 /** \brief A frame id as TF2 needs it. */
 std::string
 withoutLeadingSlash(const std::string& frame_id);
-
-/** \brief Describes a coded frame in its message.
- * \param[in] header stamp of the cloud and global frame
- * \param[in] settings of the stream
- * \param[in] voxels number of voxels in the frame
- * \param[in] has_colours whether they have colours
- * \param[out] message all but its bytes
- */
-void
-describeFrame(const std_msgs::Header& header,
-              const pcl_ext::nodes::SensorNodeSettings& settings,
-              std::size_t voxels,
-              bool has_colours,
-              CompressedPointCloud2& message);
 
 /** \brief A cloud of the voxel centres, see pcl_ext::nodes::describeVoxels. */
 sensor_msgs::PointCloud2

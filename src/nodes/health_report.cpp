@@ -60,6 +60,11 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
     report.raise(HealthLevel::Warning, "Outliers: " + stream.outlier_removal.message());
   if (stream.voxels > 0 && stream.kept_voxels == 0)
     report.raise(HealthLevel::Warning, "All voxels are removed as noise");
+  // As where a lidar is judged as a depth camera.
+  if (2 * stream.outliers_removed > stream.voxels)
+    report.raise(
+        HealthLevel::Warning,
+        "Most voxels are removed as outliers: density_unit may not fit the sensor");
   if (stream.voxels_outside_grid > 0)
     report.raise(HealthLevel::Warning,
                  "Voxels are too far from those of other streams to be merged");
@@ -95,6 +100,8 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
                  "Clouds are missing: lost on the way or dropped from the queue");
   if (node.clouds_refused > before.node.clouds_refused)
     report.raise(HealthLevel::Error, "Clouds are refused");
+  if (node.outliers_removed > node.frame.coding.voxels)
+    report.raise(HealthLevel::Warning, "Most voxels are removed as outliers");
   if (old_transforms(now) > old_transforms(before))
     report.raise(HealthLevel::Warning, "A transform of another time is used");
 

@@ -60,6 +60,8 @@ ReceivedStream::setOutlierRemoval(
     const std::optional<VoxelOutlierRemovalSettings>& settings)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (settings == outlier_settings_)
+    return;
   outlier_settings_ = settings;
   are_outlier_settings_new_ = true;
 }

@@ -215,6 +215,7 @@ private:
     count(cloud, bytes.size(), cycle.count());
     statistics_.preprocessing = pipeline_->filters->points->statistics();
     statistics_.outliers_removed = outliers;
+    statistics_.decoded_points = pipeline_->frame.pointCount();
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }

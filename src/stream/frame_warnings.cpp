@@ -110,10 +110,10 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
   std::string_view remedy = "use a larger intensity_range or more intensity_bits";
   if (is_published)
     remedy = is_sum
-                 ? "the published layout has 0 to 255; use Aggregation::Mean, or scale "
-                   "them with NativeLaw"
-                 : "the published layout has 0 to 255; scale them with NativeLaw, or "
-                   "use version 1";
+                 ? "the published layout has 0 to 255; set aggregation to the mean, or "
+                   "scale them before"
+                 : "the published layout has 0 to 255; scale them before, or use "
+                   "version 1";
   warn(cloud.intensities_out_of_range,
        cloud.voxels,
        "voxels have an intensity beyond the scale and were set to its end: ",
@@ -128,7 +128,7 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
          text,
          is_published
              ? "the published layout has whole numbers of 0 to 255; scale them "
-               "with NativeLaw, or use version 1"
+               "before, or use version 1"
              : "set intensity_range to what the sensor has, without outliers");
 }
 

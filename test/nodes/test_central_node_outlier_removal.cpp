@@ -215,6 +215,22 @@ TEST_F(CentralNodeOutliersOfOneStream, FramesThatFailDoNotReachTheFilter)
   EXPECT_GT(differing, 0u);
 }
 
+TEST_F(CentralNodeOutliersOfOneStream, TheSameSettingsAgainKeepTheHistory)
+{
+  const CodedStream stream = streamOf(6);
+  VoxelOutlierRemoval removal(atLogOdds(0.5f));
+  std::size_t differing = 0;
+  for (std::size_t i = 0; i < stream.frames.size(); ++i) {
+    node.setOutlierRemoval("a", atLogOdds(0.5f));
+    sendAndWait(node, "a", stream.frames[i]);
+    const VoxelFrame kept = recorder.frames("a").back().voxels;
+    expectSameFrame(kept, filtered(stream.decoded[i], removal));
+    VoxelOutlierRemoval fresh(atLogOdds(0.5f));
+    differing += filtered(stream.decoded[i], fresh).keys != kept.keys ? 1 : 0;
+  }
+  EXPECT_GT(differing, 0u);
+}
+
 TEST_F(CentralNodeOutliersOfOneStream, AFrameThatFailsLeavesTheHealthOfTheOneBefore)
 {
   const CodedStream stream = streamOf(1);

@@ -36,6 +36,7 @@ struct Message {
   std::uint32_t row_step = 0;
   std::vector<std::uint8_t> data;
   bool is_dense = false;
+  std::string format; // of a compressed one
 };
 
 template <typename ValueT>
@@ -126,6 +127,27 @@ TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
   }
   EXPECT_EQ(intensities, "566677");
   EXPECT_EQ(blue, "122233");
+}
+
+TEST(CloudMessages, AFrameIsDescribedAsTheCloudThatItBecomes)
+{
+  SensorNodeStatistics statistics;
+  statistics.decoded_points = 7;
+  statistics.frame.coding.voxels = 3;
+  SensorNodeSettings settings;
+  for (const bool has_colours : {false, true}) {
+    statistics.preprocessing.has_colours = has_colours;
+    Message message;
+    describeFrame(statistics, settings, message);
+    EXPECT_EQ(message.width, 7u);
+    EXPECT_EQ(message.row_step, has_colours ? 140u : 112u);
+    EXPECT_EQ(message.fields.size(), has_colours ? 5u : 4u);
+    EXPECT_EQ(message.format, "pcl_ext/version1");
+  }
+  settings.compression.format = StreamFormat::Published;
+  Message message;
+  describeFrame(statistics, settings, message);
+  EXPECT_EQ(message.format, "pcl_ext/published");
 }
 
 TEST(CloudMessages, CloudsAreCopiedOrMoved)

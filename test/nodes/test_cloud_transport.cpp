@@ -239,6 +239,22 @@ TEST(CloudTransport, ReceiversRemoveNoise)
   EXPECT_EQ(receiver.health().stream.kept_voxels, expected);
 }
 
+TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
+{
+  CloudSender sender;
+  CloudReceiver receiver;
+  VoxelFrame voxels;
+  for (const bool keep_points : {false, true}) {
+    ASSERT_EQ(sender.setParameters({{"keep_points", keep_points}}), "");
+    const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
+    ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
+    const std::size_t points = sender.health().node.decoded_points;
+    EXPECT_EQ(points, voxels.pointCount());
+    EXPECT_EQ(points, keep_points ? 2000 : voxels.size());
+    EXPECT_LT(voxels.size(), 2000u);
+  }
+}
+
 TEST(CloudTransport, GarbageIsHarmless)
 {
   CloudSender sender;

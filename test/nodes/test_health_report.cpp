@@ -65,6 +65,13 @@ TEST(HealthReport, OfASender)
   expectLevel(report_of(now), HealthLevel::Error, "Clouds are refused");
   EXPECT_EQ(valueOf(report_of(now), "clouds refused"), "2");
   now = before;
+  now.node.frame.coding.voxels = 10;
+  now.node.outliers_removed = 10;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+  now.node.outliers_removed = 11;
+  expectLevel(
+      report_of(now), HealthLevel::Warning, "Most voxels are removed as outliers");
+  now = before;
   now.latest_transforms = 2;
   now.node.frames_with_last_transform = 3;
   expectLevel(
@@ -107,6 +114,13 @@ TEST(HealthReport, OfAReceiver)
   expectLevel(report_of(now), HealthLevel::Warning, "All voxels are removed as noise");
   EXPECT_EQ(valueOf(report_of(now), "compression ratio"), "40");
   now.stream.kept_voxels = 10;
+  now.stream.outliers_removed = 501;
+  expectLevel(
+      report_of(now),
+      HealthLevel::Warning,
+      "Most voxels are removed as outliers: density_unit may not fit the sensor");
+  now.stream.outliers_removed = 500;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
   now.stream.voxels_outside_grid = 3;
   expectLevel(report_of(now),
               HealthLevel::Warning,

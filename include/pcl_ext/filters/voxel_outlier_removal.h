@@ -102,6 +102,14 @@ struct VoxelOutlierRemovalSettings {
    * its own blocks take as much in any case: up to 400 bytes per voxel if the voxels are far
    * apart, 660 below min_cell_edge. */
   std::size_t max_blocks = std::size_t{1} << 17;
+
+  friend bool
+  operator==(const VoxelOutlierRemovalSettings& a, const VoxelOutlierRemovalSettings& b)
+  {
+    return a.min_log_odds == b.min_log_odds && a.unit == b.unit &&
+           a.full_intensity == b.full_intensity && a.use_history == b.use_history &&
+           a.max_blocks == b.max_blocks;
+  }
 };
 
 /** \brief Outcomes of a VoxelOutlierRemoval. But for Ok nothing was judged and nothing

@@ -137,10 +137,10 @@ public:
    * It is applied before min_intensity and before merging. Off by default.
    *
    * The filter keeps a history of the decoded frames, see VoxelOutlierRemoval, across
-   * I-frames and frames that fail. Every call makes a new filter with an empty history. Where
-   * a frame cannot be judged it stays unchanged: StreamHealth::outlier_removal says why, and
-   * whether it was judged without intensities. Name DensityUnit::Points for counts of depth
-   * cameras.
+   * I-frames and frames that fail. Other settings than before make a new filter with an
+   * empty history. Where a frame cannot be judged it stays unchanged:
+   * StreamHealth::outlier_removal says why, and whether it was judged without intensities.
+   * Name DensityUnit::Points for counts of depth cameras.
    * \param[in] name of the stream
    * \param[in] settings as checkSettings() accepts; none: no outliers are removed
    * \return InvalidSettings or UnknownStream if nothing was changed

@@ -7,6 +7,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/nodes/sensor_node.h>
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -60,6 +61,21 @@ describeVoxels(std::size_t points, bool has_colours, MessageT& message)
       static_cast<std::uint32_t>(sizeof(float) * message.fields.size());
   message.row_step = message.point_step * message.width;
   message.is_dense = true;
+}
+
+/** \brief Describes the last frame of a node in its message: the format, and the cloud that
+ * the frame is decoded to. Header and bytes are unchanged.
+ * \tparam MessageT CompressedPointCloud2
+ */
+template <typename MessageT>
+void
+describeFrame(const SensorNodeStatistics& statistics,
+              const SensorNodeSettings& settings,
+              MessageT& message)
+{
+  describeVoxels(
+      statistics.decoded_points, statistics.preprocessing.has_colours, message);
+  message.format = messageFormat(settings.compression.format);
 }
 
 /** \brief Writes the voxels of a frame into a PointCloud2, but for its header.

@@ -46,8 +46,8 @@ public:
   CloudReceiver&
   operator=(const CloudReceiver&) = delete;
 
-  /** \brief Sets what is noise, from the next frame on. Each call clears the history of the
-   * outlier removal. */
+  /** \brief Sets what is noise, from the next frame on. Other settings of the outlier
+   * removal than before clear its history. */
   void
   setNoise(const NoiseSettings& noise);
 

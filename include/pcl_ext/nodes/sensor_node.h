@@ -99,7 +99,8 @@ struct SensorNodeStatistics {
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
-  io::FrameStatistics frame;             ///< of the last frame
+  std::size_t decoded_points = 0; ///< of the cloud that the last frame is decoded to
+  io::FrameStatistics frame;      ///< of the last frame
   StreamRates rates;
 
   /** \brief Bytes of the clouds against bytes of the frames; 0 before the first. */
