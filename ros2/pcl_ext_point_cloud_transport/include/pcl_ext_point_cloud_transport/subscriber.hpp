@@ -34,8 +34,9 @@ public:
   std::uint32_t
   getNumPublishers() const override;
 
-  rclcpp::SubscriptionBase::SharedPtr
-  getSubscription() const override;
+  // Not marked as an override, as only version 4.0.7 and later have it to override.
+  virtual rclcpp::SubscriptionBase::SharedPtr
+  getSubscription() const;
 
   void
   shutdown() override;
