@@ -104,7 +104,7 @@ private:
     ++health_.clouds;
     health_.last_arrival = steadyTime();
     if (receivers > receivers_)
-      requests_.add();
+      requests_.addReceiver();
     receivers_ = receivers;
     if (SensorNodeStatus status = checkTransform(cloud, sensor_to_world); !status.ok())
       return status;

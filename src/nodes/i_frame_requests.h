@@ -10,18 +10,27 @@ namespace nodes {
  * more frame is sent, so that requests never cause two I-frames in a row. */
 class IFrameRequests {
 public:
-  /** \brief A receiver requests an I-frame, or there is a new receiver. */
+  /** \brief A receiver requests an I-frame. */
   void
   add()
   {
     is_due_ = true;
   }
 
+  /** \brief There is a new receiver. It has not got the last frame, so that the next one has
+   * to be an I-frame in any case. */
+  void
+  addReceiver()
+  {
+    is_due_ = true;
+    frames_since_ = frames_to_wait;
+  }
+
   /** \brief True if the frame that comes next has to be an I-frame; the request is done. */
   bool
   take()
   {
-    if (!is_due_ || frames_since_ < 2)
+    if (!is_due_ || frames_since_ < frames_to_wait)
       return false;
     is_due_ = false;
     frames_since_ = 0;
@@ -36,8 +45,10 @@ public:
   }
 
 private:
+  static constexpr std::size_t frames_to_wait = 2;
+
   bool is_due_ = false;
-  std::size_t frames_since_ = 2; // since a request was passed on
+  std::size_t frames_since_ = frames_to_wait; // since a request was passed on
 };
 
 } // namespace nodes

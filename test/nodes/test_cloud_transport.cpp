@@ -168,6 +168,11 @@ TEST(CloudTransport, ANewReceiverGetsAnIFrame)
   EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
   EXPECT_FALSE(isIFrame(encoded(sender, cloud, 1)));
   EXPECT_TRUE(isIFrame(encoded(sender, cloud, 3)));
+  // Also right after another I-frame.
+  EXPECT_TRUE(isIFrame(encoded(sender, cloud, 4)));
+  sender.requestIFrame();
+  EXPECT_FALSE(isIFrame(encoded(sender, cloud, 4)));
+  EXPECT_TRUE(isIFrame(encoded(sender, cloud, 4)));
 }
 
 TEST(CloudTransport, RequestsNeverCauseTwoIFramesInARow)
