@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
 
 namespace pcl_ext {
@@ -72,18 +74,26 @@ public:
     return index;
   }
 
-  /** \brief The lowest float in the usable range of each axis, metres. */
+  /** \brief The lowest float that is not below the usable range of each axis, metres;
+   * infinity if there is none. In a fixed number of steps for any lattice. */
   std::array<float, 3>
   lowestCoordinates() const
   {
-    return outermostCoordinates(begin_, std::numeric_limits<float>::lowest());
+    std::array<float, 3> coordinates;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      coordinates[axis] = floatOfRank(lowestRankFrom(axis, begin_[axis]));
+    return coordinates;
   }
 
-  /** \brief The highest float in the usable range of each axis, metres. */
+  /** \brief The highest float that is not above the usable range of each axis, metres;
+   * minus infinity if there is none. In a fixed number of steps for any lattice. */
   std::array<float, 3>
   highestCoordinates() const
   {
-    return outermostCoordinates(end_, std::numeric_limits<float>::max());
+    std::array<float, 3> coordinates;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      coordinates[axis] = floatOfRank(lowestRankFrom(axis, end_[axis]) - 1);
+    return coordinates;
   }
 
 private:
@@ -95,37 +105,40 @@ private:
     return (static_cast<double>(coordinate) - anchor_[axis]) / resolution_;
   }
 
-  /** \brief The outermost usable float of each axis.
-   * \param[in] bounds begin_ or end_
-   * \param[in] outermost the outermost float
-   */
-  std::array<float, 3>
-  outermostCoordinates(const std::array<double, 3>& bounds, float outermost) const
+  /** \brief Rank of the lowest float whose position is not below a bound, or of infinity.
+   *
+   * By bisection of the ranks: between a float that is computed from the bound and the one
+   * that is wanted may be a billion floats, where the bound is near zero. */
+  std::int32_t
+  lowestRankFrom(std::size_t axis, double bound) const
   {
-    std::array<float, 3> coordinates;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto is_usable = [&](float coordinate) {
-        const double position = positionOf(axis, coordinate);
-        return outermost < 0.0f ? position >= bounds[axis] : position < bounds[axis];
-      };
-      float coordinate = nearestCoordinate(axis, bounds[axis]);
-      while (is_usable(coordinate) && coordinate != outermost)
-        coordinate = std::nextafter(coordinate, outermost);
-      while (!is_usable(coordinate))
-        coordinate = std::nextafter(coordinate, -outermost);
-      coordinates[axis] = coordinate;
+    std::int32_t low = -highest_rank;
+    std::int32_t high = highest_rank + 1;
+    while (low < high) {
+      const auto middle =
+          static_cast<std::int32_t>((std::int64_t{low} + std::int64_t{high} - 1) >> 1);
+      if (positionOf(axis, floatOfRank(middle)) >= bound)
+        high = middle;
+      else
+        low = middle + 1;
     }
-    return coordinates;
+    return low;
   }
 
-  /** \brief A float near a position. */
-  float
-  nearestCoordinate(std::size_t axis, double position) const
+  /** \brief The float of a rank: ranks number the floats in ascending order, 0 is 0.0f.
+   * Those beyond the highest rank are infinite. */
+  static float
+  floatOfRank(std::int32_t rank)
   {
-    constexpr double largest = std::numeric_limits<float>::max();
-    return static_cast<float>(
-        std::clamp(anchor_[axis] + position * resolution_, -largest, largest));
+    const std::int32_t bits = std::abs(rank);
+    float magnitude;
+    static_assert(std::numeric_limits<float>::is_iec559 && sizeof(float) == 4);
+    std::memcpy(&magnitude, &bits, sizeof(magnitude));
+    return rank < 0 ? -magnitude : magnitude;
   }
+
+  /** \brief Rank of the largest finite float. */
+  static constexpr std::int32_t highest_rank = 0x7f7fffff;
 
   /** \brief Floor of a number within the range of the type, without a call of std::floor. */
   static std::int32_t

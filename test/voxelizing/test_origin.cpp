@@ -11,6 +11,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <random>
 #include <vector>
@@ -196,6 +198,61 @@ TEST(Origin, OfAFarBoxIsInTheBox)
   VoxelFrame frame;
   EXPECT_EQ(voxelize(voxelizer, points, frame).points_used, points.size());
   EXPECT_LE(largestError(points, frame), settings.resolution / 2.0 + 1e-6);
+}
+
+/** \brief A float of any magnitude, sign and kind. */
+float
+anyFloat(std::mt19937_64& random)
+{
+  const auto bits = static_cast<std::uint32_t>(random());
+  float number;
+  std::memcpy(&number, &bits, sizeof(number));
+  return number;
+}
+
+TEST(Origin, OfAPointAtTheEndOfTheLatticeIsFoundAtOnce)
+{
+  // The lattice of the new origin ends at 0, around which are a billion floats.
+  IntensityCompressionSettings settings;
+  for (const double resolution : {0.001, 0.01, 0.04, 0.05}) {
+    settings.resolution = resolution;
+    const auto end = static_cast<float>(std::exp2(20) * resolution);
+    for (const float at : {end, -end}) {
+      Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+      VoxelFrame frame;
+      const Points points{{at, -at, std::nextafter(at, 2.0f * at)}};
+      EXPECT_EQ(voxelize(voxelizer, points, frame).points_used, 1u) << at;
+    }
+  }
+}
+
+TEST(Origin, IsFoundAtOnceForCoordinatesOfAllMagnitudes)
+{
+  // With a walk from float to float this would take minutes.
+  std::mt19937_64 random(31);
+  IntensityCompressionSettings settings;
+  for (int i = 0; i < 2000; ++i) {
+    settings.resolution = std::exp2(uniform(random, -19.0, 19.0));
+    // A whole number of voxels away, as far as the lattice reaches and around it.
+    const double end = std::exp2(20) * settings.resolution;
+    Points points{{anyFloat(random), anyFloat(random), anyFloat(random)}};
+    for (const double off : {0.0, 0.5, -0.5, 1.0})
+      points.push_back({static_cast<float>(end + off * settings.resolution),
+                        static_cast<float>(-end + off * settings.resolution),
+                        anyFloat(random)});
+    if (i % 2 != 0)
+      settings.origin = {end, -end, static_cast<double>(points[1][0])};
+    else
+      settings.origin.reset();
+    ASSERT_TRUE(checkSettings(settings).ok());
+    Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+    VoxelFrame frame;
+    const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
+    ASSERT_TRUE(isConsistent(frame));
+    EXPECT_EQ(statistics.points_used + statistics.points_not_finite +
+                  statistics.points_outside_grid,
+              points.size());
+  }
 }
 
 } // namespace

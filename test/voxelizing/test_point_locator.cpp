@@ -241,8 +241,10 @@ TYPED_TEST(PointLocators, AgreeWithScalarLanes)
 
 TEST(Lattice, OutermostCoordinates)
 {
-  for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6})
-    for (const double anchor : {0.0, 12.7}) {
+  for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6}) {
+    // With the last ones the lattice begins or ends at 0, around which are a billion floats.
+    const double end_at_0 = -static_cast<double>(lattice_end) * resolution;
+    for (const double anchor : {0.0, 12.7, end_at_0, -end_at_0}) {
       const VoxelGrid grid{resolution, {anchor, -anchor, 0.0}, {0, 0, 0}, 1};
       const std::array<std::int64_t, 3> begin{-lattice_end, -5, 0};
       const std::array<std::int64_t, 3> end{lattice_end, 77, 1};
@@ -260,6 +262,7 @@ TEST(Lattice, OutermostCoordinates)
         EXPECT_FALSE(lattice.indexOf(outside.data(), index));
       }
     }
+  }
 }
 
 } // namespace

@@ -70,7 +70,8 @@ setIntensities(const IntensityModelT& model,
 /** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
  *
  * Combines Voxelizer, DepthModel and FrameEncoder, and fits the grid again if an I-frame is
- * due. Does not need PCL. An instance is for one stream and one thread.
+ * due. Does not need PCL. An instance is for one stream and one thread. A cloud takes time
+ * and memory in proportion to its number of points, for any coordinates and intensities.
  */
 class PCL_EXT_EXPORT CloudEncoder {
 public:

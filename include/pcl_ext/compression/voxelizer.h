@@ -72,8 +72,8 @@ public:
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
  * in double precision from the float coordinates. Points more than 2^20 voxels from the
- * anchor, outside the fixed box, or not finite are counted and left out. Memory is
- * proportional to the number of points, for any coordinates.
+ * anchor, outside the fixed box, or not finite are counted and left out. Memory and time
+ * are at most proportional to the number of points, for any coordinates.
  *
  * The anchor is the world's origin, unless the settings have another one or clouds lie
  * further out: then it is a corner of a voxel of the world's origin amid the points.
