@@ -1,5 +1,7 @@
 #include "measuring/cloud_file_headers.h"
 
+#include "measuring/text_points.h"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -30,6 +32,7 @@ fail(const std::string& reason)
 struct PcdLines {
   std::map<std::string, std::string> values;
   std::uint64_t bytes = 0;  ///< of the header
+  std::uint64_t lines = 0;  ///< of the header
   std::string unknown_line; ///< empty: all are known
 };
 
@@ -50,32 +53,18 @@ isKnownWord(const std::string& word)
   return std::find(std::begin(known), std::end(known), word) != std::end(known);
 }
 
-/** \brief Reads a line of a header; a file of no lines is not read as one. */
-bool
-readLine(std::istream& file, std::string& line)
-{
-  constexpr std::size_t longest = std::size_t{1} << 16;
-  line.clear();
-  for (int next = file.get(); next != std::char_traits<char>::eof();
-       next = file.get()) {
-    if (next == '\n')
-      return true;
-    if (line.size() == longest)
-      return false;
-    line += static_cast<char>(next);
-  }
-  return !line.empty();
-}
-
 std::optional<PcdLines>
 readPcdLines(const std::string& path)
 {
+  if (isEmptyFile(path))
+    return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   PcdLines lines;
   std::string line;
   constexpr int most_header_lines = 100;
   for (int i = 0; i < most_header_lines && readLine(file, line); ++i) {
     lines.bytes += line.size() + 1;
+    ++lines.lines;
     if (!line.empty() && line.back() == '\r')
       line.pop_back();
     if (line.empty() || line.front() == '#')
@@ -129,72 +118,101 @@ shown(std::string text)
   return text;
 }
 
-/** \brief Bytes of a point as the header of a PCD file tells. */
-std::uint64_t
-pointBytes(const std::map<std::string, std::string>& values)
+/** \brief The fields of a point as the header of a PCD file tells. */
+std::vector<TextField>
+pcdFields(const std::map<std::string, std::string>& values)
 {
   const auto wordsIn = [&values](const std::string& name) {
     const auto found = values.find(name);
     return found == values.end() ? std::vector<std::string>() : wordsOf(found->second);
   };
-  const std::vector<std::string> fields = wordsIn("FIELDS");
+  const std::vector<std::string> names = wordsIn("FIELDS");
   const std::vector<std::string> sizes = wordsIn("SIZE");
+  const std::vector<std::string> types = wordsIn("TYPE");
   const std::vector<std::string> counts = wordsIn("COUNT");
   constexpr std::size_t most_fields = 1000;
-  if (fields.empty() || fields.size() > most_fields || sizes.size() != fields.size() ||
-      wordsIn("TYPE").size() != fields.size() ||
-      (!counts.empty() && counts.size() != fields.size()))
+  if (names.empty() || names.size() > most_fields || sizes.size() != names.size() ||
+      types.size() != names.size() ||
+      (!counts.empty() && counts.size() != names.size()))
     fail("the numbers of FIELDS, SIZE, TYPE and COUNT in its header differ");
-  std::uint64_t bytes = 0;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::uint64_t size = countOf("SIZE", sizes[i]);
-    const std::uint64_t count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
-    constexpr std::uint64_t most = 1 << 20;
-    if (size > 8 || count > most)
+  std::vector<TextField> fields;
+  std::uint64_t point_bytes = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    using Kind = TextField::Kind;
+    TextField field;
+    field.name = names[i];
+    field.kind = names[i] == "_"   ? Kind::Ignored // fills a point up
+                 : types[i] == "I" ? Kind::Signed
+                 : types[i] == "U" ? Kind::Unsigned
+                                   : Kind::Real;
+    field.bytes = countOf("SIZE", sizes[i]);
+    field.count = counts.empty() ? 1 : countOf("COUNT", counts[i]);
+    point_bytes += field.bytes * field.count;
+    constexpr std::uint64_t most_point_bytes = 1 << 20;
+    if (field.bytes == 0 || field.bytes > 8 || field.count > most_point_bytes ||
+        point_bytes > most_point_bytes)
       fail("its header has no valid SIZE or COUNT");
-    bytes += size * count;
+    fields.push_back(field);
   }
-  return bytes;
+  return fields;
 }
 
-/** \brief Bytes that the compressed points of a PCD file take, as they tell. */
+/** \brief Checks the sizes that compressed points of a PCD file have before them. PCL's
+ * reader would take memory for any size, and reads behind one that is too small.
+ * \param[in] point_bytes bytes of a point without those that fill it up
+ * \return bytes that they take in the file
+ */
 std::uint64_t
-compressedBytes(const std::string& path, std::uint64_t header_bytes)
+checkCompressedSizes(const std::string& path,
+                     std::uint64_t header_bytes,
+                     std::uint64_t points,
+                     std::uint64_t point_bytes)
 {
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(header_bytes));
   std::array<std::uint8_t, 8> sizes{}; // compressed, uncompressed; little-endian
   file.read(reinterpret_cast<char*>(sizes.data()), sizes.size());
-  return sizes.size() + (std::uint64_t{sizes[0]} | std::uint64_t{sizes[1]} << 8 |
-                         std::uint64_t{sizes[2]} << 16 | std::uint64_t{sizes[3]} << 24);
+  const auto sizeAt = [&sizes](std::size_t at) {
+    return std::uint64_t{sizes[at]} | std::uint64_t{sizes[at + 1]} << 8 |
+           std::uint64_t{sizes[at + 2]} << 16 | std::uint64_t{sizes[at + 3]} << 24;
+  };
+  const std::uint64_t compressed = sizeAt(0);
+  const std::uint64_t uncompressed = sizeAt(4);
+  if (file && uncompressed != points * point_bytes)
+    fail("its points have " + std::to_string(uncompressed) +
+         " bytes uncompressed, not the " + std::to_string(points * point_bytes) +
+         " that its header promises");
+  // Of LZF, three bytes stand for at most 264.
+  constexpr std::uint64_t most_times = 88;
+  if (file && uncompressed > most_times * compressed)
+    fail("its compressed points are damaged: " + std::to_string(compressed) +
+         " bytes cannot stand for " + std::to_string(uncompressed));
+  return sizes.size() + compressed;
 }
 
-/** \brief Refuses a file in which another cloud follows the first one, as PCL's reader would
- * leave it out.
- * \param[in] header_bytes bytes before the points
- * \param[in] lines of points in text; 0: there are bytes instead
- * \param[in] bytes of points, if they are no text
+/** \brief Refuses a file in which another cloud, or more lines of points, follow the points
+ * that its header promises, as PCL's reader would leave them out.
+ * \param[in] file behind the points
  */
 void
-checkNothingFollows(const std::string& path,
-                    std::uint64_t header_bytes,
-                    std::uint64_t lines,
-                    std::uint64_t bytes)
+checkNothingFollows(std::istream& file, bool is_text)
 {
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(static_cast<std::streamoff>(header_bytes + bytes));
   // PCL's writer fills compressed points up to the size of a page.
   constexpr int largest_page = 1 << 16;
   for (int i = 0; i < largest_page && file.peek() == 0; ++i)
     file.get();
   std::string line;
-  for (std::uint64_t i = 0; i < lines && readLine(file, line); ++i)
-    continue;
-  if (readLine(file, line) &&
-      (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0))
+  if (!readLine(file, line))
+    return;
+  if (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0)
     fail("another cloud follows the first one: put each into a file of its own, and "
-         "name "
-         "the files or their folder");
+         "name the files or their folder");
+  if (!is_text)
+    return;
+  do
+    if (line.find_first_not_of(" \t\r") != std::string::npos)
+      fail("lines follow the points that its header promises: '" + shown(line) + "'");
+  while (readLine(file, line));
 }
 
 /** \brief Bytes of a number of a PLY file; 0: there is no such type. */
@@ -227,10 +245,13 @@ bytesOfPlyType(const std::string& type)
 struct PlyHeader {
   bool is_text = false;
   std::uint64_t vertices = 0;
-  std::uint64_t vertex_bytes = 0;
-  std::uint64_t columns = 0; ///< of an image; 0: there are none
+  std::vector<TextField> fields; ///< of vertices
+  std::uint64_t columns = 0;     ///< of an image; 0: there are none
   std::uint64_t rows = 0;
   std::uint64_t bytes = 0;     ///< of the header
+  std::uint64_t lines = 0;     ///< of the header
+  std::uint64_t elements = 0;  ///< before the vertices
+  bool has_vertices = false;   ///< there was their line
   bool is_of_vertices = false; ///< the properties that follow
   bool has_end = false;
 };
@@ -247,12 +268,21 @@ readPlyLine(const std::vector<std::string>& words, PlyHeader& header)
     header.is_of_vertices = words.size() == 3 && words[1] == "vertex";
     if (header.is_of_vertices)
       header.vertices = countOf("number of vertices", words[2]);
+    else if (!header.has_vertices)
+      header.elements += countOf("number of elements", words.back());
+    header.has_vertices |= header.is_of_vertices;
   }
   else if (words[0] == "property" && header.is_of_vertices) {
     const std::uint64_t bytes = words.size() == 3 ? bytesOfPlyType(words[1]) : 0;
     if (bytes == 0)
       fail("its header has a property of vertices that is no number");
-    header.vertex_bytes += bytes;
+    const std::string& type = words[1];
+    header.fields.push_back({words[2],
+                             type[0] == 'f' || type[0] == 'd' ? TextField::Kind::Real
+                             : type[0] == 'u' ? TextField::Kind::Unsigned
+                                              : TextField::Kind::Signed,
+                             bytes,
+                             1});
   }
   else if (words[0] == "obj_info" && words.size() > 1 && words[1] == "num_cols")
     header.columns = countOf("num_cols", words.size() == 3 ? words[2] : "");
@@ -271,6 +301,14 @@ readPcdHeader(const std::string& path)
   std::map<std::string, std::string> values = lines->values;
   return PcdHeader{
       values["FIELDS"], values["WIDTH"], values["HEIGHT"], values["VIEWPOINT"]};
+}
+
+bool
+isEmptyFile(const std::string& path)
+{
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(path, error);
+  return !error && bytes == 0;
 }
 
 void
@@ -295,21 +333,33 @@ checkPcd(const std::string& path)
   const std::uint64_t points = width * height;
   if (values.count("POINTS") != 0 && countOf("POINTS", values.at("POINTS")) != points)
     fail("WIDTH x HEIGHT and POINTS in its header differ");
-  const std::uint64_t point_bytes = pointBytes(values);
+  const std::vector<TextField> fields = pcdFields(values);
+  std::uint64_t point_bytes = 0;
+  std::uint64_t packed_bytes = 0; // without those that fill points up
+  std::uint64_t words = 0;        // of a point as text
+  for (const TextField& field : fields) {
+    point_bytes += field.bytes * field.count;
+    packed_bytes +=
+        field.kind == TextField::Kind::Ignored ? 0 : field.bytes * field.count;
+    words += field.count;
+  }
   const std::uint64_t file_bytes = fs::file_size(path);
   const std::uint64_t bytes = file_bytes - std::min(file_bytes, lines->bytes);
   const std::string& storage = values.at("DATA");
+  const bool is_text = storage == "ascii";
   // A number and a space for each field is the least that text takes.
   const std::uint64_t least =
       storage == "binary" ? points * point_bytes
-      : storage == "ascii"
-          ? 2 * points * wordsOf(values.at("FIELDS")).size() - (points > 0 ? 1 : 0)
-          : compressedBytes(path, lines->bytes);
+      : is_text           ? 2 * points * words - (points > 0 ? 1 : 0)
+                : checkCompressedSizes(path, lines->bytes, points, packed_bytes);
   if (bytes < least)
     fail("it was cut off: it has " + std::to_string(bytes) + " bytes of points, not " +
          std::to_string(least));
-  const bool is_text = storage == "ascii";
-  checkNothingFollows(path, lines->bytes, is_text ? points : 0, is_text ? 0 : least);
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(lines->bytes + (is_text ? 0 : least)));
+  if (is_text)
+    checkTextPoints(file, fields, points, lines->lines, true);
+  checkNothingFollows(file, is_text);
 }
 
 void
@@ -322,6 +372,7 @@ checkPly(const std::string& path)
   for (int i = 0; i < most_header_lines && !header.has_end && readLine(file, line);
        ++i) {
     header.bytes += line.size() + 1;
+    ++header.lines;
     const std::vector<std::string> words = wordsOf(line);
     readPlyLine(words, header);
     header.has_end = !words.empty() && words[0] == "end_header";
@@ -334,11 +385,18 @@ checkPly(const std::string& path)
     fail("num_cols x num_rows and the number of vertices in its header differ");
   const std::uint64_t file_bytes = fs::file_size(path);
   const std::uint64_t bytes = file_bytes - std::min(file_bytes, header.bytes);
-  const std::uint64_t least_bytes = header.is_text ? 2 : header.vertex_bytes;
+  std::uint64_t least_bytes = 0; // of a vertex
+  for (const TextField& field : header.fields)
+    least_bytes += header.is_text ? 2 : field.bytes;
   if (header.vertices > bytes || header.vertices * least_bytes > bytes + 1)
     fail("it was cut off, or its header is wrong: it promises " +
          std::to_string(header.vertices) + " vertices, and has " +
          std::to_string(bytes) + " bytes of them");
+  if (!header.is_text)
+    return;
+  for (std::uint64_t i = 0; i < header.elements && readLine(file, line); ++i)
+    ++header.lines;
+  checkTextPoints(file, header.fields, header.vertices, header.lines, false);
 }
 
 } // namespace measuring

@@ -111,6 +111,8 @@ checkCoordinates(const pcl::PCLPointCloud2& cloud)
 FileKind
 kindOf(const std::string& path)
 {
+  if (isEmptyFile(path))
+    return FileKind::Empty;
   std::ifstream file(path, std::ios::binary);
   std::array<char, 32> first{};
   file.read(first.data(), static_cast<std::streamsize>(first.size()));

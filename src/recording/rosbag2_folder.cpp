@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <system_error>
@@ -126,8 +124,13 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
     std::error_code ignored;
     if (entry->is_directory(ignored))
       continue;
-    if (entry->path().extension() == ".mcap")
+    if (entry->path().extension() == ".mcap") {
+      // A pipe or a device might be waited for without end.
+      if (!entry->is_regular_file(ignored))
+        return {RecordingCode::InputFailed,
+                "'" + entry->path().string() + "' is no file: a bag has files only"};
       paths.push_back(entry->path());
+    }
     has_database |= entry->path().extension() == ".db3";
   }
   if (error)
@@ -150,17 +153,21 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
 void
 addQosOfMetadata(const std::string& folder, std::vector<McapChannel>& channels)
 {
-  std::ifstream file(fs::path(folder) / metadata_name, std::ios::binary);
+  const fs::path path = fs::path(folder) / metadata_name;
+  std::error_code ignored;
+  InputFile file;
+  if (!fs::is_regular_file(path, ignored) || !file.open(path.string()).ok())
+    return;
   constexpr std::size_t most_bytes = std::size_t{1} << 24;
-  std::string text;
-  for (std::istreambuf_iterator<char> next(file), end;
-       next != end && text.size() < most_bytes;
-       ++next)
-    text += *next;
+  std::string text(std::min<std::uint64_t>(file.size(), most_bytes), '\0');
+  if (!file.read(0, text.size(), reinterpret_cast<std::uint8_t*>(text.data())))
+    return;
   const std::map<std::string, std::string> profiles = readOfferedQos(text);
+  std::size_t added_bytes = 0; // many channels may have the same topic
   for (McapChannel& channel : channels)
     if (const auto found = profiles.find(channel.topic);
-        found != profiles.end() && valueOf(channel, qos_metadata).empty())
+        found != profiles.end() && valueOf(channel, qos_metadata).empty() &&
+        (added_bytes += found->second.size()) <= most_bytes)
       channel.metadata[qos_metadata] = found->second;
 }
 

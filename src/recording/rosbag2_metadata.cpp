@@ -130,9 +130,12 @@ readOfferedQos(const std::string& metadata)
     if (!isKey(lines[i], "topic_metadata:") || i + 1 == lines.size())
       continue;
     const std::size_t indent = lines[i + 1].indent; // of the keys in it
+    if (indent <= lines[i].indent)
+      continue;
     std::string topic;
     std::string qos;
-    for (std::size_t k = i + 1; k < lines.size() && lines[k].indent >= indent; ++k) {
+    std::size_t k = i + 1;
+    for (; k < lines.size() && lines[k].indent >= indent; ++k) {
       if (lines[k].indent > indent || lines[k].is_item)
         continue;
       if (isKey(lines[k], "name:"))
@@ -142,6 +145,7 @@ readOfferedQos(const std::string& metadata)
     }
     if (!topic.empty() && !qos.empty())
       profiles[topic] = qos;
+    i = k - 1; // each line is read once
   }
   return profiles;
 }

@@ -105,6 +105,18 @@ TEST(Rosbag2Metadata, ListsNeedNoIndentation)
   EXPECT_EQ(readOfferedQos(text), expected);
 }
 
+TEST(Rosbag2Metadata, EachLineIsReadOnce)
+{
+  // With a search from each of the lines it would take hours.
+  std::string text;
+  for (int i = 0; i < 1'000'000; ++i)
+    text += "topic_metadata:\n";
+  text += metadataOf("    - topic_metadata:\n        name: /a\n        "
+                     "offered_qos_profiles: '- depth: 1'\n");
+  const std::map<std::string, std::string> expected = {{"/a", "- depth: 1"}};
+  EXPECT_EQ(readOfferedQos(text), expected);
+}
+
 TEST(Rosbag2Metadata, AnyTextIsRead)
 {
   const std::string text =

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+#include <filesystem>
 
 namespace pcl_ext {
 namespace recording {
@@ -49,6 +52,22 @@ TEST(TemporaryCopies, DevicesAreRefused)
     EXPECT_EQ(status.code(), RecordingCode::InputFailed);
     EXPECT_NE(status.message().find("is a device"), std::string::npos) << status;
   }
+}
+
+TEST(Rosbag2Folders, PipesInThemAreNotWaitedFor)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
+  record(streams, folder / "bag");
+  std::filesystem::remove(folder / "bag/metadata.yaml");
+  ASSERT_EQ(::mkfifo((folder / "bag/metadata.yaml").c_str(), 0600), 0);
+  EXPECT_EQ(readAll(folder / "bag", streams).decoded[0], 5u);
+  ASSERT_EQ(::mkfifo((folder / "bag/bag_1.mcap").c_str(), 0600), 0);
+  RecordingReader reader;
+  const RecordingStatus status = reader.open(folder / "bag");
+  EXPECT_EQ(status.code(), RecordingCode::InputFailed);
+  EXPECT_NE(status.message().find("bag_1.mcap' is no file"), std::string::npos)
+      << status;
 }
 
 } // namespace test
