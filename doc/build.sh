@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Builds the documentation; any warning and any dead link is an error.
+# Installs what is missing and builds the documentation; any warning and any dead link is an error.
 # Usage: doc/build.sh [output folder]     (default: build-doc)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 output=${1:-$root/build-doc}
+bash "$root/tools/install_packages.sh" documentation
 rm -rf "$output/html"
 mkdir -p "$output"
 cd "$root"

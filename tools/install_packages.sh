@@ -20,8 +20,12 @@ for group in "${@:-build}"; do
   [ -n "$packages" ] || stop "no group '$group' in $list"
   for package in $packages; do
     status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
-    # Other packages of nodejs than Debian's have npm in them, and conflict with Debian's.
-    [ "$package" = npm ] && command -v npm > /dev/null && status=installed
+    # They may come from elsewhere. Other packages of nodejs than Debian's have npm in them,
+    # and conflict with Debian's.
+    case $package in
+      npm) command -v npm > /dev/null && status=installed ;;
+      nodejs) command -v node > /dev/null && status=installed ;;
+    esac
     [ "$status" = installed ] || missing+=("$package")
   done
 done
@@ -37,11 +41,27 @@ if [ "$(id -u)" -ne 0 ]; then
       "--no-install-recommends ${missing[*]}; then run this again"
 fi
 
-# A dry run tells how much it will be.
+# Runs apt-get without its lines on standard output. While another program holds one of apt's
+# locks, as on a machine that has just started, waits for it: DPkg::Lock::Timeout is for the
+# lock of dpkg, not for that of `apt-get update`.
+apt_get() {
+  local errors minutes=15 tries=0
+  until errors=$("${as_root[@]}" env LC_ALL=C DEBIAN_FRONTEND=noninteractive \
+    apt-get -qq "$@" 2>&1 > /dev/null); do
+    [[ $errors == *"Could not get lock"* ]] && [ $tries -lt $((minutes * 30)) ] \
+      || stop "apt-get $1 failed: $errors"
+    [ $tries -gt 0 ] \
+      || echo "Waiting for another program:" "$(grep 'Could not get lock' <<< "$errors")"
+    tries=$((tries + 1))
+    sleep 2
+  done
+  [ -z "$errors" ] || echo "$errors" >&2
+}
+
+# A dry run, which needs no lock, tells how much it will be.
 echo "Installing ${missing[*]}"
-"${as_root[@]}" apt-get update -qq
+apt_get update
 options=(--no-install-recommends "${missing[@]}")
-LC_ALL=C "${as_root[@]}" apt-get install --assume-no "${options[@]}" 2> /dev/null \
-  | grep -E '^[0-9]+ upgraded|^Need to get|^After this' || true
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-  apt-get install -y -qq "${options[@]}" > /dev/null
+LC_ALL=C "${as_root[@]}" apt-get install --assume-no -o Debug::NoLocking=1 "${options[@]}" \
+  2> /dev/null | grep -E '^[0-9]+ upgraded|^Need to get|^After this' || true
+apt_get install -y "${options[@]}"

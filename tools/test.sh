@@ -15,6 +15,11 @@ bash "$root/tools/install_packages.sh" build python
 cmake -S "$root" -B "$root/build-test" -G Ninja \
   -DPCL_EXT_UNITY_BUILD=ON -DPCL_EXT_BUILD_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
+# What tests need of the machine and the network is told before the build, which takes long.
+bash "$root/tools/fetch_node_packages.sh" "$root/build-test/test/mcap_core" ||
+  echo "test.sh: the test mcap_core will fail" >&2
+script -qec true /dev/null > /dev/null 2>&1 < /dev/null ||
+  echo "test.sh: no /dev/pts is mounted; tests of ProgramOptions that need a terminal will fail" >&2
 cmake --build "$root/build-test" -j "${PCL_EXT_JOBS:-2}"
 cd "$root/build-test"
 exec ctest --output-on-failure -j "${PCL_EXT_JOBS:-2}" "$@"

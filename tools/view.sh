@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what is missing, builds the viewer, and shows a recording in the browser.
+# Shows a recording in the browser.
 # Usage: bash tools/view.sh [RECORDING | - | --cell] [options of pcl_ext view]
 #   RECORDING   a .pcxi or MCAP file, or a rosbag2 folder
 #   -           frames from the standard input, as they arrive
@@ -25,13 +25,10 @@ case ${1:-} in
     fi
     ;;
 esac
-bash "$root/tools/install_packages.sh" build viewer
-echo "Building the viewer's page"
-bash "$root/viewer/build.sh" > /dev/null
 if [ $# -eq 0 ]; then
   demo=$root/build-run/demo
   [ -e "$demo/cell.mcap" ] ||
-    bash "$root/tools/run.sh" demo --sensors 6 --frames 200 --law quadratic --output "$demo"
+    bash "$root/tools/run.sh" demo --sensors 6 --frames 200 --law quadratic --output "$demo" >&2
   set -- "$demo/cell.mcap"
 fi
 exec bash "$root/tools/run.sh" view "$@"

@@ -7,6 +7,7 @@ the exit status is 1 then. Takes about half a minute for each mutation on one co
 
     test/mutants/run.py                  # all of them, in build-mutants
     test/mutants/run.py --only history   # those whose file or name matches
+    test/mutants/run.py --check          # only whether each text occurs once in its file
 """
 
 import argparse
@@ -24,12 +25,12 @@ from mutants import MUTANTS
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # In the order in which they run, but for the program of the mutated room, which is first.
 PROGRAMS = ("test_stream", "test_voxels", "test_outliers", "test_filters", "test_codec",
-            "test_compression", "test_nodes", "test_recording", "test_threads")
+            "test_compression", "test_nodes", "test_recording", "test_threads", "test_view")
 PROGRAM_OF_ROOM = {"bytes": "test_voxels", "voxels": "test_voxels",
                    "voxelizing": "test_voxels", "simd": "test_voxels",
                    "codec": "test_codec", "outliers": "test_outliers",
                    "filters": "test_filters", "compression": "test_compression",
-                   "nodes": "test_nodes", "recording": "test_recording"}
+                   "nodes": "test_nodes", "recording": "test_recording", "view": "test_view"}
 SECONDS_A_PROGRAM = 600
 MOST_MEMORY = 8 << 30  # bytes of address space
 
@@ -87,12 +88,21 @@ def first_failure(build, first="test_stream"):
     return None
 
 
+def misfits(mutants):
+    """A line for each mutant whose text does not occur once in its file."""
+    lines = []
+    for mutant in mutants:
+        path = ROOT / mutant.file
+        count = path.read_text().count(mutant.old) if path.is_file() else 0
+        if count != 1:
+            lines.append(f"{mutant.file}: {mutant.what}: '{mutant.old}' occurs {count} times")
+    return lines
+
+
 def judge(mutant, source, build, jobs):
     """What became of a mutant: a word, and the test that noticed it."""
     path = source / mutant.file
     text = path.read_text()
-    if text.count(mutant.old) != 1:
-        return "not applicable", f"'{mutant.old}' occurs {text.count(mutant.old)} times"
     try:
         path.write_text(text.replace(mutant.old, mutant.new))
         is_compiled, output = compile_tests(build, jobs)
@@ -111,8 +121,15 @@ def main():
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build-mutants")
     parser.add_argument("--only", default="", help="a regular expression for file and name")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--check", action="store_true", help="apply no mutation")
     options = parser.parse_args()
 
+    chosen = [mutant for mutant in MUTANTS
+              if re.search(options.only, f"{mutant.file} {mutant.what}")]
+    if misfitting := misfits(chosen):
+        sys.exit("\n".join(misfitting))
+    if options.check:
+        return 0
     source, build = options.build / "source", options.build / "build"
     copy_sources(source)
     configure(source, build)
@@ -123,8 +140,6 @@ def main():
     if failure:
         sys.exit(f"the tests fail without a mutation: {failure}")
 
-    chosen = [mutant for mutant in MUTANTS
-              if re.search(options.only, f"{mutant.file} {mutant.what}")]
     outcomes = {}
     for mutant in chosen:
         start = time.monotonic()

@@ -58,6 +58,9 @@ pcl_ext_add_program_test(
 set_tests_properties(info_of_colours decode_colours PROPERTIES DEPENDS encode_colours)
 pcl_ext_add_program_test(no_command 2 "Usage: pcl_ext" $<TARGET_FILE:pcl_ext_program>)
 
+add_test(NAME scripts COMMAND ${Python3_EXECUTABLE} -B -m unittest test_scripts
+         WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/tools)
+
 # The script prints the help before it installs or builds anything, which takes longer.
 pcl_ext_add_program_test(run_script_help 0 "Usage: .*encode" sh
                          ${PROJECT_SOURCE_DIR}/tools/run.sh --help)

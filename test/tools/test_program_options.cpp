@@ -15,6 +15,10 @@ namespace fs = std::filesystem;
 using recording::test::knownStream;
 using recording::test::record;
 
+/** \brief Succeeds where programs get a terminal of their own. */
+const std::string has_terminals = "script -qec true /dev/null > /dev/null < /dev/null";
+constexpr const char* no_terminals = "the machine has no terminals: mount /dev/pts";
+
 } // namespace
 
 TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
@@ -80,6 +84,7 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
   EXPECT_EQ(bytesOf(folder / "bag/bag_0.mcap"), recorded);
   EXPECT_EQ(filesIn(folder / "bag"), 2u);
   // A terminal as the standard output.
+  ASSERT_EQ(runShell(folder, has_terminals).status, 0) << no_terminals;
   const ProgramRun terminal =
       runShell(folder,
                "export P; script -qec '\"$P\" encode room -o - 2> "
@@ -201,6 +206,7 @@ TEST(ProgramOptions, RemovedOutliersAreCounted)
 TEST(ProgramOptions, ProgressFitsANarrowTerminal)
 {
   const TestFolder folder;
+  ASSERT_EQ(runShell(folder, has_terminals).status, 0) << no_terminals;
   // It is interrupted as soon as there is a bar.
   const ProgramRun result = runShell(
       folder,

@@ -292,6 +292,32 @@ TEST(ProgramView, WhatCannotBeExportedIsRefused)
   expectRun(folder, "view bag/bag_0.mcap" + page);
 }
 
+TEST(ProgramView, TheCommandThatMakesAMissingPageIsTold)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  for (const std::string prefix : {"installed", "built"}) {
+    fs::create_directories(folder / prefix + "/bin");
+    fs::create_directories(folder / prefix + "/share/pcl_ext");
+    fs::copy_file(PCL_EXT_PROGRAM, folder / prefix + "/bin/pcl_ext");
+  }
+  const auto expectCommand = [&](const std::string& prefix,
+                                 const std::string& command) {
+    const ProgramRun result = runShell(folder, prefix + "/bin/pcl_ext view x.mcap");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.errors.find("this command makes it: " + command),
+              std::string::npos)
+        << result.errors;
+  };
+  expectCommand("installed",
+                "bash viewer/build.sh " +
+                    (folder / "installed/share/pcl_ext/viewer.html"));
+  // In a build tree the page is a link to where the sources' script puts it.
+  fs::create_symlink(folder / "sources/viewer/dist/viewer.html",
+                     folder / "built/share/pcl_ext/viewer.html");
+  expectCommand("built", "bash " + (folder / "sources/viewer/build.sh"));
+}
+
 TEST(ProgramView, WrongCommandLinesAreRefused)
 {
   const TestFolder folder;
