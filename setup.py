@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ SETTINGS = {
     "BUILD_SHARED_LIBS": "OFF",
     "PCL_EXT_BUILD_PYTHON": "ON",
     "PCL_EXT_INSTALL": "OFF",
+    "PCL_EXT_UNITY_BUILD": "ON",
     "PCL_EXT_WITH_PCL": "OFF",
     "PCL_EXT_WITH_VIEW": "OFF",
     "Python3_EXECUTABLE": sys.executable,
@@ -29,6 +31,36 @@ def version():
     return re.search(r"^  VERSION (\S+)$", (ROOT / "CMakeLists.txt").read_text(), re.M)[
         1
     ]
+
+
+def tell(text):
+    """Prints a line, and on the terminal, too, as pip shows what is printed with -v only."""
+    print(text, flush=True)
+    if sys.stdout.isatty():
+        return
+    try:
+        with open("/dev/tty", "w") as terminal:
+            print(text, file=terminal)
+    except OSError:
+        pass  # There is no terminal.
+
+
+def run(command):
+    """Runs a step of the build, and tells each quarter of it that is done."""
+    print(shlex.join(map(str, command)), flush=True)
+    told = 0
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)
+            # Of ninja, and of make.
+            if found := re.match(r"\[ *(?:(\d+)/(\d+)|(\d+)%)\]", line):
+                done, total, percent = found.groups()
+                percent = int(percent or 100 * int(done) // int(total))
+                if percent >= told + 25:
+                    told = percent // 25 * 25
+                    tell(f"pcl_ext: {told} % compiled")
+    if process.returncode != 0:
+        raise subprocess.CalledProcessError(process.returncode, command)
 
 
 class BuildWithCMake(build_ext):
@@ -48,8 +80,9 @@ class BuildWithCMake(build_ext):
             pass  # CMake finds that of the system, Debian's pybind11-dev.
         build = pathlib.Path(self.build_temp).resolve()
         definitions = [f"-D{name}={value}" for name, value in settings.items()]
-        subprocess.check_call(["cmake", "-S", ROOT, "-B", build, *definitions])
-        subprocess.check_call(
+        tell("pcl_ext: compiling, which takes some minutes")
+        run(["cmake", "-S", ROOT, "-B", build, *definitions])
+        run(
             ["cmake", "--build", build, "--target", "pcl_ext_python"]
             + [
                 "--parallel",
