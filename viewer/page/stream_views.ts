@@ -1,4 +1,6 @@
 import type { ShownFrame, StreamDescription } from "./decoding/messages";
+import { combined, identity } from "./recordings/transforms";
+import type { Pose } from "./recordings/transforms";
 import { IntensityAxis } from "./scene/intensity_axis";
 import { numbersOf } from "./scene/surroundings";
 import type { Bounds, SensorPose } from "./scene/surroundings";
@@ -61,9 +63,10 @@ function sampleOf(lists: readonly Float32Array[]): number[] {
 }
 
 export function sensorPoses(streams: readonly StreamView[], isVisible: (stream: number) => boolean): SensorPose[] {
-  return streams.flatMap(({ description }, stream) => {
-    const values = numbersOf(description.metadata.sensor_pose, 7);
-    if (!values || !isVisible(stream)) return [];
+  return streams.flatMap(({ description, shown }, stream) => {
+    const pose = numbersOf(description.metadata.sensor_pose, 7) as Pose | null;
+    if (!pose || !isVisible(stream)) return [];
+    const values = [...combined(shown?.placement?.pose ?? identity, pose)];
     return [{ name: shortName(description.name), colour: cssColour(streamColour(stream)), values }];
   });
 }
@@ -84,10 +87,12 @@ export function shortName(name: string): string {
 
 /** Says where streams cannot be drawn in one place; null if they can. */
 export function frameRemark(streams: readonly StreamView[]): string | null {
-  const frames = new Set(streams.flatMap(({ shown }) => (shown?.frameId ? [shown.frameId] : [])));
+  const frames = new Set(streams.flatMap(({ shown }) => (shown?.frameId ? [shown.placement?.root ?? shown.frameId] : [])));
   if (frames.size < 2) return null;
+  const hasTransforms = streams.some(({ shown }) => shown?.placement);
   return `The streams have different coordinate frames (${[...frames].join(", ")}), each of which is drawn ` +
-    "around the same origin, as the recording does not tell how they lie to each other.";
+    "around the same origin, as " + (hasTransforms ? "no transform connects them."
+      : "the recording does not tell how they lie to each other.");
 }
 
 /** What the filter of outliers cannot know. */

@@ -20,7 +20,7 @@ const msToBegin = 3000;
 function noteOf({ shown, description }: StreamView, source: ViewerState["source"]): string | null {
   if (description.isGone) return "The source no longer has this stream";
   if (shown?.problem) return `Not shown: ${shown.problem}`;
-  if (shown) return null;
+  if (shown) return shown.placement?.problem ?? null;
   return source === "live" ? "No frame has come yet" : "No frame could be read";
 }
 
@@ -121,7 +121,8 @@ export class StreamsOnScreen {
   }
 
   private showVoxels(stream: number, frame: ShownFrame | null): void {
-    const before = this.scene.show(stream, frame?.voxels ?? null, frame?.resolution ?? 0, this.store.get().voxelScale);
+    const before = this.scene.show(stream, frame?.voxels ?? null, frame?.resolution ?? 0, this.store.get().voxelScale,
+      frame?.placement?.pose);
     if (before) this.recycle(before);
   }
 
@@ -144,6 +145,8 @@ export class StreamsOnScreen {
     if (frames.length === 0) return;
     if (!this.axis || !this.hasFitted || this.axisKey !== views.contentsKey(this.streams)) this.chooseAxis();
     this.apply();
+    this.tellFrames();
+    if (this.streams.some(({ description, shown }) => description.metadata.sensor_pose && shown?.placement)) this.showSensors();
     if (!this.hasFitted && frames.some((frame) => frame.voxels)) this.fitOnce();
     this.followSelection();
     this.requestFigures();
@@ -156,8 +159,19 @@ export class StreamsOnScreen {
     this.firstShown ??= performance.now();
     const isOver = performance.now() - this.firstShown > msToBegin;
     this.hasFitted = isOver || this.streams.every(({ shown }) => shown !== null);
+  }
+
+  /** The view is fitted again to the next frames, which may be drawn elsewhere. */
+  placeAnew(): void {
+    this.hasFitted = false;
+    this.firstShown = null;
+  }
+
+  /** Says which streams do not lie in one frame of coordinates. */
+  private tellFrames(): void {
     const remark = views.frameRemark(this.streams);
     if (remark) this.notices.show("frames", "info", "Different coordinates", [remark]);
+    else this.notices.withdraw("frames");
   }
 
   /** False if nothing is drawn. */
@@ -273,13 +287,14 @@ export class StreamsOnScreen {
   private followSelection(): void {
     if (!this.selected) return;
     const { stream, place } = this.selected;
-    const positions = this.scene.layers[stream]?.arrays?.positions ?? new Float32Array(0);
-    const near = 0.1 * (this.scene.layers[stream]?.edge ?? 0);
-    for (let i = 0; i < positions.length; i += 3)
-      if (place.every((value, axis) => Math.abs(positions[i + axis] - value) < near)) {
-        this.select({ stream, voxel: i / 3 });
-        return;
-      }
+    const layer = this.scene.layers[stream];
+    const count = (layer?.arrays?.positions.length ?? 0) / 3;
+    for (let i = 0; i < count; ++i) {
+      const there = layer.placeOf(i);
+      if (place.some((value, axis) => Math.abs(there[axis] - value) >= 0.1 * layer.edge)) continue;
+      this.select({ stream, voxel: i });
+      return;
+    }
     this.details.show([
       ["Position", `${place[0].toFixed(3)}, ${place[1].toFixed(3)}, ${formatMetres(place[2])}`],
       ["Stream", views.shortName(this.streams[stream].description.name)],
@@ -292,12 +307,12 @@ export class StreamsOnScreen {
     if (!selected || !layer?.arrays) {
       this.selected = null;
       this.details.show(null);
-      this.scene.select(null, 0);
+      this.scene.select(null);
       return;
     }
     const { arrays, voxels } = layer;
     const i = selected.voxel;
-    const [x, y, z] = arrays.positions.subarray(3 * i, 3 * i + 3);
+    const [x, y, z] = layer.placeOf(i);
     this.selected = { stream: selected.stream, place: [x, y, z] };
     const rows: [string, string][] = [
       ["Position", `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`],
@@ -311,6 +326,6 @@ export class StreamsOnScreen {
     if (arrays.paint[4 * i + 3] === 255) rows.push(["Noise", "by the outlier filter"]);
     else if (isNoise(layer, i, this.store.get().threshold)) rows.push(["Noise", "below the threshold"]);
     this.details.show(rows);
-    this.scene.select([x, y, z], layer.edge);
+    this.scene.select({ layer: selected.stream, voxel: i });
   }
 }

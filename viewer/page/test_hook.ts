@@ -44,7 +44,7 @@ export function publishHook(viewer: Viewer): void {
       const { threshold } = viewer.store.get();
       const result: number[] = [];
       for (let i = 0; i < (layer.voxels?.count ?? 0); ++i)
-        if (!isNoise(layer, i, threshold)) result.push(...(layer.arrays?.positions.subarray(3 * i, 3 * i + 3) ?? []));
+        if (!isNoise(layer, i, threshold)) result.push(...layer.placeOf(i));
       return result;
     },
     moments: () => viewer.index.moments.length,

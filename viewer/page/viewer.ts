@@ -255,6 +255,10 @@ export class Viewer {
       case "frames":
         this.receiveFrames(message);
         break;
+      case "placesChanged":
+        this.screen.placeAnew();
+        if (this.store.get().source === "recording") this.playback.refresh();
+        break;
       case "damage":
         this.damage.push(`${message.damage.file}, byte ${message.damage.offset}: ${message.damage.message}`);
         this.notices.show("damage", "warning", "The recording is damaged; the rest of it is shown", this.damage);

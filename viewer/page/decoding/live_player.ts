@@ -103,7 +103,7 @@ export class LivePlayer {
     }, time, true);
     this.batches.flush(true);
     const shown = stream.decoder.decode(
-      { stream: stream.index, number, time: this.batches.secondsOf(time), bytes, frameId: null },
+      { stream: stream.index, number, time: this.batches.secondsOf(time), bytes, frameId: null, stamp: null },
       this.settings,
       this.pool,
     );

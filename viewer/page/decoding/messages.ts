@@ -1,4 +1,5 @@
 import type { Damage } from "../recordings/frame_places";
+import type { Placement } from "../recordings/transforms";
 
 /** A file to open: one of the user's, one of a server, or one in the page. */
 export type OpenFile =
@@ -69,6 +70,10 @@ export interface ShownFrame {
   /** The outlier filter's remark on this frame. */
   filterProblem: string | null;
   frameId: string | null;
+  /** Of the cloud, nanoseconds; null: unknown. */
+  stamp: bigint | null;
+  /** By the transforms of the recording; null: it has none, and coordinates are drawn as they are. */
+  placement: Placement | null;
   resolution: number;
   intensityRange: { min: number; max: number; step: number } | null;
   isIFrame: boolean;
@@ -87,6 +92,8 @@ export type FromWorker =
   | { type: "remark"; message: string }
   /** A frame that is damaged within; those that depend on it are lost, too. */
   | { type: "undecodable"; stream: number; name: string; number: number; problem: string }
+  /** More frames of coordinates have a place: those that are drawn may have another one. */
+  | { type: "placesChanged" }
   | { type: "progress"; share: number }
   | { type: "indexed"; isWhole: boolean }
   | { type: "shown"; request: number; frames: ShownFrame[] }

@@ -39,6 +39,7 @@ export class RecordingPlayer {
   private readonly cache = new ShownFrameCache();
   private readonly batches: FrameBatches;
   private readonly damaged = new Set<string>(); // frames that were told of
+  private placedFrames = 0; // of coordinates, that the page was told of
   private isClosed = false;
   private latestRequest = -1;
   private lastPause = 0;
@@ -70,15 +71,26 @@ export class RecordingPlayer {
         onFrame: (stream, frame, time) => this.addFrame(stream, frame, time),
         onDamage: (damage) => this.send({ type: "damage", damage }),
         onRemark: (message) => this.send({ type: "remark", message }),
-        onProgress: (share) => this.batches.report(share),
+        onProgress: (share) => {
+          this.batches.report(share);
+          this.reportPlaces();
+        },
       });
       const isWhole = await this.recording.index();
       this.batches.flush(this.recording.hasTimes);
+      if (!this.recording.transforms.isEmpty) this.send({ type: "placesChanged" });
       this.send({ type: "indexed", isWhole });
     } catch (error) {
       this.batches.flush(true);
       this.send({ type: "failed", message: (error as Error).message });
     }
+  }
+
+  private reportPlaces(): void {
+    const { size } = (this.recording as Recording).transforms;
+    if (size === this.placedFrames) return;
+    this.placedFrames = size;
+    this.send({ type: "placesChanged" });
   }
 
   private addStream(stream: RecordedStream): void {
@@ -118,10 +130,18 @@ export class RecordingPlayer {
     for (const wanted of frames) {
       if (this.isClosed) return;
       if (request !== this.latestRequest) break;
-      shown.push(await this.decode(wanted, request));
+      shown.push(this.placed(await this.decode(wanted, request)));
     }
     this.send({ type: "shown", request, frames: shown },
       shown.flatMap((frame) => (frame.voxels ? [frame.voxels.buffer] : [])));
+  }
+
+  /** Places a frame by the transforms that are known now. */
+  private placed(frame: ShownFrame): ShownFrame {
+    const { transforms, frames } = this.recording as Recording;
+    if (transforms.isEmpty || !frame.frameId) return frame;
+    const stamp = frame.stamp || frames[frame.stream][frame.number].time;
+    return { ...frame, placement: transforms.placeOf(frame.frameId.replace(/^\//, ""), Number(stamp)) };
   }
 
   /** Decodes from the I-frame before on, or from where the last call ended. */
@@ -168,12 +188,13 @@ export class RecordingPlayer {
     const time = this.batches.secondsOf(recording.frames[stream][number].time);
     let bytes = new Uint8Array(0) as Uint8Array;
     let frameId: string | null = null;
+    let stamp: bigint | null = null;
     try {
-      ({ bytes, frameId } = await recording.read(stream, number));
+      ({ bytes, frameId, stamp } = await recording.read(stream, number));
     } catch (error) {
       return this.lostFrame(stream, number, time, (error as Error).message);
     }
-    const shown = played.decoder.decode({ stream, number, time, bytes, frameId }, this.settings, this.pool);
+    const shown = played.decoder.decode({ stream, number, time, bytes, frameId, stamp }, this.settings, this.pool);
     if (shown.problem && played.decoder.wasDamaged) this.reportDamage(stream, number, shown.problem);
     this.cache.add(shown);
     return shown;
@@ -190,7 +211,7 @@ export class RecordingPlayer {
   private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {
     return {
       stream, number, time, problem,
-      voxels: null, filterProblem: null, frameId: null, resolution: 0, intensityRange: null,
+      voxels: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
       isIFrame: false, bytes: 0, decodeMs: 0,
     };
   }

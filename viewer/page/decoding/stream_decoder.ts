@@ -20,6 +20,7 @@ export interface FrameToDecode {
   time: number; // seconds
   bytes: Uint8Array;
   frameId: string | null;
+  stamp: bigint | null; // nanoseconds
 }
 
 /** Decodes the frames of one stream in their order, with the outlier filter and the trail of past voxels. */
@@ -77,6 +78,8 @@ export class StreamDecoder {
       problem: status.ok ? null : status.message,
       filterProblem: null,
       frameId: frame.frameId,
+      stamp: frame.stamp,
+      placement: null,
       resolution: voxels?.resolution ?? 0,
       intensityRange: voxels?.intensityRange ?? null,
       isIFrame: voxels?.isIFrame ?? false,

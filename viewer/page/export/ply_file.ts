@@ -43,7 +43,7 @@ export function plyOf(layers: readonly ExportedLayer[], threshold: number, comme
   for (const { entry, voxel } of chosen) {
     const arrays = entry.layer.arrays;
     if (!arrays) continue;
-    for (let axis = 0; axis < 3; ++axis) view.setFloat32(at + 4 * axis, arrays.positions[3 * voxel + axis], true);
+    entry.layer.placeOf(voxel).forEach((value, axis) => view.setFloat32(at + 4 * axis, value, true));
     view.setFloat32(at + 12, arrays.intensities[voxel], true);
     view.setUint16(at + 16, entry.stream, true);
     at += 18;

@@ -10,7 +10,7 @@ export interface CompressedCloud {
 const text = new TextDecoder();
 
 /** Reads values of the Common Data Representation, either byte order, as ROS 2 writes them. */
-class CdrReader {
+export class CdrReader {
   private readonly view: DataView;
   private readonly isLittle: boolean;
   private at = 4; // behind the encapsulation header, from which alignment counts
@@ -29,6 +29,13 @@ class CdrReader {
     this.at = 4 + ((this.at - 4 + 3) & ~3);
     const value = this.view.getUint32(this.at, this.isLittle);
     this.at += 4;
+    return value;
+  }
+
+  f64(): number {
+    this.at = 4 + ((this.at - 4 + 7) & ~7);
+    const value = this.view.getFloat64(this.at, this.isLittle);
+    this.at += 8;
     return value;
   }
 

@@ -4,6 +4,8 @@ import type { Codec } from "@pcl_ext/codec";
 import { readCompressedCloud } from "./cdr";
 import type { FramePlace, RecordingListener } from "./frame_places";
 import * as records from "./mcap_records";
+import { isStaticTopic, isTransformType, readTransforms } from "./transform_messages";
+import type { Transforms } from "./transforms";
 
 export const compressedCloudType = "point_cloud_interfaces/msg/CompressedPointCloud2";
 const plainCloudType = "sensor_msgs/msg/PointCloud2";
@@ -11,6 +13,7 @@ const plainCloudType = "sensor_msgs/msg/PointCloud2";
 interface Channel {
   topic: string;
   type: string;
+  encoding: string; // of its messages
   metadata: Record<string, string>;
   stream: number | null;
   format: string | null;
@@ -30,6 +33,7 @@ export class McapStreams {
   constructor(
     private readonly codec: Codec,
     private readonly listener: RecordingListener,
+    private readonly transforms: Transforms,
   ) {}
 
   addDescription(file: number, opcode: number, content: Uint8Array): void {
@@ -52,7 +56,7 @@ export class McapStreams {
     const key = `${file}:${channel.id}`;
     if (this.channels.has(key)) return;
     const metadata = Object.fromEntries(channel.metadata);
-    this.channels.set(key, { topic: channel.topic, type, metadata, stream: null, format: null });
+    this.channels.set(key, { topic: channel.topic, type, encoding: channel.messageEncoding, metadata, stream: null, format: null });
   }
 
   /** Adds the streams of which no frame could be read. */
@@ -67,8 +71,11 @@ export class McapStreams {
   addMessage(file: number, message: Uint8Array, place: FramePlace): void {
     const header = records.readMessageHeader(message);
     const channel = this.channels.get(`${file}:${header.channel}`);
-    if (!channel || channel.type !== compressedCloudType) return;
-    const cloud = readCompressedCloud(message.subarray(records.messageHeaderSize));
+    if (!channel) return;
+    const content = message.subarray(records.messageHeaderSize);
+    if (isTransformType(channel.type)) this.addTransforms(channel, content);
+    if (channel.type !== compressedCloudType) return;
+    const cloud = readCompressedCloud(content);
     if (!cloud) {
       this.unreadable.add(channel);
       return;
@@ -86,6 +93,12 @@ export class McapStreams {
       number: status.ok && description ? description.frameNumber : null,
       voxels: description?.voxels ?? 0,
     });
+  }
+
+  private addTransforms(channel: Channel, content: Uint8Array): void {
+    const transforms = readTransforms(content, channel.encoding);
+    if (!transforms) this.unreadable.add(channel);
+    for (const transform of transforms ?? []) this.transforms.add(transform, isStaticTopic(channel.topic));
   }
 
   /** Of two channels with one topic in a file, the second one is a stream of its own. */
@@ -122,7 +135,7 @@ export class McapStreams {
         `${plain.map((c) => c.topic).join(", ")}: not compressed; “pcl_ext encode” makes a recording of them`,
       );
     for (const channel of this.unreadable)
-      parts.push(`${channel.topic}: some messages are not ${compressedCloudType}`);
+      parts.push(`${channel.topic}: some messages are not ${channel.type}`);
     return parts.length ? parts.join(". ") : null;
   }
 }

@@ -9,6 +9,7 @@ import type { ChunkPlace, Damage, FoundFrame, FramePlace, RecordedStream, Record
 import * as records from "./mcap_records";
 import { McapScan } from "./mcap_scan";
 import { McapStreams } from "./mcap_streams";
+import { Transforms } from "./transforms";
 
 /** A frame without a time follows the one before after this many nanoseconds. */
 const assumedInterval = 100_000_000n;
@@ -29,6 +30,8 @@ export interface IndexedFrame {
 export interface ReadFrame {
   bytes: Uint8Array;
   frameId: string | null;
+  /** Of the cloud, nanoseconds; null: unknown. */
+  stamp: bigint | null;
 }
 
 /** What the page learns while a recording is indexed. */
@@ -45,6 +48,7 @@ export class Recording implements RecordingListener {
   readonly frames: IndexedFrame[][] = []; // of each stream
   /** Of the first frame, where it is known before all frames are. */
   startTime: bigint | null = null;
+  readonly transforms = new Transforms();
   private isMcap = false;
   private readonly timed: boolean[] = []; // of each stream: its frames have times
   private readonly shifts: bigint[] = []; // of each stream: from its stamps to its times
@@ -64,7 +68,7 @@ export class Recording implements RecordingListener {
     const heads = await Promise.all(this.files.map((file) => file.read(0, 16)));
     this.isMcap = heads.some(records.isMcap);
     if (!this.isMcap) return this.indexFrameFiles();
-    const streams = new McapStreams(this.codec, this);
+    const streams = new McapStreams(this.codec, this, this.transforms);
     const total = this.files.reduce((sum, file) => sum + file.size, 0);
     let before = 0;
     let isWhole = true;
@@ -76,6 +80,7 @@ export class Recording implements RecordingListener {
     }
     const others = streams.otherClouds();
     if (others) this.addRemark(others + ".");
+    for (const remark of this.transforms.remarks()) this.addRemark(`Transforms: ${remark}.`);
     if (!streams.hasStreams)
       throw new SourceError(
         `“${this.files[0].name}” has no clouds compressed by pcl_ext. ` + (others ? others + "." : ""),
@@ -172,11 +177,11 @@ export class Recording implements RecordingListener {
     const bytes = place.chunk
       ? (await this.chunkOf(place)).subarray(place.offset, place.offset + place.length)
       : await this.files[place.file].read(place.offset, place.length);
-    if (!this.isMcap) return { bytes, frameId: null };
+    if (!this.isMcap) return { bytes, frameId: null, stamp: null };
     const cloud = readCompressedCloud(bytes);
     if (!cloud)
       throw new SourceError(`a message at byte ${place.fileOffset} of “${this.files[place.file].name}” is damaged`);
-    return { bytes: cloud.frame, frameId: cloud.frameId };
+    return { bytes: cloud.frame, frameId: cloud.frameId, stamp: cloud.stamp };
   }
 
   private async chunkOf(place: FramePlace): Promise<Uint8Array> {

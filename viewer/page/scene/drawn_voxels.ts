@@ -1,3 +1,5 @@
+import { Vector3 } from "three";
+
 import type { VoxelLayer } from "./voxel_layer";
 
 /** The rule by which voxels are drawn; the shader has the same one. */
@@ -33,7 +35,7 @@ export function boundsOf(
     const step = Math.max(1, Math.floor(layer.voxels.count / 4000));
     for (let i = 0; i < layer.voxels.count; i += step)
       if (!isNoise(layer, i, threshold))
-        for (let axis = 0; axis < 3; ++axis) axes[axis].push(layer.arrays.positions[3 * i + axis]);
+        layer.placeOf(i).forEach((value, axis) => axes[axis].push(value));
   }
   if (axes[0].length === 0) return null;
   const at = (values: number[], share: number): number =>
@@ -65,14 +67,18 @@ export function pick(
     if (!layer.mesh.visible || !layer.arrays) return;
     const positions = layer.arrays.positions;
     const count = positions.length / 3;
+    // In the coordinates of the frame voxels are along the axes.
+    const inverse = layer.pose.clone().invert();
+    const from = new Vector3(...origin).applyMatrix4(inverse).toArray();
+    const towards = new Vector3(...direction).transformDirection(inverse).toArray();
     const half = 0.5 * layer.edge * Math.max(scale, 0.5);
     for (let i = 0; i < count; ++i) {
       let near = 0;
       let far = best ? best.distance : Infinity;
       for (let axis = 0; axis < 3; ++axis) {
-        const toCentre = positions[3 * i + axis] - origin[axis];
-        const a = (toCentre - half) / direction[axis];
-        const b = (toCentre + half) / direction[axis];
+        const toCentre = positions[3 * i + axis] - from[axis];
+        const a = (toCentre - half) / towards[axis];
+        const b = (toCentre + half) / towards[axis];
         near = Math.max(near, Math.min(a, b));
         far = Math.min(far, Math.max(a, b));
       }

@@ -2,6 +2,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { PackedVoxels } from "../decoding/messages";
+import type { Pose } from "../recordings/transforms";
 import { colourMaps, streamColour, texelsOf } from "./colour_maps";
 import type { ColourMapName } from "./colour_maps";
 import { boundsOf, pick } from "./drawn_voxels";
@@ -137,9 +138,9 @@ export class ViewerScene {
   }
 
   /** Returns the buffer that was drawn before. */
-  show(stream: number, voxels: PackedVoxels | null, edge: number, scale: number): ArrayBuffer | null {
+  show(stream: number, voxels: PackedVoxels | null, edge: number, scale: number, pose?: Pose): ArrayBuffer | null {
     const layer = this.layers[stream];
-    const before = layer.show(voxels, edge);
+    const before = layer.show(voxels, edge, pose);
     layer.setScale(scale);
     this.requestDrawing();
     return before;
@@ -300,16 +301,18 @@ export class ViewerScene {
     });
   }
 
-  /** Draws a frame around a voxel; null: around none. */
-  select(centre: readonly [number, number, number] | null, edge: number): void {
-    this.selection.visible = centre !== null;
-    if (centre) {
-      const half = 0.56 * edge;
+  /** Draws a frame around a voxel of a layer; null: around none. */
+  select(picked: { layer: number; voxel: number } | null): void {
+    this.selection.visible = picked !== null;
+    if (picked) {
+      const layer = this.layers[picked.layer];
+      const half = 0.56 * layer.edge;
       const edges = boxEdges({
         min: [-half, -half, -half],
         max: [half, half, half],
       });
-      this.selection.position.set(...centre);
+      this.selection.position.set(...layer.placeOf(picked.voxel));
+      this.selection.quaternion.copy(layer.mesh.quaternion);
       this.selection.geometry.dispose();
       this.selection.geometry = new THREE.BufferGeometry();
       this.selection.geometry.setAttribute("position", new THREE.Float32BufferAttribute(edges, 3));

@@ -3,6 +3,8 @@ import * as THREE from "three";
 import { arraysOf, totalCount } from "../decoding/packed_voxels";
 import type { VoxelArrays } from "../decoding/packed_voxels";
 import type { PackedVoxels } from "../decoding/messages";
+import { identity } from "../recordings/transforms";
+import type { Pose } from "../recordings/transforms";
 import { voxelFragmentShader, voxelVertexShader } from "./voxel_shaders";
 
 /** Uniforms that all layers share; each has its own colour and edge besides. */
@@ -29,6 +31,8 @@ export class VoxelLayer {
   voxels: PackedVoxels | null = null;
   arrays: VoxelArrays | null = null;
   edge = 0; // metres
+  /** From the coordinates of the frame to those of the scene. */
+  readonly pose = new THREE.Matrix4();
   private capacity = 0;
   private shape: "cubes" | "points" | null = null;
 
@@ -65,8 +69,11 @@ export class VoxelLayer {
   }
 
   /** Takes a frame's voxels; returns the buffer of those drawn before, for use by others. */
-  show(voxels: PackedVoxels | null, edge: number): ArrayBuffer | null {
+  show(voxels: PackedVoxels | null, edge: number, pose: Pose = identity): ArrayBuffer | null {
     const before = this.voxels?.buffer ?? null;
+    const [x, y, z, ...rotation] = pose;
+    this.mesh.quaternion.fromArray(rotation);
+    this.pose.compose(new THREE.Vector3(x, y, z), this.mesh.quaternion, new THREE.Vector3(1, 1, 1));
     this.voxels = voxels;
     this.arrays = voxels ? arraysOf(voxels.buffer, totalCount(voxels)) : null;
     const count = voxels ? totalCount(voxels) : 0;
@@ -78,6 +85,11 @@ export class VoxelLayer {
       this.upload(this.arrays, count);
     }
     return before;
+  }
+
+  /** Where the centre of a voxel is in the scene. */
+  placeOf(voxel: number): [number, number, number] {
+    return new THREE.Vector3().fromArray(this.arrays?.positions ?? [], 3 * voxel).applyMatrix4(this.pose).toArray();
   }
 
   private attribute(name: string): THREE.InstancedBufferAttribute {
@@ -114,7 +126,7 @@ export class VoxelLayer {
     }
     // The GPU's numbers are too coarse for cubes at the coordinates of maps, in the millions of metres.
     const [x, y, z] = count > 0 ? arrays.positions : [0, 0, 0];
-    this.mesh.position.set(x, y, z);
+    this.mesh.position.set(x, y, z).applyMatrix4(this.pose);
     const centres = this.attribute("centre").array as Float32Array;
     for (let i = 0; i < 3 * count; i += 3) {
       centres[i] = arrays.positions[i] - x;

@@ -34,7 +34,7 @@ vec3 colourOf(bool isNoise) {
   if (colourBy == 2) return streamColour;
   if (colourBy == 4) return paint.rgb;
   float share = colourBy == 0 ? intensityShare(quantities.x)
-    : colourBy == 1 ? (centre.z + modelMatrix[3].z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
+    : colourBy == 1 ? ((modelMatrix * vec4(centre, 1.0)).z - heightRange.x) / max(heightRange.y - heightRange.x, 1e-6)
     : quantities.y / trailSeconds;
   return texture(colourMap, vec2(clamp(share, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
 }
