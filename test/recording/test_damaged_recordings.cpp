@@ -172,6 +172,26 @@ TEST(DamagedRecordings, BytesBetweenFramesAreSkippedAndReported)
   EXPECT_EQ(readAll(folder / "sensor.pcxi", streams).decoded[0], 5u);
 }
 
+TEST(DamagedRecordings, FramesAreFoundAcrossTheBlocksThatAreSearched)
+{
+  const TestFolder folder;
+  const std::vector<KnownStream> streams = {knownStream(0, 2, 1)};
+  const Bytes& first = streams[0].frames[0].bytes;
+  const Bytes& second = streams[0].frames[1].bytes;
+  // The search begins behind the first byte, as the first frame is not followed by another.
+  constexpr std::size_t block_end = 1 + (std::size_t{1} << 16);
+  for (std::size_t begin = block_end - 7; begin <= block_end + 1; ++begin) {
+    Bytes file = first;
+    file.resize(begin);
+    file.insert(file.end(), second.begin(), second.end());
+    writeBytes(folder / "sensor.pcxi", file);
+    RecordingReader reader;
+    ASSERT_TRUE(reader.open(folder / "sensor.pcxi").ok());
+    EXPECT_EQ(reader.streams().front().frames, 2u) << begin;
+    EXPECT_EQ(readAll(folder / "sensor.pcxi", streams).decoded[0], 2u) << begin;
+  }
+}
+
 TEST(DamagedRecordings, WhatIsNoRecordingIsRefusedWithItsKind)
 {
   const TestFolder folder;

@@ -1,7 +1,9 @@
 #include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
 #include <pcl_ext/recording/point_cloud_messages.h>
 
 #include "support/recorded_streams.h"
+#include "support/test_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -51,6 +53,10 @@ TEST(Recordings, Rosbag2FolderHasAllFramesOfAllStreams)
   record(streams, folder / "cell");
   expectAllFrames(folder / "cell", streams);
   EXPECT_TRUE(std::filesystem::exists(folder / "cell/metadata.yaml"));
+  const Bytes metadata = bytesOf(folder / "cell/metadata.yaml");
+  EXPECT_NE(std::string(metadata.begin(), metadata.end())
+                .find("nanoseconds_since_epoch: 1000000000000\n"),
+            std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder / "cell/cell_0.mcap"));
   EXPECT_FALSE(std::filesystem::exists(folder / "cell.unfinished"));
 }
@@ -77,6 +83,29 @@ TEST(Recordings, KindOfFileIsFoundByItsContent)
   std::filesystem::rename(folder / "b.pcxi", folder / "b.mcap");
   expectAllFrames(folder / "a.bin", streams);
   expectAllFrames(folder / "b.mcap", streams);
+}
+
+TEST(Recordings, StreamsOfOneTopicHaveNamesOfTheirOwn)
+{
+  const TestFolder folder;
+  PointCloudMessage cloud;
+  cloud.format = "pcl_ext";
+  cloud.bytes = knownStream(0, 1, 1).frames.front().bytes;
+  McapMessage message;
+  writePointCloud(cloud, true, message.bytes);
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "a.mcap", "ros2").ok());
+  for (int publisher = 0; publisher < 2; ++publisher) {
+    const McapChannel channel = compressedPointCloudChannel("/a");
+    ASSERT_TRUE(writer.addChannel(channel, McapChunking::Shared, message.channel).ok());
+    ASSERT_TRUE(writer.write(message).ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_EQ(reader.streams().size(), 2u);
+  EXPECT_EQ(reader.streams()[0].name, "/a");
+  EXPECT_EQ(reader.streams()[1].name, "/a#2");
 }
 
 TEST(Recordings, FramesComeInTheOrderOfTheirTimes)
@@ -167,6 +196,28 @@ TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)
   }
 }
 
+TEST(Recordings, ALatePFrameDoesNotEndTheHistory)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 20, 10)};
+  std::vector<KnownFrame>& frames = streams.front().frames;
+  frames.insert(frames.begin() + 15, frames[12]); // as a network repeats a packet
+  record(streams, folder / "cell.mcap");
+  RecordingReader reader;
+  ASSERT_TRUE(reader.open(folder / "cell.mcap").ok());
+  RecordedStreamDecoder decoder(reader, 0);
+  io::VoxelFrame voxels;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const io::CompressionStatus status = decoder.decode(i, voxels);
+    if (i == 15) {
+      EXPECT_EQ(status.code(), io::CompressionCode::OldFrame);
+      continue;
+    }
+    ASSERT_TRUE(status.ok()) << i << ": " << status;
+    EXPECT_TRUE(areSame(voxels, frames[i].voxels)) << i;
+  }
+}
+
 TEST(Recordings, StampsAreNotGuessedBehindALostFrame)
 {
   const TestFolder folder;
@@ -212,6 +263,31 @@ TEST(Recordings, ChunksBeginAtIFrames)
     EXPECT_TRUE(io::describeFrame(cloud.bytes.data(), cloud.bytes.size()).is_i_frame);
   }
   EXPECT_GE(chunks.size(), 4u);
+}
+
+TEST(Recordings, DecompressedChunksAreKeptUpToABound)
+{
+  const TestFolder folder;
+  constexpr std::size_t chunk_bytes = std::size_t{1} << 24;
+  McapWriter writer;
+  McapMessage message;
+  ASSERT_TRUE(writer.open(folder / "a.mcap", "ros2").ok());
+  ASSERT_TRUE(
+      writer.addChannel(pointCloudChannel("/a"), McapChunking::Shared, message.channel)
+          .ok());
+  message.bytes.resize(chunk_bytes);
+  for (int i = 0; i < 8; ++i) {
+    ASSERT_TRUE(writer.write(message).ok());
+    ASSERT_TRUE(writer.flush().ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_EQ(reader.index().size(), 8u);
+  const pcl_ext::test::MemoryUse use;
+  for (const McapEntry& entry : reader.index())
+    ASSERT_TRUE(reader.read(entry, message).ok());
+  EXPECT_LT(use.live(), 6 * chunk_bytes);
 }
 
 TEST(Recordings, MessagesDescribeTheDecodedCloud)

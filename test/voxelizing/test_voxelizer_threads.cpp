@@ -6,6 +6,7 @@
 #include "support/voxel_frames.h"
 #include "voxelizing/parallel_collector.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/run_at_once.h"
 
 #include <gtest/gtest.h>
 
@@ -125,6 +126,32 @@ TEST(VoxelizerThreads, AnyNumberOfThemGivesTheSameFrames)
         EXPECT_TRUE(frame.intensity_scale == expected.intensity_scale);
       }
     }
+}
+
+TEST(VoxelizerThreads, TheStepOfIntensitiesIsThatOfAllParts)
+{
+  Cloud cloud = randomCloud(1, 70000, 0.5f);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    cloud[i].intensity = i < cloud.size() / 4 ? 0.5f : 3.0f;
+  VoxelFrame expected;
+  VoxelFrame frame;
+  Voxelizer(settingsOf(0.05, 1), IntensityUnit::Native)
+      .voxelize(viewOf(cloud), true, expected);
+  Voxelizer(settingsOf(0.05, 2), IntensityUnit::Native)
+      .voxelize(viewOf(cloud), true, frame);
+  expectSameFrame(frame, expected);
+  EXPECT_TRUE(frame.intensity_scale == expected.intensity_scale);
+}
+
+TEST(VoxelizerThreads, WhatAThreadThrowsIsPassedOn)
+{
+  for (std::size_t thrower = 0; thrower < 3; ++thrower) {
+    const auto work = [thrower](std::size_t i) {
+      if (i == thrower)
+        throw std::runtime_error("of a thread");
+    };
+    EXPECT_THROW(runAtOnce(3, work), std::runtime_error) << thrower;
+  }
 }
 
 TEST(VoxelizerThreads, ABoxAndCountsWithoutIntensities)
