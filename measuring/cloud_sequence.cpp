@@ -2,6 +2,7 @@
 
 #include "measuring/cloud_file_headers.h"
 #include "measuring/cloud_files.h"
+#include "measuring/file_stamps.h"
 #include "measuring/natural_order.h"
 
 #include <pcl/conversions.h>
@@ -28,17 +29,20 @@ describe(const PcdHeader& header)
 
 /** \brief Checks that the files of a stream can be those of one sensor, as far as their
  * headers tell.
+ * \param[out] viewpoints of the files
  * \return why they may not be; empty if nothing tells
  * \throws std::runtime_error with two files that cannot be
  */
 std::string
-checkSameSensor(const std::vector<std::string>& files)
+checkSameSensor(const std::vector<std::string>& files,
+                std::vector<std::string>& viewpoints)
 {
   std::string first_file;
   std::optional<PcdHeader> first;
   bool has_moved = false;
   for (const std::string& file : files) {
     const std::optional<PcdHeader> header = readPcdHeader(file);
+    viewpoints.push_back(header ? header->viewpoint : "");
     if (!header)
       continue; // It is reported when it is read.
     if (!first) {
@@ -69,7 +73,8 @@ public:
   FileSequence(std::string name, std::vector<std::string> files)
   : CloudSequence(std::move(name))
   , files_(std::move(files))
-  , remark_(checkSameSensor(files_))
+  , remark_(checkSameSensor(files_, viewpoints_))
+  , stamps_(stampsOfNames(files_))
   {}
 
   std::string
@@ -90,6 +95,18 @@ public:
     return Eigen::Isometry3d::Identity();
   }
 
+  std::optional<std::chrono::nanoseconds>
+  stampAt(std::size_t index) const override
+  {
+    return stamps_.empty() ? std::nullopt : std::optional(stamps_[index]);
+  }
+
+  std::string
+  viewpointAt(std::size_t index) const override
+  {
+    return viewpoints_[index];
+  }
+
   void
   read(std::size_t index, pcl::PCLPointCloud2& cloud) override
   {
@@ -103,7 +120,9 @@ public:
 
 private:
   std::vector<std::string> files_;
+  std::vector<std::string> viewpoints_; // of the files
   std::string remark_;
+  std::vector<std::chrono::nanoseconds> stamps_; // likewise; empty: unknown
 };
 
 class CellSequence : public CloudSequence {
@@ -233,6 +252,7 @@ cloudFilesOf(const fs::path& folder)
                                     : ""));
   }
   std::sort(files.begin(), files.end(), comesBefore);
+  sortByStamp(files);
   return files;
 }
 

@@ -6,9 +6,11 @@
 
 #include <Eigen/Geometry>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,6 +56,21 @@ public:
   sensorPoseAt(std::size_t /* index */) const
   {
     return sensorPose();
+  }
+
+  /** \brief Time of a cloud; none if nothing tells those of all clouds. */
+  virtual std::optional<std::chrono::nanoseconds>
+  stampAt(std::size_t /* index */) const
+  {
+    return std::nullopt;
+  }
+
+  /** \brief VIEWPOINT of the cloud's PCD file, as it is there: x y z qw qx qy qz; empty if
+   * it has none. */
+  virtual std::string
+  viewpointAt(std::size_t /* index */) const
+  {
+    return {};
   }
 
   /** \brief Reads one cloud, in the sensor's frame.

@@ -26,6 +26,15 @@ class CompressionWarning(UserWarning):
     """Not all of a cloud is in its frame."""
 
 
+def _left_out(xyz: Any) -> str:
+    """The fields of a structured array that are not encoded, in words."""
+    names = getattr(getattr(xyz, "dtype", None), "names", None) or ()
+    colour = next((name for name in ("rgb", "rgba") if name in names), None)
+    known = {"x", "y", "z", "intensity"} | ({colour} if colour else {"r", "g", "b"})
+    left_out = [name for name in names if name not in known]
+    return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
+
+
 class Encoder:
     """Encodes the clouds of one stream into frames.
 
@@ -148,7 +157,8 @@ class Encoder:
             float32 or float64 of shape (N, 3) or (rows, columns, 3), metres; or a structured
             array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
             b (uint8), as `Decoder.decode` returns it. Points that are not finite are left
-            out. May be empty, read-only, of any strides: float32 with x, y, z side by side
+            out, and so are other fields, with a warning; rows and columns are not kept.
+            May be empty, read-only, of any strides: float32 with x, y, z side by side
             is not copied. Must not be changed during the call.
         intensity : array_like, optional
             Numbers in the shape of the cloud, for the law "native".
@@ -195,9 +205,10 @@ class Encoder:
             if code == "OutOfMemory":
                 raise MemoryError(message)
             raise Error(message, code)
-        self._warning = message
-        if message:
-            self._warn(message)
+        kinds = [text for text in (message, _left_out(xyz)) if text]
+        self._warning = "; ".join(kinds)
+        for text in kinds:
+            self._warn(text)
         return frame
 
     def request_i_frame(self) -> None:

@@ -272,3 +272,15 @@ def test_min_intensity(room):
     for wrong in ("low", np.nan):
         with pytest.raises(ValueError, match="min_intensity is"):
             pcl_ext.Decoder().decode(frame, min_intensity=wrong)
+
+
+def test_fields_that_are_left_out_are_named_once():
+    cloud = np.zeros(
+        4, [("x", "f4"), ("y", "f4"), ("z", "f4"), ("ring", "u2"), ("time", "f8")]
+    )
+    encoder = pcl_ext.Encoder(0.1)
+    with pytest.warns(pcl_ext.CompressionWarning, match="left out: ring, time") as seen:
+        encoder.encode(cloud)
+        encoder.encode(cloud)
+    assert len(seen) == 1
+    assert "ring" in encoder.warning

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 namespace pcl_ext {
 namespace nodes {
@@ -114,9 +115,23 @@ private:
     SensorNodeStatus status = node_->encode(cloud, sensor_to_world, bytes);
     if (sensor_to_world && status.code() != SensorNodeCode::InvalidTransform)
       frame_of_last_transform_ = cloud.header.frame_id;
-    if (status.hasFrame())
-      requests_.countFrame();
-    return status;
+    if (!status.hasFrame())
+      return status;
+    requests_.countFrame();
+    return withLeftOut(status, cloud);
+  }
+
+  /** \brief The status of a frame, with what is left out of the clouds if that is new. */
+  SensorNodeStatus
+  withLeftOut(const SensorNodeStatus& status, const pcl::PCLPointCloud2& cloud)
+  {
+    std::string left_out = describeLeftOut(cloud, settings_);
+    if (left_out == left_out_)
+      return status;
+    left_out_ = std::move(left_out);
+    const std::string separator =
+        status.message().empty() || left_out_.empty() ? "" : "; ";
+    return {status.code(), status.message() + separator + left_out_};
   }
 
   /** \brief Refuses a cloud for which the node would use a transform of another frame. */
@@ -157,6 +172,7 @@ private:
   std::optional<SensorNode> node_; // none before the first cloud of a stream
   bool has_intensities_ = false;   // of the clouds of node_
   std::string frame_of_last_transform_;
+  std::string left_out_; // see describeLeftOut(); of the last cloud
   IFrameRequests requests_;
   std::size_t receivers_ = 0; // of the last cloud
   SenderHealth health_;       // but for that of node_

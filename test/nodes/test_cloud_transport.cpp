@@ -325,4 +325,22 @@ TEST(CloudTransport, TheLastTransformIsThatOfTheSameFrame)
   EXPECT_EQ(health.node.frames, 2u);
 }
 
+TEST(CloudTransport, FieldsThatAreLeftOutAreNamedOnce)
+{
+  CloudSender sender;
+  Frame frame;
+  const pcl::PCLPointCloud2 known = wall<pcl::PointXYZI>(1);
+  EXPECT_EQ(sender.encode(known, identity, 1, frame).message(), "");
+  pcl::PCLPointCloud2 cloud = wall<pcl::PointXYZINormal>(2);
+  EXPECT_EQ(sender.encode(cloud, identity, 1, frame).message(),
+            "fields that are left out: normal_x, normal_y, normal_z, curvature");
+  EXPECT_EQ(sender.encode(cloud, identity, 1, frame).message(), "");
+  cloud.width /= 2;
+  cloud.height = 2;
+  cloud.row_step /= 2;
+  EXPECT_EQ(sender.encode(cloud, identity, 1, frame).message(),
+            "fields that are left out: normal_x, normal_y, normal_z, curvature; the "
+            "rows and columns of the points are not kept");
+}
+
 } // namespace

@@ -9,8 +9,10 @@ pcl_ext_add_test(
     tools/test_program_decode.cpp
     tools/test_program_hostile_inputs.cpp
     tools/test_program_inputs.cpp
+    tools/test_program_kept.cpp
     tools/test_program_options.cpp
     tools/test_program_recordings.cpp
+    ${PROJECT_SOURCE_DIR}/measuring/file_stamps.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program
                            PRIVATE PCL_EXT_PROGRAM="$<TARGET_FILE:pcl_ext_program>")

@@ -1,6 +1,7 @@
 #include "cloud_folder.h"
 
 #include "exit_status.h"
+#include "measuring/file_stamps.h"
 #include "output_path.h"
 #include "point_cloud_conversions.h"
 
@@ -10,7 +11,9 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -27,28 +30,36 @@ namespace {
 bool
 isCloudOfFrame(const fs::path& file)
 {
-  const std::string stem = file.stem().string();
+  std::string stem = file.stem().string();
+  if (measuring::stampOfName(file.string()))
+    stem.resize(std::min(stem.find('_'), stem.size()));
   return !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos &&
          (file.extension() == ".pcd" || file.extension() == ".ply");
 }
 
 std::string
-nameOfFile(std::size_t number, CloudFormat format)
+nameOfFile(std::size_t number, recording::Time stamp, CloudFormat format)
 {
-  char name[40];
-  std::snprintf(name,
-                sizeof(name),
-                "%06zu.%s",
-                number,
-                format == CloudFormat::Ply ? "ply" : "pcd");
-  return name;
+  constexpr std::chrono::seconds clocks_begin{1'000'000'000}; // in 2001
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(stamp);
+  std::array<char, 64> name{};
+  const int length = std::snprintf(name.data(), name.size(), "%06zu", number);
+  if (seconds >= clocks_begin)
+    std::snprintf(name.data() + length,
+                  name.size() - static_cast<std::size_t>(length),
+                  "_%lld.%09lld",
+                  static_cast<long long>(seconds.count()),
+                  static_cast<long long>((stamp - seconds).count()));
+  return name.data() + std::string(format == CloudFormat::Ply ? ".ply" : ".pcd");
 }
 
 int
-writeFile(const std::string& path, CloudFormat format, const pcl::PCLPointCloud2& cloud)
+writeFile(const std::string& path,
+          CloudFormat format,
+          const pcl::PCLPointCloud2& cloud,
+          const Viewpoint& viewpoint)
 {
-  const Eigen::Vector4f origin = Eigen::Vector4f::Zero();
-  const Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
+  const auto& [origin, orientation] = viewpoint;
   switch (format) {
   case CloudFormat::PcdBinary:
     return pcl::PCDWriter().writeBinary(path, cloud, origin, orientation);
@@ -146,12 +157,14 @@ CloudFolder::~CloudFolder()
 void
 CloudFolder::write(std::size_t stream,
                    std::size_t number,
-                   const pcl::PCLPointCloud2& cloud)
+                   const pcl::PCLPointCloud2& cloud,
+                   recording::Time stamp,
+                   const Viewpoint& viewpoint)
 {
-  const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, format_);
+  const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, stamp, format_);
   bool is_written = false;
   try {
-    is_written = writeFile(file_.path(), format_, cloud) == 0;
+    is_written = writeFile(file_.path(), format_, cloud, viewpoint) == 0;
   }
   catch (const pcl::IOException&) {
     // As below.

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <pcl_ext/recording/recording_status.h>
+
 #include "memory_file.h"
+#include "viewpoints.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -41,13 +44,20 @@ public:
   CloudFolder&
   operator=(const CloudFolder&) = delete;
 
-  /** \brief Writes a cloud as 000123.pcd, or .ply.
+  /** \brief Writes a cloud as 000123.pcd, or .ply; if it has a time of a clock as
+   * 000123_1700000000.123456789.pcd, as PCD and PLY have no field for it.
    * \param[in] stream index of its folder
    * \param[in] number of the frame
    * \param[in] cloud not empty: PCD has no empty clouds
+   * \param[in] stamp of the cloud; before 2001 it is no time of a clock
+   * \param[in] viewpoint of PCD files
    */
   void
-  write(std::size_t stream, std::size_t number, const pcl::PCLPointCloud2& cloud);
+  write(std::size_t stream,
+        std::size_t number,
+        const pcl::PCLPointCloud2& cloud,
+        recording::Time stamp = {},
+        const Viewpoint& viewpoint = {});
 
   /** \brief Moves all files to their place.
    * \return the last file

@@ -5,6 +5,7 @@
 
 #include "measuring/cloud_sequence.h"
 #include "text_values.h"
+#include "viewpoints.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -73,6 +74,13 @@ public:
     return none;
   }
 
+  /** \brief VIEWPOINTs of the files of a stream. */
+  virtual Viewpoints
+  viewpointsOf(std::size_t /* stream */) const
+  {
+    return {};
+  }
+
   /** \brief The bag, for its metadata and attachments; null: there is none. */
   virtual recording::McapReader*
   mcap()
@@ -99,10 +107,10 @@ public:
 /** \brief What of the input is wanted. */
 struct InputOptions {
   std::vector<std::string> inputs; ///< as the user gave them; - is the standard input
-  double rate = 10.0;              ///< clouds a second, where files have no times
-  bool has_rate = false;           ///< the user gave one
-  bool may_have_streams = true;    ///< the output takes more than one
-  FrameRange frames;               ///< of each stream
+  double rate = 10.0;           ///< clouds a second, where names of files have no times
+  bool has_rate = false;        ///< the user gave one
+  bool may_have_streams = true; ///< the output takes more than one
+  FrameRange frames;            ///< of each stream
   std::vector<std::string> topics; ///< of a bag; empty: all clouds
 };
 

@@ -57,6 +57,7 @@ public:
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
       decoders_.emplace_back(
           input_.reader(), stream, input_.nameOf(stream), options.decoding);
+      viewpoints_.emplace_back(input_.reader().streams()[stream].metadata);
       folder_of_stream_.push_back(chosen.size());
       if (input_.isChosen(stream))
         chosen.push_back(input_.nameOf(stream));
@@ -157,7 +158,11 @@ private:
     if (bag_)
       bag_->write(item, frame_, cloud_, input_);
     else if (cloud_.width > 0)
-      folder_->write(folder_of_stream_[item.stream], item.number, cloud_);
+      folder_->write(folder_of_stream_[item.stream],
+                     item.number,
+                     cloud_,
+                     frame_.stamp.count() != 0 ? frame_.stamp : item.time,
+                     viewpoints_[item.stream].at(item.time));
     else
       ++empty_;
   }
@@ -196,6 +201,7 @@ private:
   FrameFailures failures_;
   std::vector<StreamDecoder> decoders_;       // of each stream
   std::vector<std::size_t> folder_of_stream_; // likewise
+  std::vector<Viewpoints> viewpoints_;        // likewise
   std::size_t streams_ = 0;                   // that were chosen
   std::unique_ptr<DecodedBag> bag_;           // or the next one
   std::unique_ptr<CloudFolder> folder_;

@@ -184,10 +184,29 @@ private:
     added.frame_id = stream.encoder.frameId();
     const std::string& name = input_->streams()[number];
     added.metadata = options_.encoding.metadataOf(name, stream.encoder.law());
+    addViewpoints(number, added.metadata);
     for (const recording::McapChannel& channel : input_->channels())
       if (channel.topic == name)
         addOtherMetadata(channel.metadata, added.metadata);
     return output_->addStream(added);
+  }
+
+  void
+  addViewpoints(std::size_t number, StreamMetadata& metadata)
+  {
+    const std::string& name = input_->streams()[number];
+    const Viewpoints viewpoints = input_->viewpointsOf(number);
+    if (viewpoints.areDefault())
+      return;
+    if (options_.encoding.hasPose(name))
+      console_.remark(name + ": the VIEWPOINT of the files is left out, as it does not "
+                             "hold for points that --pose has moved");
+    else if (!output_->isBag())
+      console_.remark(name +
+                      ": the VIEWPOINT of the files is left out, as a .pcxi file "
+                      "has no field for it; x.mcap has");
+    else
+      viewpoints.addTo(metadata);
   }
 
   void
@@ -224,6 +243,8 @@ private:
                              ? " (and " + counted(part.warnings - 1, "more frame") +
                                    " with warnings)"
                              : ""));
+      if (!stream->encoder.leftOut().empty())
+        console_.remark(stream->encoder.name() + ": " + stream->encoder.leftOut());
       if (!stream->encoder.frameIdRemark().empty())
         console_.remark(stream->encoder.frameIdRemark());
       if (const std::string why = stream->encoder.whyNothingWasEncoded();
@@ -302,8 +323,13 @@ addEncode(CLI::App& app)
   addOutput(app,
             options->output,
             "x.pcxi (one stream), x.mcap, a folder (rosbag2), - (.pcxi)");
-  addNumber(
-      app, "--rate", options->input.rate, 1e-6, 1e6, "HZ", "clouds a second of files");
+  addNumber(app,
+            "--rate",
+            options->input.rate,
+            1e-6,
+            1e6,
+            "HZ",
+            "clouds a second of files, for which times in their names are not used");
   addParsed(app,
             "--frames",
             "A:B",

@@ -60,6 +60,16 @@ public:
     return remarks_;
   }
 
+  Viewpoints
+  viewpointsOf(std::size_t stream) const override
+  {
+    Viewpoints viewpoints;
+    const std::size_t end = std::min(sequences_[stream]->size(), end_);
+    for (std::size_t index = options_.frames.begin; index < end; ++index)
+      viewpoints.add(stampOf(stream, index), sequences_[stream]->viewpointAt(index));
+    return viewpoints;
+  }
+
   Found
   next(InputCloud& cloud, recording::McapMessage& /* other */) override
   {
@@ -77,6 +87,16 @@ public:
   }
 
 private:
+  /** \brief The stamp in the name of a cloud's file, unless the user gave a rate. */
+  Time
+  stampOf(std::size_t stream, std::size_t index) const
+  {
+    const auto stamp = sequences_[stream]->stampAt(index);
+    return stamp && !options_.has_rate
+               ? *stamp
+               : Time(std::llround(1e9 * static_cast<double>(index) / options_.rate));
+  }
+
   void
   read(std::size_t stream, std::size_t index, InputCloud& cloud)
   {
@@ -84,7 +104,7 @@ private:
     cloud.number = index;
     cloud.source = streams_[stream] + ", frame " + std::to_string(index);
     cloud.failure.clear();
-    cloud.stamp = Time(std::llround(1e9 * static_cast<double>(index) / options_.rate));
+    cloud.stamp = stampOf(stream, index);
     cloud.message.log_time = cloud.stamp;
     cloud.message.publish_time = cloud.stamp;
     cloud.message.sequence = static_cast<std::uint32_t>(index);

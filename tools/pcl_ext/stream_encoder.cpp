@@ -57,6 +57,7 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
   frame_id_ = settings.global_frame;
   cloud_frame_id_ = cloud.header.frame_id;
   node_.emplace(settings);
+  settings_ = settings;
   if (!node_->settingsStatus().ok())
     throw UsageError(node_->settingsStatus().message());
 }
@@ -77,6 +78,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     throw std::runtime_error(status.message());
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
+  if (left_out_.empty())
+    left_out_ = nodes::describeLeftOut(cloud, *settings_);
   // Empty names tell nothing.
   if (frame_id_remark_.empty() && !cloud.header.frame_id.empty() &&
       !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)

@@ -85,6 +85,12 @@ public:
     return law_;
   }
 
+  const std::string&
+  name() const
+  {
+    return name_;
+  }
+
   const EncodedSums&
   sums() const
   {
@@ -104,6 +110,13 @@ public:
     return frame_id_remark_;
   }
 
+  /** \brief What is not encoded of the first clouds with points; empty if that is all. */
+  const std::string&
+  leftOut() const
+  {
+    return left_out_;
+  }
+
 private:
   void
   noteExtent(const pcl::PCLPointCloud2& cloud);
@@ -112,9 +125,11 @@ private:
   std::string name_;
   WorldPose pose_;
   std::optional<nodes::SensorNode> node_;
+  std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
   std::string frame_id_;
   std::string cloud_frame_id_;  ///< of the first cloud
   std::string frame_id_remark_; ///< see frameIdRemark()
+  std::string left_out_;        ///< see leftOut()
   IntensityLaw law_ = IntensityLaw::Count;
   EncodedSums sums_;
   std::string extent_; ///< of the first cloud, in the world

@@ -21,6 +21,10 @@ constexpr char law_metadata[] = "intensity_law";
 /** \brief The box that clouds were cropped to, x0,y0,z0,x1,y1,z1 of the world, metres. */
 constexpr char crop_box_metadata[] = "crop_box";
 
+/** \brief The VIEWPOINTs of the PCD files of its clouds, where they have some: stamp in
+ * nanoseconds, colon, x,y,z,qw,qx,qy,qz; a semicolon before each change. */
+constexpr char viewpoint_metadata[] = "viewpoint";
+
 /** \brief The law that a stream's intensities have, if the recording tells. */
 inline std::optional<IntensityLaw>
 lawOf(const StreamMetadata& metadata)

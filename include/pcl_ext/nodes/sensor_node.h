@@ -63,6 +63,14 @@ struct SensorNodeSettings {
   Clock clock = systemTime;
 };
 
+/** \brief What of a cloud a SensorNode does not encode: fields besides coordinates, colour and
+ * the intensity, on which the law decides, and the rows and columns of an organised cloud.
+ * \return words for the user, the same for all clouds with these fields; empty if there is
+ * nothing, or the cloud is invalid
+ */
+PCL_EXT_EXPORT std::string
+describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings);
+
 /** \brief Outcome codes of SensorNode::encode. */
 enum class SensorNodeCode {
   Ok,                ///< encoded, with the given transform

@@ -1,0 +1,144 @@
+/** \file
+ * What the program keeps of files besides their points, and what it says of the rest.
+ */
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "measuring/file_stamps.h"
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+using measuring::stampOfName;
+using std::chrono::nanoseconds;
+
+/** \brief Writes a cloud with a viewpoint. */
+void
+writeWithViewpoint(const std::string& path,
+                   pcl::PointCloud<pcl::PointXYZI> cloud,
+                   const Eigen::Vector4f& origin,
+                   const Eigen::Quaternionf& orientation)
+{
+  cloud.sensor_origin_ = origin;
+  cloud.sensor_orientation_ = orientation;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  ASSERT_EQ(pcl::io::savePCDFileBinary(path, cloud), 0);
+}
+
+} // namespace
+
+TEST(ProgramKept, ViewpointsOfPcdFiles)
+{
+  const TestFolder folder;
+  const auto clouds = roomClouds(3);
+  const Eigen::Vector4f first(1.5f, -2.25f, 0.75f, 0.0f);
+  const Eigen::Vector4f last(3.0f, 0.0f, 0.75f, 0.0f);
+  const Eigen::Quaternionf turned(0.5f, -0.5f, 0.5f, -0.5f);
+  writeWithViewpoint(folder / "moved/0.pcd", clouds[0], first, turned);
+  writeWithViewpoint(folder / "moved/1.pcd", clouds[1], first, turned);
+  writeWithViewpoint(folder / "moved/2.pcd", clouds[2], last, turned);
+  EXPECT_EQ(run(folder, "encode moved -o x.mcap").status, 0);
+  expectRun(folder, "cut x.mcap -o cut.mcap");
+  expectRun(folder, "decode cut.mcap -o out");
+  for (const char* file : {"out/000000.pcd", "out/000001.pcd", "out/000002.pcd"}) {
+    const pcl::PointCloud<pcl::PointXYZI> decoded = readCloud(folder / file);
+    const bool is_last = std::string(file) == "out/000002.pcd";
+    EXPECT_EQ(decoded.sensor_origin_, is_last ? last : first) << file;
+    EXPECT_EQ(decoded.sensor_orientation_.coeffs(), turned.coeffs()) << file;
+  }
+  // Where it cannot be kept, the program says so.
+  EXPECT_NE(run(folder, "encode moved -o x.pcxi").errors.find("VIEWPOINT"),
+            std::string::npos);
+  EXPECT_NE(
+      run(folder, "encode moved -o y.mcap --pose 1,2,3,0,0,0").errors.find("VIEWPOINT"),
+      std::string::npos);
+}
+
+TEST(ProgramKept, StampsInNamesOfFiles)
+{
+  const TestFolder folder;
+  const auto clouds = roomClouds(3);
+  writeClouds(folder, "numbered", clouds);
+  std::filesystem::create_directories(folder / "named");
+  // As numbers and as texts they are in different orders.
+  const char* const names[] = {
+      "1305031102.175304", "1305031102.2", "1305031102.211214001"};
+  for (std::size_t i = 0; i < 3; ++i)
+    std::filesystem::copy(folder / ("numbered/00" + std::to_string(i) + ".pcd"),
+                          folder / (std::string("named/") + names[i] + ".pcd"));
+  expectRun(folder, "encode named -o x.mcap -r 0.05");
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  const nanoseconds second = std::chrono::seconds(1305031102);
+  const nanoseconds stamps[] = {second + nanoseconds(175304000),
+                                second + nanoseconds(200000000),
+                                second + nanoseconds(211214001)};
+  ASSERT_EQ(streams[0].frames.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(streams[0].frames[i].time, stamps[i]);
+    EXPECT_EQ(streams[0].frames[i].stamp, stamps[i]);
+  }
+  // The decoded clouds have them, too, and another run finds them.
+  expectRun(folder, "decode x.mcap -o out");
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/000000_1305031102.175304000.pcd"));
+  expectRun(folder, "decode x.mcap -o out --overwrite");
+  EXPECT_EQ(filesIn(folder / "out"), 3u);
+  expectRun(folder, "encode out -o again.mcap -r 0.05");
+  EXPECT_EQ(decode(folder / "again.mcap")[0].frames[2].stamp, stamps[2]);
+  expectRun(folder, "encode named -o rate.mcap --rate 4");
+  EXPECT_EQ(decode(folder / "rate.mcap")[0].frames[1].time,
+            std::chrono::milliseconds(250));
+}
+
+TEST(ProgramKept, NamesThatAreStamps)
+{
+  using namespace std::chrono_literals;
+  EXPECT_EQ(stampOfName("a/1305031102.175304.pcd"), 1305031102175304000ns);
+  EXPECT_EQ(stampOfName("cloud_1700000000.5.pcd"), 1700000000500000000ns);
+  EXPECT_EQ(stampOfName("12.345000000.pcd"), 12345ms); // of a simulation
+  EXPECT_EQ(stampOfName("1403636579763555584.pcd"), 1403636579763555584ns);
+  EXPECT_EQ(stampOfName("1403636579763555.bin"), 1403636579763555us);
+  EXPECT_EQ(stampOfName("1403636579763.ply"), 1403636579763ms);
+  EXPECT_EQ(stampOfName("1403636579.pcd"), 1403636579s);
+  for (const char* name : {"000123.pcd",
+                           "0000000123.bin", // KITTI
+                           "scan_2.1.pcd",
+                           "20201122134635.pcd",
+                           "9999999999999999999.pcd", // beyond 64 bits
+                           "99999999999.5.pcd",
+                           "1700000000.1234567890.pcd",
+                           "cloud.pcd",
+                           ".pcd",
+                           ""})
+    EXPECT_EQ(stampOfName(name), std::nullopt) << name;
+}
+
+TEST(ProgramKept, FieldsAndOrderThatAreLeftOutAreNamedOnce)
+{
+  const TestFolder folder;
+  std::filesystem::create_directories(folder / "lidar");
+  for (const char* name : {"lidar/0.pcd", "lidar/1.pcd"}) {
+    const std::string text =
+        "VERSION .7\nFIELDS x y z intensity ring time\nSIZE 4 4 4 4 "
+        "2 8\nTYPE F F F F U F\nCOUNT 1 1 1 1 1 1\nWIDTH 2\n"
+        "HEIGHT 2\nPOINTS 4\nDATA ascii\n1 0 0 5 0 .1\n2 0 0 5 1 "
+        ".2\n3 0 0 5 2 .3\n4 0 0 5 3 .4\n";
+    writeBytes(folder / name, {text.begin(), text.end()});
+  }
+  EXPECT_EQ(
+      run(folder, "encode lidar -o x.mcap").errors,
+      "pcl_ext encode: /lidar: fields that are left out: ring, time; the rows and "
+      "columns of the points are not kept\n");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
