@@ -173,7 +173,7 @@ TEST(FrameCoding, AnotherGridOrScaleMakesAnIFrame)
 TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
 {
   std::mt19937_64 random(12);
-  const float nan_value = std::numeric_limits<float>::quiet_NaN();
+  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
   for (const StreamFormat format : all_formats) {
     const VoxelFrame good = randomFrame(random, 4, 30);
     std::vector<VoxelFrame> bad(17, good);
@@ -187,11 +187,11 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
     bad[6].grid.depth = 0;
     bad[7].grid.depth = 22;
     bad[8].grid.resolution = 0.0;
-    bad[9].grid.resolution = double{nan_value};
+    bad[9].grid.resolution = double{not_a_number};
     bad[10].intensity_scale.step = 0.0f;
-    bad[11].intensity_scale.offset = nan_value;
+    bad[11].intensity_scale.offset = not_a_number;
     bad[12].intensity_scale.bits = 17;
-    bad[13].grid.anchor[2] = double{nan_value};
+    bad[13].grid.anchor[2] = double{not_a_number};
     bad[14].intensity_scale.companded_range = 255;
     bad[15].intensity_scale.companded_range = 65536;
     bad[16].intensity_scale = {0.0f, 1.0f, 16, 65535};

@@ -1,7 +1,7 @@
 # The program pcl_ext, run as a user runs it.
 find_package(nlohmann_json 3 REQUIRED)
 pcl_ext_add_test(
-  test_program UNITY
+  test_program
   SOURCES
     tools/program.cpp
     tools/test_program_bags.cpp
