@@ -1,5 +1,6 @@
 # Writes a file for ctest with one test for each test suite of a program, with all of its
-# instantiations: cmake -DPROGRAM=... -DOUTPUT=... -P list_suites.cmake
+# instantiations: cmake -DPROGRAM=... -DOUTPUT=...
+# [-DLABEL=...] -P list_suites.cmake
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE lines
                 RESULT_VARIABLE result)
 if(NOT result EQUAL 0)
@@ -16,6 +17,6 @@ foreach(suite ${suites})
   string(APPEND tests
          "add_test(${suite} \"${PROGRAM}\" "
          "--gtest_filter=${suite}.*:${suite}/*:*/${suite}.*:*/${suite}/*)\n"
-         "set_tests_properties(${suite} PROPERTIES TIMEOUT 600)\n")
+         "set_tests_properties(${suite} PROPERTIES TIMEOUT 600 LABELS \"${LABEL}\")\n")
 endforeach()
 file(WRITE ${OUTPUT} "${tests}")

@@ -7,7 +7,8 @@
 #   --seconds N     run each target for N seconds (default 60)
 #   --runs N        run each target for N executions instead
 #   --seed N        begin the fuzzer's random numbers with N (default 0: another one each time)
-#   --workers N     processes of each target at the same time (default 1)
+#   --workers N     processes of each target at the same time (default 1); several targets
+#                   run at the same time while these are no more than PCL_EXT_JOBS (2)
 #   --build FOLDER  where to build (default build-fuzz)
 #   --coverage      afterwards: lines of the codec and of src/filters that the inputs reach,
 #                   with a build of its own in FOLDER-coverage
@@ -51,7 +52,7 @@ configure_and_build() {
     { tail -n 40 "$folder/build.log"; exit 1; }
 }
 
-configure_and_build "$build" -DCMAKE_CXX_COMPILER=clang++ -DPCL_EXT_FUZZ=ON \
+configure_and_build "$build" -DCMAKE_CXX_COMPILER=clang++ -DPCL_EXT_FUZZ=ON -DPCL_EXT_UNITY_BUILD=ON \
   -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O2 -g1 -DNDEBUG" \
   -DCMAKE_CXX_FLAGS="-D_GLIBCXX_ASSERTIONS -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all"
 mkdir -p "$build/corpus" "$build/failures" "$build/logs"
@@ -94,10 +95,15 @@ run_target() {
 }
 
 printf '%-18s %12s %10s %8s %9s\n' target executions exec/s cov features
+# Ends what still runs if one has failed.
+wait_for_one() { wait -n || { kill $(jobs -rp) 2> /dev/null || true; exit 1; }; }
 for target in "${targets[@]}"; do
+  while [ $(($(jobs -rp | wc -l) * workers + workers)) -gt "${PCL_EXT_JOBS:-2}" ] &&
+    [ -n "$(jobs -rp)" ]; do wait_for_one; done
   rm -f "$build/logs/$target".[0-9]*
-  run_target "$target"
+  run_target "$target" &
 done
+while [ -n "$(jobs -p)" ]; do wait_for_one; done
 
 if [ "$coverage" = yes ]; then
   echo
