@@ -23,6 +23,19 @@ effortOf(pcl::io::compression_Profiles_e profile)
   }
 }
 
+/** \brief Voxel edge that keeps points as PCL does, metres.
+ *
+ * PCL cuts coordinates off to multiples of its resolution, while the centre of a voxel is at
+ * most half an edge off: voxels may be larger and still have the smaller error. Below a
+ * millimetre, where most bytes are the last digits of the coordinates, they are; of 0.1 mm
+ * eight to the millimetre, which sensors often have as the unit.
+ */
+double
+edgeForPoints(double point_resolution)
+{
+  return point_resolution < 0.001 ? 1.25 * point_resolution : point_resolution;
+}
+
 } // namespace
 
 IntensityCompressionSettings
@@ -51,15 +64,16 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
       !used.do_voxel_grid_down_sampling &&
       static_cast<double>(static_cast<float>(used.point_resolution)) !=
           used.octree_resolution;
+  const double edge = edgeForPoints(used.point_resolution);
   const bool is_octree_finer = std::isfinite(used.point_resolution) &&
                                used.octree_resolution > 0.0 &&
-                               used.octree_resolution < used.point_resolution;
-  settings.resolution = settings.keep_points && !is_octree_finer
-                            ? used.point_resolution
-                            : used.octree_resolution;
+                               used.octree_resolution < edge;
+  settings.resolution =
+      settings.keep_points && !is_octree_finer ? edge : used.octree_resolution;
   // PCL's class has no limits; voxels of a sensor with several megapixels.
   settings.decoder_limits.max_voxels = std::size_t{1} << 22;
   settings.coarsen_wide_clouds = true;
+  settings.use_coordinate_step = true;
   settings.i_frame_rate = used.i_frame_rate;
   settings.colour_bits = used.do_color_encoding ? used.color_bit_resolution : 0;
   if (is_profile)

@@ -1,6 +1,7 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "bytes/exceptions.h"
+#include "stream/coordinate_step.h"
 #include "stream/frame_warnings.h"
 #include "voxelizing/point_batches.h"
 #include "voxels/grid_fit.h"
@@ -79,6 +80,7 @@ CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& de
   if (settings_status_.ok()) {
     voxelizer_ = std::move(voxelizer);
     doublings_ = 0;
+    coordinate_step_ = 0.0;
   }
 }
 
@@ -99,10 +101,11 @@ CloudEncoder::voxelize(PointBatches& points,
   if (!settings_status_.ok())
     return settings_status_;
   const auto voxelize = [&] {
-    if (settings_.coarsen_wide_clouds && unit_ != IntensityUnit::Share)
-      voxelizeWide(points, frame);
-    else
+    if (fitCoordinateStep(points) || !settings_.coarsen_wide_clouds ||
+        unit_ == IntensityUnit::Share)
       voxelization_ = voxelizer_.voxelize(points, encoder_.isIFrameDue(), frame);
+    else
+      voxelizeWide(points, frame);
     refitIntensities(points, frame);
     return CompressionStatus();
   };
@@ -138,6 +141,36 @@ CloudEncoder::refitIntensities(PointBatches& points, VoxelFrame& frame)
     return;
   encoder_.requestIFrame();
   voxelization_ = voxelizer_.voxelize(points, true, frame);
+}
+
+/** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are such
+ * multiples.
+ * \return false if they are not
+ */
+bool
+CloudEncoder::fitCoordinateStep(PointBatches& points)
+{
+  if (!settings_.use_coordinate_step || unit_ == IntensityUnit::Share ||
+      settings_.format != StreamFormat::Version1 || settings_.origin ||
+      settings_.bounding_box)
+    return false;
+  // Not changed to and fro, as a change takes an I-frame.
+  const double step =
+      encoder_.isIFrameDue()
+          ? findCoordinateStep(points, settings_.resolution)
+          : findCoordinateStep(points, settings_.resolution, coordinate_step_);
+  if (!std::isnan(step) && step != coordinate_step_) {
+    IntensityCompressionSettings settings = settings_;
+    if (step > 0.0) {
+      settings.resolution = step;
+      settings.origin.emplace().fill(-step / 2.0);
+    }
+    voxelizer_ = Voxelizer(settings, unit_);
+    coordinate_step_ = step;
+    doublings_ = 0;
+    encoder_.requestIFrame();
+  }
+  return coordinate_step_ > 0.0;
 }
 
 /** \brief Voxelizes with so few doublings that all points are on the grid, or, if some are
@@ -203,8 +236,9 @@ CloudEncoder::encode(const VoxelFrame& frame,
   // Without memory for it the frame goes out without the warning.
   return callOrElse(
       [this] {
-        return CompressionStatus(CompressionCode::Ok,
-                                 frameWarning(statistics_, settings_, unit_));
+        return CompressionStatus(
+            CompressionCode::Ok,
+            frameWarning(statistics_, settings_, unit_, doublings_ > 0));
       },
       [] { return CompressionStatus(); });
 }

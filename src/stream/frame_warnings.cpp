@@ -137,10 +137,11 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
 std::string
 frameWarning(const FrameStatistics& statistics,
              const IntensityCompressionSettings& settings,
-             IntensityUnit unit)
+             IntensityUnit unit,
+             bool is_coarsened)
 {
   std::string text;
-  if (statistics.voxelization.resolution > settings.resolution)
+  if (is_coarsened)
     text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
            " m: voxels of " + numberOf(statistics.voxelization.resolution) +
            " m were used";

@@ -15,11 +15,13 @@ namespace io {
  * \param[in] statistics of the frame
  * \param[in] settings of its encoder
  * \param[in] unit unit of the point intensities
+ * \param[in] is_coarsened whether voxels are larger since the cloud is wide
  */
 std::string
 frameWarning(const FrameStatistics& statistics,
              const IntensityCompressionSettings& settings,
-             IntensityUnit unit);
+             IntensityUnit unit,
+             bool is_coarsened);
 
 } // namespace io
 } // namespace pcl_ext

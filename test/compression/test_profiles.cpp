@@ -10,6 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -54,15 +57,17 @@ TEST(CompressionProfiles, ProfilesKeepWhatPclsProfilesKeep)
         test_case.profile, false, 0.5, 0.123, true, 7, false, 2);
     SCOPED_TRACE("profile " + std::to_string(test_case.profile));
     const IntensityCompressionSettings& settings = compression.getSettings();
-    const double edge =
-        pcls.doVoxelGridDownSampling ? pcls.octreeResolution : pcls.pointResolution;
-    EXPECT_EQ(settings.resolution, edge);
+    // Where points are kept to 0.1 mm there are eight voxels to a millimetre.
+    const double edge = pcls.doVoxelGridDownSampling   ? pcls.octreeResolution
+                        : pcls.pointResolution == 1e-4 ? 0.001 / 8.0
+                                                       : pcls.pointResolution;
+    EXPECT_DOUBLE_EQ(settings.resolution, edge);
     EXPECT_EQ(settings.keep_points, !pcls.doVoxelGridDownSampling);
     EXPECT_EQ(settings.colour_bits,
               pcls.doColorEncoding ? pcls.colorBitResolution : 0u);
     EXPECT_EQ(settings.i_frame_rate, pcls.iFrameRate);
     EXPECT_EQ(settings.effort, test_case.effort);
-    EXPECT_EQ(compression.getResolution(), edge);
+    EXPECT_DOUBLE_EQ(compression.getResolution(), edge);
     EXPECT_FALSE(settings.show_statistics);
     EXPECT_EQ(settings.format, StreamFormat::Version1);
     EXPECT_TRUE(checkSettings(settings).ok());
@@ -150,6 +155,35 @@ TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)
     }
     EXPECT_EQ(compression.getStatistics().voxelization.points_used, cloud->size());
   }
+}
+
+TEST(CompressionProfiles, WholeMillimetresComeBackAsTheyWereInFewerBytes)
+{
+  using Coordinates = std::array<float, 3>;
+  const auto coordinates = [](const pcl::PointCloud<pcl::PointXYZ>& cloud) {
+    std::vector<Coordinates> all;
+    for (const pcl::PointXYZ& point : cloud)
+      all.push_back({point.x, point.y, point.z});
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  const auto cloud = randomCloud<pcl::PointXYZ>(5, 2000, {0.0, 0.0, 0.0}, 80.0);
+  auto rounded = cloud->makeShared();
+  for (pcl::PointXYZ& point : *rounded)
+    for (float& value : point.data)
+      value =
+          static_cast<float>(std::round(1000.0 * static_cast<double>(value)) / 1000.0);
+  const auto encoder = [] {
+    return OctreePointCloudIntensityCompression<pcl::PointXYZ>(
+        pcl::io::HIGH_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
+  };
+  auto first = encoder();
+  EXPECT_EQ(coordinates(*roundTrip(first, rounded)), coordinates(*rounded));
+  // Nine bits fewer are possible.
+  auto second = encoder();
+  auto third = encoder();
+  EXPECT_LT(encodeFrame(second, rounded).size() + cloud->size(),
+            encodeFrame(third, cloud).size());
 }
 
 TEST(CompressionProfiles, AnInvalidManualResolutionIsReportedNotThrown)

@@ -226,6 +226,8 @@ MUTANTS = [
     Mutant(STREAM + "cloud_encoder.cpp", "the grid is never fitted again",
            "voxelize(points, encoder_.isIFrameDue(), frame)",
            "voxelize(points, false, frame)"),
+    Mutant(STREAM + "coordinate_step.cpp", "half the resolution is tolerated",
+           "resolution / 4.0", "resolution / 2.0"),
     Mutant(STREAM + "cloud_encoder.cpp", "a depth model in the published layout",
            "settings_.format == StreamFormat::Version1", "true"),
     Mutant(NODES + "received_stream.cpp", "an I-frame is requested once only",

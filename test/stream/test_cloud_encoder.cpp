@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <random>
 #include <string>
@@ -151,6 +153,99 @@ TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
   encode(512.0f);
   EXPECT_EQ(statistics().resolution, 1e-4);
   EXPECT_GT(statistics().points_outside_grid, 0u);
+}
+
+/** \brief Points with coordinates that are multiples of a step, and the frames of a stream
+ * that looks for steps. */
+class CoordinateSteps : public ::testing::Test {
+protected:
+  CoordinateSteps()
+  {
+    settings_.resolution = 1e-4;
+    settings_.use_coordinate_step = true;
+    settings_.i_frame_rate = 4;
+  }
+
+  /** \brief Encodes points at multiples of a step, shifted.
+   * \param[in] step metres; what a sensor's driver computes as a float
+   * \param[in] shift metres
+   */
+  void
+  encode(double step, double shift = 0.0)
+  {
+    points_.clear();
+    for (int i = -300; i < 300; ++i)
+      points_.push_back({static_cast<float>(shift + step * 71 * i),
+                         static_cast<float>(shift + step * (i * i % 83)),
+                         static_cast<float>(shift + step * (7 * i + 3))});
+    points_.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
+    PointView view;
+    view.coordinates = points_.front().data();
+    view.coordinate_stride = 3;
+    view.count = points_.size();
+    if (!encoder_)
+      encoder_.emplace(settings_, IntensityUnit::None);
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder_->voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
+    const CompressionStatus status = encoder_->encode(frame_, std::nullopt, bytes);
+    EXPECT_TRUE(status.ok() && !status.hasWarning()) << status;
+    points_.pop_back();
+  }
+
+  /** \brief The centres of the voxels. */
+  std::vector<std::array<float, 3>>
+  centres() const
+  {
+    std::vector<std::array<float, 3>> centres;
+    forEachVoxelCentre(frame_, [&](float x, float y, float z, float) {
+      centres.push_back({x, y, z});
+    });
+    std::sort(centres.begin(), centres.end());
+    return centres;
+  }
+
+  IntensityCompressionSettings settings_;
+  std::optional<CloudEncoder> encoder_;
+  std::vector<std::array<float, 3>> points_; // ascending
+  VoxelFrame frame_;
+};
+
+TEST_F(CoordinateSteps, AreTheVoxelsAndTheCoordinatesTheCentres)
+{
+  for (const double step : {0.01, 0.002, 0.001, 0.0005}) {
+    encoder_.reset();
+    encode(step);
+    EXPECT_EQ(frame_.grid.resolution, step);
+    EXPECT_EQ(centres(), points_) << step;
+  }
+}
+
+TEST_F(CoordinateSteps, EndWithOtherCoordinatesAndAreFoundAgainWithAnIFrame)
+{
+  const auto is_i_frame = [&] { return encoder_->statistics().coding.is_i_frame; };
+  encode(0.001);
+  encode(0.001);
+  EXPECT_FALSE(is_i_frame());
+  encode(0.001, 0.00004); // not to a quarter of the resolution
+  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_TRUE(is_i_frame());
+  encode(0.001);
+  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  EXPECT_FALSE(is_i_frame());
+  for (int i = 0; i < 4; ++i)
+    encode(0.001);
+  EXPECT_EQ(frame_.grid.resolution, 0.001);
+}
+
+TEST_F(CoordinateSteps, AreNotUsedUnlessToldNorForShares)
+{
+  encoder_.emplace(settings_, IntensityUnit::Share);
+  encode(0.001);
+  EXPECT_EQ(frame_.grid.resolution, 1e-4);
+  settings_.use_coordinate_step = false;
+  encoder_.reset();
+  encode(0.001);
+  EXPECT_EQ(frame_.grid.resolution, 1e-4);
 }
 
 TEST(NativeIntensities, RecoverBehindAnOutlier)

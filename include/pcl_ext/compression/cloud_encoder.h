@@ -150,6 +150,9 @@ private:
   void
   refitIntensities(PointBatches& points, VoxelFrame& frame);
 
+  bool
+  fitCoordinateStep(PointBatches& points);
+
   void
   voxelizeWide(PointBatches& points, VoxelFrame& frame);
 
@@ -160,7 +163,8 @@ private:
   CompressionStatus settings_status_;
   IntensityUnit unit_;
   Voxelizer voxelizer_;
-  unsigned int doublings_ = 0; // of the resolution of voxelizer_
+  unsigned int doublings_ = 0;   // of the resolution of voxelizer_
+  double coordinate_step_ = 0.0; // its resolution, metres, if above 0
   FrameEncoder encoder_;
   VoxelizationStatistics voxelization_; // of the last voxelized frame
   FrameStatistics statistics_;

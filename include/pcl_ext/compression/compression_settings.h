@@ -137,6 +137,14 @@ struct IntensityCompressionSettings {
    * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
   bool coarsen_wide_clouds = false;
 
+  /** \brief Where all coordinates of a cloud are, to a quarter of the resolution, multiples
+   * of a larger step, as of sensors whose coordinates are whole millimetres, take voxels
+   * of that edge, centred on the multiples: fewer bytes, and coordinates as they were.
+   * Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice the
+   * resolution. Not for shares of a voxel face, nor with an origin or a bounding box.
+   * Version1 only. */
+  bool use_coordinate_step = false;
+
   /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
    * automatic, which is the world's origin, or for clouds further out a corner of its
    * voxels amid the points. Version1 only. */

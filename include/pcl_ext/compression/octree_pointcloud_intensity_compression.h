@@ -113,16 +113,19 @@ public:
 
   /** \brief PCL's constructor: its arguments, order and defaults, and what they mean.
    *
-   * Where PCL keeps every point, voxels have the edge to which PCL keeps the points, and
-   * as many points as were in them. A profile also sets the effort: the smallest streams of
-   * those that take no longer than PCL's class. The arguments after show_statistics are used
-   * by MANUAL_CONFIGURATION only.
+   * Where PCL keeps every point, voxels have the edge to which PCL keeps the points, below
+   * a millimetre 1.25 times that, and as many points as were in them. A profile also sets
+   * the effort: the smallest streams of those that take no longer than PCL's class on the
+   * clouds of doc/benchmarks.md. The arguments after show_statistics are used by
+   * MANUAL_CONFIGURATION only.
    * Where octree_resolution is finer than point_resolution it is the voxel edge, and where
    * both are the same there is one point for each voxel, as in PCL. Clouds wider than 2^21
-   * voxels get coarser ones (coarsen_wide_clouds), and the decoder takes 2^22 voxels.
+   * voxels get coarser ones (coarsen_wide_clouds), clouds whose coordinates are multiples of
+   * a larger step get voxels of that edge (use_coordinate_step), and the decoder takes 2^22
+   * voxels.
    * \param[in] profile compression profile
    * \param[in] show_statistics print the statistics of each frame on PCL's console
-   * \param[in] point_resolution voxel edge, metres, without down-sampling
+   * \param[in] point_resolution voxel edge, metres, without down-sampling; see above
    * \param[in] octree_resolution voxel edge, metres, with down-sampling
    * \param[in] do_voxel_grid_down_sampling decode one point for each voxel
    * \param[in] i_frame_rate frames from one I-frame to the next

@@ -1,0 +1,71 @@
+#include "stream/coordinate_step.h"
+
+#include "voxelizing/point_batches.h"
+#include "voxels/grid_fit.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace pcl_ext {
+namespace io {
+
+namespace {
+
+enum class Match { Some, All, NoPoints };
+
+/** \brief Whether the finite coordinates are multiples of a step. Ends at the first point
+ * that has another one.
+ * \param[in] points the cloud
+ * \param[in] step metres
+ * \param[in] tolerance metres
+ */
+Match
+matchMultiples(PointBatches& points, double step, double tolerance)
+{
+  const double most_steps = static_cast<double>(lattice_end) - 1.0;
+  const double inverse = 1.0 / step;
+  const double tolerated = tolerance / step;
+  // Adding it rounds a number below 2^51 to the nearest whole one.
+  constexpr double rounding = 0x1.8p52;
+  Match result = Match::NoPoints;
+  points.restart();
+  for (PointView view; points.next(view);) {
+    const float* point = view.coordinates;
+    for (std::size_t i = 0; i < view.count; ++i, point += view.coordinate_stride) {
+      if (!isFinite(point))
+        continue;
+      result = Match::All;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double steps = static_cast<double>(point[axis]) * inverse;
+        if (!(std::abs(steps) < most_steps &&
+              std::abs(steps - ((steps + rounding) - rounding)) <= tolerated))
+          return Match::Some;
+      }
+    }
+  }
+  return result;
+}
+
+} // namespace
+
+double
+findCoordinateStep(PointBatches& points, double resolution, double largest)
+{
+  constexpr std::array<double, 10> steps = {
+      0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001};
+  for (const double step : steps) {
+    if (step > largest || step < 2.0 * resolution)
+      continue;
+    const Match match = matchMultiples(points, step, resolution / 4.0);
+    if (match == Match::NoPoints)
+      return std::numeric_limits<double>::quiet_NaN();
+    if (match == Match::All)
+      return step;
+  }
+  return 0.0;
+}
+
+} // namespace io
+} // namespace pcl_ext
