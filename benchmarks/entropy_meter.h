@@ -28,6 +28,7 @@ enum Part : std::size_t {
   new_blocks,
   numbers,
   residuals,
+  points,
   part_count
 };
 

@@ -109,7 +109,8 @@ addParts(const std::array<Figures, part_count>& parts,
                                                      "new voxels in known blocks",
                                                      "nodes of new blocks",
                                                      "numbers",
-                                                     "residuals"};
+                                                     "residuals",
+                                                     "numbers of points"};
   Figures all{};
   for (std::size_t part = 0; part < part_count; ++part) {
     for (std::size_t figure = 0; figure < figure_count; ++figure)
@@ -168,7 +169,7 @@ printTable(const InputStream& stream, const ByteOptions& options, const Variant&
   add_bytes("colours, numbers of points", sum.attribute_bytes);
   add_bytes("all", sum.bytes);
   if (has_decisions) {
-    add_bytes("- refinement", supplement_bytes - sum.attribute_bytes);
+    add_bytes("- supplement", supplement_bytes);
     addParts(is_small ? small.result() : balanced.result(),
              sum.bytes - sum.header_bytes - supplement_bytes,
              sum,

@@ -11,6 +11,7 @@
 #include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
 #include "codec/depth_split.h"
+#include "codec/point_symbols.h"
 #include "entropy_meter.h"
 #include "stream/version1_header.h"
 #include "voxels/voxel_block.h"
@@ -74,6 +75,7 @@ private:
     io::context::NewVoxelModels new_voxels{IsSmall};
     io::context::ChildModels children{IsSmall};
     io::context::IntensityModels intensity{IsSmall};
+    io::context::IntensityModels points{IsSmall}; // beside intensities
   };
 
   void
@@ -117,7 +119,11 @@ private:
   decode(const std::uint8_t* begin, const std::uint8_t* end, std::size_t voxels)
   {
     const unsigned int levels = header_.content.refinement_levels;
-    const unsigned int symbol_bits = levels > 0 ? 0 : header_.intensity_scale.bits;
+    const bool has_intensities = levels == 0 && header_.intensity_scale.bits > 0;
+    const bool has_points = levels == 0 && header_.content.has_point_counts;
+    const unsigned int symbol_bits = has_intensities ? header_.intensity_scale.bits
+                                     : has_points    ? io::point_symbol_bits
+                                                     : 0;
     if (header_.is_i_frame)
       models_ = Models();
     blocks_.clear();
@@ -133,10 +139,12 @@ private:
                                             header_.grid.depth - levels,
                                             symbol_bits,
                                             depth_model_ ? &*depth_model_ : nullptr};
-    const bool is_valid = voxels == 0 ? begin == end
-                                      : decodeVoxels(coding, context) &&
-                                            decodeIntensities(coding, context) &&
-                                            coding.coder().isAtEnd();
+    const bool is_valid =
+        voxels == 0
+            ? begin == end
+            : decodeVoxels(coding, context) && decodeIntensities(coding, context) &&
+                  (!has_points || decodePoints(coding, context, has_intensities)) &&
+                  coding.coder().isAtEnd();
     // The rest of the last bytes.
     meter_.add(coded,
                8.0 * (static_cast<double>(end - begin) -
@@ -145,9 +153,12 @@ private:
     const bool has_depths = depth_model_ && voxels != 0;
     if (has_depths)
       intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths);
-    history_.makeRoom(blocks_, has_depths, !uses_history);
-    history_.update(
-        blocks_, intensities_.numbers, has_depths ? &depths : nullptr, !uses_history);
+    history_.update(blocks_,
+                    intensities_.numbers,
+                    has_depths ? &depths : nullptr,
+                    !uses_history,
+                    has_points && has_intensities ? &intensities_.point_symbols
+                                                  : nullptr);
     return is_valid;
   }
 
@@ -175,6 +186,28 @@ private:
       return false;
     frame_.collect(context.history, blocks_);
     return blocks_.voxelCount() == voxels;
+  }
+
+  /** \brief Decodes numbers of points, of which the symbols may have been the first ones. */
+  bool
+  decodePoints(Coding& coding,
+               const io::context::FrameContext& context,
+               bool has_intensities)
+  {
+    meter_.begin(points);
+    const io::context::FrameContext point_context{
+        context.history, context.grid_depth, io::point_symbol_bits, nullptr};
+    io::context::IntensityPass<Coding> pass(coding,
+                                            has_intensities ? models_.points
+                                                            : models_.intensity,
+                                            frame_.directory,
+                                            point_context);
+    intensities_.point_symbols = intensities_.symbols;
+    if (has_intensities)
+      pass.run(blocks_, intensities_.point_symbols, context.history.pointRecords());
+    std::vector<std::uint32_t> counts(intensities_.point_symbols.begin(),
+                                      intensities_.point_symbols.end());
+    return pass.codeExcess(counts);
   }
 
   bool

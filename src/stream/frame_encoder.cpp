@@ -321,7 +321,7 @@ private:
         frame.point_counts.begin(), frame.point_counts.end(), std::uint64_t{0});
     if (content_.refinement_levels > 0 && i_frame_rate_ > 1)
       last_keys_.assign(frame.keys.begin(), frame.keys.end());
-    if (!content_.isAny() || frame.keys.empty()) {
+    if (!content_.hasSupplement() || frame.keys.empty()) {
       if (supplement_ && header.is_i_frame)
         supplement_->reset();
       return;
@@ -331,7 +331,7 @@ private:
     const supplement::Sizes added = supplement_->encode(
         content_, frame, cells.keys, effort_, header.is_i_frame, bytes_of_payload_);
     sizes.occupancy += added.refinement;
-    sizes.attributes = added.attributes;
+    sizes.attributes += added.attributes;
   }
 
   /** \brief Encodes the payload. An I-frame with a depth model is encoded with and without
@@ -347,6 +347,8 @@ private:
       frame_without_model_.intensity_scale = frame.intensity_scale;
       frame_without_model_.keys = frame.keys;
       frame_without_model_.intensities = frame.intensities;
+      frame_without_model_.has_point_counts = frame.has_point_counts;
+      frame_without_model_.point_counts = frame.point_counts;
     }
     if (!header.is_i_frame)
       return encodePayloadAs(uses_depth_model_ ? frame : frame_without_model_, header);

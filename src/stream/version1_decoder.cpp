@@ -4,6 +4,7 @@
 #include "bytes/exceptions.h"
 #include "codec/frame_failures.h"
 
+#include <numeric>
 #include <utility>
 
 namespace pcl_ext {
@@ -116,7 +117,7 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
     return corruptFrame("the supplement does not decode to " +
                         std::to_string(header_.voxel_count) + " voxels");
   }
-  if (!isConsistent(frame)) {
+  if (!isConsistent(frame) || hasOtherPoints(frame)) {
     coders_.of(header_.effort).discard();
     return corruptFrame("invalid voxels");
   }
@@ -148,13 +149,22 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
                       (is_refined ? " cells" : " voxels"));
 }
 
+/** \brief Whether the numbers of points do not add up to that of the header. */
+bool
+Version1Decoder::hasOtherPoints(const VoxelFrame& frame) const
+{
+  return std::accumulate(frame.point_counts.begin(),
+                         frame.point_counts.end(),
+                         std::uint64_t{0}) != header_.point_count;
+}
+
 bool
 Version1Decoder::decodeSupplement(const std::uint8_t* begin,
                                   const std::uint8_t* end,
                                   VoxelFrame& frame,
                                   PayloadSizes& sizes)
 {
-  if (!header_.content.isAny())
+  if (!header_.content.hasSupplement())
     return true;
   if (header_.voxel_count == 0) {
     frame.clearVoxels();
@@ -171,11 +181,10 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
                           header_.effort,
                           header_.is_i_frame,
                           static_cast<std::size_t>(header_.voxel_count),
-                          header_.point_count,
                           frame,
                           supplement_sizes);
   sizes.occupancy += supplement_sizes.refinement;
-  sizes.attributes = supplement_sizes.attributes;
+  sizes.attributes += supplement_sizes.attributes;
   return is_whole;
 }
 
@@ -260,7 +269,7 @@ Version1Decoder::learn(std::uint32_t checksum, const VoxelFrame& frame) noexcept
   coders_.of(effort_).learn();
   coders_.keepOnly(effort_);
   content_ = header_.content;
-  if (supplement_ && content_.isAny() && !frame.keys.empty())
+  if (supplement_ && content_.hasSupplement() && !frame.keys.empty())
     supplement_->learn();
   else if (supplement_ && header_.is_i_frame)
     supplement_->reset();

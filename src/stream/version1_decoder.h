@@ -104,6 +104,9 @@ private:
                PayloadSizes& sizes);
 
   bool
+  hasOtherPoints(const VoxelFrame& frame) const;
+
+  bool
   decodeSupplement(const std::uint8_t* begin,
                    const std::uint8_t* end,
                    VoxelFrame& frame,

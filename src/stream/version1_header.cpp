@@ -133,7 +133,7 @@ writeFields(const Version1Header& header, ByteWriter& writer)
   if (header.content.has_point_counts)
     writer.varint(header.point_count);
   writer.varint(header.payload_size);
-  if (header.content.isAny())
+  if (header.content.hasSupplement())
     writer.varint(header.supplement_size);
 }
 
@@ -240,7 +240,7 @@ readCounts(ByteSource& source, Version1Header& header)
   if (header.content.has_point_counts)
     header.point_count = source.varint();
   header.payload_size = source.varint();
-  if (header.content.isAny())
+  if (header.content.hasSupplement())
     header.supplement_size = source.varint();
 }
 

@@ -4,10 +4,16 @@ doc/bitstream_context.md; each class of this file holds one of its sections.
 """
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
-from coded_frame import MOST_VOXELS, CodedFrame, Voxels
+from coded_frame import (
+    MOST_VOXELS,
+    POINT_SYMBOL_BITS,
+    CodedFrame,
+    Voxels,
+    counts_of_symbols,
+)
 from context_history import ContextHistory, Record, SeenVoxel, fraction_bits
 from depth_model import has_residual, point_with_offset, predicted_symbol
 from frame_header import from_zigzag
@@ -55,10 +61,15 @@ class ContextMemory:
 
     history: ContextHistory
     kinds: Kinds
+    point_history: ContextHistory
+    point_kinds: Kinds
+    """Of point symbols behind intensities."""
 
     @staticmethod
     def at_start(effort: int) -> "ContextMemory":
-        return ContextMemory(ContextHistory(), Kinds(effort))
+        return ContextMemory(
+            ContextHistory(), Kinds(effort), ContextHistory(), Kinds(effort)
+        )
 
 
 @dataclass
@@ -86,12 +97,12 @@ class _Payload:
         """m of the description."""
         return record.mean << (4 - fraction_bits(self.frame.symbol_bits))
 
-    def escape(self) -> int:
-        """u of section "Residuals"."""
+    def escape(self, most: int) -> int:
+        """u of section "Residuals"; b is `most` at most."""
         b = 0
         while self.kinds.escape.read(self.bits, [b]):
             b += 1
-            require(b <= 16, "a residual has too many bits")
+            require(b <= most, "an escaped number has too many bits")
         return ((1 << b) | self.bits.bypass_bits(b)) - 1
 
 
@@ -473,7 +484,7 @@ class _Symbols:
         ):
             residual += 1
         if residual == 32:
-            residual += self._payload.escape()
+            residual += self._payload.escape(16)
         self._average += 16 * min(residual, 64) // 8 - self._average // 8
         return residual
 
@@ -498,15 +509,18 @@ def decode_context_payload(
         memory = ContextMemory.at_start(frame.effort)
     history = memory.history
     require(len(history.records) <= MOST_RECORDS, "the history is too large")
+    point_history = memory.point_history
     is_history_used = not frame.is_i_frame
-    kinds = memory.kinds.copy()
+    kinds, point_kinds = memory.kinds.copy(), memory.point_kinds.copy()
     keys: List[int] = []
     symbols: Dict[int, int] = {}
     seen: Dict[int, SeenVoxel] = {}
+    point_symbols: Dict[int, int] = {}
+    counts: List[int] = []
     if frame.voxel_count:
         bits = RangeDecoder(bytes_of_payload)
         if not frame.is_i_frame and not bits.bypass_bit():
-            history = ContextHistory()
+            history = point_history = ContextHistory()
             is_history_used = False
         payload = _Payload(frame, bits, kinds, history, history.known_cells())
         _KnownVoxels(payload).read()
@@ -523,10 +537,30 @@ def decode_context_payload(
         reader = _Symbols(payload)
         symbols = reader.read(keys, numbers)
         seen = reader.seen
-        payload.bits.require_end()
+        if frame.has_points:
+            if frame.has_intensities:
+                payload = replace(
+                    payload,
+                    frame=frame.of_points(),
+                    kinds=point_kinds,
+                    history=point_history,
+                )
+                point_symbols = _Numbers(payload).read(keys)
+            counts = counts_of_symbols(
+                [(point_symbols or symbols)[key] for key in keys],
+                lambda: payload.escape(31),
+            )
+        bits.require_end()
     has_model = frame.depth_model is not None
-    after = history.after_frame(
-        seen, is_history_used, frame.symbol_bits, has_model
+    after = history.after_frame(seen, is_history_used, frame.symbol_bits, has_model)
+    point_after = point_history.after_frame(
+        {key: SeenVoxel(symbol, 0, 0) for key, symbol in point_symbols.items()},
+        is_history_used,
+        POINT_SYMBOL_BITS,
+        False,
     )
-    coded = [symbols[key] for key in keys] if frame.symbol_bits else []
-    return Voxels(keys, coded), ContextMemory(after, kinds)
+    coded = [symbols[key] for key in keys] if frame.has_intensities else []
+    return (
+        Voxels(keys, coded, [], counts),
+        ContextMemory(after, kinds, point_after, point_kinds),
+    )

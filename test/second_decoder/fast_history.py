@@ -49,11 +49,13 @@ def is_forgotten(past: int) -> bool:
 
 @dataclass
 class FastHistory:
-    """Buckets by past, shares by past, statistics by key, activities by block."""
+    """Buckets by past, shares by past, statistics of symbols and of point symbols
+    behind intensities by key, activities by block."""
 
     buckets: Dict[int, List[int]] = field(default_factory=dict)
     shares: Dict[int, int] = field(default_factory=dict)
     statistics: Dict[int, Statistics] = field(default_factory=dict)
+    point_statistics: Dict[int, Statistics] = field(default_factory=dict)
     activities: Dict[int, int] = field(default_factory=dict)
 
     def share(self, past: int) -> int:

@@ -6,12 +6,12 @@ doc/bitstream_fast.md; "Classed rows" and "Residuals" are in this file.
 from dataclasses import dataclass, replace
 from typing import List, Tuple
 
-from coded_frame import CodedFrame, Voxels
+from coded_frame import CodedFrame, Voxels, counts_of_symbols
 from depth_model import has_residual, predicted_symbol
-from fast_history import FastHistory, Statistics
+from fast_history import FastHistory
 from fast_models import FastModels
 from fast_occupancy import FastOccupancyReader
-from fast_symbols import FastSymbolReader
+from fast_symbols import FastSymbolReader, learn_bins
 from frame_header import ByteReader, from_zigzag
 from invalid_frame import require
 from rans import RansDecoder
@@ -42,16 +42,39 @@ def _decode_numbers(
         rans.require_end()
         after = replace(memory, history=occupancy.history, models=models)
         return Voxels(keys, []), after
-    reader = FastSymbolReader(rans, frame, models, memory.history.statistics)
+    before, history = memory.history, occupancy.history
+    reader = FastSymbolReader(rans, frame, models, before.statistics)
     symbols, bins = reader.read(keys)
+    point_symbols = symbols
+    if frame.has_intensities and frame.has_points:
+        statistics = {
+            key: before.point_statistics[key]
+            for key in history.statistics
+            if key in before.point_statistics
+        }
+        points = frame.of_points()
+        point_reader = FastSymbolReader(rans, points, models, statistics, "points")
+        point_symbols, point_bins = point_reader.read(keys)
+        history.point_statistics = dict(statistics)
+        learn_bins(statistics, point_bins, history.point_statistics)
+    counts: List[int] = []
+    if frame.has_points:
+        counts = counts_of_symbols(point_symbols, lambda: _excess(rans))
     rans.require_end()
-    history = occupancy.history
-    for key in keys:
-        known, bin_index = memory.history.statistics.get(key), bins[key]
-        history.statistics[key] = (
-            Statistics.of_first(bin_index) if known is None else known.after(bin_index)
-        )
-    return Voxels(keys, symbols), replace(memory, history=history, models=models)
+    learn_bins(before.statistics, bins, history.statistics)
+    voxels = Voxels(keys, symbols if frame.has_intensities else [], [], counts)
+    return voxels, replace(memory, history=history, models=models)
+
+
+def _excess(rans: RansDecoder) -> int:
+    """Section "Excess"."""
+    left = rans.bits(5)
+    u = 1
+    while left:
+        part = min(left, 12)
+        u = u << part | rans.bits(part)
+        left -= part
+    return u - 1
 
 
 def _classed_row(source: bytes, classes: List[int], models: FastModels) -> List[int]:
@@ -100,7 +123,7 @@ def _decode_with_rests(
         require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
         symbols[key] = symbol
     return (
-        Voxels(numbers.keys, list(symbols.values())),
+        replace(numbers, symbols=list(symbols.values())),
         replace(memory, models_of_rests=models),
     )
 

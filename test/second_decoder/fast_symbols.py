@@ -3,7 +3,7 @@
 doc/bitstream_fast.md, "Symbols".
 """
 
-from typing import Dict, List, Tuple
+from typing import Dict, List, Tuple, Union
 
 from coded_frame import CodedFrame
 from fast_history import Statistics
@@ -31,6 +31,17 @@ def _class_of(known: Statistics) -> Tuple[int, int]:
 _WITHOUT_STATISTICS = 125, 0
 
 
+def learn_bins(
+    before: Dict[int, Statistics], bins: Dict[int, int], after: Dict[int, Statistics]
+) -> None:
+    """Adapts the statistics of the voxels of a frame."""
+    for key, bin_index in bins.items():
+        known = before.get(key)
+        after[key] = (
+            Statistics.of_first(bin_index) if known is None else known.after(bin_index)
+        )
+
+
 class FastSymbolReader:
     """Reads the bins of a frame's voxels and the low bits of their symbols."""
 
@@ -40,12 +51,14 @@ class FastSymbolReader:
         frame: CodedFrame,
         models: FastModels,
         statistics: Dict[int, Statistics],
+        *kind: str,
     ) -> None:
         self._rans = rans
         self._frame = frame
         self._models = models
         self._statistics = statistics
         """Statistics before the frame; voxels that it brings have none."""
+        self._kind = kind
         self._top = frame.highest_symbol
         self._top_bin = _bin_by_rule(self._top) + (self._top >= 16)
 
@@ -57,7 +70,7 @@ class FastSymbolReader:
             running = Statistics.of_first(2)
             for key in keys:
                 number_class, lowest = _class_of(running)
-                nibble = self._models.nibble(self._rans, "running", number_class)
+                nibble = self._nibble("running", number_class)
                 bins[key] = self._bin(nibble, lowest)
                 symbols.append(self._symbol(bins[key]))
                 running = running.after(bins[key])
@@ -69,7 +82,7 @@ class FastSymbolReader:
             for key in keys
         ]
         nibbles = [
-            self._models.nibble(self._rans, "symbol", number_class)
+            self._nibble("symbol", number_class)
             for number_class, _ in classes
         ]
         for key, nibble, (_, lowest) in zip(keys, nibbles, classes):
@@ -77,11 +90,14 @@ class FastSymbolReader:
             symbols.append(self._symbol(bins[key]))
         return symbols, bins
 
+    def _nibble(self, *name: Union[str, int]) -> int:
+        return self._models.nibble(self._rans, *self._kind, *name)
+
     def _bin(self, nibble: int, lowest: int) -> int:
         bin_index = lowest + nibble
         if nibble == 15:
-            high = self._models.nibble(self._rans, "escape_high")
-            bin_index = 16 * high + self._models.nibble(self._rans, "escape_low", high)
+            high = self._nibble("escape_high")
+            bin_index = 16 * high + self._nibble("escape_low", high)
             require(not lowest <= bin_index < lowest + 15, "a bin is escaped")
         require(bin_index <= self._top_bin, "a bin is above that of top")
         return bin_index

@@ -6,7 +6,7 @@ doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 from dataclasses import dataclass, replace
 from typing import Optional, Union
 
-from coded_frame import MOST_VOXELS, CodedFrame, Voxels
+from coded_frame import MOST_VOXELS, POINT_SYMBOL_BITS, CodedFrame, Voxels
 from context_payload import ContextMemory, decode_context_payload
 from depth_model import DepthModel, read_depth_model
 from fast_payload import FastMemory, decode_fast_payload
@@ -168,13 +168,18 @@ class FrameDecoder:
             "a frame without voxels has a payload",
         )
         levels = kept.content.levels
+        has_intensities = kept.content.has_intensities and not levels
+        has_points = kept.content.has_point_counts and not levels
+        symbol_bits = POINT_SYMBOL_BITS if has_points else 0
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
             header.cell_count if levels else header.voxel_count,
-            0 if levels else kept.scale.bits,
+            kept.scale.bits if has_intensities else symbol_bits,
             kept.grid.depth - levels,
             model,
+            has_intensities,
+            has_points,
         )
         memory: Union[ContextMemory, FastMemory]
         if isinstance(kept.memory, FastMemory):
@@ -189,6 +194,10 @@ class FrameDecoder:
             kept.scale.bits,
             voxels,
             kept.supplement_memory,
+        )
+        require(
+            sum(voxels.point_counts) == header.point_count,
+            "the numbers of points have another sum",
         )
         self._kept = replace(
             kept,

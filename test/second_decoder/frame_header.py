@@ -32,7 +32,7 @@ class Content:
 
     @property
     def has_supplement(self) -> bool:
-        return bool(self.levels or self.colour_bits or self.has_point_counts)
+        return bool(self.levels or self.colour_bits)
 
 
 @dataclass(frozen=True)

@@ -171,14 +171,13 @@ def _read_intensities(reader: NumberReader, count: int, bits: int) -> List[int]:
     return symbols
 
 
-def _read_point_counts(reader: NumberReader, count: int, total: int) -> List[int]:
+def _read_point_counts(reader: NumberReader, count: int) -> List[int]:
     """Section "Numbers of points"."""
     counts: List[int] = []
     last_class = 0
     for _ in range(count):
         counts.append(reader.number("points", last_class) + 1)
         last_class = min(counts[-1].bit_length() - 1, 7)
-    require(sum(counts) == total, "the numbers of points have another sum")
     return counts
 
 
@@ -291,8 +290,8 @@ def decode_supplement(
     reader = NumberReader(source, count, models)
     if content.levels and symbol_bits:
         voxels = replace(voxels, symbols=_read_intensities(reader, count, symbol_bits))
-    if content.has_point_counts:
-        counts = _read_point_counts(reader, count, header.point_count)
+    if content.levels and content.has_point_counts:
+        counts = _read_point_counts(reader, count)
         voxels = replace(voxels, point_counts=counts)
     means = memory.means
     if content.colour_bits:

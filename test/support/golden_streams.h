@@ -141,21 +141,24 @@ goldenLargeRests(const std::string& name, Effort effort)
   return stream;
 }
 
-/** \brief Rooms with colours and numbers of points, with and without intensities. */
+/** \brief Rooms with colours and numbers of points, with and without intensities and a
+ * depth model. */
 inline GoldenStream
 goldenColours(const std::string& name, Effort effort)
 {
   GoldenStream stream{name, effort, 6, {}};
   std::mt19937_64 random(37);
-  for (const unsigned int colour_bits : {1u, 5u, 8u}) {
+  for (const unsigned int colour_bits : {1u, 5u, 8u, 7u}) {
     RoomStream::Settings settings;
     settings.depth = 6;
     settings.width = 24;
     settings.noise = 5;
+    if (colour_bits == 7)
+      settings.depth_model = roomDepthModel(settings.depth, settings.bits, 1);
     RoomStream room(settings);
     for (int i = 0; i < 14; ++i) {
       GoldenFrame golden{room.next(), std::nullopt};
-      if (i == 9) // nothing is seen
+      if (i == 9 || i == 12) // nothing is seen, on a P- and an I-frame
         clearVoxels(golden.frame);
       addColours(random, colour_bits, golden.frame);
       if (colour_bits != 1)

@@ -183,7 +183,7 @@ public:
   void
   newStep(unsigned int symbol, unsigned int step)
   {
-    code(models.running_symbol[symbol_statistics::contextOf(running_)], symbol);
+    code(models.symbols.running_symbol[symbol_statistics::contextOf(running_)], symbol);
     running_ = symbol_statistics::next(running_, step);
   }
 
@@ -208,7 +208,7 @@ public:
   void
   knownStep(unsigned int step_before, unsigned int symbol)
   {
-    code(models.symbol[symbol_statistics::contextOf(
+    code(models.symbols.symbol[symbol_statistics::contextOf(
              symbol_statistics::first(step_before))],
          symbol);
   }
@@ -217,14 +217,14 @@ public:
   void
   broughtStep(unsigned int symbol)
   {
-    code(models.symbol[125], symbol);
+    code(models.symbols.symbol[125], symbol);
   }
 
   void
   wholeStep(unsigned int step)
   {
-    code(models.escape_high, step / 16);
-    code(models.escape_low[step / 16 % 8], step % 16);
+    code(models.symbols.escape_high, step / 16);
+    code(models.symbols.escape_low[step / 16 % 8], step % 16);
   }
 
   RansBytes

@@ -52,7 +52,7 @@ addPointCounts(std::mt19937_64& random, VoxelFrame& frame)
   frame.has_point_counts = true;
   frame.point_counts.clear();
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const unsigned int bits = below(random, 20) == 0 ? 12 : 2;
+    const unsigned int bits = below(random, 20) == 0 ? 14 : 2;
     frame.point_counts.push_back(
         static_cast<std::uint32_t>(1 + below(random, std::uint64_t{1} << bits)));
   }

@@ -21,7 +21,7 @@ namespace context {
 struct FrameContext {
   const History& history;        ///< of the previous frames; may be empty
   unsigned int grid_depth;       ///< 1..21
-  unsigned int symbol_bits;      ///< 1..16
+  unsigned int symbol_bits;      ///< 1..16, or 0: neither intensities nor points
   const DepthModel* depth_model; ///< null if intensities do not depend on depth
 
   std::uint32_t
@@ -81,12 +81,16 @@ copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& 
   to.assign(from.begin(), from.end());
 }
 
-/** \brief The intensities of a frame's voxels while they are coded. */
+/** \brief The intensities of a frame's voxels, or their numbers of points where it has no
+ * intensities, while they are coded. */
 struct CodedIntensities {
   /** \brief Coded first: the number of points where it can be derived from the depth model,
    * else the symbol itself. */
   std::vector<std::uint16_t> numbers;
   std::vector<std::uint16_t> symbols;
+  /** \brief Symbols of the numbers of points, where the frame has these beside
+   * intensities. */
+  std::vector<std::uint16_t> point_symbols;
   // With a depth model only.
   DepthSplit split;
   std::vector<DepthPrediction> predictions;

@@ -1,6 +1,7 @@
 #include "codec/context/history.h"
 
 #include "bytes/reserve_ahead.h"
+#include "codec/point_symbols.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
 
@@ -46,7 +47,8 @@ History::clear(unsigned int symbol_bits)
   blocks_.clear();
   record_count_ = 0;
   has_depths_ = false;
-  fraction_bits_ = std::min(4u, 16 - symbol_bits);
+  has_points_ = false;
+  fraction_bits_ = fractionBitsOf(symbol_bits);
 }
 
 void
@@ -75,6 +77,7 @@ History::predictDepths(const BlockList& frame,
 struct History::Learning {
   const std::uint16_t* numbers;
   const DepthObservations* depths;
+  const std::uint16_t* points;
   unsigned int fraction_bits;
   std::uint16_t first_probability;
 
@@ -119,57 +122,60 @@ struct History::Learning {
       voxel += is_occupied;
     }
     for (std::size_t i = 0; i < seen_count; ++i)
-      learnIntensity(*seen[i].record, seen[i].voxel);
+      learnNumber(*seen[i].record, numbers[seen[i].voxel], fraction_bits);
     next = now;
     return kept;
   }
 
-  /** \brief Writes what is remembered for the depth model, after learn().
+  /** \brief Writes what is remembered beside the records of a block, after learn().
    * \param[in] record of the first record of the block
    * \param[in] kept the cells that have a record now
    * \param[out] next where to write
+   * \param[in] learn_voxel adapts that of a voxel of the frame
    */
-  void
-  learnDepths(const DepthRecord* record,
+  template <class RecordT, class LearnT>
+  static void
+  learnBeside(const RecordT* record,
               std::uint64_t known,
               std::uint64_t occupied,
               std::uint64_t kept,
               std::size_t voxel,
-              DepthRecord* next) const
+              RecordT* next,
+              const LearnT& learn_voxel)
   {
     for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const bool is_occupied = (occupied >> cell & 1) != 0;
       const bool is_known = (known >> cell & 1) != 0;
-      DepthRecord now;
+      RecordT now{};
       if (is_known)
         now = *record++;
-      if (is_occupied && depths != nullptr)
-        learnDepth(now, is_known, voxel);
+      if (is_occupied)
+        learn_voxel(now, is_known, voxel);
       if ((kept >> cell & 1) != 0)
         *next++ = now;
       voxel += is_occupied ? 1 : 0;
     }
   }
 
-  /** \brief A number with the history's fraction bits, 16 bits in all. */
-  int
-  fixedPoint(std::uint16_t number) const
-  {
-    return static_cast<int>(number) << fraction_bits;
-  }
-
   VoxelRecord
   begin(std::size_t voxel) const
   {
-    const int value = fixedPoint(numbers[voxel]);
     VoxelRecord record{};
     record.probability = first_probability;
+    beginNumber(record, numbers[voxel], fraction_bits);
+    record.recent = 1;
+    return record;
+  }
+
+  /** \brief Begins with a number that has fraction bits, 16 bits in all. */
+  static void
+  beginNumber(NumberRecord& record, std::uint16_t number, unsigned int fraction_bits)
+  {
+    const int value = static_cast<int>(number) << fraction_bits;
     record.mean = static_cast<std::uint16_t>(value);
     record.deviation =
         static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
-    record.recent = 1;
-    return record;
   }
 
   /** \brief Adapts the probability and the pattern of recent frames.
@@ -187,20 +193,33 @@ struct History::Learning {
     record.age = static_cast<std::uint8_t>(record.age + (record.age < oldest ? 1 : 0));
   }
 
-  void
-  learnIntensity(VoxelRecord& record, std::size_t voxel) const
+  static void
+  learnNumber(NumberRecord& record, std::uint16_t number, unsigned int fraction_bits)
   {
     // Right shifts of negative numbers round towards minus infinity, in all compilers and
     // by the standard since C++20.
-    const int difference = fixedPoint(numbers[voxel]) - static_cast<int>(record.mean);
+    const int value = static_cast<int>(number) << fraction_bits;
+    const int difference = value - static_cast<int>(record.mean);
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);
     record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
     record.deviation = static_cast<std::uint16_t>(record.deviation + (spread >> 2));
   }
 
   void
+  learnPoints(NumberRecord& record, bool is_known, std::size_t voxel) const
+  {
+    constexpr unsigned int fraction = fractionBitsOf(point_symbol_bits);
+    if (!is_known)
+      beginNumber(record, points[voxel], fraction);
+    else
+      learnNumber(record, points[voxel], fraction);
+  }
+
+  void
   learnDepth(DepthRecord& record, bool is_known, std::size_t voxel) const
   {
+    if (depths == nullptr)
+      return;
     const std::int16_t offset = depths->offsets[voxel];
     const int residual = depths->residuals[voxel] << 4;
     if (!is_known) {
@@ -215,7 +234,10 @@ struct History::Learning {
 };
 
 void
-History::makeRoom(const BlockList& frame, bool has_depths, bool is_i_frame)
+History::makeRoom(const BlockList& frame,
+                  bool has_depths,
+                  bool is_i_frame,
+                  bool has_points)
 {
   // Upper bound: all records are kept and all voxels are new.
   const std::size_t records = (is_i_frame ? 0 : record_count_) + frame.voxelCount();
@@ -227,6 +249,8 @@ History::makeRoom(const BlockList& frame, bool has_depths, bool is_i_frame)
     if (!has_depths_)
       depth_records_.assign(record_count_, DepthRecord());
   }
+  if (has_points && next_point_records_.size() < records)
+    next_point_records_.resize(records);
   const std::size_t blocks = (is_i_frame ? 0 : blocks_.size()) + frame.size();
   next_blocks_.clear();
   reserveAhead(next_blocks_, blocks);
@@ -236,12 +260,15 @@ void
 History::update(const BlockList& frame,
                 const std::vector<std::uint16_t>& numbers,
                 const DepthObservations* depths,
-                bool is_i_frame)
+                bool is_i_frame,
+                const std::vector<std::uint16_t>* points)
 {
-  makeRoom(frame, depths != nullptr, is_i_frame);
+  makeRoom(frame, depths != nullptr, is_i_frame, points != nullptr);
   has_depths_ = has_depths_ || depths != nullptr;
+  has_points_ = points != nullptr;
   const Learning learning{numbers.data(),
                           depths,
+                          has_points_ ? points->data() : nullptr,
                           fraction_bits_,
                           is_i_frame ? first_probability_i_frame
                                      : first_probability_p_frame};
@@ -264,13 +291,24 @@ History::update(const BlockList& frame,
       voxel = frame.first_voxels[now];
     }
     block.known = learning.learn(record, known, block.last, voxel, next);
+    const auto learn_beside =
+        [&](const auto& old_records, auto& next_records, const auto& learn_voxel) {
+          learning.learnBeside(old_records.data() + (record - records_.data()),
+                               known,
+                               block.last,
+                               block.known,
+                               voxel,
+                               next_records.data() + block.first_record,
+                               learn_voxel);
+        };
     if (has_depths_)
-      learning.learnDepths(depth_records_.data() + (record - records_.data()),
-                           known,
-                           block.last,
-                           block.known,
-                           voxel,
-                           next_depth_records_.data() + block.first_record);
+      learn_beside(depth_records_, next_depth_records_, [&](auto&&... arguments) {
+        learning.learnDepth(arguments...);
+      });
+    if (has_points_)
+      learn_beside(point_records_, next_point_records_, [&](auto&&... arguments) {
+        learning.learnPoints(arguments...);
+      });
     record += bitCount(known);
     const unsigned int new_voxels =
         is_i_frame ? 0 : std::min(bitCount(block.last & ~known), 7u);
@@ -292,6 +330,8 @@ History::update(const BlockList& frame,
   records_.swap(next_records_);
   if (has_depths_)
     depth_records_.swap(next_depth_records_);
+  if (has_points_)
+    point_records_.swap(next_point_records_);
 }
 
 void
@@ -300,8 +340,11 @@ History::releaseMemory()
   next_blocks_ = std::vector<HistoryBlock>();
   next_records_ = std::vector<VoxelRecord>();
   next_depth_records_ = std::vector<DepthRecord>();
+  next_point_records_ = std::vector<NumberRecord>();
   depth_records_.resize(has_depths_ ? record_count_ : 0);
   depth_records_.shrink_to_fit();
+  point_records_.resize(has_points_ ? record_count_ : 0);
+  point_records_.shrink_to_fit();
   records_.resize(record_count_);
   records_.shrink_to_fit();
   blocks_.shrink_to_fit();

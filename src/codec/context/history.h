@@ -20,13 +20,17 @@ struct HistoryBlock {
   std::uint8_t activity;      ///< running mean of new voxels a frame, 0..7
 };
 
+/** \brief What is remembered of a voxel's numbers. */
+struct NumberRecord {
+  std::uint16_t mean;      ///< running mean of the number, fixed point
+  std::uint16_t deviation; ///< running mean of the distance from it, fixed point
+};
+
 /** \brief The record of one voxel. */
-struct VoxelRecord {
+struct VoxelRecord : NumberRecord {
   std::uint16_t probability; ///< running mean of the occupancy, 2^16 is 1
   std::uint8_t recent;       ///< occupancy in the last frames, the last one lowest
   std::uint8_t age;          ///< frames since the first, up to 31
-  std::uint16_t mean;        ///< running mean of the number, fixed point
-  std::uint16_t deviation;   ///< running mean of the distance from it, fixed point
 };
 
 /** \brief What is remembered of a voxel for the depth model. */
@@ -53,6 +57,14 @@ public:
     return records_.data();
   }
 
+  /** \brief What is remembered of point symbols beside intensities, in the order of the
+   * records. */
+  const NumberRecord*
+  pointRecords() const
+  {
+    return point_records_.data();
+  }
+
   /** \brief What is remembered for the depth model of a record, by its index. */
   DepthRecord
   depthRecord(std::size_t record) const
@@ -77,6 +89,13 @@ public:
 
   /** \brief Fraction bits of means and deviations: 4 for symbols of up
    * to 12 bits, fewer for larger ones. */
+  static constexpr unsigned int
+  fractionBitsOf(unsigned int symbol_bits)
+  {
+    return symbol_bits < 12 ? 4 : 16 - symbol_bits;
+  }
+
+  /** \brief Those of the records. */
   unsigned int
   fractionBits() const
   {
@@ -94,9 +113,13 @@ public:
    * \param[in] frame its blocks
    * \param[in] has_depths it has a depth model
    * \param[in] is_i_frame all records will be removed first
+   * \param[in] has_points it has point symbols beside intensities
    */
   void
-  makeRoom(const BlockList& frame, bool has_depths, bool is_i_frame);
+  makeRoom(const BlockList& frame,
+           bool has_depths,
+           bool is_i_frame,
+           bool has_points = false);
 
   /** \brief Updates the records with a frame.
    * \param[in] frame its blocks
@@ -104,12 +127,14 @@ public:
    * \param[in] depths one element for each voxel; null without a depth model
    * \param[in] is_i_frame its voxels start with a higher probability than new voxels of a
    * P-frame
+   * \param[in] points point symbols beside intensities, one for each voxel; null without
    */
   void
   update(const BlockList& frame,
          const std::vector<std::uint16_t>& numbers,
          const DepthObservations* depths,
-         bool is_i_frame);
+         bool is_i_frame,
+         const std::vector<std::uint16_t>* points = nullptr);
 
   /** \brief Releases memory that the known voxels do not need. */
   void
@@ -126,11 +151,14 @@ private:
   // Beside the records, once a frame had a depth model.
   std::vector<DepthRecord> depth_records_;
   bool has_depths_ = false;
+  std::vector<NumberRecord> point_records_; // likewise
+  bool has_points_ = false;
   unsigned int fraction_bits_ = 4;
   // The next state; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   std::vector<VoxelRecord> next_records_;
   std::vector<DepthRecord> next_depth_records_;
+  std::vector<NumberRecord> next_point_records_;
 };
 
 } // namespace context

@@ -5,6 +5,7 @@
 #include "codec/context/intensity_neighbours.h"
 #include "codec/context/models.h"
 #include "codec/depth_split.h"
+#include "codec/point_symbols.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
 #include "voxels/block_directory.h"
@@ -24,7 +25,9 @@ namespace context {
 /** \brief Models of intensity symbols (doc/bitstream_context.md, "Numbers"). */
 struct IntensityModels {
   static constexpr std::uint32_t longest_residual = 32;
-  static constexpr std::uint32_t longest_escape = 17; ///< bits
+  // Bits of what follows the longest residual, and the highest symbol of points.
+  static constexpr std::uint32_t longest_escape = 17;
+  static constexpr std::uint32_t longest_excess = 32;
 
   // Numbers of classes of what a number is expected to be.
   static constexpr std::uint32_t levels = 48;
@@ -51,12 +54,12 @@ struct IntensityModels {
               768 * longest_residual,
               512 * longest_residual},
              8)
-  , escape(is_small, 5, {longest_escape})
+  , escape(is_small, 5, {longest_excess})
   {}
 
   DecisionModel<4, 2> number; ///< a number reaches the middle of an interval
   DecisionModel<3> residual;  ///< a residual is above the value so far
-  DecisionModel<1> escape;    ///< number of bits of an escaped residual
+  DecisionModel<1> escape;    ///< number of bits of an escape or excess
 };
 
 /** \brief Codes the intensity symbols of a frame's voxels, for either direction.
@@ -84,9 +87,13 @@ public:
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
    * \param[in,out] symbols one for each voxel; the decoder fills them
+   * \param[in] numbers what is remembered of these, in the order of the history's records;
+   * null: the records themselves
    */
   void
-  run(const BlockList& frame, std::vector<std::uint16_t>& symbols)
+  run(const BlockList& frame,
+      std::vector<std::uint16_t>& symbols,
+      const NumberRecord* numbers = nullptr)
   {
     // Counts of points have no 0: lengths then start at 1.
     const bool has_zero = coding_.codeBypass(
@@ -109,13 +116,18 @@ public:
                 ? history_.records() + history_.blocks()[old].first_record +
                       bitCount(known & (cell - 1))
                 : nullptr;
+        const NumberRecord* const number =
+            numbers == nullptr || record == nullptr
+                ? record
+                : numbers + (record - history_.records());
         [[maybe_unused]] const unsigned int place = lowestBit(cells);
         if constexpr (CodingT::is_small)
           expect(record,
+                 number,
                  neighbours.averageOf(place, symbols, running_),
                  neighbours.shapeOf(place));
         else
-          expect(record, running_, 0);
+          expect(record, number, running_, 0);
         symbols[voxel] = static_cast<std::uint16_t>(codeNumber(symbols[voxel]));
         learn(symbols[voxel]);
         ++voxel;
@@ -159,7 +171,8 @@ public:
           ++context;
       }
       if (residual == IntensityModels::longest_residual) {
-        const std::uint32_t beyond = codeEscape(target - residual);
+        const std::uint32_t beyond =
+            codeEscape(target - residual, Models::longest_escape);
         if (beyond == invalid)
           return false;
         residual += beyond;
@@ -171,10 +184,30 @@ public:
     return true;
   }
 
+  /** \brief Codes what numbers of points have beyond the highest symbol.
+   * \param[in,out] counts one for each voxel; a decoder adds to their symbols
+   * \return false if a decoded number is too large
+   */
+  template <class CountsT>
+  bool
+  codeExcess(CountsT& counts)
+  {
+    for (auto& count : counts) {
+      if (count < highest_point_symbol)
+        continue;
+      const std::uint32_t excess =
+          codeEscape(count - highest_point_symbol, Models::longest_excess);
+      if (excess > most_points - highest_point_symbol)
+        return false;
+      if constexpr (CodingT::is_decoder)
+        count += excess;
+    }
+    return true;
+  }
+
 private:
   using Models = IntensityModels;
   static constexpr std::uint32_t invalid = 0xffffffff;
-  static constexpr std::uint32_t longest_escape = Models::longest_escape;
 
   /** \brief A decision of a number: does it reach the middle of an interval? */
   struct Decision {
@@ -196,19 +229,23 @@ private:
 
   /** \brief Prepares the contexts of a number.
    * \param[in] record of the voxel; null if it is not known
+   * \param[in] known what is remembered of its numbers; null likewise
    * \param[in] average number of the neighbours before it, in sixteenths
    * \param[in] shape see IntensityNeighbours::shapeOf
    */
   void
-  expect(const VoxelRecord* record, std::uint32_t average, std::uint32_t shape)
+  expect([[maybe_unused]] const VoxelRecord* record,
+         const NumberRecord* known,
+         std::uint32_t average,
+         std::uint32_t shape)
   {
-    const unsigned int shift = 4 - history_.fractionBits();
-    is_known_ = record != nullptr;
+    const unsigned int shift = 4 - History::fractionBitsOf(symbol_bits_);
+    is_known_ = known != nullptr;
     const std::uint32_t mean =
-        is_known_ ? static_cast<std::uint32_t>(record->mean) << shift : 0;
+        is_known_ ? static_cast<std::uint32_t>(known->mean) << shift : 0;
     expected_ = static_cast<std::int32_t>(is_known_ ? mean : average);
     const std::uint32_t deviation =
-        is_known_ ? static_cast<std::uint32_t>(record->deviation) << shift
+        is_known_ ? static_cast<std::uint32_t>(known->deviation) << shift
                   : static_cast<std::uint32_t>(error_);
     scale_ = highestBit(deviation + 4);
     constexpr std::uint32_t unknown = Models::levels * Models::classes;
@@ -316,17 +353,19 @@ private:
            size;
   }
 
-  /** \brief Codes an escaped residual as an Elias gamma code whose length has a model.
+  /** \brief Codes what is beyond a residual or symbol as an Elias gamma code whose length
+   * has a model.
    * \param[in] number 0 or more
+   * \param[in] longest number of bits that is invalid
    */
   std::uint32_t
-  codeEscape(std::uint32_t number)
+  codeEscape(std::uint32_t number, std::uint32_t longest)
   {
     const std::uint32_t target = CodingT::is_decoder ? 0 : number + 1;
     std::uint32_t bits = 0;
     while (coding_.code(
         models_.escape, {{bits}}, !CodingT::is_decoder && target >> bits > 1))
-      if (++bits == longest_escape)
+      if (++bits == longest)
         return invalid;
     std::uint32_t value = 1;
     for (; bits > 0; --bits)

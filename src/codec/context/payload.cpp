@@ -1,6 +1,7 @@
 #include "codec/context/payload.h"
 
 #include "codec/context/entropy_coder.h"
+#include "codec/point_symbols.h"
 
 #include <algorithm>
 #include <utility>
@@ -9,31 +10,65 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
+namespace {
+
+/** \brief Divides a payload by what it codes.
+ * \param[in] bytes of the payload
+ * \param[in] occupancy_end bytes before the intensities
+ * \param[in] intensity_end bytes before numbers of points beside intensities
+ */
+PayloadSizes
+dividedSizes(const VoxelFrame& frame,
+             std::size_t bytes,
+             std::size_t occupancy_end,
+             std::size_t intensity_end)
+{
+  const std::size_t point_begin = !frame.has_point_counts  ? bytes
+                                  : frame.hasIntensities() ? intensity_end
+                                                           : occupancy_end;
+  PayloadSizes sizes;
+  sizes.occupancy = std::min(occupancy_end, bytes);
+  sizes.attributes = bytes - std::min(point_begin, bytes);
+  sizes.intensity = bytes - sizes.occupancy - sizes.attributes;
+  return sizes;
+}
+
+} // namespace
+
 Payload::Payload(bool is_small)
 : is_small_(is_small)
-, fresh_models_(freshModels(is_small))
-, models_(fresh_models_)
-, trial_models_(fresh_models_)
+, models_(freshModels(is_small, false))
+, trial_models_(freshModels(is_small, false))
 {}
 
 const Payload::Models&
-Payload::freshModels(bool is_small)
+Payload::freshModels(bool is_small, bool has_points)
 {
-  if (is_small) {
-    static const Models models(true);
+  // Each is made when it is first used.
+  if (is_small && has_points) {
+    static const Models models(true, true);
     return models;
   }
-  static const Models models(false);
+  if (is_small) {
+    static const Models models(true, false);
+    return models;
+  }
+  if (has_points) {
+    static const Models models(false, true);
+    return models;
+  }
+  static const Models models(false, false);
   return models;
 }
 
 FrameContext
 Payload::contextOf(const VoxelFrame& frame, bool uses_history)
 {
-  empty_history_.clear(frame.intensity_scale.bits);
+  const unsigned int symbol_bits = firstSymbolBits(frame);
+  empty_history_.clear(symbol_bits);
   return {uses_history ? history_ : empty_history_,
           frame.grid.depth,
-          frame.intensity_scale.bits,
+          symbol_bits,
           frame.depth_model ? &*frame.depth_model : nullptr};
 }
 
@@ -100,17 +135,20 @@ Payload::encodeAs(const VoxelFrame& frame,
                   bool uses_history,
                   std::vector<std::uint8_t>& payload)
 {
-  const std::size_t begin = payload.size();
   const FrameContext context = contextOf(frame, uses_history);
   if (is_i_frame)
-    models_ = fresh_models_;
+    models_ = freshModels(is_small_, hasPointsBesideIntensities(frame));
   if (!uses_history || !is_matched_) {
     blocks_.assign(frame.keys);
     frame_.match(context.history, blocks_);
   }
   is_matched_ = false;
+  if (frame.has_point_counts)
+    pointSymbolsOf(frame.point_counts, intensities_.point_symbols);
   if (frame.hasIntensities())
     copyNumbers(frame.intensities, intensities_.symbols);
+  else if (frame.has_point_counts)
+    copyNumbers(intensities_.point_symbols, intensities_.symbols);
   else
     intensities_.symbols.assign(frame.size(), 0);
   if (context.depth_model != nullptr) {
@@ -119,17 +157,16 @@ Payload::encodeAs(const VoxelFrame& frame,
   }
   else
     copyNumbers(intensities_.symbols, intensities_.numbers);
-  PayloadSizes sizes;
-  if (!frame.keys.empty())
-    sizes.occupancy = is_small_ ? encodeWith<true>(context, is_i_frame, payload)
-                                : encodeWith<false>(context, is_i_frame, payload);
-  sizes.intensity = payload.size() - begin - sizes.occupancy;
-  return sizes;
+  if (frame.keys.empty())
+    return {};
+  return is_small_ ? encodeWith<true>(frame, context, is_i_frame, payload)
+                   : encodeWith<false>(frame, context, is_i_frame, payload);
 }
 
 template <bool IsSmall>
-std::size_t
-Payload::encodeWith(const FrameContext& context,
+PayloadSizes
+Payload::encodeWith(const VoxelFrame& frame,
+                    const FrameContext& context,
                     bool is_i_frame,
                     std::vector<std::uint8_t>& payload)
 {
@@ -143,8 +180,10 @@ Payload::encodeWith(const FrameContext& context,
     IntensityPass(coding, models_.intensity, frame_.directory, context)
         .run(blocks_, intensities_.numbers);
   codeResiduals(coding, models_.intensity, context);
+  const std::size_t intensity_end = coding.coder().settledBytes();
+  codePoints(coding, models_, context, frame);
   coding.coder().finish();
-  return std::min(occupancy_bytes, payload.size() - begin);
+  return dividedSizes(frame, payload.size() - begin, occupancy_bytes, intensity_end);
 }
 
 bool
@@ -164,17 +203,17 @@ Payload::decode(CodingWorkspace& /*memory*/,
       return false;
     intensities_.numbers.clear();
     intensities_.symbols.clear();
+    intensities_.point_symbols.clear();
+    frame.point_counts.clear();
     if (is_i_frame)
-      trial_models_ = fresh_models_;
+      trial_models_ = freshModels(is_small_, hasPointsBesideIntensities(frame));
   }
   else {
-    if (!(is_small_ ? decodeWith<true>(
-                          frame, is_i_frame, begin, end, voxel_count, sizes.occupancy)
-                    : decodeWith<false>(
-                          frame, is_i_frame, begin, end, voxel_count, sizes.occupancy)))
+    if (!(is_small_
+              ? decodeWith<true>(frame, is_i_frame, begin, end, voxel_count, sizes)
+              : decodeWith<false>(frame, is_i_frame, begin, end, voxel_count, sizes)))
       return false;
   }
-  sizes.intensity = static_cast<std::size_t>(end - begin) - sizes.occupancy;
   blocks_.voxelKeys(frame.keys);
   if (frame.hasIntensities())
     copyNumbers(intensities_.symbols, frame.intensities);
@@ -185,14 +224,15 @@ Payload::decode(CodingWorkspace& /*memory*/,
 
 template <bool IsSmall>
 bool
-Payload::decodeWith(const VoxelFrame& frame,
+Payload::decodeWith(VoxelFrame& frame,
                     bool is_i_frame,
                     const std::uint8_t* begin,
                     const std::uint8_t* end,
                     std::size_t voxel_count,
-                    std::size_t& occupancy_bytes)
+                    PayloadSizes& sizes)
 {
-  trial_models_ = is_i_frame ? fresh_models_ : models_;
+  trial_models_ =
+      is_i_frame ? freshModels(is_small_, hasPointsBesideIntensities(frame)) : models_;
   DecisionCoding<BinaryRangeDecoder, IsSmall> coding{BinaryRangeDecoder(begin, end)};
   uses_history_ = !is_i_frame && coding.codeBypass(false);
   const FrameContext context = contextOf(frame, uses_history_);
@@ -202,8 +242,7 @@ Payload::decodeWith(const VoxelFrame& frame,
   frame_.collect(context.history, blocks_);
   if (blocks_.voxelCount() != voxel_count)
     return false;
-  occupancy_bytes =
-      std::min(coding.coder().settledBytes(), static_cast<std::size_t>(end - begin));
+  const std::size_t occupancy_bytes = coding.coder().settledBytes();
   intensities_.numbers.resize(voxel_count);
   if (context.symbol_bits == 0)
     std::fill(intensities_.numbers.begin(), intensities_.numbers.end(), 0);
@@ -213,8 +252,13 @@ Payload::decodeWith(const VoxelFrame& frame,
   copyNumbers(intensities_.numbers, intensities_.symbols);
   if (context.depth_model != nullptr)
     splitByDepth(context);
-  return codeResiduals(coding, trial_models_.intensity, context) &&
-         coding.coder().isAtEnd();
+  if (!codeResiduals(coding, trial_models_.intensity, context))
+    return false;
+  sizes = dividedSizes(frame,
+                       static_cast<std::size_t>(end - begin),
+                       occupancy_bytes,
+                       coding.coder().settledBytes());
+  return codePoints(coding, trial_models_, context, frame) && coding.coder().isAtEnd();
 }
 
 /** \brief Codes which voxels are occupied. \return false if more than max_voxels */
@@ -255,16 +299,45 @@ Payload::codeResiduals(CodingT& coding,
       .codeResiduals(intensities_.split, intensities_.symbols);
 }
 
+/** \brief Codes numbers of points: their symbols, if those were not the first ones, and
+ * what they have beyond these. */
+template <typename CodingT, class FrameT>
+bool
+Payload::codePoints(CodingT& coding,
+                    Models& models,
+                    const FrameContext& context,
+                    FrameT& frame)
+{
+  if (!frame.has_point_counts)
+    return true;
+  const bool is_beside = frame.hasIntensities();
+  const FrameContext point_context{
+      context.history, context.grid_depth, point_symbol_bits, nullptr};
+  IntensityPass pass(coding,
+                     is_beside ? *models.points : models.intensity,
+                     frame_.directory,
+                     point_context);
+  std::vector<std::uint16_t>& symbols =
+      is_beside ? intensities_.point_symbols : intensities_.symbols;
+  symbols.resize(blocks_.voxelCount());
+  if (is_beside)
+    pass.run(blocks_, symbols, context.history.pointRecords());
+  if constexpr (CodingT::is_decoder)
+    frame.point_counts.assign(symbols.begin(), symbols.end());
+  return pass.codeExcess(frame.point_counts);
+}
+
 /** \brief Stores what learnHistory() needs of a frame. */
 void
 Payload::prepareLearning(const VoxelFrame& frame, bool uses_history)
 {
-  symbol_bits_ = frame.intensity_scale.bits;
+  symbol_bits_ = firstSymbolBits(frame);
+  has_points_ = hasPointsBesideIntensities(frame);
   uses_history_ = uses_history;
   has_depths_ = frame.depth_model && !frame.keys.empty();
   if (has_depths_)
     intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
-  history_.makeRoom(blocks_, has_depths_, !uses_history);
+  history_.makeRoom(blocks_, has_depths_, !uses_history, has_points_);
 }
 
 void
@@ -280,8 +353,11 @@ Payload::learnHistory() noexcept
 {
   if (!uses_history_)
     history_.clear(symbol_bits_);
-  history_.update(
-      blocks_, intensities_.numbers, has_depths_ ? &depths_ : nullptr, !uses_history_);
+  history_.update(blocks_,
+                  intensities_.numbers,
+                  has_depths_ ? &depths_ : nullptr,
+                  !uses_history_,
+                  has_points_ ? &intensities_.point_symbols : nullptr);
 }
 
 void

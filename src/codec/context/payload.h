@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext {
@@ -70,22 +71,27 @@ public:
 
 private:
   struct Models {
-    explicit Models(bool is_small)
+    /** \param[in] has_points beside intensities */
+    Models(bool is_small, bool has_points)
     : known_voxels(is_small)
     , new_voxels(is_small)
     , children(is_small)
     , intensity(is_small)
-    {}
+    {
+      if (has_points)
+        points.emplace(is_small);
+    }
 
     KnownVoxelModels known_voxels;
     NewVoxelModels new_voxels;
     ChildModels children;
     IntensityModels intensity;
+    std::optional<IntensityModels> points; ///< beside intensities
   };
 
   /** \brief Models in their initial state, as at an I-frame, shared by all streams. */
   static const Models&
-  freshModels(bool is_small);
+  freshModels(bool is_small, bool has_points);
 
   FrameContext
   contextOf(const VoxelFrame& frame, bool uses_history);
@@ -100,19 +106,20 @@ private:
   splitByDepth(const FrameContext& context);
 
   template <bool IsSmall>
-  std::size_t
-  encodeWith(const FrameContext& context,
+  PayloadSizes
+  encodeWith(const VoxelFrame& frame,
+             const FrameContext& context,
              bool is_i_frame,
              std::vector<std::uint8_t>& payload);
 
   template <bool IsSmall>
   bool
-  decodeWith(const VoxelFrame& frame,
+  decodeWith(VoxelFrame& frame,
              bool is_i_frame,
              const std::uint8_t* begin,
              const std::uint8_t* end,
              std::size_t voxel_count,
-             std::size_t& occupancy_bytes);
+             PayloadSizes& sizes);
 
   template <typename CodingT>
   bool
@@ -125,6 +132,13 @@ private:
   bool
   codeResiduals(CodingT& coding, IntensityModels& models, const FrameContext& context);
 
+  template <typename CodingT, class FrameT>
+  bool
+  codePoints(CodingT& coding,
+             Models& models,
+             const FrameContext& context,
+             FrameT& frame);
+
   void
   prepareLearning(const VoxelFrame& frame, bool uses_history);
 
@@ -132,7 +146,6 @@ private:
   learnHistory() noexcept;
 
   bool is_small_;
-  const Models& fresh_models_;
   Models models_;
   /** \brief Decoder: after the frame, until learn(). Encoder: before a frame that tries the
    * history. */
@@ -149,6 +162,7 @@ private:
   DepthObservations depths_;
   // For learnHistory().
   unsigned int symbol_bits_ = 8;
+  bool has_points_ = false; // beside intensities
   bool uses_history_ = false;
   bool has_depths_ = false;
   bool has_models_ = false; // a decoder's trial_models_ are those after the frame

@@ -138,8 +138,10 @@ History::releaseMemory()
 {
   places.resize(voxelCount() + spare_places);
   statistics.resize(known.size() * block_cells);
+  point_statistics.resize(std::min(point_statistics.size(), statistics.size()));
   known.shrink_to_fit();
   statistics.shrink_to_fit();
+  point_statistics.shrink_to_fit();
   spare_numbers.shrink_to_fit();
   keys.shrink_to_fit();
   numbers.shrink_to_fit();

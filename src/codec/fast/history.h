@@ -121,8 +121,10 @@ struct History {
   static constexpr std::size_t spare_places = 1;
 
   // By block number.
-  std::vector<std::uint64_t> known;         ///< cells that are in a bucket
-  StatisticsTable statistics;               ///< 64 a block
+  std::vector<std::uint64_t> known; ///< cells that are in a bucket
+  StatisticsTable statistics;       ///< 64 a block
+  StatisticsTable
+      point_statistics; ///< the same of numbers of points beside intensities
   std::vector<std::uint32_t> spare_numbers; ///< free block numbers
 
   // Blocks with known voxels, ascending.

@@ -46,7 +46,7 @@ Intensities::restore(const Frame& frame, StatisticsTable& statistics) const
 template <class Coder, class Symbol>
 bool
 Intensities::code(Coder& coder,
-                  Models& models,
+                  SymbolModels& models,
                   const Frame& frame,
                   StatisticsTable& all_statistics,
                   unsigned int bits,
@@ -69,7 +69,7 @@ Intensities::code(Coder& coder,
 template <class Coder, class Symbol>
 bool
 Intensities::codeRunning(Coder& coder_now,
-                         Models& models,
+                         SymbolModels& models,
                          std::uint16_t* statistics,
                          Symbol* symbols)
 {
@@ -112,7 +112,7 @@ Intensities::codeRunning(Coder& coder_now,
 template <class Coder, class Symbol>
 bool
 Intensities::codeRow(Coder& coder,
-                     Models& models,
+                     SymbolModels& models,
                      std::uint16_t* statistics,
                      Symbol* symbols)
 {
@@ -191,7 +191,7 @@ Intensities::learnRow(std::uint16_t* statistics, std::uint16_t* bins)
 template <class Coder, class Symbol>
 bool
 Intensities::codeNotedBins(Coder& coder,
-                           Models& models,
+                           SymbolModels& models,
                            std::uint16_t* statistics,
                            Symbol* symbols)
 {
@@ -227,7 +227,7 @@ Intensities::binOf(unsigned int value) const
 template <class Coder>
 bool
 Intensities::codeWholeBin(Coder& coder,
-                          Models& models,
+                          SymbolModels& models,
                           unsigned int lowest,
                           unsigned int value,
                           unsigned int& bin)
@@ -260,14 +260,14 @@ Intensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
 
 template bool
 Intensities::code(NibbleEncoder&,
-                  Models&,
+                  SymbolModels&,
                   const Frame&,
                   StatisticsTable&,
                   unsigned int,
                   const std::uint16_t*);
 template bool
 Intensities::code(NibbleDecoder&,
-                  Models&,
+                  SymbolModels&,
                   const Frame&,
                   StatisticsTable&,
                   unsigned int,

@@ -11,7 +11,7 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the intensity symbols of a frame relative to statistics
+/** \brief Codes the symbols of a frame, of intensities or of numbers of points, relative to statistics
  * (doc/bitstream_fast.md, "Symbols").
  *
  * A Coder is NibbleEncoder or NibbleDecoder; a Symbol is constant for an encoder.
@@ -29,7 +29,7 @@ public:
   template <class Coder, class Symbol>
   bool
   code(Coder& coder,
-       Models& models,
+       SymbolModels& models,
        const Frame& frame,
        StatisticsTable& statistics,
        unsigned int bits,
@@ -45,11 +45,17 @@ private:
 
   template <class Coder, class Symbol>
   bool
-  codeRunning(Coder& coder, Models& models, std::uint16_t* statistics, Symbol* symbols);
+  codeRunning(Coder& coder,
+              SymbolModels& models,
+              std::uint16_t* statistics,
+              Symbol* symbols);
 
   template <class Coder, class Symbol>
   bool
-  codeRow(Coder& coder, Models& models, std::uint16_t* statistics, Symbol* symbols);
+  codeRow(Coder& coder,
+          SymbolModels& models,
+          std::uint16_t* statistics,
+          Symbol* symbols);
 
   const std::uint16_t*
   binsOf(const std::uint16_t* symbols);
@@ -60,14 +66,14 @@ private:
   template <class Coder, class Symbol>
   bool
   codeNotedBins(Coder& coder,
-                Models& models,
+                SymbolModels& models,
                 std::uint16_t* statistics,
                 Symbol* symbols);
 
   template <class Coder>
   bool
   codeWholeBin(Coder& coder,
-               Models& models,
+               SymbolModels& models,
                unsigned int lowest,
                unsigned int value,
                unsigned int& bin);

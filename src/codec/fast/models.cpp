@@ -4,18 +4,24 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-Models::Models()
+Models::Models(bool has_points)
 {
+  if (has_points)
+    points.emplace();
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     known_probability[past] =
         static_cast<std::uint16_t>(voxel_past::firstProbability(past));
 }
 
 const Models&
-firstModels()
+firstModels(bool has_points)
 {
   static const Models models;
-  return models;
+  // Made when it is first used.
+  if (!has_points)
+    return models;
+  static const Models models_with_points(true);
+  return models_with_points;
 }
 
 } // namespace fast

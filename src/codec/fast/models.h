@@ -6,6 +6,7 @@
 #include "voxels/child_masks.h"
 
 #include <array>
+#include <optional>
 
 namespace pcl_ext {
 namespace io {
@@ -33,9 +34,18 @@ codeMask(Coder& coder, MaskModels& models, unsigned int likely, unsigned int mas
   return low | high << 4;
 }
 
+/** \brief Models of symbols: of intensities, or of numbers of points. */
+struct SymbolModels {
+  std::array<NibbleModel, 126> symbol;         ///< by statistics of the voxel
+  std::array<NibbleModel, 125> running_symbol; ///< by running statistics; I-frames
+  NibbleModel escape_high;
+  std::array<NibbleModel, 8> escape_low; ///< by high bits
+};
+
 /** \brief All adaptive probabilities of effort fast, initially those of an I-frame. */
 struct Models {
-  Models();
+  /** \param[in] has_points beside intensities */
+  explicit Models(bool has_points = false);
 
   /** \brief Probability that a known voxel is occupied, by its past; 2^16 is 1. */
   std::array<std::uint16_t, voxel_past::count> known_probability{};
@@ -47,16 +57,15 @@ struct Models {
 
   MaskModels node; ///< of the octree of new blocks
 
-  // Intensities.
-  std::array<NibbleModel, 126> symbol;         ///< by statistics of the voxel
-  std::array<NibbleModel, 125> running_symbol; ///< by running statistics; I-frames
-  NibbleModel escape_high;
-  std::array<NibbleModel, 8> escape_low; ///< by high bits
+  SymbolModels symbols;
+  std::optional<SymbolModels> points; ///< beside intensities
 };
 
-/** \brief The initial models, as at an I-frame. */
+/** \brief The initial models, as at an I-frame.
+ * \param[in] has_points beside intensities
+ */
 const Models&
-firstModels();
+firstModels(bool has_points);
 
 } // namespace fast
 } // namespace io

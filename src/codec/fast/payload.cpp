@@ -4,7 +4,9 @@
 #include "bytes/byte_writer.h"
 #include "bytes/reserve_ahead.h"
 #include "codec/fast/entropy_coder.h"
+#include "codec/fast/excess.h"
 #include "codec/fast/octant_list.h"
+#include "codec/point_symbols.h"
 
 #include <algorithm>
 
@@ -71,6 +73,7 @@ Payload::encode(CodingWorkspace& memory,
                 bool is_i_frame,
                 std::vector<std::uint8_t>& payload)
 {
+  has_points_ = hasPointsBesideIntensities(frame);
   if (frame.keys.empty()) {
     if (is_i_frame)
       forget();
@@ -79,11 +82,15 @@ Payload::encode(CodingWorkspace& memory,
   const std::size_t begin = payload.size();
   beginFrame(memory, frame, frame.size(), is_i_frame);
   if (is_i_frame) {
-    *models_ = firstModels();
+    *models_ = firstModels(has_points_);
     matchHistory(no_history, frame.keys, work_->frame);
   }
+  if (frame.has_point_counts)
+    pointSymbolsOf(frame.point_counts, work_->point_symbols);
   if (!frame.depth_model) {
-    encodeVoxels(frame, frame.intensities, payload);
+    encodeVoxels(frame,
+                 frame.hasIntensities() ? frame.intensities : work_->point_symbols,
+                 payload);
     return {payload.size() - begin, 0};
   }
   beginSplit(frame);
@@ -107,13 +114,7 @@ Payload::encodeVoxels(const VoxelFrame& frame,
   NibbleEncoder coder(work.ranges);
   codeOccupancy(coder, *models_);
   expandBlocks<false>(work.frame, nullptr);
-  if (frame.hasIntensities())
-    work.intensities.code(coder,
-                          *models_,
-                          work.frame,
-                          statistics(),
-                          frame.intensity_scale.bits,
-                          symbols.data());
+  codeSymbols(coder, *models_, frame, symbols.data());
   coder.finish(interleavingOf(frame.size()), work.words, payload);
   history_.reserveFor(work.next_history);
   learnHistory();
@@ -144,9 +145,11 @@ Payload::decode(CodingWorkspace& memory,
                 PayloadSizes& sizes)
 {
   sizes = {static_cast<std::size_t>(end - begin), 0};
+  has_points_ = hasPointsBesideIntensities(frame);
   if (voxel_count == 0) {
     frame.keys.clear();
     frame.intensities.clear();
+    frame.point_counts.clear();
     change_ = is_i_frame ? Change::Emptied : Change::None;
     return begin == end;
   }
@@ -181,20 +184,18 @@ Payload::decodeVoxels(const std::uint8_t* begin,
                       VoxelFrame& frame)
 {
   Workspace& work = *work_;
-  *work.models = work.frame.is_i_frame ? firstModels() : *models_;
+  *work.models = work.frame.is_i_frame ? firstModels(has_points_) : *models_;
   NibbleDecoder coder(begin, end, interleavingOf(work.frame.voxel_count), work.bytes);
   if (coder.isOverrun() || !codeOccupancy(coder, *work.models))
     return false;
   expandBlocks<true>(work.frame, &frame.keys);
   if (frame.hasIntensities())
     frame.intensities.resize(work.frame.voxel_count);
-  if ((!frame.hasIntensities() || work.intensities.code(coder,
-                                                        *work.models,
-                                                        work.frame,
-                                                        statistics(),
-                                                        frame.intensity_scale.bits,
-                                                        frame.intensities.data())) &&
-      coder.isAtEnd()) {
+  if (frame.has_point_counts)
+    work.point_symbols.resize(work.frame.voxel_count);
+  std::uint16_t* const symbols =
+      (frame.hasIntensities() ? frame.intensities : work.point_symbols).data();
+  if (codeSymbols(coder, *work.models, frame, symbols) && coder.isAtEnd()) {
     history_.reserveFor(work.next_history);
     return true;
   }
@@ -243,6 +244,41 @@ Payload::codeOccupancy(Coder& coder, Models& models)
          work_->history_update.run(before(), after, statistics(), frame);
 }
 
+/** \brief Codes the symbols of intensities and of numbers of points.
+ * \param[in,out] symbols the first ones, see firstSymbolBits()
+ * \return false if the bytes are invalid
+ */
+template <class Coder, class FrameT, class Symbol>
+bool
+Payload::codeSymbols(Coder& coder, Models& models, FrameT& frame, Symbol* symbols)
+{
+  const unsigned int bits = firstSymbolBits(frame);
+  Workspace& work = *work_;
+  if (bits > 0) {
+    ++changed_rows_;
+    if (!work.intensities.code(
+            coder, models.symbols, work.frame, statistics(), bits, symbols))
+      return false;
+  }
+  if (!frame.has_point_counts)
+    return true;
+  if (has_points_) {
+    StatisticsTable& point_statistics = beginPointStatistics();
+    ++changed_rows_;
+    Symbol* const point_symbols = work.point_symbols.data();
+    if (!work.points.code(coder,
+                          *models.points,
+                          work.frame,
+                          point_statistics,
+                          point_symbol_bits,
+                          point_symbols))
+      return false;
+  }
+  if constexpr (Coder::is_decoder)
+    frame.point_counts.assign(work.point_symbols.begin(), work.point_symbols.end());
+  return codeExcess(coder, frame.point_counts);
+}
+
 void
 Payload::learn() noexcept
 {
@@ -267,6 +303,8 @@ void
 Payload::releaseMemory()
 {
   history_.releaseMemory();
+  if (!models_->points)
+    history_.point_statistics = StatisticsTable();
   residuals_.releaseMemory();
   depth_ = DepthWork();
 }
@@ -281,7 +319,7 @@ Payload::beginFrame(CodingWorkspace& memory,
   work_->frame.is_i_frame = is_i_frame;
   work_->frame.depth = frame.grid.depth;
   work_->frame.voxel_count = voxel_count;
-  has_intensities_ = frame.hasIntensities();
+  changed_rows_ = 0;
 }
 
 const History&
@@ -296,12 +334,31 @@ Payload::statistics() noexcept
   return work_->frame.is_i_frame ? work_->next_history.statistics : history_.statistics;
 }
 
-/** \brief Undoes what decoding the intensities changed. */
+/** \brief The statistics of numbers of points, with none for new voxels. Also an I-frame
+ * changes those of the history, which saves memory. */
+StatisticsTable&
+Payload::beginPointStatistics()
+{
+  const History& after = work_->next_history;
+  StatisticsTable& table = history_.point_statistics;
+  ensureSize(table, after.known.size() * block_cells);
+  if (work_->frame.is_i_frame) // they are not read
+    return table;
+  const unsigned int past = voxel_past::first(false);
+  const VoxelPlace* const places = after.places.data() + after.first[past];
+  for (std::uint32_t i = 0; i < after.size[past]; ++i)
+    table[places[i]] = History::no_statistics;
+  return table;
+}
+
+/** \brief Undoes what decoding the symbols changed. */
 void
 Payload::restoreStatistics() noexcept
 {
-  if (has_intensities_)
+  if (changed_rows_ > 0)
     work_->intensities.restore(work_->frame, statistics());
+  if (changed_rows_ > 1)
+    work_->points.restore(work_->frame, history_.point_statistics);
 }
 
 void
@@ -323,7 +380,7 @@ Payload::beginSplit(const VoxelFrame& frame)
 void
 Payload::forget() noexcept
 {
-  *models_ = firstModels();
+  *models_ = firstModels(has_points_);
   history_.clear();
   residuals_.reset();
 }

@@ -30,6 +30,8 @@ struct Workspace {
   NewBlocks new_blocks;
   HistoryUpdate history_update;
   Intensities intensities;
+  Intensities points; ///< numbers of points beside intensities
+  std::vector<std::uint16_t> point_symbols;
   /** \brief Decoder only: the models after the frame, exchanged with those of the stream by
    * learn(). */
   std::unique_ptr<Models> models = std::make_unique<Models>();
@@ -102,6 +104,10 @@ private:
   bool
   codeOccupancy(Coder& coder, Models& models);
 
+  template <class Coder, class FrameT, class Symbol>
+  bool
+  codeSymbols(Coder& coder, Models& models, FrameT& frame, Symbol* symbols);
+
   void
   beginFrame(CodingWorkspace& memory,
              const VoxelFrame& frame,
@@ -116,6 +122,9 @@ private:
    * it may be invalid. */
   StatisticsTable&
   statistics() noexcept;
+
+  StatisticsTable&
+  beginPointStatistics();
 
   void
   restoreStatistics() noexcept;
@@ -151,7 +160,8 @@ private:
   ClassedRow residuals_;
   Workspace* work_ = nullptr; // of the current frame
   Change change_ = Change::None;
-  bool has_intensities_ = true; // of the current frame
+  bool has_points_ = false;       // beside intensities
+  unsigned int changed_rows_ = 0; // of symbols, whose statistics the frame changed
   DepthWork depth_;
 };
 

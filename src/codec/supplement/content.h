@@ -4,17 +4,18 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-/** \brief What of a frame its supplement has. */
+/** \brief What frames have besides voxels and intensities. */
 struct Content {
   unsigned int refinement_levels = 0; ///< of the octree within a cell, 0..20; 0: none
   unsigned int colour_bits = 0;       ///< of a channel, 1..8; 0: no colours
   bool has_point_counts = false;
 
-  /** \brief Whether there is a supplement. */
+  /** \brief Whether there is a supplement. Numbers of points are in it only if the voxels
+   * are, too. */
   bool
-  isAny() const
+  hasSupplement() const
   {
-    return refinement_levels > 0 || colour_bits > 0 || has_point_counts;
+    return refinement_levels > 0 || colour_bits > 0;
   }
 
   bool

@@ -12,6 +12,17 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
+namespace {
+
+/** \brief Whether numbers of points are coded here. */
+bool
+hasPoints(const Content& content)
+{
+  return content.has_point_counts && content.refinement_levels > 0;
+}
+
+} // namespace
+
 Sizes
 SupplementCoder::encode(const Content& content,
                         const VoxelFrame& frame,
@@ -37,7 +48,7 @@ SupplementCoder::encode(const Content& content,
   }
   const std::size_t begin = bytes.size();
   fast::NibbleEncoder coder(ranges_);
-  codeAttributes(coder, content, is_i_frame, 0, frame);
+  codeAttributes(coder, content, is_i_frame, frame);
   coder.finish(interleaving, words_, bytes);
   sizes.attributes = bytes.size() - begin;
   learn();
@@ -50,7 +61,7 @@ SupplementCoder::reserveSymbols(const Content& content, std::size_t voxels)
   // About what the refinement and the attributes take, one after the other.
   const std::size_t of_refinement = content.refinement_levels > 0 ? 5 : 0;
   const std::size_t of_attributes =
-      (content.has_point_counts ? 1 : 0) + (content.colour_bits > 0 ? 6 : 0);
+      (hasPoints(content) ? 1 : 0) + (content.colour_bits > 0 ? 6 : 0);
   const std::size_t symbols = std::max(of_refinement, of_attributes) * voxels;
   if (ranges_.size() < symbols)
     ranges_ = std::vector<std::uint32_t>(symbols);
@@ -64,7 +75,6 @@ SupplementCoder::decode(const std::uint8_t* begin,
                         Effort effort,
                         bool is_i_frame,
                         std::size_t voxel_count,
-                        std::uint64_t point_count,
                         VoxelFrame& frame,
                         Sizes& sizes)
 {
@@ -89,8 +99,7 @@ SupplementCoder::decode(const std::uint8_t* begin,
     sizes.attributes -= sizes.refinement;
   }
   fast::NibbleDecoder coder(begin, end, interleaving, bytes_);
-  return !coder.isOverrun() &&
-         codeAttributes(coder, content, is_i_frame, point_count, frame) &&
+  return !coder.isOverrun() && codeAttributes(coder, content, is_i_frame, frame) &&
          coder.isAtEnd();
 }
 
@@ -117,21 +126,20 @@ bool
 SupplementCoder::codeAttributes(Coder& coder,
                                 const Content& content,
                                 bool is_i_frame,
-                                std::uint64_t point_count,
                                 FrameT& frame)
 {
   NumberCoding<Coder> coding(coder, next_models_->lengths);
   if constexpr (Coder::is_decoder) {
     if (content.refinement_levels > 0)
       frame.intensities.resize(frame.hasIntensities() ? frame.size() : 0);
-    frame.point_counts.resize(content.has_point_counts ? frame.size() : 0);
+    if (hasPoints(content))
+      frame.point_counts.resize(frame.size());
     frame.colours.resize(content.colour_bits > 0 ? frame.size() : 0);
   }
   changes_history_ = false;
   const bool is_whole =
       (content.refinement_levels == 0 || codeIntensities(coding, frame)) &&
-      (!content.has_point_counts ||
-       codePointCounts(coding, point_count, frame.point_counts)) &&
+      (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
       (content.colour_bits == 0 || codeColours(coding, content, is_i_frame, frame));
   coder = coding.coder();
   return is_whole;
@@ -164,28 +172,24 @@ SupplementCoder::codeIntensities(CodingT& coding, FrameT& frame)
 /** \brief Codes numbers of points, of which most are as large as those before. */
 template <class CodingT, class CountsT>
 bool
-SupplementCoder::codePointCounts(CodingT& coding,
-                                 std::uint64_t point_count,
-                                 CountsT& counts)
+SupplementCoder::codePointCounts(CodingT& coding, CountsT& counts)
 {
   auto& models = next_models_->point_counts;
   CodingT local = coding; // in registers
-  std::uint64_t sum = 0;
   std::size_t last_class = 0;
   for (auto& count : counts) {
     local.reserve(8);
     const std::uint64_t further = local.code(models[last_class], count - 1);
     if constexpr (CodingT::is_decoder) {
       constexpr std::uint64_t most = 0xffffffff;
-      sum += further + 1;
-      if (further >= most || sum > point_count || local.isOverrun())
+      if (further >= most || local.isOverrun())
         return false;
       count = static_cast<std::uint32_t>(further + 1);
     }
     last_class = std::min<std::size_t>(highestBit(count), models.size() - 1);
   }
   coding = local;
-  return !CodingT::is_decoder || sum == point_count;
+  return true;
 }
 
 template <class CodingT, class FrameT>

@@ -28,13 +28,12 @@ struct Sizes {
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within cells, then their intensities if there are cells, numbers of points and colours
- * (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
+ * within cells, with their intensities and numbers of points, and colours (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
  * exception it can only be destroyed. */
 class SupplementCoder {
 public:
   /** \brief Appends the supplement of the next frame of the stream, and learns the frame.
-   * \param[in] content at least one thing
+   * \param[in] content that has a supplement
    * \param[in] frame consistent, and not without voxels
    * \param[in] cells those of the voxels, if the content has levels
    * \param[in] effort for the refinement
@@ -58,9 +57,8 @@ public:
    * \param[in] effort as for encode
    * \param[in] is_i_frame as for encode
    * \param[in] voxel_count number of voxels, 1 or more
-   * \param[in] point_count number of points, if the content has them
-   * \param[in,out] frame grid and scale are given; without levels also keys and
-   * intensities; the rest is set
+   * \param[in,out] frame grid and scale are given; without levels all but colours; the
+   * rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */
@@ -72,7 +70,6 @@ public:
          Effort effort,
          bool is_i_frame,
          std::size_t voxel_count,
-         std::uint64_t point_count,
          VoxelFrame& frame,
          Sizes& sizes);
 
@@ -113,11 +110,7 @@ private:
 
   template <class Coder, class FrameT>
   bool
-  codeAttributes(Coder& coder,
-                 const Content& content,
-                 bool is_i_frame,
-                 std::uint64_t point_count,
-                 FrameT& frame);
+  codeAttributes(Coder& coder, const Content& content, bool is_i_frame, FrameT& frame);
 
   template <class CodingT, class FrameT>
   bool
@@ -125,7 +118,7 @@ private:
 
   template <class CodingT, class CountsT>
   bool
-  codePointCounts(CodingT& coding, std::uint64_t point_count, CountsT& counts);
+  codePointCounts(CodingT& coding, CountsT& counts);
 
   template <class CodingT, class FrameT>
   bool
