@@ -72,7 +72,10 @@ main()
               << stream.frames_received << " frames decoded, " << stream.frames_lost
               << " lost, " << stream.voxels << " voxels\n";
   io::VoxelFrame merged;
-  central.merge(merged);
+  if (const nodes::MergeStatus status = central.merge(merged); !status.ok()) {
+    std::cerr << status << '\n';
+    return 1;
+  }
   std::cout << merged.size() << " voxels of both\n";
   return merged.size() > central.health().front().voxels ? 0 : 1;
 }

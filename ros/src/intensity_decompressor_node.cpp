@@ -96,9 +96,12 @@ public:
       makeMap();
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-    if (parameters_.merge_rate > 0)
+    if (parameters_.merge_rate > 0) {
       merged_ = private_node_.advertise<sensor_msgs::PointCloud2>("merged",
                                                                   voxels_queue_size);
+      merged_streams_ = private_node_.advertise<diagnostic_msgs::DiagnosticArray>(
+          "merged/streams", voxels_queue_size);
+    }
     for (const StreamParameters& stream : parameters_.streams)
       addStream(stream);
     if (parameters_.view.port != 0)
@@ -301,8 +304,23 @@ private:
   {
     if (merged_.getNumSubscribers() == 0)
       return;
-    central_node_->merge(merged_voxels_);
-    publish(merged_, ros::Time::now(), merged_voxels_);
+    const ros::Time now = ros::Time::now();
+    const auto status = central_node_->merge(merged_voxels_);
+    if (!status.ok()) {
+      ROS_WARN_THROTTLE(seconds_between_warnings,
+                        "The streams are not merged: %s",
+                        status.message().c_str());
+      return;
+    }
+    const auto oldest = status.oldestStamp();
+    const ros::Time stamp = oldest ? toRosTime(*oldest) : now;
+    diagnostic_msgs::DiagnosticArray merged_streams;
+    merged_streams.header.stamp = stamp;
+    for (const auto& stream : status.streams)
+      merged_streams.status.push_back(toMessage(
+          stream.name, pcl_ext::nodes::describeMergedStream(stream, toNodeTime(now))));
+    merged_streams_.publish(merged_streams);
+    publish(merged_, stamp, merged_voxels_);
   }
 
   /** \brief Inserts the frames since the last call into the map. */
@@ -387,15 +405,17 @@ private:
     diagnostics_.publish(message);
   }
 
-  static ReceiverHealth
-  healthOf(const Stream& stream, const StreamHealth& health)
+  ReceiverHealth
+  healthOf(const Stream& stream, const StreamHealth& health) const
   {
+    const bool is_merged = parameters_.merge_rate > 0 || map_;
     const pcl_ext::nodes::Time last_arrival = stream.last_arrival;
     return {health,
             stream.left_out,
             stream.noise.minIntensity(),
             last_arrival == pcl_ext::nodes::Time(0) ? std::nullopt
-                                                    : std::optional(last_arrival)};
+                                                    : std::optional(last_arrival),
+            is_merged ? parameters_.node.resolution : 0.0};
   }
 
   ros::NodeHandle node_;
@@ -410,6 +430,7 @@ private:
   // Separate, as a map with rays can take longer than frames can wait.
   ros::CallbackQueue map_queue_;
   ros::Publisher merged_;
+  ros::Publisher merged_streams_;
   ros::Publisher diagnostics_;
   ros::ServiceServer map_service_;
   std::atomic<std::size_t> map_nodes_{0};

@@ -5,6 +5,7 @@
 
 #include "stream_scenario.h"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/param.h>
 
 #include <algorithm>
@@ -157,11 +158,19 @@ TEST_F(CentralNodes, MergedVoxelsHaveTheColoursOfTheStreamsThatHaveThem)
   EXPECT_EQ(merged.last()->fields.size(), 5u);
 }
 
-TEST_F(CentralNodes, SilentStreamIsNotMerged)
+TEST_F(CentralNodes, SilentStreamIsNotMergedAndNamed)
 {
   startTwoSensors({{"max_merge_age", 0.5}});
+  const Recorder<diagnostic_msgs::DiagnosticArray> streams(
+      full("decompressor/merged/streams"));
   ASSERT_TRUE(show(cloud(0)));
   EXPECT_TRUE(waitForMerged({}));
+  EXPECT_TRUE(waitFor([&] {
+    const auto last = streams.last();
+    return last && last->status.size() == 2 &&
+           last->status[0].level == diagnostic_msgs::DiagnosticStatus::STALE &&
+           last->status[0].hardware_id == compressed;
+  }));
 }
 
 TEST_F(CentralNodes, EachStreamHasItsThreshold)

@@ -167,22 +167,21 @@ public:
     return frame;
   }
 
-  void
+  MergeStatus
   merge(io::VoxelFrame& merged)
   {
-    if (!settings_status_.ok()) {
+    const auto failed = [&](const CentralNodeStatus& status) {
       merged = io::VoxelFrame();
-      return;
+      return MergeStatus(status.code(), status.message());
+    };
+    if (!settings_status_.ok())
+      return failed(settings_status_);
+    try {
+      return mergeOrThrow(merged);
     }
-    const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
-    const Time now = settings_.clock();
-    merged_voxels_.clear();
-    {
-      const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
-      for (auto& [name, stream] : streams_)
-        merged_voxels_.add(stream, now - settings_.max_merge_age, now);
+    catch (const std::bad_alloc&) {
+      return failed(outOfMemoryStatus<CentralNodeStatus>());
     }
-    merged_voxels_.finish(merged);
   }
 
   std::vector<StreamHealth>
@@ -196,6 +195,23 @@ public:
   }
 
 private:
+  MergeStatus
+  mergeOrThrow(io::VoxelFrame& merged)
+  {
+    const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
+    const Time now = settings_.clock();
+    MergeStatus status;
+    merged_voxels_.clear();
+    {
+      const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
+      for (auto& [name, stream] : streams_)
+        status.streams.push_back(
+            {name, merged_voxels_.add(stream, now - settings_.max_merge_age, now)});
+    }
+    merged_voxels_.finish(merged);
+    return status;
+  }
+
   /** \brief As receive(), but throws std::bad_alloc without memory for a message. */
   CentralNodeStatus
   receiveOrThrow(const std::string& name,
@@ -354,10 +370,10 @@ CentralNode::latestVoxels(const std::string& name, io::VoxelFrame& voxels) const
   return implementation_->latestVoxels(name, voxels);
 }
 
-void
+MergeStatus
 CentralNode::merge(io::VoxelFrame& merged)
 {
-  implementation_->merge(merged);
+  return implementation_->merge(merged);
 }
 
 std::vector<StreamHealth>

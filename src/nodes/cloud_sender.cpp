@@ -2,6 +2,7 @@
 
 #include "bytes/exceptions.h"
 #include "nodes/i_frame_requests.h"
+#include "nodes/stamp_gaps.h"
 
 #include <algorithm>
 #include <mutex>
@@ -69,6 +70,13 @@ public:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     health_.clouds_missed += clouds;
+  }
+
+  void
+  countMissedBefore(Time stamp)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    health_.clouds_missed += stamp_gaps_.missingBefore(stamp);
   }
 
   void
@@ -175,7 +183,8 @@ private:
   std::string left_out_; // see describeLeftOut(); of the last cloud
   IFrameRequests requests_;
   std::size_t receivers_ = 0; // of the last cloud
-  SenderHealth health_;       // but for that of node_
+  StampGaps stamp_gaps_;
+  SenderHealth health_; // but for that of node_
 };
 
 CloudSender::CloudSender(const SensorNodeSettings& settings)
@@ -209,6 +218,12 @@ void
 CloudSender::countMissed(std::size_t clouds)
 {
   implementation_->countMissed(clouds);
+}
+
+void
+CloudSender::countMissedBefore(Time stamp)
+{
+  implementation_->countMissedBefore(stamp);
 }
 
 void

@@ -1,5 +1,7 @@
 #include <pcl_ext/nodes/health_report.h>
 
+#include <cmath>
+
 namespace pcl_ext {
 namespace nodes {
 
@@ -44,6 +46,27 @@ compressionRatio(const StreamHealth& stream)
              : bytes_per_point * voxels / static_cast<double>(stream.bytes);
 }
 
+/** \brief Whether the voxels of a stream are not those of the grid that it is merged on. */
+bool
+hasOtherResolution(const ReceiverHealth& now)
+{
+  const double resolution = now.stream.resolution;
+  constexpr double tolerance = 1e-6; // published streams have their resolution as float
+  return resolution > 0.0 && now.merged_resolution > 0.0 &&
+         std::abs(resolution - now.merged_resolution) >
+             tolerance * now.merged_resolution;
+}
+
+std::string
+otherResolution(const ReceiverHealth& now)
+{
+  std::ostringstream text;
+  text << "Voxels have an edge of " << now.stream.resolution
+       << " m, those of the merged grid " << now.merged_resolution
+       << " m: set the same resolution at both ends";
+  return text.str();
+}
+
 void
 judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& report)
 {
@@ -68,6 +91,11 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
   if (stream.voxels_outside_grid > 0)
     report.raise(HealthLevel::Warning,
                  "Voxels are too far from those of other streams to be merged");
+  if (stream.intensities_reduced > 0)
+    report.raise(HealthLevel::Warning,
+                 "Intensities are too far above those of other streams to be merged");
+  if (hasOtherResolution(now))
+    report.raise(HealthLevel::Warning, otherResolution(now));
 }
 
 } // namespace
@@ -146,8 +174,26 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
   report.add("outliers removed", stream.outliers_removed);
   report.add("outlier removal", stream.outlier_removal.message());
   report.add("voxels outside merged grid", stream.voxels_outside_grid);
+  report.add("intensities reduced in merged grid", stream.intensities_reduced);
+  report.add("resolution, m", stream.resolution);
   report.add("min_intensity", now.min_intensity);
   report.add("in sync", stream.in_sync ? "yes" : "no");
+  return report;
+}
+
+HealthReport
+describeMergedStream(const MergedStream& stream, Time time)
+{
+  HealthReport report;
+  if (!stream.frame) {
+    report.raise(HealthLevel::Stale, "Not merged: no frame within max_merge_age");
+    return report;
+  }
+  const Time stamp = stream.frame->stamp;
+  if (stamp == Time(0))
+    return report;
+  report.add("stamp, ns", stamp.count());
+  report.add("age, ms", std::chrono::duration<double, std::milli>(time - stamp).count());
   return report;
 }
 

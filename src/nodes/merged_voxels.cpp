@@ -5,6 +5,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "bytes/exceptions.h"
+#include "voxelizing/common_step.h"
 #include "voxelizing/radix_sort.h"
 
 #include <algorithm>
@@ -27,6 +28,19 @@ mergingVoxelizer()
   settings.origin.emplace(); // does not move
   settings.aggregation = io::Aggregation::Sum;
   return {settings, IntensityUnit::Native};
+}
+
+/** \brief The lower one of the two middle values, which are reordered; 0 of none. */
+template <typename ValueT>
+ValueT
+median(std::vector<ValueT>& values)
+{
+  if (values.empty())
+    return ValueT(0);
+  const auto middle =
+      values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 bool
@@ -52,12 +66,13 @@ MergedVoxels::clear()
   parts_.clear();
 }
 
-void
+std::optional<LatestFrame>
 MergedVoxels::add(ReceivedStream& stream, Time oldest, Time newest)
 {
-  if (!stream.latestVoxels(oldest, newest, frame_)) {
-    stream.setVoxelsOutsideGrid(0);
-    return;
+  const std::optional<LatestFrame> latest = stream.latestVoxels(oldest, newest, frame_);
+  if (!latest) {
+    stream.setMergedVoxels(0, 0);
+    return latest;
   }
   appendVoxels(frame_);
   Part part{&stream, voxels_.size(), {}};
@@ -65,6 +80,7 @@ MergedVoxels::add(ReceivedStream& stream, Time oldest, Time newest)
   for (std::size_t axis = 0; axis < 3; ++axis)
     part.middle[axis] = frame_.grid.centre(axis, half);
   parts_.push_back(part);
+  return latest;
 }
 
 void
@@ -76,10 +92,11 @@ MergedVoxels::finish(io::VoxelFrame& merged)
     merged = io::VoxelFrame();
   };
   const auto merge = [&] {
-    placeVoxels();
+    const float limit = intensityLimit();
+    placeVoxels(limit);
     const bool are_all_placed = intensities_.size() == voxels_.size();
     if (!are_all_placed && !has_fixed_origin_ && moveOrigin())
-      placeVoxels();
+      placeVoxels(limit);
     voxelize(merged);
     mergeColours(merged);
   };
@@ -97,6 +114,7 @@ MergedVoxels::releaseMemory()
   parts_ = std::vector<Part>();
   coordinates_ = std::vector<float>();
   intensities_ = std::vector<float>();
+  magnitudes_ = std::vector<float>();
   places_ = std::vector<ColouredPlace>();
   spare_places_ = std::vector<ColouredPlace>();
 }
@@ -174,14 +192,50 @@ MergedVoxels::moveOrigin()
   return origin_ != before;
 }
 
+double
+MergedVoxels::typicalIntensity()
+{
+  std::vector<float> medians;
+  std::size_t next = 0;
+  for (const Part& part : parts_) {
+    magnitudes_.clear();
+    for (; next < part.end; ++next)
+      if (voxels_[next].intensity != 0.0f)
+        magnitudes_.push_back(std::abs(voxels_[next].intensity));
+    if (!magnitudes_.empty())
+      medians.push_back(median(magnitudes_));
+  }
+  return static_cast<double>(median(medians));
+}
+
+float
+MergedVoxels::intensityLimit()
+{
+  constexpr double most_steps = 65535.0;
+  constexpr double steps_of_typical = 64.0;
+  io::CommonStep step;
+  float highest = 0.0f;
+  for (const Voxel& voxel : voxels_) {
+    step.add(voxel.intensity);
+    highest = std::max(highest, std::abs(voxel.intensity));
+  }
+  const double exact = step.divisor() == 0 ? 0.0 : most_steps / step.divisor();
+  if (static_cast<double>(highest) <= exact)
+    return highest;
+  const double beside_typical = typicalIntensity() * most_steps / steps_of_typical;
+  return static_cast<float>(
+      std::min(std::max(exact, beside_typical), static_cast<double>(highest)));
+}
+
 void
-MergedVoxels::placeVoxels()
+MergedVoxels::placeVoxels(float limit)
 {
   coordinates_.clear();
   intensities_.clear();
   std::size_t next = 0;
   for (const Part& part : parts_) {
     std::size_t outside = 0;
+    std::size_t reduced = 0;
     Index index;
     for (; next < part.end; ++next) {
       if (!findIndex(voxels_[next], origin_, index)) {
@@ -191,9 +245,11 @@ MergedVoxels::placeVoxels()
       // Floats have enough bits for the middle of each voxel.
       for (const std::int32_t place : index)
         coordinates_.push_back(static_cast<float>(place) + 0.5f);
-      intensities_.push_back(voxels_[next].intensity);
+      const float intensity = voxels_[next].intensity;
+      intensities_.push_back(std::clamp(intensity, -limit, limit));
+      reduced += std::abs(intensity) > limit ? 1 : 0;
     }
-    part.stream->setVoxelsOutsideGrid(outside);
+    part.stream->setMergedVoxels(outside, reduced);
   }
 }
 

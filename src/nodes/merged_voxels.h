@@ -31,12 +31,13 @@ public:
   void
   clear();
 
-  /** \brief Adds the latest voxels of a stream, if they were decoded between two times. */
-  void
+  /** \brief Adds the latest voxels of a stream, if they were decoded between two times.
+   * \return the frame that they are from; nothing if there are none */
+  std::optional<LatestFrame>
   add(ReceivedStream& stream, Time oldest, Time newest);
 
   /** \brief Ends the merged frame; empty if it throws. Tells the streams how many of
-   * their voxels are outside the common grid. */
+   * their voxels are outside the common grid, and how many intensities were reduced. */
   void
   finish(io::VoxelFrame& merged);
 
@@ -81,10 +82,21 @@ private:
   bool
   moveOrigin();
 
+  /** \brief The median of the streams' median magnitudes, of intensities that are not 0; 0
+   * if all are. Of two medians the lower one: a faulty intensity is a large one. */
+  double
+  typicalIntensity();
+
+  /** \brief The largest magnitude of an intensity beside which those of all streams have
+   * steps on a scale of 16 bits, see CentralNode::merge. */
+  float
+  intensityLimit();
+
   /** \brief Sets coordinates_ and intensities_ from the voxels that are on the lattice.
+   * \param[in] limit of the magnitude of intensities
    */
   void
-  placeVoxels();
+  placeVoxels(float limit);
 
   void
   voxelize(io::VoxelFrame& merged);
@@ -104,6 +116,7 @@ private:
   std::vector<Part> parts_;
   std::vector<float> coordinates_; // voxels from the origin
   std::vector<float> intensities_;
+  std::vector<float> magnitudes_; // of the intensities of one stream
   std::vector<ColouredPlace> places_;
   std::vector<ColouredPlace> spare_places_;
 };

@@ -168,6 +168,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
     ++health_.frames_decoded;
     health_.voxels = coding.voxels;
     health_.kept_voxels = kept_.size();
+    health_.resolution = kept_.grid.resolution;
     health_.outliers_removed = outliers.removed;
     health_.outlier_removal = std::move(outliers);
     health_.last_decoded = now;
@@ -287,10 +288,12 @@ ReceivedStream::latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) c
 }
 
 void
-ReceivedStream::setVoxelsOutsideGrid(std::size_t voxels)
+ReceivedStream::setMergedVoxels(std::size_t outside_grid,
+                                std::size_t intensities_reduced)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  health_.voxels_outside_grid = voxels;
+  health_.voxels_outside_grid = outside_grid;
+  health_.intensities_reduced = intensities_reduced;
 }
 
 StreamHealth

@@ -107,9 +107,10 @@ public:
   std::optional<LatestFrame>
   latestVoxels(Time oldest, Time newest, io::VoxelFrame& voxels) const;
 
-  /** \brief Sets how many of the latest voxels could not be merged. */
+  /** \brief Sets how many of the latest voxels could not be merged, and how many with a
+   * smaller intensity only. */
   void
-  setVoxelsOutsideGrid(std::size_t voxels);
+  setMergedVoxels(std::size_t outside_grid, std::size_t intensities_reduced);
 
   StreamHealth
   health(Time now) const;

@@ -326,6 +326,39 @@ TEST(CentralNodeMemory, RefusalsNeedNoMemoryForTheirMessage)
   expectCode(status, CentralNodeCode::OutOfMemory);
 }
 
+TEST(CentralNodeMemory, MergingWithoutMemoryIsAStatusAndLosesNothing)
+{
+  const CodedStream stream = streamOf(2);
+  for (const bool do_later_ones_fail : {false, true}) {
+    BlockedNode held;
+    for (std::size_t i = 0; i < 2; ++i) {
+      sendAndWait(held.node, "b", stream.frames[i]);
+      std::size_t number = 1;
+      for (bool has_failed = true; has_failed; ++number) {
+        VoxelFrame merged = stream.decoded[0];
+        std::optional<MergeStatus> status;
+        {
+          const FailingAllocation failing(number, do_later_ones_fail);
+          status = held.node.merge(merged);
+          const Exemption exemption;
+          has_failed = failing.hasFailed();
+        }
+        const std::string context = "allocation " + std::to_string(number);
+        EXPECT_EQ(status->code(),
+                  has_failed ? CentralNodeCode::OutOfMemory : CentralNodeCode::Ok)
+            << context;
+        EXPECT_EQ(status->streams.empty(), has_failed) << context;
+        EXPECT_EQ(worldVoxels(merged),
+                  has_failed ? pcl_ext::test::WorldVoxels()
+                             : worldVoxels(stream.decoded[i]))
+            << context;
+        ASSERT_FALSE(HasFailure());
+      }
+      EXPECT_GT(number, 5u);
+    }
+  }
+}
+
 TEST(CentralNodeMemory, CallsThatThrowLeaveTheNodeUnchanged)
 {
   const CodedStream stream = streamOf(4);
@@ -348,13 +381,6 @@ TEST(CentralNodeMemory, CallsThatThrowLeaveTheNodeUnchanged)
     });
     EXPECT_GT(throws, 0u);
     expectSameFrame(latest, stream.decoded[i]);
-    VoxelFrame merged;
-    throws = failEachAllocation([&] { held.node.merge(merged); });
-    EXPECT_GT(throws, 0u);
-    VoxelFrame expected;
-    held.node.merge(expected);
-    expectSameFrame(merged, expected);
-    EXPECT_EQ(worldVoxels(merged).size(), stream.decoded[i].size());
     std::vector<StreamHealth> health;
     EXPECT_GT(failEachAllocation([&] { health = held.node.health(); }), 0u);
     EXPECT_EQ(health.at(0).name, "a");

@@ -280,6 +280,72 @@ TEST_F(Merging, FractionsAreWithinAPartOfTheLargest)
   }
 }
 
+/** \brief A frame of which one voxel has an intensity beyond all measure, 2.55e38. */
+VoxelFrame
+frameOfAFaultySensor(float sign)
+{
+  VoxelFrame frame = pcl_ext::io::test::emptyFrame(5);
+  frame.keys = {7, 77};
+  frame.intensities = {0, 255};
+  frame.intensity_scale.step = 1e36f;
+  if (sign < 0.0f) {
+    frame.intensities = {255, 0};
+    frame.intensity_scale.offset = -2.55e38f;
+  }
+  return frame;
+}
+
+TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
+{
+  for (const float step : {1.0f, 0.1f, 1e-3f, 1e-30f})
+    for (const float sign : {1.0f, -1.0f}) {
+      CentralNode merging(centralSettings());
+      std::mt19937_64 random(8);
+      VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 1000);
+      frame.intensity_scale.step = step;
+      const VoxelFrame faulty = frameOfAFaultySensor(sign);
+      for (const std::string name : {"a", "faulty"}) {
+        merging.addStream(name, -3e38f);
+        sendAndWait(merging, name, codedAlone(name == "a" ? frame : faulty));
+      }
+      const WorldVoxels of_fault = worldVoxels(faulty);
+      const WorldVoxels merged = mergedVoxels(merging);
+      for (const auto& [index, intensity] : worldVoxels(frame))
+        if (of_fault.count(index) == 0 &&
+            intensity > 100.0 * static_cast<double>(step)) {
+          EXPECT_NEAR(merged.at(index), intensity, 0.02 * intensity) << step;
+        }
+      for (const auto& [index, intensity] : of_fault)
+        if (intensity != 0.0) {
+          EXPECT_GT(merged.at(index) / intensity, 0.0);
+        }
+      EXPECT_EQ(merging.health()[0].intensities_reduced, 0u);
+      EXPECT_GE(merging.health()[1].intensities_reduced, 1u);
+    }
+}
+
+TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
+{
+  const CodedStream stream = streamOf(1);
+  for (const std::string name : {"b", "c", "d", "silent"})
+    node.addStream(name);
+  VoxelFrame merged;
+  EXPECT_FALSE(node.merge(merged).oldestStamp().has_value());
+  sendAndWait(node, "a", stream.frames[0], 70s);
+  clock.set(2s); // "a" is too old
+  sendAndWait(node, "b", stream.frames[0], 90s);
+  sendAndWait(node, "c", stream.frames[0], 80s);
+  sendAndWait(node, "d", stream.frames[0], 0s);
+  const MergeStatus status = node.merge(merged);
+  expectCode(status, CentralNodeCode::Ok);
+  std::string merged_streams;
+  for (const MergedStream& source : status.streams)
+    merged_streams += source.name + (source.frame ? " " : "- ");
+  EXPECT_EQ(merged_streams, "a- b c d silent- ");
+  EXPECT_EQ(status.streams[1].frame->stamp, Time(90s));
+  EXPECT_EQ(status.oldestStamp(), Time(80s));
+}
+
 TEST_F(Merging, IntensitiesMayBeNegative)
 {
   std::mt19937_64 random(6);

@@ -125,6 +125,32 @@ TEST(HealthReport, OfAReceiver)
   expectLevel(report_of(now),
               HealthLevel::Warning,
               "Voxels are too far from those of other streams to be merged");
+  now = before;
+  now.stream.intensities_reduced = 1;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Intensities are too far above those of other streams to be merged");
+  now = before;
+  now.stream.resolution = 0.08;
+  expectLevel(report_of(now), HealthLevel::Ok, "OK"); // is not merged
+  now.merged_resolution = 0.04;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Voxels have an edge of 0.08 m, those of the merged grid 0.04 m: set the "
+              "same resolution at both ends");
+  EXPECT_EQ(valueOf(report_of(now), "resolution, m"), "0.08");
+  now.stream.resolution = double{0.04f};
+  expectLevel(report_of(now), HealthLevel::Ok, "OK");
+}
+
+TEST(HealthReport, OfAMergedStream)
+{
+  const HealthReport stale = describeMergedStream({"a", std::nullopt}, 12s);
+  expectLevel(stale, HealthLevel::Stale, "Not merged: no frame within max_merge_age");
+  const HealthReport merged = describeMergedStream({"a", LatestFrame{10s, 7}}, 10250ms);
+  expectLevel(merged, HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(merged, "stamp, ns"), "10000000000");
+  EXPECT_EQ(valueOf(merged, "age, ms"), "250");
 }
 
 } // namespace

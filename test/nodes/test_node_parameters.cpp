@@ -266,8 +266,6 @@ TEST(NoiseParameters, OtherValuesAreRefused)
             "voxels");
 }
 
-} // namespace parameter_values
-
 TEST(NodeParameters, AListMayBeItsText)
 {
   const ParameterDescription& box = descriptionOf(encodingParameters(), "crop_box");
@@ -292,5 +290,7 @@ TEST(NodeParameters, AListMayBeItsText)
   EXPECT_EQ(refusalOf(box, std::string("[0]")),
             "crop_box is '[0]'; it must be a list of 6 finite numbers, or []");
 }
+
+} // namespace parameter_values
 
 } // namespace

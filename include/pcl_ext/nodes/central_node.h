@@ -83,6 +83,35 @@ struct LatestFrame {
   std::size_t number = 0; ///< decoded frames of the stream up to and including it
 };
 
+/** \brief What of a stream is in a merged frame. */
+struct MergedStream {
+  std::string name;
+  /** \brief The frame whose voxels are merged; none: the stream has no frame that was
+   * decoded within CentralNodeSettings::max_merge_age. */
+  std::optional<LatestFrame> frame;
+};
+
+/** \brief Outcome of CentralNode::merge. */
+struct MergeStatus : CentralNodeStatus {
+  using CentralNodeStatus::CentralNodeStatus;
+
+  /** \brief All streams, by name; empty unless ok(). */
+  std::vector<MergedStream> streams;
+
+  /** \brief The oldest stamp of the merged frames: the age of the oldest voxels. Nothing
+   * if no frame has a stamp. */
+  std::optional<Time>
+  oldestStamp() const
+  {
+    std::optional<Time> oldest;
+    for (const MergedStream& stream : streams)
+      if (stream.frame && stream.frame->stamp != Time(0) &&
+          (!oldest || stream.frame->stamp < *oldest))
+        oldest = stream.frame->stamp;
+    return oldest;
+  }
+};
+
 /** \brief Called for every frame, in the order of its stream. Calls for different streams
  * come from several threads at once, those for one stream one at a time. Must not throw. */
 using FrameListener = std::function<void(const ReceivedFrame&)>;
@@ -96,7 +125,7 @@ using FrameListener = std::function<void(const ReceivedFrame&)>;
  *
  * An exception while a frame is decoded, std::bad_alloc included, becomes that frame's
  * status, and the stream continues. A call that runs out of memory throws std::bad_alloc,
- * except for receive(), which returns a status; the node is then unchanged.
+ * except for receive() and merge(), which return a status; the node is then unchanged.
  */
 class PCL_EXT_EXPORT CentralNode {
 public:
@@ -181,12 +210,17 @@ public:
    * points (section 2.5.4 of the paper); merge streams of one law only. Voxels of
    * streams without intensities count 1. The colour is the mean of those voxels that
    * have one, each with the same weight, or black where no stream has one. Voxels
-   * outside the common grid are left out; health() has their number.
+   * outside the common grid are left out. Intensities that no scale of 16 bits has besides
+   * those of the other streams are reduced: to 1024 times the typical intensity, or to
+   * 65535 steps of the intensities if that is more. Typical is the median of the streams'
+   * medians. health() has the number of both.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
-   * largest; colours of 8 bits if a stream has colours
+   * largest; colours of 8 bits if a stream has colours; empty unless ok()
+   * \return Ok and what is merged, or OutOfMemory: the streams keep their voxels for the
+   * next call
    */
-  void
+  MergeStatus
   merge(io::VoxelFrame& merged);
 
   /** \brief Health of the streams, by name. */

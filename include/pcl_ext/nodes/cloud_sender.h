@@ -69,6 +69,14 @@ public:
   void
   countMissed(std::size_t clouds);
 
+  /** \brief Counts the clouds that were lost before one that arrived, by the gap between
+   * its stamp and that of the previous one. For nodes whose clouds have no numbers; to be
+   * called for each cloud, in the order of their arrival.
+   * \param[in] stamp of the cloud; 0: it has none
+   */
+  void
+  countMissedBefore(Time stamp);
+
   /** \brief Counts a transform that is used though it is not that of the cloud's stamp. */
   void
   countLatestTransform();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_ext/export.h>
+#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/sensor_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
@@ -87,11 +88,20 @@ struct ReceiverHealth {
   std::size_t left_out = 0; ///< frames of another frame id or format
   float min_intensity = 0.0f;
   std::optional<Time> last_arrival; ///< of a frame; none: none arrived
+  /** \brief Voxel edge of the grid that the stream is merged on, metres; 0: none. */
+  double merged_resolution = 0.0;
 };
 
 /** \brief Describes the health of a stream where it is decoded; as above. */
 PCL_EXT_EXPORT HealthReport
 describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time time);
+
+/** \brief Describes what of a stream is in a merged frame: Stale if nothing is.
+ * \param[in] stream as of MergeStatus
+ * \param[in] time current time of the clock that stamps the clouds
+ */
+PCL_EXT_EXPORT HealthReport
+describeMergedStream(const MergedStream& stream, Time time);
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -57,6 +57,7 @@ struct StreamHealth {
   std::uint64_t bytes = 0;          ///< of all frames received
   std::size_t voxels = 0;           ///< of the last decoded frame, before denoising
   std::size_t kept_voxels = 0;      ///< of these: after denoising
+  double resolution = 0.0;          ///< edge of these, metres; 0: no frame was decoded
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
   /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without
    * setOutlierRemoval(). */
@@ -64,6 +65,9 @@ struct StreamHealth {
   /** \brief Of the voxels that the last CentralNode::merge took from the stream: left
    * out, as they are more than 2^20 voxels from the origin of the common grid. */
   std::size_t voxels_outside_grid = 0;
+  /** \brief Of the same voxels: merged with a smaller intensity than they have, as it is
+   * too far above those of other streams. */
+  std::size_t intensities_reduced = 0;
   bool in_sync = false; ///< the last frame was decoded, even if denoising failed
   Time last_decoded{0}; ///< when the last frame was ready; 0: never
   io::CompressionStatus last_failure; ///< status of the last frame that failed

@@ -1,0 +1,118 @@
+/** \file
+ * \brief Clouds that are lost before they arrive, by the stamps of the others.
+ */
+#include <pcl_ext/nodes/cloud_sender.h>
+
+#include "nodes/stamp_gaps.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <random>
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace pcl_ext::nodes;
+
+/** \brief A sensor at 20 Hz, of whose clouds some are lost. */
+class Sensor {
+public:
+  /** \param[in] loss share of the clouds that are lost
+   * \param[in] jitter standard deviation of the stamps, ms
+   */
+  Sensor(double loss, double jitter) : loss_(loss), jitter_(0.0, jitter) {}
+
+  /** \brief Sends clouds, of which the first and the last arrive. */
+  void
+  send(std::size_t clouds, Time period = 50ms)
+  {
+    for (std::size_t i = 0; i < clouds; ++i) {
+      time_ += period;
+      const bool is_lost = i > 0 && i + 1 < clouds && uniform_(random_) < loss_;
+      lost += is_lost ? 1 : 0;
+      if (is_lost)
+        continue;
+      const double jitter = jitter_(random_);
+      counted += gaps.missingBefore(time_ + Time(static_cast<Time::rep>(1e6 * jitter)));
+    }
+  }
+
+  void
+  pause(Time length)
+  {
+    time_ += length;
+  }
+
+  StampGaps gaps;
+  std::size_t lost = 0;
+  std::size_t counted = 0;
+
+private:
+  double loss_;
+  std::normal_distribution<double> jitter_;
+  std::mt19937_64 random_{7};
+  std::uniform_real_distribution<double> uniform_;
+  Time time_ = 1700000000s;
+};
+
+TEST(StampGaps, LossesAreCounted)
+{
+  for (const double loss : {0.02, 0.3, 0.58})
+    for (const double jitter : {0.0, 1.0, 3.0}) {
+      Sensor sensor(loss, jitter);
+      sensor.send(5000);
+      EXPECT_NEAR(static_cast<double>(sensor.counted),
+                  static_cast<double>(sensor.lost),
+                  0.1 * static_cast<double>(sensor.lost))
+          << loss << " of the clouds, jitter " << jitter << " ms";
+    }
+}
+
+TEST(StampGaps, WithoutLossesNoneAreCounted)
+{
+  for (const double jitter : {0.0, 1.0, 3.0}) {
+    Sensor sensor(0.0, jitter);
+    sensor.send(5000);
+    EXPECT_EQ(sensor.counted, 0u) << jitter << " ms";
+  }
+}
+
+TEST(StampGaps, PausesAndOtherRatesAreNotLosses)
+{
+  Sensor sensor(0.0, 1.0);
+  sensor.send(100);
+  sensor.pause(1h);
+  sensor.send(100);
+  sensor.pause(-1h); // a recording that begins anew
+  sensor.send(100);
+  sensor.send(100, 20ms);
+  EXPECT_EQ(sensor.counted, 0u);
+  sensor.send(1000, 100ms);
+  EXPECT_LT(sensor.counted, 120u); // four for each of 30, until the new rate is known
+}
+
+TEST(StampGaps, CloudsWithoutStampSayNothing)
+{
+  StampGaps gaps;
+  for (int i = 0; i < 100; ++i)
+    EXPECT_EQ(gaps.missingBefore(Time(0)), 0u);
+}
+
+TEST(StampGaps, ASenderReportsThem)
+{
+  CloudSender sender;
+  for (int cloud = 0; cloud < 100; ++cloud)
+    if (cloud % 4 != 3) // every fourth is lost
+      sender.countMissedBefore(1700000000s + cloud * 50ms);
+  // Of the first ones, which show the period, none.
+  EXPECT_GE(sender.health().clouds_missed, 20u);
+  EXPECT_LE(sender.health().clouds_missed, 25u);
+  const HealthReport report =
+      describeHealth(sender.health(), CloudSender().health(), Time(0));
+  EXPECT_EQ(report.level(), HealthLevel::Stale); // none was encoded
+}
+
+} // namespace
