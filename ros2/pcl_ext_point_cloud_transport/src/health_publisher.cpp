@@ -6,12 +6,11 @@
 
 namespace pcl_ext_point_cloud_transport {
 
-namespace {
-
 diagnostic_msgs::msg::DiagnosticStatus
-toMessage(const std::string& node, const HealthPublisher::Entry& entry)
+toMessage(const std::string& node,
+          const std::string& name,
+          const pcl_ext::nodes::HealthReport& report)
 {
-  const auto& [name, report] = entry;
   diagnostic_msgs::msg::DiagnosticStatus status;
   status.level = static_cast<unsigned char>(report.level());
   status.name = node + ": " + name;
@@ -26,8 +25,6 @@ toMessage(const std::string& node, const HealthPublisher::Entry& entry)
   return status;
 }
 
-} // namespace
-
 HealthPublisher::HealthPublisher(rclcpp::Node& node,
                                  std::function<std::vector<Entry>()> describe)
 {
@@ -40,8 +37,8 @@ HealthPublisher::HealthPublisher(rclcpp::Node& node,
       [publisher, name, clock = node.get_clock(), describe = std::move(describe)] {
         diagnostic_msgs::msg::DiagnosticArray message;
         message.header.stamp = clock->now();
-        for (const Entry& entry : describe())
-          message.status.push_back(toMessage(name, entry));
+        for (const auto& [entry, report] : describe())
+          message.status.push_back(toMessage(name, entry, report));
         publisher->publish(message);
       });
 }

@@ -9,6 +9,7 @@
 #include "stream_view.h"
 #include "weak_callback.h"
 
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <pcl_ext_point_cloud_transport/health_publisher.hpp>
 #include <pcl_ext_point_cloud_transport/message_times.hpp>
 #include <pcl_ext_point_cloud_transport/throttled_log.hpp>
@@ -22,6 +23,7 @@
 
 namespace pcl_ext_ros {
 
+using diagnostic_msgs::msg::DiagnosticArray;
 using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
 using pcl_ext::nodes::ParameterValues;
@@ -48,27 +50,38 @@ settingsOf(const ParameterValues& values, const rclcpp::Clock::SharedPtr& clock)
   return settings;
 }
 
+/** \brief The topics of `streams`, as they are given. Of any type at first, as rclcpp ends
+ * the program where a value has another type than a parameter.
+ * \param[out] fault what is wrong with it, for which the default holds; empty if nothing
+ */
 std::vector<std::string>
-declareStreams(rclcpp::Node& node)
+declareStreams(rclcpp::Node& node, std::string& fault)
 {
+  const std::vector<std::string> by_default{"input"};
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = description_of_streams;
   descriptor.read_only = true;
-  std::vector<std::string> topics =
-      node.declare_parameter("streams", std::vector<std::string>{"input"}, descriptor);
-  for (std::string& topic : topics)
-    topic = node.get_node_topics_interface()->resolve_topic_name(topic);
-  return topics;
+  descriptor.dynamic_typing = true;
+  const rclcpp::ParameterValue value =
+      node.declare_parameter("streams", rclcpp::ParameterValue(by_default), descriptor);
+  if (value.get_type() == rclcpp::ParameterType::PARAMETER_STRING_ARRAY) {
+    auto topics = value.get<std::vector<std::string>>();
+    if (!topics.empty())
+      return topics;
+  }
+  fault = "streams is " + rclcpp::to_string(value) +
+          "; it must be a list of topics. The default holds";
+  return by_default;
 }
 
 void
 publish(rclcpp::Publisher<PointCloud2>& publisher,
         const std::string& frame_id,
-        Time stamp,
+        const builtin_interfaces::msg::Time& stamp,
         const pcl_ext::io::VoxelFrame& voxels)
 {
   auto message = std::make_unique<PointCloud2>();
-  message->header.stamp = rclcpp::Time(stamp.count());
+  message->header.stamp = stamp;
   message->header.frame_id = frame_id;
   pcl_ext::nodes::writeVoxels(voxels, *message);
   publisher.publish(std::move(message));
@@ -81,6 +94,7 @@ class CentralNode::Implementation
 public:
   explicit Implementation(rclcpp::Node& node)
   : logger_(node.get_logger())
+  , name_(std::string(node.get_fully_qualified_name()).substr(1))
   , clock_(node.get_clock())
   , constants_(node,
                "",
@@ -96,10 +110,10 @@ public:
         [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
     if (!central_node_->settingsStatus().ok())
       throw std::invalid_argument(central_node_->settingsStatus().message());
-    for (const std::string& topic : declareStreams(node))
+    std::string fault;
+    for (const std::string& topic : declareStreams(node, fault))
       addStream(node, topic);
-    if (streams_.empty())
-      throw std::invalid_argument("streams is empty");
+    report(fault);
   }
 
   ~Implementation()
@@ -144,12 +158,20 @@ public:
   }
 
 private:
+  /** \brief Adds a stream, or reports why it cannot be. */
   void
-  addStream(rclcpp::Node& node, const std::string& topic)
+  addStream(rclcpp::Node& node, const std::string& given)
   {
+    std::string topic;
+    try {
+      topic = node.get_node_topics_interface()->resolve_topic_name(given);
+    }
+    catch (const std::exception& failure) {
+      return report("streams: '" + given + "' is no topic: " + failure.what());
+    }
     const auto status = central_node_->addStream(topic);
     if (!status.ok())
-      throw std::invalid_argument("streams: " + status.message());
+      return report("streams: " + status.message());
     streams_.push_back(
         std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
     streams_by_topic_[topic] = streams_.back();
@@ -204,6 +226,8 @@ private:
         rclcpp::QosOverridingOptions::with_default_policies();
     merged_ = node.create_publisher<PointCloud2>(
         "~/merged", rclcpp::QoS(merged_queue_size), options);
+    merged_streams_ =
+        node.create_publisher<DiagnosticArray>("~/merged/streams", merged_queue_size);
     merge_group_ =
         node.create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
     constexpr double longest = 1e6; // seconds, so that a timer can count them
@@ -254,7 +278,10 @@ private:
       failures_.warn("A frame of " + stream.topic() +
                      " is not decoded: " + frame.status.message());
     else if (stream.voxels().get_subscription_count() != 0)
-      publish(stream.voxels(), global_frame_, frame.stamp, frame.voxels);
+      publish(stream.voxels(),
+              global_frame_,
+              rclcpp::Time(frame.stamp.count()),
+              frame.voxels);
   }
 
   void
@@ -262,8 +289,27 @@ private:
   {
     if (merged_->get_subscription_count() == 0)
       return;
-    central_node_->merge(merged_voxels_);
-    publish(*merged_, global_frame_, Time(clock_->now().nanoseconds()), merged_voxels_);
+    const auto status = central_node_->merge(merged_voxels_);
+    if (!status.ok()) {
+      failures_.warn("The streams are not merged: " + status.message());
+      return;
+    }
+    const Time now(clock_->now().nanoseconds());
+    DiagnosticArray merged_streams;
+    merged_streams.header.stamp =
+        rclcpp::Time(status.oldestStamp().value_or(now).count());
+    for (const pcl_ext::nodes::MergedStream& stream : status.streams)
+      merged_streams.status.push_back(pcl_ext_point_cloud_transport::toMessage(
+          name_, stream.name, pcl_ext::nodes::describeMergedStream(stream, now)));
+    merged_streams_->publish(merged_streams);
+    publish(*merged_, global_frame_, merged_streams.header.stamp, merged_voxels_);
+  }
+
+  /** \brief Voxel edge of the merged grid, metres; 0: nothing is merged. */
+  double
+  mergedResolution() const
+  {
+    return merged_ ? valueOf<double>(values_, "resolution") : 0.0;
   }
 
   std::vector<HealthPublisher::Entry>
@@ -277,7 +323,8 @@ private:
     if (!faults_.empty())
       all.raise(HealthLevel::Error, faults_);
     for (const pcl_ext::nodes::StreamHealth& health : central_node_->health()) {
-      HealthReport report = streams_by_topic_.at(health.name)->describeHealth(health);
+      HealthReport report =
+          streams_by_topic_.at(health.name)->describeHealth(health, mergedResolution());
       frames_per_second += health.rates.frames_per_second;
       bytes_per_second += health.rates.bytes_per_second;
       in_sync += health.in_sync ? 1 : 0;
@@ -295,6 +342,7 @@ private:
   }
 
   rclcpp::Logger logger_;
+  const std::string name_; // without the first slash
   ThrottledLog left_out_{logger_};
   ThrottledLog failures_{logger_};
   rclcpp::Clock::SharedPtr clock_;
@@ -309,7 +357,8 @@ private:
   std::optional<HealthPublisher> health_;
 
   rclcpp::CallbackGroup::SharedPtr merge_group_;
-  rclcpp::Publisher<PointCloud2>::SharedPtr merged_;
+  rclcpp::Publisher<PointCloud2>::SharedPtr merged_; // null: nothing is merged
+  rclcpp::Publisher<DiagnosticArray>::SharedPtr merged_streams_;
   rclcpp::TimerBase::SharedPtr merge_timer_;
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 

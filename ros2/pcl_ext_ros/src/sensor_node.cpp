@@ -137,20 +137,11 @@ private:
     options.callback_group = cloud_group_;
     options.qos_overriding_options =
         rclcpp::QosOverridingOptions::with_default_policies();
-    options.event_callbacks.message_lost_callback =
-        [self](const rclcpp::QOSMessageLostInfo& lost) {
-          if (const auto alive = self.lock())
-            alive->sender_.countMissed(lost.total_count_change);
-        };
-    const auto receive = weakCallback(self, &Implementation::receive);
-    const auto qos = rclcpp::SensorDataQoS().keep_last(queue_size_);
-    try {
-      clouds_ = node.create_subscription<PointCloud2>(input, qos, receive, options);
-    }
-    catch (const rclcpp::UnsupportedEventTypeException&) {
-      options.event_callbacks.message_lost_callback = nullptr;
-      clouds_ = node.create_subscription<PointCloud2>(input, qos, receive, options);
-    }
+    clouds_ = node.create_subscription<PointCloud2>(
+        input,
+        rclcpp::SensorDataQoS().keep_last(queue_size_),
+        weakCallback(self, &Implementation::receive),
+        options);
     requests_ = node.create_subscription<std_msgs::msg::Empty>(
         pcl_ext_point_cloud_transport::requestTopic(output),
         10,
@@ -184,6 +175,8 @@ private:
   void
   receive(std::unique_ptr<PointCloud2> cloud)
   {
+    // The middleware does not tell of all clouds that it loses.
+    sender_.countMissedBefore(toTime(cloud->header.stamp));
     if (waiting_.size() >= queue_size_) {
       waiting_.pop_front();
       sender_.countMissed(1);

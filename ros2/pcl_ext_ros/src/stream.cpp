@@ -22,6 +22,7 @@ Stream::Stream(rclcpp::Node& node,
 , number_(number)
 , central_node_(std::move(central_node))
 , noise_of_all_(defaultsOf(pcl_ext::nodes::noiseParameters()))
+, graph_(node.get_node_graph_interface())
 {
   constants_.emplace(node,
                      parameterPrefix(node, topic),
@@ -85,11 +86,13 @@ Stream::updateNoise()
 }
 
 pcl_ext::nodes::HealthReport
-Stream::describeHealth(const pcl_ext::nodes::StreamHealth& health)
+Stream::describeHealth(const pcl_ext::nodes::StreamHealth& health,
+                       double merged_resolution)
 {
   pcl_ext::nodes::ReceiverHealth now;
   now.stream = health;
   now.left_out = left_out_;
+  now.merged_resolution = merged_resolution;
   if (const auto last_arrival = last_arrival_.load(); last_arrival != 0)
     now.last_arrival = pcl_ext::nodes::Time(last_arrival);
   {
@@ -106,6 +109,11 @@ Stream::describeHealth(const pcl_ext::nodes::StreamHealth& health)
                  std::to_string(publishers) +
                      " publishers send this stream, which can have one");
   report.add("publishers", publishers);
+  const std::string voxels_topic = voxels_->get_topic_name();
+  if (const std::size_t nodes = graph_->count_publishers(voxels_topic); nodes > 1)
+    report.raise(pcl_ext::nodes::HealthLevel::Error,
+                 std::to_string(nodes) + " nodes publish " + voxels_topic +
+                     ": each stream can have one central node");
   return report;
 }
 

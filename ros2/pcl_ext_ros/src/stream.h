@@ -111,9 +111,10 @@ public:
 
   /** \brief Describes the stream. Called by one thread at a time, after subscribe().
    * \param[in] health that of the central node
+   * \param[in] merged_resolution as of ReceiverHealth
    */
   pcl_ext::nodes::HealthReport
-  describeHealth(const pcl_ext::nodes::StreamHealth& health);
+  describeHealth(const pcl_ext::nodes::StreamHealth& health, double merged_resolution);
 
 private:
   void
@@ -137,6 +138,7 @@ private:
   std::atomic<std::size_t> left_out_{0};
   pcl_ext::nodes::ReceiverHealth reported_; // by describeHealth()
 
+  rclcpp::node_interfaces::NodeGraphInterface::SharedPtr graph_;
   std::optional<pcl_ext_point_cloud_transport::NodeParameters> constants_;
   std::optional<pcl_ext_point_cloud_transport::NodeParameters> parameters_;
   rclcpp::Publisher<sensor_msgs::msg::PointCloud2>::SharedPtr voxels_;

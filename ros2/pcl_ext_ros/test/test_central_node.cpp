@@ -178,6 +178,8 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
   frames_2_->publish(second);
   ASSERT_TRUE(
       waitUntil([&] { return voxels_1_->count() == 1 && voxels_2_->count() == 1; }));
+  Recorder<DiagnosticArray> streams(*tester_, "/central_node/merged/streams");
+  ASSERT_TRUE(streams.waitForPublisher());
   Recorder<PointCloud2> merged(*tester_, "/central_node/merged");
   const auto cloud = merged.next(0);
   ASSERT_TRUE(cloud);
@@ -185,6 +187,25 @@ TEST_F(CentralNodeTest, StreamsAreMerged)
       0.1, {{topic_1, first.compressed_data}, {topic_2, second.compressed_data}});
   EXPECT_EQ(cloud->data, pointsOf(expected));
   EXPECT_EQ(cloud->header.frame_id, "world");
+  EXPECT_EQ(cloud->header.stamp, first.header.stamp); // the older one
+  const auto merged_streams = streams.next(0);
+  ASSERT_TRUE(merged_streams);
+  EXPECT_EQ(merged_streams->header.stamp, first.header.stamp);
+  ASSERT_EQ(merged_streams->status.size(), 2u);
+  EXPECT_EQ(merged_streams->status[1].hardware_id, topic_2);
+  EXPECT_EQ(merged_streams->status[1].level, DiagnosticStatus::OK);
+}
+
+TEST_F(CentralNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported)
+{
+  start({});
+  DirectStream stream({{"resolution", 0.2}, {"intensity", std::string("count")}});
+  ASSERT_TRUE(send(stream.frameOf(makeCloud(0, "world", now()), samplePose(0.0))));
+  EXPECT_TRUE(
+      waitForStatus(*diagnostics_,
+                    topic_1,
+                    DiagnosticStatus::WARN,
+                    "Voxels have an edge of 0.2 m, those of the merged grid 0.1 m"));
 }
 
 TEST_F(CentralNodeTest, NoiseChangesWhileItRuns)
@@ -381,10 +402,52 @@ TEST_F(CentralNodeTest, MapIsPublishedWithRaysAndLatched)
 }
 #endif
 
-TEST(CentralNode, StreamsMustDiffer)
+/** \brief A node of the test itself. */
+class Listener : public rclcpp::Node {
+public:
+  explicit Listener(const rclcpp::NodeOptions& options)
+  : rclcpp::Node("listener", options)
+  {}
+};
+
+/** \brief Wrong `streams`, what is said, and how many streams there are then. */
+class WrongStreams
+: public testing::TestWithParam<std::tuple<const char*, const char*, std::size_t>> {};
+
+TEST_P(WrongStreams, AreReportedAndTheNodeGoesOn)
 {
-  EXPECT_THROW(CentralNode(optionsOf({"-p", "streams:=[/a, /a]"})),
-               std::invalid_argument);
+  const auto& [streams, message, remaining] = GetParam();
+  RunningNodes nodes;
+  nodes.add<CentralNode>(optionsOf({"-p", std::string("streams:=") + streams}));
+  const auto listener = nodes.add<Listener>(rclcpp::NodeOptions());
+  const Recorder<DiagnosticArray> diagnostics(*listener, "/diagnostics");
+  nodes.start();
+  EXPECT_TRUE(
+      waitForStatus(diagnostics, "all streams", DiagnosticStatus::ERROR, message));
+  ASSERT_NE(diagnostics.count(), 0u);
+  EXPECT_EQ(diagnostics.messages()[0].status.size(), remaining + 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All,
+    WrongStreams,
+    ::testing::Values(
+        std::make_tuple("[1.5, 2.5]", "it must be a list of topics", 1),
+        std::make_tuple("/a", "it must be a list of topics", 1),
+        std::make_tuple("['']", "'' is no topic", 0),
+        std::make_tuple("[/a, 'b c']", "'b c' is no topic", 1),
+        std::make_tuple("[/a, /a]", "the stream '/a' exists already", 1)));
+
+TEST(CentralNode, OneStreamHasOneCentralNode)
+{
+  RunningNodes nodes;
+  nodes.add<CentralNode>(optionsOf({"-p", "streams:=[/a]"}));
+  nodes.add<CentralNode>(optionsOf({"-p", "streams:=[/a]", "-r", "__node:=other"}));
+  const auto listener = nodes.add<Listener>(rclcpp::NodeOptions());
+  const Recorder<DiagnosticArray> diagnostics(*listener, "/diagnostics");
+  nodes.start();
+  EXPECT_TRUE(waitForStatus(
+      diagnostics, "other: /a", DiagnosticStatus::ERROR, "2 nodes publish /a/voxels"));
 }
 
 TEST(CentralNode, DefaultStreamIsTheInput)

@@ -152,6 +152,19 @@ TEST_F(SensorNodeTest, CloudsWithoutTransformAreDroppedAndReported)
   EXPECT_TRUE(send(makeCloud(1, "world", now())));
 }
 
+TEST_F(SensorNodeTest, LostCloudsAreReported)
+{
+  start(coarse_arguments);
+  const rclcpp::Time first = now();
+  for (std::uint32_t i = 0; i < 40; ++i)
+    if (i % 4 != 3) { // every fourth is lost
+      ASSERT_TRUE(send(makeCloud(
+          i, "world", first + rclcpp::Duration::from_nanoseconds(i * 50000000))));
+    }
+  EXPECT_TRUE(waitForStatus(
+      *diagnostics_, "points", DiagnosticStatus::WARN, "Clouds are missing"));
+}
+
 TEST_F(SensorNodeTest, LateTransformIsWaitedForAndTheNodeDoesNotBlock)
 {
   start(coarseWith({"-p", "tf_timeout:=10.0"}));

@@ -13,6 +13,16 @@
 
 namespace pcl_ext_point_cloud_transport {
 
+/** \brief A report as an entry of /diagnostics.
+ * \param[in] node its name without the first slash
+ * \param[in] name of what is described
+ * \param[in] report on it
+ */
+diagnostic_msgs::msg::DiagnosticStatus
+toMessage(const std::string& node,
+          const std::string& name,
+          const pcl_ext::nodes::HealthReport& report);
+
 /** \brief Publishes the health of streams on /diagnostics, once a second of wall time. */
 class HealthPublisher {
 public:
