@@ -13,11 +13,14 @@ import pcl_ext_nodes  # noqa: E402
 
 ARGUMENTS = [
     ('composable', 'false', 'true: one container; false: a process for each node'),
-    ('container', 'pcl_ext_container', 'name of the container'),
+    *pcl_ext_nodes.PROCESSES,
+    ('sensor_node', 'sensor_node', "name of the sensor's node"),
+    pcl_ext_nodes.CENTRAL_NODE,
     ('points', '/camera/depth/points', 'topic of the clouds (sensor_msgs/PointCloud2)'),
     ('global_frame', 'world', "TF frame of the world; the sensor's must be known in it"),
     ('resolution', '0.04', 'edge of a voxel, m'),
     ('intensity', 'count', 'count, quadratic, linear, native or none'),
+    ('intensity_bits', '0', 'bits of an intensity' + pcl_ext_nodes.INTENSITY_BITS),
     ('sensor', 'kinect_v2', 'for quadratic and linear'),
     ('effort', 'balanced', 'fast, balanced or small'),
     ('format', 'version1', 'version1 or published'),
@@ -35,8 +38,7 @@ ARGUMENTS = [
 
 def nodes(context):
     """The nodes for the values of the arguments."""
-    values = pcl_ext_nodes.values_of(context, ARGUMENTS)
-    composable = values['composable']
+    values = pcl_ext_nodes.checked(pcl_ext_nodes.values_of(context, ARGUMENTS))
     of_sensor = pcl_ext_nodes.parameters_of_sensor(
         values, ('global_frame', 'intensity', 'sensor', 'effort', 'format'))
     of_centre = {'global_frame': values['global_frame'],
@@ -48,14 +50,14 @@ def nodes(context):
     chosen = []
     if values['sensor_side']:
         chosen.append(pcl_ext_nodes.node(
-            composable, 'SensorNode', 'sensor_node',
+            values, 'SensorNode', 'sensor_node', name=values['sensor_node'],
             remappings=[('input', values['points'])], parameters=[of_sensor]))
     if values['central_side']:
         chosen.append(pcl_ext_nodes.node(
-            composable, 'CentralNode', 'central_node',
+            values, 'CentralNode', 'central_node', name=values['central_node'],
             remappings=[('input', values['points'] + '/pcl_ext')],
             parameters=[of_centre]))
-    return pcl_ext_nodes.started(composable, values['container'], chosen)
+    return pcl_ext_nodes.started(values, chosen)
 
 
 def generate_launch_description():

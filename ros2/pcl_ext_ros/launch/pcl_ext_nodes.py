@@ -7,6 +7,15 @@ NOISE = ('min_intensity', '', 'voxels below are removed as noise; by default 2 p
          'of 255 for linear and quadratic, 0 for native and with remove_outliers')
 
 
+CENTRAL_NODE = ('central_node', 'central_node', 'name of the central node')
+PROCESSES = [
+    ('container', 'pcl_ext_container', 'name of the container'),
+    ('namespace', '', 'of all nodes and of topics that do not begin with /'),
+    ('respawn', 'false', 'true: a process that ends is started again; with '
+     'composable:=false only'),
+]
+INTENSITY_BITS = '; larger intensities are clamped, which is logged; 0: automatic, 8 for count'
+
 NUMBERS_WITHOUT_DEFAULT = ('min_intensity', 'map_full_intensity')
 KINDS = {bool: 'true or false', int: 'a whole number', float: 'a number', list: 'a list'}
 
@@ -62,29 +71,47 @@ def parameters_of_sensor(values, names):
     parameters = {name: values[name] for name in names}
     parameters['resolution'] = values['resolution']
     parameters['i_frame_rate'] = values['i_frame_rate']
+    parameters['intensity_bits'] = values['intensity_bits']
     if values['crop_box']:
         parameters['crop_box'] = [float(number) for number in values['crop_box']]
     return parameters
 
 
-def node(composable, plugin, executable, **options):
-    """A component, or a process."""
-    if composable:
+def checked(values):
+    """The values, of which respawn and composable exclude each other."""
+    if values['respawn'] and values['composable']:
+        raise RuntimeError('respawn needs composable:=false: a container that is started '
+                           'again comes back without its components')
+    return values
+
+
+def absolute(values, name):
+    """A name in the namespace of the launch file, from the root."""
+    return '/'.join([''] + [part for part in (values['namespace'].strip('/'), name) if part])
+
+
+def node(values, plugin, executable, name=None, namespace='', **options):
+    """A component, or a process.
+
+    namespace is relative to that of the launch file; name is by default the executable's.
+    """
+    options.update(name=name or executable, namespace=absolute(values, namespace))
+    if values['composable']:
         return ComposableNode(package='pcl_ext_ros', plugin='pcl_ext_ros::' + plugin,
-                              name=executable,
                               extra_arguments=[{'use_intra_process_comms': True}],
                               **options)
-    return Node(package='pcl_ext_ros', executable=executable, name=executable,
-                output='screen', **options)
+    return Node(package='pcl_ext_ros', executable=executable, output='screen',
+                respawn=values['respawn'], respawn_delay=1.0, **options)
 
 
-def started(composable, container, nodes):
+def started(values, nodes):
     """Nodes as they are, or components in a container."""
-    if not composable:
+    if not values['composable']:
         return nodes
     # Of several threads, so that merging and the map do not delay frames.
     return [ComposableNodeContainer(package='rclcpp_components',
                                     executable='component_container_mt',
-                                    name=container, namespace='',
+                                    name=values['container'],
+                                    namespace=absolute(values, ''),
                                     composable_node_descriptions=nodes,
                                     output='screen')]

@@ -17,9 +17,11 @@ import pcl_ext_nodes  # noqa: E402
 
 ARGUMENTS = [
     ('composable', 'true', 'true: one container; false: a process for each node'),
-    ('container', 'pcl_ext_container', 'name of the container'),
+    *pcl_ext_nodes.PROCESSES,
     ('sensors', '[1, 2, 3, 4, 5, 6]', 'numbers of the sensors, 1 to 6'),
     ('global_frame', 'world', 'TF frame of the world'),
+    ('intensity_bits', '12', 'bits of an intensity, of which near voxels need more than 8' +
+     pcl_ext_nodes.INTENSITY_BITS),
     ('rate', '20.0', 'clouds per second of each sensor, Hz'),
     ('captured_frames', '0', '0: each cloud is captured when it is sent; else this number '
      'of frames is captured before the start and repeated, which takes less processor '
@@ -31,17 +33,17 @@ ARGUMENTS = [
 def cell(context):
     """The simulated cell for the values of the arguments."""
     values = pcl_ext_nodes.values_of(context, ARGUMENTS)
-    composable = values['composable']
     parameters = {'sensors': [int(number) for number in values['sensors']],
                   'global_frame': values['global_frame'],
                   'rate': values['rate'],
                   'captured_frames': values['captured_frames'],
                   'seed': values['seed']}
-    simulated = pcl_ext_nodes.node(composable, 'SimulatedCell', 'simulated_cell',
+    simulated = pcl_ext_nodes.node(values, 'SimulatedCell', 'simulated_cell',
                                    parameters=[parameters])
-    if not composable:
+    if not values['composable']:
         return [simulated]
-    return [LoadComposableNodes(target_container='/' + values['container'],
+    return [LoadComposableNodes(target_container=pcl_ext_nodes.absolute(
+                                    values, values['container']),
                                 composable_node_descriptions=[simulated])]
 
 

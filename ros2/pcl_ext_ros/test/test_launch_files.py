@@ -1,7 +1,8 @@
 """Starts a launch file with the simulated cell, waits for merged clouds, and stops it.
 
 Arguments: the folder of launch files, the name of one and its arguments. Fails if no cloud arrives, the launch does not
-end well when it is interrupted, or a process stays behind.
+end well when it is interrupted, or a process stays behind. With respawn:=true the central node is killed, and clouds must
+arrive again.
 """
 import os
 import signal
@@ -24,12 +25,12 @@ def processes_of_group(group):
     return [row[2] for row in rows if int(row[0]) == group and row[1][0] != 'Z']
 
 
-def wait_for_cloud():
+def wait_for_cloud(namespace):
     """True if a merged cloud with voxels arrives."""
     rclpy.init()
     node = Node('test_launch_files')
     widths = []
-    node.create_subscription(PointCloud2, '/central_node/merged',
+    node.create_subscription(PointCloud2, namespace + '/central_node/merged',
                              lambda cloud: widths.append(cloud.width), 10)
     deadline = time.monotonic() + LONGEST_WAIT
     while not any(widths) and time.monotonic() < deadline:
@@ -37,6 +38,17 @@ def wait_for_cloud():
     node.destroy_node()
     rclpy.shutdown()
     return any(widths)
+
+
+def kill_central_node(group):
+    """Kills the process of the central node in a group."""
+    listed = subprocess.run(['ps', '-e', '-o', 'pid=,pgid=,comm='], check=True,
+                            capture_output=True, text=True).stdout
+    for pid, of_group, command in (line.split(None, 2) for line in listed.splitlines()):
+        if int(of_group) == group and command.startswith('central_node'):
+            os.kill(int(pid), signal.SIGKILL)
+            return
+    raise RuntimeError('there is no central_node')
 
 
 def start(command):
@@ -65,7 +77,13 @@ def main():
         if name == 'one_sensor':
             started.append(start(['ros2', 'run', 'pcl_ext_ros', 'simulated_cell',
                                   '--ros-args', '-p', 'sensors:=[1]', '-p', 'rate:=5.0']))
-        has_cloud = wait_for_cloud()
+        namespaces = [argument.partition(':=')[2] for argument in sys.argv[3:]
+                      if argument.startswith('namespace:=')]
+        namespace = ''.join('/' + name for name in namespaces)
+        has_cloud = wait_for_cloud(namespace)
+        if has_cloud and 'respawn:=true' in sys.argv[3:]:
+            kill_central_node(started[0].pid)
+            has_cloud = wait_for_cloud(namespace)
     finally:
         ends = [stop(process) for process in started]
     print('merged cloud: {}, status and processes left: {}'.format(has_cloud, ends))
