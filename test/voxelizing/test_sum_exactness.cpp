@@ -68,6 +68,10 @@ TEST(SumExactness, SeveralInstancesAreAsOne)
   both.add(whole.data(), 1, true);
   both.add(fractions.data(), 1, false);
   EXPECT_FALSE(both.areExact(1u << 20));
+  // Whole numbers of one part alone are whole for all of them.
+  SumExactness whole_parts;
+  whole_parts.add(other);
+  EXPECT_TRUE(whole_parts.areExact(1u << 30));
 }
 
 } // namespace
