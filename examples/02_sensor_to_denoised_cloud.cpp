@@ -40,7 +40,7 @@ main()
   Eigen::Isometry3d sensor_to_world = Eigen::Isometry3d::Identity();
   sensor_to_world.translation() << 0.0, 0.0, 1.5;
   preprocessor.setSensorPose(sensor_to_world);
-  preprocessor.setCropBox({-5.0f, -5.0f, 0.0f}, {5.0f, 5.0f, 5.0f});
+  preprocessor.setCropBox({-5.0, -5.0, 0.0}, {5.0, 5.0, 5.0});
   preprocessor.setIntensityScale(255.0f);
   const pcl::PointCloud<pcl::PointXYZI>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZI>);
   if (const auto status = preprocessor.process(wallWithNoise(), *cloud); !status.ok()) {

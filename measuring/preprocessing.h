@@ -51,9 +51,8 @@ makePreprocessing(IntensityLaw law,
         SensorPreprocessor<Model, PointT> preprocessor(model);
         preprocessor.setSensorPose(sensor_pose);
         if (crop_box)
-          preprocessor.setCropBox(
-              Eigen::Vector3d(crop_box->min.data()).template cast<float>(),
-              Eigen::Vector3d(crop_box->max.data()).template cast<float>());
+          preprocessor.setCropBox(Eigen::Vector3d(crop_box->min.data()),
+                                  Eigen::Vector3d(crop_box->max.data()));
         if (Model::unit == IntensityUnit::Share)
           preprocessor.setIntensityScale(full_face);
         return [preprocessor](const CloudT& cloud,

@@ -31,8 +31,7 @@ public:
   : pose_(pose), preprocessor_(model), encoder_(settings(model), ModelT::unit)
   {
     preprocessor_.setSensorPose(pose);
-    preprocessor_.setCropBox(cell::RobotCell::cropMin().cast<float>(),
-                             cell::RobotCell::cropMax().cast<float>());
+    preprocessor_.setCropBox(cell::RobotCell::cropMin(), cell::RobotCell::cropMax());
   }
 
   /** \brief The voxels of a cloud in the sensor's frame, NaN where there is no return.

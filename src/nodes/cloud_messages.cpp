@@ -30,19 +30,23 @@ void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data)
 {
   const bool has_colours = frame.colour_bits > 0;
-  const std::size_t point_step = (has_colours ? 5 : 4) * sizeof(float);
   std::size_t voxel = 0;
-  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const std::uint8_t* const first = data;
-    const std::array<float, 4> point{x, y, z, intensity};
-    std::memcpy(data, point.data(), sizeof(point));
+    const std::array<decltype(x), 3> place{x, y, z};
+    const auto append = [&data](const auto& element) {
+      std::memcpy(data, &element, sizeof(element));
+      data += sizeof(element);
+    };
+    append(place);
+    append(intensity);
     if (has_colours) {
       const io::VoxelColour colour = frame.fullColour(voxel);
       const std::uint32_t packed =
           std::uint32_t{colour.r} << 16 | std::uint32_t{colour.g} << 8 | colour.b;
-      std::memcpy(data + sizeof(point), &packed, sizeof(packed));
+      append(packed);
     }
-    data += point_step;
+    const auto point_step = static_cast<std::size_t>(data - first);
     for (std::uint32_t i = 1; frame.has_point_counts && i < frame.point_counts[voxel];
          ++i, data += point_step)
       std::memcpy(data, first, point_step);

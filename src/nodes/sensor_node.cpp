@@ -80,9 +80,8 @@ makePoints(const SensorNodeSettings& settings)
         preprocessor.setIntensityField(settings.intensity_field);
         preprocessor.setReadsColours(codesColours(settings));
         if (settings.crop_box)
-          preprocessor.setCropBox(
-              Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
-              Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
+          preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
+                                  Eigen::Vector3d(settings.crop_box->max.data()));
         return std::make_unique<Points>(preprocessor);
       });
 }
@@ -216,6 +215,7 @@ private:
     statistics_.preprocessing = pipeline_->filters->points->statistics();
     statistics_.outliers_removed = outliers;
     statistics_.decoded_points = pipeline_->frame.pointCount();
+    statistics_.decoded_doubles = pipeline_->frame.grid.needsDoubles();
     statistics_.frames_with_last_transform += sensor_to_world ? 0 : 1;
     return status;
   }

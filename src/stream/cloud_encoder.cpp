@@ -37,9 +37,7 @@ doublingsForAll(PointBatches& points, double resolution)
   const CoordinateEnds ends = coordinateEnds(points);
   double width = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    width = std::max(width,
-                     static_cast<double>(ends.highest[axis]) -
-                         static_cast<double>(ends.lowest[axis]));
+    width = std::max(width, ends.highest[axis] - ends.lowest[axis]);
   const double most_voxels = std::exp2(max_grid_depth) - 2.0;
   unsigned int doublings = 0;
   while (doublings <= most_doublings &&

@@ -30,9 +30,8 @@ matchMultiples(PointBatches& points, double step, double tolerance)
   // Adding it rounds a number below 2^51 to the nearest whole one.
   constexpr double rounding = 0x1.8p52;
   Match result = Match::NoPoints;
-  points.restart();
-  for (PointView view; points.next(view);) {
-    const float* point = view.coordinates;
+  PointView view;
+  const auto are_multiples = [&](const auto* point) {
     for (std::size_t i = 0; i < view.count; ++i, point += view.coordinate_stride) {
       if (!isFinite(point))
         continue;
@@ -41,10 +40,16 @@ matchMultiples(PointBatches& points, double step, double tolerance)
         const double steps = static_cast<double>(point[axis]) * inverse;
         if (!(std::abs(steps) < most_steps &&
               std::abs(steps - ((steps + rounding) - rounding)) <= tolerated))
-          return Match::Some;
+          return false;
       }
     }
-  }
+    return true;
+  };
+  points.restart();
+  while (points.next(view))
+    if (!(view.double_coordinates != nullptr ? are_multiples(view.double_coordinates)
+                                             : are_multiples(view.coordinates)))
+      return Match::Some;
   return result;
 }
 

@@ -50,11 +50,12 @@ public:
    * \param[out] index the voxel
    * \return false if the point is not finite or not in the usable range
    */
+  template <typename NumberT>
   bool
-  indexOf(const float* point, LatticeIndex& index) const
+  indexOf(const NumberT* point, LatticeIndex& index) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double position = positionOf(axis, point[axis]);
+      const double position = positionOf(axis, static_cast<double>(point[axis]));
       // Negated, so that NaN fails.
       if (!(position >= begin_[axis] && position < end_[axis]))
         return false;
@@ -64,13 +65,16 @@ public:
   }
 
   /** \brief Index of the usable voxel that is nearest to a finite point. */
+  template <typename NumberT>
   LatticeIndex
-  nearestIndexOf(const float* point) const
+  nearestIndexOf(const NumberT* point) const
   {
     LatticeIndex index;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      index[axis] = floorOf(
-          std::clamp(positionOf(axis, point[axis]), begin_[axis], end_[axis] - 1.0));
+      index[axis] =
+          floorOf(std::clamp(positionOf(axis, static_cast<double>(point[axis])),
+                             begin_[axis],
+                             end_[axis] - 1.0));
     return index;
   }
 
@@ -100,9 +104,9 @@ private:
   /** \brief Coordinate in voxels from the anchor. A division, as multiplying by the rounded
    * inverse would put points at a face into the neighbouring voxel. */
   double
-  positionOf(std::size_t axis, float coordinate) const
+  positionOf(std::size_t axis, double coordinate) const
   {
-    return (static_cast<double>(coordinate) - anchor_[axis]) / resolution_;
+    return (coordinate - anchor_[axis]) / resolution_;
   }
 
   /** \brief Rank of the lowest float whose position is not below a bound, or of infinity.
@@ -117,7 +121,7 @@ private:
     while (low < high) {
       const auto middle =
           static_cast<std::int32_t>((std::int64_t{low} + std::int64_t{high} - 1) >> 1);
-      if (positionOf(axis, floatOfRank(middle)) >= bound)
+      if (positionOf(axis, static_cast<double>(floatOfRank(middle))) >= bound)
         high = middle;
       else
         low = middle + 1;

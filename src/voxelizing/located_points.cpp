@@ -14,18 +14,19 @@ namespace {
 /** \brief Bound of the difference, in voxels, between the position computed here and the
  * quotient in double precision, for points in the grid.
  *
- * The inverse, the product, the first centre and the difference have a relative error of
- * at most 2^-24 each. The terms of second order and the errors of the quotient and of
- * the bound are below the one voxel more.
+ * The inverse, the product, the first centre, the difference and a rounded coordinate have
+ * a relative error of at most 2^-24 each. The terms of second order and the errors of the
+ * quotient and of the bound are below the one voxel more.
  */
 float
-maxError(const VoxelGrid& grid, std::size_t axis)
+maxError(const VoxelGrid& grid, std::size_t axis, bool is_rounded)
 {
   const auto size = static_cast<double>(grid.size());
   const auto first = static_cast<double>(grid.first_index[axis]);
   const double farthest = std::max(std::abs(first), std::abs(first + size)) +
                           std::abs(grid.anchor[axis]) / grid.resolution + 1.0;
-  return static_cast<float>((3.0 * farthest + size) * 0x1p-24);
+  const double roundings = is_rounded ? 4.0 : 3.0;
+  return static_cast<float>((roundings * farthest + size) * 0x1p-24);
 }
 
 /** \brief The lowest float that is not below a double. */
@@ -57,7 +58,7 @@ LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>
   float error = 0.0f;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     first_centre[axis] = static_cast<float>(grid.centre(axis, 0) / grid.resolution);
-    error = std::max(error, maxError(grid, axis));
+    error = std::max(error, maxError(grid, axis, false));
     if (box) {
       box_min[axis] = lowestFloatFrom(box->min[axis]);
       box_max[axis] = -lowestFloatFrom(-box->max[axis]);
@@ -65,6 +66,21 @@ LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>
   }
   certain = 0.5f - error;
   is_useful = error < 0.25f;
+}
+
+LocatorGrid
+LocatorGrid::ofRoundedCoordinates(const VoxelGrid& grid)
+{
+  VoxelGrid relative = grid;
+  relative.anchor = {};
+  LocatorGrid rounded(relative, std::nullopt);
+  float error = 0.0f;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    error = std::max(error, maxError(relative, axis, true));
+  rounded.is_rounded = true;
+  rounded.certain = 0.5f - error;
+  rounded.is_useful = error < 0.25f;
+  return rounded;
 }
 
 template <>

@@ -25,6 +25,11 @@ struct LocatorGrid {
    */
   LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box);
 
+  /** \brief For coordinates that are doubles, less the anchor of the grid and then rounded
+   * to floats. All that are near a face are reported as uncertain. */
+  static LocatorGrid
+  ofRoundedCoordinates(const VoxelGrid& grid);
+
   double resolution; ///< metres
   std::array<double, 3> anchor;
   std::array<std::int32_t, 3> first_index;
@@ -33,6 +38,7 @@ struct LocatorGrid {
   float inverse_resolution;
   std::array<float, 3> first_centre; ///< of the grid's lowest voxel, in voxels
   std::int32_t beyond_grid; ///< the bits that are 0 in all positions of the grid
+  bool is_rounded = false;  ///< see ofRoundedCoordinates()
   float certain;  ///< largest certain distance from a voxel's centre, in voxels
   bool is_useful; ///< false if most points of the grid would be uncertain
   bool has_box;

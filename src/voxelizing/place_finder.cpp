@@ -1,12 +1,12 @@
 #include "voxelizing/place_finder.h"
 
-#include "simd/bit_operations.h"
+#include "voxelizing/coordinate_range.h"
 #include "voxelizing/point_batches.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
+#include <limits>
 #include <vector>
 
 namespace pcl_ext {
@@ -46,7 +46,7 @@ countFinite(PointBatches& points)
 {
   std::size_t count = 0;
   visitPoints(points,
-              [&count](const float* point) { count += isFinite(point) ? 1 : 0; });
+              [&count](const auto* point) { count += isFinite(point) ? 1 : 0; });
   return count;
 }
 
@@ -56,12 +56,12 @@ medianOf(PointBatches& points)
 {
   constexpr std::size_t most_samples = 1023;
   const std::size_t step = points.size() / most_samples + 1;
-  std::array<std::vector<float>, 3> samples;
+  std::array<std::vector<double>, 3> samples;
   std::size_t index = 0;
-  visitPoints(points, [&](const float* point) {
+  visitPoints(points, [&](const auto* point) {
     if (index++ % step == 0 && isFinite(point))
       for (std::size_t axis = 0; axis < 3; ++axis)
-        samples[axis].push_back(point[axis]);
+        samples[axis].push_back(static_cast<double>(point[axis]));
   });
   std::array<double, 3> median{};
   if (samples[0].empty())
@@ -70,7 +70,7 @@ medianOf(PointBatches& points)
     const auto middle =
         samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
     std::nth_element(samples[axis].begin(), middle, samples[axis].end());
-    median[axis] = static_cast<double>(*middle);
+    median[axis] = *middle;
   }
   return median;
 }
@@ -82,100 +82,9 @@ middleOf(PointBatches& points)
   const CoordinateEnds ends = coordinateEnds(points);
   std::array<double, 3> middle;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    middle[axis] = (static_cast<double>(ends.lowest[axis]) +
-                    static_cast<double>(ends.highest[axis])) /
-                   2.0;
+    middle[axis] = (ends.lowest[axis] + ends.highest[axis]) / 2.0;
   return middle;
 }
-
-/** \brief The lowest and the highest coordinates of the points of a usable range. */
-class CoordinateRange {
-public:
-  /** \param[in] usable_min,usable_max ends of the range, both included */
-  CoordinateRange(const std::array<float, 3>& usable_min,
-                  const std::array<float, 3>& usable_max)
-  : usable_min_(lanesOf(usable_min))
-  , usable_max_(lanesOf(usable_max))
-  , lowest_(usable_max_)
-  , highest_(usable_min_)
-  {}
-
-  /** \brief Adds those of some points that are in the usable range. */
-  void
-  add(const PointView& points)
-  {
-    const auto* const bytes =
-        reinterpret_cast<const unsigned char*>(points.coordinates);
-    const std::size_t stride = points.coordinate_stride * sizeof(float);
-    for (std::size_t i = 0; i + 1 < points.count; ++i) {
-      prefetch(bytes + i * stride + prefetch_distance);
-      addPoint(bytes + i * stride);
-    }
-    // A float after z is read, which the last point may not have.
-    if (points.count > 0) {
-      std::array<float, 4> last{};
-      std::memcpy(last.data(), bytes + (points.count - 1) * stride, 3 * sizeof(float));
-      addPoint(reinterpret_cast<const unsigned char*>(last.data()));
-    }
-  }
-
-  bool
-  isAny() const
-  {
-    return is_any_;
-  }
-
-  std::array<float, 4>
-  lowest() const
-  {
-    return arrayOf(lowest_);
-  }
-
-  std::array<float, 4>
-  highest() const
-  {
-    return arrayOf(highest_);
-  }
-
-private:
-  using Floats = NativeLanes::Floats;
-
-  void
-  addPoint(const unsigned char* point)
-  {
-    const auto coordinates = NativeLanes::loadPoint(point);
-    const unsigned int usable = NativeLanes::bitsOf(
-        NativeLanes::bitAnd(NativeLanes::lessOrEqual(usable_min_, coordinates),
-                            NativeLanes::lessOrEqual(coordinates, usable_max_)));
-    if ((usable & 7) != 7) // NaN is not
-      return;
-    is_any_ = true;
-    lowest_ = NativeLanes::minimum(lowest_, coordinates);
-    highest_ = NativeLanes::maximum(highest_, coordinates);
-  }
-
-  static Floats
-  lanesOf(const std::array<float, 3>& point)
-  {
-    const std::array<float, 4> lanes{point[0], point[1], point[2], 0.0f};
-    return NativeLanes::loadPoint(reinterpret_cast<const unsigned char*>(lanes.data()));
-  }
-
-  static std::array<float, 4>
-  arrayOf(const Floats& lanes)
-  {
-    std::array<float, 4> array;
-    NativeLanes::store(lanes, array.data());
-    return array;
-  }
-
-  // The fourth lane is not used.
-  Floats usable_min_;
-  Floats usable_max_;
-  Floats lowest_;
-  Floats highest_;
-  bool is_any_ = false;
-};
 
 } // namespace
 
@@ -185,6 +94,7 @@ PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
 , grid_(initialGrid(settings))
 , lattice_(makeLattice(grid_, box_.has_value()))
 , locator_grid_(grid_, box_)
+, rounded_locator_grid_(LocatorGrid::ofRoundedCoordinates(grid_))
 {
   if (!box_)
     setLattice();
@@ -196,6 +106,7 @@ PlaceFinder::setGrid(const VoxelGrid& grid)
   const bool has_other_lattice = grid.anchor != grid_.anchor;
   grid_ = grid;
   locator_grid_ = LocatorGrid(grid_, box_);
+  rounded_locator_grid_ = LocatorGrid::ofRoundedCoordinates(grid_);
   if (has_other_lattice)
     setLattice();
 }
@@ -241,7 +152,7 @@ PlaceFinder::countPointsOnLattice(PointBatches& points) const
 {
   std::size_t count = 0;
   LatticeIndex index;
-  visitPoints(points, [&](const float* point) {
+  visitPoints(points, [&](const auto* point) {
     count += lattice_.indexOf(point, index) ? 1 : 0;
   });
   return count;
@@ -253,12 +164,41 @@ PlaceFinder::measureRange(PointBatches& points, LatticeRange& range) const
   // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
   // in the lowest and the highest voxels.
   CoordinateRange coordinates(usable_min_, usable_max_);
+  bool is_any = false;
+  const auto add = [&](const LatticeRange& other) {
+    range = is_any ? unite(range, other) : other;
+    is_any = true;
+  };
+  const auto add_ends = [&](const auto& lowest, const auto& highest) {
+    LatticeRange ends;
+    if (lattice_.indexOf(lowest.data(), ends.lowest) &&
+        lattice_.indexOf(highest.data(), ends.highest))
+      add(ends);
+  };
+  CoordinateEnds of_doubles = noEnds();
   points.restart();
   for (PointView batch; points.next(batch);)
-    coordinates.add(batch);
-  return coordinates.isAny() &&
-         lattice_.indexOf(coordinates.lowest().data(), range.lowest) &&
-         lattice_.indexOf(coordinates.highest().data(), range.highest);
+    if (batch.double_coordinates == nullptr)
+      coordinates.add(batch);
+    else
+      visitPoints(batch, [&](const auto* point) {
+        bool is_between_usable_floats = true;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          is_between_usable_floats &= static_cast<double>(point[axis]) >=
+                                          static_cast<double>(usable_min_[axis]) &&
+                                      static_cast<double>(point[axis]) <=
+                                          static_cast<double>(usable_max_[axis]);
+        LatticeIndex index;
+        if (is_between_usable_floats)
+          addPoint(point, of_doubles);
+        else if (lattice_.indexOf(point, index))
+          add({index, index});
+      });
+  if (coordinates.isAny())
+    add_ends(coordinates.lowest(), coordinates.highest());
+  if (of_doubles.lowest[0] <= of_doubles.highest[0])
+    add_ends(of_doubles.lowest, of_doubles.highest);
+  return is_any;
 }
 
 bool
@@ -269,18 +209,8 @@ PlaceFinder::find(const PointView& points,
 {
   placed.count = 0;
   const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
-  const std::size_t stride = points.coordinate_stride;
   std::size_t i = begin;
-  if (locator_grid_.is_useful && stride >= 3) {
-    CertainPoints certain;
-    locatePoints(
-        locator_grid_,
-        {reinterpret_cast<const unsigned char*>(points.coordinates + begin * stride),
-         stride * sizeof(float),
-         end - begin,
-         end < points.count},
-        placed,
-        certain);
+  if (CertainPoints certain; locate(points, begin, end, placed, certain)) {
     for (std::size_t eight = 0; i < end; eight += 8) {
       const unsigned int bits = certain[eight / 8];
       if (bits == 255) {
@@ -301,19 +231,104 @@ PlaceFinder::find(const PointView& points,
   return true;
 }
 
+/** \brief Calls locatePoints().
+ * \return false if the points are not such as it takes
+ */
+bool
+PlaceFinder::locate(const PointView& points,
+                    std::size_t begin,
+                    std::size_t end,
+                    PlacedPoints& placed,
+                    CertainPoints& certain) const
+{
+  const std::size_t stride = points.coordinate_stride;
+  const auto bytes_of = [](const float* coordinates) {
+    return reinterpret_cast<const unsigned char*>(coordinates);
+  };
+  if (points.double_coordinates == nullptr) {
+    if (!locator_grid_.is_useful || stride < 3)
+      return false;
+    locatePoints(locator_grid_,
+                 {bytes_of(points.coordinates + begin * stride),
+                  stride * sizeof(float),
+                  end - begin,
+                  end < points.count},
+                 placed,
+                 certain);
+    return true;
+  }
+  if (!rounded_locator_grid_.is_useful)
+    return false;
+  std::array<float, 3 * PlacedPoints::capacity> rounded;
+  const double* point = points.double_coordinates + begin * stride;
+  for (std::size_t i = 0; i < end - begin; ++i, point += stride) {
+    const bool is_outside = box_ && !isInBox(point);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double from_anchor = point[axis] - grid_.anchor[axis];
+      // What is in the grid is far below the largest float.
+      rounded[3 * i + axis] = is_outside || !(std::abs(from_anchor) < 1e30)
+                                  ? std::numeric_limits<float>::quiet_NaN()
+                                  : static_cast<float>(from_anchor);
+    }
+  }
+  locatePoints(rounded_locator_grid_,
+               {bytes_of(rounded.data()), 3 * sizeof(float), end - begin, false},
+               placed,
+               certain);
+  return true;
+}
+
+template <typename NumberT>
+bool
+PlaceFinder::isInBox(const NumberT* point) const
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = static_cast<double>(point[axis]);
+    // Negated, so that NaN is outside.
+    if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
+      return false;
+  }
+  return true;
+}
+
+template <typename NumberT>
+bool
+PlaceFinder::findVoxel(const NumberT* point,
+                       LatticeIndex& index,
+                       VoxelizationStatistics& statistics) const
+{
+  const bool is_in_box = !box_ || isInBox(point);
+  if (is_in_box && lattice_.indexOf(point, index))
+    return true;
+  // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not to
+  // the cube. Grids of version 1 may be smaller than the box.
+  if (is_in_box && has_pcl_grid_) {
+    index = lattice_.nearestIndexOf(point);
+    return true;
+  }
+  if (!isFinite(point))
+    ++statistics.points_not_finite;
+  else if (!is_in_box)
+    ++statistics.points_outside_box;
+  else
+    ++statistics.points_outside_grid;
+  return false;
+}
+
 bool
 PlaceFinder::findOne(const PointView& points,
                      std::size_t point,
                      PlacedPoints& placed,
                      VoxelizationStatistics& statistics) const
 {
-  const float* const coordinates =
-      points.coordinates + point * points.coordinate_stride;
+  const std::size_t offset = point * points.coordinate_stride;
   LatticeIndex index;
-  if (!findVoxel(coordinates, index)) {
-    countUnused(coordinates, statistics);
+  const bool is_used =
+      points.double_coordinates != nullptr
+          ? findVoxel(points.double_coordinates + offset, index, statistics)
+          : findVoxel(points.coordinates + offset, index, statistics);
+  if (!is_used)
     return true;
-  }
   std::array<std::uint32_t, 3> position;
   std::uint32_t all_bits = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -330,45 +345,6 @@ PlaceFinder::findOne(const PointView& points,
   placed.points[placed.count] = point;
   ++placed.count;
   return true;
-}
-
-bool
-PlaceFinder::isInBox(const float* point) const
-{
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto coordinate = static_cast<double>(point[axis]);
-    // Negated, so that NaN is outside.
-    if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
-      return false;
-  }
-  return true;
-}
-
-bool
-PlaceFinder::findVoxel(const float* point, LatticeIndex& index) const
-{
-  if (!box_)
-    return lattice_.indexOf(point, index);
-  if (!isInBox(point))
-    return false;
-  if (lattice_.indexOf(point, index))
-    return true;
-  // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not to
-  // the cube. Grids of version 1 may be smaller than the box.
-  if (has_pcl_grid_)
-    index = lattice_.nearestIndexOf(point);
-  return has_pcl_grid_;
-}
-
-void
-PlaceFinder::countUnused(const float* point, VoxelizationStatistics& statistics) const
-{
-  if (!std::isfinite(point[0]) || !std::isfinite(point[1]) || !std::isfinite(point[2]))
-    ++statistics.points_not_finite;
-  else if (box_ && !isInBox(point))
-    ++statistics.points_outside_box;
-  else
-    ++statistics.points_outside_grid;
 }
 
 } // namespace io

@@ -75,13 +75,21 @@ private:
   countPointsOnLattice(PointBatches& points) const;
 
   bool
-  isInBox(const float* point) const;
+  locate(const PointView& points,
+         std::size_t begin,
+         std::size_t end,
+         PlacedPoints& placed,
+         CertainPoints& certain) const;
 
+  template <typename NumberT>
   bool
-  findVoxel(const float* point, LatticeIndex& index) const;
+  isInBox(const NumberT* point) const;
 
-  void
-  countUnused(const float* point, VoxelizationStatistics& statistics) const;
+  template <typename NumberT>
+  bool
+  findVoxel(const NumberT* point,
+            LatticeIndex& index,
+            VoxelizationStatistics& statistics) const;
 
   bool
   findOne(const PointView& points,
@@ -94,6 +102,7 @@ private:
   VoxelGrid grid_;
   Lattice lattice_;
   LocatorGrid locator_grid_;
+  LocatorGrid rounded_locator_grid_;  // for double coordinates
   std::array<float, 3> usable_min_{}; // lowest and highest coordinates on the lattice,
   std::array<float, 3> usable_max_{}; // metres; not used with a fixed box
 };

@@ -70,7 +70,10 @@ private:
   slice(std::size_t begin, std::size_t end) const
   {
     PointView view = points_;
-    view.coordinates += begin * points_.coordinate_stride;
+    if (points_.double_coordinates != nullptr)
+      view.double_coordinates += begin * points_.coordinate_stride;
+    else
+      view.coordinates += begin * points_.coordinate_stride;
     if (points_.intensities != nullptr)
       view.intensities += begin * points_.intensity_stride;
     if (points_.colours != nullptr)
@@ -87,43 +90,74 @@ private:
 };
 
 /** \brief True if x, y and z are finite. */
-inline bool
-isFinite(const float* point)
+template <typename NumberT>
+bool
+isFinite(const NumberT* point)
 {
   return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
-/** \brief Calls a function with x of every point. */
+/** \brief Calls a function with a pointer to x of every point, a float or a double. */
+template <typename VisitT>
+void
+visitPoints(const PointView& points, VisitT&& visit)
+{
+  const auto visit_all = [&](const auto* point) {
+    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
+      visit(point);
+  };
+  if (points.double_coordinates != nullptr)
+    visit_all(points.double_coordinates);
+  else
+    visit_all(points.coordinates);
+}
+
+/** \brief The same for the points of all batches. */
 template <typename VisitT>
 void
 visitPoints(PointBatches& batches, VisitT&& visit)
 {
   batches.restart();
-  for (PointView points; batches.next(points);) {
-    const float* point = points.coordinates;
-    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
-      visit(point);
-  }
+  for (PointView points; batches.next(points);)
+    visitPoints(points, visit);
 }
 
 /** \brief The lowest and the highest coordinates of the finite points of a cloud. */
 struct CoordinateEnds {
-  std::array<float, 3> lowest;
-  std::array<float, 3> highest;
+  std::array<double, 3> lowest;
+  std::array<double, 3> highest;
 };
+
+/** \brief The ends of no points: lowest is above highest. */
+inline CoordinateEnds
+noEnds()
+{
+  CoordinateEnds ends;
+  ends.lowest.fill(std::numeric_limits<double>::max());
+  ends.highest.fill(std::numeric_limits<double>::lowest());
+  return ends;
+}
+
+/** \brief Adds a finite point. */
+template <typename NumberT>
+void
+addPoint(const NumberT* point, CoordinateEnds& ends)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = static_cast<double>(point[axis]);
+    ends.lowest[axis] = std::min(ends.lowest[axis], coordinate);
+    ends.highest[axis] = std::max(ends.highest[axis], coordinate);
+  }
+}
 
 /** \brief Finds them; where no point is finite, lowest is above highest. */
 inline CoordinateEnds
 coordinateEnds(PointBatches& batches)
 {
-  CoordinateEnds ends;
-  ends.lowest.fill(std::numeric_limits<float>::max());
-  ends.highest.fill(std::numeric_limits<float>::lowest());
-  visitPoints(batches, [&ends](const float* point) {
-    for (std::size_t axis = 0; isFinite(point) && axis < 3; ++axis) {
-      ends.lowest[axis] = std::min(ends.lowest[axis], point[axis]);
-      ends.highest[axis] = std::max(ends.highest[axis], point[axis]);
-    }
+  CoordinateEnds ends = noEnds();
+  visitPoints(batches, [&ends](const auto* point) {
+    if (isFinite(point))
+      addPoint(point, ends);
   });
   return ends;
 }

@@ -65,9 +65,12 @@ public:
       const unsigned int certain = LanesT::bitsOf(LanesT::less(from_centre, certain_));
       if (certain != all_lanes) {
         // The others, among them NaN, are farther from the grid than any error.
-        const unsigned int near_grid = LanesT::bitsOf(
-            LanesT::bitAnd(LanesT::lessOrEqual(LanesT::all(-1.0f), from_first),
-                           LanesT::lessOrEqual(from_first, beyond_last_centre_)));
+        const unsigned int near_grid =
+            grid_.is_rounded
+                ? 0 // a division would need the coordinate before it was rounded
+                : LanesT::bitsOf(LanesT::bitAnd(
+                      LanesT::lessOrEqual(LanesT::all(-1.0f), from_first),
+                      LanesT::lessOrEqual(from_first, beyond_last_centre_)));
         in_grid &= certain | near_grid;
         if (const unsigned int unclear = ~certain & near_grid; unclear != 0)
           in_grid &= divide(axis, unclear, point[axis], position[axis]);

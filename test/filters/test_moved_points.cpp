@@ -177,7 +177,7 @@ expectNoAllocations()
 {
   std::mt19937_64 random(3);
   SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(0.04)};
-  preprocessor.setCropBox(Eigen::Vector3f(-4, -4, -4), Eigen::Vector3f(4, 4, 4));
+  preprocessor.setCropBox({-4.0, -4.0, -4.0}, {4.0, 4.0, 4.0});
   pcl::PointCloud<PointT> cloud;
   for (int i = 0; i < 5000; ++i) {
     PointT point;

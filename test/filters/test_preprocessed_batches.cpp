@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -128,6 +129,63 @@ expectBatches(const ModelT& model, const pcl::PCLPointCloud2& cloud)
   batches.restart();
   expectPoints(batches, expected);
   expectEqual(batches.getStatistics(), preprocessor.getStatistics());
+}
+
+/** \brief x, y, z of numbers of a type. */
+template <typename NumberT>
+pcl::PCLPointCloud2
+xyzCloud(const std::vector<std::array<NumberT, 3>>& points)
+{
+  pcl::PCLPointCloud2 cloud;
+  for (const char* name : {"x", "y", "z"}) {
+    pcl::PCLPointField field;
+    field.name = name;
+    field.offset = cloud.point_step;
+    field.datatype = sizeof(NumberT) == 8 ? pcl::PCLPointField::FLOAT64
+                                          : pcl::PCLPointField::FLOAT32;
+    field.count = 1;
+    cloud.fields.push_back(field);
+    cloud.point_step += sizeof(NumberT);
+  }
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>(points.size());
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.data.resize(cloud.row_step);
+  std::memcpy(cloud.data.data(), points.data(), cloud.data.size());
+  return cloud;
+}
+
+/** \brief Expects the coordinates of a cloud's only point. */
+template <typename NumberT>
+void
+expectPlace(const std::array<NumberT, 3>& point,
+            const Eigen::Vector3d& translation,
+            const Eigen::Vector3d& expected)
+{
+  SensorPreprocessor<CountIntensity> preprocessor(CountIntensity(0.04));
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = translation;
+  preprocessor.setSensorPose(pose);
+  // Floats are 0.5 m apart there.
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.01);
+  preprocessor.setCropBox(expected - margin, expected + margin);
+  PreprocessedBatches<CountIntensity> batches(preprocessor);
+  const pcl::PCLPointCloud2 cloud = xyzCloud<NumberT>({point});
+  ASSERT_TRUE(batches.open(cloud).ok());
+  PointView points;
+  ASSERT_TRUE(batches.next(points));
+  ASSERT_EQ(points.count, 1u);
+  ASSERT_NE(points.double_coordinates, nullptr);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    EXPECT_EQ(points.double_coordinates[axis], expected[axis]);
+}
+
+TEST(PreprocessedBatches, FarPointsKeepThePrecisionOfDoubles)
+{
+  const Eigen::Vector3d far(600000.125, 5200000.0625, 400.0);
+  expectPlace<double>({far.x(), far.y(), far.z()}, {0.0, 0.0, 0.0}, far);
+  expectPlace<double>({far.x(), far.y(), far.z()}, -far, {0.0, 0.0, 0.0});
+  expectPlace<float>({1.5f, -2.0f, 3.0f}, far, far + Eigen::Vector3d(1.5, -2.0, 3.0));
 }
 
 TEST(PreprocessedBatches, HaveThePointsThatThePreprocessorWrites)

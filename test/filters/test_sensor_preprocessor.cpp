@@ -175,8 +175,7 @@ TYPED_TEST(TypedClouds, AgreeWithThreeNaivePasses)
   SensorPreprocessor<QuadraticIntensity> preprocessor{
       QuadraticIntensity(preprocessed_resolution)};
   preprocessor.setSensorPose(somePose());
-  preprocessor.setCropBox(Eigen::Vector3f(-6.0f, -7.0f, -8.0f),
-                          Eigen::Vector3f(9.0f, 5.0f, 7.0f));
+  preprocessor.setCropBox({-6.0, -7.0, -8.0}, {9.0, 5.0, 7.0});
   Output output = usedOutput();
   const PreprocessingStatus status =
       preprocessor.process(typedCloud<TypeParam>(measurements), output);
@@ -245,7 +244,7 @@ TEST(SensorPreprocessor, BothEndsOfTheCropBoxBelongToIt)
     }
   SensorPreprocessor<CountIntensity> preprocessor{
       CountIntensity(preprocessed_resolution)};
-  preprocessor.setCropBox(min, max);
+  preprocessor.setCropBox(min.cast<double>(), max.cast<double>());
   Output output;
   ASSERT_TRUE(preprocessor.process(cloudOf(on_edges), output).ok());
   EXPECT_EQ(output.size(), 6u);
@@ -258,8 +257,7 @@ TEST(SensorPreprocessor, ACropBoxMayBeASinglePoint)
 {
   SensorPreprocessor<CountIntensity> preprocessor{
       CountIntensity(preprocessed_resolution)};
-  preprocessor.setCropBox(Eigen::Vector3f(1.0f, 2.0f, 3.0f),
-                          Eigen::Vector3f(1.0f, 2.0f, 3.0f));
+  preprocessor.setCropBox({1.0, 2.0, 3.0}, {1.0, 2.0, 3.0});
   Output output;
   ASSERT_TRUE(
       preprocessor.process(cloudOf({{1.0f, 2.0f, 3.0f}, {1.0f, 2.0f, 3.0001f}}), output)
@@ -278,8 +276,7 @@ TEST(SensorPreprocessor, CropsInTheGlobalFrameAndTakesDepthInTheSensors)
   const IntensityModel<KinectV2, LinearLaw> model(preprocessed_resolution);
   SensorPreprocessor<IntensityModel<KinectV2, LinearLaw>> preprocessor{model};
   preprocessor.setSensorPose(pose);
-  preprocessor.setCropBox(Eigen::Vector3f(3.0f, -1.0f, 9.0f),
-                          Eigen::Vector3f(5.0f, 1.0f, 11.0f));
+  preprocessor.setCropBox({3.0, -1.0, 9.0}, {5.0, 1.0, 11.0});
   Output output;
   ASSERT_TRUE(
       preprocessor.process(cloudOf({{0.0f, 0.5f, 4.0f}, {0.0f, 0.5f, 2.0f}}), output)
@@ -295,7 +292,7 @@ TEST(SensorPreprocessor, ClearingTheCropBoxKeepsAllPointsAgain)
 {
   SensorPreprocessor<CountIntensity> preprocessor{
       CountIntensity(preprocessed_resolution)};
-  preprocessor.setCropBox(Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones());
+  preprocessor.setCropBox(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones());
   const auto cloud = cloudOf({{0.5f, 0.5f, 0.5f}, {9.0f, 9.0f, 9.0f}});
   Output output;
   ASSERT_TRUE(preprocessor.process(cloud, output).ok());

@@ -203,8 +203,7 @@ TEST(CloudLayout, PointsThatAreNotFiniteAreLeftOut)
                 PCLPointField::FLOAT32,
                 std::numeric_limits<double>::quiet_NaN());
   SensorPreprocessor<NativeIntensity> preprocessor{NativeIntensity(0.04)};
-  preprocessor.setCropBox(Eigen::Vector3f(-100.0f, -100.0f, 0.0f),
-                          Eigen::Vector3f(100.0f, 100.0f, 1.0f));
+  preprocessor.setCropBox({-100.0, -100.0, 0.0}, {100.0, 100.0, 1.0});
   Output output;
   ASSERT_TRUE(preprocessor.process(message, output).ok());
   const auto& statistics = preprocessor.getStatistics();

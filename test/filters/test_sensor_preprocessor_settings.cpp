@@ -83,7 +83,7 @@ TEST(SensorPreprocessorSettings, CropBoxMustBeABox)
         Eigen::Vector3f bad_max = max;
         (is_upper ? bad_max : bad_min)[axis] = bad;
         SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(0.04)};
-        preprocessor.setCropBox(bad_min, bad_max);
+        preprocessor.setCropBox(bad_min.cast<double>(), bad_max.cast<double>());
         expectInvalidSettings(preprocessor, "crop box");
       }
 }

@@ -15,10 +15,12 @@
 
 #include <pcl/PCLPointCloud2.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace {
 
@@ -29,6 +31,61 @@ using Output = pcl::PointCloud<PointXYZRGBI>;
 using QuadraticIntensity = IntensityModel<KinectV2, QuadraticLaw>;
 
 constexpr double resolution = 0.04;
+
+/** \brief What becomes of a point. */
+struct MovedPoint {
+  std::array<float, 3> place{};
+  float depth = 0.0f;
+  bool is_finite = true;
+  bool is_within = true;
+};
+
+bool
+isFloat(double number)
+{
+  return std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max());
+}
+
+/** \brief A sensor so far from the origin that its points are moved in double precision. */
+bool
+isFar(const PreprocessorSettings& settings)
+{
+  return std::any_of(settings.pose.translation.begin(),
+                     settings.pose.translation.end(),
+                     [](float number) { return std::abs(number) > 1024.0f; });
+}
+
+/** \brief Moves a point.
+ * \tparam FieldT,NumberT type of its fields, and of the arithmetic
+ */
+template <typename FieldT, typename NumberT>
+MovedPoint
+movePoint(const std::uint8_t* point,
+          const Fields& fields,
+          const PreprocessorSettings& settings)
+{
+  const auto coordinate = [&](std::size_t axis) {
+    return static_cast<NumberT>(numberAt<FieldT>(point + fields[axis]->offset));
+  };
+  MovedPoint moved;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const NumberT place = static_cast<NumberT>(settings.pose.sign[axis]) *
+                              coordinate(settings.pose.source[axis]) +
+                          static_cast<NumberT>(settings.pose.translation[axis]);
+    if (!isFloat(static_cast<double>(coordinate(axis))) ||
+        !isFloat(static_cast<double>(place))) {
+      moved.is_finite = false;
+      return moved;
+    }
+    moved.place[axis] = static_cast<float>(place);
+    if (settings.crop_box)
+      moved.is_within = moved.is_within &&
+                        place >= static_cast<NumberT>((*settings.crop_box)[0][axis]) &&
+                        place <= static_cast<NumberT>((*settings.crop_box)[1][axis]);
+  }
+  moved.depth = static_cast<float>(coordinate(2));
+  return moved;
+}
 
 template <typename ModelT>
 void
@@ -47,30 +104,21 @@ requireSamePoints(const pcl::PCLPointCloud2& cloud,
     for (std::size_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* const point =
           cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
-      std::array<float, 3> place{};
-      std::array<float, 3> moved{};
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        place[axis] = readField(point, *fields[axis]);
-      bool is_finite = true;
-      bool is_within = true;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        moved[axis] = settings.pose.sign[axis] * place[settings.pose.source[axis]] +
-                      settings.pose.translation[axis];
-        is_finite =
-            is_finite && std::isfinite(place[axis]) && std::isfinite(moved[axis]);
-        if (settings.crop_box)
-          is_within = is_within && moved[axis] >= (*settings.crop_box)[0][axis] &&
-                      moved[axis] <= (*settings.crop_box)[1][axis];
-      }
-      not_finite += is_finite ? 0 : 1;
-      if (!is_finite || !is_within)
+      const MovedPoint moved = fields[0]->datatype == pcl::PCLPointField::FLOAT64
+                                   ? movePoint<double, double>(point, fields, settings)
+                               : isFar(settings)
+                                   ? movePoint<float, double>(point, fields, settings)
+                                   : movePoint<float, float>(point, fields, settings);
+      not_finite += moved.is_finite ? 0 : 1;
+      if (!moved.is_finite || !moved.is_within)
         continue;
       require(kept < output.size());
       const PointXYZRGBI& result = output[kept++];
-      require(result.x == moved[0] && result.y == moved[1] && result.z == moved[2]);
+      require(result.x == moved.place[0] && result.y == moved.place[1] &&
+              result.z == moved.place[2]);
       const float native = fields[3] != nullptr ? readField(point, *fields[3]) : 0.0f;
       require(isNear(result.intensity,
-                     expectedIntensity(model, place[2], native),
+                     expectedIntensity(model, moved.depth, native),
                      settings.scale));
       const std::uint32_t colour =
           fields[4] != nullptr ? numberAt<std::uint32_t>(point + fields[4]->offset)
@@ -106,7 +154,8 @@ requireSame(const pcl::PCLPointCloud2& cloud, const PreprocessorSettings& settin
   preprocessor.setSensorPose(pose);
   if (settings.crop_box) {
     const auto& [min, max] = *settings.crop_box;
-    preprocessor.setCropBox(Eigen::Vector3f(min.data()), Eigen::Vector3f(max.data()));
+    preprocessor.setCropBox(Eigen::Vector3f(min.data()).cast<double>(),
+                            Eigen::Vector3f(max.data()).cast<double>());
   }
   Output output;
   output.resize(3); // of an earlier call

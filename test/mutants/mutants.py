@@ -102,7 +102,7 @@ MUTANTS = [
            "LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2])",
            "LanesT::bitOr(position[0], position[1])"),
     Mutant(VOXELIZING + "located_points.cpp", "points near a voxel's boundary",
-           "(3.0 * farthest + size) * 0x1p-24", "0.0 * farthest"),
+           "(roundings * farthest + size) * 0x1p-24", "0.0 * farthest"),
     Mutant(VOXELIZING + "intensity_quantiser.cpp", "intensities are not rounded",
            "truncates_ ? 0.0 : 0.5", "0.0"),
     Mutant(VOXELIZING + "intensity_quantiser.cpp", "intensities below the scale",

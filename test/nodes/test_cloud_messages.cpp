@@ -103,6 +103,34 @@ TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)
   }
 }
 
+TEST(CloudMessages, FarVoxelsHaveCoordinatesInDoublePrecision)
+{
+  VoxelFrame frame;
+  frame.grid.resolution = 0.04;
+  frame.grid.anchor = {600000.0, 5200000.0, 0.0};
+  frame.grid.depth = 3;
+  frame.keys = {0, 7};
+  frame.intensities = {3, 200};
+  frame.colour_bits = 8;
+  frame.colours = {{1, 2, 3}, {255, 0, 128}};
+  frame.has_point_counts = true;
+  frame.point_counts = {2, 1};
+  Message message;
+  writeVoxels(frame, message);
+  std::string names;
+  for (const Message::Field& field : message.fields)
+    names += field.name + std::to_string(field.offset) + ':' +
+             std::to_string(field.datatype) + ' ';
+  EXPECT_EQ(names, "x0:8 y8:8 z16:8 intensity24:7 rgb28:7 ");
+  EXPECT_EQ(message.point_step, 32u);
+  ASSERT_EQ(message.data.size(), 96u);
+  EXPECT_EQ(valueAt<double>(message.data, 32), 600000.02);
+  EXPECT_EQ(valueAt<double>(message.data, 64), 600000.06);
+  EXPECT_EQ(valueAt<double>(message.data, 72), 5200000.06);
+  EXPECT_EQ(valueAt<float>(message.data, 88), 200.0f);
+  EXPECT_EQ(valueAt<std::uint32_t>(message.data, 92), 0xff0080u);
+}
+
 TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
 {
   VoxelFrame frame;
@@ -144,6 +172,10 @@ TEST(CloudMessages, AFrameIsDescribedAsTheCloudThatItBecomes)
     EXPECT_EQ(message.fields.size(), has_colours ? 5u : 4u);
     EXPECT_EQ(message.format, "pcl_ext/version1");
   }
+  statistics.decoded_doubles = true;
+  Message of_doubles;
+  describeFrame(statistics, settings, of_doubles);
+  EXPECT_EQ(of_doubles.row_step, 7u * 32u);
   settings.compression.format = StreamFormat::Published;
   Message message;
   describeFrame(statistics, settings, message);

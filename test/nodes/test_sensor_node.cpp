@@ -80,9 +80,8 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
   SensorPreprocessor<PreprocessingModelT> preprocessor(preprocessing_model);
   IntensityCompressionSettings codec = settings.compression;
   if (settings.crop_box) {
-    preprocessor.setCropBox(
-        Eigen::Vector3d(settings.crop_box->min.data()).cast<float>(),
-        Eigen::Vector3d(settings.crop_box->max.data()).cast<float>());
+    preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
+                            Eigen::Vector3d(settings.crop_box->max.data()));
     codec.bounding_box = settings.crop_box;
   }
   codec.depth_law = depth_law;

@@ -248,6 +248,19 @@ TEST_F(CoordinateSteps, AreNotUsedUnlessToldNorForShares)
   EXPECT_EQ(frame_.grid.resolution, 1e-4);
 }
 
+TEST_F(CoordinateSteps, OfDoublesAreFound)
+{
+  const std::array<double, 6> points{0.001, -2.5, 3.017, 0.002, 1.25, -0.009};
+  PointView view;
+  view.double_coordinates = points.data();
+  view.coordinate_stride = 3;
+  view.count = 2;
+  CloudEncoder encoder(settings_, IntensityUnit::None);
+  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
+  EXPECT_EQ(frame_.grid.resolution, 0.001);
+  EXPECT_EQ(frame_.size(), 2u);
+}
+
 TEST(NativeIntensities, RecoverBehindAnOutlier)
 {
   std::vector<std::array<float, 4>> points;

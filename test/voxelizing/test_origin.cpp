@@ -15,6 +15,7 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <set>
 #include <vector>
 
 namespace {
@@ -198,6 +199,126 @@ TEST(Origin, OfAFarBoxIsInTheBox)
   VoxelFrame frame;
   EXPECT_EQ(voxelize(voxelizer, points, frame).points_used, points.size());
   EXPECT_LE(largestError(points, frame), settings.resolution / 2.0 + 1e-6);
+}
+
+TEST(Origin, DoublesKeepThePrecisionOfFarCoordinates)
+{
+  // Floats are 0.5 m apart there.
+  const std::array<double, 3> place{600000.0, 5200000.0, 400.0};
+  std::mt19937_64 random(41);
+  std::uniform_real_distribution<double> offset(0.0, 100.0);
+  std::vector<std::array<double, 3>> points(150000); // enough for two threads
+  std::set<std::array<double, 3>> voxels;
+  IntensityCompressionSettings settings;
+  for (auto& point : points) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      point[axis] = place[axis] + offset(random);
+    voxels.insert({std::floor(point[0] / settings.resolution),
+                   std::floor(point[1] / settings.resolution),
+                   std::floor(point[2] / settings.resolution)});
+  }
+  PointView view;
+  view.double_coordinates = points[0].data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  for (settings.threads = 1; settings.threads <= 2; ++settings.threads) {
+    Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+    VoxelFrame frame;
+    EXPECT_EQ(voxelizer.voxelize(view, false, frame).points_used, points.size());
+    ASSERT_EQ(frame.size(), voxels.size());
+    EXPECT_TRUE(frame.grid.needsDoubles());
+    forEachPreciseCentre(frame, [&](double x, double y, double z, float) {
+      const double edge = settings.resolution;
+      ASSERT_EQ(voxels.count(
+                    {std::floor(x / edge), std::floor(y / edge), std::floor(z / edge)}),
+                1u);
+    });
+  }
+}
+
+/** \brief Expects that doubles are in the voxels that division in double precision says. */
+void
+expectVoxelsOfDivision(const std::vector<std::array<double, 3>>& points,
+                       const IntensityCompressionSettings& settings)
+{
+  PointView view;
+  view.double_coordinates = points[0].data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
+  VoxelFrame frame;
+  voxelizer.voxelize(view, false, frame);
+  std::set<std::array<double, 3>> expected;
+  for (const auto& point : points) {
+    std::array<double, 3> index;
+    bool is_in_box = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      index[axis] =
+          std::floor((point[axis] - frame.grid.anchor[axis]) / settings.resolution);
+      if (settings.bounding_box)
+        is_in_box = is_in_box && point[axis] >= settings.bounding_box->min[axis] &&
+                    point[axis] <= settings.bounding_box->max[axis];
+    }
+    if (is_in_box)
+      expected.insert(index);
+  }
+  std::set<std::array<double, 3>> voxels;
+  for (const std::uint64_t key : frame.keys) {
+    const VoxelPosition at = voxelPosition(key);
+    voxels.insert({static_cast<double>(frame.grid.first_index[0]) + at.x,
+                   static_cast<double>(frame.grid.first_index[1]) + at.y,
+                   static_cast<double>(frame.grid.first_index[2]) + at.z});
+  }
+  EXPECT_TRUE(voxels == expected);
+}
+
+TEST(Origin, DoublesAtFacesAreInTheVoxelsOfDivision)
+{
+  std::mt19937_64 random(43);
+  for (const std::array<double, 3>& place :
+       {std::array<double, 3>{0.0, 0.0, 0.0}, {600000.0, -5200000.0, 400.0}})
+    for (const double resolution : {0.01, 0.04, 1.0 / 3.0}) {
+      std::vector<std::array<double, 3>> points(3000);
+      for (auto& point : points)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto index = static_cast<double>(random() % 200) - 100.0;
+          point[axis] = place[axis] + index * resolution;
+          const std::uint64_t choice = random() % 4;
+          if (choice < 2)
+            point[axis] = std::nextafter(point[axis], choice == 0 ? 1e300 : -1e300);
+          else if (choice == 2)
+            point[axis] += static_cast<double>(uniform(random, 0.0, 1.0)) * resolution;
+        }
+      IntensityCompressionSettings settings;
+      settings.resolution = resolution;
+      expectVoxelsOfDivision(points, settings);
+      settings.bounding_box = BoundingBox{points[0], points[0]};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        settings.bounding_box->min[axis] -= 20.0 * resolution;
+        settings.bounding_box->max[axis] += 20.0 * resolution;
+      }
+      expectVoxelsOfDivision(points, settings);
+    }
+}
+
+TEST(Origin, DoublesMayHaveAnyMagnitude)
+{
+  constexpr double highest = std::numeric_limits<double>::max();
+  const std::vector<std::array<double, 3>> points{
+      {highest, -highest, 1e300},
+      {0.0, std::numeric_limits<double>::denorm_min(), -0.0},
+      {std::numeric_limits<double>::infinity(), 0.0, 0.0}};
+  PointView view;
+  view.double_coordinates = points[0].data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  Voxelizer voxelizer(IntensityCompressionSettings(), pcl_ext::IntensityUnit::Points);
+  VoxelFrame frame;
+  const VoxelizationStatistics statistics = voxelizer.voxelize(view, true, frame);
+  EXPECT_EQ(statistics.points_used, 1u);
+  EXPECT_EQ(statistics.points_outside_grid, 1u);
+  EXPECT_EQ(statistics.points_not_finite, 1u);
+  EXPECT_FALSE(frame.grid.needsDoubles());
 }
 
 /** \brief A float of any magnitude, sign and kind. */

@@ -52,4 +52,21 @@ TEST(MortonKey, ThreeBitsAreThePclChildIndex)
   }
 }
 
+TEST(VoxelGrid, NeedsDoublesBeyondTheLatticeOfTheWorldsOrigin)
+{
+  constexpr std::int32_t end = 1 << (max_grid_depth - 1);
+  for (const double resolution : {1e-6, 0.04, 1e6}) {
+    EXPECT_FALSE(
+        (VoxelGrid{resolution, {}, {-end, -end, -end}, max_grid_depth}).needsDoubles());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      VoxelGrid grid{resolution, {}, {0, 0, 0}, 3};
+      EXPECT_FALSE(grid.needsDoubles());
+      grid.anchor[axis] = end * resolution;
+      EXPECT_TRUE(grid.needsDoubles());
+      grid.anchor[axis] = -(end + 1) * resolution;
+      EXPECT_TRUE(grid.needsDoubles());
+    }
+  }
+}
+
 } // namespace

@@ -323,5 +323,27 @@ forEachVoxelCentre(const VoxelFrame& frame, VisitT&& visit)
   }
 }
 
+/** \brief The same with visit(double, double, double, float) where VoxelGrid::needsDoubles();
+ * else with visit(float, float, float, float), as above. For decoded clouds that may have
+ * either type of coordinates.
+ */
+template <typename VisitT>
+void
+forEachPreciseCentre(const VoxelFrame& frame, VisitT&& visit)
+{
+  if (!frame.grid.needsDoubles()) {
+    forEachVoxelCentre(frame, visit);
+    return;
+  }
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const VoxelPosition position = voxelPosition(frame.keys[i]);
+    visit(frame.grid.centre(0, position.x),
+          frame.grid.centre(1, position.y),
+          frame.grid.centre(2, position.z),
+          frame.hasIntensities() ? frame.intensity_scale.value(frame.intensities[i])
+                                 : 0.0f);
+  }
+}
+
 } // namespace io
 } // namespace pcl_ext

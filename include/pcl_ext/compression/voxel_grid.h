@@ -127,6 +127,20 @@ struct VoxelGrid {
     return static_cast<double>(first_index[axis]) * resolution + anchor[axis];
   }
 
+  /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge: the
+   * grid reaches more than 2^20 voxels from the world's origin, which are 42 km at 4 cm. The
+   * coordinates of decoded clouds are then given in double precision. */
+  bool
+  needsDoubles() const
+  {
+    const double farthest = resolution * 0x1p20;
+    const double side = static_cast<double>(size()) * resolution;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (lowerCorner(axis) < -farthest || lowerCorner(axis) + side > farthest)
+        return true;
+    return false;
+  }
+
   bool
   operator==(const VoxelGrid& other) const
   {

@@ -13,11 +13,14 @@
 namespace pcl_ext {
 namespace io {
 
-/** \brief A view of points: x, y, z as consecutive floats, metres, an intensity and a
- * colour. All may be in the same array or in several. */
+/** \brief A view of points: x, y, z as consecutive floats or doubles, metres, an intensity
+ * and a colour. All may be in the same array or in several. */
 struct PointView {
   const float* coordinates = nullptr; ///< x of the first point
-  std::size_t coordinate_stride = 0;  ///< floats from one x to the next
+  /** \brief x of the first point in double precision, for coordinates whose size costs
+   * floats precision, as those of maps; null: `coordinates` are used. */
+  const double* double_coordinates = nullptr;
+  std::size_t coordinate_stride = 0;  ///< numbers from one x to the next
   const float* intensities = nullptr; ///< intensity of the first point; null: all are 1
   std::size_t intensity_stride = 0;   ///< floats from one intensity to the next
   std::size_t count = 0;              ///< number of points
@@ -71,7 +74,7 @@ public:
  * colour of its points and their number, as the settings say.
  *
  * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
- * in double precision from the float coordinates. Points more than 2^20 voxels from the
+ * in double precision from the coordinates. Points more than 2^20 voxels from the
  * anchor, outside the fixed box, or not finite are counted and left out. Memory and time
  * are at most proportional to the number of points, for any coordinates.
  *

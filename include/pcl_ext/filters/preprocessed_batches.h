@@ -91,6 +91,8 @@ private:
   std::size_t end_ = 0;
   std::size_t next_ = 0;
   std::array<OutputPointT, 2 * chunk> points_;
+  // Their coordinates, where the preprocessor moves them in double precision.
+  std::array<std::array<double, 3>, 2 * chunk> doubles_;
 
   std::vector<std::unique_ptr<PreprocessedBatches>> parts_; // keep their memory
   std::size_t part_count_ = 0; // since split(); 0: the instance itself is read

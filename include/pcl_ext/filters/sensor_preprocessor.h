@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -99,13 +100,13 @@ public:
   void
   setSensorPose(const Eigen::Isometry3d& sensor_to_world)
   {
-    sensor_pose_ = sensor_to_world.cast<float>();
+    sensor_pose_ = sensor_to_world;
   }
 
   /** \brief Keeps only points within a box of the global frame, metres, both ends
    * included; min <= max on each axis. */
   void
-  setCropBox(const Eigen::Vector3f& min, const Eigen::Vector3f& max)
+  setCropBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max)
   {
     crop_box_ = CropBox{min, max};
   }
@@ -142,6 +143,10 @@ public:
   }
 
   /** \brief Processes a cloud whose fields are found by name and datatype.
+   *
+   * FLOAT64 coordinates are moved and cropped in double precision, and so are those of a
+   * sensor more than 1024 m from the global frame's origin. In the output they are rounded
+   * to PCL's float; PreprocessedBatches has them as they are.
    * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
    * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further
    * fields are ignored
@@ -169,9 +174,11 @@ public:
 
 private:
   struct CropBox {
-    Eigen::Vector3f min;
-    Eigen::Vector3f max;
+    Eigen::Vector3d min;
+    Eigen::Vector3d max;
   };
+
+  using DoublePoint = std::array<double, 3>;
 
   PreprocessingStatus
   checkSettings() const;
@@ -195,7 +202,11 @@ private:
             std::size_t row,
             std::size_t column,
             std::size_t most,
-            OutputPointT* results);
+            OutputPointT* results,
+            DoublePoint* doubles);
+
+  bool
+  movesDoubles(const PointLayout& layout) const;
 
   template <typename NativeOfT, typename ColourOfT>
   std::size_t
@@ -212,6 +223,22 @@ private:
               const ColourOfT& colour_of,
               OutputPointT* results);
 
+  template <typename PointOfT, typename NativeOfT, typename ColourOfT>
+  std::size_t
+  moveDoubles(std::size_t count,
+              const PointOfT& point_of,
+              const NativeOfT& native_of,
+              const ColourOfT& colour_of,
+              OutputPointT* results,
+              DoublePoint* doubles);
+
+  template <typename NativeOfT, typename ColourOfT>
+  void
+  setAttributes(const detail::MovedPoints& moved,
+                const NativeOfT& native_of,
+                const ColourOfT& colour_of,
+                OutputPointT* results);
+
   void
   finishOutput(Output& output) const;
 
@@ -219,7 +246,7 @@ private:
   friend class PreprocessedBatches;
 
   IntensityModelT intensity_model_;
-  Eigen::Isometry3f sensor_pose_ = Eigen::Isometry3f::Identity();
+  Eigen::Isometry3d sensor_pose_ = Eigen::Isometry3d::Identity();
   std::optional<CropBox> crop_box_;
   float intensity_scale_ = 1.0f;
   std::string intensity_field_ = "intensity";

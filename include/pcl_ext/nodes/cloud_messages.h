@@ -36,29 +36,35 @@ isMessageFormat(const std::string& format);
 PCL_EXT_EXPORT void
 writeVoxelPoints(const io::VoxelFrame& frame, std::uint8_t* data);
 
-/** \brief Describes a cloud of points at voxel centres: x, y, z in metres and intensity,
- * FLOAT32, and where there are colours rgb: red, green and blue from bit 16, 8 and 0 on, the
- * highest byte 0. The header is unchanged.
+/** \brief Describes a cloud of points at voxel centres: x, y, z in metres, FLOAT64 where
+ * VoxelGrid::needsDoubles() and else FLOAT32, intensity, FLOAT32, and where there are colours
+ * rgb: red, green and blue from bit 16, 8 and 0 on, the highest byte 0. The header is
+ * unchanged.
  * \tparam MessageT PointCloud2 or CompressedPointCloud2
  */
 template <typename MessageT>
 void
-describeVoxels(std::size_t points, bool has_colours, MessageT& message)
+describeVoxels(std::size_t points,
+               bool has_colours,
+               bool has_doubles,
+               MessageT& message)
 {
   constexpr const char* names[] = {"x", "y", "z", "intensity", "rgb"};
   constexpr std::uint8_t float32 = 7;
+  constexpr std::uint8_t float64 = 8;
   message.height = 1;
   message.width = static_cast<std::uint32_t>(points);
   message.fields.resize(has_colours ? 5 : 4);
+  message.point_step = 0;
   for (std::size_t i = 0; i < message.fields.size(); ++i) {
+    const bool is_double = has_doubles && i < 3;
     message.fields[i].name = names[i];
-    message.fields[i].offset = static_cast<std::uint32_t>(i * sizeof(float));
-    message.fields[i].datatype = float32;
+    message.fields[i].offset = message.point_step;
+    message.fields[i].datatype = is_double ? float64 : float32;
     message.fields[i].count = 1;
+    message.point_step += is_double ? 8 : 4;
   }
   message.is_bigendian = false;
-  message.point_step =
-      static_cast<std::uint32_t>(sizeof(float) * message.fields.size());
   message.row_step = message.point_step * message.width;
   message.is_dense = true;
 }
@@ -73,8 +79,10 @@ describeFrame(const SensorNodeStatistics& statistics,
               const SensorNodeSettings& settings,
               MessageT& message)
 {
-  describeVoxels(
-      statistics.decoded_points, statistics.preprocessing.has_colours, message);
+  describeVoxels(statistics.decoded_points,
+                 statistics.preprocessing.has_colours,
+                 statistics.decoded_doubles,
+                 message);
   message.format = messageFormat(settings.compression.format);
 }
 
@@ -86,7 +94,8 @@ template <typename PointCloud2T>
 void
 writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
 {
-  describeVoxels(frame.pointCount(), frame.colour_bits > 0, message);
+  describeVoxels(
+      frame.pointCount(), frame.colour_bits > 0, frame.grid.needsDoubles(), message);
   message.data.resize(std::size_t{message.row_step});
   writeVoxelPoints(frame, message.data.data());
 }

@@ -44,8 +44,8 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
     const std::size_t row = next_ / cloud_->width;
     const std::size_t column = next_ % cloud_->width;
     const std::size_t most = std::min({chunk, cloud_->width - column, end_ - next_});
-    count +=
-        preprocessor_.readChunk(*cloud_, layout_, row, column, most, &points_[count]);
+    count += preprocessor_.readChunk(
+        *cloud_, layout_, row, column, most, &points_[count], &doubles_[count]);
     next_ += most;
   }
   points = viewOf(count);
@@ -100,6 +100,10 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
   io::PointView view = hasIntensities()
                            ? pointViewWithIntensities(points_.data(), count)
                            : pointViewOf(points_.data(), count);
+  if (preprocessor_.movesDoubles(layout_)) {
+    view.double_coordinates = doubles_[0].data();
+    view.coordinate_stride = 3;
+  }
   if (!hasColours())
     view.colours = nullptr;
   return view;

@@ -60,17 +60,13 @@ readScalar(const std::uint8_t* bytes, std::uint8_t datatype)
 }
 
 /** \brief Reads x, y and z of a point. */
-inline Eigen::Vector3f
+template <typename NumberT>
+Eigen::Matrix<NumberT, 3, 1>
 readPoint(const std::uint8_t* bytes, const PointLayout& layout)
 {
-  if (layout.is_double)
-    return Eigen::Vector3d(readNumber<double>(bytes + layout.x),
-                           readNumber<double>(bytes + layout.y),
-                           readNumber<double>(bytes + layout.z))
-        .cast<float>();
-  return {readNumber<float>(bytes + layout.x),
-          readNumber<float>(bytes + layout.y),
-          readNumber<float>(bytes + layout.z)};
+  return {readNumber<NumberT>(bytes + layout.x),
+          readNumber<NumberT>(bytes + layout.y),
+          readNumber<NumberT>(bytes + layout.z)};
 }
 
 /** \brief True if x, y and z of each point are consecutive floats, as in all of PCL's
@@ -106,7 +102,7 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::process(
     addChunks(
         cloud.width,
         [&](std::size_t column, std::size_t most, OutputPointT* results) {
-          return readChunk(cloud, layout, row, column, most, results);
+          return readChunk(cloud, layout, row, column, most, results, nullptr);
         },
         output);
   finishOutput(output);
@@ -189,7 +185,7 @@ template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatus
 SensorPreprocessor<IntensityModelT, OutputPointT>::checkSettings() const
 {
-  if (!isRigid(sensor_pose_))
+  if (!isRigid(sensor_pose_.cast<float>()))
     return {PreprocessingCode::InvalidSettings,
             "the sensor pose is not a rotation and a translation"};
   if (crop_box_ && !(crop_box_->min.array() <= crop_box_->max.array()).all())
@@ -211,8 +207,9 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::startOutput(
   output.clear();
   output.header = header;
   output.is_dense = true;
-  output.sensor_origin_ << sensor_pose_.translation(), 1.0f;
-  output.sensor_orientation_ = Eigen::Quaternionf(sensor_pose_.linear());
+  const Eigen::Isometry3f sensor_pose = sensor_pose_.cast<float>();
+  output.sensor_origin_ << sensor_pose.translation(), 1.0f;
+  output.sensor_orientation_ = Eigen::Quaternionf(sensor_pose.linear());
   kept_ = 0;
 }
 
@@ -229,9 +226,9 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::startPoints(std::size_t point
     const auto axis = static_cast<std::size_t>(row);
     for (Eigen::Index column = 0; column < 4; ++column)
       move_.rows[axis][static_cast<std::size_t>(column)] =
-          sensor_pose_.matrix()(row, column);
-    move_.min[axis] = crop_box_ ? crop_box_->min[row] : -infinity;
-    move_.max[axis] = crop_box_ ? crop_box_->max[row] : infinity;
+          static_cast<float>(sensor_pose_.matrix()(row, column));
+    move_.min[axis] = crop_box_ ? static_cast<float>(crop_box_->min[row]) : -infinity;
+    move_.max[axis] = crop_box_ ? static_cast<float>(crop_box_->max[row]) : infinity;
   }
 }
 
@@ -257,7 +254,8 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
     std::size_t row,
     std::size_t column,
     std::size_t most,
-    OutputPointT* results)
+    OutputPointT* results,
+    DoublePoint* doubles)
 {
   const std::uint8_t* const bytes =
       cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
@@ -271,16 +269,28 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::readChunk(
     return detail::readNumber<std::uint32_t>(bytes + i * cloud.point_step +
                                              layout.colour);
   };
-  const bool is_consecutive = !layout.is_double &&
-                              layout.y == layout.x + sizeof(float) &&
-                              layout.z == layout.y + sizeof(float);
+  if (movesDoubles(layout))
+    return moveDoubles(
+        most,
+        [&](std::size_t i) -> Eigen::Vector3d {
+          const std::uint8_t* const point = bytes + i * cloud.point_step;
+          if (layout.is_double)
+            return detail::readPoint<double>(point, layout);
+          return detail::readPoint<float>(point, layout).template cast<double>();
+        },
+        native_of,
+        colour_of,
+        results,
+        doubles);
+  const bool is_consecutive =
+      layout.y == layout.x + sizeof(float) && layout.z == layout.y + sizeof(float);
   if (is_consecutive)
     return moveChunk(
         {bytes + layout.x, cloud.point_step, most}, native_of, colour_of, results);
   return gatherChunk(
       most,
       [&](std::size_t i) {
-        return detail::readPoint(bytes + i * cloud.point_step, layout);
+        return detail::readPoint<float>(bytes + i * cloud.point_step, layout);
       },
       native_of,
       colour_of,
@@ -303,6 +313,21 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveChunk(
       "as pcl::PointXYZI and pcl_ext::PointXYZRGBI");
   detail::MovedPoints moved;
   detail::movePoints(points, move_, results->data, moved);
+  setAttributes(moved, native_of, colour_of, results);
+  statistics_.points_not_finite += moved.not_finite;
+  statistics_.points_cropped += points.count - moved.count - moved.not_finite;
+  return moved.count;
+}
+
+template <typename IntensityModelT, typename OutputPointT>
+template <typename NativeOfT, typename ColourOfT>
+void
+SensorPreprocessor<IntensityModelT, OutputPointT>::setAttributes(
+    const detail::MovedPoints& moved,
+    const NativeOfT& native_of,
+    const ColourOfT& colour_of,
+    OutputPointT* results)
+{
   for (std::size_t i = 0; i < moved.count; ++i) {
     const float native =
         IntensityModelT::uses_native ? native_of(moved.sources[i]) : 0.0f;
@@ -314,8 +339,58 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveChunk(
   if (statistics_.has_colours)
     for (std::size_t i = 0; i < moved.count; ++i)
       setPackedColour(results[i], colour_of(moved.sources[i]));
+}
+
+/** \brief Whether floats would cost precision: those of the global frame have steps of
+ * 0.1 mm and more beyond 1024 m. */
+template <typename IntensityModelT, typename OutputPointT>
+bool
+SensorPreprocessor<IntensityModelT, OutputPointT>::movesDoubles(
+    const PointLayout& layout) const
+{
+  constexpr double farthest = 1024.0; // m
+  return layout.is_double ||
+         sensor_pose_.translation().template lpNorm<Eigen::Infinity>() > farthest;
+}
+
+/** \brief Moves points in double precision.
+ * \param[out] doubles the coordinates of the results; may be null
+ */
+template <typename IntensityModelT, typename OutputPointT>
+template <typename PointOfT, typename NativeOfT, typename ColourOfT>
+std::size_t
+SensorPreprocessor<IntensityModelT, OutputPointT>::moveDoubles(
+    std::size_t count,
+    const PointOfT& point_of,
+    const NativeOfT& native_of,
+    const ColourOfT& colour_of,
+    OutputPointT* results,
+    DoublePoint* doubles)
+{
+  constexpr double largest = std::numeric_limits<float>::max();
+  detail::MovedPoints moved;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d point = point_of(i);
+    const Eigen::Vector3d place = sensor_pose_ * point;
+    // Negated, so that NaN is not; what is beyond floats is not either.
+    if (!(point.array().abs() <= largest).all() ||
+        !(place.array().abs() <= largest).all()) {
+      ++moved.not_finite;
+      continue;
+    }
+    if (crop_box_ && !((place.array() >= crop_box_->min.array()).all() &&
+                       (place.array() <= crop_box_->max.array()).all()))
+      continue;
+    results[moved.count].getVector4fMap() << place.cast<float>(), 1.0f;
+    if (doubles != nullptr)
+      doubles[moved.count] = {place.x(), place.y(), place.z()};
+    moved.depths[moved.count] = static_cast<float>(point.z());
+    moved.sources[moved.count] = static_cast<std::uint32_t>(i);
+    ++moved.count;
+  }
+  setAttributes(moved, native_of, colour_of, results);
   statistics_.points_not_finite += moved.not_finite;
-  statistics_.points_cropped += points.count - moved.count - moved.not_finite;
+  statistics_.points_cropped += count - moved.count - moved.not_finite;
   return moved.count;
 }
 
