@@ -7,6 +7,7 @@ pcl_ext_add_test(
     tools/test_program_bags.cpp
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
+    tools/test_program_far_clouds.cpp
     tools/test_program_hostile_inputs.cpp
     tools/test_program_inputs.cpp
     tools/test_program_kept.cpp

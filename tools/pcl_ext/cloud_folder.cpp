@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -53,6 +54,18 @@ nameOfFile(std::size_t number, recording::Time stamp, CloudFormat format)
   return name.data() + std::string(format == CloudFormat::Ply ? ".ply" : ".pcd");
 }
 
+/** \brief Digits that numbers of ASCII files need. */
+int
+digitsOf(const pcl::PCLPointCloud2& cloud)
+{
+  const bool has_doubles = std::any_of(
+      cloud.fields.begin(), cloud.fields.end(), [](const pcl::PCLPointField& field) {
+        return field.datatype == pcl::PCLPointField::FLOAT64;
+      });
+  constexpr int usual = 8; // PCL's default
+  return has_doubles ? std::numeric_limits<double>::max_digits10 : usual;
+}
+
 int
 writeFile(const std::string& path,
           CloudFormat format,
@@ -66,7 +79,8 @@ writeFile(const std::string& path,
   case CloudFormat::PcdCompressed:
     return pcl::PCDWriter().writeBinaryCompressed(path, cloud, origin, orientation);
   case CloudFormat::PcdAscii:
-    return pcl::PCDWriter().writeASCII(path, cloud, origin, orientation);
+    return pcl::PCDWriter().writeASCII(
+        path, cloud, origin, orientation, digitsOf(cloud));
   case CloudFormat::Ply:
     return pcl::PLYWriter().writeBinary(path, cloud, origin, orientation, false);
   }

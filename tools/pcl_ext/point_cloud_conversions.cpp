@@ -55,7 +55,7 @@ public:
     cloud.fields.clear();
     cloud.point_step = 0;
     for (const char* name : {"x", "y", "z"})
-      addField(name);
+      addField(name, frame.grid.needsDoubles());
     if (frame.hasIntensities())
       addField("intensity");
     if (frame.colour_bits > 0)
@@ -73,22 +73,22 @@ public:
   void
   write(NumberT number)
   {
-    static_assert(sizeof(number) == 4, "all fields have 4 bytes");
     std::memcpy(&cloud_.data[written_], &number, sizeof(number));
     written_ += sizeof(number);
   }
 
 private:
   void
-  addField(const std::string& name)
+  addField(const std::string& name, bool is_double = false)
   {
     pcl::PCLPointField field;
     field.name = name;
     field.offset = cloud_.point_step;
-    field.datatype = pcl::PCLPointField::FLOAT32;
+    field.datatype =
+        is_double ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32;
     field.count = 1;
     cloud_.fields.push_back(field);
-    cloud_.point_step += 4;
+    cloud_.point_step += bytesOf(field.datatype);
   }
 
   pcl::PCLPointCloud2& cloud_;
@@ -148,7 +148,7 @@ toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud)
 {
   PointWriter writer(frame, cloud);
   std::size_t voxel = 0;
-  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const std::uint32_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
     for (std::uint32_t i = 0; i < points; ++i) {
       writer.write(x);

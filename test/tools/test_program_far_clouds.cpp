@@ -1,0 +1,221 @@
+/** \file
+ * \brief Clouds with float64 coordinates, as those of maps, keep their precision.
+ */
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/PCLPointCloud2.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <random>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+using recording::PointCloudMessage;
+
+constexpr double edge = 0.04;
+
+using DoublePoints = std::vector<std::array<double, 3>>;
+using Voxels = std::map<std::array<std::int64_t, 3>, std::size_t>;
+
+/** \brief Points of a place in UTM coordinates, where floats are 0.06 and 0.5 m apart. */
+DoublePoints
+farPoints()
+{
+  std::mt19937_64 random(7);
+  DoublePoints points(1000);
+  for (auto& point : points)
+    point = {6e5 + static_cast<double>(io::test::uniform(random, 0.0, 20.0)),
+             5.2e6 + static_cast<double>(io::test::uniform(random, 0.0, 20.0)),
+             400.0 + static_cast<double>(io::test::uniform(random, 0.0, 20.0))};
+  return points;
+}
+
+/** \brief Number of points by voxel. */
+Voxels
+voxelsOf(const DoublePoints& points)
+{
+  Voxels voxels;
+  for (const auto& point : points)
+    ++voxels[{static_cast<std::int64_t>(std::floor(point[0] / edge)),
+              static_cast<std::int64_t>(std::floor(point[1] / edge)),
+              static_cast<std::int64_t>(std::floor(point[2] / edge))}];
+  return voxels;
+}
+
+std::vector<std::uint8_t>
+bytesOfPoints(const DoublePoints& points)
+{
+  std::vector<std::uint8_t> bytes(24 * points.size());
+  std::memcpy(bytes.data(), points.data(), bytes.size());
+  return bytes;
+}
+
+pcl::PCLPointCloud2
+mapCloud(const DoublePoints& points)
+{
+  pcl::PCLPointCloud2 cloud;
+  for (const char* name : {"x", "y", "z"}) {
+    pcl::PCLPointField field;
+    field.name = name;
+    field.offset = cloud.point_step;
+    field.datatype = pcl::PCLPointField::FLOAT64;
+    field.count = 1;
+    cloud.fields.push_back(field);
+    cloud.point_step += 8;
+  }
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>(points.size());
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.data = bytesOfPoints(points);
+  return cloud;
+}
+
+/** \brief Fields of 8 bytes that hold doubles. */
+template <typename FieldT>
+bool
+areDoubles(const std::vector<FieldT>& fields)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (fields.size() <= axis || fields[axis].datatype != pcl::PCLPointField::FLOAT64 ||
+        fields[axis].offset != 8 * axis)
+      return false;
+  return true;
+}
+
+DoublePoints
+pointsOf(const std::vector<std::uint8_t>& bytes, std::size_t step, std::size_t count)
+{
+  DoublePoints points(count);
+  for (std::size_t i = 0; i < count; ++i)
+    std::memcpy(points[i].data(), &bytes[i * step], 24);
+  return points;
+}
+
+DoublePoints
+readFile(const std::string& path)
+{
+  pcl::PCLPointCloud2 cloud;
+  const bool is_ply = std::filesystem::path(path).extension() == ".ply";
+  EXPECT_GE(is_ply ? pcl::io::loadPLYFile(path, cloud)
+                   : pcl::io::loadPCDFile(path, cloud),
+            0);
+  EXPECT_TRUE(areDoubles(cloud.fields));
+  return pointsOf(cloud.data, cloud.point_step, cloud.width);
+}
+
+/** \brief Expects a point at the centre of each voxel of a cloud. */
+void
+expectCentres(const DoublePoints& decoded, const DoublePoints& points)
+{
+  const Voxels expected = voxelsOf(points);
+  EXPECT_EQ(decoded.size(), expected.size());
+  for (const auto& point : decoded) {
+    const Voxels voxel = voxelsOf({point});
+    EXPECT_EQ(expected.count(voxel.begin()->first), 1u);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR((static_cast<double>(voxel.begin()->first[axis]) + 0.5) * edge,
+                  point[axis],
+                  1e-6);
+  }
+}
+
+} // namespace
+
+TEST(ProgramFarClouds, FilesOfAllKindsKeepThePrecisionOfDoubles)
+{
+  const TestFolder folder;
+  const DoublePoints points = farPoints();
+  ASSERT_EQ(pcl::PCDWriter().writeBinary(folder / "in.pcd", mapCloud(points)), 0);
+  ASSERT_EQ(pcl::PLYWriter().writeBinary(folder / "in.ply", mapCloud(points)), 0);
+  const std::pair<const char*, const char*> kinds[] = {{"--pcd binary", ".pcd"},
+                                                       {"--pcd compressed", ".pcd"},
+                                                       {"--pcd ascii", ".pcd"},
+                                                       {"--ply", ".ply"}};
+  for (const char* input : {"in.pcd", "in.ply"}) {
+    expectRun(folder,
+              std::string("encode ") + input + " -o " + input + ".pcxi -r 0.04");
+    for (const auto& [option, extension] : kinds) {
+      SCOPED_TRACE(std::string(input) + option);
+      const std::string out = std::string("out_") + input + extension + (option + 6);
+      expectRun(folder,
+                std::string("decode ") + input + ".pcxi -o '" + out + "' " + option);
+      expectCentres(readFile(folder / (out + "/000000" + extension)), points);
+    }
+  }
+}
+
+TEST(ProgramFarClouds, BagsKeepThePrecisionOfDoublesAlsoWithAPose)
+{
+  const TestFolder folder;
+  const DoublePoints points = farPoints();
+  PointCloudMessage message;
+  message.frame_id = "map";
+  message.height = 1;
+  message.width = static_cast<std::uint32_t>(points.size());
+  for (const auto& field : mapCloud(points).fields)
+    message.fields.push_back({field.name, field.offset, field.datatype, field.count});
+  message.point_step = 24;
+  message.row_step = 24 * message.width;
+  message.bytes = bytesOfPoints(points);
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "in.mcap", "ros2").ok());
+  recording::McapMessage written;
+  ASSERT_TRUE(writer
+                  .addChannel(recording::pointCloudChannel("/map"),
+                              recording::McapChunking::Shared,
+                              written.channel)
+                  .ok());
+  recording::writePointCloud(message, false, written.bytes);
+  ASSERT_TRUE(writer.write(written).ok());
+  ASSERT_TRUE(writer.finish().ok());
+
+  // Back to the origin, and on to twice the distance.
+  for (const double moved : {0.0, -1.0, 1.0}) {
+    SCOPED_TRACE(moved);
+    const std::string sign = moved < 0.0 ? "-" : "";
+    const std::string pose =
+        moved == 0.0 ? "" : " --pose=" + sign + "600000," + sign + "5200000,0,0,0,0,1";
+    const std::string name = std::to_string(static_cast<int>(moved)) + ".mcap";
+    expectRun(folder, "encode in.mcap -o x" + name + " -r 0.04" + pose);
+    expectRun(folder, "decode x" + name + " -o again" + name);
+    recording::McapReader reader;
+    ASSERT_TRUE(reader.open(folder / ("again" + name)).ok());
+    recording::McapMessage read;
+    ASSERT_EQ(reader.index().size(), 1u);
+    ASSERT_TRUE(reader.read(reader.index()[0], read).ok());
+    PointCloudMessage decoded;
+    ASSERT_TRUE(
+        recording::readPointCloud(read.bytes.data(), read.bytes.size(), false, decoded)
+            .ok());
+    EXPECT_EQ(decoded.width, voxelsOf(points).size());
+    EXPECT_EQ(areDoubles(decoded.fields), moved >= 0.0);
+    if (moved < 0.0)
+      continue;
+    DoublePoints shifted = points;
+    for (auto& point : shifted) {
+      point[0] += moved * 6e5;
+      point[1] += moved * 5.2e6;
+    }
+    expectCentres(pointsOf(decoded.bytes, decoded.point_step, decoded.width), shifted);
+  }
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
