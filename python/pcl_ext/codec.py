@@ -158,8 +158,9 @@ class Encoder:
             array with fields x, y, z, and maybe intensity, rgb or rgba (as in PCL), or r, g,
             b (uint8), as `Decoder.decode` returns it. Points that are not finite are left
             out, and so are other fields, with a warning; rows and columns are not kept.
-            May be empty, read-only, of any strides: float32 with x, y, z side by side
-            is not copied. Must not be changed during the call.
+            May be empty, read-only, of any strides: x, y, z side by side are not copied.
+            float64 is not rounded, for coordinates such as those of maps. Must not be
+            changed during the call.
         intensity : array_like, optional
             Numbers in the shape of the cloud, for the law "native".
         colour : array_like, optional
@@ -319,10 +320,11 @@ class Decoder:
         Returns
         -------
         numpy.ndarray or None
-            One point at the centre of each voxel: a structured array with x, y, z (float32,
-            metres), intensity (float32) if the stream has it, and r, g, b (uint8) if it has
-            colours; see `positions` for an array of shape (N, 3). None if no frame was
-            decoded: `status` says why.
+            One point at the centre of each voxel: a structured array with x, y, z (metres,
+            float32, or float64 in frames that reach more than 2**20 voxels from the origin),
+            intensity (float32) if the stream has it, and r, g, b (uint8) if it has colours;
+            see `positions` for an array of shape (N, 3). None if no frame was decoded:
+            `status` says why.
 
         Raises
         ------

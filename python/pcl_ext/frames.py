@@ -61,7 +61,7 @@ def frame_size(
     return FrameSize(Status(code, message), size)
 
 
-def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
+def positions(cloud: NDArray[Any]) -> NDArray[Any]:
     """The coordinates of a decoded cloud, not copied.
 
     Parameters
@@ -72,13 +72,18 @@ def positions(cloud: NDArray[Any]) -> NDArray[np.float32]:
     Returns
     -------
     numpy.ndarray
-        float32 of shape (N, 3), metres. Changes of it change the cloud.
+        float32 of shape (N, 3), or float64 for clouds far from the origin, metres. Changes
+        of it change the cloud.
     """
     type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
     for axis, name in enumerate("xyz"):
-        if cloud.dtype.fields[name][:2] != (np.dtype("f4"), offset + 4 * axis):  # type: ignore[index]
+        place = offset + axis * type_of_x.itemsize
+        if (
+            type_of_x not in (np.dtype("f4"), np.dtype("f8"))
+            or cloud.dtype.fields[name][:2] != (type_of_x, place)  # type: ignore[index]
+        ):
             raise ValueError(
-                f"x, y, z of dtype {cloud.dtype} are not float32 side by side"
+                f"x, y, z of dtype {cloud.dtype} are not floats of one type side by side"
             )
     return np.lib.stride_tricks.as_strided(
         cloud["x"], (*cloud.shape, 3), (*cloud.strides, type_of_x.itemsize)

@@ -66,13 +66,15 @@ isNative(const py::dtype& type)
   return type.attr("isnative").cast<bool>();
 }
 
-/** \brief Numbers in types and byte orders that a column does not have become float32. */
+/** \brief Numbers in types and byte orders that a column does not have become float32, or
+ * float64 if they have more bytes. */
 py::array
 inKnownType(const py::array& numbers)
 {
   if (isNative(numbers.dtype()) && numberType(numbers.dtype()))
     return numbers;
-  return numbers.attr("astype")("float32").cast<py::array>();
+  const char* const type = numbers.dtype().itemsize() > 4 ? "float64" : "float32";
+  return numbers.attr("astype")(type).cast<py::array>();
 }
 
 using Shape = std::vector<py::ssize_t>;

@@ -1,76 +1,136 @@
 #include "cloud_columns.h"
 
+#include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace pcl_ext {
 namespace python {
 
 namespace {
 
-constexpr std::ptrdiff_t float_bytes = sizeof(float);
-
-template <typename NumberT>
+template <typename NumberT, typename ResultT>
 void
-copyNumbers(const Column& column, std::size_t count, std::size_t stride, float* result)
+copyNumbers(const Column& column,
+            std::size_t count,
+            std::size_t stride,
+            ResultT* result)
 {
   const char* number = column.first;
   for (std::size_t i = 0; i < count; ++i, number += column.stride) {
     NumberT value;
     std::memcpy(&value, number, sizeof(value));
-    *result = static_cast<float>(value);
+    *result = static_cast<ResultT>(value);
     result += stride;
   }
 }
 
+/** \brief Copies a column.
+ * \param[in] stride numbers from one result to the next
+ * \param[out] result the numbers, rounded to its type
+ */
+template <typename ResultT>
+void
+copyColumn(const Column& column, std::size_t count, std::size_t stride, ResultT* result)
+{
+  switch (column.type) {
+  case NumberType::Float32:
+    return copyNumbers<float>(column, count, stride, result);
+  case NumberType::Float64:
+    return copyNumbers<double>(column, count, stride, result);
+  case NumberType::Int8:
+    return copyNumbers<std::int8_t>(column, count, stride, result);
+  case NumberType::Int16:
+    return copyNumbers<std::int16_t>(column, count, stride, result);
+  case NumberType::Int32:
+    return copyNumbers<std::int32_t>(column, count, stride, result);
+  case NumberType::Int64:
+    return copyNumbers<std::int64_t>(column, count, stride, result);
+  case NumberType::UInt8:
+    return copyNumbers<std::uint8_t>(column, count, stride, result);
+  case NumberType::UInt16:
+    return copyNumbers<std::uint16_t>(column, count, stride, result);
+  case NumberType::UInt32:
+    return copyNumbers<std::uint32_t>(column, count, stride, result);
+  case NumberType::UInt64:
+    return copyNumbers<std::uint64_t>(column, count, stride, result);
+  }
+}
+
+template <typename NumberT>
 bool
 isAligned(const char* address)
 {
-  return reinterpret_cast<std::uintptr_t>(address) % alignof(float) == 0;
+  return reinterpret_cast<std::uintptr_t>(address) % alignof(NumberT) == 0;
 }
 
-/** \brief True if a stride, bytes, can be that of a view with a few floats for each point. */
+/** \brief True if a stride, bytes, can be that of a view with a few numbers of a type for
+ * each point. */
+template <typename NumberT>
 bool
-isFloatStride(std::ptrdiff_t stride, std::ptrdiff_t floats)
+isStrideOf(std::ptrdiff_t stride, std::ptrdiff_t numbers)
 {
-  return stride >= floats * float_bytes && stride % float_bytes == 0;
+  constexpr auto bytes = static_cast<std::ptrdiff_t>(sizeof(NumberT));
+  return stride >= numbers * bytes && stride % bytes == 0;
 }
 
-/** \brief True if x, y and z are consecutive floats. */
+/** \brief True if x, y and z are consecutive numbers of a type. */
+template <typename NumberT>
 bool
 arePositions(const std::array<Column, 3>& coordinates, std::size_t count)
 {
+  constexpr NumberType type =
+      std::is_same_v<NumberT, double> ? NumberType::Float64 : NumberType::Float32;
   const Column& x = coordinates[0];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Column& column = coordinates[axis];
-    if (column.type != NumberType::Float32 || column.stride != x.stride ||
-        column.first != x.first + static_cast<std::ptrdiff_t>(axis) * float_bytes)
+    if (column.type != type || column.stride != x.stride ||
+        column.first != x.first + axis * sizeof(NumberT))
       return false;
   }
-  return isAligned(x.first) && (count < 2 || isFloatStride(x.stride, 3));
+  return isAligned<NumberT>(x.first) && (count < 2 || isStrideOf<NumberT>(x.stride, 3));
 }
 
+/** \brief A stride, bytes, in numbers of a type. */
+template <typename NumberT>
 std::size_t
-inFloats(std::ptrdiff_t stride, std::size_t count)
+strideIn(std::ptrdiff_t stride, std::size_t count)
 {
   // That of one point alone may be anything.
-  return count < 2 ? 0 : static_cast<std::size_t>(stride / float_bytes);
+  return count < 2 ? 0 : static_cast<std::size_t>(stride) / sizeof(NumberT);
+}
+
+/** \brief Where x, y and z are: in the caller's array, or in a copy. */
+template <typename NumberT>
+const NumberT*
+coordinatesOf(const CloudColumns& cloud,
+              std::vector<NumberT>& copy,
+              std::size_t& stride)
+{
+  const Column& x = cloud.coordinates[0];
+  if (arePositions<NumberT>(cloud.coordinates, cloud.count)) {
+    stride = strideIn<NumberT>(x.stride, cloud.count);
+    return reinterpret_cast<const NumberT*>(x.first);
+  }
+  copy.resize(3 * cloud.count);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    copyColumn(cloud.coordinates[axis], cloud.count, 3, copy.data() + axis);
+  stride = 3;
+  return copy.data();
 }
 
 void
 setCoordinates(const CloudColumns& cloud, CloudMemory& memory, io::PointView& view)
 {
-  const Column& x = cloud.coordinates[0];
-  if (arePositions(cloud.coordinates, cloud.count)) {
-    view.coordinates = reinterpret_cast<const float*>(x.first);
-    view.coordinate_stride = inFloats(x.stride, cloud.count);
-    return;
-  }
-  memory.coordinates.resize(3 * cloud.count);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    copyColumn(
-        cloud.coordinates[axis], cloud.count, 3, memory.coordinates.data() + axis);
-  view.coordinates = memory.coordinates.data();
-  view.coordinate_stride = 3;
+  const bool has_doubles = std::any_of(
+      cloud.coordinates.begin(), cloud.coordinates.end(), [](const Column& column) {
+        return column.type == NumberType::Float64;
+      });
+  if (has_doubles)
+    view.double_coordinates =
+        coordinatesOf(cloud, memory.double_coordinates, view.coordinate_stride);
+  else
+    view.coordinates = coordinatesOf(cloud, memory.coordinates, view.coordinate_stride);
 }
 
 void
@@ -79,10 +139,10 @@ setIntensities(const Column& column,
                CloudMemory& memory,
                io::PointView& view)
 {
-  if (column.type == NumberType::Float32 && isAligned(column.first) &&
-      (count < 2 || isFloatStride(column.stride, 1))) {
+  if (column.type == NumberType::Float32 && isAligned<float>(column.first) &&
+      (count < 2 || isStrideOf<float>(column.stride, 1))) {
     view.intensities = reinterpret_cast<const float*>(column.first);
-    view.intensity_stride = inFloats(column.stride, count);
+    view.intensity_stride = strideIn<float>(column.stride, count);
     return;
   }
   memory.intensities.resize(count);
@@ -128,33 +188,6 @@ setColours(const CloudColumns& cloud, CloudMemory& memory, io::PointView& view)
 }
 
 } // namespace
-
-void
-copyColumn(const Column& column, std::size_t count, std::size_t stride, float* result)
-{
-  switch (column.type) {
-  case NumberType::Float32:
-    return copyNumbers<float>(column, count, stride, result);
-  case NumberType::Float64:
-    return copyNumbers<double>(column, count, stride, result);
-  case NumberType::Int8:
-    return copyNumbers<std::int8_t>(column, count, stride, result);
-  case NumberType::Int16:
-    return copyNumbers<std::int16_t>(column, count, stride, result);
-  case NumberType::Int32:
-    return copyNumbers<std::int32_t>(column, count, stride, result);
-  case NumberType::Int64:
-    return copyNumbers<std::int64_t>(column, count, stride, result);
-  case NumberType::UInt8:
-    return copyNumbers<std::uint8_t>(column, count, stride, result);
-  case NumberType::UInt16:
-    return copyNumbers<std::uint16_t>(column, count, stride, result);
-  case NumberType::UInt32:
-    return copyNumbers<std::uint32_t>(column, count, stride, result);
-  case NumberType::UInt64:
-    return copyNumbers<std::uint64_t>(column, count, stride, result);
-  }
-}
 
 io::PointView
 viewOf(const CloudColumns& cloud, bool uses_intensities, CloudMemory& memory)

@@ -50,18 +50,10 @@ struct CloudColumns {
 /** \brief Copies of columns that a PointView cannot point to; reused from cloud to cloud. */
 struct CloudMemory {
   std::vector<float> coordinates;
+  std::vector<double> double_coordinates;
   std::vector<float> intensities;
   std::vector<std::uint32_t> colours;
 };
-
-/** \brief Copies a column.
- * \param[in] column numbers
- * \param[in] count their number
- * \param[in] stride floats from one result to the next
- * \param[out] result the numbers, rounded to float
- */
-void
-copyColumn(const Column& column, std::size_t count, std::size_t stride, float* result);
 
 /** \brief The points for the voxelizer: where they lie if its strides allow that, else
  * copies.

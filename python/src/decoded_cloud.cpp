@@ -9,18 +9,25 @@ namespace python {
 DecodedCloud::DecodedCloud(const io::VoxelFrame& frame)
 : has_intensities_(frame.hasIntensities())
 , has_colours_(frame.colour_bits > 0)
+, coordinate_bytes_(frame.grid.needsDoubles() ? sizeof(double) : sizeof(float))
 , count_(frame.pointCount())
 {
-  const std::size_t colour_offset = (has_intensities_ ? 4 : 3) * sizeof(float);
-  // Whole floats, so that those of all points are aligned.
-  point_bytes_ = colour_offset + (has_colours_ ? sizeof(float) : 0);
+  const std::size_t colour_offset =
+      3 * coordinate_bytes_ + (has_intensities_ ? sizeof(float) : 0);
+  const std::size_t used_bytes = colour_offset + (has_colours_ ? sizeof(float) : 0);
+  // Whole coordinates, so that those of all points are aligned.
+  point_bytes_ =
+      (used_bytes + coordinate_bytes_ - 1) / coordinate_bytes_ * coordinate_bytes_;
   points_.reset(new unsigned char[count_ * point_bytes_]);
   unsigned char* next = points_.get();
   std::size_t voxel = 0;
-  io::forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
+  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
     const unsigned char* const first = next;
-    const std::array<float, 4> numbers = {x, y, z, intensity};
-    std::memcpy(next, numbers.data(), colour_offset);
+    const std::array<decltype(x), 3> place = {x, y, z};
+    std::memcpy(next, place.data(), sizeof(place));
+    if (has_intensities_)
+      std::memcpy(next + sizeof(place), &intensity, sizeof(intensity));
+    std::memset(next + used_bytes, 0, point_bytes_ - used_bytes);
     if (has_colours_) {
       const io::VoxelColour colour = frame.fullColour(voxel);
       const std::array<unsigned char, 4> channels = {colour.r, colour.g, colour.b, 0};
@@ -48,7 +55,7 @@ DecodedCloud::intoArray()
     offset += bytes;
   };
   for (const char* name : {"x", "y", "z"})
-    add(name, "f4", sizeof(float));
+    add(name, coordinate_bytes_ == sizeof(double) ? "f8" : "f4", coordinate_bytes_);
   if (has_intensities_)
     add("intensity", "f4", sizeof(float));
   if (has_colours_)

@@ -12,8 +12,9 @@ namespace python {
 
 namespace py = pybind11;
 
-/** \brief The points of a decoded frame in memory of their own: x, y, z and, if the frame
- * has them, intensity as float32 and r, g, b as uint8. */
+/** \brief The points of a decoded frame in memory of their own: x, y, z as float32, or as
+ * float64 where VoxelGrid::needsDoubles(), and, if the frame has them, intensity as float32
+ * and r, g, b as uint8. */
 class DecodedCloud {
 public:
   /** \brief Copies the voxels of a frame; does not need the GIL. */
@@ -26,6 +27,7 @@ public:
 private:
   bool has_intensities_;
   bool has_colours_;
+  std::size_t coordinate_bytes_;
   std::size_t count_;
   std::size_t point_bytes_;
   std::unique_ptr<unsigned char[]> points_;

@@ -52,10 +52,8 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
   checkIntensities(cloud);
   const bool is_native = *settings_.law == IntensityLaw::Native;
   io::PointView view = viewOf(cloud.columns, is_native, memory_);
-  io::SensorPose pose =
-      settings_.codec.sensor_pose.value_or(io::SensorPose::Identity());
-  if (cloud.sensor_pose)
-    pose = *cloud.sensor_pose;
+  const WorldPose pose =
+      cloud.sensor_pose.value_or(settings_.sensor_pose.value_or(WorldPose::Identity()));
   if (needsSensor(*settings_.law) && view.count > 0)
     visitIntensityModel(
         *settings_.law,
@@ -76,12 +74,12 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
 
 io::CompressionStatus
 StreamEncoder::encodeView(const io::PointView& view,
-                          const io::SensorPose& pose,
+                          const WorldPose& pose,
                           const CloudToEncode& cloud,
                           std::vector<std::uint8_t>& bytes)
 {
   bytes.clear();
-  io::CompressionStatus status = encoder_->voxelize(view, pose.cast<double>(), frame_);
+  io::CompressionStatus status = encoder_->voxelize(view, pose, frame_);
   if (!status.ok())
     return status;
   if (cloud.outliers != nullptr)

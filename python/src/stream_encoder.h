@@ -22,7 +22,7 @@ struct CloudToEncode {
   const CloudColumns& columns;
   bool has_intensity_argument = false; ///< not a field that came along
   std::optional<io::FrameStamp> stamp;
-  std::optional<io::SensorPose> sensor_pose; ///< none: that of the settings
+  std::optional<WorldPose> sensor_pose; ///< sensor -> cloud; none: that of the settings
   OutlierFilter* outliers = nullptr;
 };
 
@@ -64,7 +64,7 @@ private:
 
   io::CompressionStatus
   encodeView(const io::PointView& view,
-             const io::SensorPose& pose,
+             const WorldPose& pose,
              const CloudToEncode& cloud,
              std::vector<std::uint8_t>& bytes);
 

@@ -134,15 +134,13 @@ readCodecSettings(const Keywords& values)
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
     settings.bounding_box = readBox(values);
-  if (values.isSet("sensor_pose"))
-    settings.sensor_pose = readPose(values.at("sensor_pose"));
   throwUnlessOk(io::checkSettings(settings));
   return settings;
 }
 
 } // namespace
 
-io::SensorPose
+WorldPose
 readPose(const py::object& matrix)
 {
   const auto numbers =
@@ -153,11 +151,12 @@ readPose(const py::object& matrix)
   for (Eigen::Index row = 0; row < 4; ++row)
     for (Eigen::Index column = 0; column < 4; ++column)
       values(row, column) = numbers.at(row, column);
-  const Eigen::Isometry3f pose(values.cast<float>());
-  if (values.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0) || !isRigid(pose))
+  const Eigen::Isometry3d pose(values);
+  if (values.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0) ||
+      !isRigid(pose.cast<float>()))
     throw py::value_error("sensor_pose is not a rotation and a translation (sensor -> "
                           "cloud, metres, last row 0, 0, 0, 1)");
-  return io::SensorPose(pose);
+  return WorldPose(pose);
 }
 
 EncoderSettings
@@ -169,6 +168,8 @@ readEncoderSettings(const py::dict& values)
   settings.law = readLaw(keywords);
   if (keywords.isSet("sensor"))
     settings.sensor = readSensor(keywords);
+  if (keywords.isSet("sensor_pose"))
+    settings.sensor_pose = readPose(keywords.at("sensor_pose"));
   if (settings.law && needsSensor(*settings.law) && !settings.sensor)
     throw py::value_error("the law '" + nameOf(*settings.law) +
                           "' needs a sensor: its name, as 'kinect_v2', or (fov_x_deg, "

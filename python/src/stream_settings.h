@@ -19,6 +19,7 @@ struct EncoderSettings {
   io::IntensityCompressionSettings codec;
   std::optional<IntensityLaw> law; ///< none: by the first cloud
   std::optional<RuntimeSensor> sensor;
+  std::optional<WorldPose> sensor_pose; ///< sensor -> cloud; none: identity
 };
 
 /** \brief Reads and checks the settings of an encoder.
@@ -37,7 +38,7 @@ VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values);
 
 /** \brief A pose from a matrix of 4 x 4 numbers. */
-io::SensorPose
+WorldPose
 readPose(const py::object& matrix);
 
 /** \brief The defaults of the library, by the names of the settings. */

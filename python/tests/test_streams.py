@@ -140,8 +140,51 @@ def test_positions_of_other_arrays():
     points["y"] = 2
     np.testing.assert_array_equal(pcl_ext.positions(points[1:, ::2])[2, 1], (0, 2, 0))
     assert pcl_ext.positions(points[:0, 0]).shape == (0, 3)
-    with pytest.raises(ValueError, match="not float32 side by side"):
-        pcl_ext.positions(np.zeros(4, [("x", "f8"), ("y", "f8"), ("z", "f8")]))
+    with pytest.raises(ValueError, match="not floats of one type side by side"):
+        pcl_ext.positions(np.zeros(4, [("x", "f8"), ("y", "f4"), ("z", "f8")]))
+
+
+@pytest.mark.parametrize("layout", ["columns", "fields", "big-endian", "reversed"])
+def test_float64_keeps_the_precision_of_far_coordinates(layout):
+    # UTM: floats are 0.5 m apart there. At 4 cm each point is alone in its voxel.
+    rng = np.random.default_rng(5)
+    points = np.array([6e5, 5.2e6, 400.0]) + rng.uniform(0, 60, (2000, 3))
+    points = points[np.unique(np.floor(points / 0.04), axis=0, return_index=True)[1]]
+    cloud = {
+        "columns": points,
+        "fields": points.copy().view([("x", "f8"), ("y", "f8"), ("z", "f8")])[:, 0],
+        "big-endian": points.astype(">f8"),
+        "reversed": points[::-1],
+    }[layout]
+    encoder = pcl_ext.Encoder(0.04)
+    decoded = pcl_ext.Decoder().decode(encoder.encode(cloud))
+    assert encoder.statistics.voxels == len(points)
+    xyz = pcl_ext.positions(decoded)
+    assert xyz.dtype == np.float64 and xyz.flags.aligned
+    order = np.lexsort(np.floor(xyz / 0.04).T), np.lexsort(np.floor(points / 0.04).T)
+    assert np.abs(xyz[order[0]] - points[order[1]]).max() <= 0.02 + 1e-6
+
+
+def test_float64_near_the_origin_is_decoded_as_float32(room):
+    decoded = pcl_ext.Decoder().decode(
+        pcl_ext.Encoder(0.04).encode(room.astype("f8"))
+    )
+    assert pcl_ext.positions(decoded).dtype == np.float32
+
+
+def test_depth_of_far_clouds():
+    # A wall 2 m in front of a sensor far from the origin has the intensities of one near.
+    wall = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 100)], [2.0]), -1)
+    wall = wall.reshape(-1, 3) + 0.001
+    decoded = []
+    for place in [0, 0, 0], [6e5, 5.2e6, 400.0]:
+        pose = np.eye(4)
+        pose[:3, 3] = place
+        encoder = pcl_ext.Encoder(
+            0.04, law="quadratic", sensor="kinect_v2", sensor_pose=pose
+        )
+        decoded.append(pcl_ext.Decoder().decode(encoder.encode(wall + place)))
+    np.testing.assert_array_equal(decoded[0]["intensity"], decoded[1]["intensity"])
 
 
 def test_stamp_and_frame_id(room):

@@ -35,7 +35,7 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
 /** \brief Computes the intensities of a cloud's points by an intensity model; see the paper,
  * equations 1 to 3.
  * \param[in] model the intensity model
- * \param[in] sensor_pose of the cloud; used if the model uses the depth
+ * \param[in] sensor_pose sensor -> cloud, metres; used if the model uses the depth
  * \param[in] native_intensity called with the index of a point
  * \param[out] intensities memory for those of all points; must outlive the view
  * \param[in,out] points the cloud; its intensities and count_behind_sensor are set
@@ -43,25 +43,35 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
 template <typename IntensityModelT, typename NativeIntensityT>
 void
 setIntensities(const IntensityModelT& model,
-               const SensorPose& sensor_pose,
+               const WorldPose& sensor_pose,
                NativeIntensityT native_intensity,
                std::vector<float>& intensities,
                PointView& points)
 {
-  const Eigen::Vector3f sensor = sensor_pose.translation();
-  const Eigen::Vector3f optical_axis = sensor_pose.linear().col(2);
+  const Eigen::Vector3d sensor = sensor_pose.translation();
+  const Eigen::Vector3f optical_axis = sensor_pose.linear().col(2).cast<float>();
   intensities.resize(points.count);
   std::size_t behind_sensor = 0;
-  const float* point = points.coordinates;
-  for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
-    float depth = 0.0f;
-    // The difference first: it is exact far from the origin, products are not.
-    if constexpr (IntensityModelT::uses_depth) {
-      depth = optical_axis.dot(Eigen::Vector3f(point[0], point[1], point[2]) - sensor);
-      behind_sensor += depth < 0.0f ? 1 : 0;
+  const auto set_all = [&](const auto* point) {
+    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
+      float depth = 0.0f;
+      // The difference first: it is exact far from the origin, products are not.
+      if constexpr (IntensityModelT::uses_depth) {
+        const Eigen::Vector3d from_sensor =
+            Eigen::Vector3d(static_cast<double>(point[0]),
+                            static_cast<double>(point[1]),
+                            static_cast<double>(point[2])) -
+            sensor;
+        depth = optical_axis.dot(from_sensor.cast<float>());
+        behind_sensor += depth < 0.0f ? 1 : 0;
+      }
+      intensities[i] = model(depth, native_intensity(i));
     }
-    intensities[i] = model(depth, native_intensity(i));
-  }
+  };
+  if (points.double_coordinates != nullptr)
+    set_all(points.double_coordinates);
+  else
+    set_all(points.coordinates);
   points.count_behind_sensor = behind_sensor;
   points.intensities = intensities.data();
   points.intensity_stride = 1;

@@ -269,7 +269,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
       !detail::useOwnIntensities(intensity_model_, *cloud, view))
     setIntensities(
         intensity_model_,
-        pose,
+        pose.cast<double>(),
         [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
         intensities_,
         view);
