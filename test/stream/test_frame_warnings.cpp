@@ -172,14 +172,15 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
   statistics.coding.bytes = limits.max_frame_bytes;
   statistics.voxelization.points_used = limits.max_points + 1;
   IntensityCompressionSettings settings;
-  EXPECT_EQ(frameWarning(statistics, settings, IntensityUnit::None), "");
+  EXPECT_EQ(frameWarning(statistics, settings, IntensityUnit::None, false), "");
   settings.keep_points = true;
-  EXPECT_NE(frameWarning(statistics, settings, IntensityUnit::None)
+  EXPECT_NE(frameWarning(statistics, settings, IntensityUnit::None, false)
                 .find("decoder_limits.max_points of at least 16777217"),
             std::string::npos);
   ++statistics.coding.voxels;
   ++statistics.coding.bytes;
-  const std::string all = frameWarning(statistics, settings, IntensityUnit::None);
+  const std::string all =
+      frameWarning(statistics, settings, IntensityUnit::None, false);
   for (const char* words :
        {"max_voxels of at least 1048577; that of the settings is 1048576; ",
         "max_frame_bytes of at least 16777217"})
