@@ -21,7 +21,12 @@ MICROSECONDS = 1e6
 END_OF_TIME = 9.2e9
 
 
-def limits(max_voxels: int, max_frame_bytes: int, max_points: int) -> dict[str, int]:
+def limits(
+    max_voxels: Optional[int],
+    max_frame_bytes: Optional[int],
+    max_points: Optional[int],
+) -> dict[str, Optional[int]]:
+    """Limits of decoding. Only those of a recording may be None."""
     return {
         "max_voxels": max_voxels,
         "max_frame_bytes": max_frame_bytes,

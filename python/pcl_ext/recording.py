@@ -70,17 +70,18 @@ class Recording:
     ----------
     path : str or os.PathLike
         A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
-    max_voxels, max_frame_bytes, max_points : int
-        Limits of decoding, see `Decoder`.
+    max_voxels, max_frame_bytes, max_points : int, optional
+        Limits of decoding, see `Decoder`. By default they follow the size of the
+        recording: 16 voxels for each byte, at least 2**20 and at most 2**24.
     """
 
     def __init__(
         self,
         path: Union[str, os.PathLike[str]],
         *,
-        max_voxels: int = 1 << 20,
-        max_frame_bytes: int = 1 << 24,
-        max_points: int = 1 << 24,
+        max_voxels: Optional[int] = None,
+        max_frame_bytes: Optional[int] = None,
+        max_points: Optional[int] = None,
     ):
         name = os.fspath(path)
         if name != "-" and not os.path.exists(name):
@@ -281,9 +282,9 @@ class Recording:
 def open(
     path: Union[str, os.PathLike[str]],
     *,
-    max_voxels: int = 1 << 20,
-    max_frame_bytes: int = 1 << 24,
-    max_points: int = 1 << 24,
+    max_voxels: Optional[int] = None,
+    max_frame_bytes: Optional[int] = None,
+    max_points: Optional[int] = None,
 ) -> Recording:
     """Opens a recording, which is found by its content: a .pcxi file, an MCAP file, or a
     rosbag2 folder with messages of type point_cloud_interfaces/msg/CompressedPointCloud2.
@@ -294,8 +295,9 @@ def open(
     ----------
     path : str or os.PathLike
         A file, a folder, or "-" for the standard input.
-    max_voxels, max_frame_bytes, max_points : int
-        Limits of decoding, see `Decoder`.
+    max_voxels, max_frame_bytes, max_points : int, optional
+        Limits of decoding, see `Decoder`. By default they follow the size of the
+        recording: 16 voxels for each byte, at least 2**20 and at most 2**24.
 
     Returns
     -------

@@ -68,8 +68,11 @@ frameAndStatus(const recording::RecordedFrame& frame, const RecordingStatus& sta
 py::tuple
 openFile(RecordingFile& file, const std::string& path, const py::dict& limits)
 {
-  const io::DecoderLimits checked = readLimits(limits);
-  return asTuple(withoutGil([&] { return file.open(path, checked); }));
+  readLimits(limits, io::DecoderLimits()); // wrong ones are refused before
+  const RecordingStatus status = withoutGil([&] { return file.open(path); });
+  if (status.ok())
+    file.setLimits(readLimits(limits, recording::decoderLimitsOf(file.fileBytes())));
+  return asTuple(status);
 }
 
 py::list

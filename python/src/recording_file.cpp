@@ -10,12 +10,18 @@ namespace python {
 using recording::RecordingStatus;
 
 RecordingStatus
-RecordingFile::open(const std::string& path, const io::DecoderLimits& limits)
+RecordingFile::open(const std::string& path)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  reader_ = std::make_unique<recording::RecordingReader>();
+  return reader_->open(path);
+}
+
+void
+RecordingFile::setLimits(const io::DecoderLimits& limits)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   limits_ = limits;
-  reader_ = std::make_unique<recording::RecordingReader>();
-  return reader_->open(path);
 }
 
 void

@@ -28,7 +28,11 @@ class RecordingFile {
 public:
   /** \brief Opens a recording; see RecordingReader::open. */
   recording::RecordingStatus
-  open(const std::string& path, const io::DecoderLimits& limits);
+  open(const std::string& path);
+
+  /** \brief Limits of decoding from now on; before the first decode(). */
+  void
+  setLimits(const io::DecoderLimits& limits);
 
   /** \brief Closes the file. Every other call then throws std::invalid_argument. */
   void

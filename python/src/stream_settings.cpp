@@ -178,13 +178,17 @@ readEncoderSettings(const py::dict& values)
 }
 
 io::DecoderLimits
-readLimits(const py::dict& values)
+readLimits(const py::dict& values, const std::optional<io::DecoderLimits>& defaults)
 {
   const Keywords keywords(values);
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = keywords.count("max_frame_bytes", any_size);
-  limits.max_voxels = keywords.count("max_voxels", any_size);
-  limits.max_points = keywords.count("max_points", any_size);
+  io::DecoderLimits limits = defaults.value_or(io::DecoderLimits());
+  const auto read = [&](const char* name, std::size_t& limit) {
+    if (!defaults || keywords.isSet(name))
+      limit = keywords.count(name, any_size);
+  };
+  read("max_frame_bytes", limits.max_frame_bytes);
+  read("max_voxels", limits.max_voxels);
+  read("max_points", limits.max_points);
   throwUnlessOk(io::checkLimits(limits));
   return limits;
 }

@@ -29,9 +29,12 @@ struct EncoderSettings {
 EncoderSettings
 readEncoderSettings(const py::dict& values);
 
-/** \brief Reads and checks the limits of a decoder. */
+/** \brief Reads and checks the limits of a decoder.
+ * \param[in] defaults of what is None; nothing may be None without them
+ */
 io::DecoderLimits
-readLimits(const py::dict& values);
+readLimits(const py::dict& values,
+           const std::optional<io::DecoderLimits>& defaults = std::nullopt);
 
 /** \brief Reads and checks the settings of an outlier removal. */
 VoxelOutlierRemovalSettings

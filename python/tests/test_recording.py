@@ -200,6 +200,19 @@ def test_damaged_files(two_streams, random, tmp_path):
             assert damage.message and damage.offset <= len(whole)
 
 
+def test_limits_follow_the_size_of_the_recording(tmp_path):
+    random = np.random.default_rng(1)
+    places = np.argwhere(random.random((130, 130, 130)) < 0.5).astype(np.float32)
+    assert len(places) > 2**20
+    frame = pcl_ext.Encoder(0.04, effort="fast", law="none").encode(0.04 * places + 0.02)
+    with pcl_ext.RecordingWriter(tmp_path / "large.pcxi") as writer:
+        writer.append(writer.add_stream("/large"), frame, EPOCH)
+    assert len(pcl_ext.open(tmp_path / "large.pcxi").frame(0, 0)) == len(places)
+    limited = pcl_ext.open(tmp_path / "large.pcxi", max_voxels=1000000)
+    assert limited.frame(0, 0) is None
+    assert limited.status.code == "LimitExceeded"
+
+
 def test_files_that_are_none(tmp_path):
     with pytest.raises(FileNotFoundError, match="no_such.mcap"):
         pcl_ext.open(tmp_path / "no_such.mcap")

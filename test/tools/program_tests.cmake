@@ -11,6 +11,7 @@ pcl_ext_add_test(
     tools/test_program_hostile_inputs.cpp
     tools/test_program_inputs.cpp
     tools/test_program_kept.cpp
+    tools/test_program_limits.cpp
     tools/test_program_options.cpp
     tools/test_program_recordings.cpp
     ${PROJECT_SOURCE_DIR}/measuring/file_stamps.cpp

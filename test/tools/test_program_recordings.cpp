@@ -204,22 +204,127 @@ TEST(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
 {
   const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
-  expectFailure(folder,
-                "merge x.mcap x.mcap -o y.mcap",
-                2,
-                "the stream /sensor_0 is in 'x.mcap' and in 'x.mcap' at the same time");
+  KnownStream other = knownStream(3, 20, 5);
+  other.name = "/sensor_0";
+  record({other}, folder / "z.mcap");
+  expectFailure(
+      folder,
+      "merge x.mcap z.mcap -o y.mcap",
+      2,
+      "the stream /sensor_0 has other frames of the same time in 'x.mcap' and "
+      "in 'z.mcap'");
   expectFailure(
       folder, "merge x.mcap x.mcap -o y.mcap --prefix a", 2, "--prefix needs");
+  expectRun(folder, "cut x.mcap -o one.mcap --streams /sensor_0");
   expectFailure(folder,
-                "merge x.mcap x.mcap -o y.pcxi",
+                "merge one.mcap z.mcap -o y.pcxi",
                 2,
-                "'y.pcxi' has one stream, and there are frames of the same time in");
+                "'y.pcxi' has one stream, and there are other frames of the same time");
   expectRun(folder, "merge x.mcap x.mcap -o y.mcap --prefix left,right");
   const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
   ASSERT_EQ(streams.size(), 4u);
   EXPECT_EQ(streams[0].name, "/left/sensor_0");
   EXPECT_EQ(streams[3].name, "/right/sensor_1");
   expectSameFrames(decode(folder / "x.mcap")[1], 0, streams[3]);
+}
+
+TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  // The second part begins with an I-frame that the first one has, too.
+  expectRun(folder, "cut x.mcap -o a.mcap --frames :15 -q");
+  expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
+  const ProgramRun merged = run(folder, "merge b.mcap a.mcap -o ab.mcap");
+  EXPECT_EQ(merged.status, 0) << merged.errors;
+  EXPECT_EQ(merged.errors,
+            "pcl_ext merge: 'a.mcap' and 'b.mcap' have 5 frames of /sensor_0 in common, "
+            "copied once
+"
+            "pcl_ext merge: 'a.mcap' and 'b.mcap' have 1 frame of /sensor_1 in common, "
+            "copied once
+");
+  const std::vector<DecodedStream> joined = decode(folder / "ab.mcap");
+  ASSERT_EQ(joined.size(), 2u);
+  for (const DecodedStream& stream : joined) {
+    const DecodedStream& original = all[stream.name == all[0].name ? 0 : 1];
+    EXPECT_EQ(stream.frames.size(), original.frames.size());
+    expectSameFrames(original, 0, stream);
+  }
+  // A part that is within another one, and files of frames.
+  expectRun(folder, "merge a.mcap x.mcap -o ax.mcap -q");
+  EXPECT_EQ(decode(folder / "ax.mcap")[0].frames.size(), 40u);
+  expectRun(folder, "cut x.mcap --streams /sensor_0 -o c.pcxi --frames :15 -q");
+  expectRun(folder, "cut x.mcap --streams /sensor_0 -o d.pcxi --frames 15: -q");
+  expectRun(folder, "merge c.pcxi d.pcxi -o cd.pcxi -q");
+  const DecodedStream of_files = decode(folder / "cd.pcxi")[0];
+  EXPECT_EQ(of_files.frames.size(), 40u);
+  expectSameFrames(all[0], 0, of_files);
+}
+
+TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  Bytes bytes = bytesOf(folder / "x.mcap");
+  bytes[bytes.size() / 2] ^= 1; // within a chunk of frames
+  writeBytes(folder / "x.mcap", bytes);
+  const nlohmann::json json =
+      nlohmann::json::parse(run(folder, "info x.mcap --json").output);
+  std::size_t frames = 0;
+  std::size_t unreadable = 0;
+  for (const nlohmann::json& stream : json["streams"]) {
+    EXPECT_EQ(stream["missing_frames"], 0);
+    frames += stream["frames"].get<std::size_t>();
+    unreadable += stream["unreadable_frames"].get<std::size_t>();
+  }
+  EXPECT_EQ(frames, 71u);
+  EXPECT_GT(unreadable, 1u);
+  const ProgramRun result = run(folder, "verify x.mcap");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.output.find(std::to_string(frames - unreadable) +
+                               " frames decoded, " + std::to_string(unreadable) +
+                               " lost"),
+            std::string::npos)
+      << result.output;
+}
+
+TEST(ProgramNames, ControlCharactersAreNotPrinted)
+{
+  const TestFolder folder;
+  const std::string name = "/a\x1b[31m\nb\xc2\x9b\xff\xc3\xa9";
+  const std::string shown = "/a\\x1b[31m\\x0ab\\xc2\\x9b\\xff\xc3\xa9";
+  KnownStream stream = knownStream(0, 10, 5);
+  stream.name = name;
+  stream.frames.erase(stream.frames.begin() + 7);
+  record({stream}, folder / "x.mcap");
+  writeBytes(folder / "\x1b[31m.pcd", {});
+  for (const char* const arguments : {"info x.mcap",
+                                      "verify x.mcap",
+                                      "decode x.mcap -o out",
+                                      "cut x.mcap --streams y "
+                                      "-o y.mcap",
+                                      "encode *.pcd -o z.pcxi",
+                                      "'\x1b[31m'"}) {
+    const ProgramRun result = run(folder, arguments);
+    const std::string printed = result.output + result.errors;
+    EXPECT_EQ(printed.find('\x1b'), std::string::npos) << arguments;
+    EXPECT_EQ(printed.find('\xff'), std::string::npos) << arguments;
+    EXPECT_NE(printed.find("\\x1b[31m"), std::string::npos) << arguments << printed;
+    if (std::string(arguments).find("x.mcap") != std::string::npos)
+      EXPECT_NE(printed.find(shown), std::string::npos) << printed;
+  }
+}
+
+TEST(ProgramOutput, LimitOnFileSizesIsAnError)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const ProgramRun result =
+      runShell(folder, "ulimit -f 1; \"$P\" merge x.mcap -o y.mcap");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.errors.find("File too large"), std::string::npos) << result.errors;
 }
 
 TEST(ProgramInterruption, LeavesARecordingThatIsComplete)

@@ -2,6 +2,7 @@
 
 #include "measuring/markdown_table.h"
 #include "option_names.h"
+#include "printable_text.h"
 #include "standard_input.h"
 
 #include <sys/ioctl.h>
@@ -61,6 +62,13 @@ bar(std::size_t done, std::size_t total)
 
 } // namespace
 
+void
+printError(const std::string& command, const std::string& message)
+{
+  std::cerr << command << ": " << printable(withOptionNames(shown(message)))
+            << std::endl;
+}
+
 Console::Console(const std::string& command)
 : name_("pcl_ext " + command), is_terminal_(isatty(STDERR_FILENO) != 0)
 {}
@@ -82,7 +90,7 @@ Console::error(const std::string& message)
 {
   endProgress();
   std::cout.flush();
-  std::cerr << name_ << ": " << withOptionNames(shown(message)) << std::endl;
+  printError(name_, message);
 }
 
 void
@@ -96,7 +104,7 @@ void
 Console::summary(const std::string& line)
 {
   endProgress();
-  (is_output_free_ ? std::cerr : std::cout) << line << std::endl;
+  (is_output_free_ ? std::cerr : std::cout) << printable(line) << std::endl;
 }
 
 void

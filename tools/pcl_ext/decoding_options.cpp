@@ -9,18 +9,19 @@ namespace pcl_ext {
 namespace tools {
 
 void
-addLimits(CLI::App& app, io::DecoderLimits& limits)
+addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits)
 {
   constexpr std::size_t most = std::size_t{1} << 24;
   app.add_option_function<std::size_t>(
          "--max-voxels",
          [&limits](std::size_t voxels) {
-           limits.max_voxels = voxels;
-           constexpr std::size_t bytes_of_voxel = 16;
-           limits.max_frame_bytes =
-               std::max(limits.max_frame_bytes, bytes_of_voxel * voxels);
+           constexpr std::size_t of_voxel = 16; // bytes, and points
+           const io::DecoderLimits least;
+           limits = {std::max(least.max_frame_bytes, of_voxel * voxels),
+                     voxels,
+                     std::max(least.max_points, of_voxel * voxels)};
          },
-         "refuse frames with more (1048576)")
+         "refuse frames with more (2^20, or 16 for each byte of the recording)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))
       ->type_name("N");
 }

@@ -12,8 +12,8 @@ namespace tools {
 
 /** \brief Options of decoding. */
 struct DecodingOptions {
-  io::DecoderLimits limits;
-  std::optional<float> min_intensity; ///< voxels below are left out
+  std::optional<io::DecoderLimits> limits; ///< none: they follow the size of the file
+  std::optional<float> min_intensity;      ///< voxels below are left out
   bool removes_outliers = false;
   DensityUnit unit = DensityUnit::Automatic;
 };
@@ -24,7 +24,7 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options);
 
 /** \brief Adds --max-voxels. */
 void
-addLimits(CLI::App& app, io::DecoderLimits& limits);
+addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits);
 
 } // namespace tools
 } // namespace pcl_ext

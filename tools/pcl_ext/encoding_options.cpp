@@ -1,5 +1,7 @@
 #include "encoding_options.h"
 
+#include <pcl_ext/recording/recording_reader.h>
+
 #include "exit_status.h"
 
 #include <algorithm>
@@ -84,6 +86,9 @@ EncodingOptions::defaultCodec()
   io::IntensityCompressionSettings codec;
   codec.resolution = 0.04;
   codec.carry_header = true;
+  // Those of the largest recordings: StreamEncoder refuses what a reader would refuse.
+  codec.decoder_limits =
+      recording::decoderLimitsOf(std::numeric_limits<std::uint64_t>::max());
   return codec;
 }
 

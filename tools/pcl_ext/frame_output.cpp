@@ -1,6 +1,7 @@
 #include "frame_output.h"
 
 #include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/recording/recording_reader.h>
 
 #include "output_path.h"
 #include "throw_unless_ok.h"
@@ -82,7 +83,10 @@ FrameOutput::write(std::size_t stream, OutputFrame& frame)
     return;
   }
   const bool is_i_frame =
-      io::describeFrame(frame.bytes.data(), frame.bytes.size()).is_i_frame;
+      io::describeFrame(frame.bytes.data(),
+                        frame.bytes.size(),
+                        recording::decoderLimitsOf(frame.bytes.size()))
+          .is_i_frame;
   frame.message.channel = stream;
   std::swap(frame.cloud.bytes, frame.bytes);
   recording::writePointCloud(frame.cloud, true, frame.message.bytes);

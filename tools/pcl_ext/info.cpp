@@ -3,6 +3,7 @@
 #include "exit_status.h"
 #include "measuring/markdown_table.h"
 #include "options.h"
+#include "printable_text.h"
 #include "recording_figures.h"
 #include "recording_input.h"
 #include "standard_input.h"
@@ -174,7 +175,7 @@ printStreams(const std::vector<StreamFigures>& streams)
     const bool is_published = stream.format == io::StreamFormat::Published;
     const double bytes_per_voxel = stream.bytesPerVoxel();
     table.addRow(
-        {stream.name,
+        {printable(stream.name),
          whole(static_cast<double>(stream.frames)),
          whole(static_cast<double>(stream.i_frames)),
          whole(static_cast<double>(stream.missing + stream.unreadable)),
@@ -186,7 +187,7 @@ printStreams(const std::vector<StreamFigures>& streams)
          edge,
          is_published ? "published" : std::string("version1 ") + nameOf(stream.effort),
          describeAttributes(stream),
-         stream.frame_id.empty() ? "-" : stream.frame_id});
+         stream.frame_id.empty() ? "-" : printable(stream.frame_id)});
   }
   table.print(std::cout);
   std::cout << "voxels, bytes: means of a frame. ratio: 16 bytes a point of the "
@@ -199,7 +200,7 @@ printTable(const std::string& name,
            const RecordingSummary& summary,
            const std::vector<StreamFigures>& streams)
 {
-  std::cout << name << ": " << whole(static_cast<double>(summary.file_bytes))
+  std::cout << printable(name) << ": " << whole(static_cast<double>(summary.file_bytes))
             << " bytes, " << counted(streams.size(), "stream") << ", "
             << counted(summary.frames, "frame");
   if (summary.has_times)
@@ -213,11 +214,12 @@ printTable(const std::string& name,
   std::cout << '\n';
   printStreams(streams);
   for (std::size_t i = 0; i < summary.other_topics.size(); ++i)
-    std::cout << (i == 0 ? "other topics: " : ", ") << summary.other_topics[i].first
-              << " (" << summary.other_topics[i].second << ')'
+    std::cout << (i == 0 ? "other topics: " : ", ")
+              << printable(summary.other_topics[i].first + " (" +
+                           summary.other_topics[i].second + ')')
               << (i + 1 == summary.other_topics.size() ? "\n" : "");
   for (const recording::RecordingDamage& place : summary.damage)
-    std::cout << "damage: " << describe(place) << '\n';
+    std::cout << "damage: " << printable(describe(place)) << '\n';
 }
 
 nlohmann::ordered_json

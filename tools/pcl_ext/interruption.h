@@ -4,7 +4,8 @@ namespace pcl_ext {
 namespace tools {
 
 /** \brief From now on SIGINT and SIGTERM set a flag instead of ending the program; a second
- * one ends it. A pipe whose reader is gone is an error of writing. */
+ * one ends it. A pipe whose reader is gone, and a file that may not become as large
+ * (ulimit -f), are errors of writing. */
 void
 catchInterruptions();
 

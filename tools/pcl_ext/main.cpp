@@ -2,12 +2,11 @@
  * \brief The program pcl_ext: recordings of compressed clouds, on the command line.
  */
 #include "commands.h"
+#include "console.h"
 #include "exit_status.h"
 #include "help_format.h"
 #include "help_texts.h"
 #include "interruption.h"
-#include "option_names.h"
-#include "standard_input.h"
 
 #include <pcl/console/print.h>
 
@@ -64,11 +63,11 @@ run(CLI::App& program, const std::vector<Command>& commands)
       return command.run();
     }
     catch (const UsageError& error) {
-      std::cerr << name << ": " << withOptionNames(shown(error.what())) << '\n';
+      printError(name, error.what());
       return wrong_command_line;
     }
     catch (const std::exception& error) {
-      std::cerr << name << ": " << withOptionNames(shown(error.what())) << '\n';
+      printError(name, error.what());
       return isInterrupted() ? interrupted : something_failed;
     }
   }
@@ -122,8 +121,9 @@ main(int argc, char** argv)
     return finishOutput("pcl_ext", program.exit(asked));
   }
   catch (const std::exception& error) {
-    std::cerr << nameOfCommand(commands) << ": " << error.what() << "; see "
-              << nameOfCommand(commands) << " --help\n";
+    printError(nameOfCommand(commands),
+               std::string(error.what()) + "; see " + nameOfCommand(commands) +
+                   " --help");
     return wrong_command_line;
   }
   catchInterruptions();

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 
 namespace pcl_ext {
 namespace tools {
@@ -17,7 +18,6 @@ namespace tools {
 namespace {
 
 using recording::RecordedStream;
-using recording::Time;
 
 struct MergeOptions {
   std::vector<std::string> inputs;
@@ -28,8 +28,14 @@ struct MergeOptions {
 
 /** \brief The part of a stream that is in one input. */
 struct Part {
-  std::size_t input;
-  RecordedStream stream;
+  RecordingInput* input;
+  std::size_t stream; // of the input
+
+  const RecordedStream&
+  recorded() const
+  {
+    return input->reader().streams()[stream];
+  }
 };
 
 std::string
@@ -41,34 +47,91 @@ prefixOf(const MergeOptions& options, std::size_t input)
   return prefix.front() == '/' ? prefix : "/" + prefix;
 }
 
-/** \brief Refuses parts of one stream that are not one after the other. */
-void
-checkParts(const std::string& name,
-           const std::vector<Part>& parts,
-           const std::vector<std::string>& inputs,
-           const std::string& output)
+/** \brief Number of the frame from which on a part has the same frames as another one has
+ * from its beginning, byte for byte, until one of them ends. So do the parts that `cut` makes
+ * between two I-frames. Nothing if there is no such frame.
+ */
+std::optional<std::size_t>
+beginOfRepetition(const Part& before, const Part& after)
 {
-  std::vector<Part> sorted = parts;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Part& a, const Part& b) {
-    return a.stream.first_time < b.stream.first_time;
+  recording::RecordingReader& first = before.input->reader();
+  recording::RecordingReader& second = after.input->reader();
+  const std::size_t frames = before.recorded().frames;
+  const std::optional<std::size_t> begin =
+      before.recorded().has_times
+          ? first.frameAt(before.stream, second.timeOf(after.stream, 0))
+          : first.iFrameBefore(before.stream, frames - 1);
+  if (!begin)
+    return std::nullopt;
+  recording::RecordedFrame one;
+  recording::RecordedFrame other;
+  for (std::size_t i = 0; *begin + i < frames && i < after.recorded().frames; ++i)
+    if (!first.read(before.stream, *begin + i, one).ok() ||
+        !second.read(after.stream, i, other).ok() || one.bytes != other.bytes)
+      return std::nullopt;
+  return begin;
+}
+
+/** \brief Leaves out frames that two parts of a stream have, in one of them.
+ * \return their number
+ */
+std::size_t
+leaveOutRepetition(const Part& before, const Part& after)
+{
+  const std::optional<std::size_t> begin = beginOfRepetition(before, after);
+  if (!begin)
+    return 0;
+  const std::size_t repeated = before.recorded().frames - *begin;
+  if (after.recorded().frames <= repeated) {
+    after.input->endBefore(after.stream, 0);
+    return after.recorded().frames;
+  }
+  before.input->endBefore(before.stream, *begin);
+  return repeated;
+}
+
+/** \brief Puts the parts of one stream one after the other.
+ * \throws UsageError if they are of the same time
+ */
+void
+joinParts(const std::string& name,
+          std::vector<Part> parts,
+          const std::string& output,
+          Console& console)
+{
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return a.recorded().first_time < b.recorded().first_time;
   });
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    const Part& before = sorted[i - 1];
-    const Part& after = sorted[i];
-    const bool have_times = before.stream.has_times && after.stream.has_times;
-    // Without times the parts follow each other as they were named.
-    if (have_times ? before.stream.last_time < after.stream.first_time
-                   : !before.stream.has_times && !after.stream.has_times)
+  std::size_t last = 0; // of the parts until now, the one that ends last
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const RecordedStream& before = parts[last].recorded();
+    const RecordedStream& after = parts[i].recorded();
+    const bool have_times = before.has_times && after.has_times;
+    const bool have_none = !before.has_times && !after.has_times;
+    if (have_times && before.last_time < after.first_time) {
+      last = i;
       continue;
-    const std::string files =
-        "'" + inputs[before.input] + "' and in '" + inputs[after.input] + "'";
+    }
+    const std::string first = "'" + parts[last].input->shownPath() + "'";
+    const std::string second = "'" + parts[i].input->shownPath() + "'";
+    const std::size_t repeated =
+        have_times || have_none ? leaveOutRepetition(parts[last], parts[i]) : 0;
+    if (repeated > 0)
+      console.remark(first + " and " + second + " have " + counted(repeated, "frame") +
+                     " of " + name + " in common, copied once");
+    // Without times the parts follow each other as they were named.
+    if (repeated > 0 || have_none) {
+      last = parts[i].input->isChosen(parts[i].stream) ? i : last;
+      continue;
+    }
+    const std::string files = first + " and in " + second;
     if (kindOfOutput(output) == OutputKind::Frames)
       throw UsageError("'" + output +
-                       "' has one stream, and there are frames of the same time in " +
+                       "' has one stream, and there are other frames of the same time "
+                       "in " +
                        files + ": name x.mcap as the output");
-    throw UsageError("the stream " + name + " is in " + files +
-                     " at the same time: tell them apart with --prefix, such as "
-                     "--prefix a,b");
+    throw UsageError("the stream " + name + " has other frames of the same time in " +
+                     files + ": tell them apart with --prefix, such as --prefix a,b");
   }
 }
 
@@ -92,7 +155,7 @@ public:
     for (const std::string& input : options.inputs)
       inputs_.push_back(
           std::make_unique<RecordingInput>(RecordingInput::openBag(input)));
-    checkStreams();
+    joinStreams();
   }
 
   int
@@ -155,7 +218,7 @@ private:
   }
 
   void
-  checkStreams()
+  joinStreams()
   {
     if (isOneStream())
       for (const auto& input : inputs_)
@@ -165,9 +228,9 @@ private:
       for (std::size_t stream = 0; stream < inputs_[i]->reader().streams().size();
            ++stream)
         parts[topicName(prefixOf(options_, i), inputs_[i]->nameOf(stream))].push_back(
-            {i, inputs_[i]->reader().streams()[stream]});
+            {inputs_[i].get(), stream});
     for (const auto& [name, of_name] : parts)
-      checkParts(name, of_name, options_.inputs, options_.output);
+      joinParts(name, of_name, options_.output, console_);
     if (kindOfOutput(options_.output) == OutputKind::Frames && parts.size() > 1)
       throw UsageError("'" + options_.output + "' takes one stream, and there are " +
                        std::to_string(parts.size()) + ": name x.mcap");

@@ -14,15 +14,15 @@ void
 addFrame(const RecordedFrame& frame, StreamFigures& figures)
 {
   const FrameDescription& header = frame.description;
-  figures.bytes += frame.bytes.size();
-  figures.message_points += frame.message_points;
   figures.missing += figures.losses.missingBefore(header);
-  if (figures.frame_id.empty())
-    figures.frame_id = frame.frame_id;
   if (!header.status.ok()) {
     ++figures.unreadable;
     return;
   }
+  figures.bytes += frame.bytes.size();
+  figures.message_points += frame.message_points;
+  if (figures.frame_id.empty())
+    figures.frame_id = frame.frame_id;
   figures.i_frames += header.is_i_frame ? 1 : 0;
   if (header.format == io::StreamFormat::Version1 || header.is_i_frame) {
     ++figures.frames_with_voxels;
@@ -66,10 +66,8 @@ figuresOf(RecordingInput& input, Console& console)
     if (stream.frames++ == 0)
       stream.first_time = item.time;
     stream.last_time = item.time;
-    if (input.read(item, frame).ok())
-      addFrame(frame, stream);
-    else
-      ++stream.unreadable;
+    static_cast<void>(input.read(item, frame)); // its description tells if that failed
+    addFrame(frame, stream);
   }
   console.endProgress();
   return figures;

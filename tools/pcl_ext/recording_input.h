@@ -7,6 +7,7 @@
 
 #include <CLI/App.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -108,6 +109,13 @@ public:
    */
   void
   select(const Selection& selection);
+
+  /** \brief Leaves out the frames of a stream from a number on. */
+  void
+  endBefore(std::size_t stream, std::size_t number)
+  {
+    ranges_[stream].end = std::min(ranges_[stream].end, number);
+  }
 
   /** \brief True if frames of a stream are wanted. */
   bool

@@ -1,8 +1,10 @@
 #include "stream_encoder.h"
 
 #include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/recording/recording_reader.h>
 
 #include "exit_status.h"
+#include "text_values.h"
 
 #include <pcl/common/common.h>
 #include <pcl/conversions.h>
@@ -76,6 +78,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (!status.hasFrame())
     throw std::runtime_error(status.message());
+  const nodes::SensorNodeStatistics statistics = node_->statistics();
+  refuseWhatReadersRefuse(statistics, bytes.size());
   if (status.hasWarning() && sums_.warnings++ == 0)
     sums_.first_warning = source + ": " + status.message();
   if (left_out_.empty())
@@ -87,7 +91,6 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        "', that of the clouds before '" + cloud_frame_id_ +
                        "'; all points of a stream are in one coordinate frame, '" +
                        frame_id_ + "'";
-  const nodes::SensorNodeStatistics statistics = node_->statistics();
   ++sums_.frames;
   sums_.all_points += statistics.preprocessing.points;
   sums_.points +=
@@ -99,6 +102,31 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   sums_.bytes += bytes.size();
   if (sums_.encoded_points == 0 && extent_.empty())
     noteExtent(cloud);
+}
+
+/** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin
+ * at an I-frame, so that only the bytes since then count.
+ * \throws std::runtime_error if a frame has more voxels or points; the next one is an I-frame
+ */
+void
+StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
+                                       std::size_t bytes)
+{
+  bytes_since_i_frame_ =
+      statistics.frame.coding.is_i_frame ? bytes : bytes_since_i_frame_ + bytes;
+  const io::DecoderLimits limits = recording::decoderLimitsOf(bytes_since_i_frame_);
+  const std::size_t points =
+      options_.codec().keep_points ? statistics.frame.voxelization.points_used : 0;
+  if (statistics.frame.coding.voxels <= limits.max_voxels &&
+      points <= limits.max_points && bytes <= limits.max_frame_bytes)
+    return;
+  node_->requestIFrame();
+  throw std::runtime_error(
+      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
+      counted(bytes, "byte") +
+      ", which is more than a reader of the recording takes: use a larger "
+      "--resolution" +
+      (points > limits.max_points ? ", or leave out --keep-points" : ""));
 }
 
 void

@@ -121,6 +121,10 @@ private:
   void
   noteExtent(const pcl::PCLPointCloud2& cloud);
 
+  void
+  refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
+                          std::size_t bytes);
+
   const EncodingOptions& options_;
   std::string name_;
   WorldPose pose_;
@@ -132,7 +136,8 @@ private:
   std::string left_out_;        ///< see leftOut()
   IntensityLaw law_ = IntensityLaw::Count;
   EncodedSums sums_;
-  std::string extent_; ///< of the first cloud, in the world
+  std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
+  std::string extent_;                    ///< of the first cloud, in the world
 };
 
 } // namespace tools

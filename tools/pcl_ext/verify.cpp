@@ -10,8 +10,8 @@
 #include "recording_input.h"
 #include "stream_decoder.h"
 
-#include <iostream>
 #include <memory>
+#include <optional>
 
 namespace pcl_ext {
 namespace tools {
@@ -25,7 +25,7 @@ using recording::RecordedStreamDecoder;
 struct VerifyOptions {
   std::string input;
   Selection selection;
-  io::DecoderLimits limits;
+  std::optional<io::DecoderLimits> limits;
   bool is_quiet = false;
 };
 
@@ -80,13 +80,12 @@ private:
   verify(const RecordingInput::Item& item)
   {
     const auto status = input_.read(item, frame_);
+    const std::size_t missing = gaps_[item.stream].missingBefore(frame_.description);
     if (!status.ok()) {
       loseFrame(item, status.message());
       return;
     }
-    if (const std::size_t missing =
-            gaps_[item.stream].missingBefore(frame_.description);
-        missing > 0 && item.is_wanted) {
+    if (missing > 0 && item.is_wanted) {
       lost_ += missing;
       failures_.add(input_.nameOf(item.stream),
                     item.number,
@@ -116,8 +115,7 @@ private:
   void
   report(const std::string& line)
   {
-    console_.endProgress();
-    std::cout << line << std::endl;
+    console_.summary(line);
   }
 
   Console console_;

@@ -44,6 +44,15 @@ struct RecordedFrame {
   io::FrameDescription description;
 };
 
+/** \brief Limits of decoding a recording, which follow its size: 16 voxels for each byte, at
+ * least the default of DecoderLimits and at most 2^24; 16 points for each of these voxels;
+ * frames of 256 MiB. So memory is at most 9600 times the size of the file, or what the default
+ * allows. Recorded sensors take more than a sixteenth of a byte for each voxel.
+ * \param[in] bytes of the recording
+ */
+PCL_EXT_EXPORT io::DecoderLimits
+decoderLimitsOf(std::uint64_t bytes);
+
 /** \brief Reads recordings: .pcxi files, MCAP files and rosbag2 folders with messages of the
  * type point_cloud_interfaces/msg/CompressedPointCloud2 and a format of pcl_ext.
  *
@@ -135,11 +144,11 @@ class PCL_EXT_EXPORT RecordedStreamDecoder {
 public:
   /** \param[in] reader must outlive this
    * \param[in] stream index in its streams
-   * \param[in] limits of decoding
+   * \param[in] limits of decoding; none: decoderLimitsOf(reader.fileBytes())
    */
   RecordedStreamDecoder(RecordingReader& reader,
                         std::size_t stream,
-                        const io::DecoderLimits& limits = io::DecoderLimits());
+                        const std::optional<io::DecoderLimits>& limits = std::nullopt);
   ~RecordedStreamDecoder();
   RecordedStreamDecoder(RecordedStreamDecoder&&) noexcept;
   RecordedStreamDecoder&

@@ -1,0 +1,69 @@
+#include "tools/program.h"
+
+#include <pcl/io/pcd_io.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace {
+
+/** \brief A cube of voxels of 4 cm, each with a point; without gaps it takes few bytes. */
+pcl::PointCloud<pcl::PointXYZ>
+cubeOfVoxels(int width, bool has_gaps)
+{
+  std::mt19937 random(1);
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (int x = 0; x < width; ++x)
+    for (int y = 0; y < width; ++y)
+      for (int z = 0; z < width; ++z)
+        if (!has_gaps || random() % 2 == 0)
+          cloud.push_back({0.04f * (static_cast<float>(x) + 0.5f),
+                           0.04f * (static_cast<float>(y) + 0.5f),
+                           0.04f * (static_cast<float>(z) + 0.5f)});
+  return cloud;
+}
+
+} // namespace
+
+TEST(ProgramLimits, FramesAboveADecodersDefaultAreRead)
+{
+  const TestFolder folder;
+  const pcl::PointCloud<pcl::PointXYZ> cloud = cubeOfVoxels(130, true);
+  ASSERT_GT(cloud.size(), std::size_t{1} << 20);
+  pcl::io::savePCDFileBinary(folder / "large.pcd", cloud);
+  expectRun(folder, "encode large.pcd -o x.mcap -r 0.04 -l none -e fast");
+  const ProgramRun verified = expectRun(folder, "verify x.mcap");
+  EXPECT_EQ(verified.output, "1 frame decoded, 0 lost\n");
+  expectRun(folder, "decode x.mcap -o y.mcap --bag");
+  const ProgramRun limited = run(folder, "decode x.mcap -o z --max-voxels 1000000");
+  EXPECT_EQ(limited.status, 1);
+  EXPECT_NE(limited.errors.find("exceed the limit of 1000000"), std::string::npos)
+      << limited.errors;
+}
+
+TEST(ProgramLimits, FrameThatReadersRefuseIsNotWritten)
+{
+  const TestFolder folder;
+  std::filesystem::create_directories(folder / "room");
+  pcl::io::savePCDFileBinary(folder / "room/0.pcd", cubeOfVoxels(10, true));
+  pcl::io::savePCDFileBinary(folder / "room/1.pcd", cubeOfVoxels(102, false));
+  pcl::io::savePCDFileBinary(folder / "room/2.pcd", cubeOfVoxels(10, true));
+  const ProgramRun result =
+      run(folder, "encode room -o x.pcxi -r 0.04 -l none -e fast -q");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.errors.find("room, frame 1: the frame has 1,061,208 voxels in "),
+            std::string::npos)
+      << result.errors;
+  EXPECT_NE(result.errors.find("use a larger --resolution"), std::string::npos);
+  EXPECT_EQ(expectRun(folder, "verify x.pcxi").output, "2 frames decoded, 0 lost\n");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
