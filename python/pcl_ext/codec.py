@@ -55,7 +55,7 @@ class Encoder:
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
         cover, 0 to 255, from their depth, which needs `sensor`; "none": positions alone;
-        "automatic": "native" if the first cloud has an intensity, else "count".
+        "automatic": "native" if the first cloud has an intensity, else "none".
     sensor : str or (float, float, int, int), optional
         Name of a sensor of `sensors()`, or horizontal and vertical field of view, degrees,
         and columns and rows of its image.
@@ -109,7 +109,7 @@ class Encoder:
 
     def __init__(
         self,
-        resolution: float = 0.04,
+        resolution: float = 0.01,
         *,
         effort: Effort = "balanced",
         i_frame_rate: int = 30,
@@ -276,7 +276,8 @@ class Decoder:
     --------
     >>> import numpy, pcl_ext
     >>> decoder = pcl_ext.Decoder()
-    >>> cloud = decoder.decode(pcl_ext.Encoder().encode(numpy.zeros((10, 3))))
+    >>> encoder = pcl_ext.Encoder(law="count")
+    >>> cloud = decoder.decode(encoder.encode(numpy.zeros((10, 3))))
     >>> cloud["intensity"]
     array([10.], dtype=float32)
     >>> decoder.decode(b"something else") is None

@@ -50,7 +50,7 @@ class OutlierRemoval:
     --------
     >>> import numpy, pcl_ext
     >>> removal = pcl_ext.OutlierRemoval(unit="points")
-    >>> frame = pcl_ext.Encoder().encode(numpy.random.rand(1000, 3))
+    >>> frame = pcl_ext.Encoder(law="count").encode(numpy.random.rand(1000, 3))
     >>> cloud = pcl_ext.Decoder().decode(frame, outliers=removal)
     >>> removal.status.ok
     True

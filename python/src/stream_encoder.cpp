@@ -48,7 +48,7 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!encoder_)
-    start(cloud.columns.intensity ? IntensityLaw::Native : IntensityLaw::Count);
+    start(cloud.columns.intensity ? IntensityLaw::Native : IntensityLaw::None);
   checkIntensities(cloud);
   const bool is_native = *settings_.law == IntensityLaw::Native;
   io::PointView view = viewOf(cloud.columns, is_native, memory_);

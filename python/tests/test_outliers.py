@@ -24,7 +24,7 @@ def is_noise(cloud):
 
 
 def test_noise_goes_and_the_wall_stays(random):
-    frame = pcl_ext.Encoder(0.04).encode(noisy_wall(random))
+    frame = pcl_ext.Encoder(0.04, law="count").encode(noisy_wall(random))
     complete = pcl_ext.Decoder().decode(frame)
     removal = pcl_ext.OutlierRemoval("points")
     decoder = pcl_ext.Decoder()
@@ -41,7 +41,7 @@ def test_noise_goes_and_the_wall_stays(random):
 @pytest.mark.parametrize("min_log_odds", [-2.0, 0.0, 2.5])
 @pytest.mark.parametrize("keep_points", [False, True])
 def test_scores_decide_what_stays(random, min_log_odds, keep_points):
-    encoder = pcl_ext.Encoder(0.04, keep_points=keep_points)
+    encoder = pcl_ext.Encoder(0.04, law="count", keep_points=keep_points)
     scoring = pcl_ext.OutlierRemoval("points")
     removal = pcl_ext.OutlierRemoval("points", min_log_odds=min_log_odds)
     decoder = pcl_ext.Decoder()
@@ -59,10 +59,10 @@ def test_scores_decide_what_stays(random, min_log_odds, keep_points):
 def test_removal_before_encoding_saves_bytes(random):
     cloud = noisy_wall(random)
     removal = pcl_ext.OutlierRemoval("points")
-    frame = pcl_ext.Encoder(0.04).encode(cloud, outliers=removal)
+    frame = pcl_ext.Encoder(0.04, law="count").encode(cloud, outliers=removal)
     assert removal.removed > 0
     decoded = pcl_ext.Decoder().decode(frame)
-    complete = pcl_ext.Encoder(0.04).encode(cloud)
+    complete = pcl_ext.Encoder(0.04, law="count").encode(cloud)
     assert len(frame) < len(complete)
     at_receiver = pcl_ext.Decoder().decode(
         complete, outliers=pcl_ext.OutlierRemoval("points")
@@ -71,7 +71,7 @@ def test_removal_before_encoding_saves_bytes(random):
 
 
 def test_minimum_after_outliers(random):
-    frame = pcl_ext.Encoder(0.04).encode(noisy_wall(random))
+    frame = pcl_ext.Encoder(0.04, law="count").encode(noisy_wall(random))
     kept = pcl_ext.Decoder().decode(frame, outliers=pcl_ext.OutlierRemoval("points"))
     both = pcl_ext.Decoder().decode(
         frame, outliers=pcl_ext.OutlierRemoval("points"), min_intensity=10
@@ -100,7 +100,7 @@ def test_what_cannot_be_judged_stays(random):
 def test_history_and_reset(random):
     """A place that was occupied before helps a point there, until it is forgotten."""
     cloud = noisy_wall(random)
-    encoder = pcl_ext.Encoder(0.04, i_frame_rate=1)
+    encoder = pcl_ext.Encoder(0.04, law="count", i_frame_rate=1)
     decoder = pcl_ext.Decoder()
     removal = pcl_ext.OutlierRemoval("points")
     decoder.decode(encoder.encode(cloud))

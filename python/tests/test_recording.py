@@ -13,7 +13,11 @@ EPOCH = 1700000000.123457
 
 def frames_of(room, count, **settings):
     encoder = pcl_ext.Encoder(
-        0.1, bounding_box=((-2, -2, 0), (3, 2, 4)), i_frame_rate=4, **settings
+        0.1,
+        law="count",
+        bounding_box=((-2, -2, 0), (3, 2, 4)),
+        i_frame_rate=4,
+        **settings,
     )
     return [
         encoder.encode(room + np.float32(0.02 * frame), stamp=EPOCH + frame)
@@ -200,6 +204,7 @@ def test_damaged_files(two_streams, random, tmp_path):
             assert damage.message and damage.offset <= len(whole)
 
 
+@pytest.mark.filterwarnings("ignore::pcl_ext.CompressionWarning")
 def test_limits_follow_the_size_of_the_recording(tmp_path):
     random = np.random.default_rng(1)
     places = np.argwhere(random.random((130, 130, 130)) < 0.5).astype(np.float32)

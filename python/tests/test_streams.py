@@ -229,6 +229,13 @@ def test_warnings_come_once_for_each_kind(room):
     assert seen[0].filename == __file__
 
 
+def test_a_cloud_of_nan_has_a_warning(room):
+    encoder = pcl_ext.Encoder()
+    with pytest.warns(pcl_ext.CompressionWarning, match="points are NaN or infinite"):
+        encoder.encode(np.full((5, 3), np.nan))
+    assert encoder.law == "none"
+
+
 def test_a_warning_that_is_an_error_loses_no_frame(room):
     box = ((-1, -1, 0), (1, 1, 3))
     encoder = pcl_ext.Encoder(0.1, bounding_box=box)
@@ -304,7 +311,7 @@ def test_frame_size_of_bytes_in_pieces(room):
 
 
 def test_min_intensity(room):
-    frame = pcl_ext.Encoder(0.1).encode(room)
+    frame = pcl_ext.Encoder(0.1, law="count").encode(room)
     complete = pcl_ext.Decoder().decode(frame)
     kept = pcl_ext.Decoder().decode(frame, min_intensity=3)
     np.testing.assert_array_equal(kept, complete[complete["intensity"] >= 3])

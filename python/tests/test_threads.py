@@ -117,7 +117,7 @@ def test_an_encoder_of_several_threads(room):
 
 
 def test_a_decoder_and_a_filter_of_several_threads(room):
-    encoder = pcl_ext.Encoder(0.1, i_frame_rate=1)
+    encoder = pcl_ext.Encoder(0.1, law="count", i_frame_rate=1)
     frames = [encoder.encode(room[number * 100 :]) for number in range(20)]
     expected = {
         len(pcl_ext.Decoder().decode(frame, min_intensity=2)): frame for frame in frames

@@ -37,7 +37,7 @@ def test_count_is_the_number_of_points(room, effort, resolution):
     room[6, 1] = -np.inf
     voxels, index, finite = voxels_of(room, resolution)
     lattice, cloud = decoded_by_lattice(
-        code(room, resolution, effort=effort), resolution
+        code(room, resolution, law="count", effort=effort), resolution
     )
     np.testing.assert_array_equal(lattice, voxels)
     np.testing.assert_array_equal(
@@ -115,7 +115,7 @@ def test_colours_are_means(room, random):
     colour = random.integers(0, 256, (len(room), 3), dtype=np.uint8)
     voxels, index, _ = voxels_of(room, 0.1)
     decoded = code((room, None, colour), 0.1, colour_bits=8)
-    assert decoded.dtype.names == ("x", "y", "z", "intensity", "r", "g", "b")
+    assert decoded.dtype.names == ("x", "y", "z", "r", "g", "b")
     assert decoded.dtype.itemsize % 4 == 0
     lattice, cloud = decoded_by_lattice(decoded, 0.1)
     np.testing.assert_array_equal(lattice, voxels)

@@ -43,6 +43,11 @@ warn(std::size_t number,
 void
 warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string& text)
 {
+  if (cloud.points_not_finite == cloud.points)
+    warn(cloud.points,
+         cloud.points,
+         "points are NaN or infinite: the frame is empty",
+         text);
   warn(cloud.points_outside_grid,
        cloud.points,
        "points are more than 2^20 voxels from the grid's origin and were left out: "

@@ -64,6 +64,17 @@ settingsAt(double resolution)
   return settings;
 }
 
+TEST(FrameWarnings, CloudWithoutAFinitePointIsMentioned)
+{
+  Points points(3, {not_a_number, 0.0f, 0.0f, 1.0f});
+  expectWarning(encode(settingsAt(0.1), IntensityUnit::None, viewOf(points)),
+                "3 of 3 points are NaN or infinite: the frame is empty");
+  // Single ones are what depth cameras have where they see nothing.
+  points[1][0] = 0.0f;
+  EXPECT_FALSE(
+      encode(settingsAt(0.1), IntensityUnit::None, viewOf(points)).hasWarning());
+}
+
 TEST(FrameWarnings, NothingIsLostWithoutThem)
 {
   const Points points{{0.0f, 0.0f, 1.0f, 7.0f},

@@ -14,6 +14,7 @@ pcl_ext_add_test(
     tools/test_program_limits.cpp
     tools/test_program_options.cpp
     tools/test_program_recordings.cpp
+    tools/test_program_words.cpp
     ${PROJECT_SOURCE_DIR}/measuring/file_stamps.cpp
   LIBRARIES pcl_ext_recording_objects ${PCL_EXT_PCL_IO} nlohmann_json::nlohmann_json)
 target_compile_definitions(test_program

@@ -236,17 +236,13 @@ TEST(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
   }
 }
 
-TEST(ProgramBags, InfoTellsTheRatioOfThePoints)
+TEST(ProgramBags, InfoNamesTheOtherTopics)
 {
   const TestFolder folder;
   writeBag(folder / "bag.mcap", 2);
   expectRun(folder, "encode bag.mcap -o small.mcap -r 0.1");
   const ProgramRun result = expectRun(folder, "info small.mcap --json");
   const nlohmann::json json = nlohmann::json::parse(result.output);
-  const nlohmann::json& stream = json["streams"][0];
-  const double points = 2.0 * static_cast<double>(roomClouds(1)[0].size());
-  EXPECT_DOUBLE_EQ(stream["ratio_16_bytes_a_point"],
-                   16.0 * points / stream["bytes"].get<double>());
   ASSERT_EQ(json["other_topics"].size(), 1u);
   EXPECT_EQ(json["other_topics"][0]["topic"], "/imu");
   EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
@@ -388,10 +384,9 @@ TEST(ProgramBags, CutKeepsTheOtherMessagesOfItsTime)
   const ProgramRun result =
       run(folder, "cut all.mcap -o part.mcap --from 0.5 --to 0.7");
   EXPECT_EQ(result.status, 0);
-  EXPECT_NE(result.errors.find("/front/points/pcl_ext begins 1 frame earlier, with the "
-                               "I-frame 4"),
+  EXPECT_NE(result.output.find("2 frames of these before the first ones asked for"),
             std::string::npos)
-      << result.errors;
+      << result.output;
   const Bag all = readBag(folder / "all.mcap");
   const Bag part = readBag(folder / "part.mcap");
   for (const std::string topic : {"/front/points/pcl_ext", "/rear/points/pcl_ext"}) {

@@ -67,8 +67,6 @@ TEST(ProgramInfo, JsonHasTheFiguresOfTheStreams)
     EXPECT_DOUBLE_EQ(stream["mean_frame_voxels"], static_cast<double>(voxels) / frames);
     EXPECT_DOUBLE_EQ(stream["bytes_per_voxel"],
                      static_cast<double>(bytes) / static_cast<double>(voxels));
-    EXPECT_DOUBLE_EQ(stream["ratio_16_bytes_a_voxel"],
-                     16.0 * static_cast<double>(voxels) / static_cast<double>(bytes));
     EXPECT_DOUBLE_EQ(stream["rate_hz"], 20.0);
     EXPECT_DOUBLE_EQ(stream["resolution_m"],
                      streams[i].frames[0].voxels.grid.resolution);
@@ -143,11 +141,12 @@ TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
   recordTwoStreams(folder / "x.mcap");
   const std::vector<DecodedStream> all = decode(folder / "x.mcap");
   const ProgramRun result =
-      run(folder, "cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27");
+      run(folder, "cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27 -q");
   EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(result.errors,
-            "pcl_ext cut: /sensor_0 begins 3 frames earlier, with the I-frame 20, "
-            "without which the others cannot be decoded\n");
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(result.output,
+            "part.pcxi: 7 frames of 1 stream, 3 frames of these before the first ones "
+            "asked for, from I-frames on, without which those cannot be decoded\n");
   const std::vector<DecodedStream> part = decode(folder / "part.pcxi");
   ASSERT_EQ(part.size(), 1u);
   EXPECT_EQ(part[0].frames.size(), 7u);
@@ -238,13 +237,12 @@ TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
   expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
   const ProgramRun merged = run(folder, "merge b.mcap a.mcap -o ab.mcap");
   EXPECT_EQ(merged.status, 0) << merged.errors;
-  EXPECT_EQ(merged.errors,
-            "pcl_ext merge: 'a.mcap' and 'b.mcap' have 5 frames of /sensor_0 in common, "
-            "copied once
-"
-            "pcl_ext merge: 'a.mcap' and 'b.mcap' have 1 frame of /sensor_1 in common, "
-            "copied once
-");
+  EXPECT_EQ(
+      merged.errors,
+      "pcl_ext merge: 'a.mcap' and 'b.mcap' have 5 frames of /sensor_0 in common, "
+      "copied once\n"
+      "pcl_ext merge: 'a.mcap' and 'b.mcap' have 1 frame of /sensor_1 in common, "
+      "copied once\n");
   const std::vector<DecodedStream> joined = decode(folder / "ab.mcap");
   ASSERT_EQ(joined.size(), 2u);
   for (const DecodedStream& stream : joined) {
@@ -312,8 +310,8 @@ TEST(ProgramNames, ControlCharactersAreNotPrinted)
     EXPECT_EQ(printed.find('\x1b'), std::string::npos) << arguments;
     EXPECT_EQ(printed.find('\xff'), std::string::npos) << arguments;
     EXPECT_NE(printed.find("\\x1b[31m"), std::string::npos) << arguments << printed;
-    if (std::string(arguments).find("x.mcap") != std::string::npos)
-      EXPECT_NE(printed.find(shown), std::string::npos) << printed;
+    const bool has_stream = std::string(arguments).find("x.mcap") != std::string::npos;
+    EXPECT_EQ(printed.find(shown) != std::string::npos, has_stream) << printed;
   }
 }
 

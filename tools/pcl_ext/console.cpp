@@ -20,9 +20,9 @@ namespace {
 
 using measuring::formatted;
 
-constexpr std::chrono::milliseconds first_after{1000};
+constexpr std::chrono::milliseconds first_bar_after{1000};
 constexpr std::chrono::milliseconds bar_period{100};
-constexpr std::chrono::milliseconds line_period{1000};
+constexpr std::chrono::milliseconds first_line_after{10000};
 
 /** \brief 1:05 or 1:02:05. */
 std::string
@@ -115,7 +115,8 @@ Console::startProgress(const std::string& what, std::size_t total)
   total_ = total;
   done_ = 0;
   start_ = Clock::now();
-  next_ = start_ + first_after;
+  until_next_ = first_line_after;
+  next_ = start_ + (is_terminal_ ? first_bar_after : first_line_after);
 }
 
 void
@@ -127,7 +128,8 @@ Console::advance(std::size_t count)
   const Clock::time_point now = Clock::now();
   if (now < next_)
     return;
-  next_ = now + (is_terminal_ ? bar_period : line_period);
+  next_ = now + (is_terminal_ ? bar_period : until_next_);
+  until_next_ *= 2;
   show(now);
 }
 

@@ -16,8 +16,8 @@ printError(const std::string& command, const std::string& message);
 
 /** \brief What a command prints while it works: errors, remarks, and how far it is.
  *
- * Progress goes to standard error: on a terminal a bar with rate and remaining time, else a
- * line a second; none in the first second, so that short runs have none.
+ * Progress goes to standard error: on a terminal a bar with rate and remaining time, else
+ * lines, the first after ten seconds and each after twice the time of the one before.
  */
 class Console {
 public:
@@ -75,6 +75,7 @@ private:
   bool is_bar_shown_ = false;
   Clock::time_point start_;
   Clock::time_point next_;
+  Clock::duration until_next_{};
 };
 
 } // namespace tools

@@ -153,6 +153,7 @@ CopiedStreams::copyFrame(std::size_t number, const RecordingInput::Item& item)
     return;
   }
   ++frames_;
+  leading_frames_ += item.is_wanted ? 0 : 1;
   if (item.has_message && output_.isBag()) {
     throwUnlessOk(input.recording->read(item, message_));
     message_.channel = stream.number;
@@ -187,6 +188,11 @@ CopiedStreams::finish()
   output_.finish();
   std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
                      counted(streams_.size(), "stream");
+  if (leading_frames_ > 0)
+    line +=
+        ", " + counted(leading_frames_, "frame") +
+        " of these before the first ones asked for, from I-frames on, without which "
+        "those cannot be decoded";
   if (other_messages_ > 0)
     line += ", " + counted(other_messages_, "other message");
   if (lost_ > 0)

@@ -88,6 +88,7 @@ private:
   recording::McapMessage message_;
   OutputFrame written_;
   std::size_t frames_ = 0;
+  std::size_t leading_frames_ = 0; // of these, before those that are wanted
   std::size_t other_messages_ = 0;
   std::size_t lost_ = 0;
 };

@@ -43,12 +43,6 @@ cut(const CutOptions& options)
                      ": choose one with --streams or name x.mcap");
   CopiedStreams copied(options.output, input.bag() != nullptr, input.bag(), console);
   copied.addInput(input, "");
-  for (std::size_t i = 0; i < input.reader().streams().size(); ++i)
-    if (const std::size_t more = input.firstWanted(i) - input.firstRead(i); more > 0)
-      console.remark(input.nameOf(i) + " begins " + counted(more, "frame") +
-                     " earlier, with the I-frame " +
-                     std::to_string(input.firstRead(i)) +
-                     ", without which the others cannot be decoded");
   console.startProgress("frames", input.size());
   RecordingInput::Item item;
   while (!isInterrupted() && input.next(item)) {

@@ -89,8 +89,8 @@ public:
     for (const std::string& place : input_.damage())
       console_.error(place);
     for (const StreamDecoder& decoder : decoders_)
-      if (!decoder.remark().empty())
-        console_.remark(decoder.remark());
+      if (const std::string remark = decoder.remark(); !remark.empty())
+        console_.remark(remark);
     if (frames_ == 0)
       throw std::runtime_error("no frame could be decoded; '" + options_.output +
                                "' was not written");

@@ -175,6 +175,7 @@ addDemo(CLI::App& app)
          },
          "least intensity that denoising keeps, instead of the outlier filter")
       ->type_name("I");
+  options->encoding.setDefaults(cell_resolution, cell_law);
   options->encoding.addCropOption(app);
   options->encoding.addCodecOptions(app);
   addQuiet(app, options->is_quiet);

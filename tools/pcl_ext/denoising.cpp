@@ -12,7 +12,8 @@ namespace {
 float
 defaultThreshold(IntensityLaw law, double resolution)
 {
-  if (law == IntensityLaw::Native || resolution < VoxelOutlierRemoval::min_cell_edge)
+  if (law == IntensityLaw::Native || law == IntensityLaw::None ||
+      resolution < VoxelOutlierRemoval::min_cell_edge)
     return 0.0f;
   return needsSensor(law) ? 64.0f : 2.0f;
 }

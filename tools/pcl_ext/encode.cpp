@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 namespace pcl_ext {
 namespace tools {
@@ -88,6 +89,8 @@ private:
     std::optional<std::size_t> output;
     std::vector<InputCloud> waiting; // empty ones, until there is one with a law
     std::size_t failures = 0;
+    recording::Time first_time{0}; // of the frames
+    recording::Time last_time{0};
   };
 
   /** \brief True for channels whose messages are not encoded. */
@@ -164,8 +167,11 @@ private:
       ++stream.failures;
       return;
     }
-    if (!stream.output)
+    if (!stream.output) {
       stream.output = addStream(cloud.stream, stream);
+      stream.first_time = cloud.message.log_time;
+    }
+    stream.last_time = cloud.message.log_time;
     frame_.message.log_time = cloud.message.log_time;
     frame_.message.publish_time = cloud.message.publish_time;
     frame_.message.sequence = cloud.message.sequence;
@@ -232,6 +238,7 @@ private:
       const EncodedSums& part = stream->encoder.sums();
       failures += stream->failures;
       sums.frames += part.frames;
+      sums.all_points += part.all_points;
       sums.points += part.points;
       sums.encoded_points += part.encoded_points;
       sums.voxels += part.voxels;
@@ -245,8 +252,10 @@ private:
                              : ""));
       if (!stream->encoder.leftOut().empty())
         console_.remark(stream->encoder.name() + ": " + stream->encoder.leftOut());
-      if (!stream->encoder.frameIdRemark().empty())
-        console_.remark(stream->encoder.frameIdRemark());
+      for (const std::string& remark :
+           {stream->encoder.frameIdRemark(), stream->encoder.unitRemark()})
+        if (!remark.empty())
+          console_.remark(remark);
       if (const std::string why = stream->encoder.whyNothingWasEncoded();
           !why.empty()) {
         console_.error(why);
@@ -269,6 +278,31 @@ private:
                                                                : all_done;
   }
 
+  std::string
+  edge() const
+  {
+    std::ostringstream text;
+    text << options_.encoding.codec().resolution;
+    return text.str();
+  }
+
+  /** \brief Bytes that all streams take in a second of their clouds; 0: unknown. */
+  double
+  bytesASecond() const
+  {
+    double rate = 0.0;
+    for (const auto& stream : streams_) {
+      const EncodedSums& sums = stream->encoder.sums();
+      const double seconds =
+          std::chrono::duration<double>(stream->last_time - stream->first_time).count();
+      // The last frame is as long as the others.
+      if (sums.frames > 1 && seconds > 0.0)
+        rate += static_cast<double>(sums.bytes) / seconds *
+                static_cast<double>(sums.frames - 1) / static_cast<double>(sums.frames);
+    }
+    return rate;
+  }
+
   void
   printSummary(const EncodedSums& sums, std::size_t failures)
   {
@@ -278,13 +312,28 @@ private:
     std::string line = options_.output + ": " + counted(sums.frames, "frame");
     if (streams_.size() > 1)
       line += " of " + std::to_string(streams_.size()) + " streams";
-    line += ", " + number(sums.encoded_points) +
-            (sums.encoded_points < sums.points ? " of " + number(sums.points) : "") +
-            " points in " + number(sums.bytes) + " bytes (16 bytes a point: ratio " +
+    line += ", " + number(sums.encoded_points) + " points in " +
+            counted(sums.voxels, "voxel") + " of " + edge() + " m";
+    if (sums.voxels > 0)
+      line += " (" +
+              formatted(static_cast<double>(sums.encoded_points) /
+                            static_cast<double>(sums.voxels),
+                        1) +
+              " points a voxel)";
+    if (sums.all_points > sums.points)
+      line += ", " + number(sums.all_points - sums.points) +
+              " points left out that are not finite";
+    if (sums.points > sums.encoded_points)
+      line += ", " + number(sums.points - sums.encoded_points) +
+              " points left out beyond box or grid";
+    line += ", " + number(sums.bytes) + " bytes";
+    if (const double rate = bytesASecond(); rate > 0.0)
+      line += " (" + formatted(rate, 0) + " bytes/s)";
+    line += ", ratio " +
             formatted(16.0 * static_cast<double>(sums.encoded_points) /
                           static_cast<double>(sums.bytes),
                       1) +
-            ")";
+            " to 16 bytes a point";
     if (options_.encoding.removesOutliers())
       line += ", " + number(sums.outliers) + " of " +
               counted(sums.outliers + sums.voxels, "voxel") + " removed as outliers";
@@ -329,7 +378,7 @@ addEncode(CLI::App& app)
             1e-6,
             1e6,
             "HZ",
-            "clouds a second of files, for which times in their names are not used");
+            "clouds per second, of files, for which times in their names are not used");
   addParsed(app,
             "--frames",
             "A:B",

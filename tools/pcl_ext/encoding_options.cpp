@@ -84,7 +84,6 @@ io::IntensityCompressionSettings
 EncodingOptions::defaultCodec()
 {
   io::IntensityCompressionSettings codec;
-  codec.resolution = 0.04;
   codec.carry_header = true;
   // Those of the largest recordings: StreamEncoder refuses what a reader would refuse.
   codec.decoder_limits =
@@ -102,12 +101,12 @@ EncodingOptions::addCodecOptions(CLI::App& app)
             1e-6,
             1e6,
             "M",
-            "edge of a voxel, metres");
+            "edge of a voxel, metres, such as 0.05");
   addChoice(app,
             "-l,--law",
             lawChoices(),
             law_,
-            "of a point; auto: native if clouds have one, else count");
+            "of a point; auto: native if clouds have one, else none");
   addParsed(app,
             "--sensor",
             "SENSOR",
@@ -316,7 +315,13 @@ EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
     throw UsageError("the clouds have no field '" + intensityField() +
                      "', which --law native reads; name another one with "
                      "--intensity-field, or another --law");
-  return has_intensity ? IntensityLaw::Native : IntensityLaw::Count;
+  if (has_intensity)
+    return IntensityLaw::Native;
+  refuseOptions(
+      *app_,
+      {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+      "has no effect on clouds without intensities: leave it out, or add --law count");
+  return IntensityLaw::None;
 }
 
 void

@@ -23,9 +23,25 @@ addOutlierRemoval(CLI::App& app,
                   bool& removes_outliers,
                   DensityUnit& unit);
 
+/** \brief Defaults for the clouds of the simulated robot cell: metres, and the law with
+ * which noise is told from surfaces. */
+constexpr double cell_resolution = 0.04;
+constexpr IntensityLaw cell_law = IntensityLaw::Count;
+
 /** \brief All options of encoding. */
 class EncodingOptions {
 public:
+  /** \brief Other defaults than those of the library, before options are added.
+   * \param[in] resolution metres
+   * \param[in] law of a point
+   */
+  void
+  setDefaults(double resolution, IntensityLaw law)
+  {
+    codec_.resolution = resolution;
+    law_ = law;
+  }
+
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
   void
   addCodecOptions(CLI::App& app);
@@ -52,7 +68,7 @@ public:
   void
   checkFrameId(bool has_messages) const;
 
-  /** \brief The law of a cloud; automatic: native if it has an intensity, else count. */
+  /** \brief The law of a cloud; automatic: native if it has an intensity, else none. */
   IntensityLaw
   lawOf(const pcl::PCLPointCloud2& cloud) const;
 

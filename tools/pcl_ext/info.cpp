@@ -156,7 +156,6 @@ printStreams(const std::vector<StreamFigures>& streams)
                        "voxels",
                        "bytes",
                        "bytes/voxel",
-                       "ratio",
                        "edge m",
                        "format",
                        "voxels have",
@@ -168,10 +167,6 @@ printStreams(const std::vector<StreamFigures>& streams)
       text << stream.resolution << (stream.has_one_resolution ? "" : " (varies)");
       edge = text.str();
     }
-    const std::string ratio =
-        stream.ratio() > 0.0 ? formatted(stream.ratio(), 1) +
-                                   (stream.knowsPoints() ? " (points)" : " (voxels)")
-                             : "-";
     const bool is_published = stream.format == io::StreamFormat::Published;
     const double bytes_per_voxel = stream.bytesPerVoxel();
     table.addRow(
@@ -183,16 +178,15 @@ printStreams(const std::vector<StreamFigures>& streams)
          orDash(stream.meanVoxels(), 0),
          whole(stream.meanBytes()),
          orDash(bytes_per_voxel, 3),
-         ratio,
          edge,
          is_published ? "published" : std::string("version1 ") + nameOf(stream.effort),
          describeAttributes(stream),
          stream.frame_id.empty() ? "-" : printable(stream.frame_id)});
   }
   table.print(std::cout);
-  std::cout << "voxels, bytes: means of a frame. ratio: 16 bytes a point of the "
-               "clouds, or where\nthat is unknown a voxel, against the bytes. lost: "
-               "missing by the frames' numbers, or unreadable.\n";
+  std::cout
+      << "voxels, bytes: means of a frame. lost: missing by the frames' numbers, or "
+         "unreadable.\n";
 }
 
 void
@@ -241,9 +235,6 @@ toJson(const StreamFigures& stream)
   json["mean_frame_voxels"] = stream.meanVoxels();
   if (bytes_per_voxel > 0.0)
     json["bytes_per_voxel"] = bytes_per_voxel;
-  if (stream.ratio() > 0.0)
-    json[stream.knowsPoints() ? "ratio_16_bytes_a_point" : "ratio_16_bytes_a_voxel"] =
-        stream.ratio();
   json["resolution_m"] = stream.resolution;
   json["has_one_resolution"] = stream.has_one_resolution;
   json["format"] = nameOf(stream.format);

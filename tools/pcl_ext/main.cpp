@@ -85,6 +85,24 @@ nameOfCommand(const std::vector<Command>& commands)
   return "pcl_ext";
 }
 
+/** \brief What to say of a first word that is no command; empty if it is one, or an option. */
+std::string
+unknownCommand(const CLI::App& program, int argc, char** argv)
+{
+  const std::string word = argc > 1 ? argv[1] : "";
+  if (word.empty() || word.front() == '-')
+    return {};
+  std::string known;
+  for (const CLI::App* const command :
+       program.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == word)
+      return {};
+    if (!command->get_description().empty()) // that of documentation is for packagers
+      known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  return "there is no command '" + word + "'; there are " + known;
+}
+
 /** \brief Completes the standard output.
  * \return the status, or something_failed if it took not all of it
  */
@@ -119,6 +137,14 @@ main(int argc, char** argv)
   }
   catch (const CLI::Success& asked) { // --help or --version
     return finishOutput("pcl_ext", program.exit(asked));
+  }
+  catch (const CLI::ExtrasError& error) {
+    const std::string command = unknownCommand(program, argc, argv);
+    printError(nameOfCommand(commands),
+               command.empty() ? std::string(error.what()) + "; see " +
+                                     nameOfCommand(commands) + " --help"
+                               : command);
+    return wrong_command_line;
   }
   catch (const std::exception& error) {
     printError(nameOfCommand(commands),

@@ -76,12 +76,14 @@ addChoice(CLI::App& app,
       ->type_name(joined);
 }
 
-/** \brief Refuses nan, which CLI11 finds in any range. */
+/** \brief Refuses what is no number, such as 5cm, and nan, which CLI11 finds in any range. */
 inline std::string
 refuseNan(const std::string& text)
 {
-  return std::isnan(std::strtod(text.c_str(), nullptr)) ? "'" + text + "' is no number"
-                                                        : std::string();
+  char* end = nullptr;
+  const bool is_number = !std::isnan(std::strtod(text.c_str(), &end)) &&
+                         end != text.c_str() && *end == '\0';
+  return is_number ? std::string() : "'" + text + "' is no number";
 }
 
 /** \brief Adds an option that is a number in a range.
@@ -100,9 +102,13 @@ addNumber(CLI::App& app,
 {
   std::ostringstream default_value;
   default_value << value;
+  const auto refuse = [description](const std::string& text) {
+    const std::string fault = refuseNan(text);
+    return fault.empty() ? fault : fault + ": " + description;
+  };
   return app.add_option(name, value, description + " (" + default_value.str() + ")")
+      ->check(refuse)
       ->check(CLI::Range(lowest, highest).description(""))
-      ->check(refuseNan)
       ->type_name(type);
 }
 

@@ -20,14 +20,12 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     return;
   }
   figures.bytes += frame.bytes.size();
-  figures.message_points += frame.message_points;
   if (figures.frame_id.empty())
     figures.frame_id = frame.frame_id;
   figures.i_frames += header.is_i_frame ? 1 : 0;
   if (header.format == io::StreamFormat::Version1 || header.is_i_frame) {
     ++figures.frames_with_voxels;
     figures.voxels += header.voxels;
-    figures.points += header.points;
   }
   if (!header.is_i_frame)
     return;

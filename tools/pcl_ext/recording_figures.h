@@ -27,9 +27,7 @@ struct StreamFigures {
    * alone. */
   std::size_t frames_with_voxels = 0;
   std::uint64_t voxels = 0;
-  std::uint64_t points = 0;         ///< of the decoded clouds
-  std::uint64_t message_points = 0; ///< as the messages tell
-  double resolution = 0.0;          ///< metres, of the first I-frame; 0: there is none
+  double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
   bool has_one_resolution = true;
   io::StreamFormat format = io::StreamFormat::Version1;
   io::Effort effort = io::Effort::Balanced; ///< of the first frame
@@ -68,23 +66,6 @@ struct StreamFigures {
   {
     const std::size_t read = frames - unreadable;
     return read == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(read);
-  }
-
-  /** \brief True if the messages tell how many points the clouds had. */
-  bool
-  knowsPoints() const
-  {
-    return message_points > points;
-  }
-
-  /** \brief 16 bytes for each point, or where that is unknown for each voxel, against the
-   * bytes; 0: unknown. */
-  double
-  ratio() const
-  {
-    if (bytes > 0 && knowsPoints())
-      return 16.0 * static_cast<double>(message_points) / static_cast<double>(bytes);
-    return bytesPerVoxel() > 0.0 ? 16.0 / bytesPerVoxel() : 0.0;
   }
 
   /** \brief Bytes per voxel; 0: unknown, as not all frames tell their voxels. */

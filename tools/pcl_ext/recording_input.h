@@ -124,18 +124,6 @@ public:
     return ranges_[stream].wanted < ranges_[stream].end;
   }
 
-  /** \brief The first frame that is wanted, and the I-frame that leads to it. */
-  std::size_t
-  firstWanted(std::size_t stream) const
-  {
-    return ranges_[stream].wanted;
-  }
-  std::size_t
-  firstRead(std::size_t stream) const
-  {
-    return ranges_[stream].begin;
-  }
-
   /** \brief Number of frames and messages that next() will return. */
   std::size_t
   size() const;

@@ -1,6 +1,7 @@
 #include "stream_decoder.h"
 
 #include "stream_metadata.h"
+#include "text_values.h"
 
 #include <algorithm>
 #include <utility>
@@ -38,8 +39,10 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
   VoxelOutlierRemovalSettings settings;
   settings.unit = options.unit;
   const std::optional<IntensityLaw> law = lawOf(reader.streams()[stream].metadata);
-  if (settings.unit == DensityUnit::Automatic && law)
+  if (settings.unit == DensityUnit::Automatic && law) {
     settings.unit = densityUnitOf(*law);
+    knows_densities_ = settings.unit != DensityUnit::Voxels;
+  }
   else if (settings.unit == DensityUnit::Automatic)
     remark_ = name_ +
               ": the recording does not tell what its intensities are; of counts "
@@ -56,6 +59,9 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   decoded_voxels_ = voxels_.size();
   if (removal_) {
     const OutlierRemovalStatus removed = removal_->filter(voxels_);
+    knows_densities_ &= voxels_.intensity_scale.bits > 0;
+    judged_ += removed.ok() ? decoded_voxels_ : 0;
+    removed_ += removed.removed;
     if (!removed.ok() && !std::exchange(outliers_stay_, true))
       remark_ = name_ + ", frame " + std::to_string(frame.number) +
                 ": outliers stay: " + removed.message();
@@ -63,6 +69,21 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
   if (min_intensity_)
     removeFaintVoxels(voxels_, *min_intensity_);
   return status;
+}
+
+std::string
+StreamDecoder::remark() const
+{
+  constexpr std::size_t hardly_any = 1000; // one of so many
+  if (outliers_stay_ || knows_densities_)
+    return remark_;
+  if (hardly_any * removed_ >= judged_)
+    return {};
+  return name_ + ": " + counted(removed_, "voxel") + " of " +
+         counted(judged_, "voxel") +
+         " left out: the recording does not tell how many points a voxel had, so that "
+         "only voxels that are seldom occupied are noise; it does where it was encoded "
+         "with --law count or --law quadratic";
 }
 
 } // namespace tools

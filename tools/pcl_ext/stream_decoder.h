@@ -45,13 +45,10 @@ public:
     return decoded_voxels_;
   }
 
-  /** \brief Why outliers were not removed from some frame, or might have been better; empty
-   * if there is nothing to say. */
-  const std::string&
-  remark() const
-  {
-    return remark_;
-  }
+  /** \brief Why outliers were not removed from some frame, or hardly any; empty if there is
+   * nothing to say. */
+  std::string
+  remark() const;
 
 private:
   recording::RecordedStreamDecoder decoder_;
@@ -61,6 +58,9 @@ private:
   io::VoxelFrame voxels_;
   std::size_t decoded_voxels_ = 0;
   bool outliers_stay_ = false; // of some frame
+  bool knows_densities_ = true;
+  std::size_t judged_ = 0;  // voxels
+  std::size_t removed_ = 0; // of these
   std::string remark_;
 };
 

@@ -91,6 +91,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
                        "', that of the clouds before '" + cloud_frame_id_ +
                        "'; all points of a stream are in one coordinate frame, '" +
                        frame_id_ + "'";
+  if (sums_.encoded_points == 0)
+    noteUnit(cloud, statistics.frame.voxelization, source);
   ++sums_.frames;
   sums_.all_points += statistics.preprocessing.points;
   sums_.points +=
@@ -129,18 +131,49 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
       (points > limits.max_points ? ", or leave out --keep-points" : ""));
 }
 
-void
-StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
+bool
+StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
+                           Eigen::Vector4f& min,
+                           Eigen::Vector4f& max) const
 {
   SensorPreprocessor<NoIntensity> preprocessor(
       NoIntensity(options_.codec().resolution));
   preprocessor.setSensorPose(Eigen::Isometry3d(pose_));
   pcl::PointCloud<pcl::PointXYZI> points;
   if (!preprocessor.process(cloud, points).ok() || points.empty())
+    return false;
+  pcl::getMinMax3D(points, min, max);
+  return true;
+}
+
+void
+StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
+                        const io::VoxelizationStatistics& statistics,
+                        const std::string& source)
+{
+  // No sensor of this kind sees as far in metres, and points of one in millimetres are a
+  // millimetre apart or more.
+  constexpr float suspect_width = 1000.0f;
+  constexpr std::size_t enough_points = 100;
+  if (statistics.points_used < enough_points ||
+      statistics.voxels < statistics.points_used - statistics.points_used / 50)
     return;
   Eigen::Vector4f min;
   Eigen::Vector4f max;
-  pcl::getMinMax3D(points, min, max);
+  if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
+    unit_remark_ = source + ": its points are between " + corner(min) + " and " +
+                   corner(max) +
+                   ", and hardly two of them in a voxel: if that is in millimetres, "
+                   "--resolution 10 makes voxels of 1 cm";
+}
+
+void
+StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
+{
+  Eigen::Vector4f min;
+  Eigen::Vector4f max;
+  if (!findCorners(cloud, min, max))
+    return;
   extent_ =
       "its first points are between " + corner(min) + " and " + corner(max) + " m";
 }

@@ -117,7 +117,25 @@ public:
     return left_out_;
   }
 
+  /** \brief A sentence if the first cloud with points seems to be in millimetres. */
+  const std::string&
+  unitRemark() const
+  {
+    return unit_remark_;
+  }
+
 private:
+  /** \brief Corners of the finite points of a cloud in the world; false: there are none. */
+  bool
+  findCorners(const pcl::PCLPointCloud2& cloud,
+              Eigen::Vector4f& min,
+              Eigen::Vector4f& max) const;
+
+  void
+  noteUnit(const pcl::PCLPointCloud2& cloud,
+           const io::VoxelizationStatistics& statistics,
+           const std::string& source);
+
   void
   noteExtent(const pcl::PCLPointCloud2& cloud);
 
@@ -134,6 +152,7 @@ private:
   std::string cloud_frame_id_;  ///< of the first cloud
   std::string frame_id_remark_; ///< see frameIdRemark()
   std::string left_out_;        ///< see leftOut()
+  std::string unit_remark_;     ///< see unitRemark()
   IntensityLaw law_ = IntensityLaw::Count;
   EncodedSums sums_;
   std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame

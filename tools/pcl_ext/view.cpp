@@ -221,6 +221,7 @@ addCellOptions(CLI::App& app, ViewOptions& options, CLI::Option* cell)
             "N",
             "of the cell, 1 to 6");
   app.add_option("--seed", options.seed, "of the random errors (1)")->type_name("N");
+  options.encoding.setDefaults(cell_resolution, cell_law);
   options.encoding.addCropOption(app);
   options.encoding.addCodecOptions(app);
   for (CLI::Option* const option : app.get_options())
