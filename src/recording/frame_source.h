@@ -63,9 +63,16 @@ protected:
   void
   addFrame(std::size_t stream, Time time, std::uint64_t at);
 
+  /** \brief Takes all frames at once, in the order of their times; their numbers follow. */
+  void
+  takeFrames(std::vector<FramePlace> places);
+
   std::vector<RecordedStream> streams_;
 
 private:
+  void
+  count(FramePlace& place);
+
   std::vector<FramePlace> places_;
 };
 

@@ -103,29 +103,30 @@ McapFrames::open(McapReader reader, const std::string& path)
 void
 McapFrames::addFrames(const std::vector<std::size_t>& streams)
 {
-  struct Frame {
-    Time time; // not below those before it in its stream
-    std::size_t stream;
-    std::size_t entry;
-  };
   const std::vector<McapEntry>& index = reader_.index();
-  std::vector<Frame> frames;
+  const auto isOfStream = [&](const McapEntry& entry) {
+    return streams[entry.channel] != no_stream;
+  };
+  std::vector<FramePlace> frames;
+  frames.reserve(
+      static_cast<std::size_t>(std::count_if(index.begin(), index.end(), isOfStream)));
   for (std::size_t i = 0; i < index.size(); ++i)
-    if (const std::size_t stream = streams[index[i].channel]; stream != no_stream)
-      frames.push_back({index[i].log_time, stream, i});
-  std::stable_sort(frames.begin(), frames.end(), [&](const Frame& a, const Frame& b) {
-    const McapEntry& first = index[a.entry];
-    const McapEntry& second = index[b.entry];
+    if (isOfStream(index[i]))
+      frames.push_back({index[i].log_time, streams[index[i].channel], 0, i});
+  const auto isBeforeInFile = [&index](const FramePlace& a, const FramePlace& b) {
+    const McapEntry& first = index[static_cast<std::size_t>(a.at)];
+    const McapEntry& second = index[static_cast<std::size_t>(b.at)];
     return std::tie(first.chunk, first.offset) < std::tie(second.chunk, second.offset);
-  });
+  };
+  std::sort(frames.begin(), frames.end(), isBeforeInFile);
   std::vector<Time> last(streams_.size(), Time::min());
-  for (Frame& frame : frames)
+  for (FramePlace& frame : frames)
     frame.time = last[frame.stream] = std::max(last[frame.stream], frame.time);
-  std::stable_sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) {
-    return a.time < b.time;
-  });
-  for (const Frame& frame : frames)
-    addFrame(frame.stream, frame.time, frame.entry);
+  std::sort(
+      frames.begin(), frames.end(), [&](const FramePlace& a, const FramePlace& b) {
+        return a.time != b.time ? a.time < b.time : isBeforeInFile(a, b);
+      });
+  takeFrames(std::move(frames));
 }
 
 RecordingStatus

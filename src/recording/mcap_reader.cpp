@@ -144,6 +144,7 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
   const std::size_t first_place = places_.size();
   for (const mcap::Place& place : contents.places)
     places_.push_back({files_.size(), place});
+  index_.reserve(index_.size() + contents.messages.size());
   for (const mcap::IndexedMessage& message : contents.messages)
     index_.push_back({timeOf(message.log_time),
                       bag_file.channels[message.channel_id],
@@ -213,10 +214,11 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
 void
 McapReader::Implementation::sortIndex()
 {
-  std::stable_sort(
-      index_.begin(), index_.end(), [](const McapEntry& a, const McapEntry& b) {
-        return a.log_time < b.log_time;
-      });
+  // In place: a stable sort would take as much memory again.
+  std::sort(index_.begin(), index_.end(), [](const McapEntry& a, const McapEntry& b) {
+    return std::tie(a.log_time, a.chunk, a.offset) <
+           std::tie(b.log_time, b.chunk, b.offset);
+  });
 }
 
 RecordingStatus

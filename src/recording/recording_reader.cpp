@@ -65,7 +65,10 @@ public:
   setSource(std::unique_ptr<FrameSource> source)
   {
     source_ = std::move(source);
-    by_stream_.resize(source_->streams().size());
+    for (const RecordedStream& stream : source_->streams()) {
+      by_stream_.emplace_back();
+      by_stream_.back().reserve(stream.frames);
+    }
     for (std::size_t i = 0; i < source_->places().size(); ++i)
       by_stream_[source_->places()[i].stream].push_back(i);
   }

@@ -14,9 +14,10 @@ namespace mcap {
 
 namespace {
 
-/** \brief A file may have so many messages, and one more for each of its bytes: compressed
- * empty messages would take far more memory than the file. */
+/** \brief A file may have so many messages, and one more for each of its bytes that
+ * plausible_bytes says: compressed empty messages would take far more memory than the file. */
 constexpr std::uint64_t plausible_messages = std::uint64_t{1} << 20;
+constexpr std::uint64_t plausible_bytes = 8; // of a message: times hardly compress
 
 /** \brief Collects the contents of a file, from its summary or from all of it. */
 class ContentsFinder {
@@ -82,7 +83,12 @@ private:
   void
   addDamage(std::uint64_t offset, const std::string& message)
   {
-    contents_.damage.push_back({offset, message, file_.path()});
+    constexpr std::size_t most = 1000;
+    if (contents_.damage.size() < most)
+      contents_.damage.push_back({offset, message, file_.path()});
+    else if (contents_.damage.size() == most)
+      contents_.damage.push_back(
+          {offset, "from here on damage is not listed", file_.path()});
   }
 
   const InputFile& file_;
@@ -243,7 +249,7 @@ ContentsFinder::addMessage(const std::uint8_t* content,
   MessagePrefix message;
   if (!parse(content, size, message) || !channels_.isWanted(message.channel_id))
     return;
-  if (contents_.messages.size() < plausible_messages + file_.size())
+  if (contents_.messages.size() < plausible_messages + file_.size() / plausible_bytes)
     contents_.messages.push_back({message.log_time, place, offset, message.channel_id});
   else if (!has_too_many_messages_) {
     has_too_many_messages_ = true;

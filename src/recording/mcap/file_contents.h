@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -30,8 +31,8 @@ struct IndexedMessage {
 struct FileContents {
   std::string profile;
   std::map<std::uint16_t, McapChannel> channels;
-  std::vector<Place> places;            // the first one is the file itself
-  std::vector<IndexedMessage> messages; // of wanted channels, in the order of the file
+  std::vector<Place> places;           // the first one is the file itself
+  std::deque<IndexedMessage> messages; // of wanted channels, in the order of the file
   std::vector<RecordPlace> attachments;
   std::vector<RecordPlace> metadata;
   std::vector<RecordingDamage> damage;
