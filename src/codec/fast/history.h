@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -98,13 +99,14 @@ struct CacheLineAllocator {
  * symbol_statistics. */
 using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
-/** \brief Resizes a vector that is shorter than this, to a quarter more. */
+/** \brief Resizes a vector that is shorter than this, to a quarter more, 2^16 elements more
+ * at most. */
 template <class Vector>
 void
 ensureSize(Vector& vector, std::size_t size)
 {
   if (vector.size() < size)
-    vector.resize(size + size / 4);
+    vector.resize(size + std::min(size / 4, std::size_t{1} << 16));
 }
 
 /** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder
