@@ -110,7 +110,6 @@ LiveCell::startThreads(view::ViewServer& server)
 void
 LiveCell::run(view::ViewServer& server)
 {
-  addStreams(server);
   start_ = Clock::now();
   try {
     startThreads(server);

@@ -40,6 +40,10 @@ public:
     sensors_[stream]->wants_i_frame = true;
   }
 
+  /** \brief Adds the streams, so that the first viewer finds them: before the server starts. */
+  void
+  addStreams(view::ViewServer& server);
+
   /** \brief Publishes frames until the program is interrupted. If the machine is too slow
    * frames are left out; those that are made are of their time.
    * \throws std::exception if a frame cannot be encoded
@@ -66,9 +70,6 @@ private:
 
   void
   startThreads(view::ViewServer& server);
-
-  void
-  addStreams(view::ViewServer& server);
 
   void
   runSensors(std::size_t first, std::size_t step, view::ViewServer& server);

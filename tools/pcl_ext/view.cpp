@@ -163,6 +163,7 @@ private:
       cell.requestIFrame(stream);
     };
     view::ViewServer server(settings_);
+    cell.addStreams(server);
     start(server);
     cell.run(server);
   }

@@ -100,8 +100,8 @@ struct ViewServerStatistics {
 /** \brief Serves the viewer's page over HTTP, with a recording, or with live streams over a
  * WebSocket. doc/viewing.md has the protocol.
  *
- * The server has one thread. What changes or shows streams may be called by any thread;
- * setRecording() and start() come before. Nothing throws or waits for a viewer. Frames are
+ * The server has one thread. What changes or shows streams may be called by any thread,
+ * before start(), too; setRecording() only before it. Nothing throws or waits for a viewer. Frames are
  * shared between viewers.
  * \code
  * pcl_ext::view::ViewServerSettings settings;
