@@ -51,10 +51,10 @@ pcl_ext_encode_refuses(images_of_two_sizes 1 "3 x 2 points .*is not of the senso
 pcl_ext_add_program_test(
   encode_two_viewpoints 0 "image_2x2: the files have different viewpoints"
   $<TARGET_FILE:pcl_ext_program> encode ${clouds}/image_2x2.pcd ${clouds}/image_2x2_moved.pcd
-  -o ${output}/viewpoints.pcxi)
+  --overwrite -o ${output}/viewpoints.pcxi)
 pcl_ext_add_program_test(
   encode_colours 0 "coloured.pcxi: 1 frame" $<TARGET_FILE:pcl_ext_program> encode
-  --colour-bits=8 ${clouds}/coloured.pcd -o ${output}/coloured.pcxi)
+  --colour-bits=8 ${clouds}/coloured.pcd --overwrite -o ${output}/coloured.pcxi)
 pcl_ext_add_program_test(info_of_colours 0 "colours 8 bits" $<TARGET_FILE:pcl_ext_program>
                          info ${output}/coloured.pcxi)
 pcl_ext_add_program_test(

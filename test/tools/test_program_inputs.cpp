@@ -120,7 +120,7 @@ TEST(ProgramInputs, WhatIsLeftOutOfAFolderIsTold)
   EXPECT_EQ(result.errors,
             "pcl_ext encode: 'room': left out: 1 folder (rear) and 1 other file "
             "(notes.txt); each folder that is named is a stream\n");
-  expectRun(folder, "encode room -o x.pcxi --quiet");
+  expectRun(folder, "encode room -o x.pcxi --quiet --overwrite");
 }
 
 TEST(ProgramInputs, PipesInAFolderAreLeftOut)
@@ -193,7 +193,7 @@ TEST(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
             0);
   for (const std::string kind : {"ascii", "binary", "compressed"}) {
     const std::string file = kind + ".pcd";
-    expectRun(folder, "encode " + file + " -o x.pcxi");
+    expectRun(folder, "encode " + file + " -o x.pcxi --overwrite");
     const ProgramRun result =
         runShell(folder, "cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
     EXPECT_EQ(result.status, 1);
@@ -230,7 +230,7 @@ TEST(ProgramInputs, AnEmptyCloudIsAFrame)
   ASSERT_TRUE(writer.finish().ok());
   for (const std::string options :
        {"", " -l none", " -l native", " -l count", " --intensity-field a"}) {
-    expectRun(folder, "encode bag.mcap -o small.mcap" + options);
+    expectRun(folder, "encode bag.mcap -o small.mcap --overwrite" + options);
     EXPECT_EQ(decode(folder / "small.mcap")[0].frames.size(), 1u) << options;
   }
 }

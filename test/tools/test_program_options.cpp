@@ -33,8 +33,6 @@ TEST(ProgramOptions, ThoseWithoutEffectAreRefused)
   };
   expectRefusal("decode x.mcap -o y.mcap --ply", "--ply is for a folder of files");
   expectRefusal("decode x.mcap -o y.mcap --pcd ascii", "--pcd is for a folder");
-  expectRefusal("decode x.mcap -o y.mcap --overwrite", "--overwrite is for a folder");
-  expectRefusal("decode x.mcap -o y --bag --overwrite", "--overwrite is for a folder");
   expectRefusal("decode x.mcap -o y --unit points",
                 "--unit requires --remove-outliers");
   const std::string encode = "encode room -o y.pcxi ";
@@ -73,6 +71,19 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
       expectFailure(folder, command + " -o " + output, 2, "is no file or folder");
   }
   expectFailure(folder, "decode x.pcxi -o there --bag", 2, "exists: name another");
+  // What is there is replaced with --overwrite alone, by all commands alike.
+  expectRun(folder, "encode room -o y.mcap");
+  const Bytes earlier = bytesOf(folder / "y.mcap");
+  for (const std::string command : {"encode room/000.pcd",
+                                    "cut x.pcxi --frames 0",
+                                    "merge x.pcxi",
+                                    "decode x.pcxi"}) {
+    expectFailure(folder, command + " -o y.mcap", 2, "exists: name another output, or");
+    EXPECT_EQ(bytesOf(folder / "y.mcap"), earlier);
+    expectRun(folder, command + " -o y.mcap --overwrite");
+    EXPECT_NE(bytesOf(folder / "y.mcap"), earlier);
+    writeBytes(folder / "y.mcap", earlier);
+  }
   expectFailure(folder, "decode x.pcxi -o /dev/null", 2, "is no file or folder");
   expectRun(folder, "encode room -o bag");
   const Bytes recorded = bytesOf(folder / "bag/bag_0.mcap");

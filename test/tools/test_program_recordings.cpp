@@ -375,6 +375,55 @@ TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
   EXPECT_LT(streams[0].frames.size(), 60u);
 }
 
+TEST(ProgramInterruption, KeepsAnEarlierOutput)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.mcap -r 0.1");
+  expectRun(folder, "decode x.mcap -o out");
+  expectRun(folder, "decode x.mcap -o bag.mcap");
+  std::vector<KnownStream> streams = {knownStream(0, 20000, 1000)};
+  record(streams, folder / "long.mcap");
+  fs::create_directories(folder / "many");
+  for (int i = 0; i < 20000; ++i)
+    fs::create_symlink("../room/000.pcd",
+                       folder / ("many/" + std::to_string(i) + ".pcd"));
+  // So many frames that it does not end before the signal.
+  std::string merge = "merge";
+  std::string prefixes = " --prefix 0";
+  for (int i = 0; i < 20; ++i) {
+    merge += " long.mcap";
+    prefixes += i == 0 ? "" : "," + std::to_string(i);
+  }
+  merge += prefixes;
+  for (const std::string signal : {"INT", "TERM"})
+    for (const std::string command : {"encode many -o x.mcap -r 0.1",
+                                      merge + " -o x.mcap",
+                                      "decode long.mcap -o bag.mcap",
+                                      "decode long.mcap -o out"}) {
+      SCOPED_TRACE(command);
+      const std::string name = command.find("bag") != std::string::npos   ? "bag.mcap"
+                               : command.find("out") != std::string::npos ? "out"
+                                                                          : "x.mcap";
+      const std::string file = folder / (name == "out" ? "out/000000.pcd" : name);
+      const Bytes earlier = bytesOf(file);
+      // It is interrupted as soon as there is something of the new output.
+      const ProgramRun result = runShell(
+          folder,
+          "\"$P\" " + command + " --overwrite & while kill -0 $! && [ -z \"$(find " +
+              name +
+              ".unfinished -type f -size +0 2> none)\" ]; do sleep 0.01; done; "
+              "kill -" +
+              signal + " $!; wait $!");
+      EXPECT_EQ(result.status, 130) << result.errors;
+      EXPECT_NE(result.output.find("still the earlier"), std::string::npos)
+          << result.output;
+      EXPECT_EQ(bytesOf(file), earlier);
+      EXPECT_TRUE(fs::exists(folder / (name + ".unfinished")));
+      fs::remove_all(folder / (name + ".unfinished"));
+    }
+}
+
 TEST(ProgramDemo, MakesARecordingAndClouds)
 {
   const TestFolder folder;

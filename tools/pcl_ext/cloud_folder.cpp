@@ -1,6 +1,8 @@
 #include "cloud_folder.h"
 
 #include "exit_status.h"
+#include "frame_output.h"
+#include "interruption.h"
 #include "measuring/file_stamps.h"
 #include "output_path.h"
 #include "point_cloud_conversions.h"
@@ -18,6 +20,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -34,7 +37,12 @@ isCloudOfFrame(const fs::path& file)
   std::string stem = file.stem().string();
   if (measuring::stampOfName(file.string()))
     stem.resize(std::min(stem.find('_'), stem.size()));
-  return !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos &&
+  // As nameOfFile() makes them; other numbers, and times alone, are names of the user.
+  constexpr std::size_t digits = 6;
+  constexpr std::size_t most_digits = 9;
+  return (stem.size() == digits ||
+          (stem.size() > digits && stem.size() <= most_digits && stem[0] != '0')) &&
+         stem.find_first_not_of("0123456789") == std::string::npos &&
          (file.extension() == ".pcd" || file.extension() == ".ply");
 }
 
@@ -165,7 +173,8 @@ CloudFolder::CloudFolder(const std::string& path,
 CloudFolder::~CloudFolder()
 {
   std::error_code ignored;
-  fs::remove_all(unfinished_, ignored);
+  if (!unfinished_.empty())
+    fs::remove_all(unfinished_, ignored);
 }
 
 void
@@ -189,32 +198,74 @@ CloudFolder::write(std::size_t stream,
   last_ = name;
 }
 
-/** \brief Moves the files of a stream, and removes those of an earlier run. */
-void
-CloudFolder::replaceFolder(const fs::path& from, const fs::path& to)
+/** \brief Clouds of an earlier run, also those of streams that there are no more. Files of
+ * other names are the user's. */
+std::vector<fs::path>
+CloudFolder::earlierClouds() const
 {
-  fs::create_directories(to);
-  // Files of other names are the user's.
-  std::vector<fs::path> old;
-  for (const fs::directory_entry& entry : fs::directory_iterator(to))
-    if (isCloudOfFrame(entry.path()))
-      old.push_back(entry.path());
-  for (const fs::path& file : old)
-    fs::remove(file);
-  for (const fs::directory_entry& entry : fs::directory_iterator(from))
-    if (!entry.is_directory())
-      fs::rename(entry.path(), to / entry.path().filename());
+  std::set<fs::path> folders = {path_};
+  for (const std::string& folder : folders_)
+    folders.insert(folder.empty() ? path_ : path_ / folder);
+  if (fs::exists(path_))
+    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
+      if (entry.is_directory() && !entry.is_symlink())
+        folders.insert(entry.path());
+  std::vector<fs::path> clouds;
+  for (const fs::path& folder : folders) {
+    std::error_code is_new;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, is_new))
+      if (isCloudOfFrame(entry.path()))
+        clouds.push_back(entry.path());
+  }
+  return clouds;
+}
+
+/** \brief Removes clouds, and the folders of streams that there are no more.
+ * \return these streams, for the summary; empty if there are none
+ */
+std::string
+CloudFolder::remove(const std::vector<fs::path>& clouds) const
+{
+  std::set<fs::path> kept = {path_};
+  for (const std::string& folder : folders_)
+    kept.insert(path_ / folder);
+  std::set<fs::path> gone;
+  for (const fs::path& cloud : clouds) {
+    fs::remove(cloud);
+    if (kept.count(cloud.parent_path()) == 0)
+      gone.insert(cloud.parent_path());
+  }
+  std::string names;
+  for (const fs::path& folder : gone) {
+    names += (names.empty() ? "" : ", ") + folder.filename().string();
+    std::error_code has_other_files;
+    fs::remove(folder, has_other_files);
+  }
+  return names.empty() ? names : "; removed the earlier clouds of " + names;
 }
 
 std::string
 CloudFolder::finish()
 {
+  const std::vector<fs::path> earlier = earlierClouds();
+  if (isInterrupted() && !earlier.empty()) {
+    const fs::path kept = std::exchange(unfinished_, fs::path());
+    return "; interrupted: the clouds in '" + path_.string() +
+           "' are still the earlier ones; what was written until then is in '" +
+           kept.string() + "'";
+  }
+  const std::string removed = remove(earlier);
   if (!fs::exists(path_))
     fs::rename(unfinished_, path_);
   else
-    for (const std::string& folder : folders_)
-      replaceFolder(unfinished_ / folder, path_ / folder);
-  return last_.empty() ? std::string() : (path_ / last_).string();
+    for (const std::string& folder : folders_) {
+      fs::create_directories(path_ / folder);
+      for (const fs::directory_entry& entry :
+           fs::directory_iterator(unfinished_ / folder))
+        if (!entry.is_directory())
+          fs::rename(entry.path(), path_ / folder / entry.path().filename());
+    }
+  return removed + describeInterruption(path_.string(), false);
 }
 
 } // namespace tools

@@ -59,15 +59,27 @@ public:
         recording::Time stamp = {},
         const Viewpoint& viewpoint = {});
 
-  /** \brief Moves all files to their place.
-   * \return the last file
+  /** \brief Moves all files to their place, and removes the clouds of an earlier run, also
+   * those of streams that there are no more. After an interruption these stay, and this
+   * folder stays unfinished.
+   * \return what became of what was there, for the summary; empty if nothing
    */
   std::string
   finish();
 
+  /** \brief The file that was written last, in its place; empty if there is none. */
+  std::string
+  lastFile() const
+  {
+    return last_.empty() ? std::string() : (path_ / last_).string();
+  }
+
 private:
-  void
-  replaceFolder(const std::filesystem::path& from, const std::filesystem::path& to);
+  std::vector<std::filesystem::path>
+  earlierClouds() const;
+
+  std::string
+  remove(const std::vector<std::filesystem::path>& clouds) const;
 
   std::filesystem::path path_;
   std::filesystem::path unfinished_;

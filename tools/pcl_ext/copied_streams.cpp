@@ -185,7 +185,7 @@ CopiedStreams::finish()
   if (frames_ == 0)
     throw std::runtime_error("no frame could be copied; '" + path_ +
                              "' was not written");
-  output_.finish();
+  const std::string interruption = output_.finish();
   std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
                      counted(streams_.size(), "stream");
   if (leading_frames_ > 0)
@@ -197,9 +197,7 @@ CopiedStreams::finish()
     line += ", " + counted(other_messages_, "other message");
   if (lost_ > 0)
     line += ", " + counted(lost_, "frame") + " lost";
-  if (isInterrupted())
-    line += "; interrupted, and complete up to there";
-  console_.summary(line);
+  console_.summary(line + interruption);
   if (isInterrupted())
     return interrupted;
   return lost_ > 0 || is_damaged ? something_failed : all_done;

@@ -17,7 +17,7 @@ namespace {
 
 struct CutOptions {
   std::string input;
-  std::string output;
+  Output output;
   Selection selection;
   bool is_quiet = false;
 };
@@ -28,20 +28,21 @@ cut(const CutOptions& options)
   Console console("cut");
   if (options.is_quiet)
     console.beQuiet();
-  if (options.output == "-")
+  const std::string& path = options.output.path;
+  if (path == "-")
     console.keepOutputFree();
-  checkOutput(options.output);
+  checkOutput(path);
   RecordingInput input = RecordingInput::openBag(options.input);
-  refuseSameFile({input.path()}, options.output);
+  refuseTakenFile({input.path()}, path, options.output.may_replace);
   input.select(options.selection);
   std::size_t chosen = 0;
   for (std::size_t i = 0; i < input.reader().streams().size(); ++i)
     chosen += input.isChosen(i) ? 1 : 0;
-  if (kindOfOutput(options.output) == OutputKind::Frames && chosen > 1)
-    throw UsageError("'" + options.output + "' takes one stream, and there are " +
+  if (kindOfOutput(path) == OutputKind::Frames && chosen > 1)
+    throw UsageError("'" + path + "' takes one stream, and there are " +
                      std::to_string(chosen) +
                      ": choose one with --streams or name x.mcap");
-  CopiedStreams copied(options.output, input.bag() != nullptr, input.bag(), console);
+  CopiedStreams copied(path, input.bag() != nullptr, input.bag(), console);
   copied.addInput(input, "");
   console.startProgress("frames", input.size());
   RecordingInput::Item item;

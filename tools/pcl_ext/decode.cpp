@@ -28,12 +28,11 @@ using recording::RecordedFrame;
 
 struct DecodeOptions {
   std::string input;
-  std::string output;
+  Output output;
   Selection selection;
   DecodingOptions decoding;
   CloudFormat format = CloudFormat::PcdCompressed;
   bool is_bag = false;
-  bool may_replace = false;
   bool is_quiet = false;
   const CLI::App* app = nullptr; // whose options these are
 };
@@ -52,7 +51,7 @@ public:
     if (options.is_quiet)
       console_.beQuiet();
     input_.select(options.selection);
-    refuseSameFile({input_.path()}, options.output);
+    refuseTakenFile({input_.path()}, options.output.path, options.output.may_replace);
     std::vector<std::string> chosen;
     for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
       decoders_.emplace_back(
@@ -63,10 +62,12 @@ public:
         chosen.push_back(input_.nameOf(stream));
     }
     if (is_bag_)
-      bag_ = std::make_unique<DecodedBag>(options.output, input_);
+      bag_ = std::make_unique<DecodedBag>(options.output.path, input_);
     else
-      folder_ = std::make_unique<CloudFolder>(
-          options.output, options.format, options.may_replace, folderNames(chosen));
+      folder_ = std::make_unique<CloudFolder>(options.output.path,
+                                              options.format,
+                                              options.output.may_replace,
+                                              folderNames(chosen));
     streams_ = chosen.size();
   }
 
@@ -92,13 +93,9 @@ public:
       if (const std::string remark = decoder.remark(); !remark.empty())
         console_.remark(remark);
     if (frames_ == 0)
-      throw std::runtime_error("no frame could be decoded; '" + options_.output +
+      throw std::runtime_error("no frame could be decoded; '" + options_.output.path +
                                "' was not written");
-    if (bag_)
-      bag_->finish(input_);
-    else
-      folder_->finish();
-    printSummary();
+    printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
     if (isInterrupted())
       return interrupted;
     return lost_ > 0 || !input_.damage().empty() ? something_failed : all_done;
@@ -111,7 +108,7 @@ private:
   static bool
   isBag(const DecodeOptions& options)
   {
-    const std::string& path = options.output;
+    const std::string& path = options.output.path;
     const std::string extension = std::filesystem::path(path).extension().string();
     for (const char* other : {".pcxi", ".pcd", ".ply", ".bag", ".db3"})
       if (path == "-" || path.empty() || extension == other)
@@ -123,7 +120,7 @@ private:
       return false;
     }
     refuseOptions(*options.app,
-                  {"--ply", "--pcd", "--overwrite"},
+                  {"--ply", "--pcd"},
                   "is for a folder of files, and '" + path +
                       "' is a bag: leave it out, or name a folder");
     checkOutput(path);
@@ -167,13 +164,14 @@ private:
       ++empty_;
   }
 
+  /** \param[in] ending what became of what was there before */
   void
-  printSummary()
+  printSummary(const std::string& ending)
   {
     const auto number = [](std::size_t count) {
       return formatted(static_cast<double>(count), 0);
     };
-    std::string line = options_.output + ": " + counted(frames_, "frame");
+    std::string line = options_.output.path + ": " + counted(frames_, "frame");
     if (streams_ > 1)
       line += " of " + std::to_string(streams_) + " streams";
     line += ", " + counted(points_, "point");
@@ -189,9 +187,7 @@ private:
       line += ", " + counted(other_messages_, "other message") + " passed through";
     if (lost_ > 0)
       line += ", " + number(lost_) + " lost";
-    if (isInterrupted())
-      line += "; interrupted, and complete up to there";
-    console_.summary(line);
+    console_.summary(line + ending);
   }
 
   DecodeOptions options_;
@@ -238,7 +234,6 @@ addDecode(CLI::App& app)
       "--bag", options->is_bag, "OUT is a rosbag2 folder with PointCloud2");
   ply->excludes(pcd);
   bag->excludes(pcd)->excludes(ply);
-  app.add_flag("--overwrite", options->may_replace, "replace the clouds in OUT");
   addDecodingOptions(app, options->decoding);
   addSelection(app, options->selection);
   addQuiet(app, options->is_quiet);

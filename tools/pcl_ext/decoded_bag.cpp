@@ -81,12 +81,17 @@ DecodedBag::passThrough(const RecordingInput::Item& item, RecordingInput& input)
   check(writer_.write(message_));
 }
 
-void
+std::string
 DecodedBag::finish(RecordingInput& input)
 {
   if (input.bag() != nullptr)
     copyExtras(*input.bag(), writer_);
-  check(writer_.finish());
+  const bool keeps_earlier = keepsEarlierOutput(path_);
+  if (keeps_earlier)
+    writer_ = recording::McapWriter(); // it writes what it has
+  else
+    check(writer_.finish());
+  return describeInterruption(path_, keeps_earlier);
 }
 
 } // namespace tools

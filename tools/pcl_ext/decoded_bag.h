@@ -33,8 +33,9 @@ public:
   void
   passThrough(const RecordingInput::Item& item, RecordingInput& input);
 
-  /** \brief Copies metadata and attachments, and completes the bag. */
-  void
+  /** \brief Copies metadata and attachments, and completes the bag, as
+   * FrameOutput::finish(). */
+  std::string
   finish(RecordingInput& input);
 
 private:

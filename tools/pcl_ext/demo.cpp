@@ -70,15 +70,15 @@ public:
     if (reports.front().encoded.encoded_points == 0)
       throw std::runtime_error("no point is inside the crop box: choose --crop to hold "
                                "some of the cell, which is 10 x 10 x 4 m");
-    std::string example;
-    if (output_) {
-      output_->finish();
-      example = clouds_->finish();
-    }
+    std::string ending;
+    if (output_)
+      ending = output_->finish() + clouds_->finish();
     printSizes(reports, std::cout);
     printDenoising(reports, std::cout);
     if (output_)
-      printNextSteps(example);
+      printNextSteps(clouds_->lastFile());
+    if (!ending.empty())
+      console_.remark(recording_ + ending);
     return isInterrupted() ? interrupted : all_done;
   }
 
@@ -164,7 +164,9 @@ addDemo(CLI::App& app)
             "N",
             "frames of each");
   app.add_option("--seed", options->seed, "of the random errors (1)")->type_name("N");
-  app.add_option("-o,--output", options->output, "folder; '' for none (out)")
+  app.add_option("-o,--output",
+                 options->output,
+                 "folder, in which an earlier demo is replaced; '' for none (out)")
       ->type_name("OUT");
   app.add_option_function<float>(
          "-t,--threshold",

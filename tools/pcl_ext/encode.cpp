@@ -28,7 +28,7 @@ using recording::McapMessage;
 struct EncodeOptions {
   InputOptions input;
   EncodingOptions encoding;
-  std::string output;
+  Output output;
   bool is_quiet = false;
 };
 
@@ -42,7 +42,7 @@ public:
   {
     if (options.is_quiet)
       console_.beQuiet();
-    if (options.output == "-")
+    if (options.output.path == "-")
       console_.keepOutputFree();
   }
 
@@ -50,24 +50,25 @@ public:
   run()
   {
     options_.encoding.check();
-    checkOutput(options_.output);
-    const OutputKind kind = kindOfOutput(options_.output);
+    const std::string& path = options_.output.path;
+    checkOutput(path);
+    const OutputKind kind = kindOfOutput(path);
     options_.encoding.checkFrameId(kind != OutputKind::Frames);
     options_.input.may_have_streams = kind != OutputKind::Frames;
     input_ = openInput(options_.input);
-    refuseSameFile(options_.input.inputs, options_.output);
+    refuseTakenFile(options_.input.inputs, path, options_.output.may_replace);
     for (const std::string& remark : input_->remarks())
       console_.remark(remark);
     const std::vector<std::string>& names = input_->streams();
     options_.encoding.checkStreams(names);
     if (kind == OutputKind::Frames && names.size() > 1)
-      throw UsageError("'" + options_.output + "' takes one stream, and there are " +
+      throw UsageError("'" + path + "' takes one stream, and there are " +
                        std::to_string(names.size()) + ": " + names[0] + ", " +
                        names[1] + (names.size() > 2 ? ", ..." : "") +
                        (input_->isBag() ? "; choose one with --topics or name x.mcap"
                                         : "; name x.mcap"));
     // Not only of bags: the messages tell how many points the clouds had.
-    output_.emplace(options_.output, true, input_->profile());
+    output_.emplace(path, true, input_->profile());
     for (const std::string& name : names)
       streams_.push_back(std::make_unique<Stream>(options_.encoding, name));
     for (const recording::McapChannel& channel : input_->channels())
@@ -266,12 +267,11 @@ private:
     for (const std::string& place : damage)
       console_.error(place);
     if (sums.frames == 0)
-      throw std::runtime_error("no cloud could be encoded; '" + options_.output +
+      throw std::runtime_error("no cloud could be encoded; '" + options_.output.path +
                                "' was not written");
     if (input_->mcap() != nullptr && output_->isBag())
       output_->copyExtras(*input_->mcap());
-    output_->finish();
-    printSummary(sums, failures);
+    printSummary(sums, failures, output_->finish());
     if (isInterrupted())
       return interrupted;
     return failures > 0 || has_empty_stream || !damage.empty() ? something_failed
@@ -304,12 +304,14 @@ private:
   }
 
   void
-  printSummary(const EncodedSums& sums, std::size_t failures)
+  printSummary(const EncodedSums& sums,
+               std::size_t failures,
+               const std::string& interruption)
   {
     const auto number = [](std::size_t count) {
       return formatted(static_cast<double>(count), 0);
     };
-    std::string line = options_.output + ": " + counted(sums.frames, "frame");
+    std::string line = options_.output.path + ": " + counted(sums.frames, "frame");
     if (streams_.size() > 1)
       line += " of " + std::to_string(streams_.size()) + " streams";
     line += ", " + number(sums.encoded_points) + " points in " +
@@ -341,9 +343,7 @@ private:
       line += ", " + counted(other_messages_, "other message") + " passed through";
     if (failures > 0)
       line += ", " + number(failures) + " failed";
-    if (isInterrupted())
-      line += "; interrupted, and complete up to there";
-    console_.summary(line);
+    console_.summary(line + interruption);
   }
 
   EncodeOptions options_;

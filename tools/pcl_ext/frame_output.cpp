@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/recording/recording_reader.h>
 
+#include "interruption.h"
 #include "output_path.h"
 #include "throw_unless_ok.h"
 
@@ -29,6 +30,24 @@ describeUnfinished(const std::string& path)
   return fs::exists(unfinished, ignored)
              ? "; what was written until then is in '" + unfinished + "'"
              : "";
+}
+
+bool
+keepsEarlierOutput(const std::string& path)
+{
+  std::error_code ignored;
+  return isInterrupted() && path != "-" && fs::exists(path, ignored) &&
+         !(fs::is_directory(path, ignored) && fs::is_empty(path, ignored));
+}
+
+std::string
+describeInterruption(const std::string& path, bool keeps_earlier)
+{
+  if (!isInterrupted())
+    return {};
+  return keeps_earlier ? "; interrupted: '" + path + "' is still the earlier one" +
+                             describeUnfinished(path)
+                       : "; interrupted, and complete up to there";
 }
 
 /** \brief \throws std::runtime_error after a failure, with what is left of the output */
@@ -125,10 +144,18 @@ FrameOutput::copyExtras(recording::McapReader& bag)
     tools::copyExtras(bag, bag_);
 }
 
-void
+std::string
 FrameOutput::finish()
 {
-  check(is_bag_ ? bag_.finish() : recording_.finish());
+  const bool keeps_earlier = keepsEarlierOutput(path_);
+  if (keeps_earlier) {
+    // They write what they have.
+    recording_ = recording::RecordingWriter();
+    bag_ = recording::McapWriter();
+  }
+  else
+    check(is_bag_ ? bag_.finish() : recording_.finish());
+  return describeInterruption(path_, keeps_earlier);
 }
 
 } // namespace tools

@@ -64,8 +64,11 @@ public:
   void
   copyExtras(recording::McapReader& bag);
 
-  /** \brief Completes the output and gives it its name. */
-  void
+  /** \brief Completes the output and gives it its name. After an interruption an earlier
+   * output keeps that, and this one stays unfinished.
+   * \return what the interruption left, for the summary; empty if there was none
+   */
+  std::string
   finish();
 
 private:
@@ -87,6 +90,17 @@ copyExtras(recording::McapReader& from, recording::McapWriter& to);
 /** \brief What is left of an output that failed, behind the reason; empty if nothing. */
 std::string
 describeUnfinished(const std::string& path);
+
+/** \brief True if the program was interrupted, and an output would replace an earlier one,
+ * which is complete. */
+bool
+keepsEarlierOutput(const std::string& path);
+
+/** \brief What an interruption left, for the summary; empty if there was none.
+ * \param[in] keeps_earlier see keepsEarlierOutput(), before the output was finished
+ */
+std::string
+describeInterruption(const std::string& path, bool keeps_earlier);
 
 } // namespace tools
 } // namespace pcl_ext

@@ -21,7 +21,7 @@ using recording::RecordedStream;
 
 struct MergeOptions {
   std::vector<std::string> inputs;
-  std::string output;
+  Output output;
   std::vector<std::string> prefixes;
   bool is_quiet = false;
 };
@@ -141,17 +141,18 @@ public:
   {
     if (options.is_quiet)
       console_.beQuiet();
-    if (options.output == "-")
+    const std::string& path = options.output.path;
+    if (path == "-")
       console_.keepOutputFree();
-    checkOutput(options.output);
-    if (kindOfOutput(options.output) == OutputKind::Frames && !options.prefixes.empty())
+    checkOutput(path);
+    if (kindOfOutput(path) == OutputKind::Frames && !options.prefixes.empty())
       throw UsageError(
-          "--prefix has no effect on '" + options.output +
+          "--prefix has no effect on '" + path +
           "', which has no names of streams: name x.mcap, or leave it out");
     if (!options.prefixes.empty() && options.prefixes.size() != options.inputs.size())
       throw UsageError("--prefix needs a name for each of the " +
                        std::to_string(options.inputs.size()) + " inputs");
-    refuseSameFile(options.inputs, options.output);
+    refuseTakenFile(options.inputs, path, options.output.may_replace);
     for (const std::string& input : options.inputs)
       inputs_.push_back(
           std::make_unique<RecordingInput>(RecordingInput::openBag(input)));
@@ -165,7 +166,7 @@ public:
         std::find_if(inputs_.begin(), inputs_.end(), [](const auto& input) {
           return input->bag() != nullptr;
         });
-    CopiedStreams copied(options_.output,
+    CopiedStreams copied(options_.output.path,
                          bag != inputs_.end(),
                          bag != inputs_.end() ? (*bag)->bag() : nullptr,
                          console_);
@@ -211,7 +212,7 @@ private:
   bool
   isOneStream() const
   {
-    return kindOfOutput(options_.output) == OutputKind::Frames &&
+    return kindOfOutput(options_.output.path) == OutputKind::Frames &&
            std::all_of(inputs_.begin(), inputs_.end(), [](const auto& input) {
              return input->bag() == nullptr;
            });
@@ -230,9 +231,10 @@ private:
         parts[topicName(prefixOf(options_, i), inputs_[i]->nameOf(stream))].push_back(
             {inputs_[i].get(), stream});
     for (const auto& [name, of_name] : parts)
-      joinParts(name, of_name, options_.output, console_);
-    if (kindOfOutput(options_.output) == OutputKind::Frames && parts.size() > 1)
-      throw UsageError("'" + options_.output + "' takes one stream, and there are " +
+      joinParts(name, of_name, options_.output.path, console_);
+    if (kindOfOutput(options_.output.path) == OutputKind::Frames && parts.size() > 1)
+      throw UsageError("'" + options_.output.path +
+                       "' takes one stream, and there are " +
                        std::to_string(parts.size()) + ": name x.mcap");
   }
 

@@ -145,6 +145,18 @@ addNames(CLI::App& app,
   });
 }
 
+/** \brief An output that the user named. */
+struct Output {
+  std::string path;
+  bool may_replace = false; ///< what is there
+};
+
+inline CLI::Option*
+addOverwrite(CLI::App& app, bool& may_replace)
+{
+  return app.add_flag("--overwrite", may_replace, "replace OUT, if it exists");
+}
+
 /** \brief Adds the input of a command, and the output, which are required. */
 template <typename InputT>
 void
@@ -153,9 +165,10 @@ addInput(CLI::App& app, InputT& input, const std::string& description)
   app.add_option("IN", input, description)->required()->type_name("");
 }
 inline void
-addOutput(CLI::App& app, std::string& output, const std::string& description)
+addOutput(CLI::App& app, Output& output, const std::string& description)
 {
-  app.add_option("-o,--output", output, description)->required()->type_name("OUT");
+  app.add_option("-o,--output", output.path, description)->required()->type_name("OUT");
+  addOverwrite(app, output.may_replace);
 }
 
 /** \brief Adds --quiet. */

@@ -51,7 +51,8 @@ checkOutput(const std::string& path)
                      "redirect it, as in -o - > x.pcxi");
   std::error_code ignored;
   if (fs::is_directory(path, ignored))
-    throw UsageError("the folder '" + path + "' exists: name another output");
+    throw UsageError("the folder '" + path +
+                     "' exists: name another output, or remove it");
   if (kind == OutputKind::Folder && fs::exists(path, ignored))
     throw UsageError(
         "'" + path +
@@ -60,7 +61,9 @@ checkOutput(const std::string& path)
 }
 
 void
-refuseSameFile(const std::vector<std::string>& inputs, const std::string& output)
+refuseTakenFile(const std::vector<std::string>& inputs,
+                const std::string& output,
+                bool may_replace)
 {
   if (output == "-")
     return;
@@ -75,6 +78,10 @@ refuseSameFile(const std::vector<std::string>& inputs, const std::string& output
       throw UsageError("the output '" + output + "' would be a part of the input '" +
                        input + "': name one outside of that folder");
   }
+  std::error_code ignored;
+  if (!may_replace && fs::is_regular_file(output, ignored))
+    throw UsageError("'" + output +
+                     "' exists: name another output, or replace it with --overwrite");
 }
 
 } // namespace tools

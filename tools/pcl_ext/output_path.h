@@ -36,11 +36,14 @@ refuseDevice(const std::string& path);
 constexpr const char* unfinished_suffix = ".unfinished";
 
 /** \brief Refuses an output that is an input, as reading it would fail half way, or a file
- * in the folder of an input bag, whose part it would be.
+ * in the folder of an input bag, whose part it would be; and a file that exists, unless it
+ * may be replaced.
  * \throws UsageError
  */
 void
-refuseSameFile(const std::vector<std::string>& inputs, const std::string& output);
+refuseTakenFile(const std::vector<std::string>& inputs,
+                const std::string& output,
+                bool may_replace);
 
 } // namespace tools
 } // namespace pcl_ext

@@ -30,8 +30,9 @@ namespace tools {
 namespace {
 
 struct ViewOptions {
-  std::string input;  ///< empty: the cell
-  std::string output; ///< empty: served, not exported
+  std::string input;        ///< empty: the cell
+  std::string output;       ///< empty: served, not exported
+  bool may_replace = false; ///< the output
   std::string page;
   std::string address;
   std::uint16_t port = 0;
@@ -109,7 +110,8 @@ private:
     if (std::filesystem::is_directory(options_.output, ignored))
       throw UsageError("'" + options_.output +
                        "' is a folder: --export takes the name of a file, as x.html");
-    refuseSameFile({options_.input, options_.page}, options_.output);
+    refuseTakenFile(
+        {options_.input, options_.page}, options_.output, options_.may_replace);
     checkSizeForPage(options_.input); // before all of it is read
     const std::vector<std::string> files = filesOf(options_.input);
     if (files.size() > 1)
@@ -245,6 +247,7 @@ addView(CLI::App& app)
                      options->output,
                      "write the page with the recording in it, and end")
           ->type_name("OUT");
+  addOverwrite(app, options->may_replace)->needs(output);
   CLI::Option* const port = addNumber(app,
                                       "--port",
                                       options->port,

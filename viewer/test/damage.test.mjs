@@ -93,7 +93,7 @@ test("a byte that has changed in a chunk loses that chunk, and it is said where"
 test("a frame that has changed in a file of frames is lost with those that need it, and nothing else", async () => {
   const path = pathInFolder("two_i_frames.mcap");
   pclExt("demo", "-n", 20, "--sensors", 1, "--i-frame-rate", 8, "-o", pathInFolder("eight"), "-q");
-  pclExt("cut", pathInFolder("eight/cell.mcap"), "-o", pathInFolder("eight.pcxi"), "-q");
+  pclExt("cut", pathInFolder("eight/cell.mcap"), "-o", pathInFolder("eight.pcxi"), "--overwrite", "-q");
   const bytes = readFileSync(pathInFolder("eight.pcxi"));
   const begins = [];
   for (let at = bytes.indexOf("PCXI"); at >= 0; at = bytes.indexOf("PCXI", at + 1)) begins.push(at);

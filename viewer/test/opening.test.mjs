@@ -69,7 +69,7 @@ test("a served recording of two files is one recording", async () => {
     return { frames, path };
   });
   const { pclExt } = await import("./support/fixtures.mjs");
-  for (const { frames, path } of halves) pclExt("cut", whole, "-o", path, "--frames", frames, "-q");
+  for (const { frames, path } of halves) pclExt("cut", whole, "-o", path, "--frames", frames, "--overwrite", "-q");
   const source = {
     kind: "recording", name: "bag",
     files: halves.map(({ path }, i) => ({ name: `bag_${i}.mcap`, url: `api/files/${i}`, size: readFileSync(path).length })),
@@ -218,7 +218,7 @@ function recordingOf(name, points, ...options) {
   const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
   writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
   const path = pathInFolder(`${name}.mcap`);
-  pclExt("encode", cloud, "-o", path, "-q", ...options);
+  pclExt("encode", cloud, "-o", path, "--overwrite", "-q", ...options);
   return path;
 }
 

@@ -15,7 +15,7 @@ const recording = cellRecording();
 function frameFileOf(sensor, name) {
   const path = pathInFolder(name);
   mkdirSync(path.replace(/\/[^/]*$/, ""), { recursive: true });
-  pclExt("cut", recording, "-o", path, "--streams", `/cell_sensor_${sensor}`, "-q");
+  pclExt("cut", recording, "-o", path, "--streams", `/cell_sensor_${sensor}`, "--overwrite", "-q");
   return path;
 }
 
