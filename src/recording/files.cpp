@@ -112,7 +112,7 @@ InputFile::open(const std::string& path)
   has_name_ = S_ISREG(properties.st_mode) && path != standard_stream;
   if (!S_ISREG(properties.st_mode)) {
     int copy = -1;
-    if (RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, copy);
+    if (RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, {}, copy);
         !status.ok())
       return status;
     ::close(descriptor_);

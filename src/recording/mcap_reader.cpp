@@ -8,7 +8,6 @@
 #include "recording/span_reader.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -18,14 +17,6 @@ namespace pcl_ext {
 namespace recording {
 
 namespace {
-
-/** \brief Times beyond the range of Time, the year 2262, are its last one. */
-Time
-timeOf(std::uint64_t nanoseconds)
-{
-  return Time(static_cast<std::int64_t>(
-      std::min<std::uint64_t>(nanoseconds, std::numeric_limits<std::int64_t>::max())));
-}
 
 /** \brief What channels of several files agree in if they are one. */
 auto
@@ -146,7 +137,7 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
     places_.push_back({files_.size(), place});
   index_.reserve(index_.size() + contents.messages.size());
   for (const mcap::IndexedMessage& message : contents.messages)
-    index_.push_back({timeOf(message.log_time),
+    index_.push_back({mcap::messageTime(message.log_time),
                       bag_file.channels[message.channel_id],
                       first_place + message.place,
                       message.offset});
@@ -255,7 +246,7 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
           ? bag_file.channels.find(prefix.channel_id)
           : bag_file.channels.end();
   if (channel == bag_file.channels.end() || channel->second != entry.channel ||
-      timeOf(prefix.log_time) != entry.log_time)
+      mcap::messageTime(prefix.log_time) != entry.log_time)
     return fail(place.file,
                 place.place.is_chunk ? place.place.offset : entry.offset,
                 "a message is not where the index says");
@@ -263,8 +254,8 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
       mcap::message_prefix_size - mcap::record_prefix_size;
   message.channel = entry.channel;
   message.sequence = prefix.sequence;
-  message.log_time = timeOf(prefix.log_time);
-  message.publish_time = timeOf(prefix.publish_time);
+  message.log_time = mcap::messageTime(prefix.log_time);
+  message.publish_time = mcap::messageTime(prefix.publish_time);
   message.bytes.assign(content + fields_size, content + length);
   return {};
 }

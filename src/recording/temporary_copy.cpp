@@ -68,6 +68,7 @@ RecordingStatus
 copyToTemporaryFile(int input,
                     const std::string& name,
                     const std::function<bool()>& is_wanted,
+                    const std::vector<std::uint8_t>& beginning,
                     int& copy)
 {
   if (const std::string reason = whyRefused(input, name); !reason.empty())
@@ -79,7 +80,10 @@ copyToTemporaryFile(int input,
   if (copy < 0)
     return failure("cannot make the temporary file '" + path + "' for '" + name + "'");
   ::unlink(path.c_str());
-  const RecordingStatus status = copyAll(input, name, is_wanted, copy);
+  const RecordingStatus status =
+      writeAll(copy, beginning.data(), beginning.size())
+          ? copyAll(input, name, is_wanted, copy)
+          : failure("cannot keep '" + name + "' in a temporary file");
   if (!status.ok())
     ::close(copy);
   return status;

@@ -21,12 +21,12 @@ TEST(TemporaryCopies, APipeIsCopiedToItsEnd)
   ASSERT_EQ(::write(ends[1], text.data(), text.size()), 6);
   ::close(ends[1]);
   int copy = -1;
-  ASSERT_TRUE(copyToTemporaryFile(ends[0], "pipe", {}, copy).ok());
+  ASSERT_TRUE(copyToTemporaryFile(ends[0], "pipe", {}, {'a', ' '}, copy).ok());
   ::close(ends[0]);
   std::string read(16, ' ');
   for (int i = 0; i < 2; ++i) // at any place, and again
-    EXPECT_EQ(::pread(copy, read.data(), read.size(), 2), 4);
-  EXPECT_EQ(read.substr(0, 4), "ames");
+    EXPECT_EQ(::pread(copy, read.data(), read.size(), 0), 8);
+  EXPECT_EQ(read.substr(0, 8), "a frames");
   ::close(copy);
 }
 
@@ -37,7 +37,7 @@ TEST(TemporaryCopies, ACopyThatIsNotWantedEnds)
   ASSERT_EQ(::write(ends[1], "x", 1), 1);
   int copy = -1;
   const RecordingStatus status = copyToTemporaryFile(
-      ends[0], "pipe", [] { return false; }, copy);
+      ends[0], "pipe", [] { return false; }, {}, copy);
   EXPECT_EQ(status.code(), RecordingCode::InputFailed);
   EXPECT_NE(status.message().find("interrupted"), std::string::npos);
   ::close(ends[0]);

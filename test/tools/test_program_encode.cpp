@@ -335,7 +335,7 @@ TEST(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
   const Bytes before = {1, 2, 3};
   writeBytes(folder / "x.mcap", before);
   writeBytes(folder / "no.pcd", {});
-  EXPECT_EQ(run(folder, "encode no.pcd -o x.mcap").status, 1);
+  EXPECT_EQ(run(folder, "encode no.pcd -o x.mcap --overwrite").status, 1);
   EXPECT_EQ(bytesOf(folder / "x.mcap"), before);
   expectFailure(folder, "encode room -o missing/x.pcxi", 1, "missing/x.pcxi");
   EXPECT_EQ(runShell(folder, "\"$P\" encode room -o - > /dev/full").status, 1);

@@ -396,11 +396,12 @@ TEST(ProgramInterruption, KeepsAnEarlierOutput)
     prefixes += i == 0 ? "" : "," + std::to_string(i);
   }
   merge += prefixes;
+  const std::vector<std::string> commands = {"encode many -o x.mcap -r 0.1",
+                                             merge + " -o x.mcap",
+                                             "decode long.mcap -o bag.mcap",
+                                             "decode long.mcap -o out"};
   for (const std::string signal : {"INT", "TERM"})
-    for (const std::string command : {"encode many -o x.mcap -r 0.1",
-                                      merge + " -o x.mcap",
-                                      "decode long.mcap -o bag.mcap",
-                                      "decode long.mcap -o out"}) {
+    for (const std::string& command : commands) {
       SCOPED_TRACE(command);
       const std::string name = command.find("bag") != std::string::npos   ? "bag.mcap"
                                : command.find("out") != std::string::npos ? "out"

@@ -241,7 +241,8 @@ TEST(ProgramView, APageWithTheRecordingIsExported)
     writeBytes(folder / "page.html",
                Bytes(view_page, view_page + sizeof(view_page) - 1));
     const ProgramRun result = expectRun(
-        folder, "view \"a&b<\\\"c'.pcxi\" --page page.html --export out.html");
+        folder,
+        "view \"a&b<\\\"c'.pcxi\" --page page.html --export out.html --overwrite");
     EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
     const std::string html = textOf(folder / "out.html");
     const std::string before =

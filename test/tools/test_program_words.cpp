@@ -46,7 +46,7 @@ TEST(ProgramDefaults, AreThoseOfTheClass)
   const Bytes bytes = bytesOf(folder / "x.pcxi");
   EXPECT_EQ(std::string(bytes.begin(), bytes.end()), frame.str());
   expectFailure(folder,
-                "encode room.pcd -o x.pcxi --intensity-bits 4",
+                "encode room.pcd -o x.pcxi --overwrite --intensity-bits 4",
                 2,
                 "--intensity-bits has no effect on clouds without intensities");
 }
@@ -107,7 +107,7 @@ TEST(ProgramEncode, CloudThatSeemsToBeInMillimetresIsNoticed)
   for (pcl::PointXYZ& point : cloud)
     point.getVector3fMap() *= 1000.0f;
   pcl::io::savePCDFileBinary(folder / "mm.pcd", cloud);
-  const ProgramRun result = run(folder, "encode mm.pcd -o x.pcxi");
+  const ProgramRun result = run(folder, "encode mm.pcd -o x.pcxi --overwrite");
   EXPECT_EQ(result.status, 0);
   expectText(result.errors, "if that is in millimetres, --resolution 10 makes voxels");
 }

@@ -17,6 +17,8 @@
 namespace pcl_ext {
 namespace tools {
 
+class FrameOutput;
+
 /** \brief A cloud of the input of a command, or why it could not be read. */
 struct InputCloud {
   std::size_t stream = 0;         ///< index in CloudInput::streams()
@@ -32,15 +34,15 @@ struct InputCloud {
 class CloudInput {
 public:
   /** \brief What next() found. */
-  enum class Found { Cloud, OtherMessage, End };
+  enum class Found { Cloud, OtherMessage, Extra, End };
 
   virtual ~CloudInput() = default;
 
-  /** \brief Names of the streams. */
+  /** \brief Names of the streams; of a pipe until now. */
   virtual const std::vector<std::string>&
   streams() const = 0;
 
-  /** \brief Number of clouds and messages in all, for progress. */
+  /** \brief Number of clouds and messages in all, for progress; 0: it is not known yet. */
   virtual std::size_t
   size() const = 0;
 
@@ -48,9 +50,22 @@ public:
    * \param[out] cloud with Cloud
    * \param[out] other with OtherMessage: a message to pass through; its channel is an index
    * in channels()
+   * With Extra copyExtra() has what was found.
    */
   virtual Found
   next(InputCloud& cloud, recording::McapMessage& other) = 0;
+
+  /** \brief Copies the metadata or the attachment that next() found. */
+  virtual void
+  copyExtra(FrameOutput& /* output */)
+  {}
+
+  /** \brief True if clouds come while somebody writes them into a pipe. */
+  virtual bool
+  isLive() const
+  {
+    return false;
+  }
 
   /** \brief True if there may be messages, metadata and attachments to pass through. */
   virtual bool
@@ -66,7 +81,7 @@ public:
     return "ros2";
   }
 
-  /** \brief Channels of a bag. */
+  /** \brief Channels of a bag; of a pipe until now. */
   virtual const std::vector<recording::McapChannel>&
   channels() const
   {
@@ -128,6 +143,13 @@ openFiles(const std::vector<measuring::SequenceInput>& paths,
 /** \brief Opens an MCAP file or a rosbag2 folder. */
 std::unique_ptr<CloudInput>
 openMcap(const std::string& path, const InputOptions& options);
+
+/** \brief Opens an MCAP file that comes through a pipe.
+ * \param[in] descriptor of the pipe, behind the first 8 bytes
+ * \param[in] name of the pipe, for messages
+ */
+std::unique_ptr<CloudInput>
+openMcapPipe(int descriptor, const std::string& name, const InputOptions& options);
 
 /** \brief Opens a bag of ROS 1, if the program was built with librosbag-storage. */
 std::unique_ptr<CloudInput>

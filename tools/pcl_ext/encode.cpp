@@ -60,22 +60,12 @@ public:
     for (const std::string& remark : input_->remarks())
       console_.remark(remark);
     const std::vector<std::string>& names = input_->streams();
-    options_.encoding.checkStreams(names);
-    if (kind == OutputKind::Frames && names.size() > 1)
-      throw UsageError("'" + path + "' takes one stream, and there are " +
-                       std::to_string(names.size()) + ": " + names[0] + ", " +
-                       names[1] + (names.size() > 2 ? ", ..." : "") +
-                       (input_->isBag() ? "; choose one with --topics or name x.mcap"
-                                        : "; name x.mcap"));
+    if (!input_->isLive()) // else there may be more
+      options_.encoding.checkStreams(names);
+    checkNumberOfStreams();
     // Not only of bags: the messages tell how many points the clouds had.
     output_.emplace(path, true, input_->profile());
-    for (const std::string& name : names)
-      streams_.push_back(std::make_unique<Stream>(options_.encoding, name));
-    for (const recording::McapChannel& channel : input_->channels())
-      other_channels_.push_back(passesThrough(channel) && output_->isBag()
-                                    ? std::optional(output_->addChannel(
-                                          channel, recording::McapChunking::Shared))
-                                    : std::nullopt);
+    addStreams();
     encodeAll();
     return finish();
   }
@@ -106,6 +96,39 @@ private:
   }
 
   void
+  checkNumberOfStreams() const
+  {
+    const std::string& path = options_.output.path;
+    const std::vector<std::string>& names = input_->streams();
+    if (kindOfOutput(path) != OutputKind::Frames || names.size() < 2)
+      return;
+    throw UsageError("'" + path + "' takes one stream, and there are " +
+                     std::to_string(names.size()) + ": " + names[0] + ", " + names[1] +
+                     (names.size() > 2 ? ", ..." : "") +
+                     (input_->isBag() ? "; choose one with --topics or name x.mcap"
+                                      : "; name x.mcap"));
+  }
+
+  /** \brief Adds the streams and channels of the input that there were not before. */
+  void
+  addStreams()
+  {
+    checkNumberOfStreams();
+    const std::vector<std::string>& names = input_->streams();
+    while (streams_.size() < names.size())
+      streams_.push_back(
+          std::make_unique<Stream>(options_.encoding, names[streams_.size()]));
+    const std::vector<recording::McapChannel>& channels = input_->channels();
+    while (other_channels_.size() < channels.size()) {
+      const recording::McapChannel& channel = channels[other_channels_.size()];
+      other_channels_.push_back(passesThrough(channel) && output_->isBag()
+                                    ? std::optional(output_->addChannel(
+                                          channel, recording::McapChunking::Shared))
+                                    : std::nullopt);
+    }
+  }
+
+  void
   encodeAll()
   {
     InputCloud cloud;
@@ -115,10 +138,16 @@ private:
       const CloudInput::Found found = input_->next(cloud, other);
       if (found == CloudInput::Found::End)
         break;
+      addStreams();
       if (found == CloudInput::Found::Cloud)
         encode(cloud);
+      else if (found == CloudInput::Found::Extra)
+        input_->copyExtra(*output_);
       else
         passThrough(other);
+      // Who writes a pipe may wait for what becomes of it.
+      if (input_->isLive())
+        output_->flush();
       console_.advance();
     }
     console_.endProgress();
@@ -266,16 +295,28 @@ private:
     const std::vector<std::string> damage = input_->damage();
     for (const std::string& place : damage)
       console_.error(place);
-    if (sums.frames == 0)
+    bool has_wrong_option = false;
+    try {
+      options_.encoding.checkStreams(input_->streams());
+    }
+    catch (const UsageError& error) {
+      console_.error(error.what());
+      has_wrong_option = true;
+    }
+    if (sums.frames == 0) {
+      output_.reset(); // which removes a file that holds nothing
       throw std::runtime_error("no cloud could be encoded; '" + options_.output.path +
-                               "' was not written");
+                               "' was not written" +
+                               describeUnfinished(options_.output.path));
+    }
     if (input_->mcap() != nullptr && output_->isBag())
       output_->copyExtras(*input_->mcap());
     printSummary(sums, failures, output_->finish());
     if (isInterrupted())
       return interrupted;
-    return failures > 0 || has_empty_stream || !damage.empty() ? something_failed
-                                                               : all_done;
+    return failures > 0 || has_empty_stream || has_wrong_option || !damage.empty()
+               ? something_failed
+               : all_done;
   }
 
   std::string
@@ -378,7 +419,7 @@ addEncode(CLI::App& app)
             1e-6,
             1e6,
             "HZ",
-            "clouds per second, of files, for which times in their names are not used");
+            "clouds per second, of files; times in names are left out");
   addParsed(app,
             "--frames",
             "A:B",

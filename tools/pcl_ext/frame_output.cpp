@@ -125,6 +125,26 @@ FrameOutput::write(const recording::McapMessage& message)
 }
 
 void
+FrameOutput::write(const recording::McapMetadata& metadata)
+{
+  if (is_bag_)
+    check(bag_.write(metadata));
+}
+
+void
+FrameOutput::write(const recording::McapAttachment& attachment)
+{
+  if (is_bag_)
+    check(bag_.write(attachment));
+}
+
+void
+FrameOutput::flush()
+{
+  check(is_bag_ ? bag_.flush() : recording_.flush());
+}
+
+void
 copyExtras(recording::McapReader& from, recording::McapWriter& to)
 {
   std::vector<recording::McapMetadata> metadata;

@@ -60,6 +60,16 @@ public:
   void
   write(const recording::McapMessage& message);
 
+  /** \brief Write metadata and attachments of a bag. */
+  void
+  write(const recording::McapMetadata& metadata);
+  void
+  write(const recording::McapAttachment& attachment);
+
+  /** \brief Writes all frames and messages at hand to the file. */
+  void
+  flush();
+
   /** \brief Copies metadata and attachments of a bag. */
   void
   copyExtras(recording::McapReader& bag);

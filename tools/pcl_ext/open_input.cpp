@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 namespace pcl_ext {
@@ -46,11 +47,24 @@ isBag(const std::string& path)
   return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
 }
 
+void
+refuseRate(const std::string& bag, const InputOptions& options)
+{
+  if (options.has_rate)
+    throw UsageError("--rate is for files; '" + bag +
+                     "' is a bag, which has its own times");
+}
+
 } // namespace
 
 std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
 {
+  if (options.inputs.size() == 1)
+    if (const std::optional<int> pipe = mcapPipeOf(options.inputs[0])) {
+      refuseRate(options.inputs[0], options);
+      return openMcapPipe(*pipe, shownName(options.inputs[0]), options);
+    }
   std::vector<measuring::SequenceInput> paths;
   for (const std::string& input : options.inputs)
     for (const std::string& given : pathsOf(input)) {
@@ -63,9 +77,7 @@ openInput(const InputOptions& options)
   if (bag != paths.end() && paths.size() > 1)
     throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
   if (bag != paths.end()) {
-    if (options.has_rate)
-      throw UsageError("--rate is for files; '" + bag->path +
-                       "' is a bag, which has its own times");
+    refuseRate(bag->path, options);
     return !fs::is_directory(bag->path) &&
                    measuring::kindOf(bag->path) == FileKind::Ros1Bag
                ? openRos1Bag(bag->path, options)

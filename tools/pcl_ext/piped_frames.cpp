@@ -3,13 +3,11 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "interruption.h"
+#include "standard_input.h"
 
-#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -38,18 +36,10 @@ bool
 PipedFrames::receive()
 {
   while (!isInterrupted()) {
-    // Unlike read() it ends with a signal.
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    constexpr int timeout_ms = 200;
-    if (::poll(&input, 1, timeout_ms) <= 0)
-      continue;
     const std::size_t before = bytes_.size();
     bytes_.resize(before + piece_bytes);
-    const ssize_t count = ::read(STDIN_FILENO, bytes_.data() + before, piece_bytes);
-    bytes_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    if (count < 0 && errno != EINTR && errno != EAGAIN)
-      throw std::runtime_error(std::string("reading the standard input failed: ") +
-                               std::strerror(errno));
+    const std::size_t count = readPipe(STDIN_FILENO, &bytes_[before], piece_bytes);
+    bytes_.resize(before + count);
     if (count == 0)
       return false;
     if (bytes_.size() >= needed_)

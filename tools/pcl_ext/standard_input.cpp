@@ -4,6 +4,7 @@
 #include "recording/temporary_copy.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <vector>
 
 namespace pcl_ext {
 namespace tools {
@@ -23,12 +25,6 @@ constexpr const char* standard_input = "-";
 
 /** \brief Paths of copies by the path that the user gave: a pipe can be read once only. */
 std::map<std::string, std::string> copies;
-
-std::string
-shownName(const std::string& path)
-{
-  return path == standard_input ? "standard input" : path;
-}
 
 std::string
 pathOfDescriptor(int descriptor)
@@ -53,12 +49,11 @@ openInput(const std::string& path)
 }
 
 std::string
-keepCopy(const std::string& path)
+keepCopy(const std::string& path, int input, const std::vector<std::uint8_t>& beginning)
 {
-  const int input = openInput(path);
   int copy = -1;
   const recording::RecordingStatus status = recording::copyToTemporaryFile(
-      input, shownName(path), [] { return !isInterrupted(); }, copy);
+      input, shownName(path), [] { return !isInterrupted(); }, beginning, copy);
   ::close(input);
   if (!status.ok())
     throw std::runtime_error(status.message());
@@ -66,6 +61,56 @@ keepCopy(const std::string& path)
 }
 
 } // namespace
+
+std::string
+shownName(const std::string& path)
+{
+  return path == standard_input ? "standard input" : path;
+}
+
+std::size_t
+readPipe(int descriptor, std::uint8_t* bytes, std::size_t count)
+{
+  while (!isInterrupted()) {
+    // Unlike read() it ends with a signal.
+    pollfd input{descriptor, POLLIN, 0};
+    constexpr int timeout_ms = 200;
+    if (::poll(&input, 1, timeout_ms) <= 0)
+      continue;
+    const ssize_t read = ::read(descriptor, bytes, count);
+    if (read >= 0)
+      return static_cast<std::size_t>(read);
+    if (errno != EINTR && errno != EAGAIN)
+      throw std::runtime_error(std::string("reading a pipe failed: ") +
+                               std::strerror(errno));
+  }
+  return 0;
+}
+
+std::optional<int>
+mcapPipeOf(const std::string& path)
+{
+  struct stat properties {};
+  const int result = path == standard_input ? ::fstat(STDIN_FILENO, &properties)
+                                            : ::stat(path.c_str(), &properties);
+  if (result != 0 || !S_ISFIFO(properties.st_mode) || copies.count(path) != 0)
+    return std::nullopt;
+  constexpr char magic[] = "\x89MCAP0\r\n";
+  const int input = openInput(path);
+  std::vector<std::uint8_t> beginning(sizeof(magic) - 1);
+  std::size_t size = 0;
+  while (size < beginning.size()) {
+    const std::size_t read = readPipe(input, &beginning[size], beginning.size() - size);
+    if (read == 0)
+      break;
+    size += read;
+  }
+  beginning.resize(size);
+  if (std::string(beginning.begin(), beginning.end()) == magic)
+    return input;
+  copies[path] = keepCopy(path, input, beginning);
+  return std::nullopt;
+}
 
 std::string
 pathOfInput(const std::string& path)
@@ -79,7 +124,8 @@ pathOfInput(const std::string& path)
       result == 0 && (S_ISREG(properties.st_mode) || S_ISDIR(properties.st_mode));
   if (path != standard_input && (result != 0 || is_file))
     return path;
-  const std::string copy = is_file ? pathOfDescriptor(STDIN_FILENO) : keepCopy(path);
+  const std::string copy =
+      is_file ? pathOfDescriptor(STDIN_FILENO) : keepCopy(path, openInput(path), {});
   return copies[path] = copy;
 }
 

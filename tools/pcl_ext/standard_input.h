@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace pcl_ext {
@@ -12,6 +15,24 @@ namespace tools {
  */
 std::string
 pathOfInput(const std::string& path);
+
+/** \brief An MCAP file that comes through a pipe can be read as it comes.
+ * \return the descriptor of such a pipe, of which 8 bytes were read; nothing for other inputs
+ * \throws std::runtime_error if it cannot be read
+ */
+std::optional<int>
+mcapPipeOf(const std::string& path);
+
+/** \brief Waits for bytes of a pipe, and reads up to so many.
+ * \return their number; 0 at the end, or if the program is interrupted
+ * \throws std::runtime_error if reading fails
+ */
+std::size_t
+readPipe(int descriptor, std::uint8_t* bytes, std::size_t count);
+
+/** \brief The path of an input for messages. */
+std::string
+shownName(const std::string& path);
 
 /** \brief The name that an input has in names of streams: that of its file without
  * extension, "stdin" for the standard input. */

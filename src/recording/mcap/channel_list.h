@@ -52,6 +52,14 @@ public:
     return has_too_many_;
   }
 
+  /** \brief The channel of an id; null if there is none. */
+  const McapChannel*
+  find(std::uint16_t channel_id) const
+  {
+    const auto found = channels_.find(channel_id);
+    return found == channels_.end() ? nullptr : &found->second;
+  }
+
   std::size_t
   size() const
   {

@@ -72,6 +72,17 @@ readRecord(const InputFile& file,
 std::string
 loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& records)
 {
+  return loadChunk(
+      [&file](std::uint64_t offset, std::size_t count, std::uint8_t* bytes) {
+        return file.read(offset, count, bytes);
+      },
+      place,
+      records);
+}
+
+std::string
+loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& records)
+{
   records.clear();
   const auto fields_at_hand = static_cast<std::size_t>(
       std::min<std::uint64_t>(place.length, max_chunk_fields_size));
@@ -79,7 +90,7 @@ loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& 
   Chunk chunk;
   std::size_t fields_size = 0;
   if (fields_at_hand < record_prefix_size ||
-      !file.read(place.offset, fields_at_hand, fields.data()) ||
+      !read(place.offset, fields_at_hand, fields.data()) ||
       fields[0] != static_cast<std::uint8_t>(Opcode::Chunk) ||
       !parse(fields.data() + record_prefix_size,
              fields_at_hand - record_prefix_size,
@@ -98,7 +109,7 @@ loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& 
     return "it is larger than the limit of " + std::to_string(most_bytes) +
            " bytes; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
-  if (!file.read(place.offset + begin, compressed.size(), compressed.data()))
+  if (!read(place.offset + begin, compressed.size(), compressed.data()))
     return "it cannot be read; its messages are lost";
   std::string failure = decompress(chunk.compression,
                                    compressed.data(),

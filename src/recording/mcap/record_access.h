@@ -4,6 +4,7 @@
 #include "recording/mcap/records.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,18 @@ struct Place {
   bool is_cut_off = false; // the end of the chunk is missing
 };
 
+/** \brief Reads bytes at a place; false unless all of them were read. */
+using ReadAt =
+    std::function<bool(std::uint64_t offset, std::size_t count, std::uint8_t* bytes)>;
+
 /** \brief Loads the records of a chunk, as far as they can be read.
- * \param[in] file the file
+ * \param[in] read the file
  * \param[in] place a chunk
  * \param[out] records uncompressed; its memory is reused; empty if the checksum is wrong
  * \return empty, or what is wrong
  */
+std::string
+loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& records);
 std::string
 loadChunk(const InputFile& file,
           const Place& place,

@@ -5,6 +5,9 @@
 
 #include <zlib.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace pcl_ext {
 namespace recording {
 namespace mcap {
@@ -444,6 +447,13 @@ appendFooter(const Footer& footer, std::vector<std::uint8_t>& bytes)
   writer.u64(footer.summary_start);
   writer.u64(footer.summary_offset_start);
   writer.u32(footer.summary_checksum);
+}
+
+Time
+messageTime(std::uint64_t nanoseconds)
+{
+  return Time(static_cast<std::int64_t>(
+      std::min<std::uint64_t>(nanoseconds, std::numeric_limits<std::int64_t>::max())));
 }
 
 std::uint32_t

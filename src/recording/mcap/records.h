@@ -211,6 +211,11 @@ appendDataEnd(std::uint32_t data_checksum, std::vector<std::uint8_t>& bytes);
 void
 appendFooter(const Footer& footer, std::vector<std::uint8_t>& bytes);
 
+/** \brief The time of a message. Those beyond the range of Time, the year 2262, are its last
+ * one. */
+Time
+messageTime(std::uint64_t nanoseconds);
+
 /** \brief CRC-32 (ISO-HDLC) of bytes that follow others.
  * \param[in] checksum of the bytes before, 0 if there are none
  */

@@ -1,0 +1,321 @@
+#include "recording/mcap_stream.h"
+
+#include <pcl_ext/recording/mcap_reader.h>
+
+#include "recording/mcap/channel_list.h"
+#include "recording/mcap/record_access.h"
+#include "recording/mcap/records.h"
+#include "recording/span_reader.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace pcl_ext {
+namespace recording {
+
+using mcap::Opcode;
+
+class McapStream::Implementation {
+public:
+  Implementation(ReadSome read, std::string name)
+  : read_(std::move(read)), name_(std::move(name)), list_(wants_)
+  {}
+
+  Found
+  next();
+
+  std::string profile_;
+  std::vector<McapChannel> channels_;
+  McapMessage message_;
+  McapMetadata metadata_;
+  McapAttachment attachment_;
+  std::vector<RecordingDamage> damage_;
+  std::vector<std::uint8_t> chunk_; // its records, uncompressed
+  std::size_t next_in_chunk_ = 0;
+
+private:
+  bool
+  readRecord();
+
+  std::uint64_t
+  readBytes(std::uint64_t count, bool is_kept);
+
+  bool
+  takeNextOfChunk();
+
+  bool
+  takeMessage(const std::uint8_t* content, std::size_t size);
+
+  void
+  addChannel(const std::uint8_t* content, std::size_t size);
+
+  void
+  unpackChunk();
+
+  bool
+  takeRecord(Found& found);
+
+  void
+  addDamage(const std::string& message)
+  {
+    constexpr std::size_t most = 1000;
+    if (damage_.size() < most)
+      damage_.push_back({offset_, message, name_});
+  }
+
+  ReadSome read_;
+  std::string name_;
+  const McapReader::ChannelFilter wants_; // all
+  mcap::ChannelList list_;
+  std::map<std::uint16_t, std::size_t> numbers_; // of channels, by id
+  std::vector<std::uint8_t> record_;             // with its prefix
+  std::uint64_t offset_ = mcap::magic.size();    // of the record
+  std::uint64_t position_ = mcap::magic.size();  // in the file
+  bool is_at_end_ = false;
+};
+
+/** \brief Reads bytes to the end of the record, as they come, or skips them.
+ * \return their number, less than asked for at the end of the file
+ */
+std::uint64_t
+McapStream::Implementation::readBytes(std::uint64_t count, bool is_kept)
+{
+  constexpr std::uint64_t piece_bytes = std::uint64_t{1} << 20;
+  const std::size_t begin = record_.size();
+  std::uint64_t done = 0;
+  while (done < count) {
+    const auto piece = static_cast<std::size_t>(std::min(count - done, piece_bytes));
+    const std::size_t end = begin + (is_kept ? static_cast<std::size_t>(done) : 0);
+    record_.resize(end + piece);
+    const std::size_t read = read_(record_.data() + end, piece);
+    record_.resize(is_kept ? end + read : begin);
+    if (read == 0)
+      break;
+    done += read;
+  }
+  position_ += done;
+  return done;
+}
+
+/** \brief Reads the next record, unless it is too large.
+ * \return false at the end of the records
+ */
+bool
+McapStream::Implementation::readRecord()
+{
+  offset_ = position_;
+  record_.clear();
+  if (const std::uint64_t size = readBytes(mcap::record_prefix_size, true);
+      size < mcap::record_prefix_size) {
+    addDamage(size == 0 ? "the file has no end: its recorder did not complete it"
+                        : "the file ends within a record");
+    return false;
+  }
+  SpanReader prefix(record_.data(), record_.size());
+  const auto opcode = static_cast<Opcode>(prefix.u8());
+  const std::uint64_t length = prefix.u64();
+  if (static_cast<std::uint8_t>(opcode) == 0) {
+    addDamage("there is no valid record; what follows is lost");
+    return false;
+  }
+  const bool is_too_large =
+      length > (opcode == Opcode::Attachment ? McapReader::max_attachment_bytes
+                                             : McapReader::max_chunk_bytes);
+  if (readBytes(length, !is_too_large) < length) {
+    addDamage("the file ends within a record, or the record's length is wrong; what "
+              "follows is lost");
+    return false;
+  }
+  if (is_too_large) {
+    addDamage("a record is larger than the limit; it is lost");
+    record_.resize(mcap::record_prefix_size);
+    record_[0] = std::numeric_limits<std::uint8_t>::max(); // of no known kind
+  }
+  return opcode != Opcode::DataEnd && opcode != Opcode::Footer;
+}
+
+void
+McapStream::Implementation::addChannel(const std::uint8_t* content, std::size_t size)
+{
+  mcap::Channel channel;
+  if (!mcap::parse(content, size, channel) || numbers_.count(channel.id) != 0)
+    return;
+  list_.addChannel(content, size);
+  if (const McapChannel* const added = list_.find(channel.id); added != nullptr) {
+    numbers_[channel.id] = channels_.size();
+    channels_.push_back(*added);
+  }
+}
+
+bool
+McapStream::Implementation::takeMessage(const std::uint8_t* content, std::size_t size)
+{
+  mcap::MessagePrefix prefix;
+  const auto channel = mcap::parse(content, size, prefix)
+                           ? numbers_.find(prefix.channel_id)
+                           : numbers_.end();
+  if (channel == numbers_.end())
+    return false;
+  constexpr std::size_t fields_size =
+      mcap::message_prefix_size - mcap::record_prefix_size;
+  message_.channel = channel->second;
+  message_.sequence = prefix.sequence;
+  message_.log_time = mcap::messageTime(prefix.log_time);
+  message_.publish_time = mcap::messageTime(prefix.publish_time);
+  message_.bytes.assign(content + fields_size, content + size);
+  return true;
+}
+
+/** \brief Takes the records of the chunk up to a message.
+ * \return false if there is none
+ */
+bool
+McapStream::Implementation::takeNextOfChunk()
+{
+  SpanReader reader(chunk_.data() + next_in_chunk_, chunk_.size() - next_in_chunk_);
+  const std::size_t begin = next_in_chunk_;
+  while (reader.remaining() > 0) {
+    const auto opcode = static_cast<Opcode>(reader.u8());
+    const std::uint64_t length = reader.u64();
+    const std::uint8_t* const content = reader.take(length);
+    if (content == nullptr)
+      break;
+    next_in_chunk_ = begin + reader.position();
+    const auto size = static_cast<std::size_t>(length);
+    if (opcode == Opcode::Schema)
+      list_.addSchema(content, size);
+    else if (opcode == Opcode::Channel)
+      addChannel(content, size);
+    else if (opcode == Opcode::Message && takeMessage(content, size))
+      return true;
+  }
+  next_in_chunk_ = chunk_.size();
+  return false;
+}
+
+void
+McapStream::Implementation::unpackChunk()
+{
+  const auto readAt =
+      [this](std::uint64_t offset, std::size_t count, std::uint8_t* bytes) {
+        if (offset > record_.size() || count > record_.size() - offset)
+          return false;
+        std::memcpy(bytes, record_.data() + offset, count);
+        return true;
+      };
+  next_in_chunk_ = 0;
+  const std::string failure =
+      mcap::loadChunk(readAt, {true, 0, record_.size(), false}, chunk_);
+  if (!failure.empty())
+    addDamage("a chunk: " + failure);
+}
+
+/** \brief Takes what a record of the file tells.
+ * \return true if it is what next() looks for
+ */
+bool
+McapStream::Implementation::takeRecord(Found& found)
+{
+  const auto opcode = static_cast<Opcode>(record_[0]);
+  const std::uint8_t* const content = record_.data() + mcap::record_prefix_size;
+  const std::size_t size = record_.size() - mcap::record_prefix_size;
+  mcap::Header header;
+  switch (opcode) {
+  case Opcode::Header:
+    if (mcap::parse(content, size, header))
+      profile_ = header.profile;
+    return false;
+  case Opcode::Schema:
+    list_.addSchema(content, size);
+    return false;
+  case Opcode::Channel:
+    addChannel(content, size);
+    return false;
+  case Opcode::Chunk:
+    unpackChunk();
+    found = Found::Message;
+    return takeNextOfChunk();
+  case Opcode::Message:
+    found = Found::Message;
+    return takeMessage(content, size);
+  case Opcode::Metadata:
+    found = Found::Metadata;
+    return mcap::parse(content, size, metadata_);
+  case Opcode::Attachment:
+    found = Found::Attachment;
+    return mcap::parse(content, size, attachment_);
+  default:
+    return false;
+  }
+}
+
+McapStream::Found
+McapStream::Implementation::next()
+{
+  if (takeNextOfChunk())
+    return Found::Message;
+  Found found = Found::End;
+  while (!is_at_end_) {
+    is_at_end_ = !readRecord();
+    if (!is_at_end_ && takeRecord(found))
+      return found;
+  }
+  // Who writes the file is not stopped by a pipe that nobody reads.
+  readBytes(std::numeric_limits<std::uint64_t>::max(), false);
+  if (list_.hasTooMany())
+    addDamage("there are too many channels with too large schemas; some are lost");
+  return Found::End;
+}
+
+McapStream::McapStream(ReadSome read, std::string name)
+: implementation_(new Implementation(std::move(read), std::move(name)))
+{}
+
+McapStream::~McapStream() = default;
+
+McapStream::Found
+McapStream::next()
+{
+  return implementation_->next();
+}
+
+const std::string&
+McapStream::profile() const
+{
+  return implementation_->profile_;
+}
+
+const std::vector<McapChannel>&
+McapStream::channels() const
+{
+  return implementation_->channels_;
+}
+
+McapMessage&
+McapStream::message()
+{
+  return implementation_->message_;
+}
+
+const McapMetadata&
+McapStream::metadata() const
+{
+  return implementation_->metadata_;
+}
+
+const McapAttachment&
+McapStream::attachment() const
+{
+  return implementation_->attachment_;
+}
+
+const std::vector<RecordingDamage>&
+McapStream::damage() const
+{
+  return implementation_->damage_;
+}
+
+} // namespace recording
+} // namespace pcl_ext
