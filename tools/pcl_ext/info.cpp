@@ -96,6 +96,25 @@ struct RecordingSummary {
   std::vector<std::pair<std::string, std::string>> other_topics;
 };
 
+/** \brief Topics without frames, with their types. Their messages are not indexed. */
+std::vector<std::pair<std::string, std::string>>
+otherTopics(RecordingInput& input)
+{
+  std::vector<std::pair<std::string, std::string>> topics;
+  recording::McapReader bag;
+  const auto isWanted = [](const recording::McapChannel&) { return false; };
+  if (!recording::McapReader::isMcap(input.path()) ||
+      !bag.open(input.path(), isWanted).ok())
+    return topics;
+  const std::vector<recording::RecordedStream>& streams = input.reader().streams();
+  for (std::size_t i = 0; i < bag.channels().size(); ++i)
+    if (std::none_of(streams.begin(), streams.end(), [i](const auto& stream) {
+          return stream.channel == i;
+        }))
+      topics.emplace_back(bag.channels()[i].topic, bag.channels()[i].schema.name);
+  return topics;
+}
+
 RecordingSummary
 summarize(RecordingInput& input, const std::vector<StreamFigures>& streams)
 {
@@ -114,11 +133,7 @@ summarize(RecordingInput& input, const std::vector<StreamFigures>& streams)
   }
   summary.is_unfinished = input.reader().isUnfinished();
   summary.damage = input.reader().damage();
-  if (input.bag() != nullptr)
-    for (std::size_t i = 0; i < input.bag()->channels().size(); ++i)
-      if (!input.isStream(i))
-        summary.other_topics.emplace_back(input.bag()->channels()[i].topic,
-                                          input.bag()->channels()[i].schema.name);
+  summary.other_topics = otherTopics(input);
   return summary;
 }
 
@@ -283,7 +298,7 @@ info(const InfoOptions& options)
   Console console("info");
   if (options.is_quiet)
     console.beQuiet();
-  RecordingInput input = RecordingInput::openBag(options.input);
+  RecordingInput input(options.input);
   const std::vector<StreamFigures> streams = figuresOf(input, console);
   const RecordingSummary summary = summarize(input, streams);
   if (options.is_json)
