@@ -193,7 +193,8 @@ describeMergedStream(const MergedStream& stream, Time time)
   if (stamp == Time(0))
     return report;
   report.add("stamp, ns", stamp.count());
-  report.add("age, ms", std::chrono::duration<double, std::milli>(time - stamp).count());
+  report.add("age, ms",
+             std::chrono::duration<double, std::milli>(time - stamp).count());
   return report;
 }
 
