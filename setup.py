@@ -49,7 +49,7 @@ def run(command):
     """Runs a step of the build, and tells each quarter of it that is done."""
     print(shlex.join(map(str, command)), flush=True)
     told = 0
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, errors="replace") as process:
         for line in process.stdout:
             print(line, end="", flush=True)
             # Of ninja, and of make.

@@ -159,7 +159,7 @@ pcdFields(const std::map<std::string, std::string>& values)
 
 /** \brief Checks the sizes that compressed points of a PCD file have before them. PCL's
  * reader would take memory for any size, and reads behind one that is too small.
- * \param[in] point_bytes bytes of a point without those that fill it up
+ * \param[in] point_bytes bytes of a point
  * \return bytes that they take in the file
  */
 std::uint64_t
@@ -335,23 +335,25 @@ checkPcd(const std::string& path)
     fail("WIDTH x HEIGHT and POINTS in its header differ");
   const std::vector<TextField> fields = pcdFields(values);
   std::uint64_t point_bytes = 0;
-  std::uint64_t packed_bytes = 0; // without those that fill points up
-  std::uint64_t words = 0;        // of a point as text
+  std::uint64_t words = 0; // of a point as text
+  bool is_filled_up = false;
   for (const TextField& field : fields) {
     point_bytes += field.bytes * field.count;
-    packed_bytes +=
-        field.kind == TextField::Kind::Ignored ? 0 : field.bytes * field.count;
+    is_filled_up |= field.kind == TextField::Kind::Ignored;
     words += field.count;
   }
   const std::uint64_t file_bytes = fs::file_size(path);
   const std::uint64_t bytes = file_bytes - std::min(file_bytes, lines->bytes);
   const std::string& storage = values.at("DATA");
   const bool is_text = storage == "ascii";
+  // PCL writes no such file, and its reader would write behind the memory of the points.
+  if (storage == "binary_compressed" && is_filled_up)
+    fail("its compressed points have a field named _");
   // A number and a space for each field is the least that text takes.
   const std::uint64_t least =
       storage == "binary" ? points * point_bytes
       : is_text           ? 2 * points * words - (points > 0 ? 1 : 0)
-                : checkCompressedSizes(path, lines->bytes, points, packed_bytes);
+                : checkCompressedSizes(path, lines->bytes, points, point_bytes);
   if (bytes < least)
     fail("it was cut off: it has " + std::to_string(bytes) + " bytes of points, not " +
          std::to_string(least));

@@ -126,7 +126,9 @@ private:
     if (!status.hasFrame())
       return status;
     requests_.countFrame();
-    return withLeftOut(status, cloud);
+    // Without memory for it the frame goes out without the remark.
+    return callOrElse([&] { return withLeftOut(status, cloud); },
+                      [&] { return status; });
   }
 
   /** \brief The status of a frame, with what is left out of the clouds if that is new. */

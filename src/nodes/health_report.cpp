@@ -1,5 +1,7 @@
 #include <pcl_ext/nodes/health_report.h>
 
+#include "nodes/latency.h"
+
 #include <cmath>
 
 namespace pcl_ext {
@@ -193,8 +195,7 @@ describeMergedStream(const MergedStream& stream, Time time)
   if (stamp == Time(0))
     return report;
   report.add("stamp, ns", stamp.count());
-  report.add("age, ms",
-             std::chrono::duration<double, std::milli>(time - stamp).count());
+  report.add("age, ms", 1e3 * latencySeconds(stamp, time));
   return report;
 }
 

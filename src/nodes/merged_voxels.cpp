@@ -220,9 +220,13 @@ MergedVoxels::intensityLimit()
     highest = std::max(highest, std::abs(voxel.intensity));
   }
   const double exact = step.divisor() == 0 ? 0.0 : most_steps / step.divisor();
-  if (static_cast<double>(highest) <= exact)
+  if (static_cast<double>(highest) <= exact || parts_.size() < 2)
     return highest;
-  const double beside_typical = typicalIntensity() * most_steps / steps_of_typical;
+  // As long as a typical intensity has a step, those above it are as bright as they are.
+  const double typical = typicalIntensity();
+  if (static_cast<double>(highest) <= typical * most_steps)
+    return highest;
+  const double beside_typical = typical * most_steps / steps_of_typical;
   return static_cast<float>(
       std::min(std::max(exact, beside_typical), static_cast<double>(highest)));
 }

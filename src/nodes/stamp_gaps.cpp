@@ -32,8 +32,10 @@ StampGaps::missingBefore(Time stamp)
   std::size_t missing = 0;
   if (intervals_.size() >= least_intervals) {
     const double periods = std::chrono::duration<double>(interval) / period();
-    if (periods > most_periods)
+    if (periods > most_periods) { // a pause, or a much slower sensor
+      intervals_.clear();
       return 0;
+    }
     // Rounded up from .75 on only, as a late cloud is not a lost one.
     missing = static_cast<std::size_t>(std::max(std::floor(periods + 0.25), 1.0)) - 1;
   }

@@ -212,7 +212,11 @@ voxelizeWithFailures(FuzzInput& input)
       state = state * 1664525u + 1013904223u;
       number = 0.07f * static_cast<float>(state >> 16 & spread);
     }
-    const PointView view{points.data(), 4, points.data() + 3, 4, points.size() / 4};
+    PointView view;
+    view.coordinates = points.data();
+    view.intensities = points.data() + 3;
+    view.coordinate_stride = view.intensity_stride = 4;
+    view.count = points.size() / 4;
     bool is_whole = true;
     choices.run([&] {
       try {

@@ -193,11 +193,11 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
   const std::size_t step = 4 * choices.points_per_cloud;
   for (std::size_t begin = 0; begin < numbers.size(); begin += step) {
     const std::size_t points = (numbers.size() - begin) / 4;
-    const PointView view{numbers.data() + begin,
-                         4,
-                         numbers.data() + begin + 3,
-                         4,
-                         std::min(points, choices.points_per_cloud)};
+    PointView view;
+    view.coordinates = numbers.data() + begin;
+    view.intensities = view.coordinates + 3;
+    view.coordinate_stride = view.intensity_stride = 4;
+    view.count = std::min(points, choices.points_per_cloud);
     const VoxelizationStatistics statistics =
         voxelizer.voxelize(view, encoder.isIFrameDue(), frame);
     require(statistics.points_used + statistics.points_not_finite +

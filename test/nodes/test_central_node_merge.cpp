@@ -325,6 +325,24 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
     }
 }
 
+TEST_F(Merging, StreamsOfDifferentBrightnessKeepTheirIntensities)
+{
+  std::mt19937_64 random(9);
+  VoxelFrame dark = pcl_ext::io::test::randomFrame(random, 5, 1000);
+  dark.intensity_scale.step = 5e-5f;
+  VoxelFrame bright = pcl_ext::io::test::randomFrame(random, 5, 1000);
+  bright.intensity_scale.step = 0.39f;
+  sendAndWait(node, "a", codedAlone(dark));
+  node.addStream("b");
+  sendAndWait(node, "b", codedAlone(bright));
+  const WorldVoxels of_dark = worldVoxels(dark);
+  const WorldVoxels merged = mergedVoxels(node);
+  for (const auto& [index, intensity] : worldVoxels(bright))
+    if (of_dark.count(index) == 0) {
+      EXPECT_NEAR(merged.at(index), intensity, 0.01);
+    }
+}
+
 TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
 {
   const CodedStream stream = streamOf(1);

@@ -144,19 +144,20 @@ TEST(ProgramDecode, FolderOfTheUserIsNotTouched)
   EXPECT_EQ(filesIn(folder / "out"), 4u);
 }
 
-TEST(ProgramDecode, CloudsOfStreamsThatThereAreNoMoreAreRemoved)
+TEST(ProgramDecode, CloudsOfOtherStreamsAreNeitherMixedInNorRemoved)
 {
   const TestFolder folder;
   recordTwoStreams(folder / "x.mcap");
   expectRun(folder, "decode x.mcap -o out --frames 0:2");
   writeBytes(folder / "out/sensor_1/notes.txt", {1});
   expectRun(folder, "cut x.mcap -o one.mcap --streams /sensor_0 --frames 0:1");
-  const ProgramRun result = expectRun(folder, "decode one.mcap -o out --overwrite");
-  EXPECT_NE(result.output.find("removed the earlier clouds of sensor_0, sensor_1"),
-            std::string::npos)
-      << result.output;
-  EXPECT_TRUE(fs::exists(folder / "out/000000.pcd"));
-  EXPECT_FALSE(fs::exists(folder / "out/sensor_0"));
+  expectFailure(
+      folder, "decode one.mcap -o out --overwrite", 2, "remove them, or name");
+  EXPECT_TRUE(fs::exists(folder / "out/sensor_0/000001.pcd"));
+  EXPECT_TRUE(fs::exists(folder / "out/sensor_1/000001.pcd"));
+  // The streams' own are replaced, and files of other names stay.
+  expectRun(folder, "decode x.mcap -o out --frames 0:1 --overwrite");
+  EXPECT_TRUE(fs::exists(folder / "out/sensor_1/000000.pcd"));
   EXPECT_FALSE(fs::exists(folder / "out/sensor_1/000001.pcd"));
   EXPECT_TRUE(fs::exists(folder / "out/sensor_1/notes.txt"));
 }

@@ -95,6 +95,40 @@ writeFile(const std::string& path,
   return -1;
 }
 
+/** \brief Adds the clouds in a folder that decoding may have written; none if it does not
+ * exist. */
+void
+addCloudsIn(const fs::path& folder, std::vector<fs::path>& clouds)
+{
+  std::error_code is_new;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, is_new))
+    if (isCloudOfFrame(entry.path()))
+      clouds.push_back(entry.path());
+}
+
+/** \brief Refuses a folder with clouds of other streams, which would seem to be of the new
+ * recording, and which may be the user's.
+ * \param[in] folders of the streams in it
+ */
+void
+checkForOtherStreams(const fs::path& path, const std::vector<std::string>& folders)
+{
+  std::set<fs::path> others = {path};
+  for (const fs::directory_entry& entry : fs::directory_iterator(path))
+    if (entry.is_directory() && !entry.is_symlink())
+      others.insert(entry.path());
+  for (const std::string& folder : folders)
+    others.erase(folder.empty() ? path : path / folder);
+  for (const fs::path& other : others) {
+    std::vector<fs::path> clouds;
+    addCloudsIn(other, clouds);
+    if (!clouds.empty())
+      throw UsageError("the folder '" + other.string() +
+                       "' has clouds that are not of this recording's streams: remove "
+                       "them, or name another output");
+  }
+}
+
 /** \brief Creates a folder for files until they are complete. What has its name already, as
  * another run may be writing there or the user called something so, stays as it is. */
 fs::path
@@ -157,6 +191,8 @@ CloudFolder::CloudFolder(const std::string& path,
     throw UsageError("the folder '" + path_.string() +
                      "' is not empty: name another one, or replace the clouds in it "
                      "with --overwrite");
+  if (fs::exists(path_))
+    checkForOtherStreams(path_, folders_);
   unfinished_ = makeUnfinishedFolder(path_);
   for (const std::string& folder : folders_) {
     std::error_code error;
@@ -198,50 +234,15 @@ CloudFolder::write(std::size_t stream,
   last_ = name;
 }
 
-/** \brief Clouds of an earlier run, also those of streams that there are no more. Files of
- * other names are the user's. */
+/** \brief Clouds of an earlier run in the folders of the streams. Files of other names are
+ * the user's. */
 std::vector<fs::path>
 CloudFolder::earlierClouds() const
 {
-  std::set<fs::path> folders = {path_};
-  for (const std::string& folder : folders_)
-    folders.insert(folder.empty() ? path_ : path_ / folder);
-  if (fs::exists(path_))
-    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
-      if (entry.is_directory() && !entry.is_symlink())
-        folders.insert(entry.path());
   std::vector<fs::path> clouds;
-  for (const fs::path& folder : folders) {
-    std::error_code is_new;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, is_new))
-      if (isCloudOfFrame(entry.path()))
-        clouds.push_back(entry.path());
-  }
-  return clouds;
-}
-
-/** \brief Removes clouds, and the folders of streams that there are no more.
- * \return these streams, for the summary; empty if there are none
- */
-std::string
-CloudFolder::remove(const std::vector<fs::path>& clouds) const
-{
-  std::set<fs::path> kept = {path_};
   for (const std::string& folder : folders_)
-    kept.insert(path_ / folder);
-  std::set<fs::path> gone;
-  for (const fs::path& cloud : clouds) {
-    fs::remove(cloud);
-    if (kept.count(cloud.parent_path()) == 0)
-      gone.insert(cloud.parent_path());
-  }
-  std::string names;
-  for (const fs::path& folder : gone) {
-    names += (names.empty() ? "" : ", ") + folder.filename().string();
-    std::error_code has_other_files;
-    fs::remove(folder, has_other_files);
-  }
-  return names.empty() ? names : "; removed the earlier clouds of " + names;
+    addCloudsIn(folder.empty() ? path_ : path_ / folder, clouds);
+  return clouds;
 }
 
 std::string
@@ -254,18 +255,29 @@ CloudFolder::finish()
            "' are still the earlier ones; what was written until then is in '" +
            kept.string() + "'";
   }
-  const std::string removed = remove(earlier);
-  if (!fs::exists(path_))
-    fs::rename(unfinished_, path_);
-  else
-    for (const std::string& folder : folders_) {
+  const fs::path unfinished = std::exchange(unfinished_, fs::path()); // if a step fails
+  if (!fs::exists(path_)) {
+    fs::rename(unfinished, path_);
+    return describeInterruption(path_.string(), false);
+  }
+  try {
+    for (const std::string& folder : folders_)
       fs::create_directories(path_ / folder);
+    for (const fs::path& cloud : earlier)
+      fs::remove(cloud);
+    for (const std::string& folder : folders_)
       for (const fs::directory_entry& entry :
-           fs::directory_iterator(unfinished_ / folder))
+           fs::directory_iterator(unfinished / folder))
         if (!entry.is_directory())
           fs::rename(entry.path(), path_ / folder / entry.path().filename());
-    }
-  return removed + describeInterruption(path_.string(), false);
+  }
+  catch (const fs::filesystem_error& error) {
+    throw std::runtime_error("clouds cannot get their place, and are in '" +
+                             unfinished.string() + "': " + error.what());
+  }
+  std::error_code ignored;
+  fs::remove_all(unfinished, ignored);
+  return describeInterruption(path_.string(), false);
 }
 
 } // namespace tools

@@ -29,8 +29,8 @@ folderNames(const std::vector<std::string>& streams);
 class CloudFolder {
 public:
   /** \param[in] path of the folder
-   * \param[in] may_replace clouds that are there are replaced; else the folder must be new or
-   * empty
+   * \param[in] may_replace clouds that are there are replaced, unless there are some of other
+   * streams; else the folder must be new or empty
    * \param[in] folders of the streams in it; one stream alone has none
    */
   CloudFolder(const std::string& path,
@@ -59,9 +59,9 @@ public:
         recording::Time stamp = {},
         const Viewpoint& viewpoint = {});
 
-  /** \brief Moves all files to their place, and removes the clouds of an earlier run, also
-   * those of streams that there are no more. After an interruption these stay, and this
-   * folder stays unfinished.
+  /** \brief Moves all files to their place, and removes the clouds of an earlier run there.
+   * After an interruption these stay. Where that or a failure keeps files from their place,
+   * they stay in the unfinished folder, which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
   std::string
@@ -77,9 +77,6 @@ public:
 private:
   std::vector<std::filesystem::path>
   earlierClouds() const;
-
-  std::string
-  remove(const std::vector<std::filesystem::path>& clouds) const;
 
   std::filesystem::path path_;
   std::filesystem::path unfinished_;

@@ -154,7 +154,9 @@ struct Output {
 inline CLI::Option*
 addOverwrite(CLI::App& app, bool& may_replace)
 {
-  return app.add_flag("--overwrite", may_replace, "replace OUT, if it exists");
+  return app.add_flag("--overwrite",
+                      may_replace,
+                      "replace OUT, if it is a file; decode: the clouds in it");
 }
 
 /** \brief Adds the input of a command, and the output, which are required. */

@@ -96,7 +96,8 @@ writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
 {
   describeVoxels(
       frame.pointCount(), frame.colour_bits > 0, frame.grid.needsDoubles(), message);
-  message.data.resize(std::size_t{message.row_step});
+  // Not row_step, which is of 32 bits.
+  message.data.resize(frame.pointCount() * message.point_step);
   writeVoxelPoints(frame, message.data.data());
 }
 
