@@ -17,7 +17,7 @@ namespace nodes {
  * while more than a quarter of the clouds arrive, and not the shortest, which jitter may
  * have shortened.
  * A sensor that becomes slower counts as losses until the intervals are those of its new
- * period.
+ * period; after a pause of more than 50 periods the period is found anew.
  */
 class StampGaps {
 public:

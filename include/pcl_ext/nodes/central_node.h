@@ -210,10 +210,11 @@ public:
    * points (section 2.5.4 of the paper); merge streams of one law only. Voxels of
    * streams without intensities count 1. The colour is the mean of those voxels that
    * have one, each with the same weight, or black where no stream has one. Voxels
-   * outside the common grid are left out. Intensities that no scale of 16 bits has besides
-   * those of the other streams are reduced: to 1024 times the typical intensity, or to
-   * 65535 steps of the intensities if that is more. Typical is the median of the streams'
-   * medians. health() has the number of both.
+   * outside the common grid are left out. Where one of several streams has intensities
+   * beside which a typical one would be less than a step, above 65535 times it, they are
+   * reduced: to 1024 times the typical intensity, or to 65535 steps of the intensities if
+   * that is more. Typical is the median of the streams' medians, of two the lower one.
+   * health() has the number of both.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
    * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()

@@ -32,7 +32,7 @@ ARGUMENTS = [
 
 def cell(context):
     """The simulated cell for the values of the arguments."""
-    values = pcl_ext_nodes.values_of(context, ARGUMENTS)
+    values = pcl_ext_nodes.checked(pcl_ext_nodes.values_of(context, ARGUMENTS))
     parameters = {'sensors': [int(number) for number in values['sensors']],
                   'global_frame': values['global_frame'],
                   'rate': values['rate'],
