@@ -329,7 +329,7 @@ TEST_F(Merging, StreamsOfDifferentBrightnessKeepTheirIntensities)
 {
   std::mt19937_64 random(9);
   VoxelFrame dark = pcl_ext::io::test::randomFrame(random, 5, 1000);
-  dark.intensity_scale.step = 5e-5f;
+  dark.intensity_scale.step = 2e-4f;
   VoxelFrame bright = pcl_ext::io::test::randomFrame(random, 5, 1000);
   bright.intensity_scale.step = 0.39f;
   sendAndWait(node, "a", codedAlone(dark));

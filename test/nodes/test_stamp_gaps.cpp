@@ -23,7 +23,7 @@ public:
   /** \param[in] loss share of the clouds that are lost
    * \param[in] jitter standard deviation of the stamps, ms
    */
-  Sensor(double loss, double jitter) : loss_(loss), jitter_(0.0, jitter) {}
+  Sensor(double loss, double jitter) : loss_(loss), jitter_(jitter) {}
 
   /** \brief Sends clouds, of which the first and the last arrive. */
   void
@@ -35,7 +35,7 @@ public:
       lost += is_lost ? 1 : 0;
       if (is_lost)
         continue;
-      const double jitter = jitter_(random_);
+      const double jitter = jitter_ * normal_(random_);
       counted += gaps.missingBefore(time_ + Time(static_cast<Time::rep>(1e6 * jitter)));
     }
   }
@@ -52,7 +52,8 @@ public:
 
 private:
   double loss_;
-  std::normal_distribution<double> jitter_;
+  double jitter_;
+  std::normal_distribution<double> normal_;
   std::mt19937_64 random_{7};
   std::uniform_real_distribution<double> uniform_;
   Time time_ = 1700000000s;

@@ -152,7 +152,7 @@ TEST(ProgramFarClouds, FilesOfAllKindsKeepThePrecisionOfDoubles)
               std::string("encode ") + input + " -o " + input + ".pcxi -r 0.04");
     for (const auto& [option, extension] : kinds) {
       SCOPED_TRACE(std::string(input) + option);
-      const std::string out = std::string("out_") + input + extension + (option + 6);
+      const std::string out = std::string("out_") + input + option;
       expectRun(folder,
                 std::string("decode ") + input + ".pcxi -o '" + out + "' " + option);
       expectCentres(readFile(folder / (out + "/000000" + extension)), points);
