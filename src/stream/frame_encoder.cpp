@@ -141,8 +141,10 @@ private:
                 std::vector<std::uint8_t>& bytes,
                 CodedFrameStatistics& statistics)
   {
-    const bool was_tried = !statistics.is_i_frame &&
-                           history_use_.isDoubtful(statistics.voxels, statistics.bytes);
+    const bool was_tried =
+        !statistics.is_i_frame && history_use_.isDoubtful(statistics.voxels,
+                                                          statistics.bytes,
+                                                          frame.has_point_counts);
     if (was_tried) {
       bytes.clear();
       --frame_number_;

@@ -131,7 +131,39 @@ TEST(HistoryUse, CostsLittleWhereNothingStays)
         << static_cast<int>(effort);
 }
 
-/** \brief A rough surface, of which each frame sees a third: the history of one frame has a
+/** \brief Voxels with numbers of points at one of six depths, half of them in each frame:
+ * the first P-frame takes 4 % more bytes than an I-frame, the tenth 13 % fewer. */
+std::vector<VoxelFrame>
+noisyNumbers(int frames)
+{
+  std::mt19937_64 random(5);
+  std::vector<VoxelFrame> stream;
+  for (int i = 0; i < frames; ++i) {
+    VoxelFrame frame = emptyFrame(8);
+    frame.intensity_scale.bits = 0;
+    frame.has_point_counts = true;
+    std::set<std::uint64_t> keys;
+    for (std::uint32_t y = 0; y < 60; ++y)
+      for (std::uint32_t z = 0; z < 60; ++z)
+        if (below(random, 2) == 0)
+          keys.insert(mortonKey(
+              {20 + static_cast<std::uint32_t>(below(random, 6)), 9 + y, 40 + z}));
+    frame.keys.assign(keys.begin(), keys.end());
+    for (std::size_t voxel = 0; voxel < keys.size(); ++voxel)
+      frame.point_counts.push_back(1 + static_cast<std::uint32_t>(below(random, 3)));
+    stream.push_back(frame);
+  }
+  return stream;
+}
+
+TEST(HistoryUse, MayCostMoreAtFirstWithNumbersOfPoints)
+{
+  const std::vector<VoxelFrame> stream = noisyNumbers(40);
+  EXPECT_LT(10 * bytesOf(stream, Effort::Fast, 1000),
+            9 * bytesOf(stream, Effort::Fast, 1));
+}
+
+/** rief A rough surface, of which each frame sees a third: the history of one frame has a
  * third of a frame's voxels, that of ten nearly all. */
 std::vector<VoxelFrame>
 flickeringSurface(int frames)
