@@ -55,9 +55,15 @@ TEST(MortonKey, ThreeBitsAreThePclChildIndex)
 TEST(VoxelGrid, NeedsDoublesBeyondTheLatticeOfTheWorldsOrigin)
 {
   constexpr std::int32_t end = 1 << (max_grid_depth - 1);
-  for (const double resolution : {1e-6, 0.04, 1e6}) {
+  for (const double resolution : {1e-6, 0.001, 0.04, 1e6}) {
     EXPECT_FALSE(
         (VoxelGrid{resolution, {}, {-end, -end, -end}, max_grid_depth}).needsDoubles());
+    // Centred on the multiples of the edge, as voxels of whole millimetres are.
+    const double half = resolution / 2.0;
+    EXPECT_FALSE(
+        (VoxelGrid{
+             resolution, {-half, -half, -half}, {-end, -end, -end}, max_grid_depth})
+            .needsDoubles());
     for (std::size_t axis = 0; axis < 3; ++axis) {
       VoxelGrid grid{resolution, {}, {0, 0, 0}, 3};
       EXPECT_FALSE(grid.needsDoubles());

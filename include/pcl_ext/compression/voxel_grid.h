@@ -128,15 +128,17 @@ struct VoxelGrid {
   }
 
   /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge: the
-   * grid reaches more than 2^20 voxels from the world's origin, which are 42 km at 4 cm. The
-   * coordinates of decoded clouds are then given in double precision. */
+   * grid has voxels whose centres are more than 2^20 edges from the world's origin on an
+   * axis, which are 42 km at 4 cm. The coordinates of decoded clouds are then given in double
+   * precision. */
   bool
   needsDoubles() const
   {
-    const double farthest = resolution * 0x1p20;
-    const double side = static_cast<double>(size()) * resolution;
+    // With a quarter for the rounding of centres that are whole edges from the origin.
+    const double farthest = resolution * (0x1p20 + 0.25);
+    const auto last = static_cast<std::uint32_t>(size() - 1);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (lowerCorner(axis) < -farthest || lowerCorner(axis) + side > farthest)
+      if (centre(axis, 0) < -farthest || centre(axis, last) > farthest)
         return true;
     return false;
   }
