@@ -1,5 +1,7 @@
 #include "voxelizing/intensity_quantiser.h"
 
+#include <pcl_ext/compression/impl/saturated_float.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +15,7 @@ constexpr unsigned int default_bits = 8;
 constexpr unsigned int most_bits = 16;
 constexpr unsigned int default_companded_bits = 4;
 constexpr double most_numbers_less_one = 65535.0;
+constexpr double smallest_step = std::numeric_limits<float>::min();
 
 /** \brief The smallest power of two that is not below a value; 1 for 0. */
 double
@@ -184,12 +187,10 @@ IntensityQuantiser::compandFixedScale(IntensityUnit unit)
 void
 IntensityQuantiser::spanNumbers(double offset, double range, double step)
 {
-  constexpr double largest = std::numeric_limits<float>::max();
-  constexpr double smallest = std::numeric_limits<float>::min();
   IntensityScale scale;
   scale.bits = compandedBits();
-  scale.offset = static_cast<float>(std::max(offset, -largest));
-  scale.step = static_cast<float>(std::clamp(step, smallest, largest));
+  scale.offset = pcl_ext::detail::saturatedFloat(offset);
+  scale.step = pcl_ext::detail::saturatedFloat(std::max(step, smallest_step));
   // Minus a tolerance for rounding errors.
   const double highest = std::ceil(range / step - 1e-6);
   const auto max_number =
@@ -226,12 +227,10 @@ IntensityQuantiser::compandNumbers(std::vector<std::uint16_t>& numbers) const
 void
 IntensityQuantiser::spanScale(double offset, double range, unsigned int automatic_bits)
 {
-  constexpr double largest = std::numeric_limits<float>::max();
-  constexpr double smallest = std::numeric_limits<float>::min();
   scale_.bits = fixed_bits_ != 0 ? fixed_bits_ : automatic_bits;
-  scale_.offset = static_cast<float>(std::max(offset, -largest));
+  scale_.offset = pcl_ext::detail::saturatedFloat(offset);
   const double step = range * unit_factor_ / static_cast<double>(scale_.maxSymbol());
-  scale_.step = static_cast<float>(std::clamp(step, smallest, largest));
+  scale_.step = pcl_ext::detail::saturatedFloat(std::max(step, smallest_step));
 }
 
 } // namespace io

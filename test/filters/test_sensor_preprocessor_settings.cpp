@@ -88,6 +88,19 @@ TEST(SensorPreprocessorSettings, CropBoxMustBeABox)
       }
 }
 
+TEST(SensorPreprocessorSettings, CropBoxMayReachBeyondTheRangeOfFloats)
+{
+  SensorPreprocessor<CountIntensity> preprocessor{CountIntensity(0.04)};
+  const Eigen::Vector3d far = Eigen::Vector3d::Constant(1e300);
+  Output output;
+  preprocessor.setCropBox(-far, far);
+  EXPECT_TRUE(preprocessor.process(onePoint(), output).ok());
+  EXPECT_EQ(output.size(), 1u);
+  preprocessor.setCropBox(far, far);
+  EXPECT_TRUE(preprocessor.process(onePoint(), output).ok());
+  EXPECT_EQ(output.size(), 0u);
+}
+
 TEST(SensorPreprocessorSettings, ScaleMustBeAboveZero)
 {
   for (const float bad : {0.0f, -0.0f, -1.0f, not_a_number, infinity, -infinity}) {

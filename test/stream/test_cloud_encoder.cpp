@@ -34,6 +34,25 @@ voxelizeOnePoint(StreamFormat format)
   return frame;
 }
 
+TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
+{
+  const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::LinearLaw> model(0.04);
+  const std::vector<std::array<double, 3>> points{
+      {0.0, 0.0, 5.0}, {1e300, 0.0, 5.0}, {0.0, 0.0, 1e300}, {0.0, 0.0, -1e300}};
+  PointView view;
+  view.double_coordinates = points[0].data();
+  view.coordinate_stride = 3;
+  view.count = points.size();
+  std::vector<float> intensities;
+  const auto no_native_intensity = [](std::size_t) { return 0.0f; };
+  setIntensities(
+      model, pcl_ext::WorldPose::Identity(), no_native_intensity, intensities, view);
+  EXPECT_EQ(intensities[1], intensities[0]);
+  EXPECT_EQ(intensities[2], 1.0f);
+  EXPECT_EQ(intensities[3], 0.0f);
+  EXPECT_EQ(view.count_behind_sensor, 1u);
+}
+
 /** \brief Points along a line, up to a distance on both sides, and the frames of a stream that
  * coarsens. */
 class WideClouds : public ::testing::Test {

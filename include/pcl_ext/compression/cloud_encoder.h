@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>
@@ -62,7 +63,8 @@ setIntensities(const IntensityModelT& model,
                             static_cast<double>(point[1]),
                             static_cast<double>(point[2])) -
             sensor;
-        depth = optical_axis.dot(from_sensor.cast<float>());
+        depth =
+            optical_axis.dot(from_sensor.unaryExpr(&pcl_ext::detail::saturatedFloat));
         behind_sensor += depth < 0.0f ? 1 : 0;
       }
       intensities[i] = model(depth, native_intensity(i));

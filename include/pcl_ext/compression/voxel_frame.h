@@ -1,14 +1,13 @@
 #pragma once
 
 #include <pcl_ext/compression/depth_model.h>
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,10 +84,9 @@ struct IntensityScale {
     const std::uint32_t number =
         companded_range != 0 ? compandedMiddle(bits, companded_range, symbol) : symbol;
     // The top of a scale may be outside the range of float due to rounding.
-    constexpr double largest = std::numeric_limits<float>::max();
-    const double intensity = static_cast<double>(offset) +
-                             static_cast<double>(number) * static_cast<double>(step);
-    return static_cast<float>(std::clamp(intensity, -largest, largest));
+    return pcl_ext::detail::saturatedFloat(static_cast<double>(offset) +
+                                           static_cast<double>(number) *
+                                               static_cast<double>(step));
   }
 
   bool

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+namespace pcl_ext {
+namespace detail {
+
+/** \brief The float that is nearest to a number: beyond the range of float its highest or
+ * lowest finite number, for which a cast alone is undefined. NaN stays NaN. */
+inline float
+saturatedFloat(double number)
+{
+  constexpr double largest = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(number, -largest, largest));
+}
+
+} // namespace detail
+} // namespace pcl_ext
