@@ -176,6 +176,7 @@ expectPlace(const std::array<NumberT, 3>& point,
   ASSERT_TRUE(batches.next(points));
   ASSERT_EQ(points.count, 1u);
   ASSERT_NE(points.double_coordinates, nullptr);
+  EXPECT_EQ(points.coordinates, nullptr) << "they have another stride";
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     EXPECT_EQ(points.double_coordinates[axis], expected[axis]);
 }

@@ -232,12 +232,16 @@ private:
               OutputPointT* results,
               DoublePoint* doubles);
 
+  /** \brief Sets intensities and colours of moved points, and counts the points left out.
+   * \param[in] count points before the move
+   */
   template <typename NativeOfT, typename ColourOfT>
   void
-  setAttributes(const detail::MovedPoints& moved,
-                const NativeOfT& native_of,
-                const ColourOfT& colour_of,
-                OutputPointT* results);
+  finishChunk(std::size_t count,
+              const detail::MovedPoints& moved,
+              const NativeOfT& native_of,
+              const ColourOfT& colour_of,
+              OutputPointT* results);
 
   void
   finishOutput(Output& output) const;

@@ -101,6 +101,7 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
                            ? pointViewWithIntensities(points_.data(), count)
                            : pointViewOf(points_.data(), count);
   if (preprocessor_.movesDoubles(layout_)) {
+    view.coordinates = nullptr;
     view.double_coordinates = doubles_[0].data();
     view.coordinate_stride = 3;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <pcl_ext/compression/impl/saturated_float.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/rigid_pose.h>
 
@@ -226,9 +227,11 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::startPoints(std::size_t point
     const auto axis = static_cast<std::size_t>(row);
     for (Eigen::Index column = 0; column < 4; ++column)
       move_.rows[axis][static_cast<std::size_t>(column)] =
-          static_cast<float>(sensor_pose_.matrix()(row, column));
-    move_.min[axis] = crop_box_ ? static_cast<float>(crop_box_->min[row]) : -infinity;
-    move_.max[axis] = crop_box_ ? static_cast<float>(crop_box_->max[row]) : infinity;
+          detail::saturatedFloat(sensor_pose_.matrix()(row, column));
+    move_.min[axis] =
+        crop_box_ ? detail::saturatedFloat(crop_box_->min[row]) : -infinity;
+    move_.max[axis] =
+        crop_box_ ? detail::saturatedFloat(crop_box_->max[row]) : infinity;
   }
 }
 
@@ -313,16 +316,15 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveChunk(
       "as pcl::PointXYZI and pcl_ext::PointXYZRGBI");
   detail::MovedPoints moved;
   detail::movePoints(points, move_, results->data, moved);
-  setAttributes(moved, native_of, colour_of, results);
-  statistics_.points_not_finite += moved.not_finite;
-  statistics_.points_cropped += points.count - moved.count - moved.not_finite;
+  finishChunk(points.count, moved, native_of, colour_of, results);
   return moved.count;
 }
 
 template <typename IntensityModelT, typename OutputPointT>
 template <typename NativeOfT, typename ColourOfT>
 void
-SensorPreprocessor<IntensityModelT, OutputPointT>::setAttributes(
+SensorPreprocessor<IntensityModelT, OutputPointT>::finishChunk(
+    std::size_t count,
     const detail::MovedPoints& moved,
     const NativeOfT& native_of,
     const ColourOfT& colour_of,
@@ -339,6 +341,8 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::setAttributes(
   if (statistics_.has_colours)
     for (std::size_t i = 0; i < moved.count; ++i)
       setPackedColour(results[i], colour_of(moved.sources[i]));
+  statistics_.points_not_finite += moved.not_finite;
+  statistics_.points_cropped += count - moved.count - moved.not_finite;
 }
 
 /** \brief Whether floats would cost precision: those of the global frame have steps of
@@ -367,14 +371,15 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveDoubles(
     OutputPointT* results,
     DoublePoint* doubles)
 {
-  constexpr double largest = std::numeric_limits<float>::max();
+  // NaN is not within their range.
+  const auto is_in_range_of_floats = [](const Eigen::Vector3d& place) {
+    return (place.array().abs() <= double{std::numeric_limits<float>::max()}).all();
+  };
   detail::MovedPoints moved;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d point = point_of(i);
     const Eigen::Vector3d place = sensor_pose_ * point;
-    // Negated, so that NaN is not; what is beyond floats is not either.
-    if (!(point.array().abs() <= largest).all() ||
-        !(place.array().abs() <= largest).all()) {
+    if (!is_in_range_of_floats(point) || !is_in_range_of_floats(place)) {
       ++moved.not_finite;
       continue;
     }
@@ -388,9 +393,7 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveDoubles(
     moved.sources[moved.count] = static_cast<std::uint32_t>(i);
     ++moved.count;
   }
-  setAttributes(moved, native_of, colour_of, results);
-  statistics_.points_not_finite += moved.not_finite;
-  statistics_.points_cropped += count - moved.count - moved.not_finite;
+  finishChunk(count, moved, native_of, colour_of, results);
   return moved.count;
 }
 
