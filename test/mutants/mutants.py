@@ -211,6 +211,8 @@ MUTANTS = [
            "lightest, heaviest", "lightest, 2 * heaviest"),
     Mutant(CONTEXT + "payload.cpp", "the history is used whatever it costs",
            "history_use_.isDoubtful(voxels, bytes)", "false"),
+    Mutant(STREAM + "frame_encoder.cpp", "a young history with numbers of points",
+           "frame.has_point_counts);", "false);"),
 
     # Outliers, clouds, nodes.
     Mutant("src/outliers/density_blocks.cpp", "a voxel's own density counts once",
