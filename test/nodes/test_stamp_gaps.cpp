@@ -74,11 +74,73 @@ TEST(StampGaps, LossesAreCounted)
 
 TEST(StampGaps, WithoutLossesNoneAreCounted)
 {
-  for (const double jitter : {0.0, 1.0, 3.0}) {
+  for (const double jitter : {0.0, 1.0, 3.0, 10.0, 25.0}) {
     Sensor sensor(0.0, jitter);
     sensor.send(5000);
     EXPECT_EQ(sensor.counted, 0u) << jitter << " ms";
   }
+}
+
+/** \brief Clouds that are missing by the intervals between them, ms. */
+template <typename NextInterval>
+std::size_t
+missingBetween(std::size_t clouds, const NextInterval& next)
+{
+  StampGaps gaps;
+  double time = 1.7e12;
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < clouds; ++i) {
+    time += next(i);
+    missing += gaps.missingBefore(Time(static_cast<Time::rep>(1e6 * time)));
+  }
+  return missing;
+}
+
+TEST(StampGaps, CloudsOfEventsAreNotLost)
+{
+  for (unsigned int seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 random(seed);
+    std::exponential_distribution<double> waiting(1.0 / 50.0);
+    EXPECT_EQ(missingBetween(5000, [&](std::size_t) { return waiting(random); }), 0u)
+        << "seed " << seed;
+    std::uniform_real_distribution<double> uneven(20.0, 200.0);
+    EXPECT_EQ(missingBetween(5000, [&](std::size_t) { return uneven(random); }), 0u)
+        << "seed " << seed;
+  }
+}
+
+TEST(StampGaps, BurstsAreNotLosses)
+{
+  for (const std::size_t length : {2, 3, 5, 10})
+    for (const double jitter : {0.0, 1.0}) { // ms
+      std::mt19937_64 random(7);
+      std::normal_distribution<double> normal;
+      std::uniform_real_distribution<double> pause(200.0, 600.0);
+      const auto bursts = [&](std::size_t i, double pause_length) {
+        return (i % length == 0 ? pause_length : 33.0) + jitter * normal(random);
+      };
+      // A multiple of the period, a fraction of it, and any.
+      for (const double same : {330.0, 345.0})
+        EXPECT_EQ(missingBetween(5000, [&](std::size_t i) { return bursts(i, same); }),
+                  0u)
+            << length << " clouds, jitter " << jitter << " ms, then " << same << " ms";
+      EXPECT_EQ(
+          missingBetween(5000, [&](std::size_t i) { return bursts(i, pause(random)); }),
+          0u)
+          << length << " clouds, jitter " << jitter << " ms";
+    }
+}
+
+TEST(StampGaps, CloudsThatWereHeldUpAreNotLost)
+{
+  // Every tenth cloud comes three periods late, together with the next three.
+  EXPECT_EQ(missingBetween(5000,
+                           [&](std::size_t i) {
+                             if (i % 10 == 0)
+                               return 4.0 * 50.0;
+                             return i % 10 <= 3 ? 0.1 : 50.0;
+                           }),
+            0u);
 }
 
 TEST(StampGaps, PausesAndOtherRatesAreNotLosses)
