@@ -1,5 +1,6 @@
 #include <pcl_ext/nodes/central_node.h>
 
+#include "bytes/exceptions.h"
 #include "nodes/merged_voxels.h"
 #include "nodes/received_stream.h"
 #include "stream/setting_checks.h"
@@ -199,6 +200,13 @@ private:
   mergeOrThrow(io::VoxelFrame& merged)
   {
     const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
+    return callOrCleanUp([&] { return mergeStreams(merged); },
+                         [&] { merged_voxels_.releaseMemory(); });
+  }
+
+  MergeStatus
+  mergeStreams(io::VoxelFrame& merged)
+  {
     const Time now = settings_.clock();
     MergeStatus status;
     merged_voxels_.clear();

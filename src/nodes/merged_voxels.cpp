@@ -4,7 +4,6 @@
 #include <pcl_ext/compression/impl/colour_mean.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
-#include "bytes/exceptions.h"
 #include "voxelizing/common_step.h"
 #include "voxelizing/radix_sort.h"
 
@@ -86,21 +85,13 @@ MergedVoxels::add(ReceivedStream& stream, Time oldest, Time newest)
 void
 MergedVoxels::finish(io::VoxelFrame& merged)
 {
-  // After an exception the voxelizer may contain a part of the points.
-  const auto release = [&] {
-    releaseMemory();
-    merged = io::VoxelFrame();
-  };
-  const auto merge = [&] {
-    const float limit = intensityLimit();
+  const float limit = intensityLimit();
+  placeVoxels(limit);
+  const bool are_all_placed = intensities_.size() == voxels_.size();
+  if (!are_all_placed && !has_fixed_origin_ && moveOrigin())
     placeVoxels(limit);
-    const bool are_all_placed = intensities_.size() == voxels_.size();
-    if (!are_all_placed && !has_fixed_origin_ && moveOrigin())
-      placeVoxels(limit);
-    voxelize(merged);
-    mergeColours(merged);
-  };
-  callOrCleanUp(merge, release);
+  voxelize(merged);
+  mergeColours(merged);
   if (memory_rule_.shouldRelease(voxels_.size() * sizeof(Voxel)))
     releaseMemory();
 }

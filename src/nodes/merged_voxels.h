@@ -36,10 +36,15 @@ public:
   std::optional<LatestFrame>
   add(ReceivedStream& stream, Time oldest, Time newest);
 
-  /** \brief Ends the merged frame; empty if it throws. Tells the streams how many of
+  /** \brief Ends the merged frame. Tells the streams how many of
    * their voxels are outside the common grid, and how many intensities were reduced. */
   void
   finish(io::VoxelFrame& merged);
+
+  /** \brief Drops the merged frame and all memory. To be called when add() or finish() threw,
+   * as the voxelizer may contain a part of the points. */
+  void
+  releaseMemory();
 
 private:
   using Index = std::array<std::int32_t, 3>;
@@ -64,9 +69,6 @@ private:
     std::size_t end;
     Origin middle; ///< of the stream's grid, metres
   };
-
-  void
-  releaseMemory();
 
   void
   appendVoxels(const io::VoxelFrame& frame);

@@ -30,6 +30,7 @@ using pcl_ext::io::test::Parts;
 using pcl_ext::io::test::putTogether;
 using pcl_ext::io::test::RoomStream;
 using pcl_ext::io::test::takeApart;
+using pcl_ext::test::FailingAllocation;
 using pcl_ext::test::MemoryUse;
 
 /** \brief Below it nothing is released, bytes. */
@@ -110,6 +111,27 @@ TEST(CentralNodeMemoryUse, IsReleasedSomeFramesAfterALargeOne)
 TEST(CentralNodeMemoryUse, OfMergingIsReleased)
 {
   EXPECT_LT(keptByNode(largeThenSmall(2, 10), true), 2 * floor_of_rule);
+}
+
+TEST(CentralNodeMemoryUse, MergingThatRunsOutKeepsNone)
+{
+  CentralNode node(centralSettings());
+  node.addStream("a");
+  sendAndWait(node, "a", largeThenSmall(1, 0)[0]);
+  const MemoryUse memory_use;
+  std::size_t failures = 0;
+  for (bool has_failed = true; has_failed; ++failures) {
+    VoxelFrame merged;
+    {
+      const FailingAllocation failing(failures + 1);
+      node.merge(merged);
+      has_failed = failing.hasFailed();
+    }
+    if (has_failed) {
+      EXPECT_LT(memory_use.live(), floor_of_rule) << "allocation " << failures + 1;
+    }
+  }
+  EXPECT_GT(failures, 20u);
 }
 
 TEST(CentralNodeMemoryUse, AFrameThatFailsKeepsNone)
