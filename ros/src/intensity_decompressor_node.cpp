@@ -312,15 +312,14 @@ private:
                         status.message().c_str());
       return;
     }
-    const auto oldest = status.oldestStamp();
-    const ros::Time stamp = oldest ? toRosTime(*oldest) : now;
     diagnostic_msgs::DiagnosticArray merged_streams;
-    merged_streams.header.stamp = stamp;
-    for (const auto& stream : status.streams)
-      merged_streams.status.push_back(toMessage(
-          stream.name, pcl_ext::nodes::describeMergedStream(stream, toNodeTime(now))));
+    // Not a stamp of the sources: TF drops the clouds of one whose clock is wrong.
+    merged_streams.header.stamp = now;
+    for (const auto& [stream, report] :
+         pcl_ext::nodes::describeMerged(status, toNodeTime(now)))
+      merged_streams.status.push_back(toMessage(stream, report));
     merged_streams_.publish(merged_streams);
-    publish(merged_, stamp, merged_voxels_);
+    publish(merged_, now, merged_voxels_);
   }
 
   /** \brief Inserts the frames since the last call into the map. */

@@ -183,20 +183,26 @@ describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time tim
   return report;
 }
 
-HealthReport
-describeMergedStream(const MergedStream& stream, Time time)
+std::vector<std::pair<std::string, HealthReport>>
+describeMerged(const MergeStatus& status, Time time)
 {
-  HealthReport report;
-  if (!stream.frame) {
-    report.raise(HealthLevel::Stale, "Not merged: no frame within max_merge_age");
+  std::vector<std::pair<std::string, HealthReport>> reports;
+  const auto addReport = [&](const std::string& name, Time stamp) -> HealthReport& {
+    HealthReport& report = reports.emplace_back(name, HealthReport()).second;
+    if (stamp != Time(0)) {
+      report.add("stamp, ns", stamp.count());
+      report.add("age, ms", 1e3 * latencySeconds(stamp, time));
+    }
     return report;
-  }
-  const Time stamp = stream.frame->stamp;
-  if (stamp == Time(0))
-    return report;
-  report.add("stamp, ns", stamp.count());
-  report.add("age, ms", 1e3 * latencySeconds(stamp, time));
-  return report;
+  };
+  for (const MergedStream& stream : status.streams)
+    if (stream.frame)
+      addReport(stream.name, stream.frame->stamp);
+    else
+      addReport(stream.name, Time(0))
+          .raise(HealthLevel::Stale, "Not merged: no frame within max_merge_age");
+  addReport("all streams", status.oldestStamp().value_or(Time(0)));
+  return reports;
 }
 
 } // namespace nodes

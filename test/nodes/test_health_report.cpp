@@ -143,14 +143,25 @@ TEST(HealthReport, OfAReceiver)
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }
 
-TEST(HealthReport, OfAMergedStream)
+TEST(HealthReport, OfAMergedFrame)
 {
-  const HealthReport stale = describeMergedStream({"a", std::nullopt}, 12s);
-  expectLevel(stale, HealthLevel::Stale, "Not merged: no frame within max_merge_age");
-  const HealthReport merged = describeMergedStream({"a", LatestFrame{10s, 7}}, 10250ms);
-  expectLevel(merged, HealthLevel::Ok, "OK");
-  EXPECT_EQ(valueOf(merged, "stamp, ns"), "10000000000");
-  EXPECT_EQ(valueOf(merged, "age, ms"), "250");
+  MergeStatus status;
+  status.streams = {
+      {"a", LatestFrame{10s, 7}}, {"b", LatestFrame{9s, 7}}, {"silent", std::nullopt}};
+  const auto reports = describeMerged(status, 10250ms);
+  ASSERT_EQ(reports.size(), 4u);
+  EXPECT_EQ(reports[0].first, "a");
+  expectLevel(reports[0].second, HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(reports[0].second, "stamp, ns"), "10000000000");
+  EXPECT_EQ(valueOf(reports[0].second, "age, ms"), "250");
+  EXPECT_EQ(reports[2].first, "silent");
+  expectLevel(reports[2].second,
+              HealthLevel::Stale,
+              "Not merged: no frame within max_merge_age");
+  EXPECT_EQ(reports[3].first, "all streams");
+  expectLevel(reports[3].second, HealthLevel::Ok, "OK");
+  EXPECT_EQ(valueOf(reports[3].second, "stamp, ns"), "9000000000");
+  EXPECT_EQ(valueOf(reports[3].second, "age, ms"), "1250");
 }
 
 } // namespace

@@ -96,12 +96,13 @@ struct ReceiverHealth {
 PCL_EXT_EXPORT HealthReport
 describeHealth(const ReceiverHealth& now, const ReceiverHealth& before, Time time);
 
-/** \brief Describes what of a stream is in a merged frame: Stale if nothing is.
- * \param[in] stream as of MergeStatus
+/** \brief Describes what is in a merged frame: by the name of each stream the stamp and age
+ * of its voxels, Stale if none are merged; last, as "all streams", the oldest of them.
+ * \param[in] status of the merging
  * \param[in] time current time of the clock that stamps the clouds
  */
-PCL_EXT_EXPORT HealthReport
-describeMergedStream(const MergedStream& stream, Time time);
+PCL_EXT_EXPORT std::vector<std::pair<std::string, HealthReport>>
+describeMerged(const MergeStatus& status, Time time);
 
 } // namespace nodes
 } // namespace pcl_ext

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <exception>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -50,28 +51,50 @@ settingsOf(const ParameterValues& values, const rclcpp::Clock::SharedPtr& clock)
   return settings;
 }
 
-/** \brief The topics of `streams`, as they are given. Of any type at first, as rclcpp ends
- * the program where a value has another type than a parameter.
- * \param[out] fault what is wrong with it, for which the default holds; empty if nothing
+/** \brief Resolves the topics of `streams`.
+ * \param[in] node whose topics they are
+ * \param[in] value of the parameter, of any type
+ * \return the topics, each once
+ * \throws std::invalid_argument that says what is wrong with the value
  */
 std::vector<std::string>
-declareStreams(rclcpp::Node& node, std::string& fault)
+resolveStreams(rclcpp::Node& node, const rclcpp::ParameterValue& value)
 {
-  const std::vector<std::string> by_default{"input"};
+  const auto refuse = [&](const std::string& reason) {
+    throw std::invalid_argument("streams is " + rclcpp::to_string(value) + "; " +
+                                reason + ". No stream is decompressed");
+  };
+  std::vector<std::string> topics;
+  if (value.get_type() == rclcpp::ParameterType::PARAMETER_STRING_ARRAY)
+    topics = value.get<std::vector<std::string>>();
+  if (topics.empty())
+    refuse("it must be a list of topics");
+  std::set<std::string> known;
+  for (std::string& topic : topics) {
+    try {
+      topic = node.get_node_topics_interface()->resolve_topic_name(topic);
+    }
+    catch (const std::exception& failure) {
+      refuse("'" + topic + "' is no topic: " + failure.what());
+    }
+    if (!known.insert(topic).second)
+      refuse(topic + " is twice in it");
+  }
+  return topics;
+}
+
+/** \brief Declares `streams`. Of any type, as rclcpp ends the program where a value has
+ * another type than a parameter. */
+rclcpp::ParameterValue
+declareStreams(rclcpp::Node& node)
+{
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = description_of_streams;
   descriptor.read_only = true;
   descriptor.dynamic_typing = true;
-  const rclcpp::ParameterValue value =
-      node.declare_parameter("streams", rclcpp::ParameterValue(by_default), descriptor);
-  if (value.get_type() == rclcpp::ParameterType::PARAMETER_STRING_ARRAY) {
-    auto topics = value.get<std::vector<std::string>>();
-    if (!topics.empty())
-      return topics;
-  }
-  fault = "streams is " + rclcpp::to_string(value) +
-          "; it must be a list of topics. The default holds";
-  return by_default;
+  const std::vector<std::string> by_default{"input"};
+  return node.declare_parameter(
+      "streams", rclcpp::ParameterValue(by_default), descriptor);
 }
 
 void
@@ -110,10 +133,7 @@ public:
         [this](const pcl_ext::nodes::ReceivedFrame& frame) { publishFrame(frame); });
     if (!central_node_->settingsStatus().ok())
       throw std::invalid_argument(central_node_->settingsStatus().message());
-    std::string fault;
-    for (const std::string& topic : declareStreams(node, fault))
-      addStream(node, topic);
-    report(fault);
+    addStreams(node);
   }
 
   ~Implementation()
@@ -158,23 +178,23 @@ public:
   }
 
 private:
-  /** \brief Adds a stream, or reports why it cannot be. */
+  /** \brief Adds the streams, or none and reports what is wrong with their parameter. */
   void
-  addStream(rclcpp::Node& node, const std::string& given)
+  addStreams(rclcpp::Node& node)
   {
-    std::string topic;
+    std::vector<std::string> topics;
     try {
-      topic = node.get_node_topics_interface()->resolve_topic_name(given);
+      topics = resolveStreams(node, declareStreams(node));
     }
-    catch (const std::exception& failure) {
-      return report("streams: '" + given + "' is no topic: " + failure.what());
+    catch (const std::invalid_argument& fault) {
+      return report(fault.what());
     }
-    const auto status = central_node_->addStream(topic);
-    if (!status.ok())
-      return report("streams: " + status.message());
-    streams_.push_back(
-        std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
-    streams_by_topic_[topic] = streams_.back();
+    for (const std::string& topic : topics) {
+      central_node_->addStream(topic);
+      streams_.push_back(
+          std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
+      streams_by_topic_[topic] = streams_.back();
+    }
   }
 
   /** \brief Logs what is wrong with a parameter, for which the node does without. */
@@ -296,11 +316,11 @@ private:
     }
     const Time now(clock_->now().nanoseconds());
     DiagnosticArray merged_streams;
-    merged_streams.header.stamp =
-        rclcpp::Time(status.oldestStamp().value_or(now).count());
-    for (const pcl_ext::nodes::MergedStream& stream : status.streams)
-      merged_streams.status.push_back(pcl_ext_point_cloud_transport::toMessage(
-          name_, stream.name, pcl_ext::nodes::describeMergedStream(stream, now)));
+    // Not a stamp of the sources: TF drops the clouds of one whose clock is wrong.
+    merged_streams.header.stamp = rclcpp::Time(now.count());
+    for (const auto& [stream, report] : pcl_ext::nodes::describeMerged(status, now))
+      merged_streams.status.push_back(
+          pcl_ext_point_cloud_transport::toMessage(name_, stream, report));
     merged_streams_->publish(merged_streams);
     publish(*merged_, global_frame_, merged_streams.header.stamp, merged_voxels_);
   }
