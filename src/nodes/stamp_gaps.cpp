@@ -54,8 +54,7 @@ StampGaps::missingBefore(Time stamp)
   const double periods = known_period ? interval / *known_period : 1.0;
   // A clock that was set, a recording that begins anew; a pause, or a much slower sensor.
   if (interval <= Time(0) || periods > longest_gap) {
-    *this = StampGaps();
-    last_stamp_ = stamp;
+    intervals_.clear();
     return 0;
   }
   pushBack(intervals_, interval, most_intervals);
