@@ -5,8 +5,8 @@
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/cloud_messages.h>
 #include <pcl_ext/nodes/health_report.h>
-#include <pcl_ext/nodes/merged_map.h>
 
+#include "central_map.h"
 #include "health_messages.h"
 #include "message_conversions.h"
 #include "node_main.h"
@@ -14,19 +14,15 @@
 #include "parameter_reader.h"
 #include "stream_noise.h"
 #include "stream_view.h"
-#include "transform_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <pcl_ext_ros/CompressedPointCloud2.h>
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
-#include <std_srvs/Trigger.h>
 
 #include <atomic>
 #include <cstdint>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,7 +36,6 @@ namespace {
 
 using pcl_ext::nodes::HealthLevel;
 using pcl_ext::nodes::HealthReport;
-using pcl_ext::nodes::MergedMap;
 using pcl_ext::nodes::ReceiverHealth;
 using pcl_ext::nodes::StreamHealth;
 
@@ -55,13 +50,11 @@ struct Stream {
          const StreamParameters& stream_parameters,
          const pcl_ext::nodes::ParameterValues& noise_of_all)
   : topic(std::move(resolved_topic))
-  , sensor_frame(stream_parameters.sensor_frame)
   , noise(topic, stream_parameters.noise, noise_of_all)
   {}
 
   const std::string topic; ///< resolved; the stream's name in the central node
   std::size_t number = 0;  ///< in the order of ~streams
-  const std::string sensor_frame;
   StreamNoise noise;
   ros::Publisher voxels;
   ros::Publisher i_frame_requests;
@@ -92,8 +85,7 @@ public:
     if (!central_node_->settingsStatus().ok())
       throw WrongParameter("Parameters contradict each other: " +
                            central_node_->settingsStatus().message());
-    if (!parameters_.map.path.empty())
-      makeMap();
+    map_.emplace(private_node_, parameters_, *central_node_);
     diagnostics_ =
         node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
     if (parameters_.merge_rate > 0) {
@@ -116,38 +108,13 @@ public:
   int
   run()
   {
-    ros::AsyncSpinner map_spinner(1, &map_queue_);
-    map_spinner.start();
+    map_->start();
     ros::MultiThreadedSpinner(message_threads).spin();
-    map_spinner.stop();
     central_node_->waitUntilDecoded();
-    if (!map_)
-      return 0;
-    // Rays would take longer than the time that roslaunch gives a node to stop.
-    updateMap(Rays::No);
-    // ROS's console is shut down.
-    if (map_->tree().size() == 0) {
-      std::cout << "The map is empty and is not written\n";
-      return 0;
-    }
-    const MergedMap::Written written = map_->write(parameters_.map.path);
-    (written.ok ? std::cout : std::cerr) << written.message << '\n';
-    return written.ok ? 0 : 1;
+    return map_->finish();
   }
 
 private:
-  /** \brief Whether the map takes rays from the sensors whose frame is known. */
-  enum class Rays { Yes, No };
-
-  void
-  makeMap()
-  {
-    map_.emplace(parameters_.node.resolution, parameters_.map.full_intensity);
-    for (const StreamParameters& stream : parameters_.streams)
-      if (!stream.sensor_frame.empty() && !map_transforms_)
-        map_transforms_.emplace(parameters_.global_frame, parameters_.map.tf_timeout);
-  }
-
   void
   addStream(const StreamParameters& parameters)
   {
@@ -160,6 +127,7 @@ private:
           "streams", "a list with " + topic + " twice", "a list of different topics");
     central_node_->setOutlierRemoval(topic, stream.noise.outlierRemoval());
     streams_by_topic_[topic] = &stream;
+    map_->addStream(topic, parameters.sensor_frame);
     stream.voxels =
         node_.advertise<sensor_msgs::PointCloud2>(topic + "/voxels", voxels_queue_size);
     stream.i_frame_requests =
@@ -208,15 +176,6 @@ private:
           node_.createWallTimer(ros::WallDuration(1.0 / parameters_.merge_rate),
                                 &IntensityDecompressor::publishMerged,
                                 this);
-    ros::NodeHandle map_node(private_node_);
-    map_node.setCallbackQueue(&map_queue_);
-    map_service_ =
-        map_node.advertiseService("write_map", &IntensityDecompressor::writeMap, this);
-    if (map_)
-      map_timer_ = map_node.createWallTimer(
-          ros::WallDuration(1.0 / parameters_.map.rate),
-          boost::function<void(const ros::WallTimerEvent&)>(
-              [this](const ros::WallTimerEvent&) { updateMap(Rays::Yes); }));
   }
 
   /** \brief Passes a frame to the central node if it is in the global frame. */
@@ -322,58 +281,6 @@ private:
     publish(merged_, now, merged_voxels_);
   }
 
-  /** \brief Inserts the frames since the last call into the map. */
-  void
-  updateMap(Rays rays)
-  {
-    for (const auto& stream : streams_) {
-      if (rays == Rays::Yes && !ros::ok())
-        break; // run() inserts the others
-      MergedMap::FindSensor find;
-      if (rays == Rays::Yes && !stream->sensor_frame.empty())
-        find = [&](pcl_ext::nodes::Time stamp) {
-          return findSensor(stream->sensor_frame, stamp);
-        };
-      map_->insertLatest(stream->topic, find, *central_node_);
-    }
-    map_->completeRound();
-    map_nodes_ = map_->tree().size();
-  }
-
-  /** \brief Position of a sensor; nothing if TF has no transform. */
-  std::optional<octomap::point3d>
-  findSensor(const std::string& sensor_frame, pcl_ext::nodes::Time stamp) const
-  {
-    std_msgs::Header header;
-    header.stamp = toRosTime(stamp);
-    header.frame_id = sensor_frame;
-    const FoundTransform transform = map_transforms_->toGlobalFrame(header);
-    if (!transform.pose) {
-      ROS_WARN_THROTTLE(seconds_between_warnings,
-                        "The map takes no rays from %s: %s",
-                        sensor_frame.c_str(),
-                        transform.failure.c_str());
-      return std::nullopt;
-    }
-    const Eigen::Vector3f position = transform.pose->translation().cast<float>();
-    return octomap::point3d(position.x(), position.y(), position.z());
-  }
-
-  bool
-  writeMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response)
-  {
-    if (!map_) {
-      response.success = 0;
-      response.message = "There is no map, as ~map_path is not set";
-      return true;
-    }
-    updateMap(Rays::Yes);
-    const MergedMap::Written written = map_->write(parameters_.map.path);
-    response.success = written.ok ? 1 : 0;
-    response.message = written.message;
-    return true;
-  }
-
   void
   reportHealth(const ros::WallTimerEvent&)
   {
@@ -399,7 +306,7 @@ private:
     all.add("streams in sync", in_sync);
     all.add("frames per second", frames_per_second);
     all.add("bytes per second", bytes_per_second);
-    all.add("map nodes", map_nodes_.load());
+    all.add("map nodes", map_->nodes());
     message.status.push_back(toMessage("all streams", all));
     diagnostics_.publish(message);
   }
@@ -407,7 +314,7 @@ private:
   ReceiverHealth
   healthOf(const Stream& stream, const StreamHealth& health) const
   {
-    const bool is_merged = parameters_.merge_rate > 0 || map_;
+    const bool is_merged = parameters_.merge_rate > 0 || map_->exists();
     const pcl_ext::nodes::Time last_arrival = stream.last_arrival;
     return {health,
             stream.left_out,
@@ -422,20 +329,13 @@ private:
   const DecompressorParameters parameters_ = readDecompressorParameters();
   std::vector<std::unique_ptr<Stream>> streams_;
   std::unordered_map<std::string, Stream*> streams_by_topic_;
-  // Used by callbacks of map_queue_ only.
-  std::optional<MergedMap> map_;
-  std::optional<TransformLookup> map_transforms_; // where a stream has a sensor_frame
+  std::optional<CentralMap> map_; // none only before the constructor makes it
 
-  // Separate, as a map with rays can take longer than frames can wait.
-  ros::CallbackQueue map_queue_;
   ros::Publisher merged_;
   ros::Publisher merged_streams_;
   ros::Publisher diagnostics_;
-  ros::ServiceServer map_service_;
-  std::atomic<std::size_t> map_nodes_{0};
   ros::WallTimer noise_timer_;
   ros::WallTimer merge_timer_;
-  ros::WallTimer map_timer_;
   ros::WallTimer report_timer_;
   pcl_ext::io::VoxelFrame merged_voxels_; // keeps its memory
 
