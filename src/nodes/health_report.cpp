@@ -105,7 +105,11 @@ judge(const ReceiverHealth& now, const ReceiverHealth& before, HealthReport& rep
 void
 HealthReport::raise(HealthLevel level, const std::string& message)
 {
-  if (level <= level_)
+  // An error is said, too, where nothing has arrived yet.
+  const auto severity = [](HealthLevel of) {
+    return of == HealthLevel::Error ? 4 : static_cast<int>(of);
+  };
+  if (severity(level) <= severity(level_))
     return;
   level_ = level;
   message_ = message;

@@ -143,6 +143,15 @@ TEST(HealthReport, OfAReceiver)
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }
 
+TEST(HealthReport, AnErrorIsSaidWhereNothingHasArrived)
+{
+  HealthReport report = describeHealth(ReceiverHealth(), ReceiverHealth(), 5s);
+  expectLevel(report, HealthLevel::Stale, "No frames have arrived yet");
+  report.raise(HealthLevel::Error, "Two nodes");
+  report.raise(HealthLevel::Stale, "Nothing");
+  expectLevel(report, HealthLevel::Error, "Two nodes");
+}
+
 TEST(HealthReport, OfAMergedFrame)
 {
   MergeStatus status;

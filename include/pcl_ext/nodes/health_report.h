@@ -22,7 +22,8 @@ enum class HealthLevel : std::uint8_t { Ok = 0, Warning = 1, Error = 2, Stale = 
 /** \brief One entry of a node's diagnostics. */
 class PCL_EXT_EXPORT HealthReport {
 public:
-  /** \brief Sets level and message, unless the level is as high already.
+  /** \brief Sets level and message, unless the level is as high already; errors are the
+   * highest.
    * \param[in] level of the message
    * \param[in] message one sentence
    */
