@@ -156,7 +156,7 @@ TEST_F(SensorNodeTest, LostCloudsAreReported)
 {
   start(coarse_arguments);
   const rclcpp::Time first = now();
-  for (std::uint32_t i = 0; i < 40; ++i)
+  for (std::uint32_t i = 0; i < 80; ++i)
     if (i % 4 != 3) { // every fourth is lost
       ASSERT_TRUE(send(makeCloud(
           i, "world", first + rclcpp::Duration::from_nanoseconds(i * 50000000))));
