@@ -117,6 +117,18 @@ TEST(OctomapInsertion, LogOddsAreScaledByTheIntensity)
       map, 9, {unknown, 0.25f * hit, 0.5f * hit, 0.75f * hit, hit, hit, hit, unknown});
 }
 
+TEST(OctomapInsertion, VoxelsWithoutIntensitiesAreHits)
+{
+  VoxelFrame frame = rowFrom(10, {1, 2});
+  frame.intensities.clear();
+  frame.intensity_scale.bits = 0;
+  ASSERT_TRUE(isConsistent(frame));
+  OcTree map(frame_resolution);
+  insertVoxels(frame, 4.0f, std::nullopt, map);
+  const float hit = map.getProbHitLog();
+  expectRow(map, 9, {unknown, hit, hit, unknown});
+}
+
 TEST(OctomapInsertion, SumsUpInMapsOfAnyResolution)
 {
   std::mt19937_64 random(1);

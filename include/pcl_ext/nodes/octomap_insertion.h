@@ -15,7 +15,7 @@ namespace nodes {
  * A voxel of `full_intensity` or more counts as one hit of the map's sensor model, a
  * smaller intensity as that share of a hit: share * getProbHitLog() is added to the
  * log-odds of the node that contains the voxel's centre. Intensities of 0 or less change
- * nothing. With an origin, nodes on the rays to the voxels that contain no voxel count as
+ * nothing; voxels of a frame without intensities are hits. With an origin, nodes on the rays to the voxels that contain no voxel count as
  * missed, so that objects that have left are removed from the map.
  *
  * Voxels outside of the map, which has 32768 nodes an axis to either side of its origin, are
@@ -60,7 +60,9 @@ insertVoxels(const io::VoxelFrame& frame,
       map.updateNode(key, false, lazily);
   }
   forEachVoxel([&](const octomap::point3d& centre, float intensity) {
-    const float trust = std::clamp(intensity / full_intensity, 0.0f, 1.0f);
+    const float trust = frame.hasIntensities()
+                            ? std::clamp(intensity / full_intensity, 0.0f, 1.0f)
+                            : 1.0f;
     // A node that only exists counts as occupied.
     if (trust > 0.0f)
       map.updateNode(centre, trust * map.getProbHitLog(), lazily);
