@@ -11,6 +11,7 @@ sensorNodeSettings(const InputStream& stream,
                    const Variant& variant)
 {
   nodes::SensorNodeSettings settings;
+  settings.law = IntensityLaw::Count;
   settings.compression.resolution = workload.resolution;
   settings.compression.i_frame_rate = workload.i_frame_rate;
   settings.compression.effort = variant.effort;

@@ -48,7 +48,7 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!encoder_)
-    start(cloud.columns.intensity ? IntensityLaw::Native : IntensityLaw::None);
+    start(automaticLaw(cloud.columns.intensity.has_value()));
   checkIntensities(cloud);
   const bool is_native = *settings_.law == IntensityLaw::Native;
   io::PointView view = viewOf(cloud.columns, is_native, memory_);

@@ -140,14 +140,19 @@ readDecompressorParameters()
     ParameterReader::refuse("merge_rate", "below 0.001", "0, or 0.001 to 1000");
   pcl_ext::nodes::CentralNodeSettings& node = parameters.node;
   node.resolution = reader.number("resolution",
-                                  0.04,
+                                  node.resolution,
                                   pcl_ext::io::smallest_resolution,
                                   pcl_ext::io::largest_resolution);
-  node.threads = reader.count("threads", 0, 0, 1024);
-  node.max_waiting_frames = reader.count("max_waiting_frames", 40, 1, 100000);
-  constexpr double nanoseconds = 1e9; // per second
-  node.max_merge_age = std::chrono::nanoseconds(static_cast<std::int64_t>(
-      nanoseconds * reader.number("max_merge_age", 1, 0.001, 3600)));
+  node.threads = reader.count("threads", node.threads, 0, 1024);
+  node.max_waiting_frames =
+      reader.count("max_waiting_frames",
+                   static_cast<std::uint32_t>(node.max_waiting_frames),
+                   1,
+                   100000);
+  using Seconds = std::chrono::duration<double>;
+  node.max_merge_age =
+      std::chrono::duration_cast<pcl_ext::nodes::Time>(Seconds(reader.number(
+          "max_merge_age", Seconds(node.max_merge_age).count(), 0.001, 3600)));
   node.clock = rosTimeNow;
   parameters.map = readMap(reader);
   parameters.view = readView(reader);

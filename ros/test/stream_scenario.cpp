@@ -20,6 +20,8 @@ compressorParameters()
 {
   return {{"crop_box",
            listOf({-box_edge, -box_edge, -box_edge, box_edge, box_edge, box_edge})},
+          {"intensity", "count"},
+          {"resolution", 0.04},
           {"tf_timeout", 10.0}};
 }
 
@@ -27,6 +29,7 @@ pcl_ext::nodes::SensorNodeSettings
 compressorSettings()
 {
   pcl_ext::nodes::SensorNodeSettings settings;
+  settings.law = pcl_ext::IntensityLaw::Count;
   settings.compression.resolution = 0.04;
   settings.crop_box.emplace();
   settings.crop_box->min.fill(-box_edge);
@@ -65,9 +68,10 @@ StreamScenario::startCompressor(const Parameters& changes)
 void
 StreamScenario::startDecompressor(const Parameters& parameters)
 {
-  decompressor.emplace("intensity_decompressor",
-                       full("decompressor"),
-                       Parameters{{"streams", listOf({compressed})}} + parameters);
+  decompressor.emplace(
+      "intensity_decompressor",
+      full("decompressor"),
+      Parameters{{"streams", listOf({compressed})}, {"resolution", 0.04}} + parameters);
   decompressor->expectSubscribers(voxels.topic(), 1);
   if (compressor && compressor->isRunning())
     compressor->expectSubscribers(compressed, 2);

@@ -72,8 +72,7 @@ protected:
     startCompressor();
     other_compressor.emplace("intensity_compressor",
                              full("other_compressor"),
-                             compressorParameters() +
-                                 Parameters{{"intensity", "count"}}, // as the other
+                             compressorParameters(),
                              std::vector<std::string>{"input:=other"});
     ASSERT_TRUE(waitForSubscribers(other_clouds, 1));
     startDecompressor(Parameters{{"streams", listOf({compressed, other_topic})}} +

@@ -79,7 +79,7 @@ TEST_F(Streams, IntensitiesOfTheSensorAreSentUnlessAParameterSaysOtherwise)
 {
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Native;
-  expectStream<pcl::PointXYZI>({}, settings, 3);
+  expectStream<pcl::PointXYZI>({{"intensity", "auto"}}, settings, 3);
   compressor->expectOutput("The intensities are: native");
 }
 
@@ -87,7 +87,7 @@ TEST_F(Streams, CloudThatIsRefusedDoesNotChooseTheIntensities)
 {
   SensorNodeSettings settings = compressorSettings();
   settings.law = IntensityLaw::Native;
-  startBoth();
+  startBoth({{"intensity", "auto"}});
   sensor_msgs::PointCloud2 empty;
   empty.header = cloud(0).header;
   clouds.publish(empty);

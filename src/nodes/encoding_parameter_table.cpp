@@ -15,11 +15,9 @@ using Descriptions = std::vector<ParameterDescription>;
 void
 describeGrid(Descriptions& parameters)
 {
-  // That of the library is for single objects.
-  constexpr double resolution_of_rooms = 0.04;
   parameters.push_back(numberParameter("resolution",
                                        "m",
-                                       resolution_of_rooms,
+                                       io::IntensityCompressionSettings().resolution,
                                        io::smallest_resolution,
                                        io::largest_resolution,
                                        "Edge of a voxel."));
@@ -35,7 +33,7 @@ describeLaw(Descriptions& parameters)
       "Intensity of a voxel: the number of its points; the covered share of a voxel "
       "face (255: all), by two laws, quadratic and linear; native, the sensor's own "
       "intensity; none, positions alone; auto, native for clouds with the field of "
-      "intensity_field, else count."));
+      "intensity_field, else none."));
   parameters.push_back(textParameter("intensity_field",
                                      SensorNodeSettings().intensity_field,
                                      "Field of the clouds that native reads."));
@@ -176,7 +174,7 @@ describeFilters(Descriptions& parameters)
   parameters.push_back(crop_box);
   parameters.push_back(flagParameter(
       "remove_outliers",
-      false,
+      SensorNodeSettings().outlier_removal.has_value(),
       "Remove voxels that are noise, judged by their surroundings in this "
       "frame and the last ones, before they are encoded."));
   parameters.push_back(

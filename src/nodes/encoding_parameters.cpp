@@ -106,7 +106,7 @@ IntensityLaw
 readLaw(const ParameterAccess& access, bool has_intensities)
 {
   const std::optional<IntensityLaw>& law = access.meaning("intensity", lawWords());
-  return law.value_or(has_intensities ? IntensityLaw::Native : IntensityLaw::Count);
+  return law.value_or(automaticLaw(has_intensities));
 }
 
 /** \brief The first value that is not allowed; empty if all are.

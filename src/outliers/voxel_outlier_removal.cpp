@@ -54,7 +54,7 @@ public:
     learn(frame);
     const float least = std::exp(2.0f * (settings_.min_log_odds - score_.offset));
     const std::size_t voxels = frame.size();
-    status = judgement();
+    status = judgement(frame);
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
       return !(evidence_[indexOf(places_[i])] < least);
     });
@@ -75,7 +75,7 @@ public:
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
       log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + score_.offset;
-    status = judgement();
+    status = judgement(frame);
     endFrame(frame.size());
     return status;
   }
@@ -123,11 +123,17 @@ private:
 
   /** \brief Ok, with a message where the settings do not say what was done. */
   OutlierRemovalStatus
-  judgement() const
+  judgement(const io::VoxelFrame& frame) const
   {
     if (settings_.unit != DensityUnit::Automatic ||
         densities_.unit() != DensityUnit::Voxels)
       return {};
+    if (!frame.hasIntensities())
+      return {
+          OutlierRemovalCode::Ok,
+          "voxels were judged without the number of their points, as the frame has no "
+          "intensities; encode with the law count or quadratic, or choose the unit "
+          "Voxels"};
     return {
         OutlierRemovalCode::Ok,
         "voxels were judged without their intensities, as the frame does not say what "

@@ -26,6 +26,8 @@ using pcl_ext::DensityUnit;
 using pcl_ext::removeFaintVoxels;
 using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
+using pcl_ext::io::FrameEncoder;
+using pcl_ext::io::StreamFormat;
 using pcl_ext::io::test::expectSameFrame;
 using pcl_ext::test::addVoxels;
 using pcl_ext::test::WorldVoxels;
@@ -318,6 +320,18 @@ TEST_F(CentralNodeOutliersOfOneStream, HealthSaysWhatWasNotJudged)
   node.setOutlierRemoval("a", std::nullopt);
   sendAndWait(node, "a", stream.frames[2]);
   EXPECT_EQ(onlyHealth(node).outlier_removal.removed, 0u);
+
+  VoxelFrame bare = stream.decoded[0];
+  bare.intensities.clear();
+  bare.intensity_scale.bits = 0;
+  node.setOutlierRemoval("a", VoxelOutlierRemovalSettings());
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  sendAndWait(node, "a", pcl_ext::io::test::encoded(encoder, bare));
+  health = onlyHealth(node);
+  EXPECT_EQ(
+      health.outlier_removal.message().find("voxels were judged without the number"),
+      0u)
+      << health.outlier_removal.message();
 
   CodedStream::Settings coarse;
   coarse.frames = 1;

@@ -93,7 +93,6 @@ framesOfNode(const SensorNodeSettings& settings,
 TEST(CloudTransport, FramesAreThoseOfANodeAtTheOriginOfItsClouds)
 {
   SensorNodeSettings settings;
-  settings.compression.resolution = 0.04;
   const std::vector<pcl::PCLPointCloud2> with{wall<pcl::PointXYZI>(1),
                                               wall<pcl::PointXYZI>(2)};
   const std::vector<pcl::PCLPointCloud2> without{wall<pcl::PointXYZ>(1),
@@ -103,7 +102,7 @@ TEST(CloudTransport, FramesAreThoseOfANodeAtTheOriginOfItsClouds)
   EXPECT_EQ(framesOfNode(settings, with),
             (std::vector<Frame>{encoded(sender, with[0]), encoded(sender, with[1])}));
   // Another layout begins another stream.
-  settings.law = IntensityLaw::Count;
+  settings.law = IntensityLaw::None;
   EXPECT_EQ(
       framesOfNode(settings, without),
       (std::vector<Frame>{encoded(sender, without[0]), encoded(sender, without[1])}));
@@ -116,7 +115,6 @@ TEST(CloudTransport, LawsOfTheDepthNeedNoTransform)
                                   {"sensor", std::string("kinect_v2")}}),
             "");
   SensorNodeSettings settings;
-  settings.compression.resolution = 0.04;
   settings.law = IntensityLaw::Quadratic;
   settings.sensor = pcl_ext::named_sensors[0].sensor;
   const auto cloud = wall<pcl::PointXYZ>(3);
@@ -154,7 +152,7 @@ TEST(CloudTransport, ContradictionsChangeNothing)
             "");
   EXPECT_FALSE(isIFrame(encoded(sender, cloud)));
   EXPECT_EQ(sender.settings().compression.format, pcl_ext::io::StreamFormat::Version1);
-  EXPECT_EQ(sender.settings().law, IntensityLaw::Count);
+  EXPECT_EQ(sender.settings().law, IntensityLaw::None);
 }
 
 TEST(CloudTransport, ANewReceiverGetsAnIFrame)
@@ -224,7 +222,10 @@ TEST(CloudTransport, ALostFrameIsReportedAndTheNextIFrameHelps)
 TEST(CloudTransport, ReceiversRemoveNoise)
 {
   CloudSender sender;
-  ASSERT_EQ(sender.setParameters({{"i_frame_rate", std::int64_t{1}}}), "");
+  ASSERT_EQ(sender.setParameters({{"i_frame_rate", std::int64_t{1}},
+                                  {"resolution", 0.04},
+                                  {"intensity", std::string("count")}}),
+            "");
   CloudReceiver receiver;
   VoxelFrame all;
   VoxelFrame kept;
@@ -250,7 +251,8 @@ TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
   CloudReceiver receiver;
   VoxelFrame voxels;
   for (const bool keep_points : {false, true}) {
-    ASSERT_EQ(sender.setParameters({{"keep_points", keep_points}}), "");
+    ASSERT_EQ(
+        sender.setParameters({{"resolution", 0.04}, {"keep_points", keep_points}}), "");
     const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
     ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
     const std::size_t points = sender.health().node.decoded_points;

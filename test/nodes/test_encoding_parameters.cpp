@@ -85,7 +85,7 @@ encodingChanges()
   static const std::vector<EncodingChange> changes = {
       {{{"resolution", 0.25}}, [](Settings& s) { s.compression.resolution = 0.25; }},
       {{{"resolution", 2}}, [](Settings& s) { s.compression.resolution = 2.0; }},
-      {{{"intensity", "none"}}, [](Settings& s) { s.law = IntensityLaw::None; }},
+      {{{"intensity", "count"}}, [](Settings& s) { s.law = IntensityLaw::Count; }},
       {{{"intensity", "native"}}, [](Settings& s) { s.law = IntensityLaw::Native; }},
       {{{"intensity_field", "reflectivity"}},
        [](Settings& s) { s.intensity_field = "reflectivity"; }},
@@ -140,18 +140,9 @@ encodingChanges()
   return changes;
 }
 
-/** \brief The settings without any parameter, with a voxel edge for rooms. */
-SensorNodeSettings
-expectedDefaults()
-{
-  SensorNodeSettings settings;
-  settings.compression.resolution = 0.04;
-  return settings;
-}
-
 TEST(EncodingParameters, DefaultsGiveTheDefaultSettings)
 {
-  const std::string expected = textOfSettings(expectedDefaults());
+  const std::string expected = textOfSettings(SensorNodeSettings());
   EXPECT_EQ(textOfSettings(settingsOf({})), expected);
   EXPECT_EQ(textOfSettings(settingsOf(defaultsOf(encodingParameters()))), expected);
 }
@@ -164,7 +155,7 @@ TEST(EncodingParameters, DefaultsReplaceWhatTheSettingsWere)
   settings.global_frame = "hall";
   settings.compression.carry_header = true;
   ASSERT_EQ(readEncodingParameters({}, false, settings), "");
-  EXPECT_EQ(textOfSettings(settings), textOfSettings(expectedDefaults()));
+  EXPECT_EQ(textOfSettings(settings), textOfSettings(SensorNodeSettings()));
   EXPECT_EQ(settings.global_frame, "hall");
   EXPECT_TRUE(settings.compression.carry_header);
 }
@@ -173,7 +164,7 @@ TEST(EncodingParameters, EachChangesTheSettingThatItNames)
 {
   std::set<std::string> changed_names;
   for (const EncodingChange& changed : encodingChanges()) {
-    SensorNodeSettings expected = expectedDefaults();
+    SensorNodeSettings expected;
     changed.change(expected);
     EXPECT_EQ(textOfSettings(settingsOf(changed.values)), textOfSettings(expected));
     for (const auto& value : changed.values)
@@ -187,7 +178,7 @@ TEST(EncodingParameters, AutoIsNativeWhereCloudsHaveIntensities)
 {
   for (const ParameterValues& values :
        {ParameterValues{}, ParameterValues{{"intensity", "auto"}}}) {
-    EXPECT_EQ(settingsOf(values, false).law, IntensityLaw::Count);
+    EXPECT_EQ(settingsOf(values, false).law, IntensityLaw::None);
     EXPECT_EQ(settingsOf(values, true).law, IntensityLaw::Native);
   }
   EXPECT_EQ(settingsOf({{"intensity", "count"}}, true).law, IntensityLaw::Count);
@@ -204,7 +195,7 @@ TEST(EncodingParameters, SensorIsReadWithAnyLaw)
 TEST(EncodingParameters, ValuesOfOtherParametersAreIgnored)
 {
   EXPECT_EQ(textOfSettings(settingsOf({{"queue_size", 0}})),
-            textOfSettings(expectedDefaults()));
+            textOfSettings(SensorNodeSettings()));
 }
 
 struct EncodingFault {

@@ -37,6 +37,7 @@ std::vector<Bytes>
 encode(const std::vector<CellFrame>& frames, double resolution)
 {
   SensorNodeSettings settings;
+  settings.law = pcl_ext::IntensityLaw::Count;
   settings.compression.resolution = resolution;
   settings.crop_box = pcl_ext::cell::cropBox();
   SensorNode node(settings);

@@ -34,7 +34,7 @@ DemoStream::DemoStream(EncodingOptions& options,
                        std::size_t frames,
                        std::uint32_t seed,
                        const std::optional<float>& threshold)
-: law_(options.law().value_or(IntensityLaw::None))
+: law_(options.law().value_or(automaticLaw(false)))
 , sequence_(openSensor(options, sensor, frames, seed))
 , encoder_(options, "/" + sequence_->name())
 , denoising_(law_, options.codec().resolution, threshold)

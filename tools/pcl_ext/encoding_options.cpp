@@ -315,13 +315,13 @@ EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
     throw UsageError("the clouds have no field '" + intensityField() +
                      "', which --law native reads; name another one with "
                      "--intensity-field, or another --law");
-  if (has_intensity)
-    return IntensityLaw::Native;
-  refuseOptions(
-      *app_,
-      {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
-      "has no effect on clouds without intensities: leave it out, or add --law count");
-  return IntensityLaw::None;
+  if (!has_intensity)
+    refuseOptions(
+        *app_,
+        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+        "has no effect on clouds without intensities: leave it out, or add --law "
+        "count");
+  return automaticLaw(has_intensity);
 }
 
 void

@@ -66,7 +66,7 @@ LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t
 void
 LiveCell::addStreams(view::ViewServer& server)
 {
-  const IntensityLaw law = options_.law().value_or(IntensityLaw::None);
+  const IntensityLaw law = options_.law().value_or(automaticLaw(false));
   for (const auto& sensor : sensors_)
     throwUnlessOk(server.addStream(
         sensor->name, options_.metadataOf(sensor->name, law), sensor->stream));

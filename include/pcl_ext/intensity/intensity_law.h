@@ -49,6 +49,15 @@ needsSensor(IntensityLaw law)
   return law == IntensityLaw::Quadratic || law == IntensityLaw::Linear;
 }
 
+/** \brief The law of clouds for which none is named.
+ * \param[in] has_intensities whether the clouds have the field that Native reads
+ */
+constexpr IntensityLaw
+automaticLaw(bool has_intensities)
+{
+  return has_intensities ? IntensityLaw::Native : IntensityLaw::None;
+}
+
 /** \brief A sensor and its name on command lines and in parameter files. */
 struct NamedSensor {
   RuntimeSensor sensor;

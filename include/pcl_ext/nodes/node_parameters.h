@@ -78,7 +78,7 @@ defaultsOf(const std::vector<ParameterDescription>& parameters);
 
 /** \brief The parameters of encoding: all of SensorNodeSettings that users set, but for the
  * global frame. They have the names of the fields; `intensity` is the law, where the word
- * auto means native for clouds with the field `intensity_field`, else count. */
+ * auto means native for clouds with the field `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();
 

@@ -35,7 +35,7 @@ struct SensorNodeSettings {
   io::IntensityCompressionSettings compression;
 
   /** \brief Law of the point intensities. */
-  IntensityLaw law = IntensityLaw::Count;
+  IntensityLaw law = automaticLaw(false);
 
   /** \brief Field of view and size of the depth image; needed by the quadratic and the
    * linear law only. */

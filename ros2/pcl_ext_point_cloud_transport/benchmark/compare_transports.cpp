@@ -46,9 +46,11 @@ setupsOf(const std::string& transport)
   if (transport != "pcl_ext")
     return {{transport, {}, transport}};
   using rclcpp::Parameter;
-  return {{transport, {Parameter("effort", "fast")}, "pcl_ext, 4 cm, fast"},
-          {transport, {}, "pcl_ext, 4 cm (default)"},
-          {transport, {Parameter("resolution", 0.01)}, "pcl_ext, 1 cm"},
+  return {{transport,
+           {Parameter("resolution", 0.04), Parameter("effort", "fast")},
+           "pcl_ext, 4 cm, fast"},
+          {transport, {Parameter("resolution", 0.04)}, "pcl_ext, 4 cm"},
+          {transport, {}, "pcl_ext, 1 cm (default)"},
           {transport,
            {Parameter("resolution", 0.001), Parameter("keep_points", true)},
            "pcl_ext, 1 mm, keep_points"}};

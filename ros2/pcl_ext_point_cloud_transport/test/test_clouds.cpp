@@ -209,9 +209,7 @@ pcl_ext::nodes::SensorNodeSettings
 defaultSettings(Layout layout)
 {
   pcl_ext::nodes::SensorNodeSettings settings;
-  settings.compression.resolution = 0.04;
-  settings.law = hasIntensity(layout) ? pcl_ext::IntensityLaw::Native
-                                      : pcl_ext::IntensityLaw::Count;
+  settings.law = pcl_ext::automaticLaw(hasIntensity(layout));
   settings.crop_box.emplace();
   settings.crop_box->min.fill(-box_edge);
   settings.crop_box->max.fill(box_edge);

@@ -28,7 +28,8 @@ TEST_F(DeclaredParameters, OverridesThatAreWrongAreLoggedAndTheDefaultHolds)
   EXPECT_NE(log.find("effort is 'quick'; it must be one of: fast"), std::string::npos)
       << log;
   EXPECT_EQ(log.find(points("colour_bits")), std::string::npos) << log;
-  EXPECT_EQ(sender->node().get_parameter(points("resolution")).as_double(), 0.04);
+  EXPECT_EQ(sender->node().get_parameter(points("resolution")).as_double(),
+            settings.compression.resolution);
   settings.compression.colour_bits = 2;
   expectNext();
   EXPECT_TRUE(sender->node().set_parameter({points("resolution"), 0.05}).successful);

@@ -71,7 +71,10 @@ TEST_F(ChangedParameters, ThoseOfTheReceiverHoldFromTheNextCloudOn)
 {
   layout = Layout::Xyz;
   settings = defaultSettings();
-  start({}, {{points("min_intensity"), 2}}); // a whole number
+  settings.compression.resolution = 0.04;
+  settings.law = pcl_ext::IntensityLaw::Count;
+  start({{points("resolution"), 0.04}, {points("intensity"), "count"}},
+        {{points("min_intensity"), 2}}); // a whole number
   const auto without_faint = [&](const Cloud& cloud, float least) {
     Voxels voxels = directVoxels(cloud, settings);
     const auto is_faint = [least](const auto& voxel) { return voxel[3] < least; };

@@ -1,6 +1,7 @@
 #include "parameter_tables.h"
 
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/nodes/central_node.h>
 
 #include <cstdint>
 
@@ -71,6 +72,7 @@ centralNodeParameters()
   using pcl_ext::io::smallest_resolution;
   constexpr double largest_intensity = 3.4e38; // below the largest float
   const std::string none;
+  const pcl_ext::nodes::CentralNodeSettings defaults;
   static const Descriptions parameters = {
       describe("global_frame",
                "",
@@ -78,21 +80,26 @@ centralNodeParameters()
                "Frames with another frame_id are reported and dropped."),
       describe("resolution",
                "m",
-               0.04,
+               defaults.resolution,
                smallest_resolution,
                largest_resolution,
                "Edge of the voxels of the merged grid and of the map."),
       describe("merge_rate", "Hz", 10.0, 0, 1000, "Rate of ~/merged; 0: no merging."),
-      describe("max_merge_age", "s", 1.0, 0.001, 3600, "Older frames are not merged."),
+      describe("max_merge_age",
+               "s",
+               std::chrono::duration<double>(defaults.max_merge_age).count(),
+               0.001,
+               3600,
+               "Older frames are not merged."),
       describe("threads",
                "",
-               std::int64_t{0},
+               std::int64_t{defaults.threads},
                0,
                1024,
                "Threads that decode; 0: one for each core."),
       describe("max_waiting_frames",
                "frames",
-               std::int64_t{40},
+               static_cast<std::int64_t>(defaults.max_waiting_frames),
                1,
                100000,
                "Frames of one stream that can wait; more are refused."),
@@ -109,8 +116,8 @@ centralNodeParameters()
           4.0,
           1e-6,
           largest_intensity,
-          "A voxel of this intensity counts as one hit in the map, others as a part "
-          "of one; 255 is a full face for quadratic and linear."),
+          "A voxel of this intensity, or without one, counts as one hit in the map, "
+          "others as a part of one; 255 is a full face for quadratic and linear."),
       describe("view_port",
                "",
                std::int64_t{0},
