@@ -190,29 +190,53 @@ checkCompressedSizes(const std::string& path,
   return sizes.size() + compressed;
 }
 
-/** \brief Refuses a file in which another cloud, or more lines of points, follow the points
- * that its header promises, as PCL's reader would leave them out.
- * \param[in] file behind the points
+/** \brief Refuses a text in which more lines follow the points that its header promises. */
+void
+checkNoLinesFollow(std::istream& file)
+{
+  std::string line;
+  while (readLine(file, line))
+    if (line.find_first_not_of(" \t\r") != std::string::npos)
+      fail("lines follow the points that its header promises: '" + shown(line) + "'");
+}
+
+/** \brief Refuses a file with bytes of further points. */
+void
+checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes)
+{
+  if (point_bytes > 0 && further_bytes >= point_bytes)
+    fail(std::to_string(further_bytes) +
+         " bytes follow the points that its header promises");
+}
+
+/** \brief Refuses a PCD file in which another cloud, or more points, follow the points that
+ * its header promises, as PCL's reader would leave them out.
+ * \param[in] file after the points
+ * \param[in] point_bytes of a point that is not text nor compressed, else 0
  */
 void
-checkNothingFollows(std::istream& file, bool is_text)
+checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
 {
   // PCL's writer fills compressed points up to the size of a page.
   constexpr int largest_page = 1 << 16;
   for (int i = 0; i < largest_page && file.peek() == 0; ++i)
     file.get();
-  std::string line;
-  if (!readLine(file, line))
+  if (!file || file.peek() == std::istream::traits_type::eof())
     return;
+  const std::istream::pos_type begin = file.tellg();
+  std::string line;
+  readLine(file, line);
   if (line.rfind("# .PCD", 0) == 0 || line.rfind("VERSION ", 0) == 0)
     fail("another cloud follows the first one: put each into a file of its own, and "
          "name the files or their folder");
-  if (!is_text)
+  file.clear();
+  if (is_text) {
+    file.seekg(begin);
+    checkNoLinesFollow(file);
     return;
-  do
-    if (line.find_first_not_of(" \t\r") != std::string::npos)
-      fail("lines follow the points that its header promises: '" + shown(line) + "'");
-  while (readLine(file, line));
+  }
+  file.seekg(0, std::ios::end);
+  checkNoPointsFollow(static_cast<std::uint64_t>(file.tellg() - begin), point_bytes);
 }
 
 /** \brief Bytes of a number of a PLY file; 0: there is no such type. */
@@ -248,11 +272,12 @@ struct PlyHeader {
   std::vector<TextField> fields; ///< of vertices
   std::uint64_t columns = 0;     ///< of an image; 0: there are none
   std::uint64_t rows = 0;
-  std::uint64_t bytes = 0;     ///< of the header
-  std::uint64_t lines = 0;     ///< of the header
-  std::uint64_t elements = 0;  ///< before the vertices
-  bool has_vertices = false;   ///< there was their line
-  bool is_of_vertices = false; ///< the properties that follow
+  std::uint64_t bytes = 0;       ///< of the header
+  std::uint64_t lines = 0;       ///< of the header
+  std::uint64_t elements = 0;    ///< before the vertices
+  bool has_others_after = false; ///< other elements, after the vertices
+  bool has_vertices = false;     ///< there was their line
+  bool is_of_vertices = false;   ///< the properties that follow
   bool has_end = false;
 };
 
@@ -270,6 +295,8 @@ readPlyLine(const std::vector<std::string>& words, PlyHeader& header)
       header.vertices = countOf("number of vertices", words[2]);
     else if (!header.has_vertices)
       header.elements += countOf("number of elements", words.back());
+    else
+      header.has_others_after = true;
     header.has_vertices |= header.is_of_vertices;
   }
   else if (words[0] == "property" && header.is_of_vertices) {
@@ -361,7 +388,7 @@ checkPcd(const std::string& path)
   file.seekg(static_cast<std::streamoff>(lines->bytes + (is_text ? 0 : least)));
   if (is_text)
     checkTextPoints(file, fields, points, lines->lines, true);
-  checkNothingFollows(file, is_text);
+  checkNothingFollows(file, is_text, storage == "binary" ? point_bytes : 0);
 }
 
 void
@@ -394,11 +421,16 @@ checkPly(const std::string& path)
     fail("it was cut off, or its header is wrong: it promises " +
          std::to_string(header.vertices) + " vertices, and has " +
          std::to_string(bytes) + " bytes of them");
-  if (!header.is_text)
+  if (!header.is_text) {
+    if (header.elements == 0 && !header.has_others_after)
+      checkNoPointsFollow(bytes - header.vertices * least_bytes, least_bytes);
     return;
+  }
   for (std::uint64_t i = 0; i < header.elements && readLine(file, line); ++i)
     ++header.lines;
   checkTextPoints(file, header.fields, header.vertices, header.lines, false);
+  if (!header.has_others_after)
+    checkNoLinesFollow(file);
 }
 
 } // namespace measuring

@@ -196,8 +196,11 @@ McapReader::Implementation::open(const std::string& path, const ChannelFilter& w
     is_unfinished_ = true;
     first_failure = first_failure.ok() ? status : first_failure;
   }
-  if (isRosbag2Folder(path))
+  if (isRosbag2Folder(path)) {
     addQosOfMetadata(path, channels_);
+    for (RecordingDamage& damage : findMissingFiles(path))
+      damage_.push_back(std::move(damage));
+  }
   sortIndex();
   return files_.empty() ? first_failure : RecordingStatus();
 }

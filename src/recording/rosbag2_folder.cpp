@@ -92,6 +92,23 @@ writeTopic(const Rosbag2Topic& topic, bool is_version_9, std::ostream& text)
   text << "\n      message_count: " << topic.messages;
 }
 
+constexpr std::size_t most_metadata_bytes = std::size_t{1} << 24;
+
+/** \brief The text of metadata.yaml, as far as it is read; empty if there is none. */
+std::string
+readMetadata(const std::string& folder)
+{
+  const fs::path path = fs::path(folder) / metadata_name;
+  std::error_code ignored;
+  InputFile file;
+  if (!fs::is_regular_file(path, ignored) || !file.open(path.string()).ok())
+    return {};
+  std::string text(std::min<std::uint64_t>(file.size(), most_metadata_bytes), '\0');
+  if (!file.read(0, text.size(), reinterpret_cast<std::uint8_t*>(text.data())))
+    return {};
+  return text;
+}
+
 } // namespace
 
 bool
@@ -150,24 +167,36 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
   return {};
 }
 
+std::vector<RecordingDamage>
+findMissingFiles(const std::string& folder)
+{
+  std::size_t missing = 0;
+  std::string first;
+  for (const std::string& name : readFileNames(readMetadata(folder))) {
+    std::error_code ignored;
+    if (fs::exists(fs::path(folder) / name, ignored))
+      continue;
+    if (++missing == 1)
+      first = name;
+  }
+  if (missing == 0)
+    return {};
+  return {{0,
+           "it names '" + first + "', which is not there" +
+               (missing == 1 ? "" : ", and " + std::to_string(missing - 1) + " more"),
+           (fs::path(folder) / metadata_name).string()}};
+}
+
 void
 addQosOfMetadata(const std::string& folder, std::vector<McapChannel>& channels)
 {
-  const fs::path path = fs::path(folder) / metadata_name;
-  std::error_code ignored;
-  InputFile file;
-  if (!fs::is_regular_file(path, ignored) || !file.open(path.string()).ok())
-    return;
-  constexpr std::size_t most_bytes = std::size_t{1} << 24;
-  std::string text(std::min<std::uint64_t>(file.size(), most_bytes), '\0');
-  if (!file.read(0, text.size(), reinterpret_cast<std::uint8_t*>(text.data())))
-    return;
-  const std::map<std::string, std::string> profiles = readOfferedQos(text);
+  const std::map<std::string, std::string> profiles =
+      readOfferedQos(readMetadata(folder));
   std::size_t added_bytes = 0; // many channels may have the same topic
   for (McapChannel& channel : channels)
     if (const auto found = profiles.find(channel.topic);
         found != profiles.end() && valueOf(channel, qos_metadata).empty() &&
-        (added_bytes += found->second.size()) <= most_bytes)
+        (added_bytes += found->second.size()) <= most_metadata_bytes)
       channel.metadata[qos_metadata] = found->second;
 }
 

@@ -22,6 +22,13 @@ isRosbag2Folder(const std::string& path);
 RecordingStatus
 filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files);
 
+/** \brief What is lost of a bag whose metadata.yaml names files that are not in its folder.
+ * \param[in] folder the folder
+ * \return empty if all are there
+ */
+std::vector<RecordingDamage>
+findMissingFiles(const std::string& folder);
+
 /** \brief Name under which channels and metadata.yaml have the QoS of publishers. */
 constexpr char qos_metadata[] = "offered_qos_profiles";
 

@@ -150,6 +150,28 @@ readOfferedQos(const std::string& metadata)
   return profiles;
 }
 
+std::vector<std::string>
+readFileNames(const std::string& metadata)
+{
+  std::string text = metadata;
+  text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
+  const std::vector<Line> lines = linesOf(text);
+  const std::string key = "relative_file_paths:";
+  std::vector<std::string> names;
+  std::size_t i = 0;
+  while (i < lines.size() && text.compare(lines[i].key, key.size(), key) != 0)
+    ++i;
+  for (++i; i < lines.size() && lines[i].is_item; ++i) {
+    const char first = text[lines[i].key];
+    const std::string path =
+        first == '"' || first == '\''
+            ? unquoted(text, lines[i].key)
+            : text.substr(lines[i].key, lines[i].end - lines[i].key);
+    names.push_back(path.substr(path.find_last_of('/') + 1)); // npos + 1 is 0
+  }
+  return names;
+}
+
 bool
 hasNamedPolicies(const std::string& qos)
 {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 namespace pcl_ext {
 namespace recording {
@@ -15,6 +16,10 @@ namespace recording {
  */
 std::map<std::string, std::string>
 readOfferedQos(const std::string& metadata);
+
+/** \brief Reads the names of the bag's files, as metadata.yaml lists them, without folders. */
+std::vector<std::string>
+readFileNames(const std::string& metadata);
 
 /** \brief True if policies have names, such as "reliable", as since version 9 of the
  * metadata, and not numbers. */

@@ -45,11 +45,15 @@ copyAll(int input,
 {
   std::array<std::uint8_t, std::size_t{1} << 16> buffer;
   for (;;) {
-    // Unlike read() it returns after each signal, also one whose calls are restarted.
+    // Unlike read() it returns after each signal, also one whose calls are restarted; a
+    // signal that came before it is noticed after the timeout.
     pollfd waited{input, POLLIN, 0};
-    ::poll(&waited, 1, -1);
+    constexpr int timeout_ms = 200;
+    const int ready = ::poll(&waited, 1, timeout_ms);
     if (is_wanted && !is_wanted())
       return {RecordingCode::InputFailed, "interrupted while reading '" + name + "'"};
+    if (ready == 0)
+      continue;
     const ssize_t count = ::read(input, buffer.data(), buffer.size());
     if (count < 0 && (errno == EINTR || errno == EAGAIN))
       continue;

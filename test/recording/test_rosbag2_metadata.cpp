@@ -170,6 +170,32 @@ TEST(Rosbag2Metadata, TopicsOfOldAndNewBagsKeepTheirQos)
   EXPECT_EQ(readOfferedQos(textOf(folder / "bag/metadata.yaml")), expected);
 }
 
+TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
+{
+  EXPECT_EQ(
+      readFileNames("  relative_file_paths:\n    - bag_0.mcap\r\n    - 'old/b_1.mcap'"
+                    "\n    - \"b 2.mcap\"\n  duration: 5\n    - none\n"),
+      (std::vector<std::string>{"bag_0.mcap", "b_1.mcap", "b 2.mcap"}));
+  EXPECT_TRUE(readFileNames("relative_file_paths: []").empty());
+  EXPECT_TRUE(readFileNames("").empty());
+  const TestFolder folder;
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag", "ros2").ok());
+  ASSERT_TRUE(writer.finish().ok());
+  McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "bag").ok());
+  EXPECT_TRUE(reader.damage().empty());
+  std::string text = textOf(folder / "bag/metadata.yaml");
+  const std::size_t item = text.find("    - \"bag_0.mcap\"");
+  ASSERT_NE(item, std::string::npos) << text;
+  text.insert(item, "    - bag_1.mcap\n    - bag_2.mcap\n");
+  writeBytes(folder / "bag/metadata.yaml", {text.begin(), text.end()});
+  ASSERT_TRUE(reader.open(folder / "bag").ok());
+  ASSERT_EQ(reader.damage().size(), 1u);
+  EXPECT_EQ(reader.damage()[0].message,
+            "it names 'bag_1.mcap', which is not there, and 1 more");
+}
+
 } // namespace test
 } // namespace recording
 } // namespace pcl_ext

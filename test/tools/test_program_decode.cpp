@@ -162,6 +162,20 @@ TEST(ProgramDecode, CloudsOfOtherStreamsAreNeitherMixedInNorRemoved)
   EXPECT_TRUE(fs::exists(folder / "out/sensor_1/notes.txt"));
 }
 
+TEST(ProgramDecode, FoldersThatAreLinksGetAndKeepClouds)
+{
+  const TestFolder folder;
+  record({knownStream(0, 3, 1)}, folder / "x.mcap");
+  fs::create_directory(folder / "real");
+  fs::create_directory_symlink("real", folder / "link");
+  expectRun(folder, "decode x.mcap -o link");
+  EXPECT_EQ(filesIn(folder / "real"), 3u);
+  expectRun(folder, "decode x.mcap -o link --frames 1:2 --overwrite");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(filesIn(folder / "real"), 1u);
+  EXPECT_FALSE(fs::exists(folder / "real.unfinished"));
+}
+
 TEST(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
 {
   const TestFolder folder;

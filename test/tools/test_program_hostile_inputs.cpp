@@ -69,6 +69,24 @@ TEST(ProgramHostileInputs, WordsThatAreNoNumbersAreNotReadAsNumbers)
   }
 }
 
+TEST(ProgramHostileInputs, PointsBeyondThoseOfTheHeaderAreNotLeftOut)
+{
+  const TestFolder folder;
+  writePcd(folder, "a.pcd", "1", "binary\n" + std::string(24, 'a'));
+  expectRefused(folder, "a.pcd", "12 bytes follow the points");
+  const auto writePly = [&](const std::string& format, const std::string& points) {
+    const std::string file = "ply\nformat " + format +
+                             " 1.0\nelement vertex 1\nproperty float x\nproperty "
+                             "float y\nproperty float z\nend_header\n" +
+                             points;
+    writeBytes(folder / "a.ply", {file.begin(), file.end()});
+  };
+  writePly("ascii", "1 2 3\n4 5 6\n");
+  expectRefused(folder, "a.ply", "lines follow the points");
+  writePly("binary_little_endian", std::string(36, 'a'));
+  expectRefused(folder, "a.ply", "24 bytes follow the points");
+}
+
 TEST(ProgramHostileInputs, NumbersAreReadInAllWaysOfWriting)
 {
   const TestFolder folder;
@@ -101,6 +119,41 @@ TEST(ProgramHostileInputs, SizesOfCompressedPointsAreChecked)
       compressed + std::string("\x0c\0\0\0", 4) + zeros;
   writeBytes(folder / "c.pcd", {filled_up.begin(), filled_up.end()});
   expectRefused(folder, "c.pcd", "have a field named _");
+}
+
+TEST(ProgramHostileInputs, CloudsUntilAFailureStayWhereItsMessageTells)
+{
+  const TestFolder folder;
+  writePcd(folder, "a.pcd", "1", "ascii\n1 2 3\n");
+  std::string points;
+  for (int i = 0; i < 2000; ++i)
+    points += std::to_string(i) + " 2 3\n";
+  writePcd(folder, "b.pcd", "2000", "ascii\n" + points);
+  expectRun(folder, "encode a.pcd b.pcd -o x.pcxi --resolution 1");
+  const ProgramRun result =
+      runShell(folder, "ulimit -f 8; exec \"$P\" decode x.pcxi -o out");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.errors.find("File too large"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("is in 'out.unfinished'"), std::string::npos)
+      << result.errors;
+  EXPECT_TRUE(std::filesystem::exists(folder / "out.unfinished/000000.pcd"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(ProgramHostileInputs, ASignalEndsWaitingForAPipe)
+{
+  const TestFolder folder;
+  ASSERT_EQ(runShell(folder, "mkfifo p.mcap p.pcd; echo > page.html").status, 0);
+  for (const std::string command : {"encode p.pcd -o x.mcap",
+                                    "encode p.mcap -o x.mcap",
+                                    "info p.mcap",
+                                    "view p.mcap --export x.html --page page.html"}) {
+    SCOPED_TRACE(command);
+    // Without an end after one signal it would be killed after ten seconds.
+    const ProgramRun result = runShell(folder, "timeout -k 10 1 \"$P\" " + command);
+    EXPECT_EQ(result.status, 124);
+    EXPECT_NE(result.errors.find("interrupted"), std::string::npos) << result.errors;
+  }
 }
 
 TEST(ProgramHostileInputs, FilesOfTheSystemAreNotWaitedFor)

@@ -291,8 +291,8 @@ TEST(ProgramVerify, FrameThatCannotBeReadIsCountedOnce)
 TEST(ProgramNames, ControlCharactersAreNotPrinted)
 {
   const TestFolder folder;
-  const std::string name = "/a\x1b[31m\nb\xc2\x9b\xff\xc3\xa9";
-  const std::string shown = "/a\\x1b[31m\\x0ab\\xc2\\x9b\\xff\xc3\xa9";
+  const std::string name = "/a\x1b[31m\nb\xc2\x9b\xff\xc3\xa9\xe2\x80\xae";
+  const std::string shown = "/a\\x1b[31m\\x0ab\\xc2\\x9b\\xff\xc3\xa9\\xe2\\x80\\xae";
   KnownStream stream = knownStream(0, 10, 5);
   stream.name = name;
   stream.frames.erase(stream.frames.begin() + 7);

@@ -129,14 +129,12 @@ checkForOtherStreams(const fs::path& path, const std::vector<std::string>& folde
   }
 }
 
-/** \brief Creates a folder for files until they are complete. What has its name already, as
- * another run may be writing there or the user called something so, stays as it is. */
+/** \brief Creates a folder of a name for files until they are complete. What has the name
+ * already, as another run may be writing there or the user called something so, stays as it
+ * is. */
 fs::path
-makeUnfinishedFolder(const fs::path& path)
+makeFolderBeside(const fs::path& path)
 {
-  std::error_code ignored;
-  if (path.has_parent_path())
-    fs::create_directories(path.parent_path(), ignored);
   const std::string name = path.string() + unfinished_suffix;
   std::string folder = name;
   for (unsigned int number = 1; ::mkdir(folder.c_str(), 0777) != 0; ++number) {
@@ -146,6 +144,39 @@ makeUnfinishedFolder(const fs::path& path)
     folder = name + '.' + std::to_string(number);
   }
   return folder;
+}
+
+/** \brief True if what is in a folder can be moved to another one: they are on one file
+ * system, and none of the two is a mount of its own. */
+bool
+canMove(const fs::path& from, const fs::path& to)
+{
+  std::error_code error;
+  const fs::path probe = to / from.filename();
+  fs::create_directory(from / "probe", error);
+  if (!error)
+    fs::rename(from / "probe", probe, error);
+  std::error_code ignored;
+  fs::remove(error ? from / "probe" : probe, ignored);
+  return !error;
+}
+
+/** \brief Creates a folder for files until they are complete: beside the output, or in it
+ * where it is on another file system than its parent. */
+fs::path
+makeUnfinishedFolder(const fs::path& path)
+{
+  std::error_code ignored;
+  if (path.has_parent_path())
+    fs::create_directories(path.parent_path(), ignored);
+  if (!fs::is_directory(path))
+    return makeFolderBeside(path);
+  const fs::path target = fs::canonical(path);
+  const fs::path folder = makeFolderBeside(target);
+  if (canMove(folder, target))
+    return folder;
+  fs::remove(folder, ignored);
+  return makeFolderBeside(target / "clouds");
 }
 
 } // namespace
@@ -181,6 +212,7 @@ CloudFolder::CloudFolder(const std::string& path,
                          std::vector<std::string> folders)
 : path_(fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
 , format_(format)
+, may_replace_(may_replace)
 , folders_(std::move(folders))
 {
   if (folders_.size() == 1)
@@ -221,7 +253,26 @@ CloudFolder::write(std::size_t stream,
                    const Viewpoint& viewpoint)
 {
   const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, stamp, format_);
+  try {
+    writeWithPcl(name.string(), cloud, viewpoint);
+    file_.copyTo((unfinished_ / name).string());
+  }
+  catch (const std::exception& error) {
+    if (last_.empty())
+      throw;
+    throw std::runtime_error(error.what() + ("; what was written until then is in '" +
+                                             keepUnfinished().string() + "'"));
+  }
+  last_ = name;
+}
+
+void
+CloudFolder::writeWithPcl(const std::string& name,
+                          const pcl::PCLPointCloud2& cloud,
+                          const Viewpoint& viewpoint)
+{
   bool is_written = false;
+  errno = 0;
   try {
     is_written = writeFile(file_.path(), format_, cloud, viewpoint) == 0;
   }
@@ -229,9 +280,15 @@ CloudFolder::write(std::size_t stream,
     // As below.
   }
   if (!is_written)
-    throw std::runtime_error("PCL cannot write the cloud of '" + name.string() + "'");
-  file_.copyTo((unfinished_ / name).string());
-  last_ = name;
+    throw std::runtime_error(
+        "PCL cannot write the cloud of '" + name + "'" +
+        (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+}
+
+fs::path
+CloudFolder::keepUnfinished()
+{
+  return std::exchange(unfinished_, fs::path());
 }
 
 /** \brief Clouds of an earlier run in the folders of the streams. Files of other names are
@@ -249,35 +306,54 @@ std::string
 CloudFolder::finish()
 {
   const std::vector<fs::path> earlier = earlierClouds();
-  if (isInterrupted() && !earlier.empty()) {
-    const fs::path kept = std::exchange(unfinished_, fs::path());
+  if (isInterrupted() && !earlier.empty())
     return "; interrupted: the clouds in '" + path_.string() +
            "' are still the earlier ones; what was written until then is in '" +
-           kept.string() + "'";
-  }
-  const fs::path unfinished = std::exchange(unfinished_, fs::path()); // if a step fails
-  if (!fs::exists(path_)) {
-    fs::rename(unfinished, path_);
+           keepUnfinished().string() + "'";
+  const fs::path unfinished = keepUnfinished(); // if a step fails
+  // Another program may have filled it in the meantime.
+  if (!may_replace_ && fs::exists(path_) && !fs::is_empty(path_) &&
+      unfinished.parent_path() != fs::canonical(path_))
+    throw std::runtime_error("the folder '" + path_.string() +
+                             "' is not empty any more; the clouds are in '" +
+                             unfinished.string() + "'");
+  std::error_code error;
+  fs::rename(unfinished, path_, error); // where it does not exist or is empty
+  if (!error)
     return describeInterruption(path_.string(), false);
-  }
   try {
-    for (const std::string& folder : folders_)
-      fs::create_directories(path_ / folder);
-    for (const fs::path& cloud : earlier)
-      fs::remove(cloud);
-    for (const std::string& folder : folders_)
-      for (const fs::directory_entry& entry :
-           fs::directory_iterator(unfinished / folder))
-        if (!entry.is_directory())
-          fs::rename(entry.path(), path_ / folder / entry.path().filename());
+    moveClouds(unfinished, earlier);
   }
-  catch (const fs::filesystem_error& error) {
-    throw std::runtime_error("clouds cannot get their place, and are in '" +
-                             unfinished.string() + "': " + error.what());
+  catch (const fs::filesystem_error& failure) {
+    throw std::runtime_error("not all clouds are in their folder; the others are in '" +
+                             unfinished.string() + "': " + failure.what());
   }
   std::error_code ignored;
   fs::remove_all(unfinished, ignored);
   return describeInterruption(path_.string(), false);
+}
+
+/** \brief Moves the new clouds to their folders; then removes those of the earlier clouds
+ * that no new one has replaced. */
+void
+CloudFolder::moveClouds(const fs::path& from,
+                        const std::vector<fs::path>& earlier) const
+{
+  std::set<fs::path> moved;
+  for (const std::string& folder : folders_) {
+    const fs::path target = folder.empty() ? path_ : path_ / folder;
+    fs::create_directories(target);
+    for (const fs::directory_entry& entry : fs::directory_iterator(from / folder)) {
+      if (entry.is_directory())
+        continue;
+      const fs::path cloud = target / entry.path().filename();
+      fs::rename(entry.path(), cloud);
+      moved.insert(cloud);
+    }
+  }
+  for (const fs::path& cloud : earlier)
+    if (moved.count(cloud) == 0)
+      fs::remove(cloud);
 }
 
 } // namespace tools

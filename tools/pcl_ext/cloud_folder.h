@@ -24,8 +24,8 @@ std::vector<std::string>
 folderNames(const std::vector<std::string>& streams);
 
 /** \brief A folder that gets a file for each cloud, in a folder for each stream if there are
- * several. The files are written beside it, and get their place when all are complete.
- * Failures throw std::exception. */
+ * several. The files are written beside it, or in a folder in it where it is a mount of its
+ * own, and get their place when all are complete. Failures throw std::exception. */
 class CloudFolder {
 public:
   /** \param[in] path of the folder
@@ -38,7 +38,7 @@ public:
               bool may_replace,
               std::vector<std::string> folders);
 
-  /** \brief Removes what was not finished. */
+  /** \brief Removes the unfinished folder, unless a message has named it. */
   ~CloudFolder();
   CloudFolder(const CloudFolder&) = delete;
   CloudFolder&
@@ -51,6 +51,7 @@ public:
    * \param[in] cloud not empty: PCD has no empty clouds
    * \param[in] stamp of the cloud; before 2001 it is no time of a clock
    * \param[in] viewpoint of PCD files
+   * A failure names the unfinished folder, if it has clouds.
    */
   void
   write(std::size_t stream,
@@ -59,8 +60,8 @@ public:
         recording::Time stamp = {},
         const Viewpoint& viewpoint = {});
 
-  /** \brief Moves all files to their place, and removes the clouds of an earlier run there.
-   * After an interruption these stay. Where that or a failure keeps files from their place,
+  /** \brief Moves all files to their place, and then removes the other clouds of an earlier
+   * run there. After an interruption these stay. Where that or a failure keeps files from their place,
    * they stay in the unfinished folder, which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
@@ -78,9 +79,23 @@ private:
   std::vector<std::filesystem::path>
   earlierClouds() const;
 
+  void
+  moveClouds(const std::filesystem::path& from,
+             const std::vector<std::filesystem::path>& earlier) const;
+
+  void
+  writeWithPcl(const std::string& name,
+               const pcl::PCLPointCloud2& cloud,
+               const Viewpoint& viewpoint);
+
+  /** \brief The unfinished folder, which from now on is not removed. */
+  std::filesystem::path
+  keepUnfinished();
+
   std::filesystem::path path_;
   std::filesystem::path unfinished_;
   CloudFormat format_;
+  bool may_replace_;
   std::vector<std::string> folders_;
   std::filesystem::path last_; // in path_
   MemoryFile file_;

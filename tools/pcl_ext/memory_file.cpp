@@ -64,6 +64,7 @@ MemoryFile::copyTo(const std::string& path) const
     if (count <= 0) {
       const int reason = errno;
       ::close(output);
+      ::unlink(path.c_str());
       errno = reason;
       fail("cannot write '" + path + "'");
     }

@@ -8,6 +8,16 @@ namespace tools {
 
 namespace {
 
+/** \brief True if a character changes the direction of the text: U+202A to U+202E, U+2066 to
+ * U+2069. */
+bool
+isDirection(const std::string& text, std::size_t at)
+{
+  const std::string character = text.substr(at, 3);
+  return (character >= "\xe2\x80\xaa" && character <= "\xe2\x80\xae") ||
+         (character >= "\xe2\x81\xa6" && character <= "\xe2\x81\xa9");
+}
+
 /** \brief Bytes of the character of UTF-8 that begins somewhere; 0: there is none, or it
  * controls the terminal. */
 std::size_t
@@ -33,7 +43,7 @@ lengthOfCharacter(const std::string& text, std::size_t at)
   for (std::size_t i = 2; i < length; ++i)
     if (byteAt(at + i) < 0x80 || byteAt(at + i) > 0xbf)
       return 0;
-  return length;
+  return isDirection(text, at) ? 0 : length;
 }
 
 } // namespace

@@ -187,7 +187,7 @@ StreamEncoder::whyNothingWasEncoded() const
   if (extent_.empty())
     return name_ + ": no cloud has a point that is finite";
   return name_ + ": no point is inside the box; " + extent_ +
-         ": choose --crop or --bounding-box to hold some of them";
+         ": choose --crop, --bounding-box or --origin to hold some of them";
 }
 
 } // namespace tools

@@ -14,6 +14,7 @@
 #include "output_path.h"
 #include "piped_frames.h"
 #include "simulator/robot_cell.h"
+#include "standard_input.h"
 #include "throw_unless_ok.h"
 #include "viewer_page.h"
 
@@ -65,7 +66,7 @@ filesOf(const std::string& path)
                              "' is no recording of rosbag2: name one, or an .mcap or "
                              ".pcxi file");
   recording::RecordingReader reader;
-  if (const auto status = reader.open(path); !status.ok())
+  if (const auto status = reader.open(pathOfInput(path)); !status.ok())
     throw std::runtime_error(status.message());
   return reader.files();
 }
