@@ -147,60 +147,50 @@ startCoder(const std::string& name,
   });
 }
 
-/** \brief Rows in which this library's class is behind PCL's. */
-struct Shortcomings {
-  std::size_t rows = 0;
-  std::size_t more_bytes = 0;
-  std::size_t larger_error = 0;
-  std::size_t slower_encoding = 0;
-  std::size_t slower_decoding = 0;
-};
+/** \brief What the class takes with one profile on one stream, against PCL's. */
+struct Measurement {
+  std::string stream; ///< name, number of frames
+  std::string point_type;
+  bool has_colours = false;
+  int profile = 0;
+  std::array<StreamFigures, 2> figures; ///< PCL's, this library's
 
-void
-addRow(Profile profile,
-       const StreamFigures& pcl,
-       const StreamFigures& library,
-       MarkdownTable& table,
-       Shortcomings& shortcomings)
-{
-  // Half the diagonal of a voxel is the largest error; how near to it the points of a
-  // cloud are is chance.
-  constexpr double as_large = 1.01;
-  const double encoding = pcl.encode_ms.sum() / library.encode_ms.sum();
-  const double decoding = pcl.decode_ms.sum() / library.decode_ms.sum();
-  table.addRow({profile_names[static_cast<std::size_t>(profile)],
-                formatted(pcl.bytes.mean(), 0),
-                formatted(library.bytes.mean(), 0),
-                formatted(library.bytes.sum() / pcl.bytes.sum(), 2),
-                formatted(1000.0 * pcl.largest_error, 2),
-                formatted(1000.0 * library.largest_error, 2),
-                formatted(encoding, 2) + "x",
-                formatted(decoding, 2) + "x"});
-  ++shortcomings.rows;
-  shortcomings.more_bytes += library.bytes.sum() > pcl.bytes.sum() ? 1 : 0;
-  shortcomings.larger_error +=
-      library.largest_error > as_large * pcl.largest_error ? 1 : 0;
-  shortcomings.slower_encoding += encoding < 1.0 ? 1 : 0;
-  shortcomings.slower_decoding += decoding < 1.0 ? 1 : 0;
-}
+  double
+  morePercentOfBytes() const
+  {
+    return 100.0 * (figures[1].bytes.sum() / figures[0].bytes.sum() - 1.0);
+  }
+
+  double
+  encodesFaster() const
+  {
+    return figures[0].encode_ms.sum() / figures[1].encode_ms.sum();
+  }
+
+  double
+  decodesFaster() const
+  {
+    return figures[0].decode_ms.sum() / figures[1].decode_ms.sum();
+  }
+
+  bool
+  hasLargerError() const
+  {
+    // Half the diagonal of a voxel is the largest error; how near to it the points of a
+    // cloud are is chance.
+    constexpr double as_large = 1.01;
+    return figures[1].largest_error > as_large * figures[0].largest_error;
+  }
+};
 
 /** \brief All profiles on one stream. */
 template <typename PointT>
 void
-printStream(const std::string& title,
-            const Frames<PointT>& frames,
-            const ComparisonOptions& options,
-            Shortcomings& shortcomings,
-            std::ostream& output)
+measureStream(const Measurement& stream,
+              const Frames<PointT>& frames,
+              const ComparisonOptions& options,
+              std::vector<Measurement>& measurements)
 {
-  MarkdownTable table({"profile",
-                       "bytes, PCL",
-                       "pcl_ext",
-                       "ratio",
-                       "largest error mm, PCL",
-                       "pcl_ext",
-                       "encodes faster",
-                       "decodes faster"});
   for (int index = 0; index < pcl::io::COMPRESSION_PROFILE_COUNT; ++index) {
     const auto profile = static_cast<Profile>(index);
     std::vector<ProcessOf<FrameFigures>> processes;
@@ -208,50 +198,130 @@ printStream(const std::string& title,
         "PCL", frames, profile, options.error_every));
     processes.push_back(startCoder<PointT, LibraryCompression>(
         "pcl_ext", frames, profile, options.error_every));
-    std::array<StreamFigures, 2> figures;
-    takeTurns(title,
+    measurements.push_back(stream);
+    measurements.back().profile = index;
+    takeTurns(stream.stream,
               frames.size(),
               options.repetitions,
               processes,
               [&](std::size_t which, std::size_t frame, const FrameFigures& measured) {
-                StreamFigures& stream = figures[which];
-                stream.bytes.keepLeast(frame, static_cast<double>(measured.bytes));
-                stream.encode_ms.keepLeast(frame, measured.encode_ms);
-                stream.decode_ms.keepLeast(frame, measured.decode_ms);
-                stream.largest_error =
-                    std::max(stream.largest_error, measured.largest_error);
+                StreamFigures& coder = measurements.back().figures[which];
+                coder.bytes.keepLeast(frame, static_cast<double>(measured.bytes));
+                coder.encode_ms.keepLeast(frame, measured.encode_ms);
+                coder.decode_ms.keepLeast(frame, measured.decode_ms);
+                coder.largest_error =
+                    std::max(coder.largest_error, measured.largest_error);
               });
-    addRow(profile, figures[0], figures[1], table, shortcomings);
   }
-  output << "### PCL's profiles, " << title << "\n\n";
-  table.print(output);
-  output.flush();
 }
 
 /** \brief All profiles on one stream, for each point type that it has. */
 void
-printStream(const InputStream& stream,
-            bool is_painted,
-            const ComparisonOptions& options,
-            Shortcomings& shortcomings,
-            std::ostream& output)
+measureStream(const InputStream& stream,
+              bool is_painted,
+              const ComparisonOptions& options,
+              std::vector<Measurement>& measurements)
 {
   Frames<pcl::PointXYZ> positions;
   for (const InputFrame& frame : readFrames(stream, Workload(), Keep::Preprocessed))
     positions.push_back(frame.positions);
-  const std::string title =
-      stream.clouds->name() + ", " + std::to_string(positions.size()) + " frames, ";
-  printStream<pcl::PointXYZ>(
-      title + "PointXYZ", positions, options, shortcomings, output);
+  Measurement measurement;
+  measurement.stream = stream.clouds->name() + ", " + std::to_string(positions.size());
+  measurement.point_type = "PointXYZ";
+  measureStream<pcl::PointXYZ>(measurement, positions, options, measurements);
   Frames<pcl::PointXYZRGB> coloured;
   if (is_painted)
     for (std::size_t i = 0; i < positions.size(); ++i)
       coloured.push_back(paint(*positions[i], static_cast<std::uint32_t>(i)));
   else
     coloured = readColouredFrames(stream);
-  if (!coloured.empty())
-    printStream<pcl::PointXYZRGB>(
-        title + "PointXYZRGB", coloured, options, shortcomings, output);
+  if (coloured.empty())
+    return;
+  measurement.point_type = "PointXYZRGB";
+  measurement.has_colours = true;
+  measureStream<pcl::PointXYZRGB>(measurement, coloured, options, measurements);
+}
+
+bool
+codesColour(int profile)
+{
+  return pcl::io::compressionProfiles_[profile].doColorEncoding;
+}
+
+/** \brief A row for each stream, a column for each profile that codes the colours of a
+ * point type with colours, or codes none of one without. */
+void
+printRatios(const std::vector<Measurement>& measurements,
+            bool has_colours,
+            std::ostream& output)
+{
+  MarkdownTable::Row header = {"stream, frames"};
+  std::vector<MarkdownTable::Row> rows;
+  for (const Measurement& measurement : measurements) {
+    if (measurement.has_colours != has_colours ||
+        codesColour(measurement.profile) != has_colours)
+      continue;
+    if (rows.empty() || rows.back().front() != measurement.stream)
+      rows.push_back({measurement.stream});
+    if (rows.size() == 1) {
+      const std::string name =
+          profile_names[static_cast<std::size_t>(measurement.profile)];
+      header.push_back(name.substr(0, name.find(',')));
+    }
+    rows.back().push_back(signedPercent(measurement.morePercentOfBytes()) + ", " +
+                          factor(measurement.encodesFaster()) + ", " +
+                          factor(measurement.decodesFaster()));
+  }
+  MarkdownTable table(header);
+  for (MarkdownTable::Row& row : rows)
+    table.addRow(std::move(row));
+  output << "### PCL's profiles "
+         << (has_colours ? "with colour, PointXYZRGB\n\n"
+                         : "without colour, PointXYZ\n\n");
+  table.print(output);
+}
+
+/** \brief The measurements in which this library's class is behind PCL's. */
+void
+printShortcomings(const std::vector<Measurement>& measurements, std::ostream& output)
+{
+  MarkdownTable table({"stream, frames", "points", "profile", "behind PCL's class in"});
+  std::size_t more_bytes = 0;
+  std::size_t larger_error = 0;
+  std::size_t slower_encoding = 0;
+  std::size_t slower_decoding = 0;
+  for (const Measurement& measurement : measurements) {
+    std::vector<std::string> behind;
+    if (measurement.morePercentOfBytes() > 0.0) {
+      ++more_bytes;
+      behind.push_back("bytes: " + signedPercent(measurement.morePercentOfBytes()));
+    }
+    if (measurement.hasLargerError()) {
+      ++larger_error;
+      behind.push_back(
+          "largest error: " + formatted(1e3 * measurement.figures[1].largest_error, 2) +
+          " mm, PCL " + formatted(1e3 * measurement.figures[0].largest_error, 2));
+    }
+    if (measurement.encodesFaster() < 1.0) {
+      ++slower_encoding;
+      behind.push_back("encoding: " + factor(measurement.encodesFaster()));
+    }
+    if (measurement.decodesFaster() < 1.0) {
+      ++slower_decoding;
+      behind.push_back("decoding: " + factor(measurement.decodesFaster()));
+    }
+    for (const std::string& what : behind)
+      table.addRow({measurement.stream,
+                    measurement.point_type,
+                    profile_names[static_cast<std::size_t>(measurement.profile)],
+                    what});
+  }
+  output << "Of " << measurements.size() << " measurements, all 12 profiles with each "
+         << "point type, " << more_bytes << " have more bytes and " << larger_error
+         << " a larger error than PCL's class; " << slower_encoding
+         << " encode slower and " << slower_decoding << " decode slower.\n\n";
+  if (more_bytes + larger_error + slower_encoding + slower_decoding != 0)
+    table.print(output);
 }
 
 } // namespace
@@ -259,19 +329,16 @@ printStream(const InputStream& stream,
 void
 printProfiles(const ComparisonOptions& options, std::ostream& output)
 {
-  Shortcomings shortcomings;
-  printStream(openCellStream(options.sensor, options.frames),
-              /* is_painted */ true,
-              options,
-              shortcomings,
-              output);
+  std::vector<Measurement> measurements;
+  measureStream(openCellStream(options.sensor, options.frames),
+                /* is_painted */ true,
+                options,
+                measurements);
   for (const InputStream& stream : openRecordedStreams(options.recordings))
-    printStream(stream, /* is_painted */ false, options, shortcomings, output);
-  output << "Of " << shortcomings.rows << " rows " << shortcomings.more_bytes
-         << " have more bytes and " << shortcomings.larger_error
-         << " a larger error than PCL's class; " << shortcomings.slower_encoding
-         << " encode slower and " << shortcomings.slower_decoding
-         << " decode slower.\n\n";
+    measureStream(stream, /* is_painted */ false, options, measurements);
+  printRatios(measurements, /* has_colours */ false, output);
+  printRatios(measurements, /* has_colours */ true, output);
+  printShortcomings(measurements, output);
 }
 
 } // namespace measuring

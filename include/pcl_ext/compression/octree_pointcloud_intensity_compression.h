@@ -115,9 +115,9 @@ public:
    *
    * Where PCL keeps every point, voxels have the edge to which PCL keeps the points, below
    * a millimetre 1.25 times that, and as many points as were in them. A profile also sets
-   * the effort: the smallest streams of those that take no longer than PCL's class on the
-   * clouds of doc/benchmarks.md. The arguments after show_statistics are used by
-   * MANUAL_CONFIGURATION only.
+   * the effort: streams take fewer bytes than PCL's and no more time on the clouds of
+   * doc/benchmarks.md, which also tells where a single frame can take more. The arguments
+   * after show_statistics are used by MANUAL_CONFIGURATION only.
    * Where octree_resolution is finer than point_resolution it is the voxel edge, and where
    * both are the same there is one point for each voxel, as in PCL. Clouds wider than 2^21
    * voxels get coarser ones (coarsen_wide_clouds), clouds whose coordinates are multiples of
