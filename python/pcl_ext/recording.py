@@ -72,7 +72,7 @@ class Recording:
         A .pcxi or MCAP file, a rosbag2 folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points : int, optional
         Limits of decoding, see `Decoder`. By default they follow the size of the
-        recording: 16 voxels for each byte, at least 2**20 and at most 2**24.
+        recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
     """
 
     def __init__(
@@ -297,7 +297,7 @@ def open(
         A file, a folder, or "-" for the standard input.
     max_voxels, max_frame_bytes, max_points : int, optional
         Limits of decoding, see `Decoder`. By default they follow the size of the
-        recording: 16 voxels for each byte, at least 2**20 and at most 2**24.
+        recording: 8 voxels for each byte, at least 2**20 and at most 2**22.
 
     Returns
     -------

@@ -1,21 +1,10 @@
 #include "recording/frame_source.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace pcl_ext {
 namespace recording {
-
-io::DecoderLimits
-limitsOfReading()
-{
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = max_recorded_frame_bytes;
-  limits.max_voxels = std::numeric_limits<std::uint32_t>::max();
-  limits.max_points = std::numeric_limits<std::uint32_t>::max();
-  return limits;
-}
 
 /** \brief Numbers a frame as the next one of its stream. */
 void

@@ -3,6 +3,7 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "recording/files.h"
+#include "recording/recording_limits.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -10,13 +11,6 @@
 
 namespace pcl_ext {
 namespace recording {
-
-/** \brief Largest frame that a reader takes, bytes. A decoder has limits of its own. */
-constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
-
-/** \brief Limits for looking at frames without decoding them. */
-io::DecoderLimits
-limitsOfReading();
 
 /** \brief Where a frame of a recording is. */
 struct FramePlace {

@@ -143,7 +143,6 @@ McapFrames::read(const FramePlace& place, RecordedFrame& frame)
   frame.time = message_.log_time;
   frame.stamp = cloud_.stamp;
   frame.frame_id = cloud_.frame_id;
-  frame.message_points = std::uint64_t{cloud_.width} * cloud_.height;
   frame.bytes.swap(cloud_.bytes);
   return {};
 }

@@ -15,22 +15,6 @@
 namespace pcl_ext {
 namespace recording {
 
-io::DecoderLimits
-decoderLimitsOf(std::uint64_t bytes)
-{
-  constexpr std::uint64_t voxels_of_byte = 16;
-  constexpr std::size_t most_voxels = std::size_t{1} << 24;
-  constexpr std::size_t points_of_voxel = 16;
-  io::DecoderLimits limits;
-  limits.max_frame_bytes = max_recorded_frame_bytes;
-  limits.max_voxels = bytes > most_voxels / voxels_of_byte
-                          ? most_voxels
-                          : std::max(limits.max_voxels,
-                                     static_cast<std::size_t>(voxels_of_byte * bytes));
-  limits.max_points = points_of_voxel * limits.max_voxels;
-  return limits;
-}
-
 class RecordingReader::Implementation {
 public:
   RecordingStatus

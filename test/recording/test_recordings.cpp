@@ -176,11 +176,12 @@ TEST(Recordings, LimitsOfDecodingFollowTheSize)
 {
   const io::DecoderLimits least;
   EXPECT_EQ(decoderLimitsOf(0).max_voxels, least.max_voxels);
-  EXPECT_EQ(decoderLimitsOf(1u << 16).max_voxels, least.max_voxels);
-  EXPECT_EQ(decoderLimitsOf(1u << 16).max_points, least.max_points);
-  EXPECT_EQ(decoderLimitsOf((1u << 16) + 1).max_voxels, least.max_voxels + 16);
-  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_voxels, 1u << 24);
-  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_points, 1u << 28);
+  EXPECT_EQ(decoderLimitsOf(1u << 17).max_voxels, least.max_voxels);
+  EXPECT_EQ(decoderLimitsOf(1u << 17).max_points, least.max_points);
+  EXPECT_EQ(decoderLimitsOf((1u << 17) + 1).max_voxels, least.max_voxels + 8);
+  // With 600 bytes a voxel, 2.5 GB for a recording of any size.
+  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_voxels, 1u << 22);
+  EXPECT_EQ(decoderLimitsOf(~std::uint64_t{0}).max_points, 1u << 26);
 }
 
 TEST(Recordings, FramesOfAStreamStayInOrderIfTheClockIsSetBack)

@@ -21,7 +21,7 @@ addLimits(CLI::App& app, std::optional<io::DecoderLimits>& limits)
                      voxels,
                      std::max(least.max_points, of_voxel * voxels)};
          },
-         "refuse frames with more (2^20, or 16 for each byte of the recording)")
+         "refuse frames with more (8 for each byte of the recording, 2^20 to 2^22)")
       ->check(CLI::Range(std::size_t{1}, most).description(""))
       ->type_name("N");
 }

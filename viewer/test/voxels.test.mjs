@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
-import { cellRecording, decodedByProgram } from "./support/fixtures.mjs";
+import { cellRecording, cubeRecording, decodedByProgram } from "./support/fixtures.mjs";
 
 before(startBrowser);
 after(stopBrowser);
@@ -17,6 +17,15 @@ async function openCell() {
   await untilIndexed(page);
   return page;
 }
+
+test("a frame of more voxels than a decoder takes by default is drawn", async () => {
+  const { path, points } = cubeRecording(129);
+  assert.ok(points > 2 ** 20);
+  const page = await openViewer();
+  await openFiles(page, path);
+  assert.equal((await page.ask(() => window.pclExtViewer.counts())).drawn, points);
+  await page.finish();
+});
 
 test("a threshold draws as many voxels of each frame as the program keeps", async () => {
   const page = await openCell();

@@ -37,17 +37,15 @@ struct RecordedFrame {
   Time stamp{0};            ///< of the cloud; 0: unknown
   std::string frame_id;     ///< coordinate frame of the voxels; empty if unknown
   std::uint64_t offset = 0; ///< byte of the file at which the frame or its chunk begins
-  /** \brief MCAP: width x height of the message, which are those of the cloud that was
-   * encoded, or of the decoded one. */
-  std::uint64_t message_points = 0;
   std::vector<std::uint8_t> bytes;
   io::FrameDescription description;
 };
 
-/** \brief Limits of decoding a recording, which follow its size: 16 voxels for each byte, at
- * least the default of DecoderLimits and at most 2^24; 16 points for each of these voxels;
- * frames of 256 MiB. So memory is at most 9600 times the size of the file, or what the default
- * allows. Recorded sensors take more than a sixteenth of a byte for each voxel.
+/** \brief Limits of decoding a recording, which follow its size: 8 voxels for each byte, at
+ * least the default of DecoderLimits and at most 2^22; 16 points for each of these voxels;
+ * frames of 256 MiB. So a frame takes at most 2.5 GB, or 4800 bytes for each byte of
+ * the recording where that is more than the default allows. Recorded sensors take more than an
+ * eighth of a byte for each voxel.
  * \param[in] bytes of the recording
  */
 PCL_EXT_EXPORT io::DecoderLimits

@@ -9,6 +9,7 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/recording/recording_reader.h>
 
 #include "viewer/codec/src/result_layouts.h"
 #include "viewer/codec/src/seekable_bytes.h"
@@ -39,6 +40,7 @@ struct Results {
   DecodedFrame decoded;
   DescribedFrame described;
   MeasuredFrame measured;
+  Limits limits;
   Judgement judgement;
   Outcome outcome;
 };
@@ -201,6 +203,21 @@ void
 release(const std::uint8_t* bytes)
 {
   delete[] bytes;
+}
+
+/** \brief Limits of decoding a recording.
+ * \param[in] bytes of it, 0 to 2^53
+ */
+EXPORTED(recording_limits)
+const Limits*
+recordingLimits(double bytes)
+{
+  const io::DecoderLimits limits =
+      recording::decoderLimitsOf(static_cast<std::uint64_t>(bytes));
+  results().limits = {static_cast<std::uint32_t>(limits.max_frame_bytes),
+                      static_cast<std::uint32_t>(limits.max_voxels),
+                      static_cast<std::uint32_t>(limits.max_points)};
+  return &results().limits;
 }
 
 EXPORTED(create_decoder)

@@ -159,6 +159,16 @@ test("limits are those of the decoder", async () => {
   assert.equal(exact.decode(frame).status.code, "Ok");
 });
 
+test("limits of a recording follow its size, as in the library", async () => {
+  const codec = await loadCodec();
+  const maxFrameBytes = 2 ** 28;
+  assert.deepEqual(codec.recordingLimits(0), { maxFrameBytes, maxVoxels: 2 ** 20, maxPoints: 2 ** 24 });
+  assert.deepEqual(codec.recordingLimits(2 ** 18), { maxFrameBytes, maxVoxels: 2 ** 21, maxPoints: 2 ** 25 });
+  for (const bytes of [2 ** 40, Infinity])
+    assert.deepEqual(codec.recordingLimits(bytes), { maxFrameBytes, maxVoxels: 2 ** 22, maxPoints: 2 ** 26 });
+  for (const bytes of [-1, NaN]) assert.throws(() => codec.recordingLimits(bytes), { code: "InvalidInput" });
+});
+
 test("what was freed, or is of another codec, is refused", async () => {
   const codec = await loadCodec();
   const [frame] = await framesOfStream(codec, "balanced_colours");

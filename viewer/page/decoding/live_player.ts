@@ -1,4 +1,4 @@
-import type { Codec } from "@pcl_ext/codec";
+import type { Codec, DecoderLimits } from "@pcl_ext/codec";
 
 import { FrameBatches } from "./frame_batches";
 import type { DecodingSettings, FromWorker } from "./messages";
@@ -24,6 +24,7 @@ export class LivePlayer {
   private readonly names: string[] = [];
   private readonly lastTimes = new Map<number, bigint>(); // by the stream's place in the page
   private batches: FrameBatches;
+  private readonly limits: DecoderLimits;
 
   constructor(
     private readonly codec: Codec,
@@ -32,6 +33,7 @@ export class LivePlayer {
     private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
   ) {
     this.batches = new FrameBatches(post);
+    this.limits = codec.recordingLimits(Infinity);
   }
 
   close(): void {
@@ -50,7 +52,7 @@ export class LivePlayer {
       let index = this.names.indexOf(name);
       if (index < 0) index = this.names.push(name) - 1;
       const unit = densityUnitOf(metadata.intensity_law);
-      this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit), frames: 0 });
+      this.streams.set(id, { index, decoder: new StreamDecoder(this.codec, unit, this.limits), frames: 0 });
     }
     this.post({
       type: "streams",
@@ -89,7 +91,7 @@ export class LivePlayer {
     const time = this.sortedTime(stream.index, header.getBigInt64(8, true));
     const bytes = new Uint8Array(message, liveHeaderBytes);
     const number = stream.frames++;
-    const { status, description } = this.codec.describeFrame(bytes.subarray(0, 2048));
+    const { status, description } = this.codec.describeFrame(bytes.subarray(0, 2048), this.limits);
     const isIFrame = status.ok && description !== null && description.kind === "I";
     this.batches.add(stream.index, {
       stream: stream.index,

@@ -1,4 +1,4 @@
-import type { Codec, Decoder, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
+import type { Codec, Decoder, DecoderLimits, DensityUnit, OutlierFilter, Status, Voxels } from "@pcl_ext/codec";
 
 import type { DecodingSettings, PackedVoxels, ShownFrame } from "./messages";
 import { arraysOf, bytesPerVoxel } from "./packed_voxels";
@@ -34,8 +34,9 @@ export class StreamDecoder {
   constructor(
     private readonly codec: Codec,
     private readonly unit: DensityUnit,
+    private readonly limits: DecoderLimits,
   ) {
-    this.decoder = codec.createDecoder();
+    this.decoder = codec.createDecoder(limits);
   }
 
   free(): void {
@@ -46,7 +47,7 @@ export class StreamDecoder {
   /** Forgets all frames, as before a frame that does not follow the last one. */
   restart(): void {
     this.decoder.free();
-    this.decoder = this.codec.createDecoder();
+    this.decoder = this.codec.createDecoder(this.limits);
     this.filter?.reset();
     this.trail.reset();
   }
@@ -103,7 +104,7 @@ export class StreamDecoder {
   private decodeBytes(bytes: Uint8Array): { status: Status; voxels: Voxels | null } {
     const result = this.decoder.decode(bytes);
     if (result.status.code !== "OldFrame") return result;
-    const { description } = this.codec.describeFrame(bytes);
+    const { description } = this.codec.describeFrame(bytes, this.limits);
     if (description?.kind !== "I") return result;
     this.restart();
     return this.decoder.decode(bytes);

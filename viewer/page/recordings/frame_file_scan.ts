@@ -2,10 +2,10 @@ import type { Codec, FrameDescription } from "@pcl_ext/codec";
 
 import { BlockReader } from "./byte_source";
 import type { ByteSource } from "./byte_source";
+import { limitsOfIndexing } from "./frame_places";
 import type { RecordingListener } from "./frame_places";
 
 const headerBytes = 2048;
-const maxFrameBytes = 1 << 26;
 const magics = ["PCXI", "<HEAD>"].map((word) => new TextEncoder().encode(word));
 const longestMagic = 6;
 
@@ -38,7 +38,7 @@ export class FrameFileScan {
   /** Nanoseconds of the first frame; null: it has no time, or the file does not begin with a frame. */
   async firstTime(): Promise<bigint | null> {
     const head = await this.blocks.bytesAt(0, Math.min(headerBytes, this.source.size));
-    const { status, description } = this.codec.describeFrame(head);
+    const { status, description } = this.codec.describeFrame(head, limitsOfIndexing);
     return status.ok && description?.stamp != null ? description.stamp * 1000n : null;
   }
 
@@ -57,7 +57,7 @@ export class FrameFileScan {
         at = await this.findMagic(at + 1);
         this.isCutOff = at >= size && frame.problem === null;
       }
-      if (this.frames === 0 && at >= maxFrameBytes) break;
+      if (this.frames === 0 && at >= limitsOfIndexing.maxFrameBytes) break;
       progress(at);
     }
     if (this.frames === 0) throw new Error(this.skipReason);
@@ -80,12 +80,12 @@ export class FrameFileScan {
     const rest = this.source.size - at;
     for (let atHand = Math.min(headerBytes, rest); ; atHand = Math.min(rest, atHand * 4)) {
       try {
-        const bytes = this.codec.frameSize(await this.blocks.bytesAt(at, atHand));
+        const bytes = this.codec.frameSize(await this.blocks.bytesAt(at, atHand), limitsOfIndexing);
         if (bytes !== null) return { bytes, problem: null };
       } catch (error) {
         return { bytes: null, problem: (error as Error).message };
       }
-      if (atHand >= rest || atHand >= maxFrameBytes) return { bytes: null, problem: null };
+      if (atHand >= rest || atHand >= limitsOfIndexing.maxFrameBytes) return { bytes: null, problem: null };
     }
   }
 
@@ -110,7 +110,7 @@ export class FrameFileScan {
 
   private async addFrame(at: number, bytes: number): Promise<void> {
     const head = await this.blocks.bytesAt(at, Math.min(bytes, headerBytes));
-    const { status, description } = this.codec.describeFrame(head);
+    const { status, description } = this.codec.describeFrame(head, limitsOfIndexing);
     if (this.frames++ === 0)
       this.stream = this.listener.addStream({ name: this.source.name.replace(/\.[^.]*$/, ""), metadata: {} });
     this.listener.addFrame({

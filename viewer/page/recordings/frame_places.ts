@@ -1,3 +1,6 @@
+/** Limits for looking at frames without decoding them: those of decoding are Codec.recordingLimits. */
+export const limitsOfIndexing = { maxFrameBytes: 2 ** 28, maxVoxels: 2 ** 32 - 1, maxPoints: 2 ** 32 - 1 };
+
 /** Where a frame's message or bytes lie. */
 export interface FramePlace {
   /** Of the recording's files. */

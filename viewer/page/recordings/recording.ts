@@ -69,13 +69,12 @@ export class Recording implements RecordingListener {
     this.isMcap = heads.some(records.isMcap);
     if (!this.isMcap) return this.indexFrameFiles();
     const streams = new McapStreams(this.codec, this, this.transforms);
-    const total = this.files.reduce((sum, file) => sum + file.size, 0);
     let before = 0;
     let isWhole = true;
     for (let i = 0; i < this.files.length; ++i) {
       const scan = new McapScan(this.files[i], i, streams, this);
       const done = before;
-      isWhole = (await scan.run((at) => this.progress((done + at) / total))) && isWhole;
+      isWhole = (await scan.run((at) => this.progress((done + at) / this.bytes))) && isWhole;
       before += this.files[i].size;
     }
     const others = streams.otherClouds();
@@ -93,14 +92,13 @@ export class Recording implements RecordingListener {
     const scans = this.files.map((file, i) => new FrameFileScan(file, i, this.codec, this));
     for (const time of await Promise.all(scans.map((scan) => scan.firstTime())))
       if (time !== null && (this.startTime === null || time < this.startTime)) this.startTime = time;
-    const total = this.files.reduce((sum, file) => sum + file.size, 0);
     const problems: string[] = [];
     let before = 0;
     let isWhole = true;
     for (const [i, scan] of scans.entries()) {
       const { name, size } = this.files[i];
       try {
-        isWhole = (await scan.run((at) => this.progress((before + at) / total))) && isWhole;
+        isWhole = (await scan.run((at) => this.progress((before + at) / this.bytes))) && isWhole;
       } catch (error) {
         if (error instanceof SourceError) throw error;
         problems.push(size === 0 ? `“${name}” is empty.` : `“${name}” is not a recording: ${(error as Error).message}.`);
@@ -111,6 +109,11 @@ export class Recording implements RecordingListener {
       throw new SourceError(`${problems.join(" ")} The page shows .mcap and .pcxi files, as “pcl_ext encode” makes them.`);
     for (const problem of problems) this.addRemark(problem);
     return isWhole;
+  }
+
+  /** Of all files. */
+  get bytes(): number {
+    return this.files.reduce((sum, { size }) => sum + size, 0);
   }
 
   /** False if no stream has times. */

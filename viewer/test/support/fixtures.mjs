@@ -1,6 +1,6 @@
 // Recordings that the program pcl_ext makes, and what it decodes of them.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -37,6 +37,25 @@ export function frameFile(frames = 20) {
   const path = join(folder, `cell_${frames}.pcxi`);
   if (!existsSync(path)) pclExt("cut", cellRecording(frames), "-o", path, "--streams", "/cell_sensor_1", "-q");
   return path;
+}
+
+/** A recording of one frame, a cube of voxels of 4 cm, about half of which have a point.
+ * @returns its path and the number of points
+ */
+export function cubeRecording(width) {
+  const points = [];
+  for (let i = 0, random = 1; i < width ** 3; ++i) {
+    random = (Math.imul(random, 1664525) + 1013904223) >>> 0;
+    if (random >>> 31) points.push([i % width, Math.floor(i / width) % width, Math.floor(i / width ** 2)]);
+  }
+  const header = ["VERSION .7", "FIELDS x y z", "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", `WIDTH ${points.length}`,
+    "HEIGHT 1", `POINTS ${points.length}`, "DATA binary", ""].join("\n");
+  const coordinates = Float32Array.from(points.flat(), (index) => 0.04 * (index + 0.5));
+  const cloud = join(folder, `cube_${width}.pcd`);
+  writeFileSync(cloud, Buffer.concat([Buffer.from(header), Buffer.from(coordinates.buffer)]));
+  const path = join(folder, `cube_${width}.pcxi`);
+  pclExt("encode", cloud, "-o", path, "-r", 0.04, "-e", "fast", "-q");
+  return { path, points: points.length };
 }
 
 /** Points of an ASCII PCD file. */
