@@ -63,14 +63,17 @@ cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=OFF -DPCL_EXT_UNITY_BUILD=ON \
   ${PCL_EXT_CMAKE_ARGUMENTS:-} > /dev/null
 cmake --build "$build" --target pcl_ext_program -j "${PCL_EXT_JOBS:-2}"
-if [ "$1" = view ]; then
-  page=$root/viewer/dist/viewer.html
-  sources="$root/viewer/page $root/viewer/codec/src $root/src"
-  # shellcheck disable=SC2086
-  if ! [ -e "$page" ] || [ -n "$(find $sources -type f -newer "$page" -print -quit)" ]; then
-    echo "Building the viewer's page"
-    bash "$root/viewer/build.sh"
-  fi
-fi
+case "$1 $*" in
+  "view "*" --page"*) ;; # the user has one
+  "view "*)
+    page=$root/viewer/dist/viewer.html
+    if ! [ -e "$page" ] ||
+      [ -n "$(find "$root/viewer/page" "$root/viewer/codec/src" "$root/src" "$root/include" \
+        -type f -newer "$page" -print -quit)" ]; then
+      echo "Building the viewer's page"
+      bash "$root/viewer/build.sh"
+    fi
+    ;;
+esac
 export PCL_EXT_COMMAND="bash $0" # what the demonstration tells to call
 exec "$program" "$@" >&3 3>&-

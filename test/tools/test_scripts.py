@@ -31,14 +31,14 @@ touch "$HERE/viewer/dist/viewer.html" """
 
 class Scripts(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="of a user "))
         self.addCleanup(shutil.rmtree, self.folder)
         self.log = self.folder / "log"
         for name in ("tools/run.sh", "tools/view.sh", "tools/install_packages.sh",
                      "tools/packages.txt", "doc/build.sh"):
             (self.folder / name).parent.mkdir(exist_ok=True)
             shutil.copy(ROOT / name, self.folder / name)
-        for name in ("viewer/page", "viewer/codec/src", "src"):
+        for name in ("viewer/page", "viewer/codec/src", "src", "include"):
             (self.folder / name).mkdir(parents=True)
         (self.folder / "doc/Doxyfile").touch()
         (self.folder / "x.pcxi").touch()
@@ -82,10 +82,14 @@ class Scripts(unittest.TestCase):
         for _ in range(2):
             self.run_script("tools/run.sh", "view", "x.pcxi")
             self.assertEqual(len(self.calls("a page")), 1)
-        os.utime(self.folder / "viewer/dist/viewer.html", (1, 1))
-        (self.folder / "src/decoder.cpp").touch()
-        self.run_script("tools/run.sh", "view", "x.pcxi")
-        self.assertEqual(len(self.calls("a page")), 2)
+        for built, source in enumerate(("src/decoder.cpp", "include/decoder.h"), 1):
+            os.utime(self.folder / "viewer/dist/viewer.html", (1, 1))
+            (self.folder / source).touch()
+            self.run_script("tools/run.sh", "view", "x.pcxi", "--page=mine.html")
+            self.assertEqual(len(self.calls("a page")), built, "the user has a page")
+            self.run_script("tools/run.sh", "view", "x.pcxi")
+            self.assertEqual(len(self.calls("a page")), built + 1)
+            (self.folder / source).unlink()
 
     def test_the_installation_waits_for_the_locks_of_apt(self):
         result = self.run_script("tools/install_packages.sh", "documentation", LOCKED="2")
