@@ -1,6 +1,7 @@
 // Bags of clouds and transforms, as robots record them.
 import { writeFileSync } from "node:fs";
-import { McapWriter } from "@mcap/core";
+
+import { beginMcap } from "./mcap_file.mjs";
 
 /** Writes values as messages of ROS 2 have them, in CDR, or as those of ROS 1. */
 class MessageWriter {
@@ -76,18 +77,7 @@ function transformMessage({ time, transforms }, isRos1) {
  * @param isRos1 the transforms are messages of ROS 1, as encode keeps those of its bags
  */
 export async function writeBag(path, clouds, transforms, isRos1 = false) {
-  const parts = [];
-  let size = 0n;
-  const writer = new McapWriter({
-    writable: {
-      write: async (bytes) => {
-        parts.push(Buffer.from(bytes));
-        size += BigInt(bytes.length);
-      },
-      position: () => size,
-    },
-  });
-  await writer.start({ profile: "ros2", library: "test" });
+  const { writer, bytes } = await beginMcap();
   const channels = new Map();
   const add = async (topic, type, isOfRos1, time, data) => {
     if (!channels.has(topic)) {
@@ -109,5 +99,5 @@ export async function writeBag(path, clouds, transforms, isRos1 = false) {
       await add(message.topic, isRos1 ? "tf2_msgs/TFMessage" : "tf2_msgs/msg/TFMessage", isRos1, message.time,
         transformMessage(message, isRos1));
   await writer.end();
-  writeFileSync(path, Buffer.concat(parts));
+  writeFileSync(path, bytes());
 }

@@ -1,7 +1,9 @@
 // Recordings as other recorders write them, and damaged ones.
 import { readFileSync } from "node:fs";
-import { McapStreamReader, McapWriter } from "@mcap/core";
+import { McapStreamReader } from "@mcap/core";
 import lz4 from "lz4js";
+
+import { beginMcap } from "./mcap_file.mjs";
 
 /** A zstd frame of blocks as they are, for decompressors only. */
 function zstdOfRawBlocks(bytes) {
@@ -26,23 +28,13 @@ const compressors = {
 
 /** The same messages, as another recorder would write them. */
 export async function rewritten(recording, { compression = "", useChunks = true, changeFormat = null } = {}) {
-  const parts = [];
-  let size = 0n;
-  const writer = new McapWriter({
-    writable: {
-      write: async (bytes) => {
-        parts.push(Buffer.from(bytes));
-        size += BigInt(bytes.length);
-      },
-      position: () => size,
-    },
+  const { writer, bytes: written } = await beginMcap({
     useChunks,
     chunkSize: 200_000,
     compressChunk: compression
       ? (bytes) => ({ compression, compressedData: compressors[compression](bytes) })
       : undefined,
   });
-  await writer.start({ profile: "ros2", library: "test" });
   const reader = new McapStreamReader();
   reader.append(readFileSync(recording));
   const schemas = new Map();
@@ -59,7 +51,7 @@ export async function rewritten(recording, { compression = "", useChunks = true,
       });
   }
   await writer.end();
-  return Buffer.concat(parts);
+  return written();
 }
 
 /** A message whose format has another name of the same length, as that of another codec. */
