@@ -80,7 +80,9 @@ public:
   std::string
   remark() const override
   {
-    return remark_.empty() ? remark_ : name() + ": " + remark_;
+    const bool has_both = !remark_.empty() && !stamps_.problem.empty();
+    const std::string remarks = remark_ + (has_both ? "; " : "") + stamps_.problem;
+    return remarks.empty() ? remarks : name() + ": " + remarks;
   }
 
   std::size_t
@@ -98,7 +100,7 @@ public:
   std::optional<std::chrono::nanoseconds>
   stampAt(std::size_t index) const override
   {
-    return stamps_.empty() ? std::nullopt : std::optional(stamps_[index]);
+    return stamps_.stamps.empty() ? std::nullopt : std::optional(stamps_.stamps[index]);
   }
 
   std::string
@@ -122,7 +124,7 @@ private:
   std::vector<std::string> files_;
   std::vector<std::string> viewpoints_; // of the files
   std::string remark_;
-  std::vector<std::chrono::nanoseconds> stamps_; // likewise; empty: unknown
+  StampsOfFiles stamps_;
 };
 
 class CellSequence : public CloudSequence {

@@ -82,17 +82,19 @@ stampOfName(const std::string& path)
   return stampOfSeconds(stem.substr(whole, before - whole), last);
 }
 
-std::vector<std::chrono::nanoseconds>
+StampsOfFiles
 stampsOfNames(const std::vector<std::string>& paths)
 {
   const auto files = withStamps(paths);
   std::vector<std::chrono::nanoseconds> stamps;
   for (std::size_t i = 0; files && i < files->size(); ++i) {
     if (i > 0 && (*files)[i].first <= stamps.back())
-      return {};
+      return {{},
+              "the times in the names are left out, as that of '" + paths[i] +
+                  "' is not later than that of '" + paths[i - 1] + "'"};
     stamps.push_back((*files)[i].first);
   }
-  return stamps;
+  return {stamps, ""};
 }
 
 void

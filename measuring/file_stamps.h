@@ -23,9 +23,15 @@ namespace measuring {
 std::optional<std::chrono::nanoseconds>
 stampOfName(const std::string& path);
 
-/** \brief The times of files in their order; empty unless all names have one and each is
+/** \brief Times of files by their names. */
+struct StampsOfFiles {
+  std::vector<std::chrono::nanoseconds> stamps; ///< of each file; empty: they have none
+  std::string problem; ///< why the times that all names have are no times of the files
+};
+
+/** \brief The times of files in their order: those in the names if all have one and each is
  * later than the one before. */
-std::vector<std::chrono::nanoseconds>
+StampsOfFiles
 stampsOfNames(const std::vector<std::string>& paths);
 
 /** \brief Sorts files by the times in their names, if all have one: 1.5 before 1.45 is wrong

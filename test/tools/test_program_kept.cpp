@@ -98,6 +98,20 @@ TEST(ProgramKept, StampsInNamesOfFiles)
             std::chrono::milliseconds(250));
 }
 
+TEST(ProgramKept, EqualTimesInNamesOfFilesAreToldOf)
+{
+  const TestFolder folder;
+  writeClouds(folder, "numbered", roomClouds(2));
+  std::filesystem::create_directories(folder / "named");
+  std::filesystem::copy(folder / "numbered/000.pcd", folder / "named/1305031102.5.pcd");
+  std::filesystem::copy(folder / "numbered/001.pcd",
+                        folder / "named/1305031102.50.pcd");
+  EXPECT_EQ(run(folder, "encode named -o x.mcap").errors,
+            "pcl_ext encode: named: the times in the names are left out, as that of "
+            "'named/1305031102.50.pcd' is not later than that of "
+            "'named/1305031102.5.pcd'\n");
+}
+
 TEST(ProgramKept, NamesThatAreStamps)
 {
   using namespace std::chrono_literals;
