@@ -242,12 +242,43 @@ setAsideUnfinished(const std::string& path, const std::string& written_file)
   return status;
 }
 
-RecordingStatus
-renameFile(const std::string& from, const std::string& to)
+namespace {
+
+/** \brief Renames a file or folder, but replaces no file.
+ * \return 0, or -1 with errno, which is EEXIST if there is one
+ */
+int
+renameToNewName(const char* from, const char* to)
 {
-  return std::rename(from.c_str(), to.c_str()) != 0
-             ? systemFailure(RecordingCode::OutputFailed, to, "write to")
-             : RecordingStatus();
+#ifdef RENAME_NOREPLACE
+  if (::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE) == 0)
+    return 0;
+  if (errno != EINVAL && errno != ENOSYS)
+    return -1;
+#endif
+  // Some file systems do not know it.
+  if (::link(from, to) == 0)
+    return ::unlink(from);
+  if (errno == EEXIST)
+    return -1;
+  // A folder, which cannot replace a file; or a file system without links.
+  if (::access(to, F_OK) == 0) {
+    errno = EEXIST;
+    return -1;
+  }
+  return std::rename(from, to);
+}
+
+} // namespace
+
+RecordingStatus
+renameFile(const std::string& from, const std::string& to, ExistingFile existing)
+{
+  const int result = existing == ExistingFile::Replace
+                         ? std::rename(from.c_str(), to.c_str())
+                         : renameToNewName(from.c_str(), to.c_str());
+  return result != 0 ? systemFailure(RecordingCode::OutputFailed, to, "write to")
+                     : RecordingStatus();
 }
 
 } // namespace recording

@@ -125,9 +125,11 @@ private:
 RecordingStatus
 setAsideUnfinished(const std::string& path, const std::string& written_file);
 
-/** \brief Gives a complete file or folder its name. A file of that name is replaced. */
+/** \brief Gives a complete file or folder its name.
+ * \param[in] existing what becomes of a file of that name
+ */
 RecordingStatus
-renameFile(const std::string& from, const std::string& to);
+renameFile(const std::string& from, const std::string& to, ExistingFile existing);
 
 } // namespace recording
 } // namespace pcl_ext

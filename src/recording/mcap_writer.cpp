@@ -62,7 +62,7 @@ public:
   flush();
 
   RecordingStatus
-  finish();
+  finish(ExistingFile existing);
 
 private:
   RecordingStatus
@@ -81,7 +81,7 @@ private:
   appendSummary(std::uint64_t summary_start);
 
   RecordingStatus
-  nameFile();
+  nameFile(ExistingFile existing);
 
   RecordingStatus
   keep(const RecordingStatus& status);
@@ -320,7 +320,7 @@ McapWriter::Implementation::appendSummary(std::uint64_t summary_start)
 }
 
 RecordingStatus
-McapWriter::Implementation::nameFile()
+McapWriter::Implementation::nameFile(ExistingFile existing)
 {
   if (paths_.final.empty())
     return {};
@@ -337,11 +337,11 @@ McapWriter::Implementation::nameFile()
     if (!status.ok())
       return status;
   }
-  return renameFile(paths_.unfinished, paths_.final);
+  return renameFile(paths_.unfinished, paths_.final, existing);
 }
 
 RecordingStatus
-McapWriter::Implementation::finish()
+McapWriter::Implementation::finish(ExistingFile existing)
 {
   if (RecordingStatus status = flush(); !status.ok())
     return status;
@@ -358,7 +358,7 @@ McapWriter::Implementation::finish()
   if (status.ok())
     status = keep(file_.close());
   if (status.ok())
-    status = keep(nameFile());
+    status = keep(nameFile(existing));
   is_finished_ |= status.ok();
   if (status.ok())
     status_ = {RecordingCode::OutputFailed, "the file is finished"};
@@ -414,9 +414,9 @@ McapWriter::flush()
 }
 
 RecordingStatus
-McapWriter::finish()
+McapWriter::finish(ExistingFile existing)
 {
-  return guarded([&] { return implementation_->finish(); });
+  return guarded([&] { return implementation_->finish(existing); });
 }
 
 } // namespace recording

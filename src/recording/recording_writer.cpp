@@ -78,7 +78,7 @@ public:
   }
 
   RecordingStatus
-  finish();
+  finish(ExistingFile existing);
 
 private:
   RecordingStatus
@@ -219,17 +219,17 @@ RecordingWriter::Implementation::append(std::size_t stream,
 }
 
 RecordingStatus
-RecordingWriter::Implementation::finish()
+RecordingWriter::Implementation::finish(ExistingFile existing)
 {
   if (!status_.ok())
     return status_;
   RecordingStatus status;
   if (!has_file_of_frames_)
-    status = mcap_.finish();
+    status = mcap_.finish(existing);
   else {
     status = file_.close();
     if (status.ok() && path_ != standard_stream)
-      status = renameFile(path_ + unfinished_suffix, path_);
+      status = renameFile(path_ + unfinished_suffix, path_, existing);
   }
   is_finished_ = true;
   status_ = status.ok() ? RecordingStatus{RecordingCode::OutputFailed,
@@ -275,9 +275,9 @@ RecordingWriter::flush()
 }
 
 RecordingStatus
-RecordingWriter::finish()
+RecordingWriter::finish(ExistingFile existing)
 {
-  return guarded([&] { return implementation_->finish(); });
+  return guarded([&] { return implementation_->finish(existing); });
 }
 
 } // namespace recording

@@ -8,11 +8,15 @@ pcl_ext_add_test(
     tools/test_program_encode.cpp
     tools/test_program_decode.cpp
     tools/test_program_far_clouds.cpp
+    tools/test_program_help.cpp
     tools/test_program_hostile_inputs.cpp
     tools/test_program_inputs.cpp
+    tools/test_program_interruption.cpp
     tools/test_program_kept.cpp
     tools/test_program_limits.cpp
+    tools/test_program_live.cpp
     tools/test_program_options.cpp
+    tools/test_program_parts.cpp
     tools/test_program_recordings.cpp
     tools/test_program_words.cpp
     ${PROJECT_SOURCE_DIR}/measuring/file_stamps.cpp

@@ -78,66 +78,6 @@ TEST(ProgramInputs, NamedPipesAreRead)
   EXPECT_EQ(decode(folder / "z.mcap")[0].name, "/pipe2");
 }
 
-TEST(ProgramInputs, ABagThatComesThroughAPipeIsEncodedAsItComes)
-{
-  const TestFolder folder;
-  writeClouds(folder, "room", roomClouds(6));
-  expectRun(folder, "encode room -o room.mcap");
-  expectRun(folder, "decode room.mcap -o clouds.mcap");
-  recording::McapReader reader;
-  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  recording::McapMessage message;
-  std::size_t channel = 0;
-  ASSERT_TRUE(
-      writer.addChannel(reader.channels()[0], recording::McapChunking::Shared, channel)
-          .ok());
-  std::vector<std::uintmax_t> sizes; // of the file behind each message
-  for (const recording::McapEntry& entry : reader.index()) {
-    ASSERT_TRUE(reader.read(entry, message).ok());
-    message.channel = channel;
-    ASSERT_TRUE(writer.write(message).ok());
-    ASSERT_TRUE(writer.flush().ok());
-    sizes.push_back(fs::file_size(folder / "bag.mcap.unfinished"));
-  }
-  ASSERT_TRUE(writer.write(recording::McapMetadata{"name", {{"a", "b"}}}).ok());
-  ASSERT_TRUE(writer.finish().ok());
-  expectRun(folder, "encode bag.mcap -o whole.pcxi");
-  for (const std::string extension : {"pcxi", "mcap"}) {
-    // The rest of the bag waits for the first frames, at most a minute.
-    const std::string first = std::to_string(sizes[1]);
-    const std::string rest = std::to_string(sizes[1] + 1);
-    const std::string output = "x." + extension;
-    const ProgramRun result = runShell(
-        folder,
-        "mkfifo pipe; \"$P\" encode pipe -o " + output + " & exec 3> pipe; head -c " +
-            first + " bag.mcap >&3; for i in $(seq 600); do \"$P\" info " + output +
-            ".unfinished --json 2> none | grep -q 'frames\": [1-9]' && touch early." +
-            extension + " && break; sleep 0.1; done; tail -c +" + rest +
-            " bag.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; exit $status");
-    EXPECT_EQ(result.status, 0) << result.errors;
-    EXPECT_TRUE(fs::exists(folder / ("early." + extension)));
-    EXPECT_EQ(decode(folder / output)[0].frames.size(), 6u);
-  }
-  EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytesOf(folder / "whole.pcxi"));
-  expectSameFrames(decode(folder / "whole.pcxi")[0], 0, decode(folder / "x.mcap")[0]);
-  ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
-  std::vector<recording::McapMetadata> metadata;
-  EXPECT_TRUE(reader.readMetadata(metadata).ok());
-  ASSERT_EQ(metadata.size(), 1u);
-  EXPECT_EQ(metadata[0].values.at("a"), "b");
-  // It may end anywhere.
-  const ProgramRun cut =
-      runShell(folder,
-               "head -c " + std::to_string(sizes[3] + 50) +
-                   " bag.mcap | \"$P\" encode - -o cut.pcxi --topics /room");
-  EXPECT_EQ(cut.status, 1);
-  EXPECT_NE(cut.errors.find("the file ends within a record"), std::string::npos)
-      << cut.errors;
-  EXPECT_EQ(decode(folder / "cut.pcxi")[0].frames.size(), 4u);
-}
-
 TEST(ProgramInputs, DevicesAreRefused)
 {
   const TestFolder folder;

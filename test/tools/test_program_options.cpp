@@ -1,5 +1,7 @@
 #include "tools/program.h"
 
+#include <pcl/io/pcd_io.h>
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -105,6 +107,31 @@ TEST(ProgramOptions, OutputsThatCannotBeWrittenAreRefused)
   EXPECT_NE(std::string(refused.begin(), refused.end())
                 .find("the standard output is a terminal"),
             std::string::npos);
+}
+
+TEST(ProgramOptions, AStreamThatTheyAreNotForIsLeftOut)
+{
+  const TestFolder folder;
+  writeClouds(folder, "a", roomClouds(2));
+  fs::create_directories(folder / "b");
+  pcl::PointCloud<pcl::PointXYZ> plain;
+  plain.push_back({0.0f, 0.0f, 1.0f});
+  pcl::io::savePCDFileBinary(folder / "b/0.pcd", plain);
+  const ProgramRun result = run(folder, "encode a b -o x.mcap --intensity-range 100");
+  ASSERT_EQ(result.status, 1) << result.errors;
+  EXPECT_NE(result.errors.find("/b: its clouds are left out: --intensity-range has no "
+                               "effect on clouds without intensities"),
+            std::string::npos)
+      << result.errors;
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.size(), 1u);
+  EXPECT_EQ(streams[0].frames.size(), 2u);
+  // Before the first frame nothing is written.
+  expectFailure(folder,
+                "encode b a -o y.mcap --intensity-range 100",
+                2,
+                "has no effect on clouds without intensities");
+  EXPECT_FALSE(fs::exists(folder / "y.mcap.unfinished"));
 }
 
 TEST(ProgramOptions, FullStandardOutputIsAFailure)

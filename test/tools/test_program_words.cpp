@@ -89,7 +89,7 @@ TEST(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
   expectText(output,
              text(static_cast<double>(points) / static_cast<double>(voxels), 1) +
                  " points a voxel)");
-  expectText(output, "3 points left out that are not finite");
+  expectText(output, "3 points left out as not finite");
   expectText(output, std::to_string(outside) + " points left out beyond box or grid");
   // Three frames at 4 Hz take 0.75 s.
   expectText(output, text(bytes, 0) + " bytes (" + text(bytes / 0.75, 0) + " bytes/s)");

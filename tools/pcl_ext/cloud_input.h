@@ -4,12 +4,14 @@
 #include <pcl_ext/recording/mcap_reader.h>
 
 #include "measuring/cloud_sequence.h"
+#include "standard_input.h"
 #include "text_values.h"
 #include "viewpoints.h"
 
 #include <pcl/PCLPointCloud2.h>
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -66,6 +68,11 @@ public:
   {
     return false;
   }
+
+  /** \brief Sets what is done before next() waits for somebody to write. */
+  virtual void
+  setBeforeWaiting(std::function<void()> /* action */)
+  {}
 
   /** \brief True if there may be messages, metadata and attachments to pass through. */
   virtual bool
@@ -149,7 +156,9 @@ openMcap(const std::string& path, const InputOptions& options);
  * \param[in] name of the pipe, for messages
  */
 std::unique_ptr<CloudInput>
-openMcapPipe(int descriptor, const std::string& name, const InputOptions& options);
+openMcapPipe(Descriptor descriptor,
+             const std::string& name,
+             const InputOptions& options);
 
 /** \brief Opens a bag of ROS 1, if the program was built with librosbag-storage. */
 std::unique_ptr<CloudInput>

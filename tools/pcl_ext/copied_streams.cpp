@@ -33,14 +33,14 @@ topicName(const std::string& prefix, const std::string& name)
   return prefix + (name.empty() || name.front() != '/' ? "/" : "") + name;
 }
 
-CopiedStreams::CopiedStreams(const std::string& path,
+CopiedStreams::CopiedStreams(const Output& output,
                              bool is_bag,
                              const recording::McapReader* bag,
                              Console& console)
-: path_(path)
+: path_(output.path)
 , console_(console)
 , failures_([&console](const std::string& line) { console.error(line); })
-, output_(path, is_bag, bag != nullptr ? bag->profile() : "ros2")
+, output_(output, is_bag, bag != nullptr ? bag->profile() : "ros2")
 {}
 
 void

@@ -25,7 +25,7 @@ public:
    * \param[in] is_bag there may be other messages
    * \param[in] bag whose profile the output gets; may be null
    */
-  CopiedStreams(const std::string& path,
+  CopiedStreams(const Output& output,
                 bool is_bag,
                 const recording::McapReader* bag,
                 Console& console);

@@ -42,7 +42,7 @@ cut(const CutOptions& options)
     throw UsageError("'" + path + "' takes one stream, and there are " +
                      std::to_string(chosen) +
                      ": choose one with --streams or name x.mcap");
-  CopiedStreams copied(path, input.bag() != nullptr, input.bag(), console);
+  CopiedStreams copied(options.output, input.bag() != nullptr, input.bag(), console);
   copied.addInput(input, "");
   console.startProgress("frames", input.size());
   RecordingInput::Item item;

@@ -62,7 +62,7 @@ public:
         chosen.push_back(input_.nameOf(stream));
     }
     if (is_bag_)
-      bag_ = std::make_unique<DecodedBag>(options.output.path, input_);
+      bag_ = std::make_unique<DecodedBag>(options.output, input_);
     else
       folder_ = std::make_unique<CloudFolder>(options.output.path,
                                               options.format,

@@ -25,10 +25,11 @@ DecodedBag::check(const recording::RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
-DecodedBag::DecodedBag(const std::string& path, RecordingInput& input) : path_(path)
+DecodedBag::DecodedBag(const Output& output, RecordingInput& input)
+: path_(output.path), existing_(output.existing())
 {
   recording::McapReader* const bag = input.bag();
-  check(writer_.open(path, bag != nullptr ? bag->profile() : "ros2"));
+  check(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
@@ -90,7 +91,7 @@ DecodedBag::finish(RecordingInput& input)
   if (keeps_earlier)
     writer_ = recording::McapWriter(); // it writes what it has
   else
-    check(writer_.finish());
+    check(writer_.finish(existing_));
   return describeInterruption(path_, keeps_earlier);
 }
 

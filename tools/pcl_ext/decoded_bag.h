@@ -3,6 +3,7 @@
 #include <pcl_ext/recording/mcap_writer.h>
 #include <pcl_ext/recording/point_cloud_messages.h>
 
+#include "output_path.h"
 #include "recording_input.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -20,7 +21,7 @@ class DecodedBag {
 public:
   /** \brief Opens the bag, with a topic for each stream that was chosen: its name without
    * /pcl_ext at its end. */
-  DecodedBag(const std::string& path, RecordingInput& input);
+  DecodedBag(const Output& output, RecordingInput& input);
 
   /** \brief Writes a decoded cloud. */
   void
@@ -43,6 +44,7 @@ private:
   check(const recording::RecordingStatus& status);
 
   std::string path_;
+  recording::ExistingFile existing_;
   recording::McapWriter writer_;
   std::vector<std::size_t> streams_;               // channels of the streams
   std::vector<std::optional<std::size_t>> others_; // of the channels of the input

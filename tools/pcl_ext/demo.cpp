@@ -92,7 +92,7 @@ private:
       throw std::runtime_error("cannot create the folder '" + options_.output +
                                "': " + error.message());
     recording_ = (fs::path(options_.output) / "cell.mcap").string();
-    output_.emplace(recording_, false, "ros2");
+    output_.emplace(Output{recording_, true}, false, "ros2");
     std::vector<std::string> folders;
     for (const auto& stream : streams_) {
       folders.push_back(stream->name() + "/decoded");

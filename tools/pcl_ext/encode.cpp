@@ -1,6 +1,7 @@
 #include "cloud_input.h"
 #include "commands.h"
 #include "console.h"
+#include "encode_summary.h"
 #include "encoding_options.h"
 #include "exit_status.h"
 #include "frame_failures.h"
@@ -15,7 +16,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 namespace pcl_ext {
 namespace tools {
@@ -64,8 +64,10 @@ public:
       options_.encoding.checkStreams(names);
     checkNumberOfStreams();
     // Not only of bags: the messages tell how many points the clouds had.
-    output_.emplace(path, true, input_->profile());
+    output_.emplace(options_.output, true, input_->profile());
     addStreams();
+    // Who writes a pipe may wait for what becomes of it.
+    input_->setBeforeWaiting([this] { output_->flush(); });
     encodeAll();
     return finish();
   }
@@ -80,6 +82,7 @@ private:
     std::optional<std::size_t> output;
     std::vector<InputCloud> waiting; // empty ones, until there is one with a law
     std::size_t failures = 0;
+    bool is_refused = false;       // its clouds are left out
     recording::Time first_time{0}; // of the frames
     recording::Time last_time{0};
   };
@@ -113,11 +116,13 @@ private:
   void
   addStreams()
   {
-    checkNumberOfStreams();
     const std::vector<std::string>& names = input_->streams();
-    while (streams_.size() < names.size())
-      streams_.push_back(
-          std::make_unique<Stream>(options_.encoding, names[streams_.size()]));
+    while (streams_.size() < names.size()) {
+      const std::size_t number = streams_.size();
+      streams_.push_back(std::make_unique<Stream>(options_.encoding, names[number]));
+      if (number > 0)
+        tryOn(number, [this] { checkNumberOfStreams(); });
+    }
     const std::vector<recording::McapChannel>& channels = input_->channels();
     while (other_channels_.size() < channels.size()) {
       const recording::McapChannel& channel = channels[other_channels_.size()];
@@ -125,6 +130,33 @@ private:
                                     ? std::optional(output_->addChannel(
                                           channel, recording::McapChunking::Shared))
                                     : std::nullopt);
+    }
+  }
+
+  /** \brief Does a step on a stream. If the command line is not one for it, the other
+   * streams go on.
+   * \throws UsageError if that is noticed before the first frame; nothing is written then
+   */
+  template <typename StepT>
+  void
+  tryOn(std::size_t number, const StepT& step)
+  {
+    try {
+      step();
+    }
+    catch (const UsageError& error) {
+      if (std::none_of(streams_.begin(), streams_.end(), [](const auto& stream) {
+            return stream->output.has_value();
+          })) {
+        output_->discard();
+        throw;
+      }
+      console_.error(input_->streams()[number] +
+                     ": its clouds are left out: " + error.what());
+      Stream& stream = *streams_[number];
+      stream.is_refused = true;
+      stream.failures += stream.waiting.size();
+      stream.waiting.clear();
     }
   }
 
@@ -145,9 +177,6 @@ private:
         input_->copyExtra(*output_);
       else
         passThrough(other);
-      // Who writes a pipe may wait for what becomes of it.
-      if (input_->isLive())
-        output_->flush();
       console_.advance();
     }
     console_.endProgress();
@@ -158,6 +187,17 @@ private:
   encode(const InputCloud& cloud)
   {
     Stream& stream = *streams_[cloud.stream];
+    if (stream.is_refused) {
+      ++stream.failures;
+      return;
+    }
+    tryOn(cloud.stream, [&] { encode(stream, cloud); });
+    stream.failures += stream.is_refused ? 1 : 0;
+  }
+
+  void
+  encode(Stream& stream, const InputCloud& cloud)
+  {
     if (cloud.failure.empty() && stream.encoder.leavesLawOpen(cloud.cloud)) {
       stream.waiting.push_back(cloud);
       return;
@@ -258,8 +298,9 @@ private:
   int
   finish()
   {
-    for (const auto& stream : streams_)
-      encodeWaiting(*stream);
+    for (std::size_t number = 0; number < streams_.size(); ++number)
+      if (!streams_[number]->is_refused)
+        tryOn(number, [&] { encodeWaiting(*streams_[number]); });
     failures_.finish();
     std::size_t failures = 0;
     EncodedSums sums;
@@ -295,7 +336,10 @@ private:
     const std::vector<std::string> damage = input_->damage();
     for (const std::string& place : damage)
       console_.error(place);
-    bool has_wrong_option = false;
+    bool has_wrong_option =
+        std::any_of(streams_.begin(), streams_.end(), [](const auto& stream) {
+          return stream->is_refused;
+        });
     try {
       options_.encoding.checkStreams(input_->streams());
     }
@@ -317,14 +361,6 @@ private:
     return failures > 0 || has_empty_stream || has_wrong_option || !damage.empty()
                ? something_failed
                : all_done;
-  }
-
-  std::string
-  edge() const
-  {
-    std::ostringstream text;
-    text << options_.encoding.codec().resolution;
-    return text.str();
   }
 
   /** \brief Bytes that all streams take in a second of their clouds; 0: unknown. */
@@ -349,41 +385,18 @@ private:
                std::size_t failures,
                const std::string& interruption)
   {
-    const auto number = [](std::size_t count) {
-      return formatted(static_cast<double>(count), 0);
-    };
     std::string line = options_.output.path + ": " + counted(sums.frames, "frame");
-    if (streams_.size() > 1)
-      line += " of " + std::to_string(streams_.size()) + " streams";
-    line += ", " + number(sums.encoded_points) + " points in " +
-            counted(sums.voxels, "voxel") + " of " + edge() + " m";
-    if (sums.voxels > 0)
-      line += " (" +
-              formatted(static_cast<double>(sums.encoded_points) /
-                            static_cast<double>(sums.voxels),
-                        1) +
-              " points a voxel)";
-    if (sums.all_points > sums.points)
-      line += ", " + number(sums.all_points - sums.points) +
-              " points left out that are not finite";
-    if (sums.points > sums.encoded_points)
-      line += ", " + number(sums.points - sums.encoded_points) +
-              " points left out beyond box or grid";
-    line += ", " + number(sums.bytes) + " bytes";
-    if (const double rate = bytesASecond(); rate > 0.0)
-      line += " (" + formatted(rate, 0) + " bytes/s)";
-    line += ", ratio " +
-            formatted(16.0 * static_cast<double>(sums.encoded_points) /
-                          static_cast<double>(sums.bytes),
-                      1) +
-            " to 16 bytes a point";
-    if (options_.encoding.removesOutliers())
-      line += ", " + number(sums.outliers) + " of " +
-              counted(sums.outliers + sums.voxels, "voxel") + " removed as outliers";
+    const auto streams =
+        std::count_if(streams_.begin(), streams_.end(), [](const auto& stream) {
+          return !stream->is_refused;
+        });
+    if (streams > 1)
+      line += " of " + std::to_string(streams) + " streams";
+    line += ", " + describeEncoded(sums, options_.encoding, bytesASecond());
     if (other_messages_ > 0)
       line += ", " + counted(other_messages_, "other message") + " passed through";
     if (failures > 0)
-      line += ", " + number(failures) + " failed";
+      line += ", " + formatted(static_cast<double>(failures), 0) + " failed";
     console_.summary(line + interruption);
   }
 

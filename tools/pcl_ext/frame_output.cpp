@@ -4,7 +4,6 @@
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "interruption.h"
-#include "output_path.h"
 #include "throw_unless_ok.h"
 
 #include <filesystem>
@@ -19,13 +18,22 @@ namespace fs = std::filesystem;
 using recording::McapChunking;
 using recording::RecordingStatus;
 
+namespace {
+
+std::string
+unfinishedPath(const std::string& path)
+{
+  return (fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
+             .string() +
+         unfinished_suffix;
+}
+
+} // namespace
+
 std::string
 describeUnfinished(const std::string& path)
 {
-  const std::string unfinished =
-      (fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
-          .string() +
-      unfinished_suffix;
+  const std::string unfinished = unfinishedPath(path);
   std::error_code ignored;
   return fs::exists(unfinished, ignored)
              ? "; what was written until then is in '" + unfinished + "'"
@@ -62,12 +70,12 @@ FrameOutput::check(const RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
-FrameOutput::FrameOutput(const std::string& path,
-                         bool is_bag,
-                         const std::string& profile)
-: path_(path), is_bag_(is_bag && kindOfOutput(path) != OutputKind::Frames)
+FrameOutput::FrameOutput(const Output& output, bool is_bag, const std::string& profile)
+: path_(output.path)
+, existing_(output.existing())
+, is_bag_(is_bag && kindOfOutput(path_) != OutputKind::Frames)
 {
-  check(is_bag_ ? bag_.open(path, profile) : recording_.open(path));
+  check(is_bag_ ? bag_.open(path_, profile) : recording_.open(path_));
 }
 
 std::size_t
@@ -145,6 +153,16 @@ FrameOutput::flush()
 }
 
 void
+FrameOutput::discard()
+{
+  recording_ = recording::RecordingWriter();
+  bag_ = recording::McapWriter();
+  std::error_code ignored;
+  if (path_ != "-")
+    fs::remove_all(unfinishedPath(path_), ignored);
+}
+
+void
 copyExtras(recording::McapReader& from, recording::McapWriter& to)
 {
   std::vector<recording::McapMetadata> metadata;
@@ -174,7 +192,7 @@ FrameOutput::finish()
     bag_ = recording::McapWriter();
   }
   else
-    check(is_bag_ ? bag_.finish() : recording_.finish());
+    check(is_bag_ ? bag_.finish(existing_) : recording_.finish(existing_));
   return describeInterruption(path_, keeps_earlier);
 }
 

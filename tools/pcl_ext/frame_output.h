@@ -5,6 +5,8 @@
 #include <pcl_ext/recording/point_cloud_messages.h>
 #include <pcl_ext/recording/recording_writer.h>
 
+#include "output_path.h"
+
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -24,12 +26,12 @@ struct OutputFrame {
 class FrameOutput {
 public:
   /** \brief Opens an output.
-   * \param[in] path see OutputKind
+   * \param[in] output its path: see OutputKind
    * \param[in] is_bag there may be other messages: frames get headers as those of the
    * transport for ROS 2
    * \param[in] profile of a bag
    */
-  FrameOutput(const std::string& path, bool is_bag, const std::string& profile);
+  FrameOutput(const Output& output, bool is_bag, const std::string& profile);
 
   /** \brief True if other messages can be written. */
   bool
@@ -70,6 +72,10 @@ public:
   void
   flush();
 
+  /** \brief Removes what was written. */
+  void
+  discard();
+
   /** \brief Copies metadata and attachments of a bag. */
   void
   copyExtras(recording::McapReader& bag);
@@ -86,6 +92,7 @@ private:
   check(const recording::RecordingStatus& status);
 
   std::string path_;
+  recording::ExistingFile existing_;
   bool is_bag_;
   recording::RecordingWriter recording_;
   recording::McapWriter bag_;

@@ -8,9 +8,8 @@
 #include "recording/mcap_stream.h"
 #include "standard_input.h"
 
-#include <unistd.h>
-
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 namespace pcl_ext {
@@ -84,6 +83,16 @@ protected:
     cloud.source = streams_[stream] + ", frame " + std::to_string(cloud.number);
     cloud.failure.clear();
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
+  }
+
+  /** \brief True if a stream may have clouds that are wanted, of those that are known. */
+  bool
+  wantsMore() const
+  {
+    return clouds_.empty() ||
+           std::any_of(clouds_.begin(), clouds_.end(), [this](std::size_t clouds) {
+             return clouds < options_.frames.end;
+           });
   }
 
   /** \brief Reads the cloud of a message. */
@@ -214,24 +223,21 @@ private:
 /** \brief An MCAP file that comes through a pipe: its contents as they come. */
 class McapPipe : public BagInput {
 public:
-  McapPipe(int descriptor, const std::string& name, const InputOptions& options)
+  McapPipe(Descriptor descriptor, const std::string& name, const InputOptions& options)
   : BagInput(options)
-  , descriptor_(descriptor)
+  , descriptor_(std::move(descriptor))
   , name_(name)
   , stream_(
-        [descriptor](std::uint8_t* bytes, std::size_t count) {
-          return readPipe(descriptor, bytes, count);
+        [this](std::uint8_t* bytes, std::size_t count) {
+          if (before_waiting_ && mustWaitFor(descriptor_.get()))
+            before_waiting_();
+          return readPipe(descriptor_.get(), bytes, count);
         },
         name)
   {
     // The profile is known then.
     advance();
   }
-
-  ~McapPipe() override { ::close(descriptor_); }
-  McapPipe(const McapPipe&) = delete;
-  McapPipe&
-  operator=(const McapPipe&) = delete;
 
   std::size_t
   size() const override
@@ -276,10 +282,16 @@ public:
     return true;
   }
 
+  void
+  setBeforeWaiting(std::function<void()> action) override
+  {
+    before_waiting_ = std::move(action);
+  }
+
   Found
   next(InputCloud& cloud, McapMessage& other) override
   {
-    for (;;) {
+    while (wantsMore()) {
       if (!is_at_hand_)
         advance();
       is_at_hand_ = false;
@@ -298,6 +310,7 @@ public:
       readCloud(cloud);
       return Found::Cloud;
     }
+    return Found::End;
   }
 
   void
@@ -318,8 +331,9 @@ private:
     addChannels(stream_.channels());
   }
 
-  int descriptor_;
+  Descriptor descriptor_;
   std::string name_;
+  std::function<void()> before_waiting_;
   McapStream stream_;
   McapStream::Found found_ = McapStream::Found::End;
   bool is_at_hand_ = false; // it was found, and not taken yet
@@ -334,9 +348,11 @@ openMcap(const std::string& path, const InputOptions& options)
 }
 
 std::unique_ptr<CloudInput>
-openMcapPipe(int descriptor, const std::string& name, const InputOptions& options)
+openMcapPipe(Descriptor descriptor,
+             const std::string& name,
+             const InputOptions& options)
 {
-  return std::make_unique<McapPipe>(descriptor, name, options);
+  return std::make_unique<McapPipe>(std::move(descriptor), name, options);
 }
 
 } // namespace tools

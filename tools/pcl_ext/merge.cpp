@@ -18,6 +18,7 @@ namespace tools {
 namespace {
 
 using recording::RecordedStream;
+using recording::Time;
 
 struct MergeOptions {
   std::vector<std::string> inputs;
@@ -47,47 +48,80 @@ prefixOf(const MergeOptions& options, std::size_t input)
   return prefix.front() == '/' ? prefix : "/" + prefix;
 }
 
-/** \brief Number of the frame from which on a part has the same frames as another one has
- * from its beginning, byte for byte, until one of them ends. So do the parts that `cut` makes
- * between two I-frames. Nothing if there is no such frame.
+/** \brief True if a part has from a frame on the same frames as another one from its
+ * beginning, byte for byte, until one of them ends. */
+bool
+isRepeatedFrom(std::size_t begin, const Part& before, const Part& after)
+{
+  recording::RecordedFrame one;
+  recording::RecordedFrame other;
+  const std::size_t frames = before.recorded().frames;
+  for (std::size_t i = 0; begin + i < frames && i < after.recorded().frames; ++i)
+    if (!before.input->reader().read(before.stream, begin + i, one).ok() ||
+        !after.input->reader().read(after.stream, i, other).ok() ||
+        one.bytes != other.bytes)
+      return false;
+  return true;
+}
+
+/** \brief Number of the frame from which on a part has the frames that another one begins
+ * with. So do the parts that `cut` makes between two I-frames. Nothing if there is no such
+ * frame.
  */
 std::optional<std::size_t>
 beginOfRepetition(const Part& before, const Part& after)
 {
   recording::RecordingReader& first = before.input->reader();
-  recording::RecordingReader& second = after.input->reader();
-  const std::size_t frames = before.recorded().frames;
-  const std::optional<std::size_t> begin =
-      before.recorded().has_times
-          ? first.frameAt(before.stream, second.timeOf(after.stream, 0))
-          : first.iFrameBefore(before.stream, frames - 1);
-  if (!begin)
+  if (!before.recorded().has_times) {
+    const std::size_t begin =
+        first.iFrameBefore(before.stream, before.recorded().frames - 1);
+    return isRepeatedFrom(begin, before, after) ? std::optional(begin) : std::nullopt;
+  }
+  const std::optional<std::size_t> last =
+      first.frameAt(before.stream, after.recorded().first_time);
+  if (!last)
     return std::nullopt;
-  recording::RecordedFrame one;
-  recording::RecordedFrame other;
-  for (std::size_t i = 0; *begin + i < frames && i < after.recorded().frames; ++i)
-    if (!first.read(before.stream, *begin + i, one).ok() ||
-        !second.read(after.stream, i, other).ok() || one.bytes != other.bytes)
+  // Several frames may be of one time.
+  const Time time = first.timeOf(before.stream, *last);
+  for (std::size_t begin = *last;; --begin) {
+    if (isRepeatedFrom(begin, before, after))
+      return begin;
+    if (begin == 0 || first.timeOf(before.stream, begin - 1) != time)
       return std::nullopt;
-  return begin;
+  }
 }
 
-/** \brief Leaves out frames that two parts of a stream have, in one of them.
- * \return their number
+/** \brief Leaves out frames that two parts of a stream have, in one of them, and says so.
+ * \param[in] files those of the parts, for messages
+ * \param[in] name of the stream
+ * \return whether there are any
  */
-std::size_t
-leaveOutRepetition(const Part& before, const Part& after)
+bool
+leaveOutRepetition(const Part& before,
+                   const Part& after,
+                   const std::string& files,
+                   const std::string& name,
+                   Console& console)
 {
   const std::optional<std::size_t> begin = beginOfRepetition(before, after);
   if (!begin)
-    return 0;
-  const std::size_t repeated = before.recorded().frames - *begin;
-  if (after.recorded().frames <= repeated) {
-    after.input->endBefore(after.stream, 0);
-    return after.recorded().frames;
+    return false;
+  const std::size_t repeated =
+      std::min(before.recorded().frames - *begin, after.recorded().frames);
+  // The first frames of two recordings of a still scene may be the same, too.
+  if (!before.recorded().has_times && *begin == 0) {
+    console.remark(files + " begin with the same " + counted(repeated, "frame") +
+                   " of " + name + ", which have no times to tell whether they are the same ones: all "
+                   "are copied");
+    return false;
   }
-  before.input->endBefore(before.stream, *begin);
-  return repeated;
+  if (repeated == after.recorded().frames)
+    after.input->endBefore(after.stream, 0);
+  else
+    before.input->endBefore(before.stream, *begin);
+  console.remark(files + " have " + counted(repeated, "frame") + " of " + name +
+                 " in common, copied once");
+  return true;
 }
 
 /** \brief Puts the parts of one stream one after the other.
@@ -114,13 +148,12 @@ joinParts(const std::string& name,
     }
     const std::string first = "'" + parts[last].input->shownPath() + "'";
     const std::string second = "'" + parts[i].input->shownPath() + "'";
-    const std::size_t repeated =
-        have_times || have_none ? leaveOutRepetition(parts[last], parts[i]) : 0;
-    if (repeated > 0)
-      console.remark(first + " and " + second + " have " + counted(repeated, "frame") +
-                     " of " + name + " in common, copied once");
+    const bool is_repeated =
+        (have_times || have_none) &&
+        leaveOutRepetition(
+            parts[last], parts[i], first + " and " + second, name, console);
     // Without times the parts follow each other as they were named.
-    if (repeated > 0 || have_none) {
+    if (is_repeated || have_none) {
       last = parts[i].input->isChosen(parts[i].stream) ? i : last;
       continue;
     }
@@ -166,7 +199,7 @@ public:
         std::find_if(inputs_.begin(), inputs_.end(), [](const auto& input) {
           return input->bag() != nullptr;
         });
-    CopiedStreams copied(options_.output.path,
+    CopiedStreams copied(options_.output,
                          bag != inputs_.end(),
                          bag != inputs_.end() ? (*bag)->bag() : nullptr,
                          console_);

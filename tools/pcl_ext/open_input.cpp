@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
@@ -61,9 +62,9 @@ std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
 {
   if (options.inputs.size() == 1)
-    if (const std::optional<int> pipe = mcapPipeOf(options.inputs[0])) {
+    if (std::optional<Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
       refuseRate(options.inputs[0], options);
-      return openMcapPipe(*pipe, shownName(options.inputs[0]), options);
+      return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
     }
   std::vector<measuring::SequenceInput> paths;
   for (const std::string& input : options.inputs)

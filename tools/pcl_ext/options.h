@@ -5,6 +5,7 @@
 #pragma once
 
 #include "exit_status.h"
+#include "output_path.h"
 
 #include <CLI/App.hpp>
 
@@ -144,12 +145,6 @@ addNames(CLI::App& app,
     }
   });
 }
-
-/** \brief An output that the user named. */
-struct Output {
-  std::string path;
-  bool may_replace = false; ///< what is there
-};
 
 inline CLI::Option*
 addOverwrite(CLI::App& app, bool& may_replace)

@@ -79,7 +79,8 @@ refuseTakenFile(const std::vector<std::string>& inputs,
                        input + "': name one outside of that folder");
   }
   std::error_code ignored;
-  if (!may_replace && fs::is_regular_file(output, ignored))
+  if (!may_replace && fs::exists(fs::symlink_status(output, ignored)) &&
+      !fs::is_directory(output, ignored))
     throw UsageError("'" + output +
                      "' exists: name another output, or replace it with --overwrite");
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/recording/recording_status.h>
+
 #include <string>
 #include <vector>
 
@@ -11,6 +13,20 @@ enum class OutputKind {
   Frames, ///< .pcxi, or - for the standard output: one stream
   Mcap,   ///< .mcap
   Folder  ///< no extension, or a slash at the end
+};
+
+/** \brief An output that the user named. */
+struct Output {
+  std::string path;
+  bool may_replace = false; ///< what is there
+
+  /** \brief What becomes of a file that is there when all is written. */
+  recording::ExistingFile
+  existing() const
+  {
+    return may_replace ? recording::ExistingFile::Replace
+                       : recording::ExistingFile::Keep;
+  }
 };
 
 /** \brief The kind of an output by its name.

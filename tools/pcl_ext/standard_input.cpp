@@ -34,27 +34,29 @@ pathOfDescriptor(int descriptor)
 
 /** \brief Opens an input that is no regular file. A pipe without a writer is waited for
  * later, where an interruption ends it. */
-int
+Descriptor
 openInput(const std::string& path)
 {
-  const int descriptor = path == standard_input
-                             ? ::dup(STDIN_FILENO)
-                             : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0)
+  Descriptor descriptor(path == standard_input
+                            ? ::dup(STDIN_FILENO)
+                            : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (descriptor.get() < 0)
     throw std::runtime_error("cannot open '" + shownName(path) +
                              "': " + std::strerror(errno));
   if (path != standard_input)
-    ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) & ~O_NONBLOCK);
+    ::fcntl(
+        descriptor.get(), F_SETFL, ::fcntl(descriptor.get(), F_GETFL) & ~O_NONBLOCK);
   return descriptor;
 }
 
 std::string
-keepCopy(const std::string& path, int input, const std::vector<std::uint8_t>& beginning)
+keepCopy(const std::string& path,
+         const Descriptor& input,
+         const std::vector<std::uint8_t>& beginning)
 {
   int copy = -1;
   const recording::RecordingStatus status = recording::copyToTemporaryFile(
-      input, shownName(path), [] { return !isInterrupted(); }, beginning, copy);
-  ::close(input);
+      input.get(), shownName(path), [] { return !isInterrupted(); }, beginning, copy);
   if (!status.ok())
     throw std::runtime_error(status.message());
   return pathOfDescriptor(copy);
@@ -62,10 +64,25 @@ keepCopy(const std::string& path, int input, const std::vector<std::uint8_t>& be
 
 } // namespace
 
+Descriptor::~Descriptor()
+{
+  if (number_ >= 0)
+    ::close(number_);
+}
+
 std::string
 shownName(const std::string& path)
 {
   return path == standard_input ? "standard input" : path;
+}
+
+bool
+mustWaitFor(int descriptor)
+{
+  // Who writes a file into the pipe is a little slower than who reads it.
+  constexpr int timeout_ms = 10;
+  pollfd input{descriptor, POLLIN, 0};
+  return ::poll(&input, 1, timeout_ms) == 0;
 }
 
 std::size_t
@@ -87,27 +104,30 @@ readPipe(int descriptor, std::uint8_t* bytes, std::size_t count)
   return 0;
 }
 
-std::optional<int>
+std::optional<Descriptor>
 mcapPipeOf(const std::string& path)
 {
   struct stat properties {};
   const int result = path == standard_input ? ::fstat(STDIN_FILENO, &properties)
                                             : ::stat(path.c_str(), &properties);
-  if (result != 0 || !S_ISFIFO(properties.st_mode) || copies.count(path) != 0)
+  const bool is_pipe =
+      result == 0 && (S_ISFIFO(properties.st_mode) || S_ISSOCK(properties.st_mode));
+  if (!is_pipe || copies.count(path) != 0)
     return std::nullopt;
   constexpr char magic[] = "\x89MCAP0\r\n";
-  const int input = openInput(path);
+  Descriptor input = openInput(path);
   std::vector<std::uint8_t> beginning(sizeof(magic) - 1);
   std::size_t size = 0;
   while (size < beginning.size()) {
-    const std::size_t read = readPipe(input, &beginning[size], beginning.size() - size);
+    const std::size_t read =
+        readPipe(input.get(), &beginning[size], beginning.size() - size);
     if (read == 0)
       break;
     size += read;
   }
   beginning.resize(size);
   if (std::string(beginning.begin(), beginning.end()) == magic)
-    return input;
+    return std::optional(std::move(input));
   copies[path] = keepCopy(path, input, beginning);
   return std::nullopt;
 }

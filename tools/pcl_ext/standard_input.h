@@ -4,9 +4,30 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace pcl_ext {
 namespace tools {
+
+/** \brief An open file, which is closed with this. */
+class Descriptor {
+public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor();
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor&
+  operator=(const Descriptor&) = delete;
+
+  int
+  get() const
+  {
+    return number_;
+  }
+
+private:
+  int number_; // -1: none
+};
 
 /** \brief A path at which an input can be read at any place and more than once: its own; for
  * the standard input, which is "-", and for a pipe that of a copy without a name, which is
@@ -16,12 +37,16 @@ namespace tools {
 std::string
 pathOfInput(const std::string& path);
 
-/** \brief An MCAP file that comes through a pipe can be read as it comes.
- * \return the descriptor of such a pipe, of which 8 bytes were read; nothing for other inputs
+/** \brief An MCAP file that comes through a pipe or a socket can be read as it comes.
+ * \return the descriptor of such an input, of which 8 bytes were read; nothing for other inputs
  * \throws std::runtime_error if it cannot be read
  */
-std::optional<int>
+std::optional<Descriptor>
 mcapPipeOf(const std::string& path);
+
+/** \brief True if a pipe has no bytes at the moment, nor soon, and has not ended. */
+bool
+mustWaitFor(int descriptor);
 
 /** \brief Waits for bytes of a pipe, and reads up to so many.
  * \return their number; 0 at the end, or if the program is interrupted

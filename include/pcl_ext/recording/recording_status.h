@@ -27,6 +27,12 @@ enum class RecordingCode {
 /** \brief Outcome of reading or writing a recording. Messages name the file. */
 using RecordingStatus = Status<RecordingCode>;
 
+/** \brief What becomes of a file that has the name of an output when that is complete. */
+enum class ExistingFile {
+  Replace,
+  Keep ///< the output keeps its unfinished name, and the status is OutputFailed
+};
+
 /** \brief A place of a recording that could not be read. */
 struct RecordingDamage {
   std::uint64_t offset = 0; ///< byte of the file at which it begins

@@ -78,9 +78,11 @@ public:
   RecordingStatus
   flush();
 
-  /** \brief Completes the recording and gives it its name. */
+  /** \brief Completes the recording and gives it its name.
+   * \param[in] existing what becomes of a file of that name
+   */
   RecordingStatus
-  finish();
+  finish(ExistingFile existing = ExistingFile::Replace);
 
 private:
   class Implementation;

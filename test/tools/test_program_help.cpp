@@ -1,0 +1,92 @@
+/** \file
+ * \brief The demonstration, help, man page and completion.
+ */
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+
+TEST(ProgramDemo, MakesARecordingAndClouds)
+{
+  const TestFolder folder;
+  const ProgramRun result =
+      run(folder,
+          "demo --sensors 2 --frames 3 -o out -q && \"$P\" demo --sensors 2 "
+          "--frames 2 -o out -q -l quadratic --threshold 30");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(result.errors, "");
+  EXPECT_NE(result.output.find("| cell_sensor_2 | count     | 3      |"),
+            std::string::npos)
+      << result.output;
+  EXPECT_NE(result.output.find("outlier filter (denoised clouds)"), std::string::npos);
+  EXPECT_NE(result.output.find("threshold 30 (denoised clouds)"), std::string::npos);
+  EXPECT_NE(result.output.find("pcl_ext info out/cell.mcap"), std::string::npos);
+  const std::vector<DecodedStream> streams = decode(folder / "out/cell.mcap");
+  ASSERT_EQ(streams.size(), 2u);
+  EXPECT_EQ(streams[1].name, "/cell_sensor_2");
+  ASSERT_EQ(streams[1].voxels.size(), 2u);
+  EXPECT_TRUE(streams[1].voxels[0].depth_model);
+  // The clouds of the first run are gone.
+  EXPECT_EQ(filesIn(folder / "out/cell_sensor_2/decoded"), 2u);
+  EXPECT_EQ(filesIn(folder / "out/cell_sensor_2/denoised"), 2u);
+  expectVoxels(streams[1].voxels[1],
+               readCloud(folder / "out/cell_sensor_2/decoded/000001.pcd"));
+}
+
+TEST(ProgramHelp, FitsAScreenAndTheManPageHasAllOfIt)
+{
+  const TestFolder folder;
+  expectRun(folder, "documentation man pcl_ext.1");
+  const Bytes page = bytesOf(folder / "pcl_ext.1");
+  const std::string man(page.begin(), page.end());
+  for (const std::string command :
+       {"encode", "decode", "info", "verify", "cut", "merge", "view", "demo"}) {
+    const ProgramRun help = expectRun(folder, command + " --help");
+    EXPECT_LE(std::count(help.output.begin(), help.output.end(), '\n'), 45) << command;
+    std::size_t longest = 0;
+    for (std::size_t begin = 0; begin < help.output.size();) {
+      const std::size_t end = help.output.find('\n', begin);
+      longest = std::max(longest, end - begin);
+      begin = end + 1;
+    }
+    EXPECT_LE(longest, 100u) << command;
+    EXPECT_NE(man.find("\n.SS " + command + "\n"), std::string::npos);
+  }
+  EXPECT_NE(man.find("\\fB\\-\\-i\\-frame\\-rate\\fR \\fIN\\fR"), std::string::npos);
+  EXPECT_EQ(man.find("documentation"), std::string::npos);
+}
+
+TEST(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
+{
+  const TestFolder folder;
+  expectRun(folder, "documentation bash completion");
+  writeBytes(folder / "x.mcap", {});
+  const auto complete = [&folder](const std::string& words) {
+    const ProgramRun result = runShell(folder,
+                                       "bash -c '. ./completion; COMP_WORDS=(" + words +
+                                           "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); "
+                                           "_pcl_ext; echo ${COMPREPLY[*]}'");
+    EXPECT_EQ(result.errors, "") << words;
+    return result.output;
+  };
+  EXPECT_EQ(complete("pcl_ext e"), "encode\n");
+  EXPECT_EQ(complete("pcl_ext encode --eff"), "--effort\n");
+  EXPECT_EQ(complete("pcl_ext encode --effort \"\""), "fast balanced small\n");
+  EXPECT_EQ(complete("pcl_ext decode --pcd a"), "ascii\n");
+  EXPECT_EQ(complete("pcl_ext decode --from \"\""), "\n");
+  EXPECT_EQ(complete("pcl_ext info x.m"), "x.mcap\n");
+  EXPECT_EQ(complete("pcl_ext v"), "verify view\n");
+  EXPECT_EQ(complete("pcl_ext view --no"), "--no-browser --no-header\n");
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

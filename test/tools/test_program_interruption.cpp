@@ -1,0 +1,135 @@
+/** \file
+ * \brief What is left of outputs that a signal or a limit ends.
+ */
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+
+TEST(ProgramOutput, LimitOnFileSizesIsAnError)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const ProgramRun result =
+      runShell(folder, "ulimit -f 1; \"$P\" merge x.mcap -o y.mcap");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.errors.find("File too large"), std::string::npos) << result.errors;
+}
+
+TEST(ProgramInterruption, LeavesARecordingThatIsComplete)
+{
+  const TestFolder folder;
+  // More bytes than a pipe holds, so that the program waits for this test.
+  writeClouds(folder, "room", roomClouds(60));
+  const std::string input = folder / "room";
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[1], STDOUT_FILENO);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    ::close(STDERR_FILENO);
+    ::open("/dev/null", O_WRONLY);
+    ::execl(PCL_EXT_PROGRAM,
+            "pcl_ext",
+            "encode",
+            input.c_str(),
+            "-o",
+            "-",
+            "-r",
+            "0.01",
+            "--i-frame-rate",
+            "1",
+            static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  Bytes bytes;
+  std::uint8_t part[4096];
+  bool is_interrupted = false;
+  for (ssize_t count; (count = ::read(ends[0], part, sizeof(part))) > 0;) {
+    bytes.insert(bytes.end(), part, part + count);
+    if (!is_interrupted)
+      ::kill(child, SIGINT);
+    is_interrupted = true;
+  }
+  ::close(ends[0]);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  writeBytes(folder / "x.pcxi", bytes);
+  const std::vector<DecodedStream> streams = decode(folder / "x.pcxi");
+  ASSERT_EQ(streams.size(), 1u);
+  EXPECT_GT(streams[0].frames.size(), 0u);
+  EXPECT_LT(streams[0].frames.size(), 60u);
+}
+
+TEST(ProgramInterruption, KeepsAnEarlierOutput)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(2));
+  expectRun(folder, "encode room -o x.mcap -r 0.1");
+  expectRun(folder, "decode x.mcap -o out");
+  expectRun(folder, "decode x.mcap -o bag.mcap");
+  std::vector<KnownStream> streams = {knownStream(0, 20000, 1000)};
+  record(streams, folder / "long.mcap");
+  fs::create_directories(folder / "many");
+  for (int i = 0; i < 20000; ++i)
+    fs::create_symlink("../room/000.pcd",
+                       folder / ("many/" + std::to_string(i) + ".pcd"));
+  // So many frames that it does not end before the signal.
+  std::string merge = "merge";
+  std::string prefixes = " --prefix 0";
+  for (int i = 0; i < 20; ++i) {
+    merge += " long.mcap";
+    prefixes += i == 0 ? "" : "," + std::to_string(i);
+  }
+  merge += prefixes;
+  expectRun(folder, merge + " -o longer.mcap -q");
+  const std::vector<std::string> commands = {"encode many -o x.mcap -r 0.1",
+                                             merge + " -o x.mcap",
+                                             "cut longer.mcap -o x.mcap",
+                                             "decode long.mcap -o bag.mcap",
+                                             "decode long.mcap -o out"};
+  for (const std::string signal : {"INT", "TERM"})
+    for (const std::string& command : commands) {
+      SCOPED_TRACE(command);
+      const std::string name = command.find("bag") != std::string::npos   ? "bag.mcap"
+                               : command.find("out") != std::string::npos ? "out"
+                                                                          : "x.mcap";
+      const std::string file = folder / (name == "out" ? "out/000000.pcd" : name);
+      const Bytes earlier = bytesOf(file);
+      // It is interrupted as soon as there is something of the new output.
+      const ProgramRun result = runShell(
+          folder,
+          "\"$P\" " + command + " --overwrite & while kill -0 $! && [ -z \"$(find " +
+              name +
+              ".unfinished -type f -size +0 2> none)\" ]; do sleep 0.01; done; "
+              "kill -" +
+              signal + " $!; wait $!");
+      EXPECT_EQ(result.status, 130) << result.errors;
+      EXPECT_NE(result.output.find("still the earlier"), std::string::npos)
+          << result.output;
+      EXPECT_EQ(bytesOf(file), earlier);
+      EXPECT_TRUE(fs::exists(folder / (name + ".unfinished")));
+      fs::remove_all(folder / (name + ".unfinished"));
+    }
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,230 @@
+/** \file
+ * \brief Bags that come through a pipe or a socket while somebody writes them.
+ */
+#include <pcl_ext/recording/mcap_reader.h>
+#include <pcl_ext/recording/mcap_writer.h>
+
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <set>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/** \brief Makes a bag of clouds, clouds.mcap, in one chunk. */
+void
+makeBag(const TestFolder& folder, std::size_t clouds)
+{
+  writeClouds(folder, "room", roomClouds(clouds));
+  expectRun(folder, "encode room -o room.mcap");
+  expectRun(folder, "decode room.mcap -o clouds.mcap");
+}
+
+} // namespace
+
+TEST(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
+{
+  const TestFolder folder;
+  writeClouds(folder, "room", roomClouds(6));
+  expectRun(folder, "encode room -o room.mcap");
+  expectRun(folder, "decode room.mcap -o clouds.mcap");
+  recording::McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  recording::McapMessage message;
+  std::size_t channel = 0;
+  ASSERT_TRUE(
+      writer.addChannel(reader.channels()[0], recording::McapChunking::Shared, channel)
+          .ok());
+  std::vector<std::uintmax_t> sizes; // of the file behind each message
+  for (const recording::McapEntry& entry : reader.index()) {
+    ASSERT_TRUE(reader.read(entry, message).ok());
+    message.channel = channel;
+    ASSERT_TRUE(writer.write(message).ok());
+    ASSERT_TRUE(writer.flush().ok());
+    sizes.push_back(fs::file_size(folder / "bag.mcap.unfinished"));
+  }
+  ASSERT_TRUE(writer.write(recording::McapMetadata{"name", {{"a", "b"}}}).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  expectRun(folder, "encode bag.mcap -o whole.pcxi");
+  for (const std::string extension : {"pcxi", "mcap"}) {
+    // The rest of the bag waits for the first frames, at most a minute.
+    const std::string first = std::to_string(sizes[1]);
+    const std::string rest = std::to_string(sizes[1] + 1);
+    const std::string output = "x." + extension;
+    const ProgramRun result = runShell(
+        folder,
+        "mkfifo pipe; \"$P\" encode pipe -o " + output + " & exec 3> pipe; head -c " +
+            first + " bag.mcap >&3; for i in $(seq 600); do \"$P\" info " + output +
+            ".unfinished --json 2> none | grep -q 'frames\": [1-9]' && touch early." +
+            extension + " && break; sleep 0.1; done; tail -c +" + rest +
+            " bag.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; exit $status");
+    EXPECT_EQ(result.status, 0) << result.errors;
+    EXPECT_TRUE(fs::exists(folder / ("early." + extension)));
+    EXPECT_EQ(decode(folder / output)[0].frames.size(), 6u);
+  }
+  EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytesOf(folder / "whole.pcxi"));
+  expectSameFrames(decode(folder / "whole.pcxi")[0], 0, decode(folder / "x.mcap")[0]);
+  ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
+  std::vector<recording::McapMetadata> metadata;
+  EXPECT_TRUE(reader.readMetadata(metadata).ok());
+  ASSERT_EQ(metadata.size(), 1u);
+  EXPECT_EQ(metadata[0].values.at("a"), "b");
+  // It may end anywhere.
+  const ProgramRun cut =
+      runShell(folder,
+               "head -c " + std::to_string(sizes[3] + 50) +
+                   " bag.mcap | \"$P\" encode - -o cut.pcxi --topics /room");
+  EXPECT_EQ(cut.status, 1);
+  EXPECT_NE(cut.errors.find("the file ends within a record"), std::string::npos)
+      << cut.errors;
+  EXPECT_EQ(decode(folder / "cut.pcxi")[0].frames.size(), 4u);
+}
+
+TEST(ProgramLive, FramesThatComeTogetherShareAChunk)
+{
+  const TestFolder folder;
+  makeBag(folder, 6);
+  ASSERT_EQ(runShell(folder, "cat clouds.mcap | \"$P\" encode - -o x.mcap").status, 0);
+  recording::McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
+  ASSERT_EQ(reader.index().size(), 6u);
+  std::set<std::uint64_t> chunks;
+  for (const recording::McapEntry& entry : reader.index())
+    chunks.insert(reader.fileOffset(entry));
+  EXPECT_EQ(chunks.size(), 1u);
+}
+
+TEST(ProgramLive, ItEndsBehindTheFramesThatAreWanted)
+{
+  const TestFolder folder;
+  makeBag(folder, 5);
+  // The pipe stays open; timeout would end the program.
+  const ProgramRun result = runShell(folder,
+                                     "mkfifo pipe; timeout 60 \"$P\" encode pipe -o "
+                                     "x.mcap --frames 1:3 & exec 3> pipe; "
+                                     "cat clouds.mcap >&3; wait $!");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
+}
+
+TEST(ProgramLive, ASocketIsReadAsItComes)
+{
+  const TestFolder folder;
+  makeBag(folder, 3);
+  const Bytes bag = bytesOf(folder / "clouds.mcap");
+  int ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+  const std::string output = folder / "x.pcxi";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[1], STDIN_FILENO);
+    ::close(ends[0]);
+    ::close(ends[1]);
+    // If it waits for the end of the socket, this ends it.
+    ::alarm(60);
+    ::execl(PCL_EXT_PROGRAM,
+            "pcl_ext",
+            "encode",
+            "-",
+            "-q",
+            "-o",
+            output.c_str(),
+            "--frames",
+            "0:2",
+            static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  for (std::size_t at = 0; at < bag.size();) {
+    const ssize_t count = ::send(ends[0], &bag[at], bag.size() - at, MSG_NOSIGNAL);
+    if (count <= 0)
+      break; // It has what it wants.
+    at += static_cast<std::size_t>(count);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ::close(ends[0]);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(decode(output)[0].frames.size(), 2u);
+}
+
+TEST(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
+{
+  const TestFolder folder;
+  makeBag(folder, 3);
+  recording::McapReader reader;
+  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  recording::McapMessage message;
+  std::size_t channel = 0;
+  for (const char* const topic : {"/front", "/rear"}) {
+    recording::McapChannel clouds = reader.channels()[0];
+    clouds.topic = topic;
+    ASSERT_TRUE(
+        writer.addChannel(clouds, recording::McapChunking::Shared, channel).ok());
+    for (const recording::McapEntry& entry : reader.index()) {
+      ASSERT_TRUE(reader.read(entry, message).ok());
+      message.channel = channel;
+      ASSERT_TRUE(writer.write(message).ok());
+    }
+    ASSERT_TRUE(writer.flush().ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  const ProgramRun result =
+      runShell(folder, "cat bag.mcap | \"$P\" encode - -o x.pcxi");
+  ASSERT_EQ(result.status, 1) << result.errors;
+  EXPECT_NE(
+      result.errors.find("/rear: its clouds are left out: 'x.pcxi' takes one stream"),
+      std::string::npos)
+      << result.errors;
+  EXPECT_NE(result.output.find("3 failed"), std::string::npos) << result.output;
+  EXPECT_EQ(decode(folder / "x.pcxi")[0].frames.size(), 3u);
+  EXPECT_FALSE(fs::exists(folder / "x.pcxi.unfinished"));
+}
+
+TEST(ProgramLive, AFileThatAppearsMeanwhileIsNotReplaced)
+{
+  const TestFolder folder;
+  makeBag(folder, 2);
+  for (const std::string output : {"x.pcxi", "x.mcap"}) {
+    const ProgramRun result = runShell(
+        folder,
+        "mkfifo pipe; \"$P\" encode pipe -o " + output +
+            " & exec 3> pipe; head -c -50 clouds.mcap >&3; for i in $(seq 600); do [ "
+            "-e " +
+            output + ".unfinished ] && break; sleep 0.1; done; echo earlier > " +
+            output +
+            "; tail -c 50 clouds.mcap >&3; exec 3>&-; wait $!; status=$?; rm pipe; "
+            "exit "
+            "$status");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.errors.find("File exists; what was written until then is in '" +
+                                 output + ".unfinished'"),
+              std::string::npos)
+        << result.errors;
+    const Bytes bytes = bytesOf(folder / output);
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "earlier\n");
+    expectRun(folder, "verify " + output + ".unfinished");
+  }
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,170 @@
+/** \file
+ * \brief Parts of recordings, and recordings of parts.
+ */
+#include "tools/program.h"
+
+#include <gtest/gtest.h>
+
+namespace pcl_ext {
+namespace tools {
+namespace test {
+
+TEST(ProgramCut, BeginsAtAnIFrameAndKeepsTheBytes)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  const ProgramRun result =
+      run(folder, "cut --streams /sensor_0 x.mcap -o part.pcxi --frames 23:27 -q");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.errors, "");
+  EXPECT_EQ(result.output,
+            "part.pcxi: 7 frames of 1 stream, 3 frames of these before the first ones "
+            "asked for, from I-frames on, without which those cannot be decoded\n");
+  const std::vector<DecodedStream> part = decode(folder / "part.pcxi");
+  ASSERT_EQ(part.size(), 1u);
+  EXPECT_EQ(part[0].frames.size(), 7u);
+  expectSameFrames(all[0], 20, part[0]);
+  expectFailure(folder, "cut x.mcap -o y.pcxi", 2, "choose one with --streams");
+  expectFailure(folder, "cut x.mcap -o y.mcap --from 9", 2, "takes 1.950 s");
+  expectFailure(folder, "cut x.mcap -o y.mcap --streams /a", 2, "there is no '/a'");
+  expectFailure(folder, "cut x.mcap -o x.mcap", 2, "is an input");
+}
+
+TEST(ProgramCut, FramesStayInOrderIfTheClockWasSetBack)
+{
+  const TestFolder folder;
+  std::vector<KnownStream> streams = {knownStream(0, 20, 10)};
+  for (std::size_t i = 13; i < 20; ++i)
+    streams[0].frames[i].time -= std::chrono::milliseconds(350);
+  record(streams, folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o part.mcap --frames 10:20");
+  const std::vector<DecodedStream> part = decode(folder / "part.mcap");
+  ASSERT_EQ(part.size(), 1u);
+  ASSERT_EQ(part[0].frames.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(part[0].frames[i].bytes, streams[0].frames[10 + i].bytes) << i;
+    EXPECT_EQ(part[0].frames[i].time, streams[0].frames[10 + i].time) << i;
+  }
+}
+
+TEST(ProgramMerge, PartsBecomeOneStreamAgain)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o a.mcap --to 0.999");
+  expectRun(folder, "cut x.mcap -o b.mcap --streams /sensor_0 --from 1");
+  expectRun(folder, "cut x.mcap -o c.pcxi --streams /sensor_1 --frames 21:");
+  expectRun(folder, "merge b.mcap a.mcap -o ab.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  const std::vector<DecodedStream> merged = decode(folder / "ab.mcap");
+  ASSERT_EQ(merged.size(), 2u);
+  for (const DecodedStream& stream : merged) {
+    const DecodedStream& original = all[stream.name == all[0].name ? 0 : 1];
+    EXPECT_EQ(stream.frames.size(), stream.name == "/sensor_0" ? 40u : 20u);
+    expectSameFrames(original, 0, stream);
+    for (std::size_t i = 0; i < stream.frames.size(); ++i)
+      EXPECT_EQ(stream.frames[i].time, original.frames[i].time);
+  }
+  expectRun(folder, "cut x.mcap -o d.pcxi --streams /sensor_1 --frames :21");
+  expectRun(folder, "merge d.pcxi c.pcxi -o dc.pcxi");
+  const std::vector<DecodedStream> of_files = decode(folder / "dc.pcxi");
+  EXPECT_EQ(of_files[0].frames.size(), 31u);
+  expectSameFrames(all[1], 0, of_files[0]);
+}
+
+TEST(ProgramMerge, StreamsOfOneNameAtTheSameTimeAreToldApartByPrefixes)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  KnownStream other = knownStream(3, 20, 5);
+  other.name = "/sensor_0";
+  record({other}, folder / "z.mcap");
+  expectFailure(
+      folder,
+      "merge x.mcap z.mcap -o y.mcap",
+      2,
+      "the stream /sensor_0 has other frames of the same time in 'x.mcap' and "
+      "in 'z.mcap'");
+  expectFailure(
+      folder, "merge x.mcap x.mcap -o y.mcap --prefix a", 2, "--prefix needs");
+  expectRun(folder, "cut x.mcap -o one.mcap --streams /sensor_0");
+  expectFailure(folder,
+                "merge one.mcap z.mcap -o y.pcxi",
+                2,
+                "'y.pcxi' has one stream, and there are other frames of the same time");
+  expectRun(folder, "merge x.mcap x.mcap -o y.mcap --prefix left,right");
+  const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
+  ASSERT_EQ(streams.size(), 4u);
+  EXPECT_EQ(streams[0].name, "/left/sensor_0");
+  EXPECT_EQ(streams[3].name, "/right/sensor_1");
+  expectSameFrames(decode(folder / "x.mcap")[1], 0, streams[3]);
+}
+
+TEST(ProgramMerge, FramesThatTwoPartsHaveAreCopiedOnce)
+{
+  const TestFolder folder;
+  recordTwoStreams(folder / "x.mcap");
+  const std::vector<DecodedStream> all = decode(folder / "x.mcap");
+  // The second part begins with an I-frame that the first one has, too.
+  expectRun(folder, "cut x.mcap -o a.mcap --frames :15 -q");
+  expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
+  const ProgramRun merged = run(folder, "merge b.mcap a.mcap -o ab.mcap");
+  EXPECT_EQ(merged.status, 0) << merged.errors;
+  EXPECT_EQ(
+      merged.errors,
+      "pcl_ext merge: 'a.mcap' and 'b.mcap' have 5 frames of /sensor_0 in common, "
+      "copied once\n"
+      "pcl_ext merge: 'a.mcap' and 'b.mcap' have 1 frame of /sensor_1 in common, "
+      "copied once\n");
+  const std::vector<DecodedStream> joined = decode(folder / "ab.mcap");
+  ASSERT_EQ(joined.size(), 2u);
+  for (const DecodedStream& stream : joined) {
+    const DecodedStream& original = all[stream.name == all[0].name ? 0 : 1];
+    EXPECT_EQ(stream.frames.size(), original.frames.size());
+    expectSameFrames(original, 0, stream);
+  }
+  // A part that is within another one, and files of frames.
+  expectRun(folder, "merge a.mcap x.mcap -o ax.mcap -q");
+  EXPECT_EQ(decode(folder / "ax.mcap")[0].frames.size(), 40u);
+  expectRun(folder, "cut x.mcap --streams /sensor_0 -o c.pcxi --frames :15 -q");
+  expectRun(folder, "cut x.mcap --streams /sensor_0 -o d.pcxi --frames 15: -q");
+  expectRun(folder, "merge c.pcxi d.pcxi -o cd.pcxi -q");
+  const DecodedStream of_files = decode(folder / "cd.pcxi")[0];
+  EXPECT_EQ(of_files.frames.size(), 40u);
+  expectSameFrames(all[0], 0, of_files);
+}
+
+TEST(ProgramMerge, FramesWithoutTimesThatMayBeOthersAreCopied)
+{
+  const TestFolder folder;
+  // A still scene, recorded twice.
+  const auto cloud = roomClouds(1)[0];
+  writeClouds(folder, "room", {cloud, cloud, cloud});
+  expectRun(folder, "encode room -o a.pcxi --no-header");
+  expectRun(folder, "encode room -o b.pcxi --no-header");
+  const ProgramRun merged = run(folder, "merge a.pcxi b.pcxi -o ab.pcxi");
+  EXPECT_EQ(merged.status, 0);
+  EXPECT_EQ(merged.errors,
+            "pcl_ext merge: 'a.pcxi' and 'b.pcxi' begin with the same 3 frames of "
+            "/stream, which have no times to tell whether they are the same ones: all "
+            "are copied\n");
+  EXPECT_EQ(decode(folder / "ab.pcxi")[0].frames.size(), 6u);
+}
+
+TEST(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)
+{
+  const TestFolder folder;
+  KnownStream stream = knownStream(0, 40, 10);
+  for (auto& frame : stream.frames)
+    frame.time = stream.frames[0].time;
+  record({stream}, folder / "x.mcap");
+  expectRun(folder, "cut x.mcap -o a.mcap --frames :15 -q");
+  expectRun(folder, "cut x.mcap -o b.mcap --frames 15: -q");
+  ASSERT_EQ(run(folder, "merge a.mcap b.mcap -o ab.mcap -q").status, 0);
+  EXPECT_EQ(decode(folder / "ab.mcap")[0].frames.size(), 40u);
+}
+
+} // namespace test
+} // namespace tools
+} // namespace pcl_ext
