@@ -54,8 +54,8 @@ public:
     const std::uint8_t* begin = end - header_.payload_size;
     readDepthModel(begin);
     const bool is_refined = header_.content.refinement_levels > 0;
-    const auto voxels =
-        static_cast<std::size_t>(is_refined ? header_.cell_count : header_.voxel_count);
+    const auto voxels = static_cast<std::size_t>(is_refined ? header_.coarse_voxel_count
+                                                            : header_.voxel_count);
     if (!decode(begin, end - header_.supplement_size, voxels))
       throw std::runtime_error("a frame does not decode while it is measured");
     return static_cast<std::size_t>(header_.supplement_size);
@@ -74,8 +74,8 @@ private:
     io::context::KnownVoxelModels known_voxels{IsSmall};
     io::context::NewVoxelModels new_voxels{IsSmall};
     io::context::ChildModels children{IsSmall};
-    io::context::IntensityModels intensity{IsSmall};
-    io::context::IntensityModels points{IsSmall}; // beside intensities
+    io::context::IntensityContexts intensity{IsSmall};
+    io::context::IntensityContexts points{IsSmall}; // beside intensities
   };
 
   void
@@ -135,15 +135,17 @@ private:
         !header_.is_i_frame && (voxels == 0 || coding.codeBypass(false));
     if (!uses_history)
       history_.clear(symbol_bits);
-    const io::context::FrameContext context{history_,
-                                            header_.grid.depth - levels,
-                                            symbol_bits,
-                                            depth_model_ ? &*depth_model_ : nullptr};
+    const io::context::FrameParameters parameters{history_,
+                                                  header_.grid.depth - levels,
+                                                  symbol_bits,
+                                                  depth_model_ ? &*depth_model_
+                                                               : nullptr};
     const bool is_valid =
         voxels == 0
             ? begin == end
-            : decodeVoxels(coding, context) && decodeIntensities(coding, context) &&
-                  (!has_points || decodePoints(coding, context, has_intensities)) &&
+            : decodeVoxels(coding, parameters) &&
+                  decodeIntensities(coding, parameters) &&
+                  (!has_points || decodePoints(coding, parameters, has_intensities)) &&
                   coding.coder().isAtEnd();
     // The rest of the last bytes.
     meter_.add(coded,
@@ -163,71 +165,73 @@ private:
   }
 
   bool
-  decodeVoxels(Coding& coding, const io::context::FrameContext& context)
+  decodeVoxels(Coding& coding, const io::context::FrameParameters& parameters)
   {
-    frame_.begin(context.history);
+    frame_.begin(parameters.history);
     const std::size_t voxels = intensities_.numbers.size();
     const std::size_t known =
-        io::context::KnownVoxelPass(coding, models_.known_voxels, frame_, context)
+        io::context::KnownVoxelPass(coding, models_.known_voxels, frame_, parameters)
             .run();
     if (known > voxels)
       return false;
     io::context::NewVoxelPass in_known_blocks(
-        coding, models_.new_voxels, frame_, context, voxels - known);
+        coding, models_.new_voxels, frame_, parameters, voxels - known);
     if (!in_known_blocks.run())
       return false;
     meter_.begin(new_blocks);
     if (!io::context::NewBlockPass(coding,
                                    models_.children,
                                    frame_,
-                                   context,
+                                   parameters,
                                    voxels - known - in_known_blocks.voxelCount())
              .run())
       return false;
-    frame_.collect(context.history, blocks_);
+    frame_.collect(parameters.history, blocks_);
     return blocks_.voxelCount() == voxels;
   }
 
   /** \brief Decodes numbers of points, of which the symbols may have been the first ones. */
   bool
   decodePoints(Coding& coding,
-               const io::context::FrameContext& context,
+               const io::context::FrameParameters& parameters,
                bool has_intensities)
   {
     meter_.begin(points);
-    const io::context::FrameContext point_context{
-        context.history, context.grid_depth, io::point_symbol_bits, nullptr};
+    const io::context::FrameParameters point_parameters{
+        parameters.history, parameters.grid_depth, io::point_symbol_bits, nullptr};
     io::context::IntensityPass<Coding> pass(coding,
                                             has_intensities ? models_.points
                                                             : models_.intensity,
                                             frame_.directory,
-                                            point_context);
+                                            point_parameters);
     intensities_.point_symbols = intensities_.symbols;
     if (has_intensities)
-      pass.run(blocks_, intensities_.point_symbols, context.history.pointRecords());
+      pass.run(blocks_, intensities_.point_symbols, parameters.history.pointRecords());
     std::vector<std::uint32_t> counts(intensities_.point_symbols.begin(),
                                       intensities_.point_symbols.end());
     return pass.codeExcess(counts);
   }
 
   bool
-  decodeIntensities(Coding& coding, const io::context::FrameContext& context)
+  decodeIntensities(Coding& coding, const io::context::FrameParameters& parameters)
   {
     using Pass = io::context::IntensityPass<Coding>;
-    io::context::IntensityModels& models = models_.intensity;
+    io::context::IntensityContexts& models = models_.intensity;
     meter_.begin(numbers);
-    if (context.symbol_bits != 0)
-      Pass(coding, models, frame_.directory, context)
+    if (parameters.symbol_bits != 0)
+      Pass(coding, models, frame_.directory, parameters)
           .run(blocks_, intensities_.numbers);
     intensities_.symbols = intensities_.numbers;
-    if (context.depth_model == nullptr)
+    if (parameters.depth_model == nullptr)
       return true;
     meter_.begin(residuals);
-    context.history.predictDepths(blocks_, intensities_.predictions);
-    intensities_.split.begin(
-        *context.depth_model, blocks_, intensities_.predictions, context.maxSymbol());
+    parameters.history.predictDepths(blocks_, intensities_.predictions);
+    intensities_.split.begin(*parameters.depth_model,
+                             blocks_,
+                             intensities_.predictions,
+                             parameters.maxSymbol());
     intensities_.split.predict(intensities_.numbers);
-    return Pass(coding, models, frame_.directory, context)
+    return Pass(coding, models, frame_.directory, parameters)
         .codeResiduals(intensities_.split, intensities_.symbols);
   }
 

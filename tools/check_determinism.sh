@@ -45,7 +45,7 @@ eigen=$(pkg-config --cflags eigen3 2> /dev/null || echo -I/usr/include/eigen3)
 
 # One unit of all sources, as else most of the time would go into the standard library's
 # headers; GoogleTest in another, not optimised; files for AVX2 by themselves.
-avx2="src/voxelizing/located_points_avx2.cpp test/simd/lanes_computation_avx2.cpp"
+avx2="src/voxelizing/locate_points_avx2.cpp test/simd/lanes_computation_avx2.cpp"
 {
   echo '#define PCL_EXT_TEST_DATA "test/data"'
   # shellcheck disable=SC2086

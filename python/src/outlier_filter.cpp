@@ -39,7 +39,7 @@ Denoising::apply(io::VoxelFrame& frame) const
   if (outliers != nullptr)
     outliers->filter(frame);
   if (min_intensity)
-    removeFaintVoxels(frame, *min_intensity);
+    removeVoxelsBelow(frame, *min_intensity);
 }
 
 } // namespace python

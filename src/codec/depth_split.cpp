@@ -105,14 +105,14 @@ DepthSplit::predict(const std::vector<std::uint16_t>& numbers)
 {
   predicted_.resize(numbers.size());
   classes_.resize(numbers.size());
-  places_.resize(numbers.size());
+  contexts_.resize(numbers.size());
   point_classes_.resize(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::uint64_t exact = numbers[i] * point_symbols_[i];
     const auto predicted = static_cast<std::uint32_t>(
         std::min<std::uint64_t>((exact + one_symbol / 2) >> 16, max_symbol_));
     predicted_[i] = static_cast<std::uint16_t>(predicted);
-    places_[i] = static_cast<std::uint8_t>(sizeOf(exact) * 16 + (exact >> 12 & 15));
+    contexts_[i] = static_cast<std::uint8_t>(sizeOf(exact) * 16 + (exact >> 12 & 15));
     const unsigned int number = numbers[i];
     point_classes_[i] = number < 2 ? 0 : number < 3 ? 1 : number < 6 ? 2 : 3;
     classes_[i] = point_symbols_[i] < one_symbol ? no_residual

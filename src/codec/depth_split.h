@@ -69,12 +69,12 @@ public:
     return classes_;
   }
 
-  /** \brief Fraction of the prediction in sixteenths, 0..15, plus 16 times the bit length of
+  /** \brief Context of the residual by the prediction: its fraction in sixteenths, 0..15, plus 16 times the bit length of
    * half the symbol, 0..7. */
   std::uint32_t
-  place(std::size_t voxel) const
+  predictionContext(std::size_t voxel) const
   {
-    return places_[voxel];
+    return contexts_[voxel];
   }
 
   /** \brief Class of a voxel's number of points, 0..3. */
@@ -118,7 +118,7 @@ private:
   std::vector<std::uint8_t> roughness_;
   std::vector<std::uint16_t> predicted_; // symbols
   std::vector<std::uint8_t> classes_;
-  std::vector<std::uint8_t> places_;
+  std::vector<std::uint8_t> contexts_;
   std::vector<std::uint8_t> point_classes_;
 };
 

@@ -16,7 +16,7 @@ public:
   bool
   isUseful() const
   {
-    return frames_without_ == 0;
+    return frames_until_retry_ == 0;
   }
 
   /** \brief True if a frame with the history takes more bytes a voxel than the last one
@@ -70,13 +70,13 @@ public:
   addWithout(bool was_tried)
   {
     frames_with_ = 0;
-    frames_without_ -= frames_without_ > 0 ? 1 : 0;
+    frames_until_retry_ -= frames_until_retry_ > 0 ? 1 : 0;
     if (!was_tried)
       return;
     constexpr unsigned int first_pause = 7;
     constexpr unsigned int longest_pause = 63;
     pause_ = std::clamp(2 * pause_ + 1, first_pause, longest_pause);
-    frames_without_ = pause_;
+    frames_until_retry_ = pause_;
   }
 
 private:
@@ -96,10 +96,10 @@ private:
   static constexpr unsigned int young = 2; // frames
   static constexpr std::size_t default_share = 32;
 
-  Size without_history_;            // of the last frame that was measured
-  unsigned int frames_with_ = 0;    // since the last one without
-  unsigned int pause_ = 0;          // frames until the history is tried again
-  unsigned int frames_without_ = 0; // of these, those that are left
+  Size without_history_;                // of the last frame that was measured
+  unsigned int frames_with_ = 0;        // since the last one without
+  unsigned int pause_ = 0;              // frames until the history is tried again
+  unsigned int frames_until_retry_ = 0; // of these, those that are left
 };
 
 } // namespace io

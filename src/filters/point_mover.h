@@ -40,15 +40,15 @@ public:
   PCL_EXT_LANES_TARGET void
   moveAll(const unsigned char* points, std::size_t stride, std::uint32_t source)
   {
-    Floats place[4];
+    Floats position[4];
     Floats depth;
     Ints is_finite;
-    const unsigned int kept = move(points, stride, place, depth, is_finite);
+    const unsigned int kept = move(points, stride, position, depth, is_finite);
     finite_ = LanesT::subtract(finite_, is_finite); // -1 in lanes of finite points
     if (kept == all_lanes)
-      keepAll(place, depth, source);
+      keepAll(position, depth, source);
     else if (kept != 0)
-      keepSome(place, depth, source, kept, LanesT::width);
+      keepSome(position, depth, source, kept, LanesT::width);
   }
 
   /** \brief Moves the first ones of as many points as there are lanes. */
@@ -59,13 +59,13 @@ public:
             unsigned int count)
   {
     const unsigned int wanted = (1u << count) - 1;
-    Floats place[4];
+    Floats position[4];
     Floats depth;
     Ints is_finite;
-    const unsigned int kept = move(points, stride, place, depth, is_finite) & wanted;
+    const unsigned int kept = move(points, stride, position, depth, is_finite) & wanted;
     finite_points_ += bitCount(LanesT::bitsOf(is_finite) & wanted);
     if (kept != 0)
-      keepSome(place, depth, source, kept, count);
+      keepSome(position, depth, source, kept, count);
   }
 
   /** \brief Number of points that were finite after the move. */
@@ -87,16 +87,16 @@ private:
 
   static constexpr unsigned int all_lanes = (1u << LanesT::width) - 1;
 
-  /** \brief Computes the places of a point a lane.
-   * \param[out] place x, y, z and 1 of each point
+  /** \brief Computes the positions of a point a lane.
+   * \param[out] position x, y, z and 1 of each point
    * \param[out] depth z before the move
-   * \param[out] is_finite which places are
-   * \return bit i is set if place i is finite and in the crop box
+   * \param[out] is_finite which positions are
+   * \return bit i is set if position i is finite and in the crop box
    */
   PCL_EXT_LANES_TARGET unsigned int
   move(const unsigned char* points,
        std::size_t stride,
-       Floats (&place)[4],
+       Floats (&position)[4],
        Floats& depth,
        Ints& is_finite) const
   {
@@ -106,28 +106,28 @@ private:
     Ints is_kept = LanesT::all(-1);
     for (std::size_t row = 0; row < 3; ++row) {
       // In the order of Eigen's product of matrix and vector.
-      place[row] = LanesT::add(
+      position[row] = LanesT::add(
           LanesT::add(LanesT::add(LanesT::multiply(matrix_[row][0], point[0]),
                                   LanesT::multiply(matrix_[row][1], point[1])),
                       LanesT::multiply(matrix_[row][2], point[2])),
           matrix_[row][3]);
       // NaN if any term is not finite.
-      zeros = LanesT::add(zeros, LanesT::subtract(place[row], place[row]));
-      is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(min_[row], place[row]));
-      is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(place[row], max_[row]));
+      zeros = LanesT::add(zeros, LanesT::subtract(position[row], position[row]));
+      is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(min_[row], position[row]));
+      is_kept = LanesT::bitAnd(is_kept, LanesT::lessOrEqual(position[row], max_[row]));
     }
     is_finite = LanesT::lessOrEqual(zeros, LanesT::all(0.0f));
     depth = point[2];
-    place[3] = LanesT::all(1.0f);
-    LanesT::transpose(place[0], place[1], place[2], place[3]);
+    position[3] = LanesT::all(1.0f);
+    LanesT::transpose(position[0], position[1], position[2], position[3]);
     return LanesT::bitsOf(is_kept);
   }
 
   PCL_EXT_LANES_TARGET void
-  keepAll(const Floats (&place)[4], const Floats& depth, std::uint32_t source)
+  keepAll(const Floats (&position)[4], const Floats& depth, std::uint32_t source)
   {
     const std::size_t count = moved_.count;
-    storePlaces(place, output_ + count * moved_point_floats, moved_point_floats);
+    storePositions(position, output_ + count * moved_point_floats, moved_point_floats);
     LanesT::store(depth, &moved_.depths[count]);
     for (std::uint32_t lane = 0; lane < LanesT::width; ++lane)
       moved_.sources[count + lane] = source + lane;
@@ -135,21 +135,21 @@ private:
   }
 
   PCL_EXT_LANES_TARGET void
-  keepSome(const Floats (&place)[4],
+  keepSome(const Floats (&position)[4],
            const Floats& depth,
            std::uint32_t source,
            unsigned int kept,
            std::uint32_t lanes)
   {
-    std::array<float, std::size_t{4} * LanesT::width> places;
-    storePlaces(place, places.data(), 4);
+    std::array<float, std::size_t{4} * LanesT::width> positions;
+    storePositions(position, positions.data(), 4);
     std::array<float, LanesT::width> depths;
     LanesT::store(depth, depths.data());
     // Without a branch, which would be mispredicted: written in any case, counted if kept.
     std::size_t count = moved_.count;
     for (std::uint32_t lane = 0; lane < lanes; ++lane) {
       std::memcpy(output_ + count * moved_point_floats,
-                  &places[std::size_t{4} * lane],
+                  &positions[std::size_t{4} * lane],
                   4 * sizeof(float));
       moved_.depths[count] = depths[lane];
       moved_.sources[count] = source + lane;
@@ -163,13 +163,13 @@ private:
    * \param[in] distance floats from one point to the next
    */
   PCL_EXT_LANES_TARGET static void
-  storePlaces(const Floats (&place)[4], float* to, std::size_t distance)
+  storePositions(const Floats (&position)[4], float* to, std::size_t distance)
   {
     for (std::size_t lane = 0; lane < 4; ++lane)
-      LanesT::template storeFour<0>(place[lane], to + lane * distance);
+      LanesT::template storeFour<0>(position[lane], to + lane * distance);
     if constexpr (LanesT::width == 8)
       for (std::size_t lane = 0; lane < 4; ++lane)
-        LanesT::template storeFour<1>(place[lane], to + (4 + lane) * distance);
+        LanesT::template storeFour<1>(position[lane], to + (4 + lane) * distance);
   }
 
   Floats matrix_[3][4];

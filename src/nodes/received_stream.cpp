@@ -151,7 +151,7 @@ ReceivedStream::makeLatest(io::VoxelFrame& decoded,
                            const Clock& clock)
 {
   OutlierRemovalStatus outliers = removeOutliers(decoded);
-  removeFaintVoxels(decoded, min_intensity_, kept_);
+  removeVoxelsBelow(decoded, min_intensity_, kept_);
   const std::chrono::duration<double> cycle = std::chrono::steady_clock::now() - start;
 
   Time stamp = frame.stamp.value_or(Time(0));

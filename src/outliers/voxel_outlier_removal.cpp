@@ -56,7 +56,7 @@ public:
     const std::size_t voxels = frame.size();
     status = judgement(frame);
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
-      return !(evidence_[indexOf(places_[i])] < least);
+      return !(evidence_[indexOf(voxel_cells_[i])] < least);
     });
     endFrame(voxels);
     return status;
@@ -74,7 +74,8 @@ public:
     learn(frame);
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
-      log_odds[i] = 0.5f * std::log(evidence_[indexOf(places_[i])]) + score_.offset;
+      log_odds[i] =
+          0.5f * std::log(evidence_[indexOf(voxel_cells_[i])]) + score_.offset;
     status = judgement(frame);
     endFrame(frame.size());
     return status;
@@ -95,7 +96,7 @@ public:
 
 private:
   /** \brief Position of a voxel of the frame in the blocks. */
-  struct Place {
+  struct VoxelCell {
     std::uint32_t block;
     std::uint8_t cell;
   };
@@ -141,10 +142,10 @@ private:
   }
 
   std::size_t
-  indexOf(const Place& place) const
+  indexOf(const VoxelCell& voxel) const
   {
-    const std::uint64_t before = (std::uint64_t{1} << place.cell) - 1;
-    return first_voxels_[place.block] + bitCount(masks_[place.block] & before);
+    const std::uint64_t before = (std::uint64_t{1} << voxel.cell) - 1;
+    return first_voxels_[voxel.block] + bitCount(masks_[voxel.block] & before);
   }
 
   /** \brief Begins a frame; drops the history if memory ran out in the previous one. */
@@ -207,7 +208,7 @@ private:
     masks_.assign(blocks_.size(), 0);
     sums_of_voxels_.clear();
     frame_blocks_.clear();
-    places_.resize(frame.size());
+    voxel_cells_.resize(frame.size());
     std::uint64_t last_key = std::numeric_limits<std::uint64_t>::max();
     std::uint32_t block = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -230,7 +231,7 @@ private:
       else
         addToCell(block, cell, density);
       masks_[block] |= std::uint64_t{1} << cell;
-      places_[i] = {block, static_cast<std::uint8_t>(cell)};
+      voxel_cells_[i] = {block, static_cast<std::uint8_t>(cell)};
     }
   }
 
@@ -340,7 +341,7 @@ private:
   void
   releaseFrame()
   {
-    std::vector<Place>().swap(places_);
+    std::vector<VoxelCell>().swap(voxel_cells_);
     std::vector<std::uint64_t>().swap(masks_);
     std::vector<std::uint32_t>().swap(frame_blocks_);
     std::vector<std::uint32_t>().swap(first_voxels_);
@@ -358,7 +359,7 @@ private:
 
   // Of the current frame; members so that their memory is reused.
   Score score_{};
-  std::vector<Place> places_;               // of each voxel
+  std::vector<VoxelCell> voxel_cells_;      // of each voxel
   std::vector<std::uint64_t> masks_;        // of each block, occupied cells
   std::vector<std::uint32_t> frame_blocks_; // blocks with voxels
   std::vector<std::uint32_t> first_voxels_; // of each block, index into evidence_

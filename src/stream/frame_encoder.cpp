@@ -4,7 +4,7 @@
 #include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "codec/published/frame.h"
-#include "codec/supplement/cells.h"
+#include "codec/supplement/coarse_voxels.h"
 #include "codec/supplement/supplement.h"
 #include "stream/version1_header.h"
 #include "voxels/ascending_keys.h"
@@ -170,7 +170,7 @@ private:
     if (!memory_rule_.shouldRelease(needed))
       return;
     bytes_of_payload_ = std::vector<std::uint8_t>();
-    cells_ = VoxelFrame();
+    coarse_voxels_ = VoxelFrame();
     last_keys_ = std::vector<std::uint64_t>();
     if (supplement_)
       supplement_->releaseMemory();
@@ -203,7 +203,7 @@ private:
       return true;
     }
     // The result of match() is used by encode().
-    const VoxelFrame& coded = cellsOrVoxels(frame);
+    const VoxelFrame& coded = codedVoxels(frame);
     const std::size_t known = coder().match(work_, coded);
     if (content_.refinement_levels == 0)
       is_refinement_useful_ = 4 * known < coded.size();
@@ -222,17 +222,18 @@ private:
     return !keys.empty() && 2 * known >= keys.size();
   }
 
-  /** \brief What the coder of voxels codes: with a refinement the cells. */
+  /** \brief What the coder of voxels codes: with a refinement the coarse voxels. */
   const VoxelFrame&
-  cellsOrVoxels(const VoxelFrame& frame)
+  codedVoxels(const VoxelFrame& frame)
   {
     if (content_.refinement_levels == 0)
       return frame;
-    cells_.grid = frame.grid;
-    cells_.grid.depth -= content_.refinement_levels;
-    cells_.intensity_scale.bits = 0;
-    supplement::cellsOf(frame.keys, content_.refinement_levels, cells_.keys);
-    return cells_;
+    coarse_voxels_.grid = frame.grid;
+    coarse_voxels_.grid.depth -= content_.refinement_levels;
+    coarse_voxels_.intensity_scale.bits = 0;
+    supplement::coarseVoxelsOf(
+        frame.keys, content_.refinement_levels, coarse_voxels_.keys);
+    return coarse_voxels_;
   }
 
   PayloadCoder&
@@ -279,8 +280,8 @@ private:
       chooseContent(frame);
     header.content = content_;
     header.voxel_count = frame.size();
-    const VoxelFrame& coded = cellsOrVoxels(frame);
-    header.cell_count = coded.size();
+    const VoxelFrame& coded = codedVoxels(frame);
+    header.coarse_voxel_count = coded.size();
     PayloadSizes sizes = encodePayload(coded, header);
     const std::size_t supplement_begin = bytes_of_payload_.size();
     encodeSupplement(frame, coded, header, sizes);
@@ -315,7 +316,7 @@ private:
   /** \brief Appends the supplement to the payload, if the content has one. */
   void
   encodeSupplement(const VoxelFrame& frame,
-                   const VoxelFrame& cells,
+                   const VoxelFrame& coarse_voxels,
                    Version1Header& header,
                    PayloadSizes& sizes)
   {
@@ -330,8 +331,12 @@ private:
     }
     if (!supplement_)
       supplement_ = std::make_unique<supplement::SupplementCoder>();
-    const supplement::Sizes added = supplement_->encode(
-        content_, frame, cells.keys, effort_, header.is_i_frame, bytes_of_payload_);
+    const supplement::Sizes added = supplement_->encode(content_,
+                                                        frame,
+                                                        coarse_voxels.keys,
+                                                        effort_,
+                                                        header.is_i_frame,
+                                                        bytes_of_payload_);
     sizes.occupancy += added.refinement;
     sizes.attributes += added.attributes;
   }
@@ -403,7 +408,7 @@ private:
   HistoryUse history_use_;
   // Of the current frame; members so that their memory is reused.
   Version1Header header_;
-  VoxelFrame cells_;
+  VoxelFrame coarse_voxels_;
   std::vector<std::uint8_t> bytes_of_payload_;
   CodingWorkspace work_;
   MemoryRule memory_rule_;

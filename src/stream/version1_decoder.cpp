@@ -68,13 +68,13 @@ Version1Decoder::readFrame(ByteSource& source, std::uint32_t& checksum)
   memory_taken_ = checked_bytes_.size();
   if (source.failure() != ByteSource::Failure::None)
     return failedRead(source, "a payload");
-  if (CompressionStatus status = checkSum(checksum); !status.ok())
+  if (CompressionStatus status = verifyChecksum(checksum); !status.ok())
     return status;
   return header_.is_i_frame ? checkOrder(checksum) : CompressionStatus();
 }
 
 CompressionStatus
-Version1Decoder::checkSum(std::uint32_t checksum) const
+Version1Decoder::verifyChecksum(std::uint32_t checksum) const
 {
   if (chainedChecksum(header_.is_i_frame ? 0 : checksum_,
                       checked_bytes_.data(),
@@ -124,7 +124,7 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
   return {};
 }
 
-/** \brief Decodes the voxels, or with a refinement their cells. */
+/** \brief Decodes the voxels, or with a refinement their coarse voxels. */
 CompressionStatus
 Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               const std::uint8_t* begin,
@@ -136,17 +136,18 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
   if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   const bool is_refined = header_.content.refinement_levels > 0;
-  const std::uint64_t count = is_refined ? header_.cell_count : header_.voxel_count;
+  const std::uint64_t count =
+      is_refined ? header_.coarse_voxel_count : header_.voxel_count;
   if (coder.decode(work,
                    begin,
                    end,
                    static_cast<std::size_t>(count),
                    header_.is_i_frame,
-                   is_refined ? cells_ : frame,
+                   is_refined ? coarse_voxels_ : frame,
                    sizes))
     return {};
   return corruptFrame("the payload does not decode to " + std::to_string(count) +
-                      (is_refined ? " cells" : " voxels"));
+                      (is_refined ? " coarse voxels" : " voxels"));
 }
 
 /** \brief Whether the numbers of points do not add up to that of the header. */
@@ -177,7 +178,7 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
       supplement_->decode(begin,
                           end,
                           header_.content,
-                          cells_.keys,
+                          coarse_voxels_.keys,
                           header_.effort,
                           header_.is_i_frame,
                           static_cast<std::size_t>(header_.voxel_count),
@@ -225,9 +226,9 @@ Version1Decoder::prepareContent(VoxelFrame& frame)
   if (!frame.has_point_counts)
     frame.point_counts.clear();
   if (header_.content.refinement_levels > 0) {
-    cells_.grid = frame.grid;
-    cells_.grid.depth -= header_.content.refinement_levels;
-    cells_.intensity_scale.bits = 0;
+    coarse_voxels_.grid = frame.grid;
+    coarse_voxels_.grid.depth -= header_.content.refinement_levels;
+    coarse_voxels_.intensity_scale.bits = 0;
   }
   return {};
 }
@@ -309,7 +310,7 @@ Version1Decoder::releaseMemory()
   coders_.of(effort_).releaseMemory();
   if (supplement_)
     supplement_->releaseMemory();
-  cells_ = VoxelFrame();
+  coarse_voxels_ = VoxelFrame();
 }
 
 } // namespace io

@@ -91,7 +91,7 @@ private:
   checkOrder(std::uint32_t checksum);
 
   CompressionStatus
-  checkSum(std::uint32_t checksum) const;
+  verifyChecksum(std::uint32_t checksum) const;
 
   CompressionStatus
   decodePayload(CodingWorkspace& work, VoxelFrame& frame, PayloadSizes& sizes);
@@ -151,7 +151,7 @@ private:
   std::size_t header_size_ = 0; // in checked_bytes_
   std::size_t memory_taken_ = 0;
   std::optional<FrameStamp> next_stamp_;
-  VoxelFrame cells_; // with a refinement
+  VoxelFrame coarse_voxels_; // with a refinement
 };
 
 } // namespace io

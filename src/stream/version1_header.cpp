@@ -129,7 +129,7 @@ writeFields(const Version1Header& header, ByteWriter& writer)
   }
   writer.varint(header.voxel_count);
   if (header.content.refinement_levels > 0)
-    writer.varint(header.cell_count);
+    writer.varint(header.coarse_voxel_count);
   if (header.content.has_point_counts)
     writer.varint(header.point_count);
   writer.varint(header.payload_size);
@@ -218,7 +218,7 @@ readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
     return status;
   if (header.content.refinement_levels >= header.grid.depth &&
       source.failure() == ByteSource::Failure::None)
-    return corruptFrame("cells larger than the grid");
+    return corruptFrame("coarse voxels larger than the grid");
   if (header.content.colour_bits > 0) {
     header.content.colour_bits = source.u8();
     if (source.failure() == ByteSource::Failure::None &&
@@ -236,7 +236,7 @@ readCounts(ByteSource& source, Version1Header& header)
 {
   header.voxel_count = source.varint();
   if (header.content.refinement_levels > 0)
-    header.cell_count = source.varint();
+    header.coarse_voxel_count = source.varint();
   if (header.content.has_point_counts)
     header.point_count = source.varint();
   header.payload_size = source.varint();
@@ -278,10 +278,10 @@ checkFields(const Version1Header& header, const DecoderLimits& limits)
     return {CompressionCode::LimitExceeded,
             "frame header: " + std::to_string(header.point_count) +
                 " points exceed the limit of " + std::to_string(limits.max_points)};
-  if (header.cell_count > header.voxel_count ||
-      (header.cell_count == 0 && header.content.refinement_levels > 0 &&
+  if (header.coarse_voxel_count > header.voxel_count ||
+      (header.coarse_voxel_count == 0 && header.content.refinement_levels > 0 &&
        header.voxel_count > 0))
-    return corruptFrame("invalid number of cells");
+    return corruptFrame("invalid number of coarse voxels");
   if (header.content.has_point_counts &&
       (header.point_count < header.voxel_count ||
        (header.voxel_count == 0 && header.point_count > 0)))

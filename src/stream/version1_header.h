@@ -40,7 +40,7 @@ struct Version1Header {
   std::uint64_t voxel_count = 0;
   std::uint64_t payload_size = 0; // bytes, those of the supplement included
   // Depend on the content:
-  std::uint64_t cell_count = 0;
+  std::uint64_t coarse_voxel_count = 0;
   std::uint64_t point_count = 0;
   std::uint64_t supplement_size = 0; // bytes
 };

@@ -4,7 +4,7 @@
 
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
-#include "voxelizing/located_points.h"
+#include "voxelizing/locate_points.h"
 
 #include <array>
 #include <cstddef>

@@ -1,105 +1,105 @@
 #pragma once
 
-#include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_grid.h>
-
-#include "simd/lanes.h"
-#include "simd/vector_choice.h"
-#include "voxelizing/block_place.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <cstring>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief Distance of prefetching, bytes. */
-constexpr std::size_t prefetch_distance = 2048;
+/** \brief Position of a voxel in a grid: a block of 4 x 4 x 4 voxels and a voxel in it. */
+struct BlockVoxel {
+  static constexpr unsigned int axis_bits = max_grid_depth - 2;
 
-/** \brief What is computed of a grid to locate points in it, with any kind of lanes. */
-struct LocatorGrid {
-  /** \param[in] grid any grid
-   * \param[in] box points outside it are reported as uncertain
+  std::uint64_t block; ///< x, y, z of the block, 19 bits each, x the highest
+  std::uint32_t voxel; ///< x, y, z within the block, 2 bits each, x the highest
+};
+
+/** \brief The voxels of some points of a cloud, in the order of the points. */
+struct LocatedPoints {
+  static constexpr std::size_t capacity = 256;
+
+  std::size_t count = 0;
+  std::array<std::uint64_t, capacity> blocks; ///< as in BlockVoxel
+  std::array<std::uint32_t, capacity> voxels; ///< as in BlockVoxel
+  std::array<std::size_t, capacity> points;   ///< indices in the cloud
+
+  // Only of clouds that have them.
+  std::array<float, capacity> intensities;
+  std::array<std::uint32_t, capacity> colours; ///< as of pcl::PointXYZRGB
+
+  /** \brief Appends a point whose voxel was written at or behind the end.
+   * \param[in] index where it was written
+   * \param[in] point its index in the cloud
    */
-  LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box);
+  void
+  moveToEnd(std::size_t index, std::size_t point)
+  {
+    blocks[count] = blocks[index];
+    voxels[count] = voxels[index];
+    points[count] = point;
+    ++count;
+  }
 
-  /** \brief For coordinates that are doubles, less the anchor of the grid and then rounded
-   * to floats. All that are near a face are reported as uncertain. */
-  static LocatorGrid
-  ofRoundedCoordinates(const VoxelGrid& grid);
-
-  double resolution; ///< metres
-  std::array<double, 3> anchor;
-  std::array<std::int32_t, 3> first_index;
-  std::uint32_t size; ///< voxels along each axis
-
-  float inverse_resolution;
-  std::array<float, 3> first_centre; ///< of the grid's lowest voxel, in voxels
-  std::int32_t beyond_grid; ///< the bits that are 0 in all positions of the grid
-  bool is_rounded = false;  ///< see ofRoundedCoordinates()
-  float certain;  ///< largest certain distance from a voxel's centre, in voxels
-  bool is_useful; ///< false if most points of the grid would be uncertain
-  bool has_box;
-  std::array<float, 3> box_min{};
-  std::array<float, 3> box_max{};
+  /** \brief Appends eight points whose voxels were written at or behind the end.
+   * \param[in] index where the first was written
+   * \param[in] point index of the first in the cloud
+   */
+  void
+  moveEightToEnd(std::size_t index, std::size_t point)
+  {
+    if (index != count) {
+      // By way of other memory, as source and target may overlap.
+      std::array<std::uint64_t, 8> eight_blocks;
+      std::array<std::uint32_t, 8> eight_voxels;
+      std::memcpy(eight_blocks.data(), &blocks[index], sizeof(eight_blocks));
+      std::memcpy(eight_voxels.data(), &voxels[index], sizeof(eight_voxels));
+      std::memcpy(&blocks[count], eight_blocks.data(), sizeof(eight_blocks));
+      std::memcpy(&voxels[count], eight_voxels.data(), sizeof(eight_voxels));
+    }
+    for (std::size_t i = 0; i < 8; ++i)
+      points[count + i] = point + i;
+    count += 8;
+  }
 };
 
-/** \brief Points to be located. */
-struct LocatorInput {
-  const unsigned char* first; ///< x of the first; need not be aligned
-  std::size_t stride;         ///< bytes from one x to the next, at least 12
-  std::size_t count;          ///< at most PlacedPoints::capacity
-  bool may_read_on;           ///< there is a float after the last z
-};
+/** \brief Block and voxel of a position in the grid. */
+inline BlockVoxel
+blockVoxelOf(const VoxelPosition& position)
+{
+  return {std::uint64_t{position.x >> 2} << 2 * BlockVoxel::axis_bits |
+              std::uint64_t{position.y >> 2} << BlockVoxel::axis_bits | position.z >> 2,
+          (position.x & 3) << 4 | (position.y & 3) << 2 | (position.z & 3)};
+}
 
-/** \brief Bit i % 8 of number i / 8 is set if point i is certainly in the grid and the box. */
-using CertainPoints = std::array<std::uint8_t, PlacedPoints::capacity / 8>;
+/** \brief Morton key of a block: the key of its voxels without the lowest 6 bits. */
+constexpr std::uint64_t
+mortonKeyOfBlock(std::uint64_t block)
+{
+  constexpr std::uint64_t mask = (std::uint64_t{1} << BlockVoxel::axis_bits) - 1;
+  return mortonKey({static_cast<std::uint32_t>(block >> 2 * BlockVoxel::axis_bits),
+                    static_cast<std::uint32_t>(block >> BlockVoxel::axis_bits & mask),
+                    static_cast<std::uint32_t>(block & mask)});
+}
 
-/** \brief Computes the voxels of points.
- * \param[in] grid the grid, which has to be useful
- * \param[in] points the points
- * \param[out] placed blocks and voxels are written from the first element on, which are
- * valid for certain points only; their number is rounded up to a multiple of eight
- * \param[out] certain which ones these are
- */
-void
-locatePoints(const LocatorGrid& grid,
-             const LocatorInput& points,
-             PlacedPoints& placed,
-             CertainPoints& certain);
+/** \brief Lowest 6 bits of the Morton key of each voxel of a block. */
+inline constexpr std::array<std::uint8_t, 64> morton_order = [] {
+  std::array<std::uint8_t, 64> order{};
+  for (std::uint32_t voxel = 0; voxel < 64; ++voxel)
+    order[voxel] =
+        static_cast<std::uint8_t>(mortonKey({voxel >> 4, voxel >> 2 & 3, voxel & 3}));
+  return order;
+}();
 
-/** \brief The same with any kind of lanes. */
-template <typename LanesT>
-void
-locatePointsWith(const LocatorGrid& grid,
-                 const LocatorInput& points,
-                 PlacedPoints& placed,
-                 CertainPoints& certain);
-
-template <>
-void
-locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              PlacedPoints& placed,
-                              CertainPoints& certain);
-#if PCL_EXT_HAS_NATIVE_LANES
-template <>
-void
-locatePointsWith<NativeLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              PlacedPoints& placed,
-                              CertainPoints& certain);
-#endif
-#if PCL_EXT_HAS_AVX2
-template <>
-void
-locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
-                            const LocatorInput& points,
-                            PlacedPoints& placed,
-                            CertainPoints& certain);
-#endif
+/** \brief Morton key of a voxel. */
+constexpr std::uint64_t
+mortonKey(const BlockVoxel& voxel)
+{
+  return mortonKeyOfBlock(voxel.block) << 6 | morton_order[voxel.voxel];
+}
 
 } // namespace io
 } // namespace pcl_ext

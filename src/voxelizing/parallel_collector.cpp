@@ -65,7 +65,7 @@ ParallelCollector::reset()
 
 CollectionResult
 ParallelCollector::collect(PointBatches& points,
-                           const PlaceFinder& finder,
+                           const VoxelLocator& locator,
                            const CollectedFields& fields,
                            bool is_sparse,
                            std::vector<std::uint64_t>& keys,
@@ -74,7 +74,7 @@ ParallelCollector::collect(PointBatches& points,
   const std::vector<PointBatches*> batches = split(points);
   const std::size_t parts = batches.size();
   if (parts < 2)
-    return collectByOne(points, finder, fields, is_sparse, keys, sums);
+    return collectByOne(points, locator, fields, is_sparse, keys, sums);
 
   if (parts_.size() < parts)
     parts_.resize(parts);
@@ -82,7 +82,7 @@ ParallelCollector::collect(PointBatches& points,
   part_fields.exactness = fields.intensities;
   runAtOnce(parts, [&](std::size_t i) {
     Part& part = parts_[i];
-    part.result = part.collector.collect(*batches[i], finder, part_fields, is_sparse);
+    part.result = part.collector.collect(*batches[i], locator, part_fields, is_sparse);
     if (part.result == CollectionResult::AllPoints)
       part.collector.writeVoxels(part.keys, part.sums);
   });
@@ -97,7 +97,7 @@ ParallelCollector::collect(PointBatches& points,
   uniteVoxels(fields, parts, keys, sums);
   if (fields.intensities && !areSumsExact(parts, sums)) {
     are_sums_rounded_ = true;
-    return collectByOne(points, finder, fields, is_sparse, keys, sums);
+    return collectByOne(points, locator, fields, is_sparse, keys, sums);
   }
   occupied_blocks_ = countBlocks(keys);
   return CollectionResult::AllPoints;
@@ -105,14 +105,14 @@ ParallelCollector::collect(PointBatches& points,
 
 CollectionResult
 ParallelCollector::collectByOne(PointBatches& points,
-                                const PlaceFinder& finder,
+                                const VoxelLocator& locator,
                                 const CollectedFields& fields,
                                 bool is_sparse,
                                 std::vector<std::uint64_t>& keys,
                                 VoxelSums& sums)
 {
   VoxelCollector& collector = parts_.front().collector;
-  const CollectionResult result = collector.collect(points, finder, fields, is_sparse);
+  const CollectionResult result = collector.collect(points, locator, fields, is_sparse);
   if (result != CollectionResult::AllPoints)
     return result;
   collector.writeVoxels(keys, sums);

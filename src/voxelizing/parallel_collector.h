@@ -4,8 +4,8 @@
 #include <pcl_ext/compression/voxelizer.h>
 
 #include "voxelizing/common_step.h"
-#include "voxelizing/place_finder.h"
 #include "voxelizing/voxel_collector.h"
+#include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxel_sums.h"
 
 #include <cstddef>
@@ -29,18 +29,18 @@ public:
 
   /** \brief Collects the usable points.
    * \param[in] points the cloud
-   * \param[in] finder computes their voxels
+   * \param[in] locator computes their voxels
    * \param[in] fields what is collected besides the number of points
    * \param[in] is_sparse the cloud is known to have few points per block of voxels
    * \param[out] keys Morton keys of the voxels, strictly ascending; valid with AllPoints, as
    * all that follows
    * \param[out] sums of the points in each voxel
    * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable point is
-   * outside the finder's grid. In both cases reset() is required first.
+   * outside the locator's grid. In both cases reset() is required first.
    */
   CollectionResult
   collect(PointBatches& points,
-          const PlaceFinder& finder,
+          const VoxelLocator& locator,
           const CollectedFields& fields,
           bool is_sparse,
           std::vector<std::uint64_t>& keys,
@@ -96,7 +96,7 @@ private:
 
   CollectionResult
   collectByOne(PointBatches& points,
-               const PlaceFinder& finder,
+               const VoxelLocator& locator,
                const CollectedFields& fields,
                bool is_sparse,
                std::vector<std::uint64_t>& keys,

@@ -98,11 +98,11 @@ PointBlocks::fillTable()
   table_.assign(size, 0);
   hash_shift_ = 64 - bits;
   for (std::size_t i = 1; i < blocks_.size(); ++i)
-    table_[findPlace(blocks_[i])] = static_cast<std::uint32_t>(i);
+    table_[findSlot(blocks_[i])] = static_cast<std::uint32_t>(i);
 }
 
 std::size_t
-PointBlocks::findPlace(std::uint64_t block) const
+PointBlocks::findSlot(std::uint64_t block) const
 {
   const std::size_t mask = table_.size() - 1;
   const std::size_t first_try = tableOf().firstTry(block);
@@ -115,23 +115,23 @@ PointBlocks::findPlace(std::uint64_t block) const
 }
 
 void
-PointBlocks::add(const PlacedPoints& placed)
+PointBlocks::add(const LocatedPoints& located)
 {
   if (fields_.intensities || fields_.colours)
-    makeRoomForRuns(placed.count);
+    makeRoomForRuns(located.count);
   if (fields_.intensities && fields_.colours)
-    addFields<true, true>(placed);
+    addFields<true, true>(located);
   else if (fields_.intensities)
-    addFields<true, false>(placed);
+    addFields<true, false>(located);
   else if (fields_.colours)
-    addFields<false, true>(placed);
+    addFields<false, true>(located);
   else
-    addFields<false, false>(placed);
+    addFields<false, false>(located);
 }
 
 template <bool has_intensities, bool has_colours>
 void
-PointBlocks::addFields(const PlacedPoints& placed)
+PointBlocks::addFields(const LocatedPoints& located)
 {
   // Local variables, as stores may alias the members.
   Table table = tableOf();
@@ -139,15 +139,15 @@ PointBlocks::addFields(const PlacedPoints& placed)
   std::uint8_t* counts = counts_.data();
   Run run{no_slot, 0.0, 0};
   Run* next = runs_.data() + run_count_;
-  for (std::size_t i = 0; i < placed.count; ++i) {
-    std::size_t block = table.entries[table.firstTry(placed.blocks[i])];
-    if (blocks[block] != placed.blocks[i]) {
-      block = findOrInsert(placed.blocks[i]);
+  for (std::size_t i = 0; i < located.count; ++i) {
+    std::size_t block = table.entries[table.firstTry(located.blocks[i])];
+    if (blocks[block] != located.blocks[i]) {
+      block = findOrInsert(located.blocks[i]);
       table = tableOf();
       blocks = blocks_.data();
       counts = counts_.data();
     }
-    const std::size_t slot = 64 * block + morton_order[placed.voxels[i]];
+    const std::size_t slot = 64 * block + morton_order[located.voxels[i]];
     if (counts[slot] == most_in_a_slot) {
       full_slots_.push_back(slot);
       counts[slot] = 0;
@@ -161,13 +161,13 @@ PointBlocks::addFields(const PlacedPoints& placed)
       run.slot = slot;
       if constexpr (has_intensities)
         run.intensity = static_cast<double>(goes_on) * run.intensity +
-                        static_cast<double>(placed.intensities[i]);
+                        static_cast<double>(located.intensities[i]);
       if constexpr (has_colours)
-        run.colours = (run.colours & (0 - goes_on)) + packColour(placed.colours[i]);
+        run.colours = (run.colours & (0 - goes_on)) + packColour(located.colours[i]);
       *next = run;
     }
   }
-  if ((has_intensities || has_colours) && placed.count > 0)
+  if ((has_intensities || has_colours) && located.count > 0)
     run_count_ = static_cast<std::size_t>(next + 1 - runs_.data());
 }
 
@@ -209,7 +209,7 @@ PointBlocks::findOrInsert(std::uint64_t block)
 {
   if (slots_per_block * blocks_.size() > table_.size() && table_.size() < largest_table)
     fillTable();
-  std::uint32_t& entry = table_[findPlace(block)];
+  std::uint32_t& entry = table_[findSlot(block)];
   if (blocks_[entry] != block) {
     entry = static_cast<std::uint32_t>(blocks_.size());
     blocks_.push_back(block);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "voxelizing/block_place.h"
+#include "voxelizing/located_points.h"
 #include "voxelizing/voxel_sums.h"
 
 #include <cstddef>
@@ -43,7 +43,7 @@ public:
 
   /** \brief Adds points. */
   void
-  add(const PlacedPoints& placed);
+  add(const LocatedPoints& located);
 
   /** \brief True if there are too few points per block, so that SortedVoxels is faster and
    * takes less memory.
@@ -114,11 +114,11 @@ private:
   findOrInsert(std::uint64_t block);
 
   std::size_t
-  findPlace(std::uint64_t block) const;
+  findSlot(std::uint64_t block) const;
 
   template <bool has_intensities, bool has_colours>
   void
-  addFields(const PlacedPoints& placed);
+  addFields(const LocatedPoints& located);
 
   void
   makeRoomForRuns(std::size_t count);
@@ -163,7 +163,7 @@ private:
   SummedFields fields_;
 
   // By index of the block; index 0 is not used.
-  std::vector<std::uint64_t> blocks_; // as in BlockPlace
+  std::vector<std::uint64_t> blocks_; // as in BlockVoxel
   std::vector<WrittenBlock> written_; // after writeVoxels()
   std::vector<std::uint8_t> counts_;  // 64 slots per block: number of points
 

@@ -3,7 +3,7 @@
 #include "simd/bit_operations.h"
 #include "simd/lanes_target.h"
 #include "simd/load_points.h"
-#include "voxelizing/located_points.h"
+#include "voxelizing/locate_points.h"
 
 #include <array>
 #include <cstddef>
@@ -40,7 +40,7 @@ public:
   /** \brief Computes the voxels of a point a lane.
    * \param[in] points x of the first; four floats are read of each
    * \param[in] stride bytes from one x to the next
-   * \param[out] blocks,voxels as in BlockPlace; valid for certain points only
+   * \param[out] blocks,voxels as in BlockVoxel; valid for certain points only
    * \return bit i is set if point i is certainly in the grid and the box
    */
   PCL_EXT_LANES_TARGET unsigned int
@@ -145,7 +145,7 @@ private:
     const Ints y = LanesT::template shiftRight<2>(position[1]);
     const Ints z = LanesT::template shiftRight<2>(position[2]);
     // Bits 0..31 and 32..56 of a block; y is in both.
-    constexpr int bits = static_cast<int>(BlockPlace::axis_bits);
+    constexpr int bits = static_cast<int>(BlockVoxel::axis_bits);
     LanesT::storePairs(LanesT::bitOr(z, LanesT::template shiftLeft<bits>(y)),
                        LanesT::bitOr(LanesT::template shiftRight<32 - bits>(y),
                                      LanesT::template shiftLeft<2 * bits - 32>(x)),
@@ -172,15 +172,15 @@ locateEight(const PointLocator<LanesT>& locator,
             const unsigned char* points,
             std::size_t stride,
             std::size_t index,
-            PlacedPoints& placed)
+            LocatedPoints& located)
 {
   unsigned int certain =
-      locator.locate(points, stride, &placed.blocks[index], &placed.voxels[index]);
+      locator.locate(points, stride, &located.blocks[index], &located.voxels[index]);
   if constexpr (LanesT::width == 4)
     certain |= locator.locate(points + 4 * stride,
                               stride,
-                              &placed.blocks[index + 4],
-                              &placed.voxels[index + 4])
+                              &located.blocks[index + 4],
+                              &located.voxels[index + 4])
                << 4;
   return certain;
 }
@@ -190,7 +190,7 @@ template <typename LanesT>
 PCL_EXT_LANES_TARGET void
 locateEach(const LocatorGrid& grid,
            const LocatorInput& points,
-           PlacedPoints& placed,
+           LocatedPoints& located,
            CertainPoints& certain)
 {
   const PointLocator<LanesT> locator(grid);
@@ -203,7 +203,7 @@ locateEach(const LocatorGrid& grid,
     for (std::size_t point = 0; point < 8; point += 2)
       prefetch(first + prefetch_distance + point * points.stride);
     certain[i / 8] = static_cast<std::uint8_t>(
-        locateEight(locator, first, points.stride, i, placed));
+        locateEight(locator, first, points.stride, i, located));
   }
   if (i == points.count)
     return;
@@ -218,7 +218,7 @@ locateEach(const LocatorGrid& grid,
                   reinterpret_cast<const unsigned char*>(last.data()),
                   4 * sizeof(float),
                   i,
-                  placed);
+                  located);
   certain[i / 8] = static_cast<std::uint8_t>(bits & ((1u << count) - 1));
 }
 

@@ -21,27 +21,27 @@ SortedVoxels::begin(const SummedFields& fields, std::size_t expected)
 }
 
 void
-SortedVoxels::add(const PlacedPoints& placed)
+SortedVoxels::add(const LocatedPoints& located)
 {
   const auto key_of = [&](std::size_t i) {
-    return mortonKey(BlockPlace{placed.blocks[i], placed.voxels[i]});
+    return mortonKey(BlockVoxel{located.blocks[i], located.voxels[i]});
   };
   // Written by index, as push_back takes longer than the rest.
   if (!keepsPoints()) {
     const std::size_t first = point_keys_.size();
-    point_keys_.resize(first + placed.count);
+    point_keys_.resize(first + located.count);
     std::uint64_t* const keys = point_keys_.data() + first;
-    for (std::size_t i = 0; i < placed.count; ++i)
+    for (std::size_t i = 0; i < located.count; ++i)
       keys[i] = key_of(i);
     return;
   }
   const std::size_t first = points_.size();
-  points_.resize(first + placed.count);
+  points_.resize(first + located.count);
   Point* const points = points_.data() + first;
-  for (std::size_t i = 0; i < placed.count; ++i)
+  for (std::size_t i = 0; i < located.count; ++i)
     points[i] = {key_of(i),
-                 fields_.intensities ? placed.intensities[i] : 0.0f,
-                 fields_.colours ? placed.colours[i] : 0};
+                 fields_.intensities ? located.intensities[i] : 0.0f,
+                 fields_.colours ? located.colours[i] : 0};
 }
 
 void

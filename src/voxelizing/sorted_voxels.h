@@ -1,6 +1,6 @@
 #pragma once
 
-#include "voxelizing/block_place.h"
+#include "voxelizing/located_points.h"
 #include "voxelizing/voxel_sums.h"
 
 #include <cstddef>
@@ -24,7 +24,7 @@ public:
 
   /** \brief Adds points. */
   void
-  add(const PlacedPoints& placed);
+  add(const LocatedPoints& located);
 
   /** \brief Writes the voxels, and removes the points.
    * \param[out] keys Morton keys of the voxels, strictly ascending

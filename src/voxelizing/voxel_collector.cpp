@@ -8,7 +8,7 @@ namespace io {
 
 CollectionResult
 VoxelCollector::collect(PointBatches& points,
-                        const PlaceFinder& finder,
+                        const VoxelLocator& locator,
                         const CollectedFields& fields,
                         bool is_sparse)
 {
@@ -23,7 +23,7 @@ VoxelCollector::collect(PointBatches& points,
     blocks_.begin(fields);
   points.restart();
   for (PointView batch; points.next(batch);) {
-    const CollectionResult result = collectBatch(batch, finder);
+    const CollectionResult result = collectBatch(batch, locator);
     if (result != CollectionResult::AllPoints)
       return result;
     statistics_.points += batch.count;
@@ -36,19 +36,19 @@ VoxelCollector::collect(PointBatches& points,
 }
 
 CollectionResult
-VoxelCollector::collectBatch(const PointView& points, const PlaceFinder& finder)
+VoxelCollector::collectBatch(const PointView& points, const VoxelLocator& locator)
 {
-  for (std::size_t i = 0; i < points.count; i += PlacedPoints::capacity) {
-    if (!finder.find(points, i, placed_, statistics_))
+  for (std::size_t i = 0; i < points.count; i += LocatedPoints::capacity) {
+    if (!locator.find(points, i, located_, statistics_))
       return CollectionResult::PointOutsideGrid;
     if (fields_.intensities)
       readIntensities(points);
     if (fields_.colours)
       readColours(points);
     if (is_sparse_)
-      sorted_voxels_.add(placed_);
+      sorted_voxels_.add(located_);
     else {
-      blocks_.add(placed_);
+      blocks_.add(located_);
       if (blocks_.areTooSparse(statistics_.points + i))
         return CollectionResult::TooSparse;
     }
@@ -61,21 +61,21 @@ void
 VoxelCollector::readIntensities(const PointView& points)
 {
   bool are_whole = true;
-  for (std::size_t i = 0; i < placed_.count; ++i) {
+  for (std::size_t i = 0; i < located_.count; ++i) {
     const float intensity =
-        points.intensities[placed_.points[i] * points.intensity_stride];
-    placed_.intensities[i] = intensity;
+        points.intensities[located_.points[i] * points.intensity_stride];
+    located_.intensities[i] = intensity;
     are_whole &= CommonStep::isSmallWholeNumber(intensity); // NaN is none
   }
-  for (std::size_t i = 0; !are_whole && i < placed_.count; ++i)
-    if (!std::isfinite(placed_.intensities[i])) {
+  for (std::size_t i = 0; !are_whole && i < located_.count; ++i)
+    if (!std::isfinite(located_.intensities[i])) {
       ++statistics_.intensities_not_finite;
-      placed_.intensities[i] = 0.0f;
+      located_.intensities[i] = 0.0f;
     }
     else if (fields_.step)
-      step_.add(placed_.intensities[i]);
+      step_.add(located_.intensities[i]);
   if (fields_.exactness)
-    exactness_.add(placed_.intensities.data(), placed_.count, are_whole);
+    exactness_.add(located_.intensities.data(), located_.count, are_whole);
 }
 
 /** \brief Reads the colours of the points in placed_. */
@@ -83,10 +83,10 @@ void
 VoxelCollector::readColours(const PointView& points)
 {
   const auto* const bytes = static_cast<const unsigned char*>(points.colours);
-  for (std::size_t i = 0; i < placed_.count; ++i)
-    std::memcpy(&placed_.colours[i],
-                bytes + placed_.points[i] * points.colour_stride,
-                sizeof(placed_.colours[i]));
+  for (std::size_t i = 0; i < located_.count; ++i)
+    std::memcpy(&located_.colours[i],
+                bytes + located_.points[i] * points.colour_stride,
+                sizeof(located_.colours[i]));
 }
 
 void

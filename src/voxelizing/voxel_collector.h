@@ -3,12 +3,12 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxelizer.h>
 
-#include "voxelizing/block_place.h"
 #include "voxelizing/common_step.h"
-#include "voxelizing/place_finder.h"
+#include "voxelizing/located_points.h"
 #include "voxelizing/point_blocks.h"
 #include "voxelizing/sorted_voxels.h"
 #include "voxelizing/sum_exactness.h"
+#include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxel_sums.h"
 
 #include <cstddef>
@@ -31,15 +31,15 @@ class VoxelCollector {
 public:
   /** \brief Collects the usable points.
    * \param[in] points the cloud
-   * \param[in] finder computes their voxels
+   * \param[in] locator computes their voxels
    * \param[in] fields what is collected besides the number of points
    * \param[in] is_sparse the cloud is known to have few points per block of voxels
    * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable point is
-   * outside the finder's grid. In both cases reset() is required first.
+   * outside the locator's grid. In both cases reset() is required first.
    */
   CollectionResult
   collect(PointBatches& points,
-          const PlaceFinder& finder,
+          const VoxelLocator& locator,
           const CollectedFields& fields,
           bool is_sparse);
 
@@ -85,7 +85,7 @@ public:
 
 private:
   CollectionResult
-  collectBatch(const PointView& points, const PlaceFinder& finder);
+  collectBatch(const PointView& points, const VoxelLocator& locator);
 
   void
   readIntensities(const PointView& points);
@@ -100,7 +100,7 @@ private:
   VoxelizationStatistics statistics_;
   CommonStep step_; // of the intensities
   SumExactness exactness_;
-  PlacedPoints placed_;
+  LocatedPoints located_;
 };
 
 } // namespace io

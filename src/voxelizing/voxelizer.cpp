@@ -2,8 +2,8 @@
 
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/parallel_collector.h"
-#include "voxelizing/place_finder.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/voxel_locator.h"
 #include "voxelizing/voxel_sums.h"
 #include "voxels/grid_fit.h"
 #include "voxels/memory_rule.h"
@@ -33,7 +33,7 @@ public:
   , has_fixed_origin_(has_fixed_grid_ || settings.origin ||
                       settings.format == StreamFormat::Published)
   , has_grid_(has_fixed_grid_)
-  , finder_(settings)
+  , locator_(settings)
   , collector_(std::max(settings.threads, 1u))
   {}
 
@@ -107,7 +107,7 @@ private:
   collect(PointBatches& points, bool is_sparse, VoxelFrame& frame)
   {
     return collector_.collect(
-        points, finder_, fieldsOf(points), is_sparse, frame.keys, sums_);
+        points, locator_, fieldsOf(points), is_sparse, frame.keys, sums_);
   }
 
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
@@ -116,12 +116,12 @@ private:
   moveOrigin(PointBatches& points, bool is_i_frame_due)
   {
     std::array<double, 3> origin{};
-    if (!finder_.findBetterOrigin(points, is_i_frame_due, origin))
+    if (!locator_.findBetterOrigin(points, is_i_frame_due, origin))
       return false;
     VoxelGrid grid;
-    grid.resolution = finder_.grid().resolution;
+    grid.resolution = locator_.grid().resolution;
     grid.anchor = origin;
-    finder_.setGrid(grid);
+    locator_.setGrid(grid);
     collector_.reset();
     has_grid_ = false;
     adaptGrid(points, false);
@@ -155,7 +155,7 @@ private:
              VoxelFrame& frame,
              VoxelizationStatistics& statistics)
   {
-    frame.grid = finder_.grid();
+    frame.grid = locator_.grid();
     statistics.intensities_out_of_range =
         quantise(points, may_refit, frame, statistics.intensities_vanished);
     quantiseColours(points, frame);
@@ -193,9 +193,9 @@ private:
   adaptGrid(PointBatches& points, bool may_refit)
   {
     LatticeRange range;
-    if (!finder_.measureRange(points, range))
+    if (!locator_.measureRange(points, range))
       return;
-    VoxelGrid grid = finder_.grid();
+    VoxelGrid grid = locator_.grid();
     // One level more than required is kept as a reserve. Two are due to an outlier in a
     // previous cloud.
     const bool is_far_too_large = may_refit && requiredDepth(range) + 2 <= grid.depth;
@@ -204,9 +204,9 @@ private:
     else if (!containsRange(grid, range))
       grid = fitGrid(grid, unite(rangeOf(grid), range));
     has_grid_ = true;
-    if (grid == finder_.grid())
+    if (grid == locator_.grid())
       return;
-    finder_.setGrid(grid);
+    locator_.setGrid(grid);
     collector_.reset();
   }
 
@@ -248,7 +248,7 @@ private:
   bool has_fixed_origin_;
   std::size_t points_off_lattice_ = 0; // in the worst cloud since the last refit
   bool has_grid_;
-  PlaceFinder finder_;
+  VoxelLocator locator_;
   ParallelCollector collector_;
   std::size_t points_per_block_ = min_points_per_block; // of the last cloud
 

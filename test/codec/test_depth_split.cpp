@@ -88,9 +88,9 @@ expectLossless(const DepthModel& model,
     }
     ++residuals;
     ASSERT_LT(split.classes()[i], DepthSplit::class_count);
-    ASSERT_LT(split.place(i), 128u);
+    ASSERT_LT(split.predictionContext(i), 128u);
     ASSERT_LT(split.pointClass(i), 4u);
-    ASSERT_EQ(join.place(i), split.place(i));
+    ASSERT_EQ(join.predictionContext(i), split.predictionContext(i));
     std::uint16_t symbol = 0;
     ASSERT_TRUE(join.symbol(i, split.residual(i, frame.intensities[i]), symbol));
     ASSERT_EQ(symbol, frame.intensities[i]);

@@ -98,9 +98,10 @@ struct Residuals {
     split.numbersOf(frame.intensities, points);
     split.predict(points);
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      const std::uint32_t size = std::clamp(split.place(i) >> 4, 4u, 7u) - 4;
+      const std::uint32_t size =
+          std::clamp(split.predictionContext(i) >> 4, 4u, 7u) - 4;
       classes.push_back(
-          static_cast<std::uint8_t>(size * 4 + (split.place(i) >> 2 & 3)));
+          static_cast<std::uint8_t>(size * 4 + (split.predictionContext(i) >> 2 & 3)));
       numbers.push_back(
           static_cast<std::uint16_t>(split.residual(i, frame.intensities[i])));
     }

@@ -163,7 +163,7 @@ changeContent(io::Version1Header& header, Random& random)
     header.content.has_point_counts = !header.content.has_point_counts;
     break;
   case 3:
-    change(header.cell_count, random);
+    change(header.coarse_voxel_count, random);
     break;
   case 4:
     change(header.point_count, random);

@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::io::Effort;
 using pcl_ext::io::StreamFormat;
 using pcl_ext::io::test::expectSameFrame;
@@ -198,7 +198,7 @@ TEST(CentralNode, FaintVoxelsAreRemovedByTheThresholdOfEachStream)
     VoxelFrame expected;
     for (std::size_t i = 0; i < 4; ++i) {
       expected = stream.decoded[i];
-      const std::size_t removed = removeFaintVoxels(expected, threshold);
+      const std::size_t removed = removeVoxelsBelow(expected, threshold);
       EXPECT_EQ(removed > 0, threshold > 0.0f);
       EXPECT_EQ(expected.size() > 0, threshold < 100.0f);
       const RecordedFrame recorded = recorder.frames(name).at(i);
@@ -225,7 +225,7 @@ TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
     sendAndWait(node, "a", stream.frames[i]);
     sendAndWait(node, "b", stream.frames[i]);
     VoxelFrame expected = stream.decoded[i];
-    removeFaintVoxels(expected, thresholds[i]);
+    removeVoxelsBelow(expected, thresholds[i]);
     expectSameFrame(recorder.frames("a").back().voxels, expected);
     expectSameFrame(recorder.frames("b").back().voxels, stream.decoded[i]);
   }

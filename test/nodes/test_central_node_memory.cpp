@@ -23,7 +23,7 @@ namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::test::expectSameFrame;
@@ -130,7 +130,7 @@ isShown(const std::vector<RecordedFrame>& recorded,
     }
     if (ran_out && saw == FilterSaw::BeganAnew)
       removal.reset();
-    removeFaintVoxels(expected, min_intensity);
+    removeVoxelsBelow(expected, min_intensity);
     if (is_ok && (recorded[i].voxels.keys != expected.keys ||
                   recorded[i].voxels.intensities != expected.intensities))
       return false;

@@ -23,7 +23,7 @@ namespace {
 using namespace std::chrono_literals;
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::io::FrameEncoder;
 using pcl_ext::io::isConsistent;
 using pcl_ext::io::StreamFormat;
@@ -166,7 +166,7 @@ TEST_F(Merging, NoiseIsRemovedBefore)
     node.addStream(name, threshold);
     sendAndWait(node, name, stream.frames[0]);
     VoxelFrame kept = stream.decoded[0];
-    ASSERT_GT(removeFaintVoxels(kept, threshold), 0u);
+    ASSERT_GT(removeVoxelsBelow(kept, threshold), 0u);
     addVoxels(kept, resolution, expected);
   }
   EXPECT_EQ(mergedVoxels(node), expected);

@@ -23,7 +23,7 @@ namespace {
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::DensityUnit;
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::FrameEncoder;
@@ -118,7 +118,7 @@ TEST(CentralNodeOutliers, EachStreamHasAFilterBeforeThresholdAndMerging)
       if (stream.settings)
         expected = filtered(expected, removals.at(name));
       const std::size_t outliers = stream.coded.decoded[i].size() - expected.size();
-      const std::size_t faint = removeFaintVoxels(expected, stream.min_intensity);
+      const std::size_t faint = removeVoxelsBelow(expected, stream.min_intensity);
       EXPECT_EQ(faint > 0, stream.min_intensity > 0.0f);
       expectSameFrame(recorder.frames(name).at(i).voxels, expected);
       expectSameFrame(latestVoxels(node, name), expected);

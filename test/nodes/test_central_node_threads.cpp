@@ -23,7 +23,7 @@ namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::VoxelOutlierRemoval;
 using pcl_ext::VoxelOutlierRemovalSettings;
 using pcl_ext::io::isConsistent;
@@ -212,7 +212,7 @@ TEST(CentralNodeThreads, AllMethodsMayBeCalledWhileFramesArrive)
     const std::vector<RecordedFrame> recorded = recorder.frames(nameOf(i));
     if (i == 2)
       expectWholeStreamOrFiltered(recorded, streams[i], [](VoxelFrame& frame) {
-        return removeFaintVoxels(frame, threshold);
+        return removeVoxelsBelow(frame, threshold);
       });
     else if (i == 3)
       expectWholeStreamOrFiltered(recorded, streams[i], [](VoxelFrame& frame) {

@@ -174,7 +174,7 @@ class FrameDecoder:
         coded = CodedFrame(
             header.is_i_frame,
             kept.effort,
-            header.cell_count if levels else header.voxel_count,
+            header.coarse_voxel_count if levels else header.voxel_count,
             kept.scale.bits if has_intensities else symbol_bits,
             kept.grid.depth - levels,
             model,

@@ -78,7 +78,7 @@ class FrameHeader:
     """The stamp in an I-frame, its change in a P-frame."""
     frame_id: Optional[bytes]
     voxel_count: int
-    cell_count: int
+    coarse_voxel_count: int
     point_count: int
     payload_size: int
     supplement_size: int
@@ -206,10 +206,10 @@ def read_header(reader: ByteReader) -> FrameHeader:
         require(size <= 1024, "the frame_id is too long")
         frame_id = reader.bytes(size)
     voxel_count = reader.varint()
-    cell_count = reader.varint() if content.levels else 0
-    require(cell_count <= voxel_count, "there are more cells than voxels")
+    coarse_voxel_count = reader.varint() if content.levels else 0
+    require(coarse_voxel_count <= voxel_count, "there are more coarse voxels than voxels")
     require(
-        not content.levels or bool(cell_count) == bool(voxel_count),
+        not content.levels or bool(coarse_voxel_count) == bool(voxel_count),
         "voxels are in no cell",
     )
     point_count = reader.varint() if content.has_point_counts else 0
@@ -228,7 +228,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
         stamp,
         frame_id,
         voxel_count,
-        cell_count,
+        coarse_voxel_count,
         point_count,
         payload_size,
         supplement_size,

@@ -29,7 +29,7 @@ struct ContextState {
   KnownVoxelModels known_voxels{false};
   NewVoxelModels new_voxels{false};
   ChildModels children{false};
-  IntensityModels intensity{false};
+  IntensityContexts intensity{false};
   History history;
   bool is_i_frame = true; // the next frame
 };
@@ -45,10 +45,10 @@ public:
    */
   ContextScript(const ContextState& before, const VoxelFrame& like)
   : state(before)
-  , context_{state.history,
-             like.grid.depth,
-             like.intensity_scale.bits,
-             like.depth_model ? &*like.depth_model : nullptr}
+  , parameters_{state.history,
+                like.grid.depth,
+                like.intensity_scale.bits,
+                like.depth_model ? &*like.depth_model : nullptr}
   {
     if (state.is_i_frame)
       state.history.clear(like.intensity_scale.bits);
@@ -67,7 +67,7 @@ public:
   occupancy(const BlockList& blocks)
   {
     frame_.match(state.history, blocks);
-    KnownVoxelPass(coding, state.known_voxels, frame_, context_).run();
+    KnownVoxelPass(coding, state.known_voxels, frame_, parameters_).run();
     return newVoxels();
   }
 
@@ -78,7 +78,7 @@ public:
     frame_.match(state.history, blocks);
     frame_.target_keys = {key};
     frame_.target_masks = {mask};
-    KnownVoxelPass(coding, state.known_voxels, frame_, context_).run();
+    KnownVoxelPass(coding, state.known_voxels, frame_, parameters_).run();
     return newVoxels();
   }
 
@@ -97,7 +97,7 @@ public:
   void
   numbers(const BlockList& blocks, std::vector<std::uint16_t> numbers)
   {
-    IntensityPass(coding, state.intensity, frame_.directory, context_)
+    IntensityPass(coding, state.intensity, frame_.directory, parameters_)
         .run(blocks, numbers);
   }
 
@@ -125,8 +125,8 @@ public:
     unary(state.intensity.escape,
           0,
           0,
-          IntensityModels::longest_escape,
-          IntensityModels::longest_escape);
+          IntensityContexts::longest_escape,
+          IntensityContexts::longest_escape);
   }
 
   /** \brief An escape with a number. */
@@ -136,7 +136,7 @@ public:
     std::uint32_t bits = 0;
     while ((number + 1) >> bits > 1)
       ++bits;
-    unary(state.intensity.escape, 0, 0, bits, IntensityModels::longest_escape);
+    unary(state.intensity.escape, 0, 0, bits, IntensityContexts::longest_escape);
     while (bits-- > 0)
       coding.codeBypass(((number + 1) >> bits & 1) != 0);
   }
@@ -164,12 +164,13 @@ private:
   bool
   newVoxels()
   {
-    return NewVoxelPass(coding, state.new_voxels, frame_, context_, largest_frame)
+    return NewVoxelPass(coding, state.new_voxels, frame_, parameters_, largest_frame)
                .run() &&
-           NewBlockPass(coding, state.children, frame_, context_, largest_frame).run();
+           NewBlockPass(coding, state.children, frame_, parameters_, largest_frame)
+               .run();
   }
 
-  FrameContext context_;
+  FrameParameters parameters_;
   Frame frame_;
   Bytes bytes_;
 

@@ -244,10 +244,10 @@ private:
   likelyChildren(std::uint64_t node_key,
                  const std::map<std::uint64_t, unsigned int>& masks)
   {
-    const VoxelPosition place = voxelPosition(node_key);
+    const VoxelPosition index = voxelPosition(node_key);
     unsigned int likely = 0;
     for (unsigned int axis = 0; axis < 3; ++axis) {
-      VoxelPosition below = place;
+      VoxelPosition below = index;
       std::uint32_t& coordinate = axis == 0 ? below.x : axis == 1 ? below.y : below.z;
       if (coordinate == 0)
         continue;

@@ -85,7 +85,7 @@ TEST(ProgramDecode, VoxelsAreFiltered)
   record(streams, folder / "x.pcxi");
   expectRun(folder, "decode x.pcxi -o faint --min-intensity 5");
   io::VoxelFrame kept = streams[0].frames[2].voxels;
-  ASSERT_GT(removeFaintVoxels(kept, 5.0f), 0u);
+  ASSERT_GT(removeVoxelsBelow(kept, 5.0f), 0u);
   expectVoxels(kept, readCloud(folder / "faint/000002.pcd"));
   expectRun(folder, "decode x.pcxi -o clean --remove-outliers --unit points");
   VoxelOutlierRemovalSettings settings;

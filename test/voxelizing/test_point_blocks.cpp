@@ -46,22 +46,22 @@ expectVoxels(VoxelsT& voxels,
   std::map<std::uint64_t, std::uint32_t> blocks;
   std::mt19937 random(3);
   for (std::size_t first = 0; first < positions.size();
-       first += PlacedPoints::capacity) {
-    PlacedPoints placed;
+       first += LocatedPoints::capacity) {
+    LocatedPoints located;
     for (std::size_t i = first;
-         i < std::min(positions.size(), first + PlacedPoints::capacity);
+         i < std::min(positions.size(), first + LocatedPoints::capacity);
          ++i) {
-      const BlockPlace place = blockPlace(positions[i]);
+      const BlockVoxel voxel = blockVoxelOf(positions[i]);
       const std::uint64_t key = mortonKey(positions[i]);
-      EXPECT_EQ(mortonKey(place), key);
+      EXPECT_EQ(mortonKey(voxel), key);
       const auto colour = static_cast<std::uint32_t>(random());
       const auto intensity = static_cast<float>(random() % 1000) / 8.0f;
-      placed.blocks[placed.count] = place.block;
-      placed.voxels[placed.count] = place.voxel;
-      placed.points[placed.count] = i;
-      placed.intensities[placed.count] = intensity;
-      placed.colours[placed.count] = colour;
-      ++placed.count;
+      located.blocks[located.count] = voxel.block;
+      located.voxels[located.count] = voxel.voxel;
+      located.points[located.count] = i;
+      located.intensities[located.count] = intensity;
+      located.colours[located.count] = colour;
+      ++located.count;
       ExpectedVoxel& voxel = expected[key];
       ++voxel.count;
       voxel.intensity += static_cast<double>(intensity);
@@ -70,7 +70,7 @@ expectVoxels(VoxelsT& voxels,
       voxel.colour.b += colour & 0xff;
       ++blocks[key >> 6];
     }
-    voxels.add(placed);
+    voxels.add(located);
   }
   std::vector<std::uint64_t> keys(3, 7); // of an earlier cloud
   VoxelSums sums;
@@ -178,7 +178,7 @@ TYPED_TEST(VoxelSets, GrowAndShrinkWithTheCloud)
     expectVoxels(voxels, randomPositions(count, count, 1000, 300));
 }
 
-/** \brief Blocks with the same place in any table of the class, so that they replace each
+/** \brief Blocks with the same voxel in any table of the class, so that they replace each
  * other. */
 TEST(PointBlocks, UniteBlocksThatCollide)
 {
@@ -189,7 +189,7 @@ TEST(PointBlocks, UniteBlocksThatCollide)
     const VoxelPosition position{static_cast<std::uint32_t>(random() % grid_end),
                                  static_cast<std::uint32_t>(random() % grid_end),
                                  static_cast<std::uint32_t>(random() % grid_end)};
-    std::uint64_t mixed = blockPlace(position).block * factor;
+    std::uint64_t mixed = blockVoxelOf(position).block * factor;
     mixed = (mixed ^ mixed >> 32) * factor;
     if (mixed >> 52 == 0x7a5)
       colliding.push_back(position);

@@ -2,7 +2,7 @@
 #include "support/all_lanes.h"
 #include "support/voxelized_stream.h"
 #include "voxelizing/lattice.h"
-#include "voxelizing/located_points.h"
+#include "voxelizing/locate_points.h"
 #include "voxels/grid_fit.h"
 
 #include <gtest/gtest.h>
@@ -76,25 +76,25 @@ grids()
   return grids;
 }
 
-/** \brief The places of eight points x, y, z, w. */
-struct EightPlaces {
+/** \brief The voxels of eight points x, y, z, w. */
+struct EightVoxels {
   unsigned int certain; // bit i is set if the locator is certain of point i
-  PlacedPoints placed;
+  LocatedPoints located;
 };
 
 template <typename LanesT>
-EightPlaces
+EightVoxels
 locateEight(const LocatorGrid& grid, const std::array<float, 32>& points)
 {
-  EightPlaces places;
+  EightVoxels voxels;
   CertainPoints certain{};
   const LocatorInput input{reinterpret_cast<const unsigned char*>(points.data()),
                            4 * sizeof(float),
                            8,
                            true};
-  locatePointsWith<LanesT>(grid, input, places.placed, certain);
-  places.certain = certain[0];
-  return places;
+  locatePointsWith<LanesT>(grid, input, voxels.located, certain);
+  voxels.certain = certain[0];
+  return voxels;
 }
 
 /** \brief What the locator is certain of must be what the division says. */
@@ -115,9 +115,9 @@ expectAgreement(const VoxelGrid& grid,
     std::array<float, 32> points{};
     for (std::size_t j = 0; j < points.size(); ++j)
       points[j] = axes[j % 3][random() % axes[0].size()];
-    const EightPlaces places = locateEight<LanesT>(locator_grid, points);
+    const EightVoxels voxels = locateEight<LanesT>(locator_grid, points);
     for (std::size_t lane = 0; lane < 8; ++lane) {
-      if ((places.certain >> lane & 1) == 0)
+      if ((voxels.certain >> lane & 1) == 0)
         continue;
       ++certain_points;
       const float* const point = &points[4 * lane];
@@ -135,9 +135,9 @@ expectAgreement(const VoxelGrid& grid,
           ASSERT_LE(double{point[axis]}, box->max[axis]);
         }
       }
-      const BlockPlace expected = blockPlace({position[0], position[1], position[2]});
-      ASSERT_EQ(places.placed.blocks[lane], expected.block);
-      ASSERT_EQ(places.placed.voxels[lane], expected.voxel);
+      const BlockVoxel expected = blockVoxelOf({position[0], position[1], position[2]});
+      ASSERT_EQ(voxels.located.blocks[lane], expected.block);
+      ASSERT_EQ(voxels.located.voxels[lane], expected.voxel);
     }
   }
 }
@@ -181,9 +181,9 @@ TYPED_TEST(PointLocators, AreCertainOfMostPoints)
     std::array<float, 32> points{};
     for (float& coordinate : points)
       coordinate = uniform(random, -5.0, 5.0);
-    const EightPlaces places =
+    const EightVoxels voxels =
         locateEight<typename TypeParam::Lanes>(locator_grid, points);
-    certain_points += pcl_ext::bitCount(places.certain);
+    certain_points += pcl_ext::bitCount(voxels.certain);
   }
   EXPECT_GT(certain_points, 8 * rounds * 99 / 100);
 }
@@ -214,7 +214,7 @@ TYPED_TEST(PointLocators, AgreeWithScalarLanes)
     const std::vector<float> coordinates = hardCoordinates(grid, random());
     // Not aligned, and no byte after the last z.
     const std::size_t stride = 12 + random() % 8;
-    const std::size_t count = random() % (PlacedPoints::capacity + 1);
+    const std::size_t count = random() % (LocatedPoints::capacity + 1);
     std::vector<unsigned char> bytes(count == 0 ? 0 : stride * (count - 1) + 12);
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -222,18 +222,18 @@ TYPED_TEST(PointLocators, AgreeWithScalarLanes)
                     &coordinates[random() % coordinates.size()],
                     sizeof(float));
     const LocatorInput input{bytes.data(), stride, count, false};
-    PlacedPoints placed;
-    PlacedPoints expected;
+    LocatedPoints located;
+    LocatedPoints expected;
     CertainPoints certain{};
     CertainPoints expected_certain{};
-    locatePointsWith<typename TypeParam::Lanes>(locator_grid, input, placed, certain);
+    locatePointsWith<typename TypeParam::Lanes>(locator_grid, input, located, certain);
     locatePointsWith<pcl_ext::ScalarLanes>(
         locator_grid, input, expected, expected_certain);
     ASSERT_EQ(certain, expected_certain);
     for (std::size_t i = 0; i < count; ++i) {
       if ((certain[i / 8] >> i % 8 & 1) != 0) {
-        ASSERT_EQ(placed.blocks[i], expected.blocks[i]);
-        ASSERT_EQ(placed.voxels[i], expected.voxels[i]);
+        ASSERT_EQ(located.blocks[i], expected.blocks[i]);
+        ASSERT_EQ(located.voxels[i], expected.voxels[i]);
       }
     }
   }

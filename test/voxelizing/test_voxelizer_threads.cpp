@@ -178,13 +178,13 @@ TEST(VoxelizerThreads, ABoxAndCountsWithoutIntensities)
 class Sums {
 public:
   explicit Sums(unsigned int threads)
-  : finder_(settingsOf(0.5, threads)), collector_(threads)
+  : locator_(settingsOf(0.5, threads)), collector_(threads)
   {
     VoxelGrid grid;
     grid.resolution = 0.5;
     grid.first_index = {-4, -4, -4};
     grid.depth = 3;
-    finder_.setGrid(grid);
+    locator_.setGrid(grid);
   }
 
   const std::vector<double>&
@@ -193,7 +193,7 @@ public:
     CollectedFields fields;
     fields.intensities = true;
     SingleBatch batch(viewOf(cloud));
-    EXPECT_EQ(collector_.collect(batch, finder_, fields, false, keys_, sums_),
+    EXPECT_EQ(collector_.collect(batch, locator_, fields, false, keys_, sums_),
               CollectionResult::AllPoints);
     return sums_.intensities;
   }
@@ -205,7 +205,7 @@ public:
   }
 
 private:
-  PlaceFinder finder_;
+  VoxelLocator locator_;
   ParallelCollector collector_;
   std::vector<std::uint64_t> keys_;
   VoxelSums sums_;

@@ -67,7 +67,7 @@ StreamDecoder::decode(const recording::RecordedFrame& frame)
                 ": outliers stay: " + removed.message();
   }
   if (min_intensity_)
-    removeFaintVoxels(voxels_, *min_intensity_);
+    removeVoxelsBelow(voxels_, *min_intensity_);
   return status;
 }
 

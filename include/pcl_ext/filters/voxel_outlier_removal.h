@@ -21,7 +21,7 @@ namespace pcl_ext {
  * \return number of voxels removed
  */
 PCL_EXT_EXPORT std::size_t
-removeFaintVoxels(io::VoxelFrame& frame, float min_intensity);
+removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
 
 /** \brief The same into another frame, for streams that share the memory that they decode
  * into and keep only the remaining voxels.
@@ -31,7 +31,7 @@ removeFaintVoxels(io::VoxelFrame& frame, float min_intensity);
  * \return number of voxels left out
  */
 PCL_EXT_EXPORT std::size_t
-removeFaintVoxels(const io::VoxelFrame& frame,
+removeVoxelsBelow(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept);
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "codec/context/models.h"
-#include "codec/context/tiles.h"
+#include "codec/context/node_blocks.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 

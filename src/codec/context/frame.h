@@ -4,7 +4,7 @@
 
 #include "bytes/reserve_ahead.h"
 #include "codec/context/history.h"
-#include "codec/context/tiles.h"
+#include "codec/context/node_blocks.h"
 #include "codec/depth_split.h"
 #include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
@@ -18,7 +18,7 @@ namespace io {
 namespace context {
 
 /** \brief Parameters of coding a frame, the same in encoder and decoder. */
-struct FrameContext {
+struct FrameParameters {
   const History& history;        ///< of the previous frames; may be empty
   unsigned int grid_depth;       ///< 1..21
   unsigned int symbol_bits;      ///< 1..16, or 0: neither intensities nor points
@@ -35,7 +35,7 @@ struct FrameContext {
  * Kept from frame to frame so that its memory is reused. */
 struct Frame {
   /** \brief The occupied cells: of the blocks of the history, then of the new blocks. */
-  TileLevel blocks;
+  NodeBlockLevel blocks;
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
   /** \brief Of each block of the history, those of it across the six faces; and one element
    * behind them, which is not used. */
@@ -48,11 +48,11 @@ struct Frame {
   std::vector<std::uint64_t> target_keys;
   std::vector<std::uint64_t> target_masks;
 
-  TileLevel tiles;                     ///< of the level that is coded, above the blocks
+  NodeBlockLevel node_blocks;          ///< of the level that is coded, above the blocks
   std::vector<std::uint64_t> parents;  ///< nodes whose children are coded, ascending
   std::vector<std::uint64_t> children; ///< those found, ascending
   std::vector<std::uint32_t>
-      parent_tiles; ///< index of the tile of each parent's children
+      parent_blocks; ///< index of the node block of each parent's children
 
   /** \brief Begins a frame to decode.
    * \param[in] history before the frame

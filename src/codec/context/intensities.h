@@ -23,7 +23,7 @@ namespace io {
 namespace context {
 
 /** \brief Models of intensity symbols (doc/bitstream_context.md, "Numbers"). */
-struct IntensityModels {
+struct IntensityContexts {
   static constexpr std::uint32_t longest_residual = 32;
   // Bits of what follows the longest residual, and the highest symbol of points.
   static constexpr std::uint32_t longest_escape = 17;
@@ -40,7 +40,7 @@ struct IntensityModels {
   static constexpr std::uint32_t prefixes = 16;
   static constexpr std::uint32_t nodes = 96;
 
-  explicit IntensityModels(bool is_small)
+  explicit IntensityContexts(bool is_small)
   : number(is_small,
            6,
            {(levels + 1) * classes * nodes,
@@ -70,18 +70,18 @@ class IntensityPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] directory scratch memory
-   * \param[in] context of the frame
+   * \param[in] parameters of the frame
    */
   IntensityPass(CodingT& coding,
-                IntensityModels& models,
+                IntensityContexts& models,
                 BlockDirectory& directory,
-                const FrameContext& context)
+                const FrameParameters& parameters)
   : coding_(coding)
   , models_(models)
   , directory_(directory)
-  , history_(context.history)
-  , levels_(levelsAboveBlocks(context.grid_depth))
-  , symbol_bits_(context.symbol_bits)
+  , history_(parameters.history)
+  , levels_(levelsAboveBlocks(parameters.grid_depth))
+  , symbol_bits_(parameters.symbol_bits)
   {}
 
   /** \brief Codes the symbols.
@@ -120,12 +120,12 @@ public:
             numbers == nullptr || record == nullptr
                 ? record
                 : numbers + (record - history_.records());
-        [[maybe_unused]] const unsigned int place = lowestBit(cells);
+        [[maybe_unused]] const unsigned int cell = lowestBit(cells);
         if constexpr (CodingT::is_small)
           expect(record,
                  number,
-                 neighbours.averageOf(place, symbols, running_),
-                 neighbours.shapeOf(place));
+                 neighbours.averageOf(cell, symbols, running_),
+                 neighbours.shapeOf(cell));
         else
           expect(record, number, running_, 0);
         symbols[voxel] = static_cast<std::uint16_t>(codeNumber(symbols[voxel]));
@@ -152,25 +152,25 @@ public:
       const std::uint32_t target =
           CodingT::is_decoder ? 0 : split.residual(i, symbols[i]);
       typename decltype(models_.residual)::Contexts contexts;
-      contexts.ways[0] = residual_class * IntensityModels::longest_residual;
+      contexts.ways[0] = residual_class * IntensityContexts::longest_residual;
       if constexpr (CodingT::is_small) {
-        const std::uint32_t place = split.place(i);
+        const std::uint32_t prediction = split.predictionContext(i);
         contexts.ways[1] =
-            (place * 6 + residual_class % 6) * IntensityModels::longest_residual;
+            (prediction * 6 + residual_class % 6) * IntensityContexts::longest_residual;
         contexts.ways[2] =
-            (((place >> 2) * 4 + std::min(running_residual / 8, 3u)) * 4 +
+            (((prediction >> 2) * 4 + std::min(running_residual / 8, 3u)) * 4 +
              split.pointClass(i)) *
-            IntensityModels::longest_residual;
+            IntensityContexts::longest_residual;
       }
       std::uint32_t residual = 0;
-      for (; residual < IntensityModels::longest_residual; ++residual) {
+      for (; residual < IntensityContexts::longest_residual; ++residual) {
         contexts.weight_set = std::min(residual, 7u);
         if (!coding_.code(models_.residual, contexts, target > residual))
           break;
         for (std::uint32_t& context : contexts.ways)
           ++context;
       }
-      if (residual == IntensityModels::longest_residual) {
+      if (residual == IntensityContexts::longest_residual) {
         const std::uint32_t beyond =
             codeEscape(target - residual, Models::longest_escape);
         if (beyond == invalid)
@@ -206,7 +206,7 @@ public:
   }
 
 private:
-  using Models = IntensityModels;
+  using Models = IntensityContexts;
   static constexpr std::uint32_t invalid = 0xffffffff;
 
   /** \brief A decision of a number: does it reach the middle of an interval? */
@@ -375,7 +375,7 @@ private:
   }
 
   CodingT& coding_;
-  IntensityModels& models_;
+  IntensityContexts& models_;
   BlockDirectory& directory_;
   const History& history_;
   unsigned int levels_;

@@ -53,19 +53,19 @@ class KnownVoxelPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] frame after Frame::begin() or match()
-   * \param[in] context of the frame
+   * \param[in] parameters of the frame
    */
   KnownVoxelPass(CodingT& coding,
                  KnownVoxelModels& models,
                  Frame& frame,
-                 const FrameContext& context)
+                 const FrameParameters& parameters)
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , history_(context.history)
-  , levels_(levelsAboveBlocks(context.grid_depth))
-  , mean_shift_(context.history.fractionBits() -
-                std::min(context.history.fractionBits(), 2u))
+  , history_(parameters.history)
+  , levels_(levelsAboveBlocks(parameters.grid_depth))
+  , mean_shift_(parameters.history.fractionBits() -
+                std::min(parameters.history.fractionBits(), 2u))
   {}
 
   /** \brief Codes the known voxels.

@@ -4,7 +4,7 @@
 #include "codec/context/children.h"
 #include "codec/context/frame.h"
 #include "codec/context/history.h"
-#include "codec/context/tiles.h"
+#include "codec/context/node_blocks.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"
 
@@ -26,19 +26,19 @@ class NewBlockPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] frame the voxels of its known blocks have been coded
-   * \param[in] context of the frame
+   * \param[in] parameters of the frame
    * \param[in] max_voxels of the pass; a decoder fails where there are more
    */
   NewBlockPass(CodingT& coding,
                ChildModels& models,
                Frame& frame,
-               const FrameContext& context,
+               const FrameParameters& parameters,
                std::size_t max_voxels)
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , known_(context.history.blocks())
-  , depth_(context.grid_depth)
+  , known_(parameters.history.blocks())
+  , depth_(parameters.grid_depth)
   , max_voxels_(max_voxels)
   {}
 
@@ -86,7 +86,7 @@ private:
     beginPending(frame_.parents.size());
     for (const std::uint64_t parent : frame_.parents)
       addPending(parent);
-    TileCursor cursor(frame_.tiles, levelsAboveTiles(height));
+    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveBlocks(height));
     std::size_t next_target = 0;
     std::size_t next_known = 0;
     for (std::size_t i = 0; i < frame_.parents.size(); ++i) {
@@ -101,7 +101,7 @@ private:
         if (parent.candidates == 0)
           return false;
       }
-      unsigned int children = codeNode(cursor, parent, key, frame_.parent_tiles[i]);
+      unsigned int children = codeNode(cursor, parent, key, frame_.parent_blocks[i]);
       if (frame_.children.size() + child_masks.count[children] > max_voxels_)
         return false;
       for (; children != 0; children &= children - 1)
@@ -110,16 +110,17 @@ private:
     return true;
   }
 
-  /** \brief Makes the tiles of the nodes that have blocks of the history.
+  /** \brief Makes the node blocks of the nodes that have blocks of the history.
    * \param[in] shift bits of a block's key below that of a node
    */
   void
   beginBranchTiles(unsigned int shift)
   {
-    frame_.tiles.clear();
+    frame_.node_blocks.clear();
     for (std::size_t i = 0; i < known_.size();) {
       const std::uint64_t node = known_[i].key >> shift;
-      frame_.tiles.lastOrNew(node >> 6).present |= std::uint64_t{1} << (node & 63);
+      frame_.node_blocks.lastOrNew(node >> 6).present |= std::uint64_t{1}
+                                                         << (node & 63);
       i = firstFrom(i, (node + 1) << shift);
     }
   }
@@ -166,22 +167,22 @@ private:
   {
     if (frame_.new_keys.empty())
       return true;
-    frame_.tiles.clear();
+    frame_.node_blocks.clear();
     for (std::size_t i = 0; i < known_.size(); ++i)
-      frame_.tiles.lastOrNew(known_[i].key >> 3).present |=
+      frame_.node_blocks.lastOrNew(known_[i].key >> 3).present |=
           std::uint64_t{occupiedOctants(frame_.blocks[i].present)}
           << (8 * (known_[i].key & 7));
     beginPending(frame_.new_keys.size());
     for (const std::uint64_t key : frame_.new_keys)
       addPending(key);
-    TileCursor cursor(frame_.tiles, levelsAboveTiles(1));
+    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveBlocks(1));
     std::size_t octants = 0;
     for (std::size_t i = 0; i < frame_.new_keys.size(); ++i) {
       ParentNode parent;
       parent.candidates = occupiedOctants(cellsInGrid(depth_));
       parent.target = occupiedOctants(targetCells(i));
       const unsigned int found =
-          codeNode(cursor, parent, frame_.new_keys[i], frame_.parent_tiles[i]);
+          codeNode(cursor, parent, frame_.new_keys[i], frame_.parent_blocks[i]);
       frame_.blocks[known_.size() + i].pending = static_cast<std::uint8_t>(found);
       octants += child_masks.count[found];
     }
@@ -192,18 +193,18 @@ private:
   bool
   codeCells()
   {
-    TileCursor cursor(frame_.blocks, levelsAboveTiles(0));
+    NodeBlockCursor cursor(frame_.blocks, levelsAboveBlocks(0));
     std::size_t voxels = 0;
     for (std::size_t i = 0; i < frame_.new_keys.size(); ++i) {
-      const auto tile = static_cast<std::uint32_t>(known_.size() + i);
-      for (unsigned int octants = frame_.blocks[tile].pending; octants != 0;
+      const auto node_block = static_cast<std::uint32_t>(known_.size() + i);
+      for (unsigned int octants = frame_.blocks[node_block].pending; octants != 0;
            octants &= octants - 1) {
         const unsigned int octant = lowestBit(octants);
         ParentNode parent;
         parent.target =
             static_cast<unsigned int>(targetCells(i) >> (8 * octant) & 0xff);
         voxels += child_masks.count[codeNode(
-            cursor, parent, frame_.new_keys[i] << 3 | octant, tile)];
+            cursor, parent, frame_.new_keys[i] << 3 | octant, node_block)];
       }
       if (voxels > max_voxels_)
         return false;
@@ -219,20 +220,20 @@ private:
   }
 
   /** \brief Codes the children of a node.
-   * \param[in,out] cursor in the tiles of the children
+   * \param[in,out] cursor in the node blocks of the children
    * \param[in] parent the node
    * \param[in] key of the node
-   * \param[in] tile index of the children's tile
+   * \param[in] node_block index of the children's node block
    * \return the children as a mask
    */
   unsigned int
-  codeNode(TileCursor& cursor,
+  codeNode(NodeBlockCursor& cursor,
            const ParentNode& parent,
            std::uint64_t key,
-           std::uint32_t tile)
+           std::uint32_t node_block)
   {
     const auto octant = static_cast<unsigned int>(key & 7);
-    cursor.moveTo(key >> 3, tile);
+    cursor.moveTo(key >> 3, node_block);
     const NodeSurroundings around = cursor.around<CodingT::is_small>(octant);
     const unsigned int children = codeChildren(coding_, models_, parent, around);
     cursor.setChildren(octant, children);
@@ -243,22 +244,23 @@ private:
   void
   beginPending(std::size_t parents)
   {
-    frame_.tiles.reserveFor(parents);
-    frame_.parent_tiles.clear();
-    reserveAhead(frame_.parent_tiles, parents);
+    frame_.node_blocks.reserveFor(parents);
+    frame_.parent_blocks.clear();
+    reserveAhead(frame_.parent_blocks, parents);
   }
 
-  /** \brief Marks the children of a node as pending, and notes their tile. */
+  /** \brief Marks the children of a node as pending, and notes their node block. */
   void
   addPending(std::uint64_t parent)
   {
-    const std::uint32_t tile = frame_.tiles.findOrAppend(parent >> 3);
-    frame_.tiles[tile].pending |= static_cast<std::uint8_t>(1u << (parent & 7));
-    frame_.parent_tiles.push_back(tile);
+    const std::uint32_t node_block = frame_.node_blocks.findOrAppend(parent >> 3);
+    frame_.node_blocks[node_block].pending |=
+        static_cast<std::uint8_t>(1u << (parent & 7));
+    frame_.parent_blocks.push_back(node_block);
   }
 
   unsigned int
-  levelsAboveTiles(unsigned int height) const
+  levelsAboveBlocks(unsigned int height) const
   {
     return depth_ > height + block_levels ? depth_ - height - block_levels : 0;
   }

@@ -45,19 +45,19 @@ class NewVoxelPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] frame its known voxels have been coded
-   * \param[in] context of the frame
+   * \param[in] parameters of the frame
    * \param[in] max_voxels of the pass; a decoder fails where there are more
    */
   NewVoxelPass(CodingT& coding,
                NewVoxelModels& models,
                Frame& frame,
-               const FrameContext& context,
+               const FrameParameters& parameters,
                std::size_t max_voxels)
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , known_(context.history.blocks())
-  , grid_cells_(cellsInGrid(context.grid_depth))
+  , known_(parameters.history.blocks())
+  , grid_cells_(cellsInGrid(parameters.grid_depth))
   , max_voxels_(max_voxels)
   {}
 

@@ -61,8 +61,8 @@ Payload::freshModels(bool is_small, bool has_points)
   return models;
 }
 
-FrameContext
-Payload::contextOf(const VoxelFrame& frame, bool uses_history)
+FrameParameters
+Payload::parametersOf(const VoxelFrame& frame, bool uses_history)
 {
   const unsigned int symbol_bits = firstSymbolBits(frame);
   empty_history_.clear(symbol_bits);
@@ -74,11 +74,13 @@ Payload::contextOf(const VoxelFrame& frame, bool uses_history)
 
 /** \brief Begins with the depth model of a frame whose blocks are coded. */
 void
-Payload::splitByDepth(const FrameContext& context)
+Payload::splitByDepth(const FrameParameters& parameters)
 {
-  context.history.predictDepths(blocks_, intensities_.predictions);
-  intensities_.split.begin(
-      *context.depth_model, blocks_, intensities_.predictions, context.maxSymbol());
+  parameters.history.predictDepths(blocks_, intensities_.predictions);
+  intensities_.split.begin(*parameters.depth_model,
+                           blocks_,
+                           intensities_.predictions,
+                           parameters.maxSymbol());
 }
 
 std::size_t
@@ -135,12 +137,12 @@ Payload::encodeAs(const VoxelFrame& frame,
                   bool uses_history,
                   std::vector<std::uint8_t>& payload)
 {
-  const FrameContext context = contextOf(frame, uses_history);
+  const FrameParameters parameters = parametersOf(frame, uses_history);
   if (is_i_frame)
     models_ = freshModels(is_small_, hasPointsBesideIntensities(frame));
   if (!uses_history || !is_matched_) {
     blocks_.assign(frame.keys);
-    frame_.match(context.history, blocks_);
+    frame_.match(parameters.history, blocks_);
   }
   is_matched_ = false;
   if (frame.has_point_counts)
@@ -151,37 +153,37 @@ Payload::encodeAs(const VoxelFrame& frame,
     copyNumbers(intensities_.point_symbols, intensities_.symbols);
   else
     intensities_.symbols.assign(frame.size(), 0);
-  if (context.depth_model != nullptr) {
-    splitByDepth(context);
+  if (parameters.depth_model != nullptr) {
+    splitByDepth(parameters);
     intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
   }
   else
     copyNumbers(intensities_.symbols, intensities_.numbers);
   if (frame.keys.empty())
     return {};
-  return is_small_ ? encodeWith<true>(frame, context, is_i_frame, payload)
-                   : encodeWith<false>(frame, context, is_i_frame, payload);
+  return is_small_ ? encodeWith<true>(frame, parameters, is_i_frame, payload)
+                   : encodeWith<false>(frame, parameters, is_i_frame, payload);
 }
 
 template <bool IsSmall>
 PayloadSizes
 Payload::encodeWith(const VoxelFrame& frame,
-                    const FrameContext& context,
+                    const FrameParameters& parameters,
                     bool is_i_frame,
                     std::vector<std::uint8_t>& payload)
 {
   const std::size_t begin = payload.size();
   DecisionCoding<BinaryRangeEncoder, IsSmall> coding{BinaryRangeEncoder(payload)};
   if (!is_i_frame)
-    coding.codeBypass(&context.history == &history_);
-  codeOccupancy(coding, models_, context, intensities_.numbers.size());
+    coding.codeBypass(&parameters.history == &history_);
+  codeOccupancy(coding, models_, parameters, intensities_.numbers.size());
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
-  if (context.symbol_bits > 0)
-    IntensityPass(coding, models_.intensity, frame_.directory, context)
+  if (parameters.symbol_bits > 0)
+    IntensityPass(coding, models_.intensity, frame_.directory, parameters)
         .run(blocks_, intensities_.numbers);
-  codeResiduals(coding, models_.intensity, context);
+  codeResiduals(coding, models_.intensity, parameters);
   const std::size_t intensity_end = coding.coder().settledBytes();
-  codePoints(coding, models_, context, frame);
+  codePoints(coding, models_, parameters, frame);
   coding.coder().finish();
   return dividedSizes(frame, payload.size() - begin, occupancy_bytes, intensity_end);
 }
@@ -235,30 +237,31 @@ Payload::decodeWith(VoxelFrame& frame,
       is_i_frame ? freshModels(is_small_, hasPointsBesideIntensities(frame)) : models_;
   DecisionCoding<BinaryRangeDecoder, IsSmall> coding{BinaryRangeDecoder(begin, end)};
   uses_history_ = !is_i_frame && coding.codeBypass(false);
-  const FrameContext context = contextOf(frame, uses_history_);
-  frame_.begin(context.history);
-  if (!codeOccupancy(coding, trial_models_, context, voxel_count))
+  const FrameParameters parameters = parametersOf(frame, uses_history_);
+  frame_.begin(parameters.history);
+  if (!codeOccupancy(coding, trial_models_, parameters, voxel_count))
     return false;
-  frame_.collect(context.history, blocks_);
+  frame_.collect(parameters.history, blocks_);
   if (blocks_.voxelCount() != voxel_count)
     return false;
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
   intensities_.numbers.resize(voxel_count);
-  if (context.symbol_bits == 0)
+  if (parameters.symbol_bits == 0)
     std::fill(intensities_.numbers.begin(), intensities_.numbers.end(), 0);
   else
-    IntensityPass(coding, trial_models_.intensity, frame_.directory, context)
+    IntensityPass(coding, trial_models_.intensity, frame_.directory, parameters)
         .run(blocks_, intensities_.numbers);
   copyNumbers(intensities_.numbers, intensities_.symbols);
-  if (context.depth_model != nullptr)
-    splitByDepth(context);
-  if (!codeResiduals(coding, trial_models_.intensity, context))
+  if (parameters.depth_model != nullptr)
+    splitByDepth(parameters);
+  if (!codeResiduals(coding, trial_models_.intensity, parameters))
     return false;
   sizes = dividedSizes(frame,
                        static_cast<std::size_t>(end - begin),
                        occupancy_bytes,
                        coding.coder().settledBytes());
-  return codePoints(coding, trial_models_, context, frame) && coding.coder().isAtEnd();
+  return codePoints(coding, trial_models_, parameters, frame) &&
+         coding.coder().isAtEnd();
 }
 
 /** \brief Codes which voxels are occupied. \return false if more than max_voxels */
@@ -266,21 +269,21 @@ template <typename CodingT>
 bool
 Payload::codeOccupancy(CodingT& coding,
                        Models& models,
-                       const FrameContext& context,
+                       const FrameParameters& parameters,
                        std::size_t max_voxels)
 {
-  KnownVoxelPass known_voxels(coding, models.known_voxels, frame_, context);
+  KnownVoxelPass known_voxels(coding, models.known_voxels, frame_, parameters);
   const std::size_t voxels = known_voxels.run();
   if (voxels > max_voxels)
     return false;
   NewVoxelPass new_voxels(
-      coding, models.new_voxels, frame_, context, max_voxels - voxels);
+      coding, models.new_voxels, frame_, parameters, max_voxels - voxels);
   if (!new_voxels.run())
     return false;
   NewBlockPass new_blocks(coding,
                           models.children,
                           frame_,
-                          context,
+                          parameters,
                           max_voxels - voxels - new_voxels.voxelCount());
   return new_blocks.run();
 }
@@ -289,13 +292,13 @@ Payload::codeOccupancy(CodingT& coding,
 template <typename CodingT>
 bool
 Payload::codeResiduals(CodingT& coding,
-                       IntensityModels& models,
-                       const FrameContext& context)
+                       IntensityContexts& models,
+                       const FrameParameters& parameters)
 {
-  if (context.depth_model == nullptr)
+  if (parameters.depth_model == nullptr)
     return true;
   intensities_.split.predict(intensities_.numbers);
-  return IntensityPass(coding, models, frame_.directory, context)
+  return IntensityPass(coding, models, frame_.directory, parameters)
       .codeResiduals(intensities_.split, intensities_.symbols);
 }
 
@@ -305,23 +308,23 @@ template <typename CodingT, class FrameT>
 bool
 Payload::codePoints(CodingT& coding,
                     Models& models,
-                    const FrameContext& context,
+                    const FrameParameters& parameters,
                     FrameT& frame)
 {
   if (!frame.has_point_counts)
     return true;
   const bool is_beside = frame.hasIntensities();
-  const FrameContext point_context{
-      context.history, context.grid_depth, point_symbol_bits, nullptr};
+  const FrameParameters point_parameters{
+      parameters.history, parameters.grid_depth, point_symbol_bits, nullptr};
   IntensityPass pass(coding,
                      is_beside ? *models.points : models.intensity,
                      frame_.directory,
-                     point_context);
+                     point_parameters);
   std::vector<std::uint16_t>& symbols =
       is_beside ? intensities_.point_symbols : intensities_.symbols;
   symbols.resize(blocks_.voxelCount());
   if (is_beside)
-    pass.run(blocks_, symbols, context.history.pointRecords());
+    pass.run(blocks_, symbols, parameters.history.pointRecords());
   if constexpr (CodingT::is_decoder)
     frame.point_counts.assign(symbols.begin(), symbols.end());
   return pass.codeExcess(frame.point_counts);

@@ -85,16 +85,16 @@ private:
     KnownVoxelModels known_voxels;
     NewVoxelModels new_voxels;
     ChildModels children;
-    IntensityModels intensity;
-    std::optional<IntensityModels> points; ///< beside intensities
+    IntensityContexts intensity;
+    std::optional<IntensityContexts> points; ///< beside intensities
   };
 
   /** \brief Models in their initial state, as at an I-frame, shared by all streams. */
   static const Models&
   freshModels(bool is_small, bool has_points);
 
-  FrameContext
-  contextOf(const VoxelFrame& frame, bool uses_history);
+  FrameParameters
+  parametersOf(const VoxelFrame& frame, bool uses_history);
 
   PayloadSizes
   encodeAs(const VoxelFrame& frame,
@@ -103,12 +103,12 @@ private:
            std::vector<std::uint8_t>& payload);
 
   void
-  splitByDepth(const FrameContext& context);
+  splitByDepth(const FrameParameters& parameters);
 
   template <bool IsSmall>
   PayloadSizes
   encodeWith(const VoxelFrame& frame,
-             const FrameContext& context,
+             const FrameParameters& parameters,
              bool is_i_frame,
              std::vector<std::uint8_t>& payload);
 
@@ -125,18 +125,20 @@ private:
   bool
   codeOccupancy(CodingT& coding,
                 Models& models,
-                const FrameContext& context,
+                const FrameParameters& parameters,
                 std::size_t max_voxels);
 
   template <typename CodingT>
   bool
-  codeResiduals(CodingT& coding, IntensityModels& models, const FrameContext& context);
+  codeResiduals(CodingT& coding,
+                IntensityContexts& models,
+                const FrameParameters& parameters);
 
   template <typename CodingT, class FrameT>
   bool
   codePoints(CodingT& coding,
              Models& models,
-             const FrameContext& context,
+             const FrameParameters& parameters,
              FrameT& frame);
 
   void

@@ -37,9 +37,9 @@ struct Frame {
   std::size_t block_count = 0;
   std::vector<std::uint64_t> keys;
   std::vector<std::uint64_t> masks;
-  std::vector<std::uint32_t> numbers; ///< block numbers in the history
-  std::vector<std::uint32_t> octants; ///< of the blocks, see octant_list.h
-  std::vector<VoxelPlace> places;     ///< of the voxels, in Morton order
+  std::vector<std::uint32_t> numbers;  ///< block numbers in the history
+  std::vector<std::uint32_t> octants;  ///< of the blocks, see octant_list.h
+  std::vector<CellIndex> cell_indices; ///< of the voxels, in Morton order
 
   /** \brief Makes room for blocks. */
   void

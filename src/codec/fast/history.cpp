@@ -100,7 +100,7 @@ History::reserveFor(const History& other)
   reserveAhead(keys, other.keys.size());
   reserveAhead(numbers, other.numbers.size());
   reserveAhead(activity, other.activity.size());
-  ensureSize(places, other.voxelCount() + spare_places);
+  ensureSize(cell_indices, other.voxelCount() + spare_indices);
 }
 
 void
@@ -112,10 +112,11 @@ History::assign(History& other, bool with_statistics) noexcept
   numbers = other.numbers;
   activity = other.activity;
   size = other.size;
-  VoxelPlace* place = places.data();
+  CellIndex* index = cell_indices.data();
   for (std::size_t past = 0; past < voxel_past::count; ++past) {
-    first[past] = static_cast<std::uint32_t>(place - places.data());
-    place = std::copy_n(other.places.data() + other.first[past], size[past], place);
+    first[past] = static_cast<std::uint32_t>(index - cell_indices.data());
+    index =
+        std::copy_n(other.cell_indices.data() + other.first[past], size[past], index);
   }
   if (with_statistics)
     statistics.swap(other.statistics);
@@ -136,7 +137,7 @@ History::clear() noexcept
 void
 History::releaseMemory()
 {
-  places.resize(voxelCount() + spare_places);
+  cell_indices.resize(voxelCount() + spare_indices);
   statistics.resize(known.size() * block_cells);
   point_statistics.resize(std::min(point_statistics.size(), statistics.size()));
   known.shrink_to_fit();
@@ -146,7 +147,7 @@ History::releaseMemory()
   keys.shrink_to_fit();
   numbers.shrink_to_fit();
   activity.shrink_to_fit();
-  places.shrink_to_fit();
+  cell_indices.shrink_to_fit();
 }
 
 bool
@@ -168,10 +169,10 @@ HistoryUpdate::removeForgotten(History& after)
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
     if (!voxel_past::isForgotten(past))
       continue;
-    const VoxelPlace* const places = after.places.data() + after.first[past];
+    const CellIndex* const cell_indices = after.cell_indices.data() + after.first[past];
     for (std::uint32_t i = 0; i < after.size[past]; ++i)
-      after.known[places[i] / block_cells] &=
-          ~(std::uint64_t{1} << (places[i] % block_cells));
+      after.known[cell_indices[i] / block_cells] &=
+          ~(std::uint64_t{1} << (cell_indices[i] % block_cells));
     after.size[past] = 0;
   }
 }
@@ -206,7 +207,7 @@ HistoryUpdate::reserveNew(const History& before,
   std::uint32_t end = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     end = std::max(end, after.first[past] + after.size[past]);
-  ensureSize(after.places, end + frame.voxel_count + 2);
+  ensureSize(after.cell_indices, end + frame.voxel_count + 2);
   after.first[voxel_past::first(frame.is_i_frame)] = end;
 }
 
@@ -217,7 +218,7 @@ HistoryUpdate::addNewVoxels(const History& before,
                             const Frame& frame)
 {
   const unsigned int past = voxel_past::first(frame.is_i_frame);
-  VoxelPlace* place = after.places.data() + after.first[past];
+  CellIndex* index = after.cell_indices.data() + after.first[past];
   std::uint64_t* const known = after.known.data();
   std::uint16_t* const all_statistics = statistics.data();
   const auto add = [&](std::uint32_t number, std::uint64_t cells) {
@@ -228,13 +229,13 @@ HistoryUpdate::addNewVoxels(const History& before,
     // better (doc/implementation_notes.md, "Branches").
     for (unsigned int done = 0; done < count; done += 2)
       for (unsigned int k = 0; k < 2; ++k) {
-        const VoxelPlace added = first + lowestBit(cells);
-        place[done + k] = added;
+        const CellIndex added = first + lowestBit(cells);
+        index[done + k] = added;
         all_statistics[added] = History::no_statistics;
         const std::uint64_t others = cells & (cells - 1);
         cells = others != 0 ? others : cells;
       }
-    place += count;
+    index += count;
   };
   for (std::size_t i = 0; i < frame.renewed_count; ++i) {
     const std::uint32_t number = before.numbers[frame.renewed_blocks[i]];
@@ -243,7 +244,7 @@ HistoryUpdate::addNewVoxels(const History& before,
   for (std::size_t i = 0; i < new_numbers_.size(); ++i)
     add(new_numbers_[i], frame.new_masks[i]);
   after.size[past] =
-      static_cast<std::uint32_t>(place - after.places.data()) - after.first[past];
+      static_cast<std::uint32_t>(index - after.cell_indices.data()) - after.first[past];
 }
 
 /** \brief Merges known and new blocks to the ascending blocks of the frame and of the history

@@ -55,8 +55,8 @@ firstProbability(unsigned int past);
 
 } // namespace voxel_past
 
-/** \brief Place of a voxel: the number of its block times 64 plus its cell. */
-using VoxelPlace = std::uint32_t;
+/** \brief Index of a voxel: the number of its block times 64 plus its cell. */
+using CellIndex = std::uint32_t;
 
 /** \brief Allocates memory aligned to cache lines, so that the statistics of half a block are
  * one line. */
@@ -95,7 +95,7 @@ struct CacheLineAllocator {
   }
 };
 
-/** \brief Intensity statistics of voxels by their place, 64 a block; see
+/** \brief Intensity statistics of voxels by their index, 64 a block; see
  * symbol_statistics. */
 using StatisticsTable = std::vector<std::uint16_t, CacheLineAllocator<std::uint16_t>>;
 
@@ -119,8 +119,8 @@ ensureSize(Vector& vector, std::size_t size)
 struct History {
   /** \brief Statistics of a voxel that has none yet. */
   static constexpr std::uint16_t no_statistics = 0xffff;
-  /** \brief Places that may be read behind a bucket. */
-  static constexpr std::size_t spare_places = 1;
+  /** \brief Indices that may be read behind a bucket. */
+  static constexpr std::size_t spare_indices = 1;
 
   // By block number.
   std::vector<std::uint64_t> known; ///< cells that are in a bucket
@@ -135,9 +135,9 @@ struct History {
   std::vector<std::uint8_t> activity; ///< which of the last 4 frames had new voxels
 
   // Buckets.
-  std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `places`
+  std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `cell_indices`
   std::array<std::uint32_t, voxel_past::count> size{};
-  std::vector<VoxelPlace> places; ///< and `spare_places` behind the last bucket
+  std::vector<CellIndex> cell_indices; ///< and `spare_indices` behind the last bucket
 
   /** \brief Number of known voxels. */
   std::size_t

@@ -23,7 +23,7 @@ Intensities::begin(const Frame& frame,
   highest_bin_ = has_low_bits ? intensity_bins::binOf(top_) + 1 : top_;
   top_bin_ = has_low_bits ? highest_bin_ : intensity_bins::highest + 1;
   count_ = frame.voxel_count;
-  places_ = frame.places.data();
+  cell_indices_ = frame.cell_indices.data();
   ensureSize(before_, count_);
   ensureSize(after_, count_);
   ensureSize(contexts_, count_);
@@ -33,14 +33,14 @@ Intensities::begin(const Frame& frame,
   ensureSize(noted_, count_ + 1);
   std::uint16_t* const before = before_.data();
   for (std::size_t i = 0; i < count_; ++i)
-    before[i] = statistics[places_[i]];
+    before[i] = statistics[cell_indices_[i]];
 }
 
 void
 Intensities::restore(const Frame& frame, StatisticsTable& statistics) const
 {
   for (std::size_t i = 0; i < frame.voxel_count; ++i)
-    statistics[frame.places[i]] = before_[i];
+    statistics[frame.cell_indices[i]] = before_[i];
 }
 
 template <class Coder, class Symbol>
@@ -75,7 +75,7 @@ Intensities::codeRunning(Coder& coder_now,
 {
   coder_now.reserve(4 * count_);
   Coder coder = coder_now;
-  const VoxelPlace* const places = places_;
+  const CellIndex* const cell_indices = cell_indices_;
   symbol_statistics::Running running(2);
   for (std::size_t i = 0; i < count_; ++i) {
     const unsigned int lowest = running.lowestBin();
@@ -96,7 +96,7 @@ Intensities::codeRunning(Coder& coder_now,
     else {
       value = bin;
     }
-    statistics[places[i]] = symbol_statistics::first(bin);
+    statistics[cell_indices[i]] = symbol_statistics::first(bin);
     running.add(bin);
     if constexpr (Coder::is_decoder)
       symbols[i] = static_cast<std::uint16_t>(value);
@@ -165,7 +165,7 @@ void
 Intensities::learnRow(std::uint16_t* statistics, std::uint16_t* bins)
 {
   const std::size_t count = count_;
-  const VoxelPlace* const places = places_;
+  const CellIndex* const cell_indices = cell_indices_;
   const std::uint16_t* const before = before_.data();
   const std::uint8_t* const coded = coded_.data();
   const std::uint16_t* const lowest = lowest_.data();
@@ -177,7 +177,7 @@ Intensities::learnRow(std::uint16_t* statistics, std::uint16_t* bins)
     any = static_cast<std::uint16_t>(any | bins[i] | (coded[i] + 1));
   }
   for (std::size_t i = 0; i < count; ++i)
-    statistics[places[i]] = after[i];
+    statistics[cell_indices[i]] = after[i];
   // Voxels with an escaped bin or with low bits.
   std::uint32_t* noted = noted_.data();
   for (std::size_t i = 0; i < count && any >> 4 != 0; ++i) {
@@ -206,7 +206,7 @@ Intensities::codeNotedBins(Coder& coder,
     if (bin - lowest >= escape) {
       if (!codeWholeBin(coder, models, lowest, value, bin))
         return false;
-      statistics[places_[voxel]] = symbol_statistics::next(before, bin);
+      statistics[cell_indices_[voxel]] = symbol_statistics::next(before, bin);
     }
     if (!codeValue(coder, bin, value) || coder.isOverrun())
       return false;

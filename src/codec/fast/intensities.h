@@ -85,8 +85,8 @@ private:
   unsigned int
   binOf(unsigned int value) const;
 
-  std::size_t count_ = 0;              // of the frame's voxels
-  const VoxelPlace* places_ = nullptr; // of the voxels
+  std::size_t count_ = 0;                   // of the frame's voxels
+  const CellIndex* cell_indices_ = nullptr; // of the voxels
   // By voxel.
   std::vector<std::uint16_t> before_; // statistics before this frame
   std::vector<std::uint16_t> after_;

@@ -48,10 +48,10 @@ collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
 constexpr std::ptrdiff_t prefetched_voxels = 512;
 
 /** \brief End of a bucket, where voxels are appended. */
-VoxelPlace*
+CellIndex*
 endOf(History& history, unsigned int past)
 {
-  return history.places.data() + history.first[past] + history.size[past];
+  return history.cell_indices.data() + history.first[past] + history.size[past];
 }
 
 /** \brief The probability of a past after a frame; the previous one counts as `weight`
@@ -100,10 +100,10 @@ constexpr auto split_rules = makeSplitRules();
 
 /** \brief Splits a bucket in two, eight voxels at a time. */
 struct BucketSplit {
-  const VoxelPlace* from;  ///< the next voxels; there is another one behind the bucket
-  std::ptrdiff_t ahead;    ///< distance of prefetching
-  VoxelPlace* if_empty;    ///< where to store the next empty voxel; two are written
-  VoxelPlace* if_occupied; ///< the same for the next occupied voxel
+  const CellIndex* from;  ///< the next voxels; there is another one behind the bucket
+  std::ptrdiff_t ahead;   ///< distance of prefetching
+  CellIndex* if_empty;    ///< where to store the next empty voxel; two are written
+  CellIndex* if_occupied; ///< the same for the next occupied voxel
 
   /** \param[in] byte occupancy of the eight voxels, the first one lowest */
   void
@@ -126,7 +126,7 @@ struct BucketSplit {
 
 private:
   static void
-  copyTwo(const VoxelPlace* source, VoxelPlace* target)
+  copyTwo(const CellIndex* source, CellIndex* target)
   {
     std::uint64_t both;
     std::memcpy(&both, source, sizeof(both));
@@ -200,7 +200,7 @@ KnownVoxels::code(
   }
   after.size.fill(0);
   // Two more, as BucketSplit writes two at a time.
-  ensureSize(after.places, first + 2);
+  ensureSize(after.cell_indices, first + 2);
   coder.reserve(known / 8 + 7 * voxel_past::count);
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     if (before.size[past] != 0 &&
@@ -219,12 +219,12 @@ KnownVoxels::splitBucket(Coder& coder,
                          Frame& frame)
 {
   std::uint64_t* const occupied = frame.occupied.data();
-  const auto isOccupied = [&](VoxelPlace place) {
-    return static_cast<unsigned int>(occupied[place / block_cells] >>
-                                     (place % block_cells)) &
+  const auto isOccupied = [&](CellIndex index) {
+    return static_cast<unsigned int>(occupied[index / block_cells] >>
+                                     (index % block_cells)) &
            1;
   };
-  const VoxelPlace* from = before.places.data() + before.first[past];
+  const CellIndex* from = before.cell_indices.data() + before.first[past];
   const std::size_t count = before.size[past];
   ensureSize(occupancies_, count / 8);
   std::uint8_t* const bytes = occupancies_.data();
@@ -237,20 +237,22 @@ KnownVoxels::splitBucket(Coder& coder,
     }
   const unsigned int past_if_empty = voxel_past::next(past, 0);
   const unsigned int past_if_occupied = voxel_past::next(past, 1);
-  VoxelPlace* const first_occupied = endOf(after, past_if_occupied);
-  const VoxelPlace* const places_end = before.places.data() + before.places.size();
-  BucketSplit split = {from,
-                       // Buckets are contiguous in memory.
-                       std::min(prefetched_voxels,
-                                places_end - from - static_cast<std::ptrdiff_t>(count)),
-                       endOf(after, past_if_empty),
-                       first_occupied};
+  CellIndex* const first_occupied = endOf(after, past_if_occupied);
+  const CellIndex* const indices_end =
+      before.cell_indices.data() + before.cell_indices.size();
+  BucketSplit split = {
+      from,
+      // Buckets are contiguous in memory.
+      std::min(prefetched_voxels,
+               indices_end - from - static_cast<std::ptrdiff_t>(count)),
+      endOf(after, past_if_empty),
+      first_occupied};
   if (!coder.codeRow(
           occupancyTable(models.known_probability[past]), bytes, count / 8, split))
     return false;
   from = split.from;
-  VoxelPlace* if_empty = split.if_empty;
-  VoxelPlace* if_occupied = split.if_occupied;
+  CellIndex* if_empty = split.if_empty;
+  CellIndex* if_occupied = split.if_occupied;
   BitModel last_model(models.known_probability[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =
@@ -261,8 +263,8 @@ KnownVoxels::splitBucket(Coder& coder,
     if_occupied += bit;
   }
   if (Coder::is_decoder)
-    for (const VoxelPlace* place = first_occupied; place != if_occupied; ++place)
-      occupied[*place / block_cells] |= std::uint64_t{1} << (*place % block_cells);
+    for (const CellIndex* index = first_occupied; index != if_occupied; ++index)
+      occupied[*index / block_cells] |= std::uint64_t{1} << (*index % block_cells);
   const auto occupied_count = static_cast<std::uint32_t>(if_occupied - first_occupied);
   frame.found_voxels += occupied_count;
   after.size[past_if_empty] += before.size[past] - occupied_count;

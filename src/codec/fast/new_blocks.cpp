@@ -158,12 +158,12 @@ NewBlocks::code(Coder& coder, Models& models, Frame& frame)
     if (level > 0)
       descend();
   }
-  return !Coder::is_decoder || placeCells(frame);
+  return !Coder::is_decoder || setCells(frame);
 }
 
 /** \brief Sets the new blocks of a frame to those of the octants. */
 bool
-NewBlocks::placeCells(Frame& frame) const
+NewBlocks::setCells(Frame& frame) const
 {
   frame.new_keys.clear();
   frame.new_masks.clear();

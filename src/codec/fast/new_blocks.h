@@ -60,7 +60,7 @@ private:
   childOf(const Level& level, std::uint32_t node, unsigned int child);
 
   bool
-  placeCells(Frame& frame) const;
+  setCells(Frame& frame) const;
 
   Level level_;
   Level next_level_;

@@ -14,33 +14,33 @@ namespace fast {
 
 namespace {
 
-// Symbols for several octants or cells; lower symbols are the place of a single one.
+// Symbols for several octants or cells; lower symbols are the rank of a single one.
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
 
 constexpr unsigned int all_ones = ~0u;
 
-/** \brief Place of one of some children among them: the likely ones first, both ascending.
+/** \brief Rank of one of some children among them: the likely ones first, both ascending.
  * \param[in] likely some of the children
  * \param[in] children mask of them
  * \param[in] child its bit in the mask
  */
 inline unsigned int
-placeOf(unsigned int likely, unsigned int children, unsigned int child)
+rankOf(unsigned int likely, unsigned int children, unsigned int child)
 {
   const unsigned int is_unlikely = all_ones * ((child & likely) == 0 ? 1 : 0);
   return (child_masks.count[likely] & is_unlikely) +
          child_masks.count[(likely ^ (children & is_unlikely)) & (child - 1) & 0xff];
 }
 
-/** \brief The child with a place; see placeOf(). */
+/** \brief The child with a rank; see rankOf(). */
 inline unsigned int
-childAt(unsigned int likely, unsigned int children, unsigned int place)
+childOfRank(unsigned int likely, unsigned int children, unsigned int rank)
 {
   const unsigned int count = child_masks.count[likely];
-  const unsigned int is_unlikely = ~(0u - ((place - count) >> 31));
+  const unsigned int is_unlikely = ~(0u - ((rank - count) >> 31));
   return child_masks
-      .children[likely ^ (children & is_unlikely)][(place - (count & is_unlikely)) % 8];
+      .children[likely ^ (children & is_unlikely)][(rank - (count & is_unlikely)) % 8];
 }
 
 /** \brief Context of new cells in an octant, by the number of near and of open cells. */
@@ -152,10 +152,10 @@ NewVoxels::chooseOctants(const History& before, Frame& frame)
     const std::uint32_t number = numbers[renewed[i]];
     const unsigned int octants = occupiedOctants(occupied[number] & ~known[number]);
     const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
-    const unsigned int place =
-        placeOf(occupiedOctants(occupied[number] & known[number]), 0xff, octants);
+    const unsigned int rank =
+        rankOf(occupiedOctants(occupied[number] & known[number]), 0xff, octants);
     symbols[renewed[i]] = static_cast<std::uint8_t>(
-        ((1 + place) & (0 - is_single)) | (several_octants & (is_single - 1)));
+        ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1)));
   }
   frame.renewed_count = renewed_count;
 }
@@ -186,7 +186,7 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
   Coder coder = coder_now;
   ensureSize(octants_, 8 * count + 1);
   ensureSize(several_, count + 1);
-  VoxelPlace* octant = octants_.data();
+  CellIndex* octant = octants_.data();
   const std::uint32_t* const blocks = frame.renewed_blocks.data();
   const std::uint8_t* const symbols = frame.octant_symbols.data();
   const std::uint32_t* const numbers = before.numbers.data();
@@ -200,7 +200,7 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
     const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
     // Without a branch: written to both lists, and counted in one.
     const unsigned int is_single = (symbol - several_octants) >> 31;
-    *octant = number * block_cells + 8 * childAt(octants, 0xff, (symbol - 1) % 8);
+    *octant = number * block_cells + 8 * childOfRank(octants, 0xff, (symbol - 1) % 8);
     octant += is_single;
     several[several_count] = number;
     several_count += 1 - is_single;
@@ -237,7 +237,7 @@ NewVoxels::codeCells(Coder& coder,
   ensureSize(contexts_, count);
   ensureSize(cell_symbols_, count);
   ensureSize(surroundings_, count);
-  const VoxelPlace* const octants = octants_.data();
+  const CellIndex* const octants = octants_.data();
   const std::uint64_t* const all_known = before.known.data();
   // Octants outside of the grid have no open cells, so that all their symbols are invalid.
   const std::uint64_t in_grid = cellsInGrid(frame.depth);
@@ -258,9 +258,9 @@ NewVoxels::codeCells(Coder& coder,
     if (!Coder::is_decoder) {
       const unsigned int cells = static_cast<unsigned int>(occupied >> shift) & open;
       const unsigned int is_single = all_ones * ((cells & (cells - 1)) == 0 ? 1 : 0);
-      const unsigned int place = placeOf(near, open, cells);
+      const unsigned int rank = rankOf(near, open, cells);
       symbols[i] =
-          static_cast<std::uint8_t>((place & is_single) | (several_cells & ~is_single));
+          static_cast<std::uint8_t>((rank & is_single) | (several_cells & ~is_single));
     }
     contexts[i] = cell_contexts[near_count][child_masks.count[open]];
     surroundings[i] = {static_cast<std::uint8_t>(near),
@@ -272,7 +272,7 @@ NewVoxels::codeCells(Coder& coder,
   if (!coder.codeRow(models.cell.data(), contexts, symbols, count, prefetched))
     return false;
   std::size_t several_count = 0;
-  if (!placeSingleCells<Coder::is_decoder>(frame, several_count))
+  if (!setSingleCells<Coder::is_decoder>(frame, several_count))
     return false;
   frame.found_voxels += count - several_count;
   return codeSeveralCells(coder, models, several_count, before, frame);
@@ -282,26 +282,26 @@ NewVoxels::codeCells(Coder& coder,
  * single new voxels. \return false if a symbol is invalid */
 template <bool is_decoder>
 bool
-NewVoxels::placeSingleCells(Frame& frame, std::size_t& several_count)
+NewVoxels::setSingleCells(Frame& frame, std::size_t& several_count)
 {
   const std::size_t count = octant_count_;
-  const VoxelPlace* const octants = octants_.data();
+  const CellIndex* const octants = octants_.data();
   const std::uint8_t* const symbols = cell_symbols_.data();
   const Surroundings* const surroundings = surroundings_.data();
   std::uint64_t* const all_occupied = frame.occupied.data();
-  VoxelPlace* several = several_.data();
+  CellIndex* several = several_.data();
   unsigned int is_wrong = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const unsigned int place = symbols[i];
-    const unsigned int is_single = (place - several_cells) >> 31;
+    const unsigned int rank = symbols[i];
+    const unsigned int is_single = (rank - several_cells) >> 31;
     *several = octants[i];
     several += 1 - is_single;
     if (is_decoder) {
       const unsigned int open = surroundings[i].open;
       const unsigned int end =
           child_masks.count[open] + several_cells * (1 - is_single);
-      is_wrong |= (end - 1 - place) | (several_cells - place);
-      const unsigned int cell = childAt(surroundings[i].near, open, place);
+      is_wrong |= (end - 1 - rank) | (several_cells - rank);
+      const unsigned int cell = childOfRank(surroundings[i].near, open, rank);
       all_occupied[octants[i] / block_cells] |= std::uint64_t{is_single}
                                                 << (octants[i] % block_cells + cell);
     }

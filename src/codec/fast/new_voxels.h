@@ -63,7 +63,7 @@ private:
 
   template <bool is_decoder>
   bool
-  placeSingleCells(Frame& frame, std::size_t& several_count);
+  setSingleCells(Frame& frame, std::size_t& several_count);
 
   template <class Coder>
   bool
@@ -84,7 +84,7 @@ private:
   // Blocks with new voxels in several octants, then octants with several new voxels.
   std::vector<std::uint32_t> several_;
   std::size_t octant_count_ = 0;
-  std::vector<VoxelPlace> octants_; // first cells of octants with new voxels
+  std::vector<CellIndex> octants_; // first cells of octants with new voxels
   std::vector<Surroundings> surroundings_;
   std::vector<std::uint8_t> cell_symbols_;
 };

@@ -36,14 +36,14 @@ appendOctants(std::uint32_t block, std::uint64_t cells, std::uint32_t* end)
  * \param[in] cells of the blocks
  */
 inline unsigned int
-cellsOf(std::uint32_t element, const std::uint64_t* cells)
+cellsOfOctant(std::uint32_t element, const std::uint64_t* cells)
 {
   return static_cast<unsigned int>(cells[element / 8] >> (8 * (element % 8))) & 0xff;
 }
 
 /** \brief Adds the cells of an octant to a number.
  * \param[in] cells occupied ones
- * \param[in] number place or key of the octant's first cell
+ * \param[in] number index or key of the octant's first cell
  * \param[out] sums `list_excess` of them; those beyond the number of cells have any value
  */
 template <class Number>

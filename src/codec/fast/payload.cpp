@@ -18,7 +18,7 @@ namespace {
 
 const History no_history;
 
-/** \brief Lists the places of the voxels of the frame's blocks and, for a decoder, their
+/** \brief Lists the indices of the voxels of the frame's blocks and, for a decoder, their
  * keys. */
 template <bool with_keys>
 void
@@ -31,8 +31,8 @@ expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
   std::uint32_t* end = octants;
   for (std::size_t i = 0; i < count; ++i)
     end = appendOctants(static_cast<std::uint32_t>(i), masks[i], end);
-  ensureSize(frame.places, frame.voxel_count + list_excess);
-  VoxelPlace* place = frame.places.data();
+  ensureSize(frame.cell_indices, frame.voxel_count + list_excess);
+  CellIndex* index = frame.cell_indices.data();
   std::uint64_t* key = nullptr;
   if constexpr (with_keys) {
     keys->resize(frame.voxel_count + list_excess);
@@ -43,9 +43,9 @@ expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
   for (const std::uint32_t* octant = octants; octant != end; ++octant) {
     const std::size_t block = *octant / 8;
     const std::uint32_t first_cell = 8 * (*octant % 8);
-    const unsigned int cells = cellsOf(*octant, masks);
-    addCells(cells, numbers[block] * block_cells + first_cell, place);
-    place += child_masks.count[cells];
+    const unsigned int cells = cellsOfOctant(*octant, masks);
+    addCells(cells, numbers[block] * block_cells + first_cell, index);
+    index += child_masks.count[cells];
     if constexpr (with_keys) {
       addCells(cells, (block_keys[block] << block_key_bits) + first_cell, key);
       key += child_masks.count[cells];
@@ -345,9 +345,9 @@ Payload::beginPointStatistics()
   if (work_->frame.is_i_frame) // they are not read
     return table;
   const unsigned int past = voxel_past::first(false);
-  const VoxelPlace* const places = after.places.data() + after.first[past];
+  const CellIndex* const cell_indices = after.cell_indices.data() + after.first[past];
   for (std::uint32_t i = 0; i < after.size[past]; ++i)
-    table[places[i]] = History::no_statistics;
+    table[cell_indices[i]] = History::no_statistics;
   return table;
 }
 
@@ -394,9 +394,10 @@ Payload::collectClasses()
   for (std::size_t i = 0; i < depth_.split.classes().size(); ++i) {
     if (depth_.split.classes()[i] == DepthSplit::no_residual)
       continue;
-    const std::uint32_t size = std::clamp(depth_.split.place(i) >> 4, 4u, 7u) - 4;
-    depth_.row_classes.push_back(
-        static_cast<std::uint8_t>(size * 4 + (depth_.split.place(i) >> 2 & 3)));
+    const std::uint32_t size =
+        std::clamp(depth_.split.predictionContext(i) >> 4, 4u, 7u) - 4;
+    depth_.row_classes.push_back(static_cast<std::uint8_t>(
+        size * 4 + (depth_.split.predictionContext(i) >> 2 & 3)));
   }
 }
 

@@ -6,8 +6,9 @@ namespace supplement {
 
 /** \brief What frames have besides voxels and intensities. */
 struct Content {
-  unsigned int refinement_levels = 0; ///< of the octree within a cell, 0..20; 0: none
-  unsigned int colour_bits = 0;       ///< of a channel, 1..8; 0: no colours
+  unsigned int refinement_levels =
+      0;                        ///< of the octree within a coarse voxel, 0..20; 0: none
+  unsigned int colour_bits = 0; ///< of a channel, 1..8; 0: no colours
   bool has_point_counts = false;
 
   /** \brief Whether there is a supplement. Numbers of points are in it only if the voxels

@@ -14,12 +14,12 @@ namespace pcl_ext {
 namespace io {
 namespace supplement {
 
-/** \brief Models of the voxels within cells (doc/bitstream_supplement.md, "Refinement"). */
+/** \brief Models of the voxels within coarse voxels (doc/bitstream_supplement.md, "Refinement"). */
 struct RefinementModels {
   static constexpr std::size_t largest_count = 14;
   static constexpr std::size_t count_classes = 16;
 
-  /** \brief A cell's number of voxels, by that of the cell before. */
+  /** \brief A coarse voxel's number of voxels, by that of the coarse voxel before. */
   std::array<fast::NibbleModel, count_classes> count;
   /** \brief How many of 2..14 voxels are in the lower half, by axis. */
   std::array<std::array<fast::NibbleModel, largest_count + 1>, 3> split;
@@ -30,10 +30,10 @@ struct RefinementModels {
   std::array<std::array<fast::BitModel, 4>, 63> single;
 };
 
-/** \brief Codes the voxels of cells, each a cube of 2^levels voxels along its axes, for
+/** \brief Codes the voxels of coarse voxels, each a cube of 2^levels voxels along its axes, for
  * either direction.
  *
- * A cell is divided in half along x, y and z in turn, and the number of voxels in the lower
+ * A coarse voxel is divided in half along x, y and z in turn, and the number of voxels in the lower
  * half is coded, until a single voxel is left, whose remaining bits follow.
  * \tparam CodingT a NumberCoding
  */
@@ -41,25 +41,25 @@ template <typename CodingT>
 class RefinementPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in] levels of a cell, 1..20
+   * \param[in] levels of a coarse voxel, 1..20
    * \param[in] models_singles whether the bits of single voxels have models, which takes
    * fewer bytes and more time; else they are raw
    */
   RefinementPass(RefinementModels& models, unsigned int levels, bool models_singles)
-  : models_(models), cell_bits_(3 * levels), models_singles_(models_singles)
+  : models_(models), coarse_voxel_bits_(3 * levels), models_singles_(models_singles)
   {}
 
   /** \brief Codes the voxels.
    * \param[in,out] coding of the frame
-   * \param[in] cells keys of the cells, ascending
-   * \param[in] voxel_count number of voxels of all cells, at least one of each
+   * \param[in] coarse_voxels keys of the coarse voxels, ascending
+   * \param[in] voxel_count number of voxels of all coarse voxels, at least one of each
    * \param[in,out] keys of the voxels, ascending; the decoder fills them
    * \return false if what was decoded are no voxels, or not that many
    */
   template <class KeysT>
   bool
   run(CodingT& coding,
-      const std::vector<std::uint64_t>& cells,
+      const std::vector<std::uint64_t>& coarse_voxels,
       std::size_t voxel_count,
       KeysT& keys)
   {
@@ -69,23 +69,23 @@ public:
     Key* key = keys.data();
     Key* const keys_end = key + voxel_count;
     std::size_t count_class = 0;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::uint64_t first_key = cells[i] << cell_bits_;
+    for (std::size_t i = 0; i < coarse_voxels.size(); ++i) {
+      const std::uint64_t first_key = coarse_voxels[i] << coarse_voxel_bits_;
       std::size_t count = 0;
       if constexpr (!CodingT::is_decoder) {
         const std::uint64_t last_key =
-            first_key + ((std::uint64_t{1} << cell_bits_) - 1);
+            first_key + ((std::uint64_t{1} << coarse_voxel_bits_) - 1);
         while (key + count != keys_end && key[count] <= last_key)
           ++count;
       }
       local.reserve(8);
       const std::uint64_t further =
           local.code(models_.count[count_class], static_cast<std::uint32_t>(count) - 1);
-      const std::size_t cells_behind = cells.size() - 1 - i;
-      if (further >= static_cast<std::size_t>(keys_end - key) - cells_behind)
+      const std::size_t coarse_voxels_after = coarse_voxels.size() - 1 - i;
+      if (further >= static_cast<std::size_t>(keys_end - key) - coarse_voxels_after)
         return false;
       count = std::size_t{1} + static_cast<std::size_t>(further);
-      if (!codeCell(local, {first_key, count, cell_bits_}, key))
+      if (!codeCoarseVoxel(local, {first_key, count, coarse_voxel_bits_}, key))
         return false;
       count_class = std::min(count, RefinementModels::count_classes) - 1;
       key += count;
@@ -98,19 +98,19 @@ private:
   using Key =
       std::conditional_t<CodingT::is_decoder, std::uint64_t, const std::uint64_t>;
 
-  /** \brief A part of a cell. */
+  /** \brief A part of a coarse voxel. */
   struct Part {
     std::uint64_t first_key;
     std::size_t count; ///< of its voxels, 1 or more
     unsigned int bits; ///< of a voxel's key within the part
   };
 
-  /** \brief Codes the voxels of a cell.
-   * \param[in] part the cell
+  /** \brief Codes the voxels of a coarse voxel.
+   * \param[in] part the coarse voxel
    * \param[in,out] keys of its voxels
    */
   PCL_EXT_ALWAYS_INLINE bool
-  codeCell(CodingT& coding, Part part, Key* keys)
+  codeCoarseVoxel(CodingT& coding, Part part, Key* keys)
   {
     std::size_t waiting = 0; // upper halves whose lower ones have voxels, too
     for (;;) {
@@ -213,10 +213,10 @@ private:
   }
 
   RefinementModels& models_;
-  unsigned int cell_bits_;
+  unsigned int coarse_voxel_bits_;
   bool models_singles_;
   std::uint64_t last_single_ = 0;
-  std::array<Part, 60> waiting_{}; // one at most of each bit of a cell
+  std::array<Part, 60> waiting_{}; // one at most of each bit of a coarse voxel
 };
 
 } // namespace supplement

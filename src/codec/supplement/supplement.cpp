@@ -26,7 +26,7 @@ hasPoints(const Content& content)
 Sizes
 SupplementCoder::encode(const Content& content,
                         const VoxelFrame& frame,
-                        const std::vector<std::uint64_t>& cells,
+                        const std::vector<std::uint64_t>& coarse_voxels,
                         Effort effort,
                         bool is_i_frame,
                         std::vector<std::uint8_t>& bytes)
@@ -37,7 +37,7 @@ SupplementCoder::encode(const Content& content,
   reserveSymbols(content, frame.size());
   if (content.refinement_levels > 0) {
     fast::NibbleEncoder coder(ranges_);
-    codeRefinement(coder, content, cells, effort, frame.size(), frame.keys);
+    codeRefinement(coder, content, coarse_voxels, effort, frame.size(), frame.keys);
     bytes_.clear();
     coder.finish(interleaving, words_, bytes_);
     const std::size_t begin = bytes.size();
@@ -71,7 +71,7 @@ bool
 SupplementCoder::decode(const std::uint8_t* begin,
                         const std::uint8_t* end,
                         const Content& content,
-                        const std::vector<std::uint64_t>& cells,
+                        const std::vector<std::uint64_t>& coarse_voxels,
                         Effort effort,
                         bool is_i_frame,
                         std::size_t voxel_count,
@@ -91,7 +91,8 @@ SupplementCoder::decode(const std::uint8_t* begin,
     begin += source.consumed();
     fast::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
     if (coder.isOverrun() ||
-        !codeRefinement(coder, content, cells, effort, voxel_count, frame.keys) ||
+        !codeRefinement(
+            coder, content, coarse_voxels, effort, voxel_count, frame.keys) ||
         !coder.isAtEnd())
       return false;
     begin += size;
@@ -107,7 +108,7 @@ template <class Coder, class KeysT>
 bool
 SupplementCoder::codeRefinement(Coder& coder,
                                 const Content& content,
-                                const std::vector<std::uint64_t>& cells,
+                                const std::vector<std::uint64_t>& coarse_voxels,
                                 Effort effort,
                                 std::size_t voxel_count,
                                 KeysT& keys)
@@ -115,7 +116,7 @@ SupplementCoder::codeRefinement(Coder& coder,
   NumberCoding<Coder> coding(coder, next_models_->lengths);
   RefinementPass<NumberCoding<Coder>> pass(
       next_models_->refinement, content.refinement_levels, effort != Effort::Fast);
-  const bool is_whole = pass.run(coding, cells, voxel_count, keys);
+  const bool is_whole = pass.run(coding, coarse_voxels, voxel_count, keys);
   coder = coding.coder();
   return is_whole;
 }

@@ -28,14 +28,14 @@ struct Sizes {
 };
 
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
- * within cells, with their intensities and numbers of points, and colours (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
+ * within coarse voxels, with their intensities and numbers of points, and colours (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
  * exception it can only be destroyed. */
 class SupplementCoder {
 public:
   /** \brief Appends the supplement of the next frame of the stream, and learns the frame.
    * \param[in] content that has a supplement
    * \param[in] frame consistent, and not without voxels
-   * \param[in] cells those of the voxels, if the content has levels
+   * \param[in] coarse_voxels those of the voxels, if the content has levels
    * \param[in] effort for the refinement
    * \param[in] is_i_frame forget what was before
    * \param[in,out] bytes where to append
@@ -43,7 +43,7 @@ public:
   Sizes
   encode(const Content& content,
          const VoxelFrame& frame,
-         const std::vector<std::uint64_t>& cells,
+         const std::vector<std::uint64_t>& coarse_voxels,
          Effort effort,
          bool is_i_frame,
          std::vector<std::uint8_t>& bytes);
@@ -53,7 +53,7 @@ public:
    * \param[in] begin first byte
    * \param[in] end behind the last byte; all must be used
    * \param[in] content as for encode
-   * \param[in] cells as for encode
+   * \param[in] coarse_voxels as for encode
    * \param[in] effort as for encode
    * \param[in] is_i_frame as for encode
    * \param[in] voxel_count number of voxels, 1 or more
@@ -66,7 +66,7 @@ public:
   decode(const std::uint8_t* begin,
          const std::uint8_t* end,
          const Content& content,
-         const std::vector<std::uint64_t>& cells,
+         const std::vector<std::uint64_t>& coarse_voxels,
          Effort effort,
          bool is_i_frame,
          std::size_t voxel_count,
@@ -103,7 +103,7 @@ private:
   bool
   codeRefinement(Coder& coder,
                  const Content& content,
-                 const std::vector<std::uint64_t>& cells,
+                 const std::vector<std::uint64_t>& coarse_voxels,
                  Effort effort,
                  std::size_t voxel_count,
                  KeysT& keys);

@@ -81,18 +81,18 @@ public:
 private:
   template <typename CodingOfDirectionT>
   void
-  pass(CodingOfDirectionT& coding, IntensityModels& models, Numbers& numbers)
+  pass(CodingOfDirectionT& coding, IntensityContexts& models, Numbers& numbers)
   {
-    const FrameContext context{history_, grid_depth, bits_, nullptr};
-    IntensityPass(coding, models, directory_, context).run(blocks_, numbers);
+    const FrameParameters parameters{history_, grid_depth, bits_, nullptr};
+    IntensityPass(coding, models, directory_, parameters).run(blocks_, numbers);
   }
 
   unsigned int bits_;
   BlockList blocks_;
   BlockDirectory directory_;
   History history_;
-  IntensityModels encoder_models_{IsSmall};
-  IntensityModels decoder_models_{IsSmall};
+  IntensityContexts encoder_models_{IsSmall};
+  IntensityContexts decoder_models_{IsSmall};
   bool is_first_ = true;
 };
 

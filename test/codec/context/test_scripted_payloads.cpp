@@ -194,10 +194,10 @@ public:
     return stream_.answerToIFrame(like_, [&](ContextScript& script) {
       script.numbers(blocksOf(like_.keys), {1});
       script.unary(script.state.intensity.residual,
-                   class_ * IntensityModels::longest_residual,
+                   class_ * IntensityContexts::longest_residual,
                    0,
                    end,
-                   IntensityModels::longest_residual);
+                   IntensityContexts::longest_residual);
       escape(script);
     });
   }

@@ -150,15 +150,15 @@ TEST(ScriptedFastPayloads, VoxelsOutsideOfAGridOfOneOctant)
   std::vector<ScriptedFrame> cases = {
       {"beside", 2, frame(1, [](auto& script) { script.cells(3, 7, 1); }), ok}};
   // Octants 1, 2 and 4 lie beside octant 0.
-  for (unsigned int place = 1; place < 8; ++place)
+  for (unsigned int index = 1; index < 8; ++index)
     for (const unsigned int open : {0u, 8u}) {
       const auto single = [=](FastScript& script) { script.cells(0, open, 7); };
       const auto several = [=](FastScript& script) {
         script.cells(0, open, 8);
         script.mask(script.models.several, 0, 3);
       };
-      cases.push_back({"single", 2, frame(1 + place, single)});
-      cases.push_back({"several", 3, frame(1 + place, several)});
+      cases.push_back({"single", 2, frame(1 + index, single)});
+      cases.push_back({"several", 3, frame(1 + index, several)});
     }
   for (const unsigned int open : {0u, 8u})
     cases.push_back({"several octants", 3, frame(9, [=](FastScript& script) {

@@ -3,7 +3,7 @@
  * intensities. What is encoded is decoded, whatever is combined; what is not whole is
  * refused and changes nothing.
  */
-#include "codec/supplement/cells.h"
+#include "codec/supplement/coarse_voxels.h"
 #include "support/status_codes.h"
 #include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
@@ -263,9 +263,9 @@ TEST(Refinement, IsChosenWhereVoxelsAreAlone)
 TEST(Refinement, CellsAreTheKeysWithoutTheirLowestLevels)
 {
   std::vector<std::uint64_t> cells;
-  supplement::cellsOf({0, 7, 8, 63, 64, 4096}, 2, cells);
+  supplement::coarseVoxelsOf({0, 7, 8, 63, 64, 4096}, 2, cells);
   EXPECT_EQ(cells, (std::vector<std::uint64_t>{0, 1, 64}));
-  supplement::cellsOf({}, 2, cells);
+  supplement::coarseVoxelsOf({}, 2, cells);
   EXPECT_TRUE(cells.empty());
 }
 

@@ -1,4 +1,4 @@
-#include "codec/context/tiles.h"
+#include "codec/context/node_blocks.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using namespace pcl_ext::io::test;
 
 using Place = std::array<int, 3>;
 
-/** \brief Nodes of a small grid, by their places, and the tiles of the same nodes. */
+/** \brief Nodes of a small grid, by their places, and the node blocks of the same nodes. */
 class Nodes {
 public:
   static constexpr unsigned int depth = 4; // of the nodes
@@ -25,23 +25,24 @@ public:
   explicit Nodes(std::mt19937_64& random)
   {
     for (std::uint64_t key = 0; key < std::uint64_t{1} << (3 * depth); ++key) {
-      const std::uint64_t tile = key >> block_key_bits;
+      const std::uint64_t node_block = key >> block_key_bits;
       if (below(random, 4) == 0) {
         present_.insert(key);
-        tiles_[tiles_.findOrAppend(tile)].present |= std::uint64_t{1} << (key & 63);
+        blocks_of_level_[blocks_of_level_.findOrAppend(node_block)].present |=
+            std::uint64_t{1} << (key & 63);
       }
       if (key % 8 == 0 && below(random, 4) == 0) {
         pending_.insert(key >> 3);
-        tiles_[tiles_.findOrAppend(tile)].pending |=
+        blocks_of_level_[blocks_of_level_.findOrAppend(node_block)].pending |=
             static_cast<std::uint8_t>(1u << (key >> 3 & 7));
       }
     }
   }
 
-  TileLevel&
-  tiles()
+  NodeBlockLevel&
+  node_blocks()
   {
-    return tiles_;
+    return blocks_of_level_;
   }
 
   bool
@@ -77,7 +78,7 @@ private:
 
   std::set<std::uint64_t> present_;
   std::set<std::uint64_t> pending_; // parents
-  TileLevel tiles_;
+  NodeBlockLevel blocks_of_level_;
 };
 
 /** \brief 3 present, 2 pending, 0 absent. */
@@ -121,16 +122,16 @@ expectedOutside(const Nodes& nodes, const Place& place)
   return outside;
 }
 
-TEST(Tiles, HaveTheSurroundingsOfTheirNodes)
+TEST(NodeBlocks, HaveTheSurroundingsOfTheirNodes)
 {
   std::mt19937_64 random(1);
   Nodes nodes(random);
-  TileCursor cursor(nodes.tiles(), Nodes::depth - block_levels);
+  NodeBlockCursor cursor(nodes.node_blocks(), Nodes::depth - block_levels);
   for (std::uint64_t parent = 0; parent < std::uint64_t{1} << (3 * Nodes::depth - 3);
        ++parent) {
-    const std::uint32_t tile = nodes.tiles().find(parent >> 3);
-    ASSERT_NE(tile, BlockDirectory::not_found);
-    cursor.moveTo(parent >> 3, tile);
+    const std::uint32_t node_block = nodes.node_blocks().find(parent >> 3);
+    ASSERT_NE(node_block, BlockDirectory::not_found);
+    cursor.moveTo(parent >> 3, node_block);
     const auto octant = static_cast<unsigned int>(parent & 7);
     const NodeSurroundings around = cursor.around<true>(octant);
     const NodeSurroundings across_faces = cursor.around<false>(octant);
@@ -151,7 +152,7 @@ TEST(Tiles, HaveTheSurroundingsOfTheirNodes)
   }
 }
 
-TEST(Tiles, BytesOfBits)
+TEST(NodeBlocks, BytesOfBits)
 {
   for (unsigned int bits = 0; bits < 256; ++bits)
     for (unsigned int bit = 0; bit < 8; ++bit)

@@ -1,4 +1,4 @@
-#include "codec/supplement/cells.h"
+#include "codec/supplement/coarse_voxels.h"
 
 #include "simd/bit_operations.h"
 
@@ -11,7 +11,7 @@ namespace supplement {
 namespace {
 
 std::size_t
-countCells(const std::vector<std::uint64_t>& keys, unsigned int levels)
+countCoarseVoxels(const std::vector<std::uint64_t>& keys, unsigned int levels)
 {
   const unsigned int shift = 3 * levels;
   std::size_t count = keys.empty() ? 0 : 1;
@@ -30,39 +30,40 @@ chooseRefinement(const VoxelFrame& frame)
   const std::size_t count = frame.size();
   // On a surface that is sampled densely enough a branch has three or four voxels.
   if (frame.grid.resolution > largest_edge || count < least_voxels ||
-      5 * countCells(frame.keys, 1) < 4 * count)
+      5 * countCoarseVoxels(frame.keys, 1) < 4 * count)
     return 0;
-  // Smaller cells take fewer bytes, and more time where many levels are above them.
+  // Smaller coarse voxels take fewer bytes, and more time where many levels are above them.
   constexpr double smallest_edge_of_few_levels = 0.001;
-  const std::size_t halves_of_voxels_in_a_cell =
+  const std::size_t halves_of_voxels_in_a_coarse_one =
       frame.grid.resolution < smallest_edge_of_few_levels ? 8 : 3;
   unsigned int levels = 2;
   while (levels + 1 < frame.grid.depth &&
-         halves_of_voxels_in_a_cell * countCells(frame.keys, levels) > 2 * count)
+         halves_of_voxels_in_a_coarse_one * countCoarseVoxels(frame.keys, levels) >
+             2 * count)
     ++levels;
   return levels < frame.grid.depth ? levels : 0;
 }
 
 void
-cellsOf(const std::vector<std::uint64_t>& keys,
-        unsigned int levels,
-        std::vector<std::uint64_t>& cells)
+coarseVoxelsOf(const std::vector<std::uint64_t>& keys,
+               unsigned int levels,
+               std::vector<std::uint64_t>& coarse_voxels)
 {
   const unsigned int shift = 3 * levels;
-  cells.resize(keys.size());
+  coarse_voxels.resize(keys.size());
   if (keys.empty())
     return;
   std::uint64_t last = keys.front() >> shift;
-  cells[0] = last;
+  coarse_voxels[0] = last;
   std::size_t count = 1;
   for (const std::uint64_t key : keys) {
     // Written in any case, and again if it is the same one, without a branch.
-    const std::uint64_t cell = key >> shift;
-    count += cell != last ? 1 : 0;
-    cells[count - 1] = cell;
-    last = cell;
+    const std::uint64_t coarse_voxel = key >> shift;
+    count += coarse_voxel != last ? 1 : 0;
+    coarse_voxels[count - 1] = coarse_voxel;
+    last = coarse_voxel;
   }
-  cells.resize(count);
+  coarse_voxels.resize(count);
 }
 
 } // namespace supplement

@@ -1,6 +1,6 @@
 #define PCL_EXT_TARGETS_AVX2
 
-#include "voxelizing/located_points.h"
+#include "voxelizing/locate_points.h"
 
 #if PCL_EXT_HAS_AVX2
 #include "simd/avx2_lanes.h"
@@ -13,10 +13,10 @@ template <>
 void
 locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
                             const LocatorInput& points,
-                            PlacedPoints& placed,
+                            LocatedPoints& located,
                             CertainPoints& certain)
 {
-  locateEach<Avx2Lanes>(grid, points, placed, certain);
+  locateEach<Avx2Lanes>(grid, points, located, certain);
 }
 
 } // namespace io

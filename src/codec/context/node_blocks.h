@@ -16,56 +16,56 @@ namespace context {
 
 /** \brief 4 x 4 x 4 nodes of one octree level, the grandchildren of one node: a block where
  * the nodes are voxels. Nodes are numbered as the cells of a block. */
-struct Tile {
+struct NodeBlock {
   std::uint64_t present = 0; ///< nodes that have voxels, as far as they are coded
   std::uint8_t pending = 0;  ///< octants whose nodes will be coded
 };
 
-/** \brief The tiles of one level while its nodes are coded. Kept so that its memory is
+/** \brief The node blocks of one level while its nodes are coded. Kept so that its memory is
  * reused. */
-class TileLevel {
+class NodeBlockLevel {
 public:
-  /** \brief Removes all tiles.
-   * \param[in] expected_tiles to be added, if that is known
+  /** \brief Removes all node blocks.
+   * \param[in] expected_blocks to be added, if that is known
    */
   void
-  clear(std::size_t expected_tiles = 0)
+  clear(std::size_t expected_blocks = 0)
   {
-    directory_.clear(expected_tiles);
-    tiles_.clear();
+    directory_.clear(expected_blocks);
+    blocks_of_level_.clear();
     last_key_ = no_key;
   }
 
-  /** \brief Allocates memory for a number of further tiles at once. */
+  /** \brief Allocates memory for a number of further node blocks at once. */
   void
-  reserveFor(std::size_t further_tiles)
+  reserveFor(std::size_t further_blocks)
   {
-    directory_.reserveFor(further_tiles);
-    reserveAhead(tiles_, tiles_.size() + further_tiles);
+    directory_.reserveFor(further_blocks);
+    reserveAhead(blocks_of_level_, blocks_of_level_.size() + further_blocks);
   }
 
-  /** \brief Adds a tile that is not there yet.
-   * \return its index, the number of tiles so far
+  /** \brief Adds a node block that is not there yet.
+   * \return its index, the number of node blocks so far
    */
   std::uint32_t
   append(std::uint64_t key)
   {
     directory_.insert(key);
-    tiles_.emplace_back();
+    blocks_of_level_.emplace_back();
     last_key_ = key;
-    return static_cast<std::uint32_t>(tiles_.size() - 1);
+    return static_cast<std::uint32_t>(blocks_of_level_.size() - 1);
   }
 
-  /** \brief The tile that was added last if it has a key, else a new one. */
-  Tile&
+  /** \brief The node block that was added last if it has a key, else a new one. */
+  NodeBlock&
   lastOrNew(std::uint64_t key)
   {
     if (key != last_key_)
       append(key);
-    return tiles_.back();
+    return blocks_of_level_.back();
   }
 
-  /** \brief Index of a tile, which is added if it is not there. */
+  /** \brief Index of a node block, which is added if it is not there. */
   std::uint32_t
   findOrAppend(std::uint64_t key)
   {
@@ -73,30 +73,30 @@ public:
     return index != BlockDirectory::not_found ? index : append(key);
   }
 
-  /** \brief Index of a tile, or BlockDirectory::not_found. */
+  /** \brief Index of a node block, or BlockDirectory::not_found. */
   std::uint32_t
   find(std::uint64_t key) const
   {
     return directory_.find(key);
   }
 
-  Tile&
+  NodeBlock&
   operator[](std::size_t index)
   {
-    return tiles_[index];
+    return blocks_of_level_[index];
   }
 
-  const Tile&
+  const NodeBlock&
   operator[](std::size_t index) const
   {
-    return tiles_[index];
+    return blocks_of_level_[index];
   }
 
 private:
   static constexpr std::uint64_t no_key = ~std::uint64_t{0};
 
   BlockDirectory directory_;
-  std::vector<Tile> tiles_;
+  std::vector<NodeBlock> blocks_of_level_;
   std::uint64_t last_key_ = no_key;
 };
 
@@ -150,15 +150,17 @@ struct NodeSurroundings {
   unsigned int nodes = 0; ///< children that are present, a mask
 };
 
-/** \brief A tile of a level and those around it, of which each is looked up once. */
-class TileCursor {
+/** \brief A node block of a level and those around it, of which each is looked up once. */
+class NodeBlockCursor {
 public:
-  /** \param[in] tiles of the level
-   * \param[in] levels octree levels above the tiles, 0..19
+  /** \param[in] node_blocks of the level
+   * \param[in] levels octree levels above the node blocks, 0..19
    */
-  TileCursor(TileLevel& tiles, unsigned int levels) : tiles_(tiles), levels_(levels) {}
+  NodeBlockCursor(NodeBlockLevel& node_blocks, unsigned int levels)
+  : blocks_of_level_(node_blocks), levels_(levels)
+  {}
 
-  /** \brief Moves to a tile of the level. */
+  /** \brief Moves to a node block of the level. */
   void
   moveTo(std::uint64_t key, std::uint32_t index)
   {
@@ -169,19 +171,19 @@ public:
     fetched_ = 0;
   }
 
-  /** \brief Ends the coding of an octant of the tile.
+  /** \brief Ends the coding of an octant of the node block.
    * \param[in] octant 0..7
    * \param[in] children its nodes that have new voxels, a mask
    */
   void
   setChildren(unsigned int octant, unsigned int children)
   {
-    Tile& tile = tiles_[index_];
-    tile.present |= std::uint64_t{children} << (8 * octant);
-    tile.pending &= static_cast<std::uint8_t>(~(1u << octant));
+    NodeBlock& node_block = blocks_of_level_[index_];
+    node_block.present |= std::uint64_t{children} << (8 * octant);
+    node_block.pending &= static_cast<std::uint8_t>(~(1u << octant));
   }
 
-  /** \brief What is around the nodes of an octant of the tile.
+  /** \brief What is around the nodes of an octant of the node block.
    * \param[in] octant 0..7
    * \tparam HasBeyond whether NodeSurroundings::beyond is needed; else it is 0
    */
@@ -190,25 +192,26 @@ public:
   around(unsigned int octant)
   {
     // By axes on which they are beside this one, on the octant's side: 4 x, 2 y, 1 z.
-    std::array<const Tile*, 8> tiles{};
-    tiles[0] = &tiles_[index_];
-    tiles[4] = tileBeside<4>(octant);
-    tiles[2] = tileBeside<2>(octant);
-    tiles[1] = tileBeside<1>(octant);
+    std::array<const NodeBlock*, 8> node_blocks{};
+    node_blocks[0] = &blocks_of_level_[index_];
+    node_blocks[4] = blockBeside<4>(octant);
+    node_blocks[2] = blockBeside<2>(octant);
+    node_blocks[1] = blockBeside<1>(octant);
     NodeSurroundings around;
-    around.nodes = static_cast<unsigned int>(tiles[0]->present >> (8 * octant) & 0xff);
-    addOutside<4>(octant, tiles, around);
-    addOutside<2>(octant, tiles, around);
-    addOutside<1>(octant, tiles, around);
+    around.nodes =
+        static_cast<unsigned int>(node_blocks[0]->present >> (8 * octant) & 0xff);
+    addOutside<4>(octant, node_blocks, around);
+    addOutside<2>(octant, node_blocks, around);
+    addOutside<1>(octant, node_blocks, around);
     if constexpr (HasBeyond) {
-      tiles[6] = tileBeside<6>(octant);
-      tiles[5] = tileBeside<5>(octant);
-      tiles[3] = tileBeside<3>(octant);
-      tiles[7] = tileBeside<7>(octant);
-      around.beyond = 8 * bytesOfBits(across<6>(octant, tiles) >> 8) |
-                      4 * bytesOfBits(across<5>(octant, tiles) >> 8) |
-                      2 * bytesOfBits(across<3>(octant, tiles) >> 8) |
-                      bytesOfBits(across<7>(octant, tiles) >> 8);
+      node_blocks[6] = blockBeside<6>(octant);
+      node_blocks[5] = blockBeside<5>(octant);
+      node_blocks[3] = blockBeside<3>(octant);
+      node_blocks[7] = blockBeside<7>(octant);
+      around.beyond = 8 * bytesOfBits(across<6>(octant, node_blocks) >> 8) |
+                      4 * bytesOfBits(across<5>(octant, node_blocks) >> 8) |
+                      2 * bytesOfBits(across<3>(octant, node_blocks) >> 8) |
+                      bytesOfBits(across<7>(octant, node_blocks) >> 8);
     }
     return around;
   }
@@ -216,22 +219,23 @@ public:
 private:
   /** \brief The nodes of an octant as two masks: 1 * present, 256 * present or pending. */
   static unsigned int
-  nodesOf(const Tile& tile, unsigned int octant)
+  nodesOf(const NodeBlock& node_block, unsigned int octant)
   {
-    const auto present = static_cast<unsigned int>(tile.present >> (8 * octant) & 0xff);
-    return present * 0x101 | (tile.pending >> octant & 1u) * 0xff00;
+    const auto present =
+        static_cast<unsigned int>(node_block.present >> (8 * octant) & 0xff);
+    return present * 0x101 | (node_block.pending >> octant & 1u) * 0xff00;
   }
 
   /** \brief Adds the states of the nodes along an axis to NodeSurroundings::outside. */
   template <unsigned int Axis>
   PCL_EXT_ALWAYS_INLINE static void
   addOutside(unsigned int octant,
-             const std::array<const Tile*, 8>& tiles,
+             const std::array<const NodeBlock*, 8>& node_blocks,
              NodeSurroundings& around)
   {
     constexpr unsigned int lower = lowerChildren(Axis);
     constexpr unsigned int upper = 0xff & ~lower;
-    const unsigned int nodes = across<Axis>(octant, tiles);
+    const unsigned int nodes = across<Axis>(octant, node_blocks);
     const unsigned int present = nodes & 0xff;
     const unsigned int not_absent = nodes >> 8;
     const unsigned int beside_present =
@@ -247,38 +251,38 @@ private:
    */
   template <unsigned int Axes>
   PCL_EXT_ALWAYS_INLINE static unsigned int
-  across(unsigned int octant, const std::array<const Tile*, 8>& tiles)
+  across(unsigned int octant, const std::array<const NodeBlock*, 8>& node_blocks)
   {
-    return exchanged<Axes>(acrossFrom<Axes, Axes>(octant, 0, 0xffff, tiles));
+    return exchanged<Axes>(acrossFrom<Axes, Axes>(octant, 0, 0xffff, node_blocks));
   }
 
-  /** \brief Some of the nodes that across() finds, before they are exchanged: those in a tile
+  /** \brief Some of the nodes that across() finds, before they are exchanged: those in a node block
    * beside this one as far as the axes are decided. */
   template <unsigned int Axes, unsigned int UndecidedAxes>
   PCL_EXT_ALWAYS_INLINE static unsigned int
   acrossFrom(unsigned int octant,
              unsigned int beside,
              unsigned int nodes,
-             const std::array<const Tile*, 8>& tiles)
+             const std::array<const NodeBlock*, 8>& node_blocks)
   {
     if constexpr (UndecidedAxes == 0)
-      return nodes & nodesOf(*tiles[beside], octant ^ Axes);
+      return nodes & nodesOf(*node_blocks[beside], octant ^ Axes);
     else {
       constexpr unsigned int axis = UndecidedAxes >= 4 ? 4 : UndecidedAxes >= 2 ? 2 : 1;
       constexpr unsigned int lower = lowerChildren(axis) * 0x101;
-      // In the tile beside this one, the nodes on the side of this one.
+      // In the node block beside this one, the nodes on the side of this one.
       const unsigned int beyond = (octant & axis) != 0 ? lower : ~lower;
       return acrossFrom<Axes, UndecidedAxes - axis>(
-                 octant, beside | axis, nodes & beyond, tiles) |
+                 octant, beside | axis, nodes & beyond, node_blocks) |
              acrossFrom<Axes, UndecidedAxes - axis>(
-                 octant, beside, nodes & ~beyond, tiles);
+                 octant, beside, nodes & ~beyond, node_blocks);
     }
   }
 
-  /** \brief The tile that is on the octant's side beside this one on some axes. */
+  /** \brief The node block that is on the octant's side beside this one on some axes. */
   template <unsigned int Axes>
-  const Tile*
-  tileBeside(unsigned int octant)
+  const NodeBlock*
+  blockBeside(unsigned int octant)
   {
     // A slot for each side of each set of axes, of which one has 8 at most.
     const unsigned int slot = 8 * Axes + (octant & Axes);
@@ -289,12 +293,12 @@ private:
     return slots_[slot];
   }
 
-  /** \brief The tile beside this one, an empty one if there is none. */
+  /** \brief The node block beside this one, an empty one if there is none. */
   template <unsigned int Axes>
-  PCL_EXT_NEVER_INLINE const Tile*
+  PCL_EXT_NEVER_INLINE const NodeBlock*
   find(unsigned int octant) const
   {
-    static constexpr Tile empty{};
+    static constexpr NodeBlock empty{};
     std::uint64_t key = key_;
     for (std::size_t face = 0; face < 3; ++face) {
       const unsigned int axis = 4u >> face;
@@ -302,16 +306,16 @@ private:
           !neighbourBlock(key, (octant & axis) != 0 ? face + 3 : face, levels_, key))
         return &empty;
     }
-    const std::uint32_t index = tiles_.find(key);
-    return index != BlockDirectory::not_found ? &tiles_[index] : &empty;
+    const std::uint32_t index = blocks_of_level_.find(key);
+    return index != BlockDirectory::not_found ? &blocks_of_level_[index] : &empty;
   }
 
-  TileLevel& tiles_;
+  NodeBlockLevel& blocks_of_level_;
   unsigned int levels_;
   std::uint64_t key_ = 0;
   std::uint32_t index_ = BlockDirectory::not_found;
-  std::uint64_t fetched_ = 0; // slots that were looked up, see tileBeside()
-  std::array<const Tile*, 64> slots_{};
+  std::uint64_t fetched_ = 0; // slots that were looked up, see blockBeside()
+  std::array<const NodeBlock*, 64> slots_{};
 };
 
 } // namespace context

@@ -4,8 +4,8 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/voxelizer.h>
 
-#include "voxelizing/block_place.h"
 #include "voxelizing/lattice.h"
+#include "voxelizing/locate_points.h"
 #include "voxelizing/located_points.h"
 #include "voxels/grid_fit.h"
 
@@ -18,12 +18,12 @@ namespace io {
 
 /** \brief Computes the voxels of the points of a cloud, and counts the points that cannot be
  * used. */
-class PlaceFinder {
+class VoxelLocator {
 public:
   /** \param[in] settings as accepted by checkSettings; with a fixed box the grid is that of
    * the box, else it has to be set, and the whole lattice is usable
    */
-  explicit PlaceFinder(const IntensityCompressionSettings& settings);
+  explicit VoxelLocator(const IntensityCompressionSettings& settings);
 
   /** \brief The grid. */
   const VoxelGrid&
@@ -54,17 +54,17 @@ public:
   bool
   measureRange(PointBatches& points, LatticeRange& range) const;
 
-  /** \brief Computes the voxels of the next PlacedPoints::capacity points of a batch.
+  /** \brief Computes the voxels of the next LocatedPoints::capacity points of a batch.
    * \param[in] points the batch
    * \param[in] begin first point
-   * \param[out] placed the usable ones of these points
+   * \param[out] located the usable ones of these points
    * \param[in,out] statistics counts the others
    * \return false if a usable point is outside the grid
    */
   bool
   find(const PointView& points,
        std::size_t begin,
-       PlacedPoints& placed,
+       LocatedPoints& located,
        VoxelizationStatistics& statistics) const;
 
 private:
@@ -78,7 +78,7 @@ private:
   locate(const PointView& points,
          std::size_t begin,
          std::size_t end,
-         PlacedPoints& placed,
+         LocatedPoints& located,
          CertainPoints& certain) const;
 
   template <typename NumberT>
@@ -94,7 +94,7 @@ private:
   bool
   findOne(const PointView& points,
           std::size_t point,
-          PlacedPoints& placed,
+          LocatedPoints& located,
           VoxelizationStatistics& statistics) const;
 
   std::optional<BoundingBox> box_;

@@ -11,7 +11,7 @@
 
 namespace {
 
-using pcl_ext::removeFaintVoxels;
+using pcl_ext::removeVoxelsBelow;
 using pcl_ext::io::IntensityScale;
 using pcl_ext::io::isConsistent;
 using pcl_ext::io::VoxelFrame;
@@ -48,7 +48,7 @@ expectFiltered(const VoxelFrame& frame, float min_intensity)
   SCOPED_TRACE("threshold " + std::to_string(min_intensity));
   const VoxelFrame expected = filteredNaively(frame, min_intensity);
   VoxelFrame filtered = frame;
-  EXPECT_EQ(removeFaintVoxels(filtered, min_intensity), frame.size() - expected.size());
+  EXPECT_EQ(removeVoxelsBelow(filtered, min_intensity), frame.size() - expected.size());
   expectSameFrame(filtered, expected);
   EXPECT_TRUE(isConsistent(filtered));
 
@@ -57,7 +57,7 @@ expectFiltered(const VoxelFrame& frame, float min_intensity)
   kept.intensities = {9, 9, 9};
   kept.depth_model.emplace();
   const VoxelFrame untouched = frame;
-  EXPECT_EQ(removeFaintVoxels(frame, min_intensity, kept),
+  EXPECT_EQ(removeVoxelsBelow(frame, min_intensity, kept),
             frame.size() - expected.size());
   expectSameFrame(kept, expected);
   EXPECT_EQ(kept.depth_model.has_value(), frame.depth_model.has_value());
@@ -116,7 +116,7 @@ TEST(FaintVoxels, ThresholdsOutsideTheScaleRemoveNothingOrAll)
     const VoxelFrame frame = randomFrame(random, 5, 200, bits);
     for (const float threshold : {0.0f, -1.0f, -infinity, 65536.0f, infinity}) {
       VoxelFrame filtered = frame;
-      EXPECT_EQ(removeFaintVoxels(filtered, threshold), threshold > 0.0f ? 200u : 0u);
+      EXPECT_EQ(removeVoxelsBelow(filtered, threshold), threshold > 0.0f ? 200u : 0u);
       expectFiltered(frame, threshold);
     }
   }

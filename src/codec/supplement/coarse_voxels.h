@@ -10,7 +10,7 @@ namespace io {
 namespace supplement {
 
 /** \brief For how many of the lowest levels of the octree its voxels are better coded within
- * cells of 2^levels voxels along each axis.
+ * coarse voxels of 2^levels voxels along each axis.
  *
  * 0 unless most voxels are alone among their siblings, and voxels are no larger than 5 mm:
  * those are within the noise of sensors, and do not come again in the next frame.
@@ -20,15 +20,15 @@ namespace supplement {
 unsigned int
 chooseRefinement(const VoxelFrame& frame);
 
-/** \brief The cells of voxels.
+/** \brief The coarse voxels of voxels.
  * \param[in] keys Morton keys of the voxels, ascending
- * \param[in] levels of the octree within a cell
- * \param[out] cells their keys, strictly ascending
+ * \param[in] levels of the octree within a coarse voxel
+ * \param[out] coarse_voxels their keys, strictly ascending
  */
 void
-cellsOf(const std::vector<std::uint64_t>& keys,
-        unsigned int levels,
-        std::vector<std::uint64_t>& cells);
+coarseVoxelsOf(const std::vector<std::uint64_t>& keys,
+               unsigned int levels,
+               std::vector<std::uint64_t>& coarse_voxels);
 
 } // namespace supplement
 } // namespace io

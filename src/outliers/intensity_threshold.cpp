@@ -57,7 +57,7 @@ hasMore(const io::VoxelFrame& frame)
 } // namespace
 
 std::size_t
-removeFaintVoxels(io::VoxelFrame& frame, float min_intensity)
+removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity)
 {
   if (!frame.hasIntensities())
     return 0;
@@ -75,13 +75,13 @@ removeFaintVoxels(io::VoxelFrame& frame, float min_intensity)
 }
 
 std::size_t
-removeFaintVoxels(const io::VoxelFrame& frame,
+removeVoxelsBelow(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept)
 {
   if (!frame.hasIntensities() || hasMore(frame)) {
     kept = frame;
-    return removeFaintVoxels(kept, min_intensity);
+    return removeVoxelsBelow(kept, min_intensity);
   }
   const std::uint32_t lowest = lowestSymbol(frame.intensity_scale, min_intensity);
   const auto count = static_cast<std::size_t>(

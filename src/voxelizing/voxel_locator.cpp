@@ -1,4 +1,4 @@
-#include "voxelizing/place_finder.h"
+#include "voxelizing/voxel_locator.h"
 
 #include "voxelizing/coordinate_range.h"
 #include "voxelizing/point_batches.h"
@@ -88,7 +88,7 @@ middleOf(PointBatches& points)
 
 } // namespace
 
-PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
+VoxelLocator::VoxelLocator(const IntensityCompressionSettings& settings)
 : box_(settings.bounding_box)
 , has_pcl_grid_(box_ && settings.format == StreamFormat::Published)
 , grid_(initialGrid(settings))
@@ -101,7 +101,7 @@ PlaceFinder::PlaceFinder(const IntensityCompressionSettings& settings)
 }
 
 void
-PlaceFinder::setGrid(const VoxelGrid& grid)
+VoxelLocator::setGrid(const VoxelGrid& grid)
 {
   const bool has_other_lattice = grid.anchor != grid_.anchor;
   grid_ = grid;
@@ -112,7 +112,7 @@ PlaceFinder::setGrid(const VoxelGrid& grid)
 }
 
 void
-PlaceFinder::setLattice()
+VoxelLocator::setLattice()
 {
   lattice_ = makeLattice(grid_, false);
   usable_min_ = lattice_.lowestCoordinates();
@@ -120,24 +120,24 @@ PlaceFinder::setLattice()
 }
 
 bool
-PlaceFinder::findBetterOrigin(PointBatches& points,
-                              bool is_i_frame_due,
-                              std::array<double, 3>& origin) const
+VoxelLocator::findBetterOrigin(PointBatches& points,
+                               bool is_i_frame_due,
+                               std::array<double, 3>& origin) const
 {
   const std::size_t finite = countFinite(points);
   const std::size_t present = countPointsOnLattice(points);
   std::size_t most = present;
   // The median, so that a few far points do not matter, and the middle, for wide clouds.
-  for (const std::array<double, 3>& place : {medianOf(points), middleOf(points)}) {
+  for (const std::array<double, 3>& voxel : {medianOf(points), middleOf(points)}) {
     VoxelGrid other = grid_;
     for (std::size_t axis = 0; axis < 3; ++axis)
       other.anchor[axis] =
-          std::round(place[axis] / grid_.resolution) * grid_.resolution;
+          std::round(voxel[axis] / grid_.resolution) * grid_.resolution;
     if (!isOrigin(other.anchor))
       continue;
-    PlaceFinder finder = *this;
-    finder.setGrid(other);
-    if (const std::size_t count = finder.countPointsOnLattice(points); count > most) {
+    VoxelLocator locator = *this;
+    locator.setGrid(other);
+    if (const std::size_t count = locator.countPointsOnLattice(points); count > most) {
       most = count;
       origin = other.anchor;
     }
@@ -148,7 +148,7 @@ PlaceFinder::findBetterOrigin(PointBatches& points,
 }
 
 std::size_t
-PlaceFinder::countPointsOnLattice(PointBatches& points) const
+VoxelLocator::countPointsOnLattice(PointBatches& points) const
 {
   std::size_t count = 0;
   LatticeIndex index;
@@ -159,7 +159,7 @@ PlaceFinder::countPointsOnLattice(PointBatches& points) const
 }
 
 bool
-PlaceFinder::measureRange(PointBatches& points, LatticeRange& range) const
+VoxelLocator::measureRange(PointBatches& points, LatticeRange& range) const
 {
   // The quotient is monotonic in the coordinate: the lowest and the highest coordinates are
   // in the lowest and the highest voxels.
@@ -202,31 +202,31 @@ PlaceFinder::measureRange(PointBatches& points, LatticeRange& range) const
 }
 
 bool
-PlaceFinder::find(const PointView& points,
-                  std::size_t begin,
-                  PlacedPoints& placed,
-                  VoxelizationStatistics& statistics) const
+VoxelLocator::find(const PointView& points,
+                   std::size_t begin,
+                   LocatedPoints& located,
+                   VoxelizationStatistics& statistics) const
 {
-  placed.count = 0;
-  const std::size_t end = std::min(points.count, begin + PlacedPoints::capacity);
+  located.count = 0;
+  const std::size_t end = std::min(points.count, begin + LocatedPoints::capacity);
   std::size_t i = begin;
-  if (CertainPoints certain; locate(points, begin, end, placed, certain)) {
+  if (CertainPoints certain; locate(points, begin, end, located, certain)) {
     for (std::size_t eight = 0; i < end; eight += 8) {
       const unsigned int bits = certain[eight / 8];
       if (bits == 255) {
-        placed.moveEightToEnd(eight, i);
+        located.moveEightToEnd(eight, i);
         i += 8;
         continue;
       }
       for (std::size_t lane = 0; lane < 8 && i < end; ++lane, ++i)
         if ((bits >> lane & 1) != 0)
-          placed.moveToEnd(eight + lane, i);
-        else if (!findOne(points, i, placed, statistics))
+          located.moveToEnd(eight + lane, i);
+        else if (!findOne(points, i, located, statistics))
           return false;
     }
   }
   for (; i < end; ++i)
-    if (!findOne(points, i, placed, statistics))
+    if (!findOne(points, i, located, statistics))
       return false;
   return true;
 }
@@ -235,11 +235,11 @@ PlaceFinder::find(const PointView& points,
  * \return false if the points are not such as it takes
  */
 bool
-PlaceFinder::locate(const PointView& points,
-                    std::size_t begin,
-                    std::size_t end,
-                    PlacedPoints& placed,
-                    CertainPoints& certain) const
+VoxelLocator::locate(const PointView& points,
+                     std::size_t begin,
+                     std::size_t end,
+                     LocatedPoints& located,
+                     CertainPoints& certain) const
 {
   const std::size_t stride = points.coordinate_stride;
   const auto bytes_of = [](const float* coordinates) {
@@ -253,13 +253,13 @@ PlaceFinder::locate(const PointView& points,
                   stride * sizeof(float),
                   end - begin,
                   end < points.count},
-                 placed,
+                 located,
                  certain);
     return true;
   }
   if (!rounded_locator_grid_.is_useful)
     return false;
-  std::array<float, 3 * PlacedPoints::capacity> rounded;
+  std::array<float, 3 * LocatedPoints::capacity> rounded;
   const double* point = points.double_coordinates + begin * stride;
   for (std::size_t i = 0; i < end - begin; ++i, point += stride) {
     const bool is_outside = box_ && !isInBox(point);
@@ -273,14 +273,14 @@ PlaceFinder::locate(const PointView& points,
   }
   locatePoints(rounded_locator_grid_,
                {bytes_of(rounded.data()), 3 * sizeof(float), end - begin, false},
-               placed,
+               located,
                certain);
   return true;
 }
 
 template <typename NumberT>
 bool
-PlaceFinder::isInBox(const NumberT* point) const
+VoxelLocator::isInBox(const NumberT* point) const
 {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto coordinate = static_cast<double>(point[axis]);
@@ -293,9 +293,9 @@ PlaceFinder::isInBox(const NumberT* point) const
 
 template <typename NumberT>
 bool
-PlaceFinder::findVoxel(const NumberT* point,
-                       LatticeIndex& index,
-                       VoxelizationStatistics& statistics) const
+VoxelLocator::findVoxel(const NumberT* point,
+                        LatticeIndex& index,
+                        VoxelizationStatistics& statistics) const
 {
   const bool is_in_box = !box_ || isInBox(point);
   if (is_in_box && lattice_.indexOf(point, index))
@@ -316,10 +316,10 @@ PlaceFinder::findVoxel(const NumberT* point,
 }
 
 bool
-PlaceFinder::findOne(const PointView& points,
-                     std::size_t point,
-                     PlacedPoints& placed,
-                     VoxelizationStatistics& statistics) const
+VoxelLocator::findOne(const PointView& points,
+                      std::size_t point,
+                      LocatedPoints& located,
+                      VoxelizationStatistics& statistics) const
 {
   const std::size_t offset = point * points.coordinate_stride;
   LatticeIndex index;
@@ -339,11 +339,11 @@ PlaceFinder::findOne(const PointView& points,
   }
   if (all_bits >= grid_.size())
     return false;
-  const BlockPlace place = blockPlace({position[0], position[1], position[2]});
-  placed.blocks[placed.count] = place.block;
-  placed.voxels[placed.count] = place.voxel;
-  placed.points[placed.count] = point;
-  ++placed.count;
+  const BlockVoxel voxel = blockVoxelOf({position[0], position[1], position[2]});
+  located.blocks[located.count] = voxel.block;
+  located.voxels[located.count] = voxel.voxel;
+  located.points[located.count] = point;
+  ++located.count;
   return true;
 }
 

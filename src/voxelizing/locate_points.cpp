@@ -1,4 +1,4 @@
-#include "voxelizing/located_points.h"
+#include "voxelizing/locate_points.h"
 
 #include "voxelizing/point_locator.h"
 
@@ -87,10 +87,10 @@ template <>
 void
 locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
-                              PlacedPoints& placed,
+                              LocatedPoints& located,
                               CertainPoints& certain)
 {
-  locateEach<ScalarLanes>(grid, points, placed, certain);
+  locateEach<ScalarLanes>(grid, points, located, certain);
 }
 
 #if PCL_EXT_HAS_NATIVE_LANES
@@ -98,24 +98,24 @@ template <>
 void
 locatePointsWith<NativeLanes>(const LocatorGrid& grid,
                               const LocatorInput& points,
-                              PlacedPoints& placed,
+                              LocatedPoints& located,
                               CertainPoints& certain)
 {
-  locateEach<NativeLanes>(grid, points, placed, certain);
+  locateEach<NativeLanes>(grid, points, located, certain);
 }
 #endif
 
 void
 locatePoints(const LocatorGrid& grid,
              const LocatorInput& points,
-             PlacedPoints& placed,
+             LocatedPoints& located,
              CertainPoints& certain)
 {
 #if PCL_EXT_HAS_AVX2
   if (usesAvx2())
-    return locatePointsWith<Avx2Lanes>(grid, points, placed, certain);
+    return locatePointsWith<Avx2Lanes>(grid, points, located, certain);
 #endif
-  locatePointsWith<NativeLanes>(grid, points, placed, certain);
+  locatePointsWith<NativeLanes>(grid, points, located, certain);
 }
 
 } // namespace io
