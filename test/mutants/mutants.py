@@ -101,7 +101,7 @@ MUTANTS = [
     Mutant(VOXELIZING + "point_locator.h", "points outside of the grid",
            "LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2])",
            "LanesT::bitOr(position[0], position[1])"),
-    Mutant(VOXELIZING + "located_points.cpp", "points near a voxel's boundary",
+    Mutant(VOXELIZING + "locate_points.cpp", "points near a voxel's boundary",
            "(roundings * farthest + size) * 0x1p-24", "0.0 * farthest"),
     Mutant(VOXELIZING + "intensity_quantiser.cpp", "intensities are not rounded",
            "truncates_ ? 0.0 : 0.5", "0.0"),

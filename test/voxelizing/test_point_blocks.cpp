@@ -51,13 +51,13 @@ expectVoxels(VoxelsT& voxels,
     for (std::size_t i = first;
          i < std::min(positions.size(), first + LocatedPoints::capacity);
          ++i) {
-      const BlockVoxel voxel = blockVoxelOf(positions[i]);
+      const BlockVoxel block_voxel = blockVoxelOf(positions[i]);
       const std::uint64_t key = mortonKey(positions[i]);
-      EXPECT_EQ(mortonKey(voxel), key);
+      EXPECT_EQ(mortonKey(block_voxel), key);
       const auto colour = static_cast<std::uint32_t>(random());
       const auto intensity = static_cast<float>(random() % 1000) / 8.0f;
-      located.blocks[located.count] = voxel.block;
-      located.voxels[located.count] = voxel.voxel;
+      located.blocks[located.count] = block_voxel.block;
+      located.voxels[located.count] = block_voxel.voxel;
       located.points[located.count] = i;
       located.intensities[located.count] = intensity;
       located.colours[located.count] = colour;

@@ -110,11 +110,11 @@ public:
       if constexpr (CodingT::is_small)
         neighbours.moveTo(i);
       for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
-        const std::uint64_t cell = cells & (~cells + 1);
+        const std::uint64_t lowest = cells & (~cells + 1); // of the mask
         const VoxelRecord* const record =
-            (known & cell) != 0
+            (known & lowest) != 0
                 ? history_.records() + history_.blocks()[old].first_record +
-                      bitCount(known & (cell - 1))
+                      bitCount(known & (lowest - 1))
                 : nullptr;
         const NumberRecord* const number =
             numbers == nullptr || record == nullptr

@@ -86,7 +86,7 @@ private:
     beginPending(frame_.parents.size());
     for (const std::uint64_t parent : frame_.parents)
       addPending(parent);
-    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveBlocks(height));
+    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveNodeBlocks(height));
     std::size_t next_target = 0;
     std::size_t next_known = 0;
     for (std::size_t i = 0; i < frame_.parents.size(); ++i) {
@@ -175,7 +175,7 @@ private:
     beginPending(frame_.new_keys.size());
     for (const std::uint64_t key : frame_.new_keys)
       addPending(key);
-    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveBlocks(1));
+    NodeBlockCursor cursor(frame_.node_blocks, levelsAboveNodeBlocks(1));
     std::size_t octants = 0;
     for (std::size_t i = 0; i < frame_.new_keys.size(); ++i) {
       ParentNode parent;
@@ -193,7 +193,7 @@ private:
   bool
   codeCells()
   {
-    NodeBlockCursor cursor(frame_.blocks, levelsAboveBlocks(0));
+    NodeBlockCursor cursor(frame_.blocks, levelsAboveNodeBlocks(0));
     std::size_t voxels = 0;
     for (std::size_t i = 0; i < frame_.new_keys.size(); ++i) {
       const auto node_block = static_cast<std::uint32_t>(known_.size() + i);
@@ -260,7 +260,7 @@ private:
   }
 
   unsigned int
-  levelsAboveBlocks(unsigned int height) const
+  levelsAboveNodeBlocks(unsigned int height) const
   {
     return depth_ > height + block_levels ? depth_ - height - block_levels : 0;
   }
