@@ -113,12 +113,13 @@ TEST(ProgramInterruption, KeepsAnEarlierOutput)
                                                                           : "x.mcap";
       const std::string file = folder / (name == "out" ? "out/000000.pcd" : name);
       const Bytes earlier = bytesOf(file);
-      // It is interrupted as soon as there is something of the new output.
+      // It is interrupted as soon as a block of the new output is there: frames, not a
+      // header.
       const ProgramRun result = runShell(
           folder,
           "\"$P\" " + command + " --overwrite & while kill -0 $! && [ -z \"$(find " +
               name +
-              ".unfinished -type f -size +0 2> none)\" ]; do sleep 0.01; done; "
+              ".unfinished -type f -size +1 2> none)\" ]; do sleep 0.01; done; "
               "kill -" +
               signal + " $!; wait $!");
       EXPECT_EQ(result.status, 130) << result.errors;
