@@ -53,16 +53,19 @@ stampOfInteger(const std::string& number)
                                   powerOfTen(digits_of_nanoseconds - more));
 }
 
-std::optional<std::vector<std::pair<std::chrono::nanoseconds, std::string>>>
-withStamps(const std::vector<std::string>& paths)
+/** \brief Files with the times in their names.
+ * \param[out] without the first name without a time
+ * \return fewer than there are files if some have none
+ */
+std::vector<std::pair<std::chrono::nanoseconds, std::string>>
+withStamps(const std::vector<std::string>& paths, std::string& without)
 {
   std::vector<std::pair<std::chrono::nanoseconds, std::string>> files;
-  for (const std::string& path : paths) {
-    const std::optional<std::chrono::nanoseconds> stamp = stampOfName(path);
-    if (!stamp)
-      return std::nullopt;
-    files.emplace_back(*stamp, path);
-  }
+  for (const std::string& path : paths)
+    if (const std::optional<std::chrono::nanoseconds> stamp = stampOfName(path))
+      files.emplace_back(*stamp, path);
+    else if (without.empty())
+      without = path;
   return files;
 }
 
@@ -85,14 +88,20 @@ stampOfName(const std::string& path)
 StampsOfFiles
 stampsOfNames(const std::vector<std::string>& paths)
 {
-  const auto files = withStamps(paths);
+  std::string without;
+  const auto files = withStamps(paths, without);
+  if (files.size() < paths.size())
+    return {{},
+            2 * files.size() <= paths.size()
+                ? ""
+                : "the times in the names are left out, as '" + without + "' has none"};
   std::vector<std::chrono::nanoseconds> stamps;
-  for (std::size_t i = 0; files && i < files->size(); ++i) {
-    if (i > 0 && (*files)[i].first <= stamps.back())
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (i > 0 && files[i].first <= stamps.back())
       return {{},
               "the times in the names are left out, as that of '" + paths[i] +
                   "' is not later than that of '" + paths[i - 1] + "'"};
-    stamps.push_back((*files)[i].first);
+    stamps.push_back(files[i].first);
   }
   return {stamps, ""};
 }
@@ -100,12 +109,13 @@ stampsOfNames(const std::vector<std::string>& paths)
 void
 sortByStamp(std::vector<std::string>& paths)
 {
-  auto files = withStamps(paths);
-  if (!files)
+  std::string without;
+  auto files = withStamps(paths, without);
+  if (files.size() < paths.size())
     return;
-  std::sort(files->begin(), files->end());
+  std::sort(files.begin(), files.end());
   for (std::size_t i = 0; i < paths.size(); ++i)
-    paths[i] = std::move((*files)[i].second);
+    paths[i] = std::move(files[i].second);
 }
 
 } // namespace measuring

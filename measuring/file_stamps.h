@@ -26,7 +26,7 @@ stampOfName(const std::string& path);
 /** \brief Times of files by their names. */
 struct StampsOfFiles {
   std::vector<std::chrono::nanoseconds> stamps; ///< of each file; empty: they have none
-  std::string problem; ///< why the times that all names have are no times of the files
+  std::string problem; ///< why times that most names have are no times of the files
 };
 
 /** \brief The times of files in their order: those in the names if all have one and each is

@@ -217,8 +217,8 @@ setAsideUnfinished(const std::string& path, const std::string& written_file)
   if (written >= 0 && ::flock(written, LOCK_EX | LOCK_NB) != 0 &&
       errno == EWOULDBLOCK) {
     ::close(written);
-    errno = EBUSY;
-    return systemFailure(RecordingCode::OutputFailed, written_file, "write to");
+    return {RecordingCode::OutputFailed,
+            "another program is writing '" + written_file + "'"};
   }
   bool is_done = false;
   if (S_ISREG(properties.st_mode) && properties.st_size == 0)

@@ -98,7 +98,7 @@ TEST(ProgramKept, StampsInNamesOfFiles)
             std::chrono::milliseconds(250));
 }
 
-TEST(ProgramKept, EqualTimesInNamesOfFilesAreToldOf)
+TEST(ProgramKept, TimesInNamesOfFilesThatAreLeftOutAreToldOf)
 {
   const TestFolder folder;
   writeClouds(folder, "numbered", roomClouds(2));
@@ -110,6 +110,11 @@ TEST(ProgramKept, EqualTimesInNamesOfFilesAreToldOf)
             "pcl_ext encode: named: the times in the names are left out, as that of "
             "'named/1305031102.50.pcd' is not later than that of "
             "'named/1305031102.5.pcd'\n");
+  std::filesystem::rename(folder / "named/1305031102.50.pcd", folder / "named/map.pcd");
+  std::filesystem::copy(folder / "numbered/001.pcd", folder / "named/1305031102.6.pcd");
+  EXPECT_EQ(run(folder, "encode named -o y.mcap").errors,
+            "pcl_ext encode: named: the times in the names are left out, as "
+            "'named/map.pcd' has none\n");
 }
 
 TEST(ProgramKept, NamesThatAreStamps)

@@ -75,7 +75,7 @@ FrameOutput::FrameOutput(const Output& output, bool is_bag, const std::string& p
 , existing_(output.existing())
 , is_bag_(is_bag && kindOfOutput(path_) != OutputKind::Frames)
 {
-  check(is_bag_ ? bag_.open(path_, profile) : recording_.open(path_));
+  throwUnlessOk(is_bag_ ? bag_.open(path_, profile) : recording_.open(path_));
 }
 
 std::size_t
