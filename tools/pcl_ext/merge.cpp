@@ -111,7 +111,8 @@ leaveOutRepetition(const Part& before,
   // The first frames of two recordings of a still scene may be the same, too.
   if (!before.recorded().has_times && *begin == 0) {
     console.remark(files + " begin with the same " + counted(repeated, "frame") +
-                   " of " + name + ", which have no times to tell whether they are the same ones: all "
+                   " of " + name +
+                   ", which have no times to tell whether they are the same ones: all "
                    "are copied");
     return false;
   }
