@@ -1,12 +1,12 @@
 /** \file
  * \brief The program pcl_ext: recordings of compressed clouds, on the command line.
  */
-#include "commands.h"
-#include "console.h"
-#include "exit_status.h"
-#include "help_format.h"
-#include "help_texts.h"
-#include "interruption.h"
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "options/help_format.h"
+#include "options/help_texts.h"
 
 #include <pcl/console/print.h>
 
@@ -124,7 +124,7 @@ finishOutput(const std::string& name, int status)
 int
 main(int argc, char** argv)
 {
-  CLI::App program(description, "pcl_ext");
+  CLI::App program(program_description, "pcl_ext");
   program.formatter(std::make_shared<HelpFormat>());
   program.footer(footer);
   program.set_version_flag("--version", PCL_EXT_VERSION, "print the version and exit");

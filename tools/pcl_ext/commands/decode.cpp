@@ -1,0 +1,245 @@
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "inputs/point_cloud_conversions.h"
+#include "inputs/recording_input.h"
+#include "measuring/markdown_table.h"
+#include "options/decoding_options.h"
+#include "options/options.h"
+#include "outputs/cloud_folder.h"
+#include "outputs/decoded_bag.h"
+#include "outputs/output_path.h"
+#include "streams/frame_failures.h"
+#include "streams/stream_decoder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+using recording::RecordedFrame;
+
+struct DecodeOptions {
+  std::string input;
+  Output output;
+  Selection selection;
+  DecodingOptions decoding;
+  CloudFormat format = CloudFormat::PcdCompressed;
+  bool is_bag = false;
+  bool is_quiet = false;
+  const CLI::App* app = nullptr; // whose options these are
+};
+
+/** \brief Decodes the frames of a recording into files, or a bag. */
+class Decode {
+public:
+  explicit Decode(const DecodeOptions& options)
+  : options_(options)
+  , console_("decode")
+  , is_bag_(isBag(options))
+  , input_(is_bag_ ? RecordingInput::openBag(options.input)
+                   : RecordingInput(options.input))
+  , failures_([this](const std::string& line) { console_.error(line); })
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    input_.select(options.selection);
+    refuseTakenFile({input_.path()}, options.output.path, options.output.may_replace);
+    std::vector<std::string> chosen;
+    for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream) {
+      decoders_.emplace_back(
+          input_.reader(), stream, input_.nameOf(stream), options.decoding);
+      viewpoints_.emplace_back(input_.reader().streams()[stream].metadata);
+      folder_of_stream_.push_back(chosen.size());
+      if (input_.isChosen(stream))
+        chosen.push_back(input_.nameOf(stream));
+    }
+    if (is_bag_)
+      bag_ = std::make_unique<DecodedBag>(options.output, input_);
+    else
+      folder_ = std::make_unique<CloudFolder>(options.output.path,
+                                              options.format,
+                                              options.output.may_replace,
+                                              folderNames(chosen));
+    streams_ = chosen.size();
+  }
+
+  int
+  run()
+  {
+    console_.startProgress("frames", input_.size());
+    RecordingInput::Item item;
+    while (!isInterrupted() && input_.next(item)) {
+      if (item.is_frame)
+        decode(item);
+      else if (bag_) {
+        bag_->passThrough(item, input_);
+        ++other_messages_;
+      }
+      console_.advance();
+    }
+    failures_.finish();
+    console_.endProgress();
+    for (const std::string& place : input_.damage())
+      console_.error(place);
+    for (const StreamDecoder& decoder : decoders_)
+      if (const std::string remark = decoder.remark(); !remark.empty())
+        console_.remark(remark);
+    if (frames_ == 0)
+      throw std::runtime_error("no frame could be decoded; '" + options_.output.path +
+                               "' was not written");
+    printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
+    if (isInterrupted())
+      return interrupted;
+    return lost_ > 0 || !input_.damage().empty() ? something_failed : all_done;
+  }
+
+private:
+  /** \brief True if the clouds go into a bag.
+   * \throws UsageError if there is no such output, or options are for the other kind
+   */
+  static bool
+  isBag(const DecodeOptions& options)
+  {
+    const std::string& path = options.output.path;
+    const std::string extension = std::filesystem::path(path).extension().string();
+    for (const char* other : {".pcxi", ".pcd", ".ply", ".bag", ".db3"})
+      if (path == "-" || path.empty() || extension == other)
+        throw UsageError("'" + path +
+                         "' is no output of this command: name a folder for files, or "
+                         "x.mcap for a bag");
+    if (!options.is_bag && extension != ".mcap") {
+      refuseDevice(path);
+      return false;
+    }
+    refuseOptions(*options.app,
+                  {"--ply", "--pcd"},
+                  "is for a folder of files, and '" + path +
+                      "' is a bag: leave it out, or name a folder");
+    checkOutput(path);
+    return true;
+  }
+
+  void
+  decode(const RecordingInput::Item& item)
+  {
+    StreamDecoder& decoder = decoders_[item.stream];
+    std::string failure;
+    const auto read = input_.read(item, frame_);
+    if (!read.ok())
+      failure = read.message();
+    else if (const auto status = decoder.decode(frame_); !status.ok())
+      failure = reasonOf(status);
+    if (!item.is_wanted)
+      return;
+    if (!failure.empty()) {
+      ++lost_;
+      failures_.add(input_.nameOf(item.stream),
+                    item.number,
+                    " at byte " + std::to_string(frame_.offset),
+                    failure);
+      return;
+    }
+    ++frames_;
+    decoded_ += decoder.decodedVoxels();
+    removed_ += decoder.decodedVoxels() - decoder.voxels().size();
+    toCloud(decoder.voxels(), cloud_);
+    points_ += cloud_.width;
+    if (bag_)
+      bag_->write(item, frame_, cloud_, input_);
+    else if (cloud_.width > 0)
+      folder_->write(folder_of_stream_[item.stream],
+                     item.number,
+                     cloud_,
+                     frame_.stamp.count() != 0 ? frame_.stamp : item.time,
+                     viewpoints_[item.stream].at(item.time));
+    else
+      ++empty_;
+  }
+
+  /** \param[in] ending what became of what was there before */
+  void
+  printSummary(const std::string& ending)
+  {
+    const auto number = [](std::size_t count) {
+      return formatted(static_cast<double>(count), 0);
+    };
+    std::string line = options_.output.path + ": " + counted(frames_, "frame");
+    if (streams_ > 1)
+      line += " of " + std::to_string(streams_) + " streams";
+    line += ", " + counted(points_, "point");
+    if (empty_ > 0)
+      line += ", " + counted(empty_, "frame") + " without points and file";
+    if (options_.decoding.removes_outliers || options_.decoding.min_intensity)
+      line += ", " +
+              formatted(100.0 * static_cast<double>(removed_) /
+                            static_cast<double>(std::max<std::size_t>(decoded_, 1)),
+                        1) +
+              " % of the voxels left out";
+    if (other_messages_ > 0)
+      line += ", " + counted(other_messages_, "other message") + " passed through";
+    if (lost_ > 0)
+      line += ", " + number(lost_) + " lost";
+    console_.summary(line + ending);
+  }
+
+  DecodeOptions options_;
+  Console console_;
+  bool is_bag_;
+  RecordingInput input_;
+  FrameFailures failures_;
+  std::vector<StreamDecoder> decoders_;       // of each stream
+  std::vector<std::size_t> folder_of_stream_; // likewise
+  std::vector<Viewpoints> viewpoints_;        // likewise
+  std::size_t streams_ = 0;                   // that were chosen
+  std::unique_ptr<DecodedBag> bag_;           // or the next one
+  std::unique_ptr<CloudFolder> folder_;
+  RecordedFrame frame_;
+  pcl::PCLPointCloud2 cloud_;
+  std::size_t frames_ = 0;
+  std::size_t points_ = 0;
+  std::size_t empty_ = 0;
+  std::size_t decoded_ = 0; // voxels
+  std::size_t removed_ = 0; // of these
+  std::size_t other_messages_ = 0;
+  std::size_t lost_ = 0;
+};
+
+} // namespace
+
+Run
+addDecode(CLI::App& app)
+{
+  const auto options = std::make_shared<DecodeOptions>();
+  addInput(app, options->input, "recording; - is standard input");
+  addOutput(app, options->output, "folder for the clouds, one file a frame; or x.mcap");
+  CLI::Option* const pcd =
+      addChoice<CloudFormat>(app,
+                             "--pcd",
+                             {{"binary", CloudFormat::PcdBinary},
+                              {"compressed", CloudFormat::PcdCompressed},
+                              {"ascii", CloudFormat::PcdAscii}},
+                             options->format,
+                             "kind of PCD files");
+  CLI::Option* const ply = app.add_flag_callback(
+      "--ply", [options] { options->format = CloudFormat::Ply; }, "PLY files");
+  CLI::Option* const bag = app.add_flag(
+      "--bag", options->is_bag, "OUT is a rosbag2 folder with PointCloud2");
+  ply->excludes(pcd);
+  bag->excludes(pcd)->excludes(ply);
+  addDecodingOptions(app, options->decoding);
+  addSelection(app, options->selection);
+  addQuiet(app, options->is_quiet);
+  options->app = &app;
+  return [options] { return Decode(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,188 @@
+#include "commands/commands.h"
+#include "commands/demo_stream.h"
+#include "commands/demo_tables.h"
+#include "console/console.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "options/options.h"
+#include "outputs/cloud_folder.h"
+#include "outputs/frame_output.h"
+#include "simulator/crop_box.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DemoOptions {
+  unsigned int sensors = 3;
+  std::uint32_t frames = 100;
+  std::uint32_t seed = 1;
+  std::string output = "out";
+  std::optional<float> threshold;
+  EncodingOptions encoding;
+  bool is_quiet = false;
+};
+
+/** \brief Some sensors of the robot cell, through the whole pipeline. */
+class Demo {
+public:
+  explicit Demo(const DemoOptions& options) : options_(options), console_("demo")
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    if (!options_.encoding.cropBox())
+      options_.encoding.setCropBox(cell::cropBox());
+    if (!options_.encoding.hasSensor())
+      options_.encoding.setSensor(runtimeSensor(KinectV2()));
+    options_.encoding.check();
+    for (unsigned int sensor = 1; sensor <= options.sensors; ++sensor)
+      streams_.push_back(std::make_unique<DemoStream>(
+          options_.encoding, sensor, options.frames, options.seed, options.threshold));
+    if (!options.output.empty())
+      openOutput();
+  }
+
+  int
+  run()
+  {
+    console_.startProgress("frames", streams_.size() * options_.frames);
+    for (std::uint32_t frame = 0; frame < options_.frames && !isInterrupted(); ++frame)
+      for (std::size_t i = 0; i < streams_.size(); ++i) {
+        streams_[i]->run(frame);
+        if (output_)
+          write(i, frame);
+        console_.advance();
+      }
+    console_.endProgress();
+    std::vector<DemoReport> reports;
+    for (const auto& stream : streams_)
+      reports.push_back(stream->report());
+    if (reports.front().encoded.encoded_points == 0)
+      throw std::runtime_error("no point is inside the crop box: choose --crop to hold "
+                               "some of the cell, which is 10 x 10 x 4 m");
+    std::string ending;
+    if (output_)
+      ending = output_->finish() + clouds_->finish();
+    printSizes(reports, std::cout);
+    printDenoising(reports, std::cout);
+    if (output_)
+      printNextSteps(clouds_->lastFile());
+    if (!ending.empty())
+      console_.remark(recording_ + ending);
+    return isInterrupted() ? interrupted : all_done;
+  }
+
+private:
+  void
+  openOutput()
+  {
+    std::error_code error;
+    fs::create_directories(options_.output, error);
+    if (error)
+      throw std::runtime_error("cannot create the folder '" + options_.output +
+                               "': " + error.message());
+    recording_ = (fs::path(options_.output) / "cell.mcap").string();
+    output_.emplace(Output{recording_, true}, false, "ros2");
+    std::vector<std::string> folders;
+    for (const auto& stream : streams_) {
+      folders.push_back(stream->name() + "/decoded");
+      folders.push_back(stream->name() + "/denoised");
+      numbers_.push_back(output_->addStream(
+          {"/" + stream->name(),
+           "world",
+           options_.encoding.metadataOf("/" + stream->name(), stream->law())}));
+    }
+    clouds_ = std::make_unique<CloudFolder>(
+        options_.output, CloudFormat::PcdCompressed, true, folders);
+  }
+
+  void
+  write(std::size_t i, std::size_t frame)
+  {
+    const DemoStream& stream = *streams_[i];
+    frame_.message.log_time = stream.time();
+    frame_.bytes = stream.bytes();
+    output_->write(numbers_[i], frame_);
+    if (stream.decoded().width > 0)
+      clouds_->write(2 * i, frame, stream.decoded());
+    if (stream.denoised().width > 0)
+      clouds_->write(2 * i + 1, frame, stream.denoised());
+  }
+
+  void
+  printNextSteps(const std::string& example) const
+  {
+    // tools/run.sh says how it is called.
+    const char* const given = std::getenv("PCL_EXT_COMMAND");
+    const std::string command = given != nullptr ? given : "pcl_ext";
+    std::cout << "\nThe frames are in " << recording_
+              << ", the decoded and the denoised clouds beside it. Next:\n  " << command
+              << " info " << recording_ << "\n  " << command << " decode " << recording_
+              << " -o clouds --remove-outliers\n";
+    if (!example.empty())
+      std::cout << "  pcl_viewer " << example << '\n';
+  }
+
+  DemoOptions options_;
+  Console console_;
+  std::vector<std::unique_ptr<DemoStream>> streams_;
+  std::string recording_;
+  std::optional<FrameOutput> output_;
+  std::vector<std::size_t> numbers_; // of the streams in output_
+  std::unique_ptr<CloudFolder> clouds_;
+  OutputFrame frame_;
+};
+
+} // namespace
+
+Run
+addDemo(CLI::App& app)
+{
+  const auto options = std::make_shared<DemoOptions>();
+  addNumber(app,
+            "--sensors",
+            options->sensors,
+            1u,
+            cell::RobotCell::sensor_count,
+            "N",
+            "sensors of the robot cell, 1 to 6");
+  addNumber(app,
+            "-n,--frames",
+            options->frames,
+            std::uint32_t{1},
+            std::uint32_t{1} << 30,
+            "N",
+            "frames of each");
+  app.add_option("--seed", options->seed, "of the random errors (1)")->type_name("N");
+  app.add_option("-o,--output",
+                 options->output,
+                 "folder, in which an earlier demo is replaced; '' for none (out)")
+      ->type_name("OUT");
+  app.add_option_function<float>(
+         "-t,--threshold",
+         [options](float threshold) {
+           if (!std::isfinite(threshold))
+             throw UsageError("--threshold must be a finite number");
+           options->threshold = threshold;
+         },
+         "least intensity that denoising keeps, instead of the outlier filter")
+      ->type_name("I");
+  options->encoding.setDefaults(cell_resolution, cell_law);
+  options->encoding.addCropOption(app);
+  options->encoding.addCodecOptions(app);
+  addQuiet(app, options->is_quiet);
+  return [options] { return Demo(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,88 @@
+#include "commands/demo_stream.h"
+
+#include "inputs/point_cloud_conversions.h"
+#include "measuring/samples.h"
+
+#include <pcl/common/io.h>
+
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::timeOf;
+
+/** \brief The cell's sensor with the pose that it has there. */
+std::unique_ptr<measuring::CloudSequence>
+openSensor(EncodingOptions& options,
+           unsigned int sensor,
+           std::size_t frames,
+           std::uint32_t seed)
+{
+  std::unique_ptr<measuring::CloudSequence> sequence =
+      measuring::openCell(sensor, frames, seed);
+  options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
+  return sequence;
+}
+
+} // namespace
+
+DemoStream::DemoStream(EncodingOptions& options,
+                       unsigned int sensor,
+                       std::size_t frames,
+                       std::uint32_t seed,
+                       const std::optional<float>& threshold)
+: law_(options.law().value_or(automaticLaw(false)))
+, sequence_(openSensor(options, sensor, frames, seed))
+, encoder_(options, "/" + sequence_->name())
+, denoising_(law_, options.codec().resolution, threshold)
+, truth_(seed, sensor, options.codec().resolution)
+{
+  name_ = sequence_->name();
+}
+
+void
+DemoStream::run(std::size_t frame)
+{
+  sequence_->read(frame, cloud_);
+  const std::string source = name_ + ", frame " + std::to_string(frame);
+  encode_ms_ += timeOf([&] { encoder_.encode(cloud_, source, bytes_); });
+  io::CompressionStatus status;
+  decode_ms_ +=
+      timeOf([&] { status = decoder_.decode(bytes_.data(), bytes_.size(), voxels_); });
+  if (!status.ok())
+    throw std::runtime_error("decoding failed: " + status.message());
+  toCloud(voxels_, decoded_);
+  denoise(frame);
+}
+
+void
+DemoStream::denoise(std::size_t frame)
+{
+  intensities_.clear();
+  io::forEachVoxelCentre(voxels_, [this](float, float, float, float intensity) {
+    intensities_.push_back(intensity);
+  });
+  const std::vector<int>& kept =
+      denoising_.voxelsToKeep(voxels_, intensities_, truth_.of(frame, voxels_));
+  if (voxels_.has_point_counts)
+    denoised_ = decoded_; // points are no voxels
+  else
+    pcl::copyPointCloud(decoded_, kept, denoised_);
+}
+
+DemoReport
+DemoStream::report() const
+{
+  return {name_,
+          nameOf(law_),
+          encoder_.sums(),
+          encode_ms_,
+          decode_ms_,
+          denoising_.report()};
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,45 @@
+#include "commands/encode_summary.h"
+
+#include "measuring/markdown_table.h"
+#include "options/text_values.h"
+
+#include <sstream>
+
+namespace pcl_ext {
+namespace tools {
+
+using measuring::formatted;
+
+std::string
+describeEncoded(const EncodedSums& sums,
+                const EncodingOptions& options,
+                double bytes_a_second)
+{
+  std::ostringstream edge;
+  edge << options.codec().resolution;
+  const auto encoded_points = static_cast<double>(sums.encoded_points);
+  std::string text = counted(sums.encoded_points, "point") + " in " +
+                     counted(sums.voxels, "voxel") + " of " + edge.str() + " m";
+  if (sums.voxels > 0)
+    text += " (" + formatted(encoded_points / static_cast<double>(sums.voxels), 1) +
+            " points a voxel)";
+  if (sums.all_points > sums.points)
+    text += ", " + counted(sums.all_points - sums.points, "point") +
+            " left out as not finite";
+  if (sums.points > sums.encoded_points)
+    text += ", " + counted(sums.points - sums.encoded_points, "point") +
+            " left out beyond box or grid";
+  text += ", " + counted(sums.bytes, "byte");
+  if (bytes_a_second > 0.0)
+    text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";
+  text += ", ratio " +
+          formatted(16.0 * encoded_points / static_cast<double>(sums.bytes), 1) +
+          " to 16 bytes a point";
+  if (options.removesOutliers())
+    text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
+            counted(sums.outliers + sums.voxels, "voxel") + " removed as outliers";
+  return text;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "console/console.h"
+#include "inputs/recording_input.h"
+#include "streams/loss_count.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief What the headers of a stream's frames tell. */
+struct StreamFigures {
+  std::string name;
+  std::size_t frames = 0;
+  std::size_t i_frames = 0;
+  bool has_times = false;
+  recording::Time first_time{0};
+  recording::Time last_time{0};
+  std::uint64_t bytes = 0;
+  /** \brief Of the frames whose headers tell their voxels: in the published layout I-frames
+   * alone. */
+  std::size_t frames_with_voxels = 0;
+  std::uint64_t voxels = 0;
+  double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
+  bool has_one_resolution = true;
+  io::StreamFormat format = io::StreamFormat::Version1;
+  io::Effort effort = io::Effort::Balanced; ///< of the first frame
+  unsigned int intensity_bits = 0;
+  unsigned int colour_bits = 0;
+  bool has_point_counts = false;
+  std::string frame_id;
+  std::size_t missing = 0;    ///< by the numbers of the frames
+  std::size_t unreadable = 0; ///< in the recording, but damaged
+  LossCount losses;
+
+  double
+  duration() const
+  {
+    return std::chrono::duration<double>(last_time - first_time).count();
+  }
+
+  /** \brief Frames a second; 0: unknown. */
+  double
+  rate() const
+  {
+    return frames > 1 && duration() > 0.0 ? static_cast<double>(frames - 1) / duration()
+                                          : 0.0;
+  }
+
+  double
+  meanVoxels() const
+  {
+    return frames_with_voxels == 0
+               ? 0.0
+               : static_cast<double>(voxels) / static_cast<double>(frames_with_voxels);
+  }
+
+  double
+  meanBytes() const
+  {
+    const std::size_t read = frames - unreadable;
+    return read == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(read);
+  }
+
+  /** \brief Bytes per voxel; 0: unknown, as not all frames tell their voxels. */
+  double
+  bytesPerVoxel() const
+  {
+    return voxels == 0 || frames_with_voxels < frames - unreadable
+               ? 0.0
+               : static_cast<double>(bytes) / static_cast<double>(voxels);
+  }
+};
+
+/** \brief Reads the headers of the chosen frames of a recording, without decoding them. */
+std::vector<StreamFigures>
+figuresOf(RecordingInput& input, Console& console);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,146 @@
+#include "commands/commands.h"
+#include "console/console.h"
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "inputs/recording_input.h"
+#include "measuring/markdown_table.h"
+#include "options/decoding_options.h"
+#include "options/options.h"
+#include "streams/frame_failures.h"
+#include "streams/loss_count.h"
+#include "streams/stream_decoder.h"
+
+#include <memory>
+#include <optional>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+using recording::RecordedFrame;
+using recording::RecordedStreamDecoder;
+
+struct VerifyOptions {
+  std::string input;
+  Selection selection;
+  std::optional<io::DecoderLimits> limits;
+  bool is_quiet = false;
+};
+
+/** \brief Decodes all frames and prints a line for each one that is lost. */
+class Verify {
+public:
+  explicit Verify(const VerifyOptions& options)
+  : console_("verify")
+  , input_(options.input)
+  , failures_([this](const std::string& line) { report(line); })
+  {
+    if (options.is_quiet)
+      console_.beQuiet();
+    input_.select(options.selection);
+    for (std::size_t stream = 0; stream < input_.reader().streams().size(); ++stream)
+      decoders_.emplace_back(input_.reader(), stream, options.limits);
+    gaps_.resize(decoders_.size());
+  }
+
+  int
+  run()
+  {
+    console_.startProgress("frames", input_.size());
+    RecordingInput::Item item;
+    while (!isInterrupted() && input_.next(item)) {
+      verify(item);
+      console_.advance();
+    }
+    failures_.finish();
+    console_.endProgress();
+    std::size_t damaged_places = 0;
+    for (const std::string& place : input_.damage()) {
+      report("damage: " + place);
+      ++damaged_places;
+    }
+    if (input_.reader().isUnfinished())
+      report(
+          "the recording was not finished, as after a power failure; all whole frames "
+          "were found");
+    console_.summary(
+        counted(frames_, "frame") + " decoded, " +
+        formatted(static_cast<double>(lost_), 0) + " lost" +
+        (damaged_places > 0 ? ", damage at " + counted(damaged_places, "place") : "") +
+        (isInterrupted() ? "; interrupted" : ""));
+    if (isInterrupted())
+      return interrupted;
+    return lost_ > 0 || damaged_places > 0 ? something_failed : all_done;
+  }
+
+private:
+  void
+  verify(const RecordingInput::Item& item)
+  {
+    const auto status = input_.read(item, frame_);
+    const std::size_t missing = gaps_[item.stream].missingBefore(frame_.description);
+    if (!status.ok()) {
+      loseFrame(item, status.message());
+      return;
+    }
+    if (missing > 0 && item.is_wanted) {
+      lost_ += missing;
+      failures_.add(input_.nameOf(item.stream),
+                    item.number,
+                    " at byte " + std::to_string(frame_.offset),
+                    counted(missing, "frame") + " before it " +
+                        (missing == 1 ? "is" : "are") + " not in the recording");
+    }
+    const auto decoded = decoders_[item.stream].decode(frame_, voxels_);
+    if (!item.is_wanted)
+      return;
+    if (decoded.ok())
+      ++frames_;
+    else
+      loseFrame(item, reasonOf(decoded));
+  }
+
+  void
+  loseFrame(const RecordingInput::Item& item, const std::string& reason)
+  {
+    ++lost_;
+    failures_.add(input_.nameOf(item.stream),
+                  item.number,
+                  " at byte " + std::to_string(frame_.offset),
+                  reason);
+  }
+
+  void
+  report(const std::string& line)
+  {
+    console_.summary(line);
+  }
+
+  Console console_;
+  RecordingInput input_;
+  FrameFailures failures_;
+  std::vector<RecordedStreamDecoder> decoders_; // of each stream
+  std::vector<LossCount> gaps_;                 // likewise
+  RecordedFrame frame_;
+  io::VoxelFrame voxels_;
+  std::size_t frames_ = 0;
+  std::size_t lost_ = 0;
+};
+
+} // namespace
+
+Run
+addVerify(CLI::App& app)
+{
+  const auto options = std::make_shared<VerifyOptions>();
+  addInput(app, options->input, "recording; - is standard input");
+  addLimits(app, options->limits);
+  addSelection(app, options->selection);
+  addQuiet(app, options->is_quiet);
+  return [options] { return Verify(*options).run(); };
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,171 @@
+#include "console/console.h"
+
+#include "console/printable_text.h"
+#include "inputs/standard_input.h"
+#include "measuring/markdown_table.h"
+#include "options/option_names.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using measuring::formatted;
+
+constexpr std::chrono::milliseconds first_bar_after{1000};
+constexpr std::chrono::milliseconds bar_period{100};
+constexpr std::chrono::milliseconds first_line_after{10000};
+
+/** \brief 1:05 or 1:02:05. */
+std::string
+minutesAndSeconds(double seconds)
+{
+  const auto whole = static_cast<long>(std::ceil(seconds));
+  char text[40];
+  if (whole >= 3600)
+    std::snprintf(text,
+                  sizeof(text),
+                  "%ld:%02ld:%02ld",
+                  whole / 3600,
+                  whole / 60 % 60,
+                  whole % 60);
+  else
+    std::snprintf(text, sizeof(text), "%ld:%02ld", whole / 60, whole % 60);
+  return text;
+}
+
+/** \brief Columns of the terminal of standard error. */
+std::size_t
+terminalWidth()
+{
+  constexpr std::size_t usual = 80;
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col
+                                                                           : usual;
+}
+
+std::string
+bar(std::size_t done, std::size_t total)
+{
+  constexpr std::size_t width = 30;
+  const std::size_t full = width * std::min(done, total) / total;
+  return "[" + std::string(full, '#') + std::string(width - full, ' ') + "] ";
+}
+
+} // namespace
+
+void
+printError(const std::string& command, const std::string& message)
+{
+  std::cerr << command << ": " << printable(withOptionNames(shown(message)))
+            << std::endl;
+}
+
+Console::Console(const std::string& command)
+: name_("pcl_ext " + command), is_terminal_(isatty(STDERR_FILENO) != 0)
+{}
+
+void
+Console::beQuiet()
+{
+  is_quiet_ = true;
+}
+
+void
+Console::keepOutputFree()
+{
+  is_output_free_ = true;
+}
+
+void
+Console::error(const std::string& message)
+{
+  endProgress();
+  std::cout.flush();
+  printError(name_, message);
+}
+
+void
+Console::remark(const std::string& message)
+{
+  if (!is_quiet_)
+    error(message);
+}
+
+void
+Console::summary(const std::string& line)
+{
+  endProgress();
+  (is_output_free_ ? std::cerr : std::cout) << printable(line) << std::endl;
+}
+
+void
+Console::startProgress(const std::string& what, std::size_t total)
+{
+  endProgress();
+  what_ = what;
+  total_ = total;
+  done_ = 0;
+  start_ = Clock::now();
+  until_next_ = first_line_after;
+  next_ = start_ + (is_terminal_ ? first_bar_after : first_line_after);
+}
+
+void
+Console::advance(std::size_t count)
+{
+  done_ += count;
+  if (is_quiet_)
+    return;
+  const Clock::time_point now = Clock::now();
+  if (now < next_)
+    return;
+  next_ = now + (is_terminal_ ? bar_period : until_next_);
+  until_next_ *= 2;
+  show(now);
+}
+
+void
+Console::show(Clock::time_point now)
+{
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double rate = static_cast<double>(done_) / seconds;
+  std::string text = formatted(static_cast<double>(done_), 0);
+  if (total_ > 0)
+    text += " of " + formatted(static_cast<double>(total_), 0);
+  text += " " + what_ + ", " + formatted(rate, rate < 10.0 ? 1 : 0) + " a second";
+  if (total_ > done_ && rate > 0.0)
+    text +=
+        ", " + minutesAndSeconds(static_cast<double>(total_ - done_) / rate) + " left";
+  if (!is_terminal_) {
+    std::cerr << name_ << ": " << text << std::endl;
+    return;
+  }
+  // A line that the terminal breaks could not be overwritten.
+  const std::size_t width = terminalWidth() - 1;
+  const std::string bar_before = total_ > 0 ? bar(done_, total_) : "";
+  if (bar_before.size() + text.size() <= width)
+    text = bar_before + text;
+  // Back to the first column, and clear to the end of the line.
+  std::cerr << '\r' << text.substr(0, width) << "\x1b[K" << std::flush;
+  is_bar_shown_ = true;
+}
+
+void
+Console::endProgress()
+{
+  if (is_bar_shown_)
+    std::cerr << "\r\x1b[K" << std::flush;
+  is_bar_shown_ = false;
+}
+
+} // namespace tools
+} // namespace pcl_ext

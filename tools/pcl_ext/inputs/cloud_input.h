@@ -1,0 +1,176 @@
+#pragma once
+
+#include <pcl_ext/recording/mcap_content.h>
+#include <pcl_ext/recording/mcap_reader.h>
+
+#include "inputs/standard_input.h"
+#include "inputs/viewpoints.h"
+#include "measuring/cloud_sequence.h"
+#include "options/text_values.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+class FrameOutput;
+
+/** \brief A cloud of the input of a command, or why it could not be read. */
+struct InputCloud {
+  std::size_t stream = 0;         ///< index in CloudInput::streams()
+  std::size_t number = 0;         ///< in its stream, from 0
+  std::string source;             ///< file or topic and number, for messages
+  std::string failure;            ///< empty: the cloud was read
+  recording::McapMessage message; ///< its times and sequence number; no bytes
+  recording::Time stamp{0};       ///< of the cloud
+  pcl::PCLPointCloud2 cloud;
+};
+
+/** \brief Where clouds come from: files, or a bag. */
+class CloudInput {
+public:
+  /** \brief What next() found. */
+  enum class Found { Cloud, OtherMessage, Extra, End };
+
+  virtual ~CloudInput() = default;
+
+  /** \brief Names of the streams; of a pipe until now. */
+  virtual const std::vector<std::string>&
+  streams() const = 0;
+
+  /** \brief Number of clouds and messages in all, for progress; 0: it is not known yet. */
+  virtual std::size_t
+  size() const = 0;
+
+  /** \brief Reads what is next in time.
+   * \param[out] cloud with Cloud
+   * \param[out] other with OtherMessage: a message to pass through; its channel is an index
+   * in channels()
+   * With Extra copyExtra() has what was found.
+   */
+  virtual Found
+  next(InputCloud& cloud, recording::McapMessage& other) = 0;
+
+  /** \brief Copies the metadata or the attachment that next() found. */
+  virtual void
+  copyExtra(FrameOutput& /* output */)
+  {}
+
+  /** \brief True if clouds come while somebody writes them into a pipe. */
+  virtual bool
+  isLive() const
+  {
+    return false;
+  }
+
+  /** \brief Sets what is done before next() waits for somebody to write. */
+  virtual void
+  setBeforeWaiting(std::function<void()> /* action */)
+  {}
+
+  /** \brief True if there may be messages, metadata and attachments to pass through. */
+  virtual bool
+  isBag() const
+  {
+    return false;
+  }
+
+  /** \brief Profile for the output, see McapWriter::open(). */
+  virtual std::string
+  profile() const
+  {
+    return "ros2";
+  }
+
+  /** \brief Channels of a bag; of a pipe until now. */
+  virtual const std::vector<recording::McapChannel>&
+  channels() const
+  {
+    static const std::vector<recording::McapChannel> none;
+    return none;
+  }
+
+  /** \brief VIEWPOINTs of the files of a stream. */
+  virtual Viewpoints
+  viewpointsOf(std::size_t /* stream */) const
+  {
+    return {};
+  }
+
+  /** \brief The bag, for its metadata and attachments; null: there is none. */
+  virtual recording::McapReader*
+  mcap()
+  {
+    return nullptr;
+  }
+
+  /** \brief What could not be read until now, a line each. */
+  virtual std::vector<std::string>
+  damage() const
+  {
+    return {};
+  }
+
+  /** \brief What of the input was left out, or may be another than the user thinks, a line
+   * each. */
+  virtual std::vector<std::string>
+  remarks() const
+  {
+    return {};
+  }
+};
+
+/** \brief What of the input is wanted. */
+struct InputOptions {
+  std::vector<std::string> inputs; ///< as the user gave them; - is the standard input
+  double rate = 10.0;           ///< clouds a second, where names of files have no times
+  bool has_rate = false;        ///< the user gave one
+  bool may_have_streams = true; ///< the output takes more than one
+  FrameRange frames;            ///< of each stream
+  std::vector<std::string> topics; ///< of a bag; empty: all clouds
+};
+
+/** \brief Opens files, folders, globs of them, or a bag.
+ * \throws std::exception with a message for the user
+ */
+std::unique_ptr<CloudInput>
+openInput(const InputOptions& options);
+
+/** \brief Opens files and folders. */
+std::unique_ptr<CloudInput>
+openFiles(const std::vector<measuring::SequenceInput>& paths,
+          const InputOptions& options);
+
+/** \brief Opens an MCAP file or a rosbag2 folder. */
+std::unique_ptr<CloudInput>
+openMcap(const std::string& path, const InputOptions& options);
+
+/** \brief Opens an MCAP file that comes through a pipe.
+ * \param[in] descriptor of the pipe, behind the first 8 bytes
+ * \param[in] name of the pipe, for messages
+ */
+std::unique_ptr<CloudInput>
+openMcapPipe(Descriptor descriptor,
+             const std::string& name,
+             const InputOptions& options);
+
+/** \brief Opens a bag of ROS 1, if the program was built with librosbag-storage. */
+std::unique_ptr<CloudInput>
+openRos1Bag(const std::string& path, const InputOptions& options);
+
+/** \brief Checks the topics that the user chose.
+ * \param[in] topics those of the clouds of a bag
+ * \throws UsageError if one is not among them
+ */
+void
+checkTopics(const std::vector<std::string>& chosen,
+            const std::vector<std::string>& topics);
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,359 @@
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "inputs/cloud_input.h"
+#include "inputs/point_cloud_conversions.h"
+#include "inputs/standard_input.h"
+#include "outputs/frame_output.h"
+#include "recording/mcap_stream.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using recording::McapChannel;
+using recording::McapEntry;
+using recording::McapMessage;
+using recording::McapReader;
+using recording::McapStream;
+using recording::RecordingStatus;
+
+/** \brief The clouds among the messages of MCAP files. */
+class BagInput : public CloudInput {
+public:
+  explicit BagInput(const InputOptions& options) : options_(options) {}
+
+  const std::vector<std::string>&
+  streams() const override
+  {
+    return streams_;
+  }
+
+  bool
+  isBag() const override
+  {
+    return true;
+  }
+
+protected:
+  static constexpr std::size_t none = ~std::size_t{0};
+
+  /** \brief Makes streams of the channels with clouds that are wanted. Channels of one topic,
+   * as of two publishers, are one stream.
+   * \param[in] channels that were known before come first
+   */
+  void
+  addChannels(const std::vector<McapChannel>& channels)
+  {
+    for (std::size_t i = stream_of_channel_.size(); i < channels.size(); ++i) {
+      const McapChannel& channel = channels[i];
+      const bool is_chosen =
+          options_.topics.empty() ||
+          std::find(options_.topics.begin(), options_.topics.end(), channel.topic) !=
+              options_.topics.end();
+      if (recording::isPointCloud(channel))
+        topics_.push_back(channel.topic);
+      if (!recording::isPointCloud(channel) || !is_chosen) {
+        stream_of_channel_.push_back(none);
+        continue;
+      }
+      const auto known = std::find(streams_.begin(), streams_.end(), channel.topic);
+      stream_of_channel_.push_back(static_cast<std::size_t>(known - streams_.begin()));
+      if (known == streams_.end())
+        streams_.push_back(channel.topic);
+    }
+    clouds_.resize(streams_.size());
+  }
+
+  /** \brief Counts a message of a stream.
+   * \param[out] cloud its number and names
+   * \return false if it is not wanted
+   */
+  bool
+  count(std::size_t stream, InputCloud& cloud)
+  {
+    cloud.stream = stream;
+    cloud.number = clouds_[stream]++;
+    cloud.source = streams_[stream] + ", frame " + std::to_string(cloud.number);
+    cloud.failure.clear();
+    return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
+  }
+
+  /** \brief True if a stream may have clouds that are wanted, of those that are known. */
+  bool
+  wantsMore() const
+  {
+    return clouds_.empty() ||
+           std::any_of(clouds_.begin(), clouds_.end(), [this](std::size_t clouds) {
+             return clouds < options_.frames.end;
+           });
+  }
+
+  /** \brief Reads the cloud of a message. */
+  void
+  readCloud(InputCloud& cloud)
+  {
+    const RecordingStatus status = recording::readPointCloud(
+        cloud.message.bytes.data(), cloud.message.bytes.size(), false, message_);
+    if (!status.ok()) {
+      cloud.failure = status.message();
+      return;
+    }
+    cloud.stamp = message_.stamp;
+    try {
+      toCloud(message_, cloud.cloud);
+    }
+    catch (const std::exception& error) {
+      cloud.failure = error.what();
+    }
+  }
+
+  /** \brief What there is in place of clouds. */
+  static std::string
+  describeChannels(const std::vector<McapChannel>& channels)
+  {
+    std::string topics;
+    for (const McapChannel& channel : channels) {
+      if (recording::isCompressedPointCloud(channel))
+        return "the clouds of " + channel.topic +
+               " are compressed already: see them with 'pcl_ext info'";
+      topics += (topics.empty() ? "" : ", ") + channel.topic;
+    }
+    return topics.empty() ? "it has no topics" : "its topics are " + topics;
+  }
+
+  static std::string
+  describe(const recording::RecordingDamage& place)
+  {
+    return place.file + ", byte " + std::to_string(place.offset) + ": " + place.message;
+  }
+
+  InputOptions options_;
+  std::vector<std::string> topics_; // with clouds
+  std::vector<std::string> streams_;
+  std::vector<std::size_t> stream_of_channel_; // or none
+
+private:
+  std::vector<std::size_t> clouds_;      // of each stream that were met
+  recording::PointCloudMessage message_; // a member so that its memory is reused
+};
+
+/** \brief An MCAP file or a rosbag2 folder: its clouds and all other messages. */
+class McapInput : public BagInput {
+public:
+  McapInput(const std::string& path, const InputOptions& options) : BagInput(options)
+  {
+    if (const RecordingStatus status = reader_.open(path); !status.ok())
+      throw std::runtime_error(status.message());
+    addChannels(reader_.channels());
+    if (topics_.empty())
+      throw std::runtime_error("'" + path +
+                               "' has no clouds (sensor_msgs/msg/PointCloud2); " +
+                               describeChannels(reader_.channels()));
+    checkTopics(options.topics, topics_);
+  }
+
+  std::size_t
+  size() const override
+  {
+    return reader_.index().size();
+  }
+
+  std::string
+  profile() const override
+  {
+    return reader_.profile();
+  }
+
+  const std::vector<McapChannel>&
+  channels() const override
+  {
+    return reader_.channels();
+  }
+
+  McapReader*
+  mcap() override
+  {
+    return &reader_;
+  }
+
+  std::vector<std::string>
+  damage() const override
+  {
+    std::vector<std::string> lines;
+    for (const recording::RecordingDamage& place : reader_.damage())
+      lines.push_back(describe(place));
+    return lines;
+  }
+
+  Found
+  next(InputCloud& cloud, McapMessage& other) override
+  {
+    while (next_ < reader_.index().size()) {
+      const McapEntry& entry = reader_.index()[next_++];
+      const std::size_t stream = stream_of_channel_[entry.channel];
+      if (stream != none) {
+        if (!count(stream, cloud))
+          continue;
+        if (const RecordingStatus status = reader_.read(entry, cloud.message);
+            status.ok())
+          readCloud(cloud);
+        else
+          cloud.failure = status.message();
+        return Found::Cloud;
+      }
+      // What cannot be read is part of damage().
+      if (reader_.read(entry, other).ok())
+        return Found::OtherMessage;
+    }
+    return Found::End;
+  }
+
+private:
+  McapReader reader_;
+  std::size_t next_ = 0;
+};
+
+/** \brief An MCAP file that comes through a pipe: its contents as they come. */
+class McapPipe : public BagInput {
+public:
+  McapPipe(Descriptor descriptor, const std::string& name, const InputOptions& options)
+  : BagInput(options)
+  , descriptor_(std::move(descriptor))
+  , name_(name)
+  , stream_(
+        [this](std::uint8_t* bytes, std::size_t count) {
+          if (before_waiting_ && mustWaitFor(descriptor_.get()))
+            before_waiting_();
+          return readPipe(descriptor_.get(), bytes, count);
+        },
+        name)
+  {
+    // The profile is known then.
+    advance();
+  }
+
+  std::size_t
+  size() const override
+  {
+    return 0;
+  }
+
+  std::string
+  profile() const override
+  {
+    return stream_.profile();
+  }
+
+  const std::vector<McapChannel>&
+  channels() const override
+  {
+    return stream_.channels();
+  }
+
+  std::vector<std::string>
+  damage() const override
+  {
+    std::vector<std::string> lines;
+    if (!isInterrupted())
+      for (const recording::RecordingDamage& place : stream_.damage())
+        lines.push_back(describe(place));
+    if (topics_.empty())
+      lines.push_back("'" + name_ + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
+                      describeChannels(channels()));
+    try {
+      checkTopics(options_.topics, topics_);
+    }
+    catch (const UsageError& error) {
+      lines.push_back(error.what());
+    }
+    return lines;
+  }
+
+  bool
+  isLive() const override
+  {
+    return true;
+  }
+
+  void
+  setBeforeWaiting(std::function<void()> action) override
+  {
+    before_waiting_ = std::move(action);
+  }
+
+  Found
+  next(InputCloud& cloud, McapMessage& other) override
+  {
+    while (wantsMore()) {
+      if (!is_at_hand_)
+        advance();
+      is_at_hand_ = false;
+      if (found_ == McapStream::Found::End)
+        return Found::End;
+      if (found_ != McapStream::Found::Message)
+        return Found::Extra;
+      const std::size_t stream = stream_of_channel_[stream_.message().channel];
+      if (stream == none) {
+        std::swap(other, stream_.message());
+        return Found::OtherMessage;
+      }
+      if (!count(stream, cloud))
+        continue;
+      std::swap(cloud.message, stream_.message());
+      readCloud(cloud);
+      return Found::Cloud;
+    }
+    return Found::End;
+  }
+
+  void
+  copyExtra(FrameOutput& output) override
+  {
+    if (found_ == McapStream::Found::Metadata)
+      output.write(stream_.metadata());
+    else
+      output.write(stream_.attachment());
+  }
+
+private:
+  void
+  advance()
+  {
+    found_ = stream_.next();
+    is_at_hand_ = true;
+    addChannels(stream_.channels());
+  }
+
+  Descriptor descriptor_;
+  std::string name_;
+  std::function<void()> before_waiting_;
+  McapStream stream_;
+  McapStream::Found found_ = McapStream::Found::End;
+  bool is_at_hand_ = false; // it was found, and not taken yet
+};
+
+} // namespace
+
+std::unique_ptr<CloudInput>
+openMcap(const std::string& path, const InputOptions& options)
+{
+  return std::make_unique<McapInput>(path, options);
+}
+
+std::unique_ptr<CloudInput>
+openMcapPipe(Descriptor descriptor,
+             const std::string& name,
+             const InputOptions& options)
+{
+  return std::make_unique<McapPipe>(std::move(descriptor), name, options);
+}
+
+} // namespace tools
+} // namespace pcl_ext

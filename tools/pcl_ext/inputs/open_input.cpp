@@ -1,0 +1,115 @@
+#include "console/exit_status.h"
+#include "inputs/cloud_input.h"
+#include "inputs/standard_input.h"
+#include "measuring/cloud_files.h"
+#include "measuring/natural_order.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using measuring::FileKind;
+
+/** \brief The paths that a pattern stands for, in their order; the path itself if it is
+ * none. */
+std::vector<std::string>
+pathsOf(const std::string& pattern)
+{
+  if (pattern == "-" || fs::exists(pattern))
+    return {pattern};
+  glob_t found{};
+  std::vector<std::string> paths;
+  if (::glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    paths.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  std::sort(paths.begin(), paths.end(), measuring::comesBefore);
+  if (paths.empty())
+    throw std::runtime_error("there is no '" + pattern + "'");
+  return paths;
+}
+
+bool
+isBag(const std::string& path)
+{
+  if (fs::is_directory(path))
+    return recording::McapReader::isMcap(path);
+  const FileKind kind = measuring::kindOf(path);
+  return kind == FileKind::Mcap || kind == FileKind::Ros1Bag;
+}
+
+void
+refuseRate(const std::string& bag, const InputOptions& options)
+{
+  if (options.has_rate)
+    throw UsageError("--rate is for files; '" + bag +
+                     "' is a bag, which has its own times");
+}
+
+} // namespace
+
+std::unique_ptr<CloudInput>
+openInput(const InputOptions& options)
+{
+  if (options.inputs.size() == 1)
+    if (std::optional<Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
+      refuseRate(options.inputs[0], options);
+      return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
+    }
+  std::vector<measuring::SequenceInput> paths;
+  for (const std::string& input : options.inputs)
+    for (const std::string& given : pathsOf(input)) {
+      const bool is_copied = given != pathOfInput(given);
+      paths.push_back(
+          {pathOfInput(given), is_copied ? streamNameOfInput(given) : given});
+    }
+  const auto bag = std::find_if(
+      paths.begin(), paths.end(), [](const auto& input) { return isBag(input.path); });
+  if (bag != paths.end() && paths.size() > 1)
+    throw UsageError("'" + bag->path + "' is a bag; a bag is encoded alone");
+  if (bag != paths.end()) {
+    refuseRate(bag->path, options);
+    return !fs::is_directory(bag->path) &&
+                   measuring::kindOf(bag->path) == FileKind::Ros1Bag
+               ? openRos1Bag(bag->path, options)
+               : openMcap(bag->path, options);
+  }
+  for (const auto& [path, name] : paths) {
+    if (fs::is_directory(path))
+      continue;
+    const FileKind kind = measuring::kindOf(path);
+    // Clouds that are damaged are reported when they are read, and the others go on.
+    if (!measuring::isCloud(kind) && !measuring::hasNameOfCloud(path))
+      throw std::runtime_error("'" + path +
+                               "' is not a cloud: " + measuring::whyNotACloud(kind));
+  }
+  return openFiles(paths, options);
+}
+
+void
+checkTopics(const std::vector<std::string>& chosen,
+            const std::vector<std::string>& topics)
+{
+  for (const std::string& topic : chosen) {
+    if (std::find(topics.begin(), topics.end(), topic) != topics.end())
+      continue;
+    std::string known;
+    for (const std::string& other : topics)
+      known += (known.empty() ? "" : ", ") + other;
+    throw UsageError("--topics: there are no clouds of '" + topic + "'; there are " +
+                     known);
+  }
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/view/view_server.h>
+
+#include "console/console.h"
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Shows the frames of the standard input as they arrive: those of one stream, one
+ * after the other. */
+class PipedFrames {
+public:
+  PipedFrames(view::ViewServer& server, Console& console)
+  : server_(server), console_(console)
+  {}
+
+  /** \brief Publishes frames until the input ends or the program is interrupted, and then
+   * the end.
+   * \throws std::runtime_error if the input has no frame
+   */
+  void
+  run();
+
+private:
+  /** \brief Waits for bytes and appends them; false at the end. */
+  bool
+  receive();
+
+  void
+  publishFrames();
+
+  std::chrono::nanoseconds
+  timeOf(const io::FrameDescription& frame);
+
+  view::ViewServer& server_;
+  Console& console_;
+  std::size_t stream_ = 0;
+  std::vector<std::uint8_t> bytes_; // that arrived and are not published yet
+  std::size_t needed_ = 1;          // bytes, for the next step
+  std::size_t frames_ = 0;
+  std::size_t skipped_bytes_ = 0;
+  std::string first_problem_;
+  std::optional<std::uint64_t> stamp_; // of the last frame, microseconds
+};
+
+} // namespace tools
+} // namespace pcl_ext

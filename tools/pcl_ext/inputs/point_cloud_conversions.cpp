@@ -1,0 +1,180 @@
+#include "inputs/point_cloud_conversions.h"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+using recording::PointCloudMessage;
+using recording::PointFieldMessage;
+
+/** \brief Bytes of a number of a datatype; 0: there is no such type. */
+std::uint32_t
+bytesOf(std::uint8_t datatype)
+{
+  constexpr std::uint32_t bytes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
+  return datatype < std::size(bytes) ? bytes[datatype] : 0;
+}
+
+/** \brief Turns the bytes of all numbers around. */
+void
+swapNumbers(pcl::PCLPointCloud2& cloud)
+{
+  for (std::size_t point = 0; point + cloud.point_step <= cloud.data.size();
+       point += cloud.point_step)
+    for (const pcl::PCLPointField& field : cloud.fields) {
+      const std::uint32_t size = bytesOf(field.datatype);
+      for (std::uint32_t i = 0; i < field.count; ++i) {
+        const std::size_t begin = field.offset + std::size_t{i} * size;
+        if (begin + size > cloud.point_step)
+          return;
+        std::uint8_t* const number = &cloud.data[point + begin];
+        std::reverse(number, number + size);
+      }
+    }
+}
+
+bool
+isBigEndianMachine()
+{
+  const std::uint16_t one = 1;
+  std::uint8_t first = 0;
+  std::memcpy(&first, &one, 1);
+  return first == 0;
+}
+
+/** \brief Writes decoded points one after the other. */
+class PointWriter {
+public:
+  PointWriter(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud) : cloud_(cloud)
+  {
+    cloud.fields.clear();
+    cloud.point_step = 0;
+    for (const char* name : {"x", "y", "z"})
+      addField(name, frame.grid.needsDoubles());
+    if (frame.hasIntensities())
+      addField("intensity");
+    if (frame.colour_bits > 0)
+      addField("rgb");
+    const std::size_t points = frame.pointCount();
+    cloud.data.resize(points * cloud.point_step);
+    cloud.height = 1;
+    cloud.width = static_cast<std::uint32_t>(points);
+    cloud.row_step = static_cast<std::uint32_t>(cloud.data.size());
+    cloud.is_dense = 1;
+    cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
+  }
+
+  template <typename NumberT>
+  void
+  write(NumberT number)
+  {
+    std::memcpy(&cloud_.data[written_], &number, sizeof(number));
+    written_ += sizeof(number);
+  }
+
+private:
+  void
+  addField(const std::string& name, bool is_double = false)
+  {
+    pcl::PCLPointField field;
+    field.name = name;
+    field.offset = cloud_.point_step;
+    field.datatype =
+        is_double ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32;
+    field.count = 1;
+    cloud_.fields.push_back(field);
+    cloud_.point_step += bytesOf(field.datatype);
+  }
+
+  pcl::PCLPointCloud2& cloud_;
+  std::size_t written_ = 0;
+};
+
+} // namespace
+
+void
+toCloud(PointCloudMessage& message, pcl::PCLPointCloud2& cloud)
+{
+  cloud.header.frame_id = message.frame_id;
+  cloud.header.stamp = static_cast<std::uint64_t>(
+      std::max<std::int64_t>(message.stamp.count(), 0) / 1000);
+  cloud.height = message.height;
+  cloud.width = message.width;
+  cloud.fields.clear();
+  for (const PointFieldMessage& field : message.fields) {
+    if (bytesOf(field.datatype) == 0)
+      throw std::runtime_error("the field '" + field.name + "' has the datatype " +
+                               std::to_string(field.datatype) + ", which there is not");
+    pcl::PCLPointField converted;
+    converted.name = field.name;
+    converted.offset = field.offset;
+    converted.datatype = field.datatype;
+    converted.count = field.count;
+    cloud.fields.push_back(converted);
+  }
+  cloud.point_step = message.point_step;
+  cloud.row_step = message.row_step;
+  cloud.is_dense = message.is_dense ? 1 : 0;
+  cloud.data.swap(message.bytes);
+  cloud.is_bigendian = isBigEndianMachine() ? 1 : 0;
+  if (message.is_bigendian != isBigEndianMachine() && cloud.point_step > 0)
+    swapNumbers(cloud);
+}
+
+PointCloudMessage
+describeCloud(const pcl::PCLPointCloud2& cloud, recording::Time stamp)
+{
+  PointCloudMessage message;
+  message.stamp = stamp;
+  message.frame_id = cloud.header.frame_id;
+  message.height = cloud.height;
+  message.width = cloud.width;
+  for (const pcl::PCLPointField& field : cloud.fields)
+    message.fields.push_back({field.name, field.offset, field.datatype, field.count});
+  message.is_bigendian = cloud.is_bigendian != 0;
+  message.point_step = cloud.point_step;
+  message.row_step = cloud.row_step;
+  message.is_dense = cloud.is_dense != 0;
+  return message;
+}
+
+void
+toCloud(const io::VoxelFrame& frame, pcl::PCLPointCloud2& cloud)
+{
+  PointWriter writer(frame, cloud);
+  std::size_t voxel = 0;
+  io::forEachPreciseCentre(frame, [&](auto x, auto y, auto z, float intensity) {
+    const std::uint32_t points = frame.has_point_counts ? frame.point_counts[voxel] : 1;
+    for (std::uint32_t i = 0; i < points; ++i) {
+      writer.write(x);
+      writer.write(y);
+      writer.write(z);
+      if (frame.hasIntensities())
+        writer.write(intensity);
+      if (frame.colour_bits > 0) {
+        const io::VoxelColour colour = frame.fullColour(voxel);
+        writer.write(std::uint32_t{0xff000000u} | std::uint32_t{colour.r} << 16 |
+                     std::uint32_t{colour.g} << 8 | std::uint32_t{colour.b});
+      }
+    }
+    ++voxel;
+  });
+}
+
+std::string
+topicOf(const std::string& stream)
+{
+  const std::string end = compressed_suffix;
+  if (stream.size() > end.size() &&
+      stream.compare(stream.size() - end.size(), end.size(), end) == 0)
+    return stream.substr(0, stream.size() - end.size());
+  return stream;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,58 @@
+/** \file
+ * \brief VIEWPOINTs of PCD files, which a recording keeps for the files that it is decoded to.
+ */
+#pragma once
+
+#include <pcl_ext/recording/recording_status.h>
+
+#include "inputs/stream_metadata.h"
+
+#include <Eigen/Geometry>
+
+#include <map>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The pose that a PCD file has besides its points. */
+struct Viewpoint {
+  Eigen::Vector4f origin = Eigen::Vector4f::Zero();
+  Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
+};
+
+/** \brief The viewpoints of a stream's clouds. */
+class Viewpoints {
+public:
+  /** \brief No viewpoints: all are that of files without one. */
+  Viewpoints() = default;
+
+  /** \brief Those that the metadata of a recorded stream has; none if it is invalid. */
+  explicit Viewpoints(const StreamMetadata& metadata);
+
+  /** \brief Adds that of the next cloud.
+   * \param[in] time of the cloud
+   * \param[in] text line VIEWPOINT of its file, x y z qw qx qy qz; ignored if it is invalid
+   */
+  void
+  add(recording::Time time, const std::string& text);
+
+  /** \brief True if all are that of files without one. */
+  bool
+  areDefault() const;
+
+  /** \brief That of a cloud. */
+  Viewpoint
+  at(recording::Time time) const;
+
+  /** \brief Adds them to a stream's metadata, unless areDefault(). */
+  void
+  addTo(StreamMetadata& metadata) const;
+
+private:
+  /** By the time from which on it holds: x,y,z,qw,qx,qy,qz. */
+  std::map<recording::Time, std::string> changes_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

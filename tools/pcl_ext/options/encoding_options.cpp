@@ -1,0 +1,411 @@
+#include "options/encoding_options.h"
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "console/exit_status.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <sstream>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+constexpr unsigned int largest_count = std::numeric_limits<std::int32_t>::max();
+
+std::vector<std::pair<std::string, std::optional<IntensityLaw>>>
+lawChoices()
+{
+  std::vector<std::pair<std::string, std::optional<IntensityLaw>>> choices = {
+      {"auto", std::nullopt}};
+  for (const NamedIntensityLaw& named : intensity_laws)
+    choices.emplace_back(named.name, named.law);
+  return choices;
+}
+
+/** \brief The name of a stream before a pose, and the pose. */
+std::pair<std::string, WorldPose>
+parseNamedPose(const std::string& text)
+{
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos)
+    return {"", parsePose(text)};
+  return {text.substr(0, equals), parsePose(text.substr(equals + 1))};
+}
+
+/** \brief True if a user means a stream; the slash at its beginning may be left out. */
+bool
+isMeant(const std::string& given, const std::string& stream)
+{
+  return given == stream || (!given.empty() && '/' + given == stream);
+}
+
+/** \brief Numbers with commas between them, which are read as the same numbers. */
+std::string
+textOf(std::initializer_list<double> numbers)
+{
+  std::ostringstream text;
+  text.precision(std::numeric_limits<double>::max_digits10);
+  const char* separator = "";
+  for (const double number : numbers) {
+    text << separator << number;
+    separator = ",";
+  }
+  return text.str();
+}
+
+} // namespace
+
+void
+addOutlierRemoval(CLI::App& app,
+                  const std::string& description,
+                  bool& removes_outliers,
+                  DensityUnit& unit)
+{
+  CLI::Option* const removal =
+      app.add_flag("--remove-outliers", removes_outliers, description);
+  addChoice<DensityUnit>(app,
+                         "--unit",
+                         {{"auto", DensityUnit::Automatic},
+                          {"faces", DensityUnit::Faces},
+                          {"points", DensityUnit::Points},
+                          {"voxels", DensityUnit::Voxels}},
+                         unit,
+                         "of intensities, for --remove-outliers; lidars: voxels")
+      ->needs(removal);
+}
+
+io::IntensityCompressionSettings
+EncodingOptions::defaultCodec()
+{
+  io::IntensityCompressionSettings codec;
+  codec.carry_header = true;
+  // Those of the largest recordings: StreamEncoder refuses what a reader would refuse.
+  codec.decoder_limits =
+      recording::decoderLimitsOf(std::numeric_limits<std::uint64_t>::max());
+  return codec;
+}
+
+void
+EncodingOptions::addCodecOptions(CLI::App& app)
+{
+  app_ = &app;
+  addNumber(app,
+            "-r,--resolution",
+            codec_.resolution,
+            1e-6,
+            1e6,
+            "M",
+            "edge of a voxel, metres, such as 0.05");
+  addChoice(app,
+            "-l,--law",
+            lawChoices(),
+            law_,
+            "of a point; auto: native if clouds have one, else none");
+  addParsed(app,
+            "--sensor",
+            "SENSOR",
+            "for quadratic and linear: kinect_v2, kinect_v1, azure_kinect_nfov, or "
+            "degrees,degrees,columns,rows",
+            [this](const std::string& text) { sensor_ = parseSensor(text); });
+  addChoice<io::Effort>(app,
+                        "-e,--effort",
+                        {{"fast", io::Effort::Fast},
+                         {"balanced", io::Effort::Balanced},
+                         {"small", io::Effort::Small}},
+                        codec_.effort,
+                        "time against size");
+  addNumber(app,
+            "--i-frame-rate",
+            codec_.i_frame_rate,
+            0u,
+            largest_count,
+            "N",
+            "frames from one I-frame to the next");
+  addNumber(app,
+            "--colour-bits",
+            codec_.colour_bits,
+            0u,
+            8u,
+            "N",
+            "of a channel, where clouds have colours; 0: none");
+  addScaleOptions(app);
+}
+
+void
+EncodingOptions::addScaleOptions(CLI::App& app)
+{
+  addNumber(app,
+            "--intensity-bits",
+            codec_.intensity_bits,
+            0u,
+            16u,
+            "N",
+            "1 to 16; 0: automatic");
+  addNumber(app,
+            "--intensity-range",
+            codec_.intensity_range,
+            0.0f,
+            std::numeric_limits<float>::max(),
+            "I",
+            "top of the scale; 0: automatic");
+  addChoice<io::IntensityCurve>(app,
+                                "--intensity-curve",
+                                {{"linear", io::IntensityCurve::Linear},
+                                 {"companded", io::IntensityCurve::Companded}},
+                                codec_.intensity_curve,
+                                "companded: small ones are exact, large ones rounded");
+  addChoice<io::Aggregation>(app,
+                             "--aggregation",
+                             {{"auto", io::Aggregation::Automatic},
+                              {"sum", io::Aggregation::Sum},
+                              {"mean", io::Aggregation::Mean}},
+                             codec_.aggregation,
+                             "of the intensities in a voxel");
+  addChoice<io::StreamFormat>(app,
+                              "--format",
+                              {{"version1", io::StreamFormat::Version1},
+                               {"published", io::StreamFormat::Published}},
+                              codec_.format,
+                              "published: that of the paper's authors");
+  app.add_flag_callback(
+      "--no-header",
+      [this] { codec_.carry_header = false; },
+      "frames without stamp and frame_id");
+}
+
+void
+EncodingOptions::addGridOptions(CLI::App& app)
+{
+  addParsed(app,
+            "--origin",
+            "X,Y,Z",
+            "where voxels are counted from (automatic)",
+            [this](const std::string& text) {
+              codec_.origin = parsePosition("origin", text);
+            });
+  addParsed(app,
+            "--bounding-box",
+            "BOX",
+            "fixed grid (the crop box, or it follows the points)",
+            [this](const std::string& text) {
+              codec_.bounding_box = parseBox("bounding-box", text);
+            });
+  app.add_flag(
+      "--keep-points", codec_.keep_points, "code the number of points of each voxel");
+  app.add_flag("--coarsen",
+               codec_.coarsen_wide_clouds,
+               "larger voxels for clouds wider than 2^21 of them");
+}
+
+void
+EncodingOptions::addCropOption(CLI::App& app)
+{
+  addParsed(app,
+            "--crop",
+            "BOX",
+            "keep only x0,y0,z0,x1,y1,z1 of the world, metres",
+            [this](const std::string& text) { crop_box_ = parseBox("crop", text); });
+}
+
+void
+EncodingOptions::addCloudOptions(CLI::App& app)
+{
+  app.add_option_function<std::vector<std::string>>(
+         "--pose",
+         [this](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             poses_.push_back(parseNamedPose(text));
+             const std::string& name = poses_.back().first;
+             if (std::count_if(
+                     poses_.begin(), poses_.end(), [&name](const auto& other) {
+                       return other.first == name;
+                     }) > 1)
+               throw UsageError("--pose is given twice for " +
+                                (name.empty() ? "all streams" : "'" + name + "'") +
+                                "; STREAM=POSE is the pose of one");
+           }
+         },
+         "sensor -> world: x,y,z,roll,pitch,yaw (degrees), x,y,z,qx,qy,qz,qw or a "
+         "matrix; STREAM=POSE for one stream")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("POSE");
+  addCropOption(app);
+  addOutlierRemoval(app, "before encoding", removes_outliers_, unit_);
+  app.add_option("--intensity-field", intensity_field_, "for native (intensity)")
+      ->type_name("NAME");
+  app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
+      ->type_name("NAME");
+  addGridOptions(app);
+}
+
+void
+EncodingOptions::checkEffects() const
+{
+  if (!law_ || !needsSensor(*law_))
+    refuseOptions(*app_,
+                  {"--sensor"},
+                  "has no effect on this law: add --law quadratic or --law linear");
+  if (law_ && needsSensor(*law_))
+    refuseOptions(*app_,
+                  {"--coarsen"},
+                  "has no effect with this law, which is made for voxels of one size: "
+                  "leave it out");
+  if (law_ && *law_ != IntensityLaw::Native)
+    refuseOptions(*app_,
+                  {"--intensity-field"},
+                  std::string("has no effect with --law ") + nameOf(*law_) +
+                      ", which makes intensities of its own: leave one of them out");
+  if (law_ == IntensityLaw::None)
+    refuseOptions(
+        *app_,
+        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+        "has no effect with --law none: leave one of them out");
+  if (codec_.format == io::StreamFormat::Published) {
+    refuseOptions(*app_,
+                  {"--effort", "--coarsen"},
+                  "has no effect with --format published: leave one of them out");
+    if (codec_.colour_bits > 0)
+      refuseOptions(
+          *app_,
+          {"--colour-bits"},
+          "has no effect with --format published, which has no colours: leave "
+          "one of them out");
+  }
+}
+
+void
+EncodingOptions::checkFrameId(bool has_messages) const
+{
+  const bool has_header =
+      codec_.carry_header && codec_.format == io::StreamFormat::Version1;
+  if (!has_messages && !has_header)
+    refuseOptions(*app_,
+                  {"--frame-id"},
+                  "has no effect without headers of frames: leave out --no-header or "
+                  "--format published, or name x.mcap");
+}
+
+void
+EncodingOptions::check() const
+{
+  checkEffects();
+  // The law of a stream follows from its clouds; these checks hold for any.
+  const nodes::SensorNode node(nodeSettings(law_.value_or(IntensityLaw::Count), ""));
+  if (!node.settingsStatus().ok())
+    throw UsageError(node.settingsStatus().message());
+}
+
+IntensityLaw
+EncodingOptions::lawOf(const pcl::PCLPointCloud2& cloud) const
+{
+  if (law_ && *law_ != IntensityLaw::Native)
+    return *law_;
+  const bool has_intensity =
+      std::any_of(cloud.fields.begin(), cloud.fields.end(), [this](const auto& field) {
+        return field.name == intensityField();
+      });
+  if (!has_intensity && (law_ || !intensity_field_.empty()))
+    throw UsageError("the clouds have no field '" + intensityField() +
+                     "', which --law native reads; name another one with "
+                     "--intensity-field, or another --law");
+  if (!has_intensity)
+    refuseOptions(
+        *app_,
+        {"--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"},
+        "has no effect on clouds without intensities: leave it out, or add --law "
+        "count");
+  return automaticLaw(has_intensity);
+}
+
+void
+EncodingOptions::checkStreams(const std::vector<std::string>& streams) const
+{
+  for (const auto& [name, pose] : poses_)
+    if (const std::string& given = name;
+        !name.empty() &&
+        std::none_of(streams.begin(), streams.end(), [&given](const auto& stream) {
+          return isMeant(given, stream);
+        })) {
+      std::string known;
+      for (const std::string& stream : streams)
+        known += (known.empty() ? "" : ", ") + stream;
+      throw UsageError("--pose: there is no stream '" + name + "'; there are " + known);
+    }
+}
+
+nodes::SensorNodeSettings
+EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) const
+{
+  nodes::SensorNodeSettings settings;
+  settings.compression = codec_;
+  // The published layout has no field for it.
+  settings.compression.carry_header &= codec_.format == io::StreamFormat::Version1;
+  if (codec_.format == io::StreamFormat::Published)
+    settings.compression.colour_bits = 0;
+  settings.law = law;
+  settings.sensor = sensor_;
+  settings.intensity_field = intensityField();
+  settings.crop_box = crop_box_;
+  settings.global_frame = !frame_id_.empty() ? frame_id_
+                          : frame_id.empty() ? "world"
+                                             : frame_id;
+  if (removes_outliers_) {
+    settings.outlier_removal.emplace();
+    settings.outlier_removal->unit = unit_;
+  }
+  return settings;
+}
+
+WorldPose
+EncodingOptions::poseOf(const std::string& stream) const
+{
+  WorldPose pose = WorldPose::Identity();
+  for (const auto& [name, named_pose] : poses_)
+    if (isMeant(name, stream))
+      return named_pose;
+    else if (name.empty())
+      pose = named_pose;
+  return pose;
+}
+
+bool
+EncodingOptions::hasPose(const std::string& stream) const
+{
+  return std::any_of(poses_.begin(), poses_.end(), [&stream](const auto& pose) {
+    return pose.first.empty() || isMeant(pose.first, stream);
+  });
+}
+
+StreamMetadata
+EncodingOptions::metadataOf(const std::string& stream, IntensityLaw law) const
+{
+  StreamMetadata metadata = {{law_metadata, nameOf(law)}};
+  if (crop_box_) {
+    const auto& min = crop_box_->min;
+    const auto& max = crop_box_->max;
+    metadata[crop_box_metadata] =
+        textOf({min[0], min[1], min[2], max[0], max[1], max[2]});
+  }
+  if (!hasPose(stream))
+    return metadata;
+  const WorldPose pose = poseOf(stream);
+  const Eigen::Quaterniond rotation(pose.linear());
+  metadata[pose_metadata] = textOf({pose.translation().x(),
+                                    pose.translation().y(),
+                                    pose.translation().z(),
+                                    rotation.x(),
+                                    rotation.y(),
+                                    rotation.z(),
+                                    rotation.w()});
+  return metadata;
+}
+
+} // namespace tools
+} // namespace pcl_ext

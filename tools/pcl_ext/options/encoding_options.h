@@ -1,0 +1,185 @@
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "inputs/stream_metadata.h"
+#include "options/options.h"
+#include "options/text_values.h"
+
+#include <CLI/App.hpp>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Adds --remove-outliers, and --unit, which needs it. */
+void
+addOutlierRemoval(CLI::App& app,
+                  const std::string& description,
+                  bool& removes_outliers,
+                  DensityUnit& unit);
+
+/** \brief Defaults for the clouds of the simulated robot cell: metres, and the law with
+ * which noise is told from surfaces. */
+constexpr double cell_resolution = 0.04;
+constexpr IntensityLaw cell_law = IntensityLaw::Count;
+
+/** \brief All options of encoding. */
+class EncodingOptions {
+public:
+  /** \brief Other defaults than those of the library, before options are added.
+   * \param[in] resolution metres
+   * \param[in] law of a point
+   */
+  void
+  setDefaults(double resolution, IntensityLaw law)
+  {
+    codec_.resolution = resolution;
+    law_ = law;
+  }
+
+  /** \brief Adds resolution, law, effort and the other settings of the codec. */
+  void
+  addCodecOptions(CLI::App& app);
+
+  /** \brief Adds what concerns the clouds: pose, crop box, outliers. */
+  void
+  addCloudOptions(CLI::App& app);
+
+  /** \brief Adds --crop, which addCloudOptions() has, too. */
+  void
+  addCropOption(CLI::App& app);
+
+  /** \brief Checks all settings against their ranges and each other, and refuses options
+   * that have no effect.
+   * \throws UsageError
+   */
+  void
+  check() const;
+
+  /** \brief Refuses --frame-id where nothing tells it.
+   * \param[in] has_messages the output has messages, which have a frame_id
+   * \throws UsageError
+   */
+  void
+  checkFrameId(bool has_messages) const;
+
+  /** \brief The law of a cloud; automatic: native if it has an intensity, else none. */
+  IntensityLaw
+  lawOf(const pcl::PCLPointCloud2& cloud) const;
+
+  /** \brief The settings of the node of a stream.
+   * \param[in] law that of its clouds
+   * \param[in] frame_id that of its clouds, which is used if there is no pose
+   */
+  nodes::SensorNodeSettings
+  nodeSettings(IntensityLaw law, const std::string& frame_id) const;
+
+  /** \brief Checks the streams that options name.
+   * \param[in] streams their names
+   * \throws UsageError if there is no such stream
+   */
+  void
+  checkStreams(const std::vector<std::string>& streams) const;
+
+  /** \brief Pose of a stream's sensor, or the identity. */
+  WorldPose
+  poseOf(const std::string& stream) const;
+
+  /** \brief True if a stream's clouds are moved by a pose. */
+  bool
+  hasPose(const std::string& stream) const;
+
+  /** \brief What a recording keeps of a stream's settings that frames do not have: the law,
+   * and the pose if there is one. */
+  StreamMetadata
+  metadataOf(const std::string& stream, IntensityLaw law) const;
+
+  const io::IntensityCompressionSettings&
+  codec() const
+  {
+    return codec_;
+  }
+
+  void
+  setCropBox(const io::BoundingBox& box)
+  {
+    crop_box_ = box;
+  }
+
+  const std::optional<io::BoundingBox>&
+  cropBox() const
+  {
+    return crop_box_;
+  }
+
+  /** \brief Sets the pose of a stream's sensor. */
+  void
+  setPose(const std::string& stream, const WorldPose& pose)
+  {
+    poses_.emplace_back(stream, pose);
+  }
+
+  bool
+  removesOutliers() const
+  {
+    return removes_outliers_;
+  }
+
+  bool
+  hasSensor() const
+  {
+    return sensor_.has_value();
+  }
+
+  void
+  setSensor(const RuntimeSensor& sensor)
+  {
+    sensor_ = sensor;
+  }
+
+  const std::optional<IntensityLaw>&
+  law() const
+  {
+    return law_;
+  }
+
+  /** \brief Name of the field that the law native reads. */
+  std::string
+  intensityField() const
+  {
+    return intensity_field_.empty() ? "intensity" : intensity_field_;
+  }
+
+private:
+  void
+  addScaleOptions(CLI::App& app);
+
+  void
+  addGridOptions(CLI::App& app);
+
+  void
+  checkEffects() const;
+
+  const CLI::App* app_ = nullptr; // to which the options were added
+  io::IntensityCompressionSettings codec_ = defaultCodec();
+  std::optional<IntensityLaw> law_; ///< none: automatic
+  std::optional<RuntimeSensor> sensor_;
+  std::optional<io::BoundingBox> crop_box_;
+  /** \brief By stream; that of the empty name is for all others. */
+  std::vector<std::pair<std::string, WorldPose>> poses_;
+  std::string frame_id_;        ///< empty: that of the clouds
+  std::string intensity_field_; // empty: the default
+  bool removes_outliers_ = false;
+  DensityUnit unit_ = DensityUnit::Automatic;
+
+  static io::IntensityCompressionSettings
+  defaultCodec();
+};
+
+} // namespace tools
+} // namespace pcl_ext

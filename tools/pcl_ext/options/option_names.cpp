@@ -1,0 +1,72 @@
+#include "options/option_names.h"
+
+#include <cctype>
+#include <cstddef>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+/** \brief Settings and their options. Words that are no names alone have the words around
+ * them. */
+constexpr std::pair<const char*, const char*> options_of_settings[] = {
+    {"settings.resolution", "--resolution"},
+    {"compression.resolution", "--resolution"},
+    {"larger resolution", "larger --resolution"},
+    {"set origin", "set --origin"},
+    {"origin is", "--origin is"},
+    {"is Faces or Points and law is Native", "is faces or points and --law is native"},
+    {"is Faces or Points and law is None", "is faces or points and --law is none"},
+    {"choose Automatic or Voxels", "choose auto or voxels"},
+    {"settings.effort", "--effort"},
+    {"i_frame_rate", "--i-frame-rate"},
+    {"colour_bits", "--colour-bits"},
+    {"intensity_bits", "--intensity-bits"},
+    {"intensity_range", "--intensity-range"},
+    {"intensity_curve", "--intensity-curve"},
+    {"intensity_field", "--intensity-field"},
+    {"keep_points", "--keep-points"},
+    {"coarsen_wide_clouds", "--coarsen"},
+    {"bounding_box", "--bounding-box"},
+    {"crop_box", "--crop"},
+    {"sensor_pose", "--pose"},
+    {"global_frame", "--frame-id"},
+    {"outlier_removal.unit", "--unit"},
+    {"outlier_removal", "--remove-outliers"},
+    {"decoder_limits.max_voxels", "--max-voxels"},
+    {"sensor is not set", "--sensor is not set"}};
+
+bool
+isPartOfName(char letter)
+{
+  return std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_' ||
+         letter == '.' || letter == '/' || letter == '-';
+}
+
+} // namespace
+
+std::string
+withOptionNames(const std::string& message)
+{
+  std::string text = message;
+  for (const auto& [setting, option] : options_of_settings) {
+    const std::string name = setting;
+    const std::string replacement = option;
+    for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;) {
+      const std::size_t end = at + name.size();
+      // A dot behind it may end the sentence, but not a name.
+      const bool is_whole =
+          (at == 0 || !isPartOfName(text[at - 1])) &&
+          (end == text.size() || text[end] == '.' || !isPartOfName(text[end]));
+      if (is_whole)
+        text.replace(at, name.size(), replacement);
+      at += is_whole ? replacement.size() : name.size();
+    }
+  }
+  return text;
+}
+
+} // namespace tools
+} // namespace pcl_ext

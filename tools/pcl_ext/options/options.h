@@ -1,0 +1,179 @@
+/** \file
+ * \brief Kinds of options that all commands share. Descriptions end with the default in
+ * parentheses.
+ */
+#pragma once
+
+#include "console/exit_status.h"
+#include "outputs/output_path.h"
+
+#include <CLI/App.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief True if the user gave an option. */
+inline bool
+isGiven(const CLI::App& app, const std::string& name)
+{
+  const CLI::Option* const option = app.get_option_no_throw(name);
+  return option != nullptr && option->count() > 0;
+}
+
+/** \brief Refuses options that have no effect.
+ * \param[in] why and what to do, behind the name of the option
+ * \throws UsageError if one of them is given
+ */
+inline void
+refuseOptions(const CLI::App& app,
+              const std::vector<std::string>& names,
+              const std::string& why)
+{
+  for (const std::string& name : names)
+    if (isGiven(app, name))
+      throw UsageError(name + " " + why);
+}
+
+/** \brief Adds an option with a few named values.
+ * \param[in] name as CLI11 takes it
+ * \param[in] choices names and what they stand for
+ * \param[in,out] value the default; is set if the option is given
+ */
+template <typename ValueT>
+CLI::Option*
+addChoice(CLI::App& app,
+          const std::string& name,
+          const std::vector<std::pair<std::string, ValueT>>& choices,
+          ValueT& value,
+          const std::string& description)
+{
+  std::vector<std::string> names;
+  std::string joined;
+  std::string default_name;
+  for (const auto& choice : choices) {
+    names.push_back(choice.first);
+    joined += (joined.empty() ? "" : "|") + choice.first;
+    if (choice.second == value)
+      default_name = choice.first;
+  }
+  return app
+      .add_option_function<std::string>(
+          name,
+          [choices, &value](const std::string& given) {
+            for (const auto& choice : choices)
+              if (choice.first == given)
+                value = choice.second;
+          },
+          description + " (" + default_name + ")")
+      ->check(CLI::IsMember(names).description(""))
+      ->type_name(joined);
+}
+
+/** \brief Refuses what is no number, such as 5cm, and nan, which CLI11 finds in any range. */
+inline std::string
+refuseNan(const std::string& text)
+{
+  char* end = nullptr;
+  const bool is_number = !std::isnan(std::strtod(text.c_str(), &end)) &&
+                         end != text.c_str() && *end == '\0';
+  return is_number ? std::string() : "'" + text + "' is no number";
+}
+
+/** \brief Adds an option that is a number in a range.
+ * \param[in,out] value the default; is set if the option is given
+ * \param[in] type what stands for the number, such as METRES
+ */
+template <typename NumberT>
+CLI::Option*
+addNumber(CLI::App& app,
+          const std::string& name,
+          NumberT& value,
+          NumberT lowest,
+          NumberT highest,
+          const std::string& type,
+          const std::string& description)
+{
+  std::ostringstream default_value;
+  default_value << value;
+  const auto refuse = [description](const std::string& text) {
+    const std::string fault = refuseNan(text);
+    return fault.empty() ? fault : fault + ": " + description;
+  };
+  return app.add_option(name, value, description + " (" + default_value.str() + ")")
+      ->check(refuse)
+      ->check(CLI::Range(lowest, highest).description(""))
+      ->type_name(type);
+}
+
+/** \brief Adds an option whose text is parsed by a function, which throws UsageError. */
+template <typename ParseT>
+CLI::Option*
+addParsed(CLI::App& app,
+          const std::string& name,
+          const std::string& type,
+          const std::string& description,
+          ParseT parse)
+{
+  return app
+      .add_option_function<std::string>(
+          name, [parse](const std::string& text) { parse(text); }, description)
+      ->type_name(type);
+}
+
+/** \brief Adds an option that takes names with commas between them. It does not take the
+ * words behind them, which may be inputs. */
+inline CLI::Option*
+addNames(CLI::App& app,
+         const std::string& name,
+         std::vector<std::string>& names,
+         const std::string& description)
+{
+  return addParsed(app, name, "NAMES", description, [&names](const std::string& text) {
+    std::istringstream stream(text);
+    for (std::string one; std::getline(stream, one, ',');) {
+      one.erase(0, std::min(one.find_first_not_of(' '), one.size()));
+      one.erase(one.find_last_not_of(' ') + 1);
+      names.push_back(one);
+    }
+  });
+}
+
+inline CLI::Option*
+addOverwrite(CLI::App& app, bool& may_replace)
+{
+  return app.add_flag("--overwrite",
+                      may_replace,
+                      "replace OUT, if it is a file; decode: the clouds in it");
+}
+
+/** \brief Adds the input of a command, and the output, which are required. */
+template <typename InputT>
+void
+addInput(CLI::App& app, InputT& input, const std::string& description)
+{
+  app.add_option("IN", input, description)->required()->type_name("");
+}
+inline void
+addOutput(CLI::App& app, Output& output, const std::string& description)
+{
+  app.add_option("-o,--output", output.path, description)->required()->type_name("OUT");
+  addOverwrite(app, output.may_replace);
+}
+
+/** \brief Adds --quiet. */
+inline void
+addQuiet(CLI::App& app, bool& is_quiet)
+{
+  app.add_flag("-q,--quiet", is_quiet, "no progress and no remarks");
+}
+
+} // namespace tools
+} // namespace pcl_ext

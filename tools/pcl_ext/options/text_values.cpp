@@ -1,0 +1,202 @@
+#include "options/text_values.h"
+
+#include <pcl_ext/intensity/intensity_law.h>
+
+#include "console/exit_status.h"
+#include "measuring/markdown_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+/** \brief Checks how many numbers an option has. */
+void
+expectCount(const std::string& option,
+            const std::vector<double>& numbers,
+            std::size_t count,
+            const std::string& names)
+{
+  if (numbers.size() != count)
+    throw UsageError("--" + option + " needs " + std::to_string(count) + " numbers, " +
+                     names + ", not " + std::to_string(numbers.size()));
+}
+
+Eigen::Isometry3d
+poseOfAngles(const std::vector<double>& numbers)
+{
+  constexpr double radians = 3.14159265358979323846 / 180.0;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]));
+  pose.rotate(Eigen::AngleAxisd(radians * numbers[5], Eigen::Vector3d::UnitZ()) *
+              Eigen::AngleAxisd(radians * numbers[4], Eigen::Vector3d::UnitY()) *
+              Eigen::AngleAxisd(radians * numbers[3], Eigen::Vector3d::UnitX()));
+  return pose;
+}
+
+Eigen::Isometry3d
+poseOfQuaternion(const std::vector<double>& numbers)
+{
+  const Eigen::Quaterniond rotation(numbers[6], numbers[3], numbers[4], numbers[5]);
+  constexpr double tolerance = 1e-2; // quaternions are often written with few digits
+  if (std::abs(rotation.norm() - 1.0) > tolerance)
+    throw UsageError("--pose: qx,qy,qz,qw has the length " +
+                     std::to_string(rotation.norm()) + "; it must be 1");
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]));
+  pose.rotate(rotation.normalized());
+  return pose;
+}
+
+Eigen::Isometry3d
+poseOfMatrix(const std::vector<double>& numbers)
+{
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      pose(row, column) = numbers[static_cast<std::size_t>(4 * row + column)];
+  const bool has_last_row = numbers.size() == 16;
+  if (!isRigid(pose.cast<float>()) ||
+      (has_last_row && (numbers[12] != 0.0 || numbers[13] != 0.0 ||
+                        numbers[14] != 0.0 || numbers[15] != 1.0)))
+    throw UsageError("--pose: the matrix is not a rotation and a translation");
+  return pose;
+}
+
+std::size_t
+parseFrameNumber(const std::string& text)
+{
+  constexpr std::size_t most_digits = 18;
+  if (text.empty() || text.size() > most_digits ||
+      text.find_first_not_of("0123456789") != std::string::npos)
+    throw UsageError("--frames: '" + text + "' is not the number of a frame");
+  return std::stoull(text);
+}
+
+} // namespace
+
+std::vector<double>
+parseNumbers(const std::string& option, const std::string& text)
+{
+  std::vector<double> numbers;
+  std::string separated = text;
+  std::replace(separated.begin(), separated.end(), ',', ' ');
+  std::istringstream stream(separated);
+  std::string word;
+  while (stream >> word) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(word.c_str(), &end));
+    if (*end != '\0')
+      throw UsageError("--" + option + ": '" + word + "' is not a number");
+    if (!std::isfinite(numbers.back()))
+      throw UsageError("--" + option + ": '" + word + "' is not a finite number");
+  }
+  return numbers;
+}
+
+io::BoundingBox
+parseBox(const std::string& option, const std::string& text)
+{
+  const std::vector<double> corners = parseNumbers(option, text);
+  expectCount(option, corners, 6, "x0,y0,z0,x1,y1,z1");
+  io::BoundingBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.min[axis] = corners[axis];
+    box.max[axis] = corners[axis + 3];
+    if (box.min[axis] >= box.max[axis])
+      throw UsageError("--" + option +
+                       ": on each axis the first corner must be below "
+                       "the second one");
+  }
+  return box;
+}
+
+std::array<double, 3>
+parsePosition(const std::string& option, const std::string& text)
+{
+  const std::vector<double> numbers = parseNumbers(option, text);
+  expectCount(option, numbers, 3, "x,y,z");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+RuntimeSensor
+parseSensor(const std::string& text)
+{
+  if (text.find(',') == std::string::npos) {
+    std::string names;
+    for (const NamedSensor& named : named_sensors) {
+      if (text == named.name)
+        return named.sensor;
+      names += std::string(" ") + named.name;
+    }
+    throw UsageError("--sensor: unknown sensor '" + text + "'; known:" + names +
+                     "; others: horizontal degrees,vertical degrees,columns,rows");
+  }
+  const std::vector<double> figures = parseNumbers("sensor", text);
+  expectCount("sensor", figures, 4, "horizontal degrees,vertical degrees,columns,rows");
+  const auto pixels = [](double number) {
+    constexpr double most = 65536.0;
+    if (!(number >= 1.0 && number <= most) || number != std::floor(number))
+      throw UsageError("--sensor: columns and rows are whole numbers, 1 to 65536");
+    return static_cast<unsigned int>(number);
+  };
+  try {
+    return RuntimeSensor(
+        figures[0], figures[1], pixels(figures[2]), pixels(figures[3]));
+  }
+  catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--sensor: ") + error.what());
+  }
+}
+
+WorldPose
+parsePose(const std::string& text)
+{
+  const std::vector<double> numbers = parseNumbers("pose", text);
+  switch (numbers.size()) {
+  case 6:
+    return WorldPose(poseOfAngles(numbers));
+  case 7:
+    return WorldPose(poseOfQuaternion(numbers));
+  case 12:
+  case 16:
+    return WorldPose(poseOfMatrix(numbers));
+  default:
+    throw UsageError("--pose has " + std::to_string(numbers.size()) +
+                     " numbers; it needs x,y,z,roll,pitch,yaw (metres, degrees), "
+                     "x,y,z,qx,qy,qz,qw, or the 12 or 16 of a matrix, row by row");
+  }
+}
+
+std::string
+counted(std::size_t count, const std::string& noun)
+{
+  return measuring::formatted(static_cast<double>(count), 0) + ' ' + noun +
+         (count == 1 ? "" : "s");
+}
+
+FrameRange
+parseFrames(const std::string& text)
+{
+  FrameRange range;
+  const std::size_t colon = text.find(':');
+  if (colon != 0)
+    range.begin = parseFrameNumber(text.substr(0, colon));
+  if (colon == std::string::npos)
+    range.end = range.begin + 1;
+  else if (colon + 1 < text.size())
+    range.end = parseFrameNumber(text.substr(colon + 1));
+  if (range.begin >= range.end)
+    throw UsageError("--frames " + text +
+                     " is no frame; A:B is the frames A to B - 1, "
+                     "counted from 0");
+  return range;
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,360 @@
+#include "outputs/cloud_folder.h"
+
+#include "console/exit_status.h"
+#include "console/interruption.h"
+#include "inputs/point_cloud_conversions.h"
+#include "measuring/file_stamps.h"
+#include "outputs/frame_output.h"
+#include "outputs/output_path.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool
+isCloudOfFrame(const fs::path& file)
+{
+  std::string stem = file.stem().string();
+  if (measuring::stampOfName(file.string()))
+    stem.resize(std::min(stem.find('_'), stem.size()));
+  // As nameOfFile() makes them; other numbers, and times alone, are names of the user.
+  constexpr std::size_t digits = 6;
+  constexpr std::size_t most_digits = 9;
+  return (stem.size() == digits ||
+          (stem.size() > digits && stem.size() <= most_digits && stem[0] != '0')) &&
+         stem.find_first_not_of("0123456789") == std::string::npos &&
+         (file.extension() == ".pcd" || file.extension() == ".ply");
+}
+
+std::string
+nameOfFile(std::size_t number, recording::Time stamp, CloudFormat format)
+{
+  constexpr std::chrono::seconds clocks_begin{1'000'000'000}; // in 2001
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(stamp);
+  std::array<char, 64> name{};
+  const int length = std::snprintf(name.data(), name.size(), "%06zu", number);
+  if (seconds >= clocks_begin)
+    std::snprintf(name.data() + length,
+                  name.size() - static_cast<std::size_t>(length),
+                  "_%lld.%09lld",
+                  static_cast<long long>(seconds.count()),
+                  static_cast<long long>((stamp - seconds).count()));
+  return name.data() + std::string(format == CloudFormat::Ply ? ".ply" : ".pcd");
+}
+
+/** \brief Digits that numbers of ASCII files need. */
+int
+digitsOf(const pcl::PCLPointCloud2& cloud)
+{
+  const bool has_doubles = std::any_of(
+      cloud.fields.begin(), cloud.fields.end(), [](const pcl::PCLPointField& field) {
+        return field.datatype == pcl::PCLPointField::FLOAT64;
+      });
+  constexpr int usual = 8; // PCL's default
+  return has_doubles ? std::numeric_limits<double>::max_digits10 : usual;
+}
+
+int
+writeFile(const std::string& path,
+          CloudFormat format,
+          const pcl::PCLPointCloud2& cloud,
+          const Viewpoint& viewpoint)
+{
+  const auto& [origin, orientation] = viewpoint;
+  switch (format) {
+  case CloudFormat::PcdBinary:
+    return pcl::PCDWriter().writeBinary(path, cloud, origin, orientation);
+  case CloudFormat::PcdCompressed:
+    return pcl::PCDWriter().writeBinaryCompressed(path, cloud, origin, orientation);
+  case CloudFormat::PcdAscii:
+    return pcl::PCDWriter().writeASCII(
+        path, cloud, origin, orientation, digitsOf(cloud));
+  case CloudFormat::Ply:
+    return pcl::PLYWriter().writeBinary(path, cloud, origin, orientation, false);
+  }
+  return -1;
+}
+
+/** \brief Adds the clouds in a folder that decoding may have written; none if it does not
+ * exist. */
+void
+addCloudsIn(const fs::path& folder, std::vector<fs::path>& clouds)
+{
+  std::error_code is_new;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, is_new))
+    if (isCloudOfFrame(entry.path()))
+      clouds.push_back(entry.path());
+}
+
+/** \brief Refuses a folder with clouds of other streams, which would seem to be of the new
+ * recording, and which may be the user's.
+ * \param[in] folders of the streams in it
+ */
+void
+checkForOtherStreams(const fs::path& path, const std::vector<std::string>& folders)
+{
+  std::set<fs::path> others = {path};
+  for (const fs::directory_entry& entry : fs::directory_iterator(path))
+    if (entry.is_directory() && !entry.is_symlink())
+      others.insert(entry.path());
+  for (const std::string& folder : folders)
+    others.erase(folder.empty() ? path : path / folder);
+  for (const fs::path& other : others) {
+    std::vector<fs::path> clouds;
+    addCloudsIn(other, clouds);
+    if (!clouds.empty())
+      throw UsageError("the folder '" + other.string() +
+                       "' has clouds that are not of this recording's streams: remove "
+                       "them, or name another output");
+  }
+}
+
+/** \brief Creates a folder of a name for files until they are complete. What has the name
+ * already, as another run may be writing there or the user called something so, stays as it
+ * is. */
+fs::path
+makeFolderBeside(const fs::path& path)
+{
+  const std::string name = path.string() + unfinished_suffix;
+  std::string folder = name;
+  for (unsigned int number = 1; ::mkdir(folder.c_str(), 0777) != 0; ++number) {
+    if (errno != EEXIST)
+      throw std::runtime_error("cannot create the folder '" + folder +
+                               "': " + std::strerror(errno));
+    folder = name + '.' + std::to_string(number);
+  }
+  return folder;
+}
+
+/** \brief True if what is in a folder can be moved to another one: they are on one file
+ * system, and none of the two is a mount of its own. */
+bool
+canMove(const fs::path& from, const fs::path& to)
+{
+  std::error_code error;
+  const fs::path probe = to / from.filename();
+  fs::create_directory(from / "probe", error);
+  if (!error)
+    fs::rename(from / "probe", probe, error);
+  std::error_code ignored;
+  fs::remove(error ? from / "probe" : probe, ignored);
+  return !error;
+}
+
+/** \brief Creates a folder for files until they are complete: beside the output, or in it
+ * where it is on another file system than its parent. */
+fs::path
+makeUnfinishedFolder(const fs::path& path)
+{
+  std::error_code ignored;
+  if (path.has_parent_path())
+    fs::create_directories(path.parent_path(), ignored);
+  if (!fs::is_directory(path))
+    return makeFolderBeside(path);
+  const fs::path target = fs::canonical(path);
+  const fs::path folder = makeFolderBeside(target);
+  if (canMove(folder, target))
+    return folder;
+  fs::remove(folder, ignored);
+  return makeFolderBeside(target / "clouds");
+}
+
+} // namespace
+
+std::vector<std::string>
+folderNames(const std::vector<std::string>& streams)
+{
+  constexpr const char* usual = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789_-";
+  std::map<std::string, int> uses;
+  std::vector<std::string> names;
+  for (const std::string& stream : streams) {
+    const std::string topic = topicOf(stream);
+    std::string name =
+        topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
+    constexpr std::size_t longest = 200;
+    name.resize(std::min(name.size(), longest));
+    for (char& character : name)
+      if (std::string(usual).find(character) == std::string::npos)
+        character = '_';
+    if (name.empty())
+      name = "stream";
+    while (++uses[name] > 1)
+      name += "_" + std::to_string(uses[name]);
+    names.push_back(name);
+  }
+  return names;
+}
+
+CloudFolder::CloudFolder(const std::string& path,
+                         CloudFormat format,
+                         bool may_replace,
+                         std::vector<std::string> folders)
+: path_(fs::path(path).has_filename() ? fs::path(path) : fs::path(path).parent_path())
+, format_(format)
+, may_replace_(may_replace)
+, folders_(std::move(folders))
+{
+  if (folders_.size() == 1)
+    folders_.front().clear();
+  if (fs::exists(path_) && !fs::is_directory(path_))
+    throw UsageError("'" + path_.string() + "' is a file; the clouds need a folder");
+  if (fs::exists(path_) && !fs::is_empty(path_) && !may_replace)
+    throw UsageError("the folder '" + path_.string() +
+                     "' is not empty: name another one, or replace the clouds in it "
+                     "with --overwrite");
+  if (fs::exists(path_))
+    checkForOtherStreams(path_, folders_);
+  unfinished_ = makeUnfinishedFolder(path_);
+  for (const std::string& folder : folders_) {
+    std::error_code error;
+    fs::create_directories(unfinished_ / folder, error);
+    if (!error)
+      continue;
+    std::error_code ignored;
+    fs::remove_all(unfinished_, ignored);
+    throw std::runtime_error("cannot create the folder '" +
+                             (unfinished_ / folder).string() + "': " + error.message());
+  }
+}
+
+CloudFolder::~CloudFolder()
+{
+  std::error_code ignored;
+  if (!unfinished_.empty())
+    fs::remove_all(unfinished_, ignored);
+}
+
+void
+CloudFolder::write(std::size_t stream,
+                   std::size_t number,
+                   const pcl::PCLPointCloud2& cloud,
+                   recording::Time stamp,
+                   const Viewpoint& viewpoint)
+{
+  const fs::path name = fs::path(folders_[stream]) / nameOfFile(number, stamp, format_);
+  try {
+    writeWithPcl(name.string(), cloud, viewpoint);
+    file_.copyTo((unfinished_ / name).string());
+  }
+  catch (const std::exception& error) {
+    if (last_.empty())
+      throw;
+    throw std::runtime_error(error.what() + ("; what was written until then is in '" +
+                                             keepUnfinished().string() + "'"));
+  }
+  last_ = name;
+}
+
+void
+CloudFolder::writeWithPcl(const std::string& name,
+                          const pcl::PCLPointCloud2& cloud,
+                          const Viewpoint& viewpoint)
+{
+  bool is_written = false;
+  errno = 0;
+  try {
+    is_written = writeFile(file_.path(), format_, cloud, viewpoint) == 0;
+  }
+  catch (const pcl::IOException&) {
+    // As below.
+  }
+  if (!is_written)
+    throw std::runtime_error(
+        "PCL cannot write the cloud of '" + name + "'" +
+        (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
+}
+
+fs::path
+CloudFolder::keepUnfinished()
+{
+  return std::exchange(unfinished_, fs::path());
+}
+
+/** \brief Clouds of an earlier run in the folders of the streams. Files of other names are
+ * the user's. */
+std::vector<fs::path>
+CloudFolder::earlierClouds() const
+{
+  std::vector<fs::path> clouds;
+  for (const std::string& folder : folders_)
+    addCloudsIn(folder.empty() ? path_ : path_ / folder, clouds);
+  return clouds;
+}
+
+std::string
+CloudFolder::finish()
+{
+  const std::vector<fs::path> earlier = earlierClouds();
+  if (isInterrupted() && !earlier.empty())
+    return "; interrupted: the clouds in '" + path_.string() +
+           "' are still the earlier ones; what was written until then is in '" +
+           keepUnfinished().string() + "'";
+  const fs::path unfinished = keepUnfinished(); // if a step fails
+  // Another program may have filled it in the meantime.
+  if (!may_replace_ && fs::exists(path_) && !fs::is_empty(path_) &&
+      unfinished.parent_path() != fs::canonical(path_))
+    throw std::runtime_error("the folder '" + path_.string() +
+                             "' is not empty any more; the clouds are in '" +
+                             unfinished.string() + "'");
+  std::error_code error;
+  fs::rename(unfinished, path_, error); // where it does not exist or is empty
+  if (!error)
+    return describeInterruption(path_.string(), false);
+  try {
+    moveClouds(unfinished, earlier);
+  }
+  catch (const fs::filesystem_error& failure) {
+    throw std::runtime_error("not all clouds are in their folder; the others are in '" +
+                             unfinished.string() + "': " + failure.what());
+  }
+  std::error_code ignored;
+  fs::remove_all(unfinished, ignored);
+  return describeInterruption(path_.string(), false);
+}
+
+/** \brief Moves the new clouds to their folders; then removes those of the earlier clouds
+ * that no new one has replaced. */
+void
+CloudFolder::moveClouds(const fs::path& from,
+                        const std::vector<fs::path>& earlier) const
+{
+  std::set<fs::path> moved;
+  for (const std::string& folder : folders_) {
+    const fs::path target = folder.empty() ? path_ : path_ / folder;
+    fs::create_directories(target);
+    for (const fs::directory_entry& entry : fs::directory_iterator(from / folder)) {
+      if (entry.is_directory())
+        continue;
+      const fs::path cloud = target / entry.path().filename();
+      fs::rename(entry.path(), cloud);
+      moved.insert(cloud);
+    }
+  }
+  for (const fs::path& cloud : earlier)
+    if (moved.count(cloud) == 0)
+      fs::remove(cloud);
+}
+
+} // namespace tools
+} // namespace pcl_ext

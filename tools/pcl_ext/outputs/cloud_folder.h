@@ -1,0 +1,105 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_status.h>
+
+#include "inputs/viewpoints.h"
+#include "outputs/memory_file.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief How the files of clouds are written. */
+enum class CloudFormat { PcdBinary, PcdCompressed, PcdAscii, Ply };
+
+/** \brief Names of folders for streams, without any character that is special in paths; no
+ * two are the same. */
+std::vector<std::string>
+folderNames(const std::vector<std::string>& streams);
+
+/** \brief A folder that gets a file for each cloud, in a folder for each stream if there are
+ * several. The files are written beside it, or in a folder in it where it is a mount of its
+ * own, and get their place when all are complete. Failures throw std::exception. */
+class CloudFolder {
+public:
+  /** \param[in] path of the folder
+   * \param[in] may_replace clouds that are there are replaced, unless there are some of other
+   * streams; else the folder must be new or empty
+   * \param[in] folders of the streams in it; one stream alone has none
+   */
+  CloudFolder(const std::string& path,
+              CloudFormat format,
+              bool may_replace,
+              std::vector<std::string> folders);
+
+  /** \brief Removes the unfinished folder, unless a message has named it. */
+  ~CloudFolder();
+  CloudFolder(const CloudFolder&) = delete;
+  CloudFolder&
+  operator=(const CloudFolder&) = delete;
+
+  /** \brief Writes a cloud as 000123.pcd, or .ply; if it has a time of a clock as
+   * 000123_1700000000.123456789.pcd, as PCD and PLY have no field for it.
+   * \param[in] stream index of its folder
+   * \param[in] number of the frame
+   * \param[in] cloud not empty: PCD has no empty clouds
+   * \param[in] stamp of the cloud; before 2001 it is no time of a clock
+   * \param[in] viewpoint of PCD files
+   * A failure names the unfinished folder, if it has clouds.
+   */
+  void
+  write(std::size_t stream,
+        std::size_t number,
+        const pcl::PCLPointCloud2& cloud,
+        recording::Time stamp = {},
+        const Viewpoint& viewpoint = {});
+
+  /** \brief Moves all files to their place, and then removes the other clouds of an earlier
+   * run there. After an interruption these stay. Where that or a failure keeps files from their place,
+   * they stay in the unfinished folder, which is named.
+   * \return what became of what was there, for the summary; empty if nothing
+   */
+  std::string
+  finish();
+
+  /** \brief The file that was written last, in its place; empty if there is none. */
+  std::string
+  lastFile() const
+  {
+    return last_.empty() ? std::string() : (path_ / last_).string();
+  }
+
+private:
+  std::vector<std::filesystem::path>
+  earlierClouds() const;
+
+  void
+  moveClouds(const std::filesystem::path& from,
+             const std::vector<std::filesystem::path>& earlier) const;
+
+  void
+  writeWithPcl(const std::string& name,
+               const pcl::PCLPointCloud2& cloud,
+               const Viewpoint& viewpoint);
+
+  /** \brief The unfinished folder, which from now on is not removed. */
+  std::filesystem::path
+  keepUnfinished();
+
+  std::filesystem::path path_;
+  std::filesystem::path unfinished_;
+  CloudFormat format_;
+  bool may_replace_;
+  std::vector<std::string> folders_;
+  std::filesystem::path last_; // in path_
+  MemoryFile file_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

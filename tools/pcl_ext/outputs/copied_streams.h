@@ -1,0 +1,97 @@
+#pragma once
+
+#include "console/console.h"
+#include "inputs/recording_input.h"
+#include "outputs/frame_output.h"
+#include "streams/frame_failures.h"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The name of a stream as a topic: with a slash, which names of files lack. */
+std::string
+topicName(const std::string& prefix, const std::string& name);
+
+/** \brief Copies encoded frames and messages of recordings into another one. The bytes of
+ * frames and messages do not change. */
+class CopiedStreams {
+public:
+  /** \brief Opens the output.
+   * \param[in] is_bag there may be other messages
+   * \param[in] bag whose profile the output gets; may be null
+   */
+  CopiedStreams(const Output& output,
+                bool is_bag,
+                const recording::McapReader* bag,
+                Console& console);
+
+  /** \brief Adds a recording, whose chosen streams get this prefix. A stream that is there
+   * already goes on; so does another topic.
+   * \param[in] input must outlive this
+   */
+  void
+  addInput(RecordingInput& input, const std::string& prefix);
+
+  /** \brief Copies what next() of an input found; what cannot be read is reported.
+   * \param[in] input number of the addInput()
+   */
+  void
+  copy(std::size_t input, const RecordingInput::Item& item);
+
+  /** \brief Copies metadata and attachments, completes the output and prints a summary.
+   * \return the exit status
+   */
+  int
+  finish();
+
+private:
+  /** \brief A stream of the output. */
+  struct Stream {
+    std::string name;
+    std::size_t number = 0; ///< in the output
+    std::size_t input = 0;  ///< of the last frame
+    bool is_begun = false;  ///< by this input, with an I-frame
+  };
+
+  struct Input {
+    RecordingInput* recording;
+    std::vector<std::optional<std::size_t>> streams;  ///< in streams_
+    std::vector<std::optional<std::size_t>> channels; ///< in the output
+  };
+
+  std::size_t
+  addStream(const Input& input, std::size_t stream, const std::string& name);
+
+  /** \brief A channel of the output for other messages; the same for all inputs. */
+  std::size_t
+  numberOfChannel(const recording::McapChannel& channel);
+
+  void
+  copyFrame(std::size_t input, const RecordingInput::Item& item);
+
+  void
+  lose(const Input& input, const RecordingInput::Item& item, const std::string& reason);
+
+  std::string path_;
+  Console& console_;
+  FrameFailures failures_;
+  FrameOutput output_;
+  std::vector<Input> inputs_;
+  std::vector<Stream> streams_;
+  std::vector<std::pair<recording::McapChannel, std::size_t>> channels_;
+  recording::RecordedFrame frame_; // members so that their memory is reused
+  recording::McapMessage message_;
+  OutputFrame written_;
+  std::size_t frames_ = 0;
+  std::size_t leading_frames_ = 0; // of these, before those that are wanted
+  std::size_t other_messages_ = 0;
+  std::size_t lost_ = 0;
+};
+
+} // namespace tools
+} // namespace pcl_ext

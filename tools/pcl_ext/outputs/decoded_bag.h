@@ -1,0 +1,55 @@
+#pragma once
+
+#include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "inputs/recording_input.h"
+#include "outputs/output_path.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief A bag with the decoded clouds of a recording as sensor_msgs/msg/PointCloud2, and
+ * with all other messages of a bag. Failures throw std::runtime_error. */
+class DecodedBag {
+public:
+  /** \brief Opens the bag, with a topic for each stream that was chosen: its name without
+   * /pcl_ext at its end. */
+  DecodedBag(const Output& output, RecordingInput& input);
+
+  /** \brief Writes a decoded cloud. */
+  void
+  write(const RecordingInput::Item& item,
+        const recording::RecordedFrame& frame,
+        const pcl::PCLPointCloud2& cloud,
+        RecordingInput& input);
+
+  /** \brief Writes another message of the input as it is. */
+  void
+  passThrough(const RecordingInput::Item& item, RecordingInput& input);
+
+  /** \brief Copies metadata and attachments, and completes the bag, as
+   * FrameOutput::finish(). */
+  std::string
+  finish(RecordingInput& input);
+
+private:
+  void
+  check(const recording::RecordingStatus& status);
+
+  std::string path_;
+  recording::ExistingFile existing_;
+  recording::McapWriter writer_;
+  std::vector<std::size_t> streams_;               // channels of the streams
+  std::vector<std::optional<std::size_t>> others_; // of the channels of the input
+  recording::McapMessage message_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

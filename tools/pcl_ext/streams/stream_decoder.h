@@ -1,0 +1,68 @@
+#pragma once
+
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "options/decoding_options.h"
+
+#include <optional>
+#include <string>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Why a frame was not decoded, without the number that the encoder gave it, which
+ * is not that of the frame in its recording. */
+std::string
+reasonOf(const io::CompressionStatus& status);
+
+/** \brief Decodes the frames of a stream in their order, and filters them. */
+class StreamDecoder {
+public:
+  /** \param[in] reader must outlive this
+   * \param[in] stream index in its streams
+   * \param[in] name of the stream, for messages
+   */
+  StreamDecoder(recording::RecordingReader& reader,
+                std::size_t stream,
+                const std::string& name,
+                const DecodingOptions& options);
+
+  /** \brief Decodes the next frame. */
+  io::CompressionStatus
+  decode(const recording::RecordedFrame& frame);
+
+  /** \brief What is left of the last frame. */
+  const io::VoxelFrame&
+  voxels() const
+  {
+    return voxels_;
+  }
+
+  /** \brief How many the last frame had before. */
+  std::size_t
+  decodedVoxels() const
+  {
+    return decoded_voxels_;
+  }
+
+  /** \brief Why outliers were not removed from some frame, or hardly any; empty if there is
+   * nothing to say. */
+  std::string
+  remark() const;
+
+private:
+  recording::RecordedStreamDecoder decoder_;
+  std::string name_;
+  std::optional<float> min_intensity_;
+  std::optional<VoxelOutlierRemoval> removal_;
+  io::VoxelFrame voxels_;
+  std::size_t decoded_voxels_ = 0;
+  bool outliers_stay_ = false; // of some frame
+  bool knows_densities_ = true;
+  std::size_t judged_ = 0;  // voxels
+  std::size_t removed_ = 0; // of these
+  std::string remark_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

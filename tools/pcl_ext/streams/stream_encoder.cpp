@@ -1,0 +1,194 @@
+#include "streams/stream_encoder.h"
+
+#include <pcl_ext/filters/sensor_preprocessor.h>
+#include <pcl_ext/recording/recording_reader.h>
+
+#include "console/exit_status.h"
+#include "options/text_values.h"
+
+#include <pcl/common/common.h>
+#include <pcl/conversions.h>
+
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+std::string
+corner(const Eigen::Vector4f& point)
+{
+  std::ostringstream text;
+  text << std::setprecision(3) << '(' << point.x() << ", " << point.y() << ", "
+       << point.z() << ')';
+  return text.str();
+}
+
+/** \brief A cloud without points, but with fields: some drivers send none in clouds of no
+ * points. */
+pcl::PCLPointCloud2
+emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
+{
+  pcl::PCLPointCloud2 cloud;
+  pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZI>(), cloud);
+  cloud.header = header;
+  cloud.fields.back().name = intensity_field;
+  return cloud;
+}
+
+} // namespace
+
+StreamEncoder::StreamEncoder(const EncodingOptions& options, std::string name)
+: options_(options), name_(std::move(name)), pose_(options.poseOf(name_))
+{}
+
+void
+StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
+{
+  if (node_)
+    return;
+  const std::string frame_id =
+      options_.hasPose(name_) ? std::string() : cloud.header.frame_id;
+  const nodes::SensorNodeSettings settings =
+      options_.nodeSettings(options_.lawOf(cloud), frame_id);
+  law_ = settings.law;
+  frame_id_ = settings.global_frame;
+  cloud_frame_id_ = cloud.header.frame_id;
+  node_.emplace(settings);
+  settings_ = settings;
+  if (!node_->settingsStatus().ok())
+    throw UsageError(node_->settingsStatus().message());
+}
+
+void
+StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
+                      const std::string& source,
+                      std::vector<std::uint8_t>& bytes)
+{
+  const bool has_fields = !cloud.fields.empty() || !cloud.data.empty();
+  const pcl::PCLPointCloud2 empty =
+      has_fields ? pcl::PCLPointCloud2()
+                 : emptyCloud(cloud.header, options_.intensityField());
+  const pcl::PCLPointCloud2& encoded = has_fields ? cloud : empty;
+  chooseLaw(encoded);
+  const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
+  if (!status.hasFrame())
+    throw std::runtime_error(status.message());
+  const nodes::SensorNodeStatistics statistics = node_->statistics();
+  refuseWhatReadersRefuse(statistics, bytes.size());
+  if (status.hasWarning() && sums_.warnings++ == 0)
+    sums_.first_warning = source + ": " + status.message();
+  if (left_out_.empty())
+    left_out_ = nodes::describeLeftOut(cloud, *settings_);
+  // Empty names tell nothing.
+  if (frame_id_remark_.empty() && !cloud.header.frame_id.empty() &&
+      !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
+    frame_id_remark_ = source + ": its frame_id is '" + cloud.header.frame_id +
+                       "', that of the clouds before '" + cloud_frame_id_ +
+                       "'; all points of a stream are in one coordinate frame, '" +
+                       frame_id_ + "'";
+  if (sums_.encoded_points == 0)
+    noteUnit(cloud, statistics.frame.voxelization, source);
+  ++sums_.frames;
+  sums_.all_points += statistics.preprocessing.points;
+  sums_.points +=
+      statistics.preprocessing.points - statistics.preprocessing.points_not_finite;
+  sums_.encoded_points += statistics.frame.voxelization.points_used;
+  sums_.voxels += statistics.frame.coding.voxels;
+  sums_.saturated_voxels += statistics.frame.voxelization.intensities_out_of_range;
+  sums_.outliers += statistics.outliers_removed;
+  sums_.bytes += bytes.size();
+  if (sums_.encoded_points == 0 && extent_.empty())
+    noteExtent(cloud);
+}
+
+/** \brief Readers take a recording of few bytes and many voxels as forged. Parts of it begin
+ * at an I-frame, so that only the bytes since then count.
+ * \throws std::runtime_error if a frame has more voxels or points; the next one is an I-frame
+ */
+void
+StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
+                                       std::size_t bytes)
+{
+  bytes_since_i_frame_ =
+      statistics.frame.coding.is_i_frame ? bytes : bytes_since_i_frame_ + bytes;
+  const io::DecoderLimits limits = recording::decoderLimitsOf(bytes_since_i_frame_);
+  const std::size_t points =
+      options_.codec().keep_points ? statistics.frame.voxelization.points_used : 0;
+  if (statistics.frame.coding.voxels <= limits.max_voxels &&
+      points <= limits.max_points && bytes <= limits.max_frame_bytes)
+    return;
+  node_->requestIFrame();
+  throw std::runtime_error(
+      "the frame has " + counted(statistics.frame.coding.voxels, "voxel") + " in " +
+      counted(bytes, "byte") +
+      ", which is more than a reader of the recording takes: use a larger "
+      "--resolution" +
+      (points > limits.max_points ? ", or leave out --keep-points" : ""));
+}
+
+bool
+StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
+                           Eigen::Vector4f& min,
+                           Eigen::Vector4f& max) const
+{
+  SensorPreprocessor<NoIntensity> preprocessor(
+      NoIntensity(options_.codec().resolution));
+  preprocessor.setSensorPose(Eigen::Isometry3d(pose_));
+  pcl::PointCloud<pcl::PointXYZI> points;
+  if (!preprocessor.process(cloud, points).ok() || points.empty())
+    return false;
+  pcl::getMinMax3D(points, min, max);
+  return true;
+}
+
+void
+StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
+                        const io::VoxelizationStatistics& statistics,
+                        const std::string& source)
+{
+  // No sensor of this kind sees as far in metres, and points of one in millimetres are a
+  // millimetre apart or more.
+  constexpr float suspect_width = 1000.0f;
+  constexpr std::size_t enough_points = 100;
+  if (statistics.points_used < enough_points ||
+      statistics.voxels < statistics.points_used - statistics.points_used / 50)
+    return;
+  Eigen::Vector4f min;
+  Eigen::Vector4f max;
+  if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
+    unit_remark_ = source + ": its points are between " + corner(min) + " and " +
+                   corner(max) +
+                   ", and hardly two of them in a voxel: if that is in millimetres, "
+                   "--resolution 10 makes voxels of 1 cm";
+}
+
+void
+StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
+{
+  Eigen::Vector4f min;
+  Eigen::Vector4f max;
+  if (!findCorners(cloud, min, max))
+    return;
+  extent_ =
+      "its first points are between " + corner(min) + " and " + corner(max) + " m";
+}
+
+std::string
+StreamEncoder::whyNothingWasEncoded() const
+{
+  // An empty cloud is a valid frame.
+  if (sums_.all_points == 0 || sums_.encoded_points > 0)
+    return {};
+  if (extent_.empty())
+    return name_ + ": no cloud has a point that is finite";
+  return name_ + ": no point is inside the box; " + extent_ +
+         ": choose --crop, --bounding-box or --origin to hold some of them";
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <pcl_ext/nodes/sensor_node.h>
+
+#include "options/encoding_options.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief Sums over the frames of a stream. */
+struct EncodedSums {
+  std::size_t frames = 0;
+  std::size_t all_points = 0;     ///< of the clouds
+  std::size_t points = 0;         ///< finite ones of these
+  std::size_t encoded_points = 0; ///< in voxels
+  std::size_t voxels = 0;
+  std::size_t saturated_voxels = 0; ///< whose intensity is beyond the scale
+  std::size_t outliers = 0;         ///< voxels that --remove-outliers removed
+  std::size_t bytes = 0;
+  std::size_t warnings = 0;  ///< frames with one
+  std::string first_warning; ///< with its frame
+};
+
+/** \brief Encodes the clouds of a stream. */
+class StreamEncoder {
+public:
+  /** \param[in] options must outlive this
+   * \param[in] name of the stream
+   */
+  StreamEncoder(const EncodingOptions& options, std::string name);
+
+  /** \brief True if a cloud does not tell which law suits its stream, and none was chosen
+   * yet: it has neither points nor fields. */
+  bool
+  leavesLawOpen(const pcl::PCLPointCloud2& cloud) const
+  {
+    return !node_ && cloud.fields.empty() && cloud.data.empty();
+  }
+
+  /** \brief Chooses the law by a cloud, unless that was done.
+   * \throws UsageError if the settings are invalid
+   */
+  void
+  chooseLaw(const pcl::PCLPointCloud2& cloud);
+
+  /** \brief Encodes a cloud.
+   * \param[in] cloud the first one decides on the law, if it is automatic
+   * \param[in] source of the cloud, for warnings
+   * \param[out] bytes the frame
+   * \throws std::runtime_error if it cannot be encoded
+   * \throws UsageError if the settings are invalid
+   */
+  void
+  encode(const pcl::PCLPointCloud2& cloud,
+         const std::string& source,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Makes the next frame an I-frame. */
+  void
+  requestIFrame()
+  {
+    if (node_)
+      node_->requestIFrame();
+  }
+
+  /** \brief The coordinate frame of the voxels; after the first cloud. */
+  const std::string&
+  frameId() const
+  {
+    return frame_id_;
+  }
+
+  /** \brief The law of the intensities; after the first cloud. */
+  IntensityLaw
+  law() const
+  {
+    return law_;
+  }
+
+  const std::string&
+  name() const
+  {
+    return name_;
+  }
+
+  const EncodedSums&
+  sums() const
+  {
+    return sums_;
+  }
+
+  /** \brief Where the points of the first cloud are, if none was inside the crop box; empty
+   * if points were encoded, or the clouds have none. */
+  std::string
+  whyNothingWasEncoded() const;
+
+  /** \brief A sentence on the first cloud whose coordinate frame is not that of those
+   * before; empty if there is none. */
+  const std::string&
+  frameIdRemark() const
+  {
+    return frame_id_remark_;
+  }
+
+  /** \brief What is not encoded of the first clouds with points; empty if that is all. */
+  const std::string&
+  leftOut() const
+  {
+    return left_out_;
+  }
+
+  /** \brief A sentence if the first cloud with points seems to be in millimetres. */
+  const std::string&
+  unitRemark() const
+  {
+    return unit_remark_;
+  }
+
+private:
+  /** \brief Corners of the finite points of a cloud in the world; false: there are none. */
+  bool
+  findCorners(const pcl::PCLPointCloud2& cloud,
+              Eigen::Vector4f& min,
+              Eigen::Vector4f& max) const;
+
+  void
+  noteUnit(const pcl::PCLPointCloud2& cloud,
+           const io::VoxelizationStatistics& statistics,
+           const std::string& source);
+
+  void
+  noteExtent(const pcl::PCLPointCloud2& cloud);
+
+  void
+  refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statistics,
+                          std::size_t bytes);
+
+  const EncodingOptions& options_;
+  std::string name_;
+  WorldPose pose_;
+  std::optional<nodes::SensorNode> node_;
+  std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
+  std::string frame_id_;
+  std::string cloud_frame_id_;  ///< of the first cloud
+  std::string frame_id_remark_; ///< see frameIdRemark()
+  std::string left_out_;        ///< see leftOut()
+  std::string unit_remark_;     ///< see unitRemark()
+  IntensityLaw law_ = IntensityLaw::Count;
+  EncodedSums sums_;
+  std::uint64_t bytes_since_i_frame_ = 0; ///< with those of the I-frame
+  std::string extent_;                    ///< of the first cloud, in the world
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,53 @@
+#include "viewing/browser.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+bool
+isSet(const char* variable)
+{
+  const char* const value = std::getenv(variable);
+  return value != nullptr && *value != '\0';
+}
+
+} // namespace
+
+bool
+openBrowser(const std::string& url)
+{
+  if (!isSet("DISPLAY") && !isSet("WAYLAND_DISPLAY"))
+    return false;
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&files, descriptor, "/dev/null", O_RDWR, 0);
+  // A process group of its own: an interrupt from the keyboard is not for the browser.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t defaults;
+  sigemptyset(&defaults);
+  sigaddset(&defaults, SIGPIPE);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+  std::string program = "xdg-open";
+  std::string argument = url;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  const int error =
+      ::posix_spawnp(&child, program.c_str(), &files, &attributes, arguments, environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  return error == 0;
+}
+
+} // namespace tools
+} // namespace pcl_ext

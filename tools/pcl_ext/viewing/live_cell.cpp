@@ -1,0 +1,130 @@
+#include "viewing/live_cell.h"
+
+#include "console/interruption.h"
+#include "console/throw_unless_ok.h"
+#include "simulator/crop_box.h"
+#include "simulator/robot_cell.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+constexpr std::chrono::milliseconds poll_interval{20};
+constexpr std::chrono::nanoseconds frame_period{
+    static_cast<std::int64_t>(1e9 / cell::RobotCell::frame_rate)};
+
+std::unique_ptr<measuring::CloudSequence>
+openSensor(EncodingOptions& options, unsigned int number, std::uint32_t seed)
+{
+  auto sequence =
+      measuring::openCell(number, std::numeric_limits<std::uint32_t>::max(), seed);
+  options.setPose("/" + sequence->name(), WorldPose(sequence->sensorPose()));
+  return sequence;
+}
+
+} // namespace
+
+LiveCell::Sensor::Sensor(EncodingOptions& options,
+                         unsigned int number,
+                         std::uint32_t seed)
+: sequence(openSensor(options, number, seed))
+, name("/" + sequence->name())
+, encoder(options, name)
+{}
+
+void
+LiveCell::Sensor::publish(std::uint32_t frame, view::ViewServer& server)
+{
+  sequence->read(frame, cloud);
+  if (wants_i_frame.exchange(false))
+    encoder.requestIFrame();
+  std::vector<std::uint8_t> bytes;
+  encoder.encode(cloud, name, bytes);
+  throwUnlessOk(server.publish(
+      stream, std::chrono::microseconds(cloud.header.stamp), std::move(bytes)));
+}
+
+LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
+: options_(options)
+{
+  if (!options.cropBox())
+    options.setCropBox(cell::cropBox());
+  if (!options.hasSensor())
+    options.setSensor(runtimeSensor(KinectV2()));
+  options.check();
+  for (unsigned int number = 1; number <= sensors; ++number)
+    sensors_.push_back(std::make_unique<Sensor>(options, number, seed));
+}
+
+void
+LiveCell::addStreams(view::ViewServer& server)
+{
+  const IntensityLaw law = options_.law().value_or(automaticLaw(false));
+  for (const auto& sensor : sensors_)
+    throwUnlessOk(server.addStream(
+        sensor->name, options_.metadataOf(sensor->name, law), sensor->stream));
+}
+
+void
+LiveCell::runSensors(std::size_t first, std::size_t step, view::ViewServer& server)
+{
+  while (!has_ended_) {
+    if (server.statistics().viewers == 0) {
+      std::this_thread::sleep_for(poll_interval);
+      continue;
+    }
+    // The one of now, so that a slow machine leaves frames out.
+    const auto frame =
+        static_cast<std::uint32_t>((Clock::now() - start_) / frame_period);
+    for (std::size_t i = first; i < sensors_.size() && !has_ended_; i += step)
+      sensors_[i]->publish(frame, server);
+    std::this_thread::sleep_until(start_ + (frame + std::int64_t{1}) * frame_period);
+  }
+}
+
+void
+LiveCell::startThreads(view::ViewServer& server)
+{
+  const std::size_t count = std::min<std::size_t>(
+      sensors_.size(), std::max(1u, std::thread::hardware_concurrency()));
+  for (std::size_t i = 0; i < count; ++i)
+    threads_.emplace_back([this, i, count, &server] {
+      try {
+        runSensors(i, count, server);
+      }
+      catch (...) {
+        const std::lock_guard<std::mutex> lock(failure_mutex_);
+        failure_ = std::current_exception();
+        has_ended_ = true;
+      }
+    });
+}
+
+void
+LiveCell::run(view::ViewServer& server)
+{
+  start_ = Clock::now();
+  try {
+    startThreads(server);
+    while (!has_ended_ && !isInterrupted())
+      std::this_thread::sleep_for(poll_interval);
+  }
+  catch (...) {
+    failure_ = std::current_exception();
+  }
+  has_ended_ = true;
+  for (std::thread& thread : threads_)
+    thread.join();
+  if (failure_)
+    std::rethrow_exception(failure_);
+}
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <pcl_ext/view/view_server.h>
+
+#include "measuring/cloud_sequence.h"
+#include "options/encoding_options.h"
+#include "streams/stream_encoder.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+/** \brief The sensors of the simulated robot cell, live: they are captured and encoded at
+ * their rate, as long as somebody looks. */
+class LiveCell {
+public:
+  /** \param[in] options of encoding; must outlive this. Crop box and sensor are the cell's
+   * unless they are set; poses are added
+   * \param[in] sensors their number, 1 to 6
+   * \param[in] seed of the random errors
+   */
+  LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed);
+
+  /** \brief Makes the next frame of a stream an I-frame. Called by any thread. */
+  void
+  requestIFrame(std::size_t stream)
+  {
+    sensors_[stream]->wants_i_frame = true;
+  }
+
+  /** \brief Adds the streams, so that the first viewer finds them: before the server starts. */
+  void
+  addStreams(view::ViewServer& server);
+
+  /** \brief Publishes frames until the program is interrupted. If the machine is too slow
+   * frames are left out; those that are made are of their time.
+   * \throws std::exception if a frame cannot be encoded
+   */
+  void
+  run(view::ViewServer& server);
+
+private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Sensor {
+    Sensor(EncodingOptions& options, unsigned int number, std::uint32_t seed);
+
+    void
+    publish(std::uint32_t frame, view::ViewServer& server);
+
+    std::unique_ptr<measuring::CloudSequence> sequence;
+    std::string name; ///< of the stream
+    StreamEncoder encoder;
+    std::atomic<bool> wants_i_frame{false};
+    std::size_t stream = 0; ///< in the server
+    pcl::PCLPointCloud2 cloud;
+  };
+
+  void
+  startThreads(view::ViewServer& server);
+
+  void
+  runSensors(std::size_t first, std::size_t step, view::ViewServer& server);
+
+  const EncodingOptions& options_;
+  std::vector<std::unique_ptr<Sensor>> sensors_;
+  std::vector<std::thread> threads_;
+  Clock::time_point start_;
+  std::atomic<bool> has_ended_{false};
+  std::mutex failure_mutex_;
+  std::exception_ptr failure_;
+};
+
+} // namespace tools
+} // namespace pcl_ext

@@ -1,0 +1,215 @@
+#include "viewing/viewer_page.h"
+
+#include "console/interruption.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <vector>
+
+namespace pcl_ext {
+namespace tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t bytes_of_a_megabyte = 1'000'000;
+
+/** \brief Where the page is beside this program, installed or in a build tree. */
+fs::path
+installedPage()
+{
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return (program.parent_path() / PCL_EXT_PAGE_FROM_PROGRAM).lexically_normal();
+}
+
+/** \brief The command that makes the page where it is looked for. */
+std::string
+commandForPage(const fs::path& page)
+{
+  // In a build tree it is a link to the page of viewer/build.sh, in viewer/dist.
+  std::error_code error;
+  const fs::path built = fs::read_symlink(page, error);
+  if (!error)
+    return "bash " + (built.parent_path().parent_path() / "build.sh").string();
+  return "bash viewer/build.sh " + page.string() + " (in the sources of pcl_ext)";
+}
+
+[[noreturn]] void
+fail(const std::string& what)
+{
+  throw std::runtime_error(what + ": " + std::strerror(errno));
+}
+
+/** \brief Three bytes, or what is left, as four characters. */
+void
+appendBase64(const char* bytes, std::size_t count, std::string& text)
+{
+  static constexpr char digits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (std::size_t i = 0; i < count; i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t j = 0; j < 3; ++j)
+      bits =
+          bits << 8 | (i + j < count ? static_cast<unsigned char>(bytes[i + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j)
+      text += i + j <= count ? digits[bits >> (18 - 6 * j) & 63] : '=';
+  }
+}
+
+/** \brief A text as the value of an attribute. */
+std::string
+escaped(const std::string& text)
+{
+  std::string result;
+  for (const char character : text)
+    switch (character) {
+    case '&':
+      result += "&amp;";
+      break;
+    case '<':
+      result += "&lt;";
+      break;
+    case '>':
+      result += "&gt;";
+      break;
+    case '"':
+      result += "&quot;";
+      break;
+    default:
+      result += character;
+    }
+  return result;
+}
+
+/** \brief A file that has its name when it is complete; else it is removed. */
+class NewFile {
+public:
+  explicit NewFile(const std::string& path)
+  : path_(path), unfinished_(path + ".unfinished")
+  {
+    file_.open(unfinished_, std::ios::binary | std::ios::trunc);
+    if (!file_)
+      fail("cannot write '" + path + "'");
+  }
+
+  ~NewFile()
+  {
+    if (file_.is_open()) {
+      file_.close();
+      std::error_code ignored;
+      fs::remove(unfinished_, ignored);
+    }
+  }
+
+  NewFile(const NewFile&) = delete;
+  NewFile&
+  operator=(const NewFile&) = delete;
+
+  void
+  write(const std::string& text)
+  {
+    if (!file_.write(text.data(), static_cast<std::streamsize>(text.size())))
+      fail("cannot write '" + path_ + "'");
+  }
+
+  void
+  finish()
+  {
+    if (!file_.flush())
+      fail("cannot write '" + path_ + "'");
+    fs::rename(unfinished_, path_);
+    file_.close();
+  }
+
+private:
+  std::string path_;
+  std::string unfinished_;
+  std::ofstream file_;
+};
+
+/** \brief Writes a file as base64; false if the program was interrupted. */
+bool
+writeBase64(const std::string& path, NewFile& output)
+{
+  std::ifstream input(path, std::ios::binary);
+  constexpr std::size_t piece = std::size_t{3} << 18; // whole groups of three
+  std::vector<char> bytes(piece);
+  std::string text;
+  while (input) {
+    if (isInterrupted())
+      return false;
+    input.read(bytes.data(), static_cast<std::streamsize>(piece));
+    text.clear();
+    appendBase64(bytes.data(), static_cast<std::size_t>(input.gcount()), text);
+    output.write(text);
+  }
+  if (!input.eof())
+    fail("cannot read '" + path + "'");
+  return true;
+}
+
+} // namespace
+
+void
+checkSizeForPage(const std::string& recording)
+{
+  std::error_code ignored;
+  if (!fs::is_regular_file(recording, ignored))
+    return;
+  const std::uint64_t size = fs::file_size(recording);
+  if (size > max_embedded_bytes)
+    throw std::runtime_error("'" + recording + "' has " +
+                             std::to_string(size / bytes_of_a_megabyte) +
+                             " MB, and browsers take pages with " +
+                             std::to_string(max_embedded_bytes / bytes_of_a_megabyte) +
+                             " MB at most: take a part of it with pcl_ext cut");
+}
+
+std::string
+readPage(const std::string& path)
+{
+  const std::string page = path.empty() ? installedPage().string() : path;
+  if (path.empty() && !fs::exists(page))
+    throw std::runtime_error("the viewer's page is not there, this command makes it: " +
+                             commandForPage(page) + "; --page names another one");
+  std::ifstream file(page, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file),
+                   std::istreambuf_iterator<char>()};
+  if (!file || text.empty())
+    throw std::runtime_error("the page '" + page + "' cannot be read or is empty");
+  return text;
+}
+
+std::uint64_t
+writePageWithRecording(const std::string& page,
+                       const std::string& recording,
+                       const std::string& output)
+{
+  checkSizeForPage(recording);
+  // Before the page's code, which looks for it.
+  const std::size_t tag = page.find("<body");
+  const std::size_t end = page.find('>', tag);
+  if (tag == std::string::npos || end == std::string::npos)
+    throw std::runtime_error(
+        "the page has no <body>, behind which the recording is put");
+  NewFile file(output);
+  file.write(page.substr(0, end + 1));
+  file.write(R"(<script type="application/octet-stream;base64" id="pcl-ext-recording" )"
+             "data-name=\"" +
+             escaped(fs::path(recording).filename().string()) + "\">");
+  if (!writeBase64(recording, file))
+    return 0;
+  file.write("</script>" + page.substr(end + 1));
+  file.finish();
+  return fs::file_size(output);
+}
+
+} // namespace tools
+} // namespace pcl_ext
