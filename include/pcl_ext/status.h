@@ -89,20 +89,47 @@ namespace io {
 
 /** \brief Outcomes of encoding or decoding a frame. */
 enum class CompressionCode {
-  Ok,                 ///< the frame was encoded or decoded; see Status::hasWarning
-  InvalidSettings,    ///< a setting is outside its range, or two contradict each other
-  InvalidInput,       ///< no cloud, or an inconsistent frame
-  OutputFailed,       ///< the output stream accepted no more bytes
-  EndOfStream,        ///< there are no bytes to decode
-  NoFrame,            ///< there are bytes, but no frame begins in them
-  UnsupportedVersion, ///< a frame of an unknown stream version
-  Truncated,          ///< the stream ends within a frame
-  Corrupt,            ///< a frame contradicts its checksum or itself
-  LimitExceeded,      ///< decoding would exceed a limit of DecoderLimits
-  MissingReference,   ///< the frame depends on a frame that was not decoded
-  InputFailed,        ///< the input stream failed while decoding
-  OldFrame,           ///< a late or repeated frame, which was dropped
-  OutOfMemory         ///< memory ran out; the stream continues with the next I-frame
+  /** The frame was encoded or decoded. If hasWarning(), the message says how much of the
+   * cloud is not in the frame and which setting helps: points outside of the grid or the box
+   * or behind the sensor, intensities beyond the scale, colours; or that voxels became
+   * coarser. PCL's console shows each kind once. */
+  Ok,
+  /** A setting is outside its range, or two contradict each other: correct the one that the
+   * message names. */
+  InvalidSettings,
+  /** The cloud is a null pointer, or a frame is inconsistent. An empty cloud is a valid
+   * frame. */
+  InvalidInput,
+  /** The output stream is not open, had failed before, or accepted no more bytes: check path,
+   * disk, connection. The next frame is an I-frame. */
+  OutputFailed,
+  /** There are no bytes to decode: the normal end of a file. */
+  EndOfStream,
+  /** There are bytes, but no frame begins in them. The message names bytes of PCL's class, PCD
+   * and PLY files, bags, text. */
+  NoFrame,
+  /** A frame of a newer stream version: update the receiver. */
+  UnsupportedVersion,
+  /** The bytes end within a frame; frameSize() tells how many are missing. With
+   * `settings.incomplete_frame = Keep` call again with more. */
+  Truncated,
+  /** A frame contradicts its checksum or itself: the transport changed bytes. Decoding goes on
+   * with the next I-frame. */
+  Corrupt,
+  /** Decoding would exceed a limit of DecoderLimits: raise the one that the message names, if
+   * you trust the sender. */
+  LimitExceeded,
+  /** A P-frame whose predecessor was lost, or is of another stream: requestIFrame() at the
+   * sender, or wait for the next I-frame; one decoder for each stream. */
+  MissingReference,
+  /** The input stream is not open, had failed before, or failed while it was read: check the
+   * path; clear() for a stream that had ended. */
+  InputFailed,
+  /** A late or repeated frame, or one of another stream, which was dropped; one decoder for
+   * each stream. */
+  OldFrame,
+  /** Memory ran out; the stream continues with the next I-frame. */
+  OutOfMemory
 };
 
 /** \brief Outcome of encoding or decoding a frame, returned where PCL returns void. */
