@@ -1,6 +1,6 @@
 /** \file
  * Compares this library's efforts with the published layout, PCL's class, Draco and
- * zstd on the same clouds, in one run; in one thread, but for a table of threads. Prints
+ * zstd on the same clouds, in one run; in one thread, except for a table of threads. Prints
  * the tables of doc/benchmarks.md.
  */
 #include "comparison_tables.h"

@@ -158,7 +158,7 @@ pcdFields(const std::map<std::string, std::string>& values)
 }
 
 /** \brief Checks the sizes that compressed points of a PCD file have before them. PCL's
- * reader would take memory for any size, and reads behind one that is too small.
+ * reader would take memory for any size, and reads past the end of one that is too small.
  * \param[in] point_bytes bytes of a point
  * \return bytes that they take in the file
  */
@@ -373,7 +373,7 @@ checkPcd(const std::string& path)
   const std::uint64_t bytes = file_bytes - std::min(file_bytes, lines->bytes);
   const std::string& storage = values.at("DATA");
   const bool is_text = storage == "ascii";
-  // PCL writes no such file, and its reader would write behind the memory of the points.
+  // PCL writes no such file, and its reader would write past the memory of the points.
   if (storage == "binary_compressed" && is_filled_up)
     fail("its compressed points have a field named _");
   // A number and a space for each field is the least that text takes.

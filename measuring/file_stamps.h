@@ -13,8 +13,8 @@ namespace measuring {
 
 /** \brief The time that the name of a file ends with, before its extension:
  *
- * - seconds with a point: of a clock (at least 10 digits before the point, 1 to 9 behind
- *   it), or any with 6 or 9 digits behind it, as ROS and TUM's data sets write them;
+ * - seconds with a point: of a clock (at least 10 digits before the point, 1 to 9 after
+ *   it), or any with 6 or 9 digits after it, as ROS and TUM's data sets write them;
  * - 10, 13, 16 or 19 digits, the first of which is not 0: seconds, milliseconds,
  *   microseconds or nanoseconds since 1970.
  *

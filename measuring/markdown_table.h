@@ -8,7 +8,7 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief A number with so many digits behind the point, thousands apart: 1,234.5 */
+/** \brief A number with so many digits after the point, thousands apart: 1,234.5 */
 std::string
 formatted(double value, int digits);
 

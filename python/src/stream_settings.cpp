@@ -15,7 +15,7 @@ namespace python {
 
 namespace {
 
-// Any, but for what does not fit into the type.
+// Any, except for what does not fit into the type.
 constexpr std::size_t any_size =
     static_cast<std::size_t>(std::numeric_limits<std::ptrdiff_t>::max()) - 1;
 

@@ -112,7 +112,7 @@ def test_an_encoder_of_several_threads(room):
             assert decoder.status.code == "MissingReference"
         else:
             decoded_alone[decoder.statistics.frame_number] = frame
-    # Those of the rate, but for what the requests of I-frames moved.
+    # Those of the rate, except for what the requests of I-frames moved.
     assert 120 // 7 <= len(decoded_alone) <= 120 // 7 + 5
 
 

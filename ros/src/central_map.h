@@ -84,7 +84,7 @@ private:
   const MapParameters parameters_;
   const pcl_ext::nodes::CentralNode& central_node_;
   std::vector<std::pair<std::string, std::string>> streams_; // topic and sensor frame
-  // Used by callbacks of queue_ only, but for finish().
+  // Used by callbacks of queue_ only, except for finish().
   std::optional<pcl_ext::nodes::MergedMap> map_;
   std::optional<TransformLookup> transforms_; // where a stream has a sensor frame
   std::atomic<std::size_t> nodes_{0};

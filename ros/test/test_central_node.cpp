@@ -28,7 +28,7 @@ removalAt(std::optional<float> min_log_odds)
   return VoxelOutlierRemoval(settings);
 }
 
-/** \brief Expected voxels of a frame behind the filters of its stream. */
+/** \brief Expected voxels of a frame after the filters of its stream. */
 Voxels
 filtered(pcl_ext::io::VoxelFrame frame,
          std::optional<VoxelOutlierRemoval>& removal,

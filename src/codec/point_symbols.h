@@ -14,12 +14,12 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Bits of a symbol, which is the number of points itself. What a number has beyond
- * the highest symbol is coded behind the symbols. */
+ * the highest symbol is coded after the symbols. */
 constexpr unsigned int point_symbol_bits = 12;
 constexpr std::uint32_t highest_point_symbol = (1u << point_symbol_bits) - 1;
 constexpr std::uint32_t most_points = std::numeric_limits<std::uint32_t>::max();
 
-/** \brief Bits of the symbols that a coder codes first, behind the voxels: those of
+/** \brief Bits of the symbols that a coder codes first, after the voxels: those of
  * intensities, or without these those of numbers of points; 0 without either. */
 inline unsigned int
 firstSymbolBits(const VoxelFrame& frame)
@@ -29,7 +29,7 @@ firstSymbolBits(const VoxelFrame& frame)
                                   : 0;
 }
 
-/** \brief Whether numbers of points are coded behind intensities. */
+/** \brief Whether numbers of points are coded after intensities. */
 inline bool
 hasPointsBesideIntensities(const VoxelFrame& frame)
 {

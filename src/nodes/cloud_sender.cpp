@@ -186,7 +186,7 @@ private:
   IFrameRequests requests_;
   std::size_t receivers_ = 0; // of the last cloud
   StampGaps stamp_gaps_;
-  SenderHealth health_; // but for that of node_
+  SenderHealth health_; // except for that of node_
 };
 
 CloudSender::CloudSender(const SensorNodeSettings& settings)

@@ -64,7 +64,7 @@ quoted(const std::string& text)
   return "'" + text + "'";
 }
 
-/** \brief True for all numbers, but for those that a float or a double cannot have. */
+/** \brief True for all numbers, except for those that a float or a double cannot have. */
 bool
 hasAnyFiniteNumber(const ParameterDescription& parameter)
 {

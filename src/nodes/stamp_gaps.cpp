@@ -16,7 +16,7 @@ constexpr std::size_t most_gaps = 30;
 constexpr std::size_t least_gaps = 12;    // fewer may be whole periods by chance
 constexpr double longest_gap = 50.0;      // periods; a longer one is a pause
 constexpr double shortest_gap = 1.5;      // periods
-constexpr double longest_of_late = 0.5;   // periods, behind a cloud that came late
+constexpr double longest_of_late = 0.5;   // periods, after a cloud that came late
 constexpr double most_off_multiple = .15; // periods, by jitter of the stamps
 
 template <typename ValueT>
@@ -28,7 +28,7 @@ pushBack(std::deque<ValueT>& latest, const ValueT& value, std::size_t most)
     latest.pop_front();
 }
 
-/** \brief The smallest value but for a share of them, 0 to 1. */
+/** \brief The smallest value except for a share of them, 0 to 1. */
 Time
 quantile(std::vector<Time>& values, double share)
 {

@@ -46,7 +46,7 @@ public:
 
 private:
   const std::uint8_t*
-      bytes_; // behind the encapsulation header, to which fields are aligned
+      bytes_; // after the encapsulation header, to which fields are aligned
   std::size_t size_;
   std::size_t position_ = 0;
   bool is_big_endian_ = false;

@@ -117,7 +117,7 @@ private:
 };
 
 /** \brief Keeps what a recorder left that did not end: the unfinished file or folder gets a
- * name with a number behind it. An empty file is removed.
+ * name with a number after it. An empty file is removed.
  * \param[in] path the unfinished file or folder; nothing is done if there is none
  * \param[in] written_file the file that its writer has locked: itself, or one in the folder
  * \return OutputFailed if another writer is writing it

@@ -9,7 +9,7 @@ namespace recording {
 constexpr char format_name[] = "pcl_ext";
 
 /** \brief True if the compressed bytes of a message are frames of this library. A format
- * may say more behind a slash, such as pcl_ext/version1. */
+ * may say more after a slash, such as pcl_ext/version1. */
 inline bool
 isFormatOfFrames(const std::string& format)
 {

@@ -87,7 +87,7 @@ private:
   std::vector<std::uint8_t> bytes_;
   std::vector<std::uint8_t> block_; // in which frames are searched for
   std::uint64_t block_offset_ = 0;
-  std::uint64_t skipped_end_ = 0; // behind the last bytes that were no frame
+  std::uint64_t skipped_end_ = 0; // after the last bytes that were no frame
   std::string skip_reason_;
   std::uint64_t reread_ = 0; // bytes of frames whose size was not found
 };

@@ -53,7 +53,7 @@ public:
   }
 
 protected:
-  /** \brief Adds a frame behind those of its stream. */
+  /** \brief Adds a frame after those of its stream. */
   void
   addFrame(std::size_t stream, Time time, std::uint64_t at);
 

@@ -29,7 +29,7 @@ public:
   /** \brief What next() found. */
   enum class Found { Message, Metadata, Attachment, End };
 
-  /** \param[in] read the file, from behind its first 8 bytes, which tell its kind
+  /** \param[in] read the file, from after its first 8 bytes, which tell its kind
    * \param[in] name of the input, for damage()
    */
   McapStream(ReadSome read, std::string name);

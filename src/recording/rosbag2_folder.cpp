@@ -67,7 +67,7 @@ indented(const std::string& text, std::size_t blanks)
   return result;
 }
 
-/** \brief The QoS of a topic for metadata.yaml, behind its key. Version 9 has a list, where
+/** \brief The QoS of a topic for metadata.yaml, after its key. Version 9 has a list, where
  * others have its text. */
 std::string
 qosOf(const McapChannel& channel, bool is_version_9)

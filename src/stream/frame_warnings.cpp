@@ -22,7 +22,7 @@ numberOf(double value)
  * \param[in] number, total what it is about
  * \param[in] what the points are, and what to do
  * \param[in,out] text where it is appended
- * \param[in] advice behind `what`
+ * \param[in] advice after `what`
  */
 void
 warn(std::size_t number,

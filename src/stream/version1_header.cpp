@@ -208,7 +208,7 @@ readContent(ByteSource& source, Version1Header& header)
   return {};
 }
 
-/** \brief Reads the fields of an I-frame only, but for the stamp. */
+/** \brief Reads the fields of an I-frame only, except for the stamp. */
 CompressionStatus
 readIFrameFields(ByteSource& source, std::uint8_t flags, Version1Header& header)
 {

@@ -31,7 +31,7 @@ struct LocatedPoints {
   std::array<float, capacity> intensities;
   std::array<std::uint32_t, capacity> colours; ///< as of pcl::PointXYZRGB
 
-  /** \brief Appends a point whose voxel was written at or behind the end.
+  /** \brief Appends a point whose voxel was written at or past the end.
    * \param[in] index where it was written
    * \param[in] point its index in the cloud
    */
@@ -44,7 +44,7 @@ struct LocatedPoints {
     ++count;
   }
 
-  /** \brief Appends eight points whose voxels were written at or behind the end.
+  /** \brief Appends eight points whose voxels were written at or past the end.
    * \param[in] index where the first was written
    * \param[in] point index of the first in the cloud
    */

@@ -142,7 +142,7 @@ TEST(ByteSource, ErrorsStickAndNothingIsReadBehindALimit)
   rest.recordTo(&read); // what is read is not recorded twice
   rest.read(2, read);
   EXPECT_EQ(read, (Bytes{2, 3}));
-  EXPECT_EQ(rest.u32(), 4u | 5u << 8); // zeros behind the end
+  EXPECT_EQ(rest.u32(), 4u | 5u << 8); // zeros past the end
   EXPECT_EQ(rest.failure(), Failure::EndOfInput);
   EXPECT_EQ(rest.consumed(), 4u);
 }

@@ -1,5 +1,5 @@
 /** \file
- * \brief Invalid residuals of a depth model behind valid numbers of points, of the effort
+ * \brief Invalid residuals of a depth model after valid numbers of points, of the effort
  * fast, which codes both in rows of their own.
  */
 #include "codec/depth_split.h"

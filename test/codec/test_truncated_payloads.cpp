@@ -1,5 +1,5 @@
 /** \file
- * \brief Payloads that end too soon are not read behind their end.
+ * \brief Payloads that end too soon are not read past their end.
  */
 #include "support/payload_frames.h"
 #include "support/scripted_fast_stream.h"
@@ -39,7 +39,7 @@ expectTruncationsRefused(const std::vector<Bytes>& stream)
       ASSERT_EQ(decoded(decoder, stream[i], back), CompressionCode::Ok);
     const FencedMemory fences;
     const CompressionCode answer = decoded(decoder, bytes, back);
-    // The context coder reads zeros behind the end, which may be what there was.
+    // The context coder reads zeros past the end, which may be what there was.
     if (parts.header.effort == Effort::Fast) {
       EXPECT_EQ(answer, CompressionCode::Corrupt);
     }
@@ -136,7 +136,7 @@ constexpr std::size_t many = std::size_t{1} << 20;
 
 /** \brief Refuses a script's frame with less and less of its payload.
  *
- * Behind the end zeros are read, so that a symbol behind a word of them is the lowest of
+ * After the end zeros are read, so that a symbol after a word of them is the lowest of
  * its model. Where the low nibble of a byte is always 15, which takes hardly a word, and
  * the high one anything, in states of its own, what is read goes on being good.
  */
@@ -270,7 +270,7 @@ TEST(TruncatedPayloads, KnownVoxelsAndSteps)
     for (int i = 0; i < 4096; ++i)
       script.knownStep(0, static_cast<unsigned int>(below(random, 15)));
   });
-  // Escapes, and behind them steps below all nibbles'.
+  // Escapes, and after them steps below all nibbles'.
   expectScriptRefused(streamOfFullGrid(5, 24), 4, false, 4096, [&](FastScript& script) {
     knownVoxels(script);
     script.knownStep(0, 0);
@@ -284,7 +284,7 @@ TEST(TruncatedPayloads, KnownVoxelsAndSteps)
 /** \brief A scene that stays, and new blocks: one in each frame but the last, so that
  * short frames teach what the last one, of many, needs.
  * \param[in] block makes the cells of a block
- * \param[in] steps_end behind the symbols of new voxels
+ * \param[in] steps_end after the symbols of new voxels
  */
 void
 expectRefusedBehindShortFrames(std::mt19937_64& random,

@@ -101,7 +101,7 @@ expectMoved(MovePointsT move_points, std::mt19937_64& random, bool has_box)
   const std::size_t count = random() % (detail::MovedPoints::capacity + 1);
   const std::size_t stride = 12 + random() % 30; // bytes, not aligned
   std::vector<Eigen::Vector3f> points(count);
-  // Not a byte more than the last z, so that a sanitizer sees what is read behind it.
+  // Not a byte more than the last z, so that a sanitizer sees what is read after it.
   std::vector<unsigned char> bytes(count == 0 ? 0 : (count - 1) * stride + 12);
   for (std::size_t i = 0; i < count; ++i) {
     points[i] = {anyCoordinate(random), anyCoordinate(random), anyCoordinate(random)};

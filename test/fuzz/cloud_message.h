@@ -127,7 +127,7 @@ layoutOf(FuzzInput& input)
   const std::uint8_t kind = input.byte();
   const auto coordinate = static_cast<std::uint8_t>(
       (kind & 1) != 0 ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32);
-  // In any order, each behind the one before it, with gaps.
+  // In any order, each after the one before it, with gaps.
   std::array<const char*, 6> names = {
       "x", "y", "z", "intensity", "reflectivity", "ring"};
   if ((kind & 64) != 0)

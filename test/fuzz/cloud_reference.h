@@ -149,7 +149,7 @@ expectedIntensity(const ModelT& model, float depth, float native)
   return ModelT::uses_native ? static_cast<double>(native) : 1.0;
 }
 
-/** \brief Whether a value is a point's intensity times the scale but for rounding, and for
+/** \brief Whether a value is a point's intensity times the scale except for rounding, and for
  * what is too small for a float before it is scaled. Beyond a float all is the same. */
 inline bool
 isNear(float value, double intensity, float scale)

@@ -3,7 +3,7 @@
  * either whole or not there.
  *
  * The bytes are a stream as it is. No fuzzer guesses a checksum; the target `frames`, which
- * computes them, reaches what comes behind one.
+ * computes them, reaches what comes after one.
  */
 #include "checked_decoding.h"
 

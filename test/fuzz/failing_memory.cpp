@@ -4,7 +4,7 @@
  * encode and decode never throw; a call in which no allocation failed succeeds, and one that
  * fails says OutOfMemory. Behind an encoder's failure its next frame is an I-frame, and a
  * decoder that follows gets this one and all others right. A decoder that says Ok has
- * exactly what was sent, and behind a failure it takes the next I-frame at the latest.
+ * exactly what was sent, and after a failure it takes the next I-frame at the latest.
  * A voxelizer may throw std::bad_alloc; called again it has the voxels that it would have had.
  *
  * The first byte chooses the stream; for each frame follow a byte of choices and the number

@@ -160,7 +160,7 @@ public:
   }
 
   /** \brief Makes all checksums right.
-   * \param[in] is_renumbering every P-frame also gets the number behind its reference
+   * \param[in] is_renumbering every P-frame also gets the number after its reference
    */
   void
   putRight(bool is_renumbering)

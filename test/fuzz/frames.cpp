@@ -2,7 +2,7 @@
  * Fuzz target: frames of an encoder that were changed, mostly with valid checksums.
  * Decoding never crashes or throws; a frame that is Ok is consistent, within its grid and
  * within the limits; one that is not is empty and comes with a reason; and the next valid
- * I-frame and the P-frame behind it decode to exactly their voxels.
+ * I-frame and the P-frame after it decode to exactly their voxels.
  *
  * The input is a stream. The mutator takes it apart into frames, changes fields of headers,
  * depth models, payloads, symbols of the published layout and the order of the frames, and

@@ -26,7 +26,7 @@ require(bool condition,
   std::abort();
 }
 
-/** \brief Takes numbers off the front of an input; gives zeros behind its end. */
+/** \brief Takes numbers off the front of an input; gives zeros past its end. */
 class FuzzInput {
 public:
   FuzzInput(const std::uint8_t* bytes, std::size_t size) : bytes_(bytes), size_(size) {}

@@ -4,17 +4,17 @@
  * wrap, against a model of what may be shown.
  *
  * A decoded frame is the one that was encoded with these bytes. A P-frame is decoded only
- * behind its own predecessor. A damaged frame of version 1 is never decoded. A frame that
- * was decoded since its sender began is not decoded again, except for an I-frame right behind
+ * after its own predecessor. A damaged frame of version 1 is never decoded. A frame that
+ * was decoded since its sender began is not decoded again, except for an I-frame right after
  * itself, and unless so many frames were refused in a row that the decoder takes the sender
  * for one that began again.
  *
- * What must be decoded: the frame behind the one that was decoded last, also if others were
+ * What must be decoded: the frame after the one that was decoded last, also if others were
  * refused in between; an I-frame with a higher number that is no copy; the first I-frame that a
  * decoder meets; and at the end the first two frames of a sender that starts again.
  *
  * The published layout has no checksum: once a damaged frame of it has passed, or a P-frame
- * behind another sender's frame of the right number, nothing is demanded of it until its
+ * after another sender's frame of the right number, nothing is demanded of it until its
  * next I-frame.
  */
 #include "checked_decoding.h"

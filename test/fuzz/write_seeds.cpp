@@ -93,7 +93,7 @@ mcapFileOf(const FrameRow& row, bool compresses, const std::string& path)
   Bytes bytes{std::istreambuf_iterator<char>(file), {}};
   file.close();
   std::filesystem::remove(path);
-  // The checksum of the chunk, behind the header, the schema, the channel and the first
+  // The checksum of the chunk, after the header, the schema, the channel and the first
   // fields of the chunk, and that of the summary, before the magic bytes at the end.
   constexpr std::uint8_t chunk_opcode = 6;
   constexpr std::size_t prefix_size = 9;
@@ -150,7 +150,7 @@ writeParts(const std::string& name,
     const bool stands_alone = !frame.isVersion1() || frame.isIFrame();
     if (stands_alone && part.size() + frame.bytes.size() > most_bytes)
       end_part();
-    // P-frames that have no room any more are left out, and so are those behind them.
+    // P-frames that have no room any more are left out, and so are those after them.
     if (stands_alone || part.size() + frame.bytes.size() <= most_bytes)
       append(frame.bytes, part);
   }

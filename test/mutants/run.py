@@ -23,7 +23,7 @@ import time
 from mutants import MUTANTS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# In the order in which they run, but for the program of the mutated room, which is first.
+# In the order in which they run, except for the program of the mutated room, which is first.
 PROGRAMS = ("test_stream", "test_voxels", "test_outliers", "test_filters", "test_codec",
             "test_compression", "test_nodes", "test_recording", "test_threads", "test_view")
 PROGRAM_OF_ROOM = {"bytes": "test_voxels", "voxels": "test_voxels",

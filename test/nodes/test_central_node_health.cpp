@@ -317,7 +317,7 @@ TEST_F(BlockedStream, RefusesFramesWhileTooManyWait)
 
 TEST_F(BlockedStream, ARefusedFrameIsNotLost)
 {
-  // It is refused before those that wait are decoded, and is missing behind them.
+  // It is refused before those that wait are decoded, and is missing after them.
   fillQueue();
   expectRefused(4);
   gate.open();

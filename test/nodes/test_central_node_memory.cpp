@@ -111,7 +111,7 @@ public:
                    }}; // its thread uses what is above
 };
 
-/** \brief The possible states of a filter behind a frame in which memory ran out. */
+/** \brief The possible states of a filter after a frame in which memory ran out. */
 enum class FilterSaw { Frame, NoFrame, BeganAnew };
 
 /** \brief Whether the frames of "a" are those of a filter in one of these states. */
@@ -190,7 +190,7 @@ expectHealth(const BlockedNode& held, const std::string& name, std::size_t frame
                 recorded.begin(), recorded.end(), [](const RecordedFrame& frame) {
                   return frame.wants_i_frame;
                 })));
-  // Where memory ran out behind the decoder, the next frame does not lack this one.
+  // Where memory ran out after the decoder, the next frame does not lack this one.
   for (std::size_t i = 0; i + 1 < frames; ++i)
     if (recorded[i].code == CompressionCode::OutOfMemory) {
       EXPECT_EQ(recorded[i].wants_i_frame, recorded[i + 1].code != CompressionCode::Ok);

@@ -1,5 +1,5 @@
 /** \file
- * \brief What memory a CentralNode keeps behind large frames: none, some frames later.
+ * \brief What memory a CentralNode keeps after large frames: none, some frames later.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/central_node.h>
@@ -36,7 +36,7 @@ using pcl_ext::test::MemoryUse;
 /** \brief Below it nothing is released, bytes. */
 constexpr std::size_t floor_of_rule = std::size_t{1} << 16;
 
-/** \brief I-frames of one sender: some large ones, and small ones behind them. */
+/** \brief I-frames of one sender: some large ones, and small ones after them. */
 std::vector<Bytes>
 largeThenSmall(std::size_t large_frames, std::size_t small_frames)
 {
@@ -72,7 +72,7 @@ keptByDecoders(const Streams& streams)
 }
 
 /** \brief What a node of one thread keeps besides its decoder.
- * \param[in] merges whether all is merged behind each frame
+ * \param[in] merges whether all is merged after each frame
  */
 std::size_t
 keptByNode(const std::vector<Bytes>& frames, bool merges)

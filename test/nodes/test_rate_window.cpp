@@ -54,7 +54,7 @@ TEST(RateWindow, RatesComeFromTheSpacesBetweenFrames)
   window.add(frameAt(10250ms, 100, 0.4, 0.2));
   window.add(frameAt(10500ms, 300, 0.1, 0.7));
   // Five frames a second would come of the first second, two of the window.
-  // Bytes are those of the frames behind the spaces.
+  // Bytes are those of the frames after the spaces.
   expectRates(window.rates(10900ms), {4.0, 800.0, 0.2, 0.4, 0.4, 0.7});
 }
 

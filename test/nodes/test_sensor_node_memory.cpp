@@ -69,7 +69,7 @@ framesFrom(std::size_t first,
 
 /** \brief Has an allocation fail at one of the clouds.
  * \param[in] number of the allocation
- * \param[in] expected_behind the frames behind, as of a node that begins there
+ * \param[in] expected_behind the frames after, as of a node that begins there
  * \return false if there are no so many allocations
  */
 bool

@@ -35,7 +35,7 @@ class CodedFrame:
         return (1 << self.symbol_bits) - 1
 
     def of_points(self) -> "CodedFrame":
-        """The same frame with point symbols, where they are behind intensities."""
+        """The same frame with point symbols, where they are after intensities."""
         return replace(self, symbol_bits=POINT_SYMBOL_BITS, depth_model=None)
 
 

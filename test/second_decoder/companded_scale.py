@@ -17,7 +17,7 @@ LEAST_COUNTS: Dict[int, List[int]] = {
 
 @lru_cache(maxsize=8)
 def edges(bits: int, number_range: int) -> List[int]:
-    """The lowest number of each level, and the one behind the highest of all."""
+    """The lowest number of each level, and the one after the highest of all."""
     if bits == 1:
         first = [0, 1]
     elif bits == 2:

@@ -40,7 +40,7 @@ class Record(NamedTuple):
 
 
 def fraction_bits(symbol_bits: int) -> int:
-    """f: the bits behind the point of a mean and of a deviation."""
+    """f: the bits after the point of a mean and of a deviation."""
     return min(4, 16 - symbol_bits)
 
 
@@ -97,7 +97,7 @@ class ContextHistory:
         symbol_bits: int,
         has_depth_model: bool,
     ) -> "ContextHistory":
-        """The history behind a frame with these occupied voxels."""
+        """The history after a frame with these occupied voxels."""
         f = fraction_bits(symbol_bits)
         after = ContextHistory()
         for key, record in self.records.items():

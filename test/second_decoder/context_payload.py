@@ -63,7 +63,7 @@ class ContextMemory:
     kinds: Kinds
     point_history: ContextHistory
     point_kinds: Kinds
-    """Of point symbols behind intensities."""
+    """Of point symbols after intensities."""
 
     @staticmethod
     def at_start(effort: int) -> "ContextMemory":
@@ -501,7 +501,7 @@ MOST_RECORDS = min(8 * MOST_VOXELS + (1 << 16), 2 * MOST_VOXELS + (1 << 20))
 def decode_context_payload(
     bytes_of_payload: bytes, frame: CodedFrame, memory: ContextMemory
 ) -> "tuple[Voxels, ContextMemory]":
-    """The voxels of a frame and the memory behind it; `memory` stays as it is.
+    """The voxels of a frame and the memory after it; `memory` stays as it is.
 
     A frame without voxels has an empty payload.
     """

@@ -50,7 +50,7 @@ def is_forgotten(past: int) -> bool:
 @dataclass
 class FastHistory:
     """Buckets by past, shares by past, statistics of symbols and of point symbols
-    behind intensities by key, activities by block."""
+    after intensities by key, activities by block."""
 
     buckets: Dict[int, List[int]] = field(default_factory=dict)
     shares: Dict[int, int] = field(default_factory=dict)

@@ -11,7 +11,7 @@ _Name = Tuple[Union[str, int], ...]
 
 
 class FastModels:
-    """What effort 0 learns since the last I-frame, but for the history."""
+    """What effort 0 learns since the last I-frame, except for the history."""
 
     def __init__(self) -> None:
         self._nibbles: Dict[_Name, NibbleModel] = {}

@@ -18,7 +18,7 @@ from rans import BitModel, RansDecoder, occupancy_table
 class FastOccupancy:
     """Occupied voxels, known ones and those that the frame brings, and what follows.
 
-    `history` is the one behind the frame, with the statistics of the one before.
+    `history` is the one after the frame, with the statistics of the one before.
     """
 
     known: List[int]

@@ -131,7 +131,7 @@ def _decode_with_rests(
 def decode_fast_payload(
     source: bytes, frame: CodedFrame, memory: FastMemory
 ) -> Tuple[Voxels, FastMemory]:
-    """The voxels of a frame and the memory behind it; `memory` stays as it is."""
+    """The voxels of a frame and the memory after it; `memory` stays as it is."""
     if frame.is_i_frame:
         memory = FastMemory.at_start()
     if not frame.voxel_count:

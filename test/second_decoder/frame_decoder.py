@@ -1,4 +1,4 @@
-"""Frames of a stream one behind the other, and what is kept between them.
+"""Frames of a stream one after the other, and what is kept between them.
 
 doc/bitstream.md, "Payload", "States" and "What a decoder may refuse".
 """
@@ -93,7 +93,7 @@ class FrameDecoder:
         return frame
 
     def next_frame(self, reader: ByteReader) -> Optional[Frame]:
-        """The next frame that decodes, wherever it begins behind the reader."""
+        """The next frame that decodes, wherever it begins after the reader."""
         while reader.skip_to(MAGIC):
             begin = reader.at
             try:

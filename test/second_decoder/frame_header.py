@@ -85,7 +85,7 @@ class FrameHeader:
 
 
 class ByteReader:
-    """Numbers one behind the other; refuses to read behind the end."""
+    """Numbers one after the other; refuses to read past the end."""
 
     def __init__(self, source: bytes, at: int = 0) -> None:
         self._source = source

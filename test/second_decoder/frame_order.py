@@ -1,6 +1,6 @@
 """Which frames are dropped because they come late or again.
 
-doc/bitstream.md, "Old frames"; of an input that ends nothing comes behind it here.
+doc/bitstream.md, "Old frames"; of an input that ends nothing comes after it here.
 """
 
 from typing import List, Optional, Tuple

@@ -18,7 +18,7 @@ class RangeDecoder:
         self._code = self._next_bytes(4)
 
     def _next_bytes(self, size: int) -> int:
-        """The next bytes, the first one highest; 0 behind the end."""
+        """The next bytes, the first one highest; 0 after the end."""
         taken = self._payload[self._at : self._at + size]
         self._at += size
         return int.from_bytes(taken + bytes(size - len(taken)), "big")
@@ -73,7 +73,7 @@ class RangeDecoder:
         return number
 
     def require_end(self) -> None:
-        """Refuses a payload with bytes behind the last bit."""
+        """Refuses a payload with bytes after the last bit."""
         require(self._at >= len(self._payload), "bytes are left behind the last bit")
 
 

@@ -268,7 +268,7 @@ def decode_supplement(
     voxels: Voxels,
     memory: SupplementMemory,
 ) -> Tuple[Voxels, SupplementMemory]:
-    """The voxels of a frame and the memory behind it; `memory` stays as it is.
+    """The voxels of a frame and the memory after it; `memory` stays as it is.
 
     `voxels` are the cells where there is a refinement.
     """

@@ -89,7 +89,7 @@ public:
   : kind_(kind), frames_(frames), bytes_(bytes)
   {}
 
-  /** \brief Decodes a frame whose n-th allocation fails, and all frames behind it.
+  /** \brief Decodes a frame whose n-th allocation fails, and all frames after it.
    * \return false if the frame has no n-th allocation
    */
   bool

@@ -240,7 +240,7 @@ TEST(ForgedStreams, PFramesThatContradictTheirReference)
     EXPECT_EQ(decoded(decoder, i_frame, back), CompressionCode::Ok);
     const CompressionCode result =
         decoded(decoder, putTogetherSized(parts, reference), back);
-    // The stream goes on behind the last good frame.
+    // The stream goes on after the last good frame.
     EXPECT_EQ(decoded(decoder, p_frame, back),
               result == CompressionCode::Ok ? CompressionCode::OldFrame
                                             : CompressionCode::Ok);

@@ -56,7 +56,7 @@ TEST_P(FrameOrders, CopiesAreDroppedAndCostNothing)
       ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
       if (i < delay)
         continue;
-      // An I-frame right behind itself may be that of a sender that begins again.
+      // An I-frame right after itself may be that of a sender that begins again.
       const bool is_decoded_again = delay == 0 && i % 10 == 0;
       ASSERT_EQ(received(decoder, stream, i - delay),
                 is_decoded_again ? CompressionCode::Ok : CompressionCode::OldFrame);
@@ -177,7 +177,7 @@ TEST(FrameOrder, CopiesOfFramesBeforeARestartAreOld)
 
 TEST(FrameOrder, OvertakenIFramesAreDropped)
 {
-  // Frame 11 comes behind frame 23: decoding it would cost the frames up to 31.
+  // Frame 11 comes after frame 23: decoding it would cost the frames up to 31.
   const EncodedFrames stream = sent(StreamFormat::Version1, 40, 10);
   FrameDecoder decoder;
   for (std::size_t i = 0; i < 40; ++i) {
@@ -205,7 +205,7 @@ TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
 
 TEST(FrameOrder, LossAndReorderingNeverGiveAWrongFrame)
 {
-  // received() checks that a decoded frame is the one that was sent; the frame behind the
+  // received() checks that a decoded frame is the one that was sent; the frame after the
   // last decoded one is always decoded.
   for (const StreamFormat format : all_formats) {
     const EncodedFrames stream = sent(format, 60, 7);

@@ -58,7 +58,7 @@ TEST(FrameSizes, DepthModelsThatSaveNothingAreLeftOut)
   }
 }
 
-/** \brief Bytes of some frames of a room behind its first second.
+/** \brief Bytes of some frames of a room after its first second.
  * \param[in] is_p_only leave I-frames out
  */
 std::size_t

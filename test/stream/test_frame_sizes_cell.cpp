@@ -26,7 +26,7 @@ bytesOfCell(double resolution, Effort effort)
 }
 
 // From fine voxels, of which most hold one point, to coarse ones with dozens in which it
-// costs nothing to learn no voxel's count in the I-frame, but much behind it.
+// costs nothing to learn no voxel's count in the I-frame, but much after it.
 TEST(FrameSizesOfTheCell, FastIsATenthLargerThanBalancedAtAnyResolution)
 {
   for (const double resolution : {0.04, 0.1, 0.16, 0.19, 0.3, 0.5}) {

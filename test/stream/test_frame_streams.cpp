@@ -69,7 +69,7 @@ TEST(FrameStreams, ADamagedSizeBehindALossHidesNoIFrame)
     FrameEncoder encoder(StreamFormat::Version1, 3, effort);
     EncodedFrames sent =
         encodedWalk(encoder, random, randomFrame(random, 5, 100), 5, 20);
-    // Its payload seems to reach into the I-frame behind it.
+    // Its payload seems to reach into the I-frame after it.
     sent.bytes[2].resize(sent.bytes[2].size() - 20);
     Bytes stream;
     for (const std::size_t i : {0u, 2u, 3u, 4u}) // 1 is lost
@@ -187,7 +187,7 @@ TEST(FrameStreams, APFrameOfAnotherStreamIsRefused)
   VoxelFrame back;
   VoxelFrame frame = randomFrame(random, 5, 100);
   encoded(other, frame);
-  walk(random, 20, frame); // the same voxels but for some, so that P-frames follow
+  walk(random, 20, frame); // the same voxels except for some, so that P-frames follow
   ASSERT_EQ(decoded(decoder, encoded(one, frame), back), CompressionCode::Ok);
   const Bytes of_other = encoded(other, frame);
   ASSERT_FALSE(other.statistics().is_i_frame);

@@ -54,7 +54,7 @@ private:
 /** \brief The payload size in a forged frame header. */
 enum class Claim { AllThatFollows, HalfOfIt, Little };
 
-/** \brief Frame headers, one behind the other, whose payload would be what follows. */
+/** \brief Frame headers, one after the other, whose payload would be what follows. */
 Bytes
 manyHeaders(std::size_t size, bool are_i_frames, Claim claim)
 {
@@ -161,7 +161,7 @@ TEST(HostileStreams, DecodersReleaseTheMemoryOfAHugeFrame)
       Bytes bytes = encoded(encoder, distantVoxels(huge));
       if (is_damaged && kind.format == StreamFormat::Version1) {
         Parts parts = takeApart(bytes);
-        parts.payload.push_back(1); // behind voxels that are all there
+        parts.payload.push_back(1); // after voxels that are all there
         bytes = putTogetherSized(parts);
       }
       const std::vector<Bytes> stream = smallStream(kind, frames);
@@ -317,7 +317,7 @@ TEST(HostileStreams, UnverifiableHeadersHideNoFrame)
   for (std::size_t i = 0; i < frames; ++i) {
     append(putTogether(claim), stream);
     append(encoded(encoder, frame), stream);
-    // From here on claims end in the middle of a frame, or behind all of them.
+    // From here on claims end in the middle of a frame, or after all of them.
     const std::size_t distance = stream.size() / (i + 1);
     claim.header.payload_size = 200 * distance + distance / 2;
   }

@@ -47,7 +47,7 @@ shortStream(StreamFormat format, std::size_t voxels, unsigned int bits)
 }
 
 /** \brief Decodes a copy of exactly that size, so that a sanitizer sees every read
- * behind it. */
+ * after it. */
 CompressionCode
 decodedExact(FrameDecoder& decoder, const Bytes& bytes, VoxelFrame& frame)
 {
@@ -75,7 +75,7 @@ publishedField(std::size_t byte, bool is_i_frame)
   return "byte " + std::to_string(byte);
 }
 
-/** \brief Same voxels, at the same places but for a micrometre. */
+/** \brief Same voxels, at the same places except for a micrometre. */
 bool
 looksLike(const VoxelFrame& frame, const VoxelFrame& expected)
 {

@@ -87,7 +87,7 @@ struct CodedStream {
   std::vector<VoxelFrame> decoded;
 };
 
-/** \brief A stream of P-frames behind one I-frame, or of another I-frame rate. */
+/** \brief A stream of P-frames after one I-frame, or of another I-frame rate. */
 inline CodedStream
 streamOf(std::size_t frames, unsigned int i_frame_rate = 30, std::uint64_t seed = 1)
 {

@@ -166,7 +166,7 @@ expectIntensities(const pcl::PointCloud<PointT>& decoded,
   EXPECT_LE(worst, tolerance) << "the worst point is " << worst_point;
 }
 
-/** \brief Default settings but for the voxel edge. */
+/** \brief Default settings except for the voxel edge. */
 inline io::IntensityCompressionSettings
 settingsWith(double resolution)
 {
@@ -191,7 +191,7 @@ roundTrip(CompressionT& encoder, const typename CompressionT::PointCloudConstPtr
   return decoded;
 }
 
-/** \brief The same with default settings but for the voxel edge. */
+/** \brief The same with default settings except for the voxel edge. */
 template <typename PointT>
 typename pcl::PointCloud<PointT>::Ptr
 roundTrip(double resolution, const typename pcl::PointCloud<PointT>::ConstPtr& cloud)

@@ -63,9 +63,9 @@ putTogetherSized(Parts parts, std::uint32_t reference_checksum = 0)
   return putTogether(parts, reference_checksum);
 }
 
-/** \brief The answer of a decoder to a forged frame behind the first frame of a stream.
+/** \brief The answer of a decoder to a forged frame after the first frame of a stream.
  * Refused, it must leave the stream as it was.
- * \param[in] next the stream's frames behind the first one
+ * \param[in] next the stream's frames after the first one
  * \param[in] expected what these are decoded to
  */
 inline CompressionCode

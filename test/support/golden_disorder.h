@@ -61,7 +61,7 @@ goldenDisorder(const std::string& name)
                      {17, false},
                      {17},
                      {18}};
-  // The last I-frame again is a sign of another start behind many old frames only.
+  // The last I-frame again is a sign of another start after many old frames only.
   for (int i = 0; i < 23; ++i)
     stream.sendings.push_back({15, false});
   stream.sendings.push_back({17, false});

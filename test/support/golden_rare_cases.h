@@ -42,7 +42,7 @@ rareStamp(std::size_t index)
 }
 
 /** \brief Blocks that fill up, empty and fill again; then other voxels, twice, so that
- * nothing that is known is of use, with frames behind them that know these. */
+ * nothing that is known is of use, with frames after them that know these. */
 inline GoldenStream
 goldenJumps(const std::string& name, Effort effort)
 {
@@ -206,7 +206,7 @@ everySome(std::uint64_t some, std::uint64_t end)
   return keys;
 }
 
-/** \brief Depths before and behind all that a model has, voxels without residuals,
+/** \brief Depths before and after all that a model has, voxels without residuals,
  * depth offsets as large as there are, and numbers of points of 0. Then frames of more
  * than a thousand voxels, with fewer and with more residuals than that. */
 inline GoldenStream

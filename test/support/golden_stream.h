@@ -88,7 +88,7 @@ private:
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-/** \brief What checksums.txt has of a frame, but for the name of its stream and whether
+/** \brief What checksums.txt has of a frame, except for the name of its stream and whether
  * it is an I-frame: number of voxels, checksum, and stamp and frame_id or -. */
 inline std::string
 lineOf(const GoldenFrame& frame)

@@ -24,7 +24,7 @@ encodePayload(PayloadCoder& coder,
 }
 
 /** \brief Decodes a payload from memory of exactly its size, so that a sanitizer sees reads
- * behind it; learn() or discard() has to follow.
+ * after it; learn() or discard() has to follow.
  * \param[in] like grid, scale and depth model of the frame
  * \param[out] sizes of a payload that is valid
  * \return false if it is invalid

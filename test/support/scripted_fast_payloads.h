@@ -30,7 +30,7 @@ constexpr std::uint32_t lowest_rans_state = 1u << 15;
 /** \brief How a rANS stream is written: as encoders do unless said otherwise. */
 struct RansChoices {
   std::size_t states = 1;
-  /** \brief What the states are behind the last symbol. */
+  /** \brief What the states are after the last symbol. */
   std::array<std::uint32_t, 4> ends = {
       lowest_rans_state, lowest_rans_state, lowest_rans_state, lowest_rans_state};
   /** \brief The state that starts outside of its range, 0..3: with its first symbol a word
@@ -193,7 +193,7 @@ public:
     newStep(step - symbol_statistics::lowestBin(running_), step);
   }
 
-  /** \brief The same as an encoder does, but for the bits within the step. */
+  /** \brief The same as an encoder does, except for the bits within the step. */
   void
   newStepOrWhole(unsigned int step)
   {

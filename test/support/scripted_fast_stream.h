@@ -88,7 +88,7 @@ public:
     return putTogether(parts);
   }
 
-  /** \brief Sets a valid P-frame, which must be decoded behind each invalid one. */
+  /** \brief Sets a valid P-frame, which must be decoded after each invalid one. */
   void
   setGenuine(const Bytes& bytes)
   {
@@ -98,7 +98,7 @@ public:
     ASSERT_EQ(decoded(decoder, bytes, expected_), CompressionCode::Ok);
   }
 
-  /** \brief The answer to a frame behind the I-frame. */
+  /** \brief The answer to a frame after the I-frame. */
   CompressionCode
   answerTo(const Bytes& bytes) const
   {
@@ -161,7 +161,7 @@ streamOfTwoBlocks()
   return stream;
 }
 
-/** \brief The I-frame of all voxels of a grid, but for the symbols. */
+/** \brief The I-frame of all voxels of a grid, except for the symbols. */
 inline void
 writeFullGrid(FastScript& script, unsigned int depth)
 {

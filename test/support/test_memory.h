@@ -1,6 +1,6 @@
 /** \file
  * \brief What a test can ask of operator new: how much was taken, that it fails, and that
- * nothing behind a block can be read. Without one of these objects it is plain malloc.
+ * nothing after a block can be read. Without one of these objects it is plain malloc.
  *
  * Needs support/test_memory.cpp, which replaces the global operators.
  */
@@ -49,7 +49,7 @@ private:
 class FailingAllocation {
 public:
   /** \param[in] number 1 is the next one; 0: none fails
-   * \param[in] do_later_ones_fail whether all behind it fail, too
+   * \param[in] do_later_ones_fail whether all after it fail, too
    */
   explicit FailingAllocation(std::size_t number, bool do_later_ones_fail = false);
   ~FailingAllocation();
@@ -75,7 +75,7 @@ private:
   bool was_exempt_;
 };
 
-/** \brief While it lives, blocks end at a page that cannot be read: a read behind a
+/** \brief While it lives, blocks end at a page that cannot be read: a read after a
  * vector ends the program, without a sanitizer, too. For tests of one thread. */
 class FencedMemory {
 public:

@@ -112,7 +112,7 @@ TEST(ProgramHostileInputs, SizesOfCompressedPointsAreChecked)
            "357913941",
            "binary_compressed\n" + compressed + "\xfc\xff\xff\xff" + zeros);
   expectRefused(folder, "b.pcd", "10 bytes cannot stand for 4294967292");
-  // PCL's reader would write 1000 bytes behind each point.
+  // PCL's reader would write 1000 bytes after each point.
   const std::string filled_up =
       "VERSION 0.7\nFIELDS _ x y z\nSIZE 1 4 4 4\nTYPE U F F F\nCOUNT 1000 1 1 1\n"
       "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary_compressed\n" +

@@ -61,7 +61,7 @@ TEST(ProgramLimits, FrameThatReadersRefuseIsNotWritten)
             std::string::npos)
       << result.errors;
   EXPECT_NE(result.errors.find("use a larger --resolution"), std::string::npos);
-  // The frame behind it does not need it.
+  // The frame after it does not need it.
   const ProgramRun verified = run(folder, "verify x.pcxi");
   EXPECT_NE(verified.output.find("2 frames decoded, 1 lost"), std::string::npos)
       << verified.output;

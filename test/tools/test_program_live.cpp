@@ -50,7 +50,7 @@ TEST(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
   ASSERT_TRUE(
       writer.addChannel(reader.channels()[0], recording::McapChunking::Shared, channel)
           .ok());
-  std::vector<std::uintmax_t> sizes; // of the file behind each message
+  std::vector<std::uintmax_t> sizes; // of the file after each message
   for (const recording::McapEntry& entry : reader.index()) {
     ASSERT_TRUE(reader.read(entry, message).ok());
     message.channel = channel;

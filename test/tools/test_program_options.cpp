@@ -207,7 +207,7 @@ TEST(ProgramOptions, FramesAndStreamsAreChosenAsPeopleWriteThem)
   const ProgramRun one = expectRun(folder, "decode small.mcap -o one --frames 3");
   EXPECT_NE(one.output.find("one: 1 frame, "), std::string::npos) << one.output;
   EXPECT_TRUE(fs::exists(folder / "one/000003.pcd"));
-  // Streams by the topics of their clouds, with blanks behind commas.
+  // Streams by the topics of their clouds, with blanks after commas.
   expectRun(folder, "cut small.mcap -o a.mcap --streams /room");
   expectRun(folder, "cut small.mcap -o b.mcap --streams '/room/pcl_ext, room'");
   EXPECT_EQ(bytesOf(folder / "a.mcap"), bytesOf(folder / "b.mcap"));

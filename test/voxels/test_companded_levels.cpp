@@ -17,7 +17,7 @@ using pcl_ext::IntensityUnit;
 
 using Edges = std::vector<std::uint32_t>;
 
-/** \brief All edges of a scale, the one behind the last level among them. */
+/** \brief All edges of a scale, the one after the last level among them. */
 Edges
 edgesOf(unsigned int bits, std::uint32_t range)
 {
@@ -109,7 +109,7 @@ TEST(CompandedLevels, EdgesAscendFrom0ToTheRange)
       // Small numbers are exact.
       for (std::uint32_t level = 0; bits >= 3 && level < 5; ++level)
         ASSERT_EQ(edges[level], level);
-      // Widths grow, but for what rounding takes and gives.
+      // Widths grow, except for what rounding takes and gives.
       for (std::size_t level = 5; bits >= 3 && level + 1 < edges.size(); ++level)
         ASSERT_LE(edges[level] - edges[level - 1], edges[level + 1] - edges[level] + 1);
     }

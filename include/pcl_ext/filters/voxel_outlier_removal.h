@@ -167,7 +167,7 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  *
  * With the unit Voxels all I are 1, e = 0.3, c = 2.9 - 3/4 ln(voxel edge / 4 cm), and
  * 5/4 ln(rank) is added: the share of the frame's voxels whose H of the previous frames is
- * not above this voxel's, in 256 steps. A lidar's rays hit the same voxels again, but for
+ * not above this voxel's, in 256 steps. A lidar's rays hit the same voxels again, except for
  * those of mixed echoes. Where nothing was occupied before, as in the first frame or if the
  * sensor moves, all ranks are 1.
  *

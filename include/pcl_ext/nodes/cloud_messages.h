@@ -86,7 +86,7 @@ describeFrame(const SensorNodeStatistics& statistics,
   message.format = messageFormat(settings.compression.format);
 }
 
-/** \brief Writes the voxels of a frame into a PointCloud2, but for its header.
+/** \brief Writes the voxels of a frame into a PointCloud2, except for its header.
  * \param[in] frame for which isConsistent() is true
  * \param[out] message see describeVoxels
  */

@@ -76,7 +76,7 @@ refusalOf(const ParameterDescription& parameter, const ParameterValue& value);
 PCL_EXT_EXPORT ParameterValues
 defaultsOf(const std::vector<ParameterDescription>& parameters);
 
-/** \brief The parameters of encoding: all of SensorNodeSettings that users set, but for the
+/** \brief The parameters of encoding: all of SensorNodeSettings that users set, except for the
  * global frame. They have the names of the fields; `intensity` is the law, where the word
  * auto means native for clouds with the field `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&

@@ -84,7 +84,7 @@ public:
 
   /** \brief Reads the next frame of all streams in the order of their times.
    * \return EndOfRecording after the last one. Damaged: this frame cannot be read, and the
-   * next call goes on behind it; stream, number, time and offset are set
+   * next call goes on after it; stream, number, time and offset are set
    */
   RecordingStatus
   next(RecordedFrame& frame);
@@ -111,7 +111,7 @@ public:
   timeOf(std::size_t stream, std::size_t number) const;
 
   /** \brief Number of the I-frame from which a frame can be decoded: the last one that is
-   * not behind it. 0 if there is none. */
+   * not after it. 0 if there is none. */
   std::size_t
   iFrameBefore(std::size_t stream, std::size_t number);
 

@@ -73,7 +73,7 @@ public:
   }
 
   /** \brief Describes the streams in the order of their first frames, or that there is none.
-   * \param[in] publishers how many there are now: streams of others are forgotten, but for
+   * \param[in] publishers how many there are now: streams of others are forgotten, except for
    * the last one
    */
   std::vector<pcl_ext::nodes::HealthReport>

@@ -15,7 +15,7 @@ using Descriptions = std::vector<pcl_ext::nodes::ParameterDescription>;
 const Descriptions&
 sensorNodeParameters();
 
-/** \brief Of CentralNode, but for `streams`. All are read at the start. */
+/** \brief Of CentralNode, except for `streams`. All are read at the start. */
 const Descriptions&
 centralNodeParameters();
 

@@ -121,7 +121,7 @@ public:
     nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(number));
   }
 
-  /** \brief Stops and destroys the nodes, but for those that others hold. */
+  /** \brief Stops and destroys the nodes, except for those that others hold. */
   void
   stop()
   {

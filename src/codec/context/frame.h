@@ -38,7 +38,7 @@ struct Frame {
   NodeBlockLevel blocks;
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
   /** \brief Of each block of the history, those of it across the six faces; and one element
-   * behind them, which is not used. */
+   * after them, which is not used. */
   std::vector<std::array<std::uint32_t, face_count>> neighbours;
   BlockDirectory directory; ///< scratch memory of the intensities
 

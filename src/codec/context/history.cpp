@@ -86,7 +86,7 @@ struct History::Learning {
    * \param[in] known the block's cells that have a record
    * \param[in] occupied the block's cells in the frame
    * \param[in] voxel index of the first of these
-   * \param[in,out] next where to write; then behind the last one
+   * \param[in,out] next where to write; then after the last one
    * \return the cells that have a record now
    */
   std::uint64_t

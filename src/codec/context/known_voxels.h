@@ -174,7 +174,7 @@ private:
   {
     const std::vector<HistoryBlock>& blocks = history_.blocks();
     constexpr std::uint32_t none = BlockDirectory::not_found;
-    // What is not there is written to the one behind them, so that no branch is needed.
+    // What is not there is written to the one after them, so that no branch is needed.
     reserveAhead(frame_.neighbours, blocks.size() + 1);
     frame_.neighbours.assign(blocks.size() + 1, {none, none, none, none, none, none});
     // Blocks with the same parent, by the last three bits of their keys.

@@ -21,7 +21,7 @@ namespace context {
 struct NewVoxelModels {
   /** \brief Classes of cells, by their numbers of neighbours: for each of 0, 1, 2 and more
    * voxels of the frame, one for each of 0, 1 and more known voxels. Then, by voxels of the
-   * frame only, those of the next three cells behind the last new voxel. */
+   * frame only, those of the next three cells after the last new voxel. */
   static constexpr std::size_t cell_classes = 16;
   static constexpr std::size_t near_classes = 12; ///< the first of the latter
   /** \brief Behind the classes of cells: the block has no further new voxels. */
@@ -146,7 +146,7 @@ private:
   /** \brief The open cells by class.
    * \param[in] now numbers of neighbours in this frame
    * \param[in] known numbers of neighbours that are known voxels
-   * \param[in] near the next three cells behind the last new voxel
+   * \param[in] near the next three cells after the last new voxel
    */
   static CellClasses
   classify(const NeighbourCounts& now,

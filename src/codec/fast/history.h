@@ -119,7 +119,7 @@ ensureSize(Vector& vector, std::size_t size)
 struct History {
   /** \brief Statistics of a voxel that has none yet. */
   static constexpr std::uint16_t no_statistics = 0xffff;
-  /** \brief Indices that may be read behind a bucket. */
+  /** \brief Indices that may be read after a bucket. */
   static constexpr std::size_t spare_indices = 1;
 
   // By block number.
@@ -137,7 +137,7 @@ struct History {
   // Buckets.
   std::array<std::uint32_t, voxel_past::count> first{}; ///< index in `cell_indices`
   std::array<std::uint32_t, voxel_past::count> size{};
-  std::vector<CellIndex> cell_indices; ///< and `spare_indices` behind the last bucket
+  std::vector<CellIndex> cell_indices; ///< and `spare_indices` after the last bucket
 
   /** \brief Number of known voxels. */
   std::size_t

@@ -100,7 +100,7 @@ constexpr auto split_rules = makeSplitRules();
 
 /** \brief Splits a bucket in two, eight voxels at a time. */
 struct BucketSplit {
-  const CellIndex* from;  ///< the next voxels; there is another one behind the bucket
+  const CellIndex* from;  ///< the next voxels; there is another one after the bucket
   std::ptrdiff_t ahead;   ///< distance of prefetching
   CellIndex* if_empty;    ///< where to store the next empty voxel; two are written
   CellIndex* if_occupied; ///< the same for the next occupied voxel

@@ -13,7 +13,7 @@ namespace io {
 namespace supplement {
 
 /** \brief Codes numbers of 0 or more: small ones as a nibble of the model of their context,
- * larger ones behind an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a
+ * larger ones after an escape (doc/bitstream_supplement.md, "Numbers"). Loops use a
  * copy, which stays in registers.
  * \tparam Coder fast::NibbleEncoder or fast::NibbleDecoder
  */

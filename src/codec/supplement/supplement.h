@@ -51,7 +51,7 @@ public:
   /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
    * nothing if it is not.
    * \param[in] begin first byte
-   * \param[in] end behind the last byte; all must be used
+   * \param[in] end after the last byte; all must be used
    * \param[in] content as for encode
    * \param[in] coarse_voxels as for encode
    * \param[in] effort as for encode

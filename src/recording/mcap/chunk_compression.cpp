@@ -46,7 +46,7 @@ decompressPieces(const std::uint8_t* bytes,
 {
   std::size_t used = 0;
   bool is_full = true;
-  // A full piece of output may have more behind it without any input.
+  // A full piece of output may have more after it without any input.
   while (used < size || is_full) {
     const std::size_t begin = records.size();
     // One byte more than there may be, to notice that there are more.

@@ -167,7 +167,7 @@ ContentsFinder::addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chun
   addByRecords(place);
 }
 
-/** \brief Adds the messages that the indexes behind a chunk list. They end before the next
+/** \brief Adds the messages that the indexes after a chunk list. They end before the next
  * chunk, so that no bytes are read for several chunks.
  * \return false if they are invalid
  */

@@ -149,7 +149,7 @@ parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment);
 
 /** \brief The same for the fields of a chunk before its records.
  * \param[in] size bytes at hand; 256 are enough for known compressions
- * \param[out] fields_size bytes of these fields; the records begin behind them
+ * \param[out] fields_size bytes of these fields; the records begin after them
  */
 bool
 parse(const std::uint8_t* bytes,

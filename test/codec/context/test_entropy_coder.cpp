@@ -82,7 +82,7 @@ encodedRow(const Decisions& decisions)
 }
 
 /** \brief Decodes from memory of exactly that size, so that a sanitizer sees every read
- * behind it.
+ * after it.
  * \param[in,out] decisions probabilities; their bits are what was decoded
  * \return true if no byte was left over
  */

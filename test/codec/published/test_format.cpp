@@ -20,7 +20,7 @@ using pcl_ext::IntensityUnit;
 using pcl_ext::PublishedReference;
 using pcl_ext::PublishedReferenceDecoder;
 
-/** \brief The bytes but for the octree's box: its corners are sums that PCL and this
+/** \brief The bytes except for the octree's box: its corners are sums that PCL and this
  * library take in different orders, so that their last bits may differ. */
 void
 expectSameBytes(const Bytes& bytes, const std::string& expected, bool is_i_frame)

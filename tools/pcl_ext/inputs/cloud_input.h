@@ -152,7 +152,7 @@ std::unique_ptr<CloudInput>
 openMcap(const std::string& path, const InputOptions& options);
 
 /** \brief Opens an MCAP file that comes through a pipe.
- * \param[in] descriptor of the pipe, behind the first 8 bytes
+ * \param[in] descriptor of the pipe, after the first 8 bytes
  * \param[in] name of the pipe, for messages
  */
 std::unique_ptr<CloudInput>

@@ -56,7 +56,7 @@ withOptionNames(const std::string& message)
     const std::string replacement = option;
     for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos;) {
       const std::size_t end = at + name.size();
-      // A dot behind it may end the sentence, but not a name.
+      // A dot after it may end the sentence, but not a name.
       const bool is_whole =
           (at == 0 || !isPartOfName(text[at - 1])) &&
           (end == text.size() || text[end] == '.' || !isPartOfName(text[end]));

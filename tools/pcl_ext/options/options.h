@@ -29,7 +29,7 @@ isGiven(const CLI::App& app, const std::string& name)
 }
 
 /** \brief Refuses options that have no effect.
- * \param[in] why and what to do, behind the name of the option
+ * \param[in] why and what to do, after the name of the option
  * \throws UsageError if one of them is given
  */
 inline void
@@ -129,7 +129,7 @@ addParsed(CLI::App& app,
 }
 
 /** \brief Adds an option that takes names with commas between them. It does not take the
- * words behind them, which may be inputs. */
+ * words after them, which may be inputs. */
 inline CLI::Option*
 addNames(CLI::App& app,
          const std::string& name,

@@ -104,7 +104,7 @@ private:
 void
 copyExtras(recording::McapReader& from, recording::McapWriter& to);
 
-/** \brief What is left of an output that failed, behind the reason; empty if nothing. */
+/** \brief What is left of an output that failed, after the reason; empty if nothing. */
 std::string
 describeUnfinished(const std::string& path);
 

@@ -22,7 +22,7 @@ public:
   /** \brief Notes a failure.
    * \param[in] stream its name
    * \param[in] number of the frame
-   * \param[in] place behind the number, such as " at byte 7"; may be empty
+   * \param[in] place after the number, such as " at byte 7"; may be empty
    * \param[in] reason failures are alike if their reasons differ in numbers alone
    */
   void

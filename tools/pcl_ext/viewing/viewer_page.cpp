@@ -198,7 +198,7 @@ writePageWithRecording(const std::string& page,
   const std::size_t end = page.find('>', tag);
   if (tag == std::string::npos || end == std::string::npos)
     throw std::runtime_error(
-        "the page has no <body>, behind which the recording is put");
+        "the page has no <body>, after which the recording is put");
   NewFile file(output);
   file.write(page.substr(0, end + 1));
   file.write(R"(<script type="application/octet-stream;base64" id="pcl-ext-recording" )"

@@ -63,7 +63,7 @@ export class Decoder {
     readonly bytesRead: number;
   } {
     this.requireNotFree();
-    // No byte behind is read: these are skipped at most, and then the frame has as many.
+    // No byte after is read: these are skipped at most, and then the frame has as many.
     const bytes = frame.subarray(0, 2 * this.limits[0]);
     const decoded = this.codec.call((instance) => {
       const decoder = this.addressIn(instance);

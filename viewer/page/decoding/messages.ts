@@ -51,7 +51,7 @@ export interface FrameBatch {
 /** The voxels of a frame in one buffer, which the page gives back when it has drawn others. */
 export interface PackedVoxels {
   count: number;
-  /** Those behind the frame's own voxels, which were seen before and are no longer there. */
+  /** Those after the frame's own voxels, which were seen before and are no longer there. */
   pastCount: number;
   buffer: ArrayBuffer;
   hasIntensities: boolean;

@@ -67,7 +67,7 @@ export class StreamDecoder {
     return this.isStepLost;
   }
 
-  /** Decodes a frame. Without a pool its voxels are not wanted, only the state behind it. */
+  /** Decodes a frame. Without a pool its voxels are not wanted, only the state after it. */
   decode(frame: FrameToDecode, settings: DecodingSettings, pool: BufferPool | null): ShownFrame {
     const begin = performance.now();
     const { status, voxels } = this.decodeBytes(frame.bytes);

@@ -13,7 +13,7 @@ const text = new TextDecoder();
 export class CdrReader {
   private readonly view: DataView;
   private readonly isLittle: boolean;
-  private at = 4; // behind the encapsulation header, from which alignment counts
+  private at = 4; // after the encapsulation header, from which alignment counts
 
   constructor(private readonly bytes: Uint8Array) {
     if (bytes.length < 4) throw new RangeError("no encapsulation header");

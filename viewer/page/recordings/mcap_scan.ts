@@ -50,7 +50,7 @@ export class McapScan {
     return this.isWhole && (await this.endsWithMagic());
   }
 
-  /** False where the summary behind the frames is cut off. */
+  /** False where the summary after the frames is cut off. */
   private async endsWithMagic(): Promise<boolean> {
     const size = records.magic.length;
     const end = await this.source.read(Math.max(0, this.source.size - size), size);
@@ -71,7 +71,7 @@ export class McapScan {
     this.listener.addDamage({ file: this.source.name, offset, message });
   }
 
-  /** The next chunk behind damage, as the summary tells; the end of the file if there is none. */
+  /** The next chunk after damage, as the summary tells; the end of the file if there is none. */
   private async chunkAfter(offset: number): Promise<number> {
     const summary = await readSummary(this.source);
     const chunks = (summary?.chunkIndexes ?? []).map((chunk) => Number(chunk.chunkStartOffset));

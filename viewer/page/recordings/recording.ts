@@ -15,7 +15,7 @@ import { Transforms } from "./transforms";
 const assumedInterval = 100_000_000n;
 const chunksInMemory = 8;
 
-/** Nanoseconds that stamps of a stream may step back; behind a longer step its time goes on. */
+/** Nanoseconds that stamps of a stream may step back; after a longer step its time goes on. */
 const longestStepBack = 1_000_000_000n;
 /** Nanoseconds from a frame to the next one that has no later stamp: each is a moment of its own. */
 const leastInterval = 1000n;
@@ -138,7 +138,7 @@ export class Recording implements RecordingListener {
     this.events.onFrame(frame.stream, frame, time);
   }
 
-  /** The time of a frame behind others of its stream. */
+  /** The time of a frame after others of its stream. */
   private timeAfter(frames: readonly IndexedFrame[], { stream, time: stamp, number, isIFrame }: FoundFrame): bigint {
     const before = frames[frames.length - 1].time;
     const next = before + (this.timed[stream] ? leastInterval : assumedInterval);

@@ -118,11 +118,11 @@ class Link {
     this.isSorted = true;
   }
 
-  /** The transform at a time, and nanoseconds from it to the nearest one where none is before and behind it. */
+  /** The transform at a time, and nanoseconds from it to the nearest one where none is before and after it. */
   at(time: number): { pose: Pose; gap: number } {
     this.sort();
     let low = 0;
-    let high = this.times.length; // the first one behind the time is there, or before
+    let high = this.times.length; // the first one after the time is there, or before
     while (low < high) {
       const middle = (low + high) >> 1;
       if (this.times[middle] > time) high = middle;

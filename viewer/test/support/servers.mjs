@@ -62,7 +62,7 @@ export function framesOf(recording) {
   return { streams, frames };
 }
 
-/** The frame in a CompressedPointCloud2, which begins with its magic bytes behind its size. */
+/** The frame in a CompressedPointCloud2, which begins with its magic bytes after its size. */
 function frameIn(message) {
   const at = Buffer.from(message).indexOf("PCXI");
   const size = new DataView(message.buffer, message.byteOffset).getUint32(at - 4, true);
