@@ -45,6 +45,8 @@ def dead_links_of_markdown(page):
         path = link.partition("#")[0]
         if path and not is_elsewhere(link) and not (page.parent / path).exists():
             yield link
+    # Outside of the reference these are no links.
+    yield from re.findall(r"\]\((@ref [^)]*)\)", text)
 
 
 def main(folder, markdown_files):

@@ -217,6 +217,7 @@ checkNoPointsFollow(std::uint64_t further_bytes, std::uint64_t point_bytes)
 void
 checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
 {
+  const std::istream::pos_type points_end = file.tellg();
   // PCL's writer fills compressed points up to the size of a page.
   constexpr int largest_page = 1 << 16;
   for (int i = 0; i < largest_page && file.peek() == 0; ++i)
@@ -236,7 +237,8 @@ checkNothingFollows(std::istream& file, bool is_text, std::uint64_t point_bytes)
     return;
   }
   file.seekg(0, std::ios::end);
-  checkNoPointsFollow(static_cast<std::uint64_t>(file.tellg() - begin), point_bytes);
+  checkNoPointsFollow(static_cast<std::uint64_t>(file.tellg() - points_end),
+                      point_bytes);
 }
 
 /** \brief Bytes of a number of a PLY file; 0: there is no such type. */
@@ -417,7 +419,8 @@ checkPly(const std::string& path)
   std::uint64_t least_bytes = 0; // of a vertex
   for (const TextField& field : header.fields)
     least_bytes += header.is_text ? 2 : field.bytes;
-  if (header.vertices > bytes || header.vertices * least_bytes > bytes + 1)
+  if (header.vertices > bytes ||
+      header.vertices * least_bytes > bytes + (header.is_text ? 1 : 0))
     fail("it was cut off, or its header is wrong: it promises " +
          std::to_string(header.vertices) + " vertices, and has " +
          std::to_string(bytes) + " bytes of them");

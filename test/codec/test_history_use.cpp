@@ -163,7 +163,7 @@ TEST(HistoryUse, MayCostMoreAtFirstWithNumbersOfPoints)
             9 * bytesOf(stream, Effort::Fast, 1));
 }
 
-/** rief A rough surface, of which each frame sees a third: the history of one frame has a
+/** \brief A rough surface, of which each frame sees a third: the history of one frame has a
  * third of a frame's voxels, that of ten nearly all. */
 std::vector<VoxelFrame>
 flickeringSurface(int frames)

@@ -89,7 +89,7 @@ scales()
   return scales;
 }
 
-TEST(FaintVoxels, AreBelowTheThresholdWhenDecoded)
+TEST(IntensityThreshold, AreBelowTheThresholdWhenDecoded)
 {
   std::mt19937_64 random(1);
   const VoxelFrame symbols = randomFrame(random, 6, 700, 16);
@@ -109,7 +109,7 @@ TEST(FaintVoxels, AreBelowTheThresholdWhenDecoded)
   }
 }
 
-TEST(FaintVoxels, ThresholdsOutsideTheScaleRemoveNothingOrAll)
+TEST(IntensityThreshold, ThresholdsOutsideTheScaleRemoveNothingOrAll)
 {
   std::mt19937_64 random(2);
   for (const unsigned int bits : {8u, 16u}) {

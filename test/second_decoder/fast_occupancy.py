@@ -190,13 +190,13 @@ class FastOccupancyReader:
         open_cells, likely = self._open_and_likely(block, octant)
         count = open_cells.bit_count()
         c = 0 if count == 8 else 1 if count > 4 else 2
-        place = self._models.nibble(
+        rank = self._models.nibble(
             self._rans, "cell", 3 * min(likely.bit_count(), 3) + c
         )
-        if place == 8:
+        if rank == 8:
             return -1
-        require(place < count, "a new voxel is in none of the open cells")
-        return 8 * octant + _likely_first(likely, open_cells)[place]
+        require(rank < count, "a new voxel is in none of the open cells")
+        return 8 * octant + _likely_first(likely, open_cells)[rank]
 
     # New blocks
 

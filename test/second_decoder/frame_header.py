@@ -210,7 +210,7 @@ def read_header(reader: ByteReader) -> FrameHeader:
     require(coarse_voxel_count <= voxel_count, "there are more coarse voxels than voxels")
     require(
         not content.levels or bool(coarse_voxel_count) == bool(voxel_count),
-        "voxels are in no cell",
+        "voxels are in no coarse voxel",
     )
     point_count = reader.varint() if content.has_point_counts else 0
     payload_size = reader.varint()

@@ -74,6 +74,9 @@ TEST(ProgramHostileInputs, PointsBeyondThoseOfTheHeaderAreNotLeftOut)
   const TestFolder folder;
   writePcd(folder, "a.pcd", "1", "binary\n" + std::string(24, 'a'));
   expectRefused(folder, "a.pcd", "12 bytes follow the points");
+  const std::string ones("\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f", 12);
+  writePcd(folder, "b.pcd", "1", "binary\n" + ones + ones);
+  expectRefused(folder, "b.pcd", "12 bytes follow the points");
   const auto writePly = [&](const std::string& format, const std::string& points) {
     const std::string file = "ply\nformat " + format +
                              " 1.0\nelement vertex 1\nproperty float x\nproperty "
@@ -85,6 +88,8 @@ TEST(ProgramHostileInputs, PointsBeyondThoseOfTheHeaderAreNotLeftOut)
   expectRefused(folder, "a.ply", "lines follow the points");
   writePly("binary_little_endian", std::string(36, 'a'));
   expectRefused(folder, "a.ply", "24 bytes follow the points");
+  writePly("binary_little_endian", std::string(11, 'a'));
+  expectRefused(folder, "a.ply", "it was cut off");
 }
 
 TEST(ProgramHostileInputs, NumbersAreReadInAllWaysOfWriting)
@@ -149,9 +154,12 @@ TEST(ProgramHostileInputs, ASignalEndsWaitingForAPipe)
                                     "info p.mcap",
                                     "view p.mcap --export x.html --page page.html"}) {
     SCOPED_TRACE(command);
-    // Without an end after one signal it would be killed after ten seconds.
-    const ProgramRun result = runShell(folder, "timeout -k 10 1 \"$P\" " + command);
-    EXPECT_EQ(result.status, 124);
+    const ProgramRun result =
+        runShell(folder,
+                 "\"$P\" " + command +
+                     " & until ls -l /proc/$!/fd | grep -q '/p[.]'; do kill -0 $! || "
+                     "break; sleep 0.05; done; kill -TERM $!; wait $!");
+    EXPECT_EQ(result.status, 130);
     EXPECT_NE(result.errors.find("interrupted"), std::string::npos) << result.errors;
   }
 }

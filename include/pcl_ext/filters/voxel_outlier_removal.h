@@ -27,7 +27,7 @@ removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
  * into and keep only the remaining voxels.
  * \param[in] frame as isConsistent() demands
  * \param[in] min_intensity as above
- * \param[out] kept the frame without its faint voxels; must not be `frame`
+ * \param[out] kept the frame without these voxels; must not be `frame`
  * \return number of voxels left out
  */
 PCL_EXT_EXPORT std::size_t

@@ -190,7 +190,8 @@ private:
       return report(fault.what());
     }
     for (const std::string& topic : topics) {
-      central_node_->addStream(topic);
+      if (const auto status = central_node_->addStream(topic); !status.ok())
+        return report("streams: " + status.message());
       streams_.push_back(
           std::make_shared<Stream>(node, topic, streams_.size(), central_node_));
       streams_by_topic_[topic] = streams_.back();

@@ -82,7 +82,7 @@ private:
     frame_.children.clear();
     reserveAhead(frame_.children, std::min(8 * frame_.parents.size(), max_voxels_));
     const unsigned int shift = 3 * (height - block_levels);
-    beginBranchTiles(shift);
+    beginBranchNodeBlocks(shift);
     beginPending(frame_.parents.size());
     for (const std::uint64_t parent : frame_.parents)
       addPending(parent);
@@ -114,7 +114,7 @@ private:
    * \param[in] shift bits of a block's key below that of a node
    */
   void
-  beginBranchTiles(unsigned int shift)
+  beginBranchNodeBlocks(unsigned int shift)
   {
     frame_.node_blocks.clear();
     for (std::size_t i = 0; i < known_.size();) {

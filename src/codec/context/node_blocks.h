@@ -157,7 +157,7 @@ public:
    * \param[in] levels octree levels above the node blocks, 0..19
    */
   NodeBlockCursor(NodeBlockLevel& node_blocks, unsigned int levels)
-  : blocks_of_level_(node_blocks), levels_(levels)
+  : level_(node_blocks), levels_(levels)
   {}
 
   /** \brief Moves to a node block of the level. */
@@ -178,7 +178,7 @@ public:
   void
   setChildren(unsigned int octant, unsigned int children)
   {
-    NodeBlock& node_block = blocks_of_level_[index_];
+    NodeBlock& node_block = level_[index_];
     node_block.present |= std::uint64_t{children} << (8 * octant);
     node_block.pending &= static_cast<std::uint8_t>(~(1u << octant));
   }
@@ -193,7 +193,7 @@ public:
   {
     // By axes on which they are beside this one, on the octant's side: 4 x, 2 y, 1 z.
     std::array<const NodeBlock*, 8> node_blocks{};
-    node_blocks[0] = &blocks_of_level_[index_];
+    node_blocks[0] = &level_[index_];
     node_blocks[4] = blockBeside<4>(octant);
     node_blocks[2] = blockBeside<2>(octant);
     node_blocks[1] = blockBeside<1>(octant);
@@ -306,11 +306,11 @@ private:
           !neighbourBlock(key, (octant & axis) != 0 ? face + 3 : face, levels_, key))
         return &empty;
     }
-    const std::uint32_t index = blocks_of_level_.find(key);
-    return index != BlockDirectory::not_found ? &blocks_of_level_[index] : &empty;
+    const std::uint32_t index = level_.find(key);
+    return index != BlockDirectory::not_found ? &level_[index] : &empty;
   }
 
-  NodeBlockLevel& blocks_of_level_;
+  NodeBlockLevel& level_;
   unsigned int levels_;
   std::uint64_t key_ = 0;
   std::uint32_t index_ = BlockDirectory::not_found;

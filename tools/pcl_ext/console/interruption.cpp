@@ -29,8 +29,8 @@ noteInterruption(int signal)
     first_second = secondNow();
     is_interrupted = 1;
   }
-  // The command timeout sends its signal twice at once.
-  else if (secondNow() - first_second >= patience_s) {
+  // The command timeout sends its signal twice at once, and the kernel SIGXCPU each second.
+  else if (signal != SIGXCPU && secondNow() - first_second >= patience_s) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }
@@ -45,9 +45,13 @@ catchInterruptions()
   action.sa_handler = noteInterruption;
   sigemptyset(&action.sa_mask);
   action.sa_flags = SA_RESTART;
-  // SIGXCPU: a limit on time, whose last second is left for what was done.
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU})
+  // SIGXCPU: a soft limit on the time of the processor.
+  for (const int signal : {SIGINT, SIGTERM, SIGXCPU})
     sigaction(signal, &action, nullptr);
+  // After nohup it stays ignored.
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN); // a limit on file sizes, which writing then reports
 }

@@ -85,11 +85,16 @@ protected:
     return cloud.number >= options_.frames.begin && cloud.number < options_.frames.end;
   }
 
-  /** \brief True if a stream may have clouds that are wanted, of those that are known. */
+  /** \brief True if a stream may have clouds that are wanted, of those that are known or
+   * named by --topics. */
   bool
   wantsMore() const
   {
+    const auto isUnknown = [this](const std::string& topic) {
+      return std::find(topics_.begin(), topics_.end(), topic) == topics_.end();
+    };
     return clouds_.empty() ||
+           std::any_of(options_.topics.begin(), options_.topics.end(), isUnknown) ||
            std::any_of(clouds_.begin(), clouds_.end(), [this](std::size_t clouds) {
              return clouds < options_.frames.end;
            });

@@ -172,10 +172,15 @@ makeUnfinishedFolder(const fs::path& path)
   if (!fs::is_directory(path))
     return makeFolderBeside(path);
   const fs::path target = fs::canonical(path);
-  const fs::path folder = makeFolderBeside(target);
-  if (canMove(folder, target))
-    return folder;
-  fs::remove(folder, ignored);
+  try {
+    const fs::path folder = makeFolderBeside(target);
+    if (canMove(folder, target))
+      return folder;
+    fs::remove(folder, ignored);
+  }
+  catch (const std::runtime_error&) {
+    // The parent may be another user's, or read only.
+  }
   return makeFolderBeside(target / "clouds");
 }
 
@@ -311,16 +316,18 @@ CloudFolder::finish()
            "' are still the earlier ones; what was written until then is in '" +
            keepUnfinished().string() + "'";
   const fs::path unfinished = keepUnfinished(); // if a step fails
+  if (!fs::exists(fs::symlink_status(path_))) {
+    std::error_code error;
+    fs::rename(unfinished, path_, error);
+    if (!error)
+      return describeInterruption(path_.string(), false);
+  }
   // Another program may have filled it in the meantime.
-  if (!may_replace_ && fs::exists(path_) && !fs::is_empty(path_) &&
-      unfinished.parent_path() != fs::canonical(path_))
+  const bool is_inside = unfinished.parent_path() == fs::canonical(path_);
+  if (!may_replace_ && (is_inside ? !earlier.empty() : !fs::is_empty(path_)))
     throw std::runtime_error("the folder '" + path_.string() +
                              "' is not empty any more; the clouds are in '" +
                              unfinished.string() + "'");
-  std::error_code error;
-  fs::rename(unfinished, path_, error); // where it does not exist or is empty
-  if (!error)
-    return describeInterruption(path_.string(), false);
   try {
     moveClouds(unfinished, earlier);
   }

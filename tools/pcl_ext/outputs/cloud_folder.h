@@ -45,13 +45,13 @@ public:
   operator=(const CloudFolder&) = delete;
 
   /** \brief Writes a cloud as 000123.pcd, or .ply; if it has a time of a clock as
-   * 000123_1700000000.123456789.pcd, as PCD and PLY have no field for it.
+   * 000123_1700000000.123456789.pcd, as PCD and PLY have no field for it. A
+   * failure names the unfinished folder, if it has clouds.
    * \param[in] stream index of its folder
    * \param[in] number of the frame
    * \param[in] cloud not empty: PCD has no empty clouds
    * \param[in] stamp of the cloud; before 2001 it is no time of a clock
    * \param[in] viewpoint of PCD files
-   * A failure names the unfinished folder, if it has clouds.
    */
   void
   write(std::size_t stream,

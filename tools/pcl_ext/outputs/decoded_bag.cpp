@@ -29,7 +29,7 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input)
 : path_(output.path), existing_(output.existing())
 {
   recording::McapReader* const bag = input.bag();
-  check(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
+  throwUnlessOk(writer_.open(path_, bag != nullptr ? bag->profile() : "ros2"));
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
