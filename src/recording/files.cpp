@@ -20,11 +20,14 @@ namespace recording {
 
 namespace {
 
-/** \brief The status of a system call that failed. */
+/** \brief The status of a system call that failed; EBUSY is ours, see openOutput(). */
 RecordingStatus
 systemFailure(RecordingCode code, const std::string& path, const std::string& action)
 {
-  return {code, "cannot " + action + " '" + path + "': " + std::strerror(errno)};
+  return {code,
+          errno == EBUSY
+              ? "another program is writing '" + path + "'"
+              : "cannot " + action + " '" + path + "': " + std::strerror(errno)};
 }
 
 /** \brief Creates or empties a file that nobody else is writing.
@@ -217,8 +220,8 @@ setAsideUnfinished(const std::string& path, const std::string& written_file)
   if (written >= 0 && ::flock(written, LOCK_EX | LOCK_NB) != 0 &&
       errno == EWOULDBLOCK) {
     ::close(written);
-    return {RecordingCode::OutputFailed,
-            "another program is writing '" + written_file + "'"};
+    errno = EBUSY;
+    return systemFailure(RecordingCode::OutputFailed, written_file, "write to");
   }
   bool is_done = false;
   if (S_ISREG(properties.st_mode) && properties.st_size == 0)
