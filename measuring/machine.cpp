@@ -1,5 +1,7 @@
 #include "measuring/machine.h"
 
+#include <pcl_ext/version.h>
+
 #include "measuring/markdown_table.h"
 
 #include <pcl/pcl_config.h>
@@ -148,9 +150,9 @@ printMachine(std::ostream& output)
          << std::thread::hardware_concurrency()
          << " cores; memory: " << formatted(memoryGigabytes(), 1)
          << " GB; system: " << systemName() << "; compiler: " << compilerName()
-         << "; PCL " << PCL_VERSION_PRETTY << "; pcl_ext " << PCL_EXT_VERSION << "; "
-         << date() << "; load average at the start: " << formatted(loadAverage(), 1)
-         << ".\n\n";
+         << "; PCL " << PCL_VERSION_PRETTY << "; pcl_ext " << PCL_EXT_VERSION_TEXT
+         << "; " << date()
+         << "; load average at the start: " << formatted(loadAverage(), 1) << ".\n\n";
 }
 
 } // namespace measuring

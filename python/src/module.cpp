@@ -2,6 +2,8 @@
  * \brief The module pcl_ext._native: the library for the classes of the package, which have
  * the documentation. Outcomes are returned as tuples with the name of their code.
  */
+#include <pcl_ext/version.h>
+
 #include "bindings.h"
 
 #include <string>
@@ -42,7 +44,7 @@ text(const std::string& bytes)
 
 PYBIND11_MODULE(_native, module)
 {
-  module.attr("version") = PCL_EXT_VERSION;
+  module.attr("version") = pcl_ext::version();
   addCodec(module);
   addRecordings(module);
 }

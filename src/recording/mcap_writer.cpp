@@ -1,4 +1,5 @@
 #include <pcl_ext/recording/mcap_writer.h>
+#include <pcl_ext/version.h>
 
 #include "recording/files.h"
 #include "recording/guarded.h"
@@ -21,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char library_name[] = "pcl_ext " PCL_EXT_VERSION;
+constexpr char library_name[] = "pcl_ext " PCL_EXT_VERSION_TEXT;
 
 std::uint64_t
 nanosecondsOf(Time time)

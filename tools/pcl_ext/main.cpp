@@ -1,6 +1,8 @@
 /** \file
  * \brief The program pcl_ext: recordings of compressed clouds, on the command line.
  */
+#include <pcl_ext/version.h>
+
 #include "commands/commands.h"
 #include "console/console.h"
 #include "console/exit_status.h"
@@ -127,7 +129,8 @@ main(int argc, char** argv)
   CLI::App program(program_description, "pcl_ext");
   program.formatter(std::make_shared<HelpFormat>());
   program.footer(footer);
-  program.set_version_flag("--version", PCL_EXT_VERSION, "print the version and exit");
+  program.set_version_flag(
+      "--version", pcl_ext::version(), "print the version and exit");
   program.set_help_flag("-h,--help", "print this and exit");
   program.require_subcommand(0, 1);
   program.get_formatter()->label("SUBCOMMAND", "COMMAND");

@@ -2,10 +2,12 @@
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/version.h>
 
 #include <cstdint>
 #include <iostream>
 #include <optional>
+#include <string>
 #include <vector>
 
 int
@@ -36,6 +38,8 @@ main()
       decoded.keys == frame.keys && decoded.intensities == frame.intensities;
   pcl_ext::VoxelOutlierRemoval removal;
   if (!removal.filter(decoded).ok())
+    return 1;
+  if (std::string(pcl_ext::version()) != PCL_EXT_VERSION_TEXT || PCL_EXT_VERSION < 200)
     return 1;
   return is_same && frame.size() == 100 ? 0 : 1;
 }

@@ -1,5 +1,7 @@
 #include "options/man_page.h"
 
+#include <pcl_ext/version.h>
+
 #include "options/help_format.h"
 #include "options/help_texts.h"
 
@@ -85,8 +87,8 @@ writeManPage(const CLI::App& program, std::ostream& output)
   std::transform(title.begin(), title.end(), title.begin(), [](unsigned char letter) {
     return static_cast<char>(std::toupper(letter));
   });
-  output << ".TH " << title << " 1 \"\" \"" << program.get_name() << ' '
-         << PCL_EXT_VERSION << "\" \"User Commands\"\n"
+  output << ".TH " << title << " 1 \"\" \"" << program.get_name() << ' ' << version()
+         << "\" \"User Commands\"\n"
          << ".SH NAME\n"
          << escaped(program.get_name()) << " \\- " << escaped(one_line) << '\n'
          << ".SH SYNOPSIS\n\\fB" << escaped(program.get_name())
