@@ -117,8 +117,11 @@ public:
     }
     require(isPublished(sent) && !is_cut_off);
     is_untouched_ = false;
-    // Copies of what was decoded before it stay copies.
+    // Copies of what was decoded before it stay copies. The frame itself is one from now on if
+    // the damage is in bytes that do not change what it shows.
     std::deque<const SentFrame*> decoded = std::move(history.decoded);
+    if (isSame(sent, decoded_frame_, decoder_.stamp()))
+      decoded.push_back(&sent);
     history = History();
     history.decoded = std::move(decoded);
     history.is_known = false;
