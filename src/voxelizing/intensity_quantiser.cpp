@@ -1,6 +1,6 @@
 #include "voxelizing/intensity_quantiser.h"
 
-#include <pcl_ext/compression/impl/saturated_float.h>
+#include <pcl_ext/compression/saturated_float.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/impl/saturated_float.h>
+#include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>

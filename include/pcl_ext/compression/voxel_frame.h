@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/depth_model.h>
-#include <pcl_ext/compression/impl/saturated_float.h>
+#include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/export.h>
 

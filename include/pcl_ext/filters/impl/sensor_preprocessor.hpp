@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/impl/saturated_float.h>
+#include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/rigid_pose.h>
 
