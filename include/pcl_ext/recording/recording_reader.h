@@ -43,9 +43,9 @@ struct RecordedFrame {
 
 /** \brief Limits of decoding a recording, which follow its size: 8 voxels for each byte, at
  * least the default of DecoderLimits and at most 2^22; 16 points for each of these voxels;
- * frames of 256 MiB. So a frame takes at most 2.5 GB, or 4800 bytes for each byte of
- * the recording where that is more than the default allows. Recorded sensors take more than an
- * eighth of a byte for each voxel.
+ * frames of 256 MiB. What that means in memory is in doc/robustness.md: 2.5 GB at most for a
+ * frame of an ordinary stream. Recorded sensors take more than an eighth of a byte for each
+ * voxel.
  * \param[in] bytes of the recording
  */
 PCL_EXT_EXPORT io::DecoderLimits

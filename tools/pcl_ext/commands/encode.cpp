@@ -295,6 +295,31 @@ private:
     ++other_messages_;
   }
 
+  /** \brief Prints what is to be known of a stream.
+   * \return false if nothing of it was encoded
+   */
+  bool
+  report(const Stream& stream)
+  {
+    const EncodedSums& sums = stream.encoder.sums();
+    if (sums.warnings > 0)
+      console_.remark(
+          sums.first_warning +
+          (sums.warnings > 1
+               ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
+               : ""));
+    if (!stream.encoder.leftOut().empty())
+      console_.remark(stream.encoder.name() + ": " + stream.encoder.leftOut());
+    for (const std::string& remark :
+         {stream.encoder.frameIdRemark(), stream.encoder.unitRemark()})
+      if (!remark.empty())
+        console_.remark(remark);
+    const std::string why = stream.encoder.whyNothingWasEncoded();
+    if (!why.empty())
+      console_.error(why);
+    return why.empty();
+  }
+
   int
   finish()
   {
@@ -315,23 +340,7 @@ private:
       sums.voxels += part.voxels;
       sums.outliers += part.outliers;
       sums.bytes += part.bytes;
-      if (part.warnings > 0)
-        console_.remark(part.first_warning +
-                        (part.warnings > 1
-                             ? " (and " + counted(part.warnings - 1, "more frame") +
-                                   " with warnings)"
-                             : ""));
-      if (!stream->encoder.leftOut().empty())
-        console_.remark(stream->encoder.name() + ": " + stream->encoder.leftOut());
-      for (const std::string& remark :
-           {stream->encoder.frameIdRemark(), stream->encoder.unitRemark()})
-        if (!remark.empty())
-          console_.remark(remark);
-      if (const std::string why = stream->encoder.whyNothingWasEncoded();
-          !why.empty()) {
-        console_.error(why);
-        has_empty_stream = true;
-      }
+      has_empty_stream |= !report(*stream);
     }
     const std::vector<std::string> damage = input_->damage();
     for (const std::string& place : damage)

@@ -61,8 +61,8 @@ public:
         const Viewpoint& viewpoint = {});
 
   /** \brief Moves all files to their place, and then removes the other clouds of an earlier
-   * run there. After an interruption these stay. Where that or a failure keeps files from their place,
-   * they stay in the unfinished folder, which is named.
+   * run there. After an interruption these stay. Where that or a failure keeps files from
+   * their place, they stay in the unfinished folder, which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
   std::string
