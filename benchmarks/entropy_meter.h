@@ -22,8 +22,8 @@ namespace measuring {
 /** \brief What the decisions of a payload say. */
 enum Part : std::size_t {
   history_use,
-  known_voxels,
-  known_blocks,
+  tracked_voxels,
+  tracked_blocks,
   new_voxels,
   new_blocks,
   numbers,

@@ -104,9 +104,9 @@ addParts(const std::array<Figures, part_count>& parts,
          MarkdownTable& table)
 {
   const std::array<const char*, part_count> names = {"use of the history",
-                                                     "known voxels",
-                                                     "known blocks with new voxels",
-                                                     "new voxels in known blocks",
+                                                     "tracked voxels",
+                                                     "tracked blocks with new voxels",
+                                                     "new voxels in tracked blocks",
                                                      "nodes of new blocks",
                                                      "numbers",
                                                      "residuals",

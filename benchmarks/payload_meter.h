@@ -7,9 +7,9 @@
 #include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
-#include "codec/context/known_voxels.h"
 #include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
+#include "codec/context/tracked_voxels.h"
 #include "codec/depth_split.h"
 #include "codec/point_symbols.h"
 #include "entropy_meter.h"
@@ -35,8 +35,8 @@ class PayloadMeter {
 public:
   PayloadMeter()
   {
-    meter_.assign(&models_.known_voxels.voxel, known_voxels);
-    meter_.assign(&models_.new_voxels.block, known_blocks);
+    meter_.assign(&models_.tracked_voxels.voxel, tracked_voxels);
+    meter_.assign(&models_.new_voxels.block, tracked_blocks);
     meter_.assign(&models_.new_voxels.cell, new_voxels);
     meter_.assign(&models_.children.child, new_blocks);
   }
@@ -71,7 +71,7 @@ private:
   using Coding = MeteredCoding<IsSmall>;
 
   struct Models {
-    io::context::KnownVoxelModels known_voxels{IsSmall};
+    io::context::TrackedVoxelModels tracked_voxels{IsSmall};
     io::context::NewVoxelModels new_voxels{IsSmall};
     io::context::ChildModels children{IsSmall};
     io::context::IntensityContexts intensity{IsSmall};
@@ -127,7 +127,7 @@ private:
     if (header_.is_i_frame)
       models_ = Models();
     blocks_.clear();
-    intensities_.numbers.assign(voxels, 0);
+    intensities_.base_symbols.assign(voxels, 0);
     intensities_.symbols.assign(voxels, 0);
     Coding coding(io::context::BinaryRangeDecoder(begin, end), meter_);
     meter_.begin(history_use);
@@ -154,9 +154,10 @@ private:
     io::DepthObservations depths;
     const bool has_depths = depth_model_ && voxels != 0;
     if (has_depths)
-      intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths);
+      intensities_.split.observe(
+          intensities_.base_symbols, intensities_.symbols, depths);
     history_.update(blocks_,
-                    intensities_.numbers,
+                    intensities_.base_symbols,
                     has_depths ? &depths : nullptr,
                     !uses_history,
                     has_points && has_intensities ? &intensities_.point_symbols
@@ -168,22 +169,22 @@ private:
   decodeVoxels(Coding& coding, const io::context::FrameParameters& parameters)
   {
     frame_.begin(parameters.history);
-    const std::size_t voxels = intensities_.numbers.size();
-    const std::size_t known =
-        io::context::KnownVoxelPass(coding, models_.known_voxels, frame_, parameters)
-            .run();
-    if (known > voxels)
+    const std::size_t voxels = intensities_.base_symbols.size();
+    const std::size_t tracked = io::context::TrackedVoxelPass(
+                                    coding, models_.tracked_voxels, frame_, parameters)
+                                    .run();
+    if (tracked > voxels)
       return false;
-    io::context::NewVoxelPass in_known_blocks(
-        coding, models_.new_voxels, frame_, parameters, voxels - known);
-    if (!in_known_blocks.run())
+    io::context::NewVoxelPass in_tracked_blocks(
+        coding, models_.new_voxels, frame_, parameters, voxels - tracked);
+    if (!in_tracked_blocks.run())
       return false;
     meter_.begin(new_blocks);
     if (!io::context::NewBlockPass(coding,
                                    models_.children,
                                    frame_,
                                    parameters,
-                                   voxels - known - in_known_blocks.voxelCount())
+                                   voxels - tracked - in_tracked_blocks.voxelCount())
              .run())
       return false;
     frame_.collect(parameters.history, blocks_);
@@ -220,8 +221,8 @@ private:
     meter_.begin(numbers);
     if (parameters.symbol_bits != 0)
       Pass(coding, models, frame_.directory, parameters)
-          .run(blocks_, intensities_.numbers);
-    intensities_.symbols = intensities_.numbers;
+          .run(blocks_, intensities_.base_symbols);
+    intensities_.symbols = intensities_.base_symbols;
     if (parameters.depth_model == nullptr)
       return true;
     meter_.begin(residuals);
@@ -230,7 +231,7 @@ private:
                              blocks_,
                              intensities_.predictions,
                              parameters.maxSymbol());
-    intensities_.split.predict(intensities_.numbers);
+    intensities_.split.predict(intensities_.base_symbols);
     return Pass(coding, models, frame_.directory, parameters)
         .codeResiduals(intensities_.split, intensities_.symbols);
   }

@@ -37,7 +37,7 @@ residualClass(std::uint64_t exact, std::uint32_t roughness)
   return static_cast<std::uint8_t>((sizeOf(exact) * 4 + fraction) * 6 + roughness);
 }
 
-/** \brief Class of the roughness of a known voxel, 1..5. */
+/** \brief Class of the roughness of a tracked voxel, 1..5. */
 std::uint8_t
 roughnessClass(std::uint32_t roughness)
 {
@@ -77,7 +77,7 @@ DepthSplit::begin(const DepthModel& model,
   point_symbols_.assign(centre_symbols_.begin(), centre_symbols_.end());
   roughness_.assign(centre_symbols_.size(), 0);
   for (std::size_t i = 0; i < predictions.size(); ++i)
-    if (predictions[i].is_known) {
+    if (predictions[i].is_tracked) {
       const std::int64_t factor = one_offset + predictions[i].offset;
       point_symbols_[i] = centre_symbols_[i] * static_cast<std::uint64_t>(factor) >> 14;
       roughness_[i] = roughnessClass(predictions[i].roughness);
@@ -85,13 +85,13 @@ DepthSplit::begin(const DepthModel& model,
 }
 
 void
-DepthSplit::numbersOf(const std::vector<std::uint16_t>& symbols,
-                      std::vector<std::uint16_t>& numbers) const
+DepthSplit::baseSymbolsOf(const std::vector<std::uint16_t>& symbols,
+                          std::vector<std::uint16_t>& base_symbols) const
 {
-  numbers.resize(symbols.size());
+  base_symbols.resize(symbols.size());
   for (std::size_t i = 0; i < symbols.size(); ++i) {
     const std::uint64_t point_symbol = point_symbols_[i];
-    numbers[i] =
+    base_symbols[i] =
         point_symbol < one_symbol
             ? symbols[i]
             : static_cast<std::uint16_t>(
@@ -101,20 +101,23 @@ DepthSplit::numbersOf(const std::vector<std::uint16_t>& symbols,
 }
 
 void
-DepthSplit::predict(const std::vector<std::uint16_t>& numbers)
+DepthSplit::predict(const std::vector<std::uint16_t>& base_symbols)
 {
-  predicted_.resize(numbers.size());
-  classes_.resize(numbers.size());
-  contexts_.resize(numbers.size());
-  point_classes_.resize(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::uint64_t exact = numbers[i] * point_symbols_[i];
+  predicted_.resize(base_symbols.size());
+  classes_.resize(base_symbols.size());
+  contexts_.resize(base_symbols.size());
+  point_classes_.resize(base_symbols.size());
+  for (std::size_t i = 0; i < base_symbols.size(); ++i) {
+    const std::uint64_t exact = base_symbols[i] * point_symbols_[i];
     const auto predicted = static_cast<std::uint32_t>(
         std::min<std::uint64_t>((exact + one_symbol / 2) >> 16, max_symbol_));
     predicted_[i] = static_cast<std::uint16_t>(predicted);
     contexts_[i] = static_cast<std::uint8_t>(sizeOf(exact) * 16 + (exact >> 12 & 15));
-    const unsigned int number = numbers[i];
-    point_classes_[i] = number < 2 ? 0 : number < 3 ? 1 : number < 6 ? 2 : 3;
+    const unsigned int base_symbol = base_symbols[i];
+    point_classes_[i] = base_symbol < 2   ? 0
+                        : base_symbol < 3 ? 1
+                        : base_symbol < 6 ? 2
+                                          : 3;
     classes_[i] = point_symbols_[i] < one_symbol ? no_residual
                                                  : residualClass(exact, roughness_[i]);
   }
@@ -137,22 +140,23 @@ DepthSplit::symbol(std::size_t voxel,
 }
 
 void
-DepthSplit::observe(const std::vector<std::uint16_t>& numbers,
+DepthSplit::observe(const std::vector<std::uint16_t>& base_symbols,
                     const std::vector<std::uint16_t>& symbols,
                     DepthObservations& depths) const
 {
-  depths.offsets.resize(numbers.size());
-  depths.residuals.resize(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
+  depths.offsets.resize(base_symbols.size());
+  depths.residuals.resize(base_symbols.size());
+  for (std::size_t i = 0; i < base_symbols.size(); ++i) {
     depths.offsets[i] = 0;
     depths.residuals[i] =
         classes_[i] == no_residual
             ? std::uint8_t{0}
             : static_cast<std::uint8_t>(std::min(residual(i, symbols[i]), 15u));
     // The depth of the points cannot be derived from a saturated symbol.
-    if (classes_[i] == no_residual || numbers[i] == 0 || symbols[i] == max_symbol_)
+    if (classes_[i] == no_residual || base_symbols[i] == 0 || symbols[i] == max_symbol_)
       continue;
-    const auto centred = static_cast<std::int64_t>(numbers[i] * centre_symbols_[i]);
+    const auto centred =
+        static_cast<std::int64_t>(base_symbols[i] * centre_symbols_[i]);
     const std::int64_t distance = (std::int64_t{symbols[i]} << 16) - centred;
     depths.offsets[i] = static_cast<std::int16_t>(
         std::clamp(distance * one_offset / centred, -largest_offset, largest_offset));

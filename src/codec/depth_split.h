@@ -13,7 +13,7 @@ namespace io {
 
 /** \brief Prediction for a voxel with a depth model, from previous frames. */
 struct DepthPrediction {
-  bool is_known = false;      ///< if not, the members below are not used
+  bool is_tracked = false;    ///< if not, the members below are not used
   std::uint8_t roughness = 0; ///< running mean of the residual, in sixteenths
   std::int16_t offset = 0;    ///< depth offset, in units of 2^-14 of a point's symbol
 };
@@ -33,7 +33,7 @@ struct DepthObservations {
  */
 class DepthSplit {
 public:
-  /** \brief Class of a voxel whose number is its symbol: a point adds less than one to the
+  /** \brief Class of a voxel whose base symbol is its symbol: a point adds less than one to the
    * symbol there, so that the number of points cannot be derived. */
   static constexpr std::uint8_t no_residual = 0xff;
 
@@ -52,15 +52,15 @@ public:
         const std::vector<DepthPrediction>& predictions,
         std::uint32_t max_symbol);
 
-  /** \brief Encoder only: derives the numbers from the symbols. */
+  /** \brief Encoder only: derives the base symbols from the symbols. */
   void
-  numbersOf(const std::vector<std::uint16_t>& symbols,
-            std::vector<std::uint16_t>& numbers) const;
+  baseSymbolsOf(const std::vector<std::uint16_t>& symbols,
+                std::vector<std::uint16_t>& base_symbols) const;
 
-  /** \brief Predicts the symbols from the numbers; to be called before the functions
+  /** \brief Predicts the symbols from the base symbols; to be called before the functions
    * below. */
   void
-  predict(const std::vector<std::uint16_t>& numbers);
+  predict(const std::vector<std::uint16_t>& base_symbols);
 
   /** \brief The class of each voxel's residual, or no_residual. */
   const std::vector<std::uint8_t>&
@@ -105,7 +105,7 @@ public:
 
   /** \brief Computes the observations of a frame whose symbols are known. */
   void
-  observe(const std::vector<std::uint16_t>& numbers,
+  observe(const std::vector<std::uint16_t>& base_symbols,
           const std::vector<std::uint16_t>& symbols,
           DepthObservations& depths) const;
 

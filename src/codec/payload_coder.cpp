@@ -36,11 +36,11 @@ PayloadCoders::of(Effort effort)
 }
 
 std::size_t
-PayloadCoders::recordCount(Effort effort) const
+PayloadCoders::trackedVoxels(Effort effort) const
 {
   const std::unique_ptr<PayloadCoder>& coder =
       coders_[static_cast<std::size_t>(effort)];
-  return coder ? coder->recordCount() : 0;
+  return coder ? coder->trackedVoxels() : 0;
 }
 
 void

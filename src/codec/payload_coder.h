@@ -18,16 +18,16 @@ namespace fast {
 struct Workspace;
 } // namespace fast
 
-/** \brief The most voxels that a frame may have, also with higher limits, as places in the
- * history have 32 bits. */
+/** \brief The most voxels that a frame may have, also with higher limits, as indices of
+ * voxels in the history have 32 bits. */
 constexpr std::size_t largest_frame = std::size_t{1} << 24;
 
-/** \brief The most records that the history may have before a P-frame. If there are more, an
- * encoder makes an I-frame instead, and a decoder refuses the frame.
+/** \brief The most tracked voxels that the history may have before a P-frame. If there are
+ * more, an encoder makes an I-frame instead, and a decoder refuses the frame.
  * \param[in] voxels of the frame for an encoder, the limit for a decoder
  */
 constexpr std::size_t
-maxRecords(std::size_t voxels)
+maxTrackedVoxels(std::size_t voxels)
 {
   // Streams of fixed sensors have two to five for each voxel.
   const std::size_t of_small_frames = 8 * voxels + (std::size_t{1} << 16);
@@ -41,6 +41,14 @@ struct PayloadSizes {
   std::size_t occupancy = 0;
   std::size_t intensity = 0;
   std::size_t attributes = 0; ///< of the supplement
+};
+
+/** \brief A payload to decode. */
+struct CodedPayload {
+  const std::uint8_t* begin; ///< first byte
+  const std::uint8_t* end;   ///< one past the last byte
+  std::size_t voxel_count;   ///< of the frame
+  bool is_i_frame;           ///< coded without the history
 };
 
 /** \brief Memory for a frame while it is coded; may be used by several streams in turn. See
@@ -73,11 +81,11 @@ class PayloadCoder {
 public:
   virtual ~PayloadCoder() = default;
 
-  /** \brief Finds the voxels of the next frame that have a record in the history. To be
+  /** \brief Finds the voxels of the next frame that are tracked. To be
    * called before encode() of a P-frame, with the same voxels and memory.
    * \param[in,out] memory for the frame
    * \param[in] frame as isConsistent() demands; may be empty
-   * \return number of its voxels that have a record
+   * \return number of its voxels that are tracked
    */
   virtual std::size_t
   match(CodingWorkspace& memory, const VoxelFrame& frame) = 0;
@@ -98,20 +106,14 @@ public:
    * a failure does not change the history.
    * \param[in,out] memory for the frame, not to be used for others before learn() or
    * discard()
-   * \param[in] begin first byte
-   * \param[in] end end of the payload
-   * \param[in] voxel_count number of voxels of the frame
-   * \param[in] is_i_frame as for encode()
+   * \param[in] payload its bytes
    * \param[in,out] frame its voxels are set; its other members are given
    * \param[out] sizes as returned by encode()
    * \return false if the bytes are not exactly one payload of that many voxels
    */
   virtual bool
   decode(CodingWorkspace& memory,
-         const std::uint8_t* begin,
-         const std::uint8_t* end,
-         std::size_t voxel_count,
-         bool is_i_frame,
+         const CodedPayload& payload,
          VoxelFrame& frame,
          PayloadSizes& sizes) = 0;
 
@@ -128,9 +130,9 @@ public:
   virtual void
   releaseMemory() = 0;
 
-  /** \brief Number of voxels with a record in the history. */
+  /** \brief Number of tracked voxels. */
   virtual std::size_t
-  recordCount() const = 0;
+  trackedVoxels() const = 0;
 
   /** \brief True if encode() codes a P-frame without the history where that is smaller;
    * else such a frame should be an I-frame. */
@@ -148,9 +150,9 @@ public:
   PayloadCoder&
   of(Effort effort);
 
-  /** \brief Number of records of the coder of an effort; 0 if there is none. */
+  /** \brief Number of tracked voxels of the coder of an effort; 0 if there is none. */
   std::size_t
-  recordCount(Effort effort) const;
+  trackedVoxels(Effort effort) const;
 
   /** \brief Destroys all coders but that of an effort. */
   void

@@ -254,7 +254,7 @@ private:
       needed += statistics_.bytes;
     std::size_t taken = needed;
     if (found_ == FoundFormat::Version1) {
-      needed += version1_.recordCount();
+      needed += version1_.trackedVoxels();
       taken = version1_.memoryTaken();
     }
     work.endFrame(needed, taken);

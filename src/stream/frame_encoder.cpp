@@ -165,7 +165,7 @@ private:
   followStream(const VoxelFrame& frame)
   {
     const std::size_t needed =
-        frame.size() + bytes_of_payload_.size() + coders_.recordCount(effort_);
+        frame.size() + bytes_of_payload_.size() + coders_.trackedVoxels(effort_);
     work_.endFrame(needed, needed);
     if (!memory_rule_.shouldRelease(needed))
       return;
@@ -196,7 +196,7 @@ private:
     if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
       return true;
     // A moving sensor leaves many records, which take time and memory in both directions.
-    if (coder().recordCount() > maxRecords(frame.size()))
+    if (coder().trackedVoxels() > maxTrackedVoxels(frame.size()))
       return true;
     if (content_.refinement_levels > 0 && comeAgain(frame.keys)) {
       is_refinement_useful_ = false;
@@ -331,12 +331,10 @@ private:
     }
     if (!supplement_)
       supplement_ = std::make_unique<supplement::SupplementCoder>();
-    const supplement::Sizes added = supplement_->encode(content_,
-                                                        frame,
-                                                        coarse_voxels.keys,
-                                                        effort_,
-                                                        header.is_i_frame,
-                                                        bytes_of_payload_);
+    const supplement::Sizes added = supplement_->encode(
+        {content_, coarse_voxels.keys, effort_, header.is_i_frame, frame.size()},
+        frame,
+        bytes_of_payload_);
     sizes.occupancy += added.refinement;
     sizes.attributes += added.attributes;
   }

@@ -133,16 +133,14 @@ Version1Decoder::decodeVoxels(CodingWorkspace& work,
                               PayloadSizes& sizes)
 {
   PayloadCoder& coder = coders_.of(header_.effort);
-  if (!header_.is_i_frame && coder.recordCount() > maxRecords(limits_.max_voxels))
+  if (!header_.is_i_frame &&
+      coder.trackedVoxels() > maxTrackedVoxels(limits_.max_voxels))
     return {CompressionCode::LimitExceeded, "the history exceeds the limit on voxels"};
   const bool is_refined = header_.content.refinement_levels > 0;
   const std::uint64_t count =
       is_refined ? header_.coarse_voxel_count : header_.voxel_count;
   if (coder.decode(work,
-                   begin,
-                   end,
-                   static_cast<std::size_t>(count),
-                   header_.is_i_frame,
+                   {begin, end, static_cast<std::size_t>(count), header_.is_i_frame},
                    is_refined ? coarse_voxels_ : frame,
                    sizes))
     return {};
@@ -175,13 +173,13 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
     supplement_ = std::make_unique<supplement::SupplementCoder>();
   supplement::Sizes supplement_sizes;
   const bool is_whole =
-      supplement_->decode(begin,
+      supplement_->decode({header_.content,
+                           coarse_voxels_.keys,
+                           header_.effort,
+                           header_.is_i_frame,
+                           static_cast<std::size_t>(header_.voxel_count)},
+                          begin,
                           end,
-                          header_.content,
-                          coarse_voxels_.keys,
-                          header_.effort,
-                          header_.is_i_frame,
-                          static_cast<std::size_t>(header_.voxel_count),
                           frame,
                           supplement_sizes);
   sizes.occupancy += supplement_sizes.refinement;

@@ -63,9 +63,9 @@ public:
 
   /** \brief Number of records in the history. */
   std::size_t
-  recordCount() const
+  trackedVoxels() const
   {
-    return has_history_ ? coders_.recordCount(effort_) : 0;
+    return has_history_ ? coders_.trackedVoxels(effort_) : 0;
   }
 
   /** \brief Drops the history, as if no frame had been decoded. */

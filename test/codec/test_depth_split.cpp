@@ -72,7 +72,7 @@ expectLossless(const DepthModel& model,
   DepthSplit split;
   split.begin(model, blocks, predictionsOf(history, blocks), max_symbol);
   std::vector<std::uint16_t> numbers;
-  split.numbersOf(frame.intensities, numbers);
+  split.baseSymbolsOf(frame.intensities, numbers);
   ASSERT_EQ(numbers.size(), frame.size());
   split.predict(numbers);
 
@@ -184,7 +184,7 @@ TEST(DepthSplit, ResidualsAreZeroWhereTheModelIsExact)
   DepthSplit split;
   split.begin(model, blocks, {}, 4095);
   std::vector<std::uint16_t> numbers;
-  split.numbersOf(frame.intensities, numbers);
+  split.baseSymbolsOf(frame.intensities, numbers);
   split.predict(numbers);
   std::size_t with_residual = 0;
   for (std::size_t i = 0; i < frame.size(); ++i)
@@ -220,7 +220,7 @@ TEST(DepthSplit, TheHistoryLearnsDepthOffsets)
                 predictionsOf(history, blocks),
                 frame.intensity_scale.maxSymbol());
     std::vector<std::uint16_t> numbers;
-    split.numbersOf(frame.intensities, numbers);
+    split.baseSymbolsOf(frame.intensities, numbers);
     split.predict(numbers);
     std::uint64_t residuals = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {

@@ -62,13 +62,14 @@ public:
     ASSERT_TRUE(decode(payload, frame, is_i_frame, back));
     expectSameFrame(back, frame);
     EXPECT_EQ(decoded_sizes_.occupancy, sizes_.occupancy);
-    EXPECT_EQ(decoder_.of(effort_).recordCount(), encoder_.of(effort_).recordCount());
-    EXPECT_EQ(knownVoxels(frame), frame.size());
+    EXPECT_EQ(decoder_.of(effort_).trackedVoxels(),
+              encoder_.of(effort_).trackedVoxels());
+    EXPECT_EQ(trackedVoxels(frame), frame.size());
   }
 
   /** \brief Voxels of a frame that are in the decoder's history. */
   std::size_t
-  knownVoxels(const VoxelFrame& frame)
+  trackedVoxels(const VoxelFrame& frame)
   {
     return decoder_.of(effort_).match(work_, frame);
   }
@@ -291,7 +292,7 @@ TEST_P(PayloadCoding, IFramesResetTheModels)
   }
 }
 
-TEST_P(PayloadCoding, KnownVoxelsAreCounted)
+TEST_P(PayloadCoding, TrackedVoxelsAreCounted)
 {
   CodingWorkspace work;
   PayloadCoders coders;
@@ -300,11 +301,11 @@ TEST_P(PayloadCoding, KnownVoxelsAreCounted)
   frame.keys = {0, 1, 64, 200, 4095};
   frame.intensities.assign(5, 1);
   EXPECT_EQ(coder.match(work, frame), 0u);
-  EXPECT_EQ(coder.recordCount(), 0u);
+  EXPECT_EQ(coder.trackedVoxels(), 0u);
   Bytes payload;
   encodePayload(coder, work, frame, true, payload);
   EXPECT_EQ(coder.match(work, frame), 5u);
-  EXPECT_EQ(coder.recordCount(), 5u);
+  EXPECT_EQ(coder.trackedVoxels(), 5u);
   frame.keys = {1, 2, 65, 200, 4094};
   EXPECT_EQ(coder.match(work, frame), 2u);
   frame.keys.clear();
@@ -318,14 +319,14 @@ TEST_P(PayloadCoding, VoxelsThatStayAwayAreForgotten)
   Ends ends(GetParam(), work);
   const VoxelFrame frame = randomFrame(random, 4, 300);
   ends.expectRoundTrip(frame, true);
-  EXPECT_EQ(ends.knownVoxels(frame), 300u);
+  EXPECT_EQ(ends.trackedVoxels(frame), 300u);
   VoxelFrame single = emptyFrame(4);
   single.keys = {frame.keys[7]};
   single.intensities = {1};
   for (int i = 0; i < (GetParam() == Effort::Fast ? 6 : 60); ++i)
     ends.expectRoundTrip(single, false);
-  EXPECT_EQ(ends.knownVoxels(frame), 1u);
-  EXPECT_EQ(ends.knownVoxels(single), 1u);
+  EXPECT_EQ(ends.trackedVoxels(frame), 1u);
+  EXPECT_EQ(ends.trackedVoxels(single), 1u);
 }
 
 TEST(PayloadCoder, EffortsShareNoState)

@@ -43,15 +43,15 @@ TEST(ScriptedGrowth, NodesThatAreMoreThanVoxels)
             (std::size_t{1} << 19) + 4 * voxels * sizeof(std::uint64_t));
 }
 
-TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
+TEST(ScriptedGrowth, NewBlocksBehindMoreTrackedVoxelsThanThereMayBe)
 {
   constexpr unsigned int depth = 8;
   const ScriptedStream stream(depth, 0, 2, [](FastScript& script) {
     script.newVoxels(depth, {0, 1});
   });
-  // Both known voxels are occupied; the header has one voxel.
+  // Both tracked voxels are occupied; the header has one voxel.
   const Bytes forged = stream.pFrame(1, [](FastScript& script) {
-    script.knownVoxels(3, 2, 3);
+    script.trackedVoxels(3, 2, 3);
     script.octants(false, 0);
     writeFullGrid(script, depth - 2);
   });
@@ -61,9 +61,9 @@ TEST(ScriptedGrowth, NewBlocksBehindMoreKnownVoxelsThanThereMayBe)
   EXPECT_LE(memoryToRefuse(decoder, forged), std::size_t{1} << 20);
 }
 
-TEST(ScriptedGrowth, NoBytesBehindMoreKnownVoxelsThanThereMayBe)
+TEST(ScriptedGrowth, NoBytesBehindMoreTrackedVoxelsThanThereMayBe)
 {
-  // The context coder reads nothing but ones: both known voxels, although the header has
+  // The context coder reads nothing but ones: both tracked voxels, although the header has
   // one voxel, and then every block of the grid.
   for (const Effort effort : {Effort::Balanced, Effort::Small}) {
     VoxelFrame frame = emptyFrame(8);

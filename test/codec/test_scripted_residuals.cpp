@@ -95,7 +95,7 @@ struct Residuals {
     DepthSplit split;
     split.begin(*frame.depth_model, blocks, {}, frame.intensity_scale.maxSymbol());
     Numbers points;
-    split.numbersOf(frame.intensities, points);
+    split.baseSymbolsOf(frame.intensities, points);
     split.predict(points);
     for (std::size_t i = 0; i < frame.size(); ++i) {
       const std::uint32_t size =

@@ -87,7 +87,7 @@ fullFrame(std::mt19937_64& random,
   return frame;
 }
 
-TEST(TruncatedPayloads, KnownSymbols)
+TEST(TruncatedPayloads, TrackedSymbols)
 {
   std::mt19937_64 random(3);
   for (const std::uint64_t end : {2u, 5u, 9u, 60u}) {
@@ -105,7 +105,7 @@ TEST(TruncatedPayloads, NewVoxels)
     std::vector<VoxelFrame> frames;
     for (int i = 0; i < 4; ++i) {
       std::set<std::uint64_t> keys;
-      // Half of the blocks are known, and in each some voxels.
+      // Half of the blocks are tracked, and in each some voxels.
       for (std::uint64_t key = 0; key < 16384; ++key)
         if (below(random, share) == 0 && (key / 64 % 2 == 0 || i == 3))
           keys.insert(key);
@@ -179,19 +179,19 @@ TEST(TruncatedPayloads, MasksOfSeveral)
   constexpr std::size_t blocks = 2048;
   const ScriptedStream stream = streamOfBlocks(blocks);
   std::mt19937_64 random(5);
-  const auto knownBlocks = [](FastScript& script, unsigned int symbol) {
+  const auto trackedBlocks = [](FastScript& script, unsigned int symbol) {
     for (std::size_t i = 0; i < blocks / 8; ++i)
-      script.knownVoxels(3, 8, 255);
+      script.trackedVoxels(3, 8, 255);
     for (std::size_t i = 0; i < blocks; ++i)
       script.octants(false, symbol);
   };
   expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
-    knownBlocks(script, 9);
+    trackedBlocks(script, 9);
     for (std::size_t i = 0; i < blocks; ++i)
       script.mask(script.models.several, 1, goodByte(random));
   });
   expectScriptRefused(stream, 6, false, many, [&](FastScript& script) {
-    knownBlocks(script, 8); // the farthest octant, whose cells are all open
+    trackedBlocks(script, 8); // the farthest octant, whose cells are all open
     for (std::size_t i = 0; i < blocks; ++i)
       script.cells(0, 8, 8);
     for (std::size_t i = 0; i < blocks; ++i)
@@ -247,7 +247,7 @@ streamOfFullGrid(unsigned int bits, unsigned int step)
   });
 }
 
-TEST(TruncatedPayloads, KnownVoxelsAndSteps)
+TEST(TruncatedPayloads, TrackedVoxelsAndSteps)
 {
   std::mt19937_64 random(9);
   // A single state reads them if the header says that there are few; there are half of
@@ -256,26 +256,26 @@ TEST(TruncatedPayloads, KnownVoxelsAndSteps)
     expectScriptRefused(
         streamOfFullGrid(8, 0), 4, false, count, [&](FastScript& script) {
           for (int i = 0; i < 1024; ++i)
-            script.knownVoxels(3, 8, random());
+            script.trackedVoxels(3, 8, random());
         });
-  const auto knownVoxels = [](FastScript& script) {
+  const auto trackedVoxels = [](FastScript& script) {
     for (int i = 0; i < 512; ++i)
-      script.knownVoxels(3, 8, 255);
+      script.trackedVoxels(3, 8, 255);
     for (int i = 0; i < 64; ++i)
       script.octants(false, 0);
     script.noNewBlocks();
   };
   expectScriptRefused(streamOfFullGrid(8, 0), 4, false, 4096, [&](FastScript& script) {
-    knownVoxels(script);
+    trackedVoxels(script);
     for (int i = 0; i < 4096; ++i)
-      script.knownStep(0, static_cast<unsigned int>(below(random, 15)));
+      script.trackedStep(0, static_cast<unsigned int>(below(random, 15)));
   });
   // Escapes, and after them steps below all nibbles'.
   expectScriptRefused(streamOfFullGrid(5, 24), 4, false, 4096, [&](FastScript& script) {
-    knownVoxels(script);
-    script.knownStep(0, 0);
+    trackedVoxels(script);
+    script.trackedStep(0, 0);
     for (int i = 1; i < 4096; ++i)
-      script.knownStep(24, 15);
+      script.trackedStep(24, 15);
     for (int i = 1; i < 4096; ++i)
       script.wholeStep(static_cast<unsigned int>(below(random, 16)));
   });

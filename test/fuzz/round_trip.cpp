@@ -52,7 +52,7 @@ struct Choices {
 
   std::size_t points_per_cloud;
   Effort effort;
-  /** \brief Frames of each cloud, so that P-frames have known voxels. */
+  /** \brief Frames of each cloud, so that P-frames have tracked voxels. */
   std::size_t repetitions;
 };
 

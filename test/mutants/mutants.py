@@ -158,7 +158,7 @@ MUTANTS = [
            "if (with_statistics)", "if (false)"),
     Mutant(FAST + "payload.cpp", "new voxels have statistics of points",
            "table[cell_indices[i]] = History::no_statistics;", ";"),
-    Mutant(FAST + "history.cpp", "blocks without known voxels are kept",
+    Mutant(FAST + "history.cpp", "blocks without tracked voxels are kept",
            "kept_ += is_kept;", "kept_ += 1;"),
 
     # Entropy coders.
@@ -180,9 +180,9 @@ MUTANTS = [
 
     # New voxels.
     Mutant(FAST + "new_voxels.cpp", "new voxels outside of the grid",
-           "(in_grid & ~known) >> shift & 0xff)", "~known >> shift & 0xff)",
+           "(in_grid & ~tracked) >> shift & 0xff)", "~tracked >> shift & 0xff)",
            "isConsistent() refuses such voxels after the payload"),
-    Mutant(FAST + "new_voxels.cpp", "a new voxel that is known already",
+    Mutant(FAST + "new_voxels.cpp", "a new voxel that is tracked already",
            "(cells & closed >> shift) != 0 ||", "false ||"),
     Mutant(FAST + "new_voxels.cpp", "several new voxels of which there is one",
            "if (child_masks.count[cells] < 2 ||", "if (child_masks.count[cells] < 1 ||"),

@@ -12,7 +12,7 @@ from morton import BLOCK_BITS
 class SeenVoxel(NamedTuple):
     """What a frame says of an occupied voxel, for the history to learn."""
 
-    number: int
+    base_symbol: int
     depth_offset: int
     """o of the description: 0 without a residual or without a depth model."""
     roughness: int
@@ -20,7 +20,7 @@ class SeenVoxel(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is remembered of a known voxel."""
+    """What is remembered of a tracked voxel."""
 
     probability: int
     recent: int
@@ -62,7 +62,7 @@ def _one_frame_on(record: Record, is_occupied: bool) -> Record:
 def _with_seen(
     record: Record, seen: SeenVoxel, f: int, has_depth_model: bool
 ) -> Record:
-    d = (seen.number << f) - record.mean
+    d = (seen.base_symbol << f) - record.mean
     record = record._replace(
         deviation=record.deviation + ((abs(d) - record.deviation) >> 2),
         mean=record.mean + (d >> 2),
@@ -83,8 +83,8 @@ class ContextHistory:
     records: Dict[int, Record] = field(default_factory=dict)
     activities: Dict[int, int] = field(default_factory=dict)
 
-    def known_cells(self) -> Dict[int, List[int]]:
-        """The known cells of each block, blocks and cells ascending."""
+    def tracked_cells(self) -> Dict[int, List[int]]:
+        """The tracked cells of each block, blocks and cells ascending."""
         cells: Dict[int, List[int]] = {}
         for key in sorted(self.records):
             cells.setdefault(key >> BLOCK_BITS, []).append(key & 63)
@@ -110,7 +110,7 @@ class ContextHistory:
         for key, voxel in seen.items():
             if key in self.records:
                 continue
-            mean = voxel.number << f
+            mean = voxel.base_symbol << f
             after.records[key] = Record(
                 probability=26000 if is_history_used else 52000,
                 recent=1,

@@ -40,11 +40,11 @@ class Kinds:
 
     def __init__(self, effort: int) -> None:
         is_small = effort == 2
-        self.known_voxel = Kind(2 if is_small else 1, 6)
+        self.tracked_voxel = Kind(2 if is_small else 1, 6)
         self.block = Kind(1, 5)
         self.cell = Choices(_CELL_WEIGHTS)
         self.child = Kind(5 if is_small else 2, 5)
-        self.number = Kind(4 if is_small else 2, 6)
+        self.symbol = Kind(4 if is_small else 2, 6)
         self.residual = Kind(3 if is_small else 1, 5)
         self.escape = Kind(1, 5)
 
@@ -80,7 +80,7 @@ class _Payload:
     bits: RangeDecoder
     kinds: Kinds
     history: ContextHistory
-    known_cells: Dict[int, List[int]]
+    tracked_cells: Dict[int, List[int]]
     occupied: Set[int] = field(default_factory=set)
 
     def neighbours(self, key: int) -> Sequence[Optional[int]]:
@@ -111,8 +111,8 @@ def _class_of(number: int, least: Sequence[int]) -> int:
     return bisect_right(least, number)
 
 
-class _KnownVoxels:
-    """Section "Known voxels"."""
+class _TrackedVoxels:
+    """Section "Tracked voxels"."""
 
     def __init__(self, payload: _Payload) -> None:
         self._payload = payload
@@ -121,11 +121,11 @@ class _KnownVoxels:
 
     def read(self) -> None:
         payload = self._payload
-        for block, cells in payload.known_cells.items():
+        for block, cells in payload.tracked_cells.items():
             for cell in cells:
                 key = block << BLOCK_BITS | cell
                 record = payload.history.records[key]
-                bit = payload.kinds.known_voxel.read(
+                bit = payload.kinds.tracked_voxel.read(
                     payload.bits,
                     self._contexts(key, record),
                     (record.probability >> 13) * 3 + record.age_class,
@@ -260,7 +260,7 @@ class _Level:
 def _read_new_voxels(payload: _Payload) -> None:
     """Section "New voxels"."""
     cell_count = cells_of_block(payload.frame.depth)
-    for block, cells in payload.known_cells.items():
+    for block, cells in payload.tracked_cells.items():
         if len(cells) == cell_count:
             continue
         k = _class_of(len(cells), (4, 10, 20))
@@ -270,7 +270,7 @@ def _read_new_voxels(payload: _Payload) -> None:
 
 
 def _read_cells(payload: _Payload, block: int, open_cells: List[int]) -> None:
-    """The new voxels of a known block that has some."""
+    """The new voxels of a tracked block that has some."""
     last: Optional[int] = None
     while open_cells:
         classes: List[List[int]] = [[] for _ in _CELL_WEIGHTS]
@@ -296,17 +296,17 @@ def _read_blocks(payload: _Payload) -> List[int]:
     if not payload.bits.bypass_bit():
         return []
     depth = payload.frame.depth
-    known = payload.known_cells
+    tracked = payload.tracked_cells
     if levels_above_blocks(depth) == 0:
-        require(0 not in known, "the only block is no new one")
+        require(0 not in tracked, "the only block is no new one")
         return [0]
     nodes = [0]
     for height in range(depth - 1, 1, -1):
-        present = {block >> 3 * (height - 2) for block in known}
+        present = {block >> 3 * (height - 2) for block in tracked}
 
         def candidates(parent: int, height: int = height) -> List[int]:
             children = range(8 * parent, 8 * parent + 8)
-            return [c for c in children if height > 2 or c not in known]
+            return [c for c in children if height > 2 or c not in tracked]
 
         nodes = _Level(payload, height, present).read(nodes, candidates)
     return nodes
@@ -340,7 +340,7 @@ def _first_node(length: int) -> int:
     return (1 << length) // 2 if length < 5 else 16 * (min(length, 8) - 4)
 
 
-class _Numbers:
+class _BaseSymbols:
     """Section "Numbers"."""
 
     def __init__(self, payload: _Payload) -> None:
@@ -352,30 +352,30 @@ class _Numbers:
         self._shortest = 0
 
     def read(self, keys: Sequence[int]) -> Dict[int, int]:
-        """The number of each voxel."""
+        """The base symbol of each voxel."""
         self._shortest = 0 if self._payload.bits.bypass_bit() else 1
-        numbers: Dict[int, int] = {}
+        base_symbols: Dict[int, int] = {}
         for key in keys:
             record = self._payload.history.records.get(key)
-            self._expect(key, record, numbers)
-            number = self._read_number()
+            self._expect(key, record, base_symbols)
+            base_symbol = self._read_base_symbol()
             if record is None:
-                self._error += (abs(16 * number - self._e) - self._error) >> 3
-            change = 16 * number - self._running
-            self._running += change >> 2 if numbers else change
-            numbers[key] = number
-        return numbers
+                self._error += (abs(16 * base_symbol - self._e) - self._error) >> 3
+            change = 16 * base_symbol - self._running
+            self._running += change >> 2 if base_symbols else change
+            base_symbols[key] = base_symbol
+        return base_symbols
 
     def _expect(
-        self, key: int, record: Optional[Record], numbers: Dict[int, int]
+        self, key: int, record: Optional[Record], base_symbols: Dict[int, int]
     ) -> None:
-        """What the contexts of a number's decisions have in common."""
+        """What the contexts of a base symbol's decisions have in common."""
         average = self._running
         neighbours = self._payload.neighbours(key)
-        below = [numbers[n] for n in neighbours[:3] if n in numbers]
+        below = [base_symbols[n] for n in neighbours[:3] if n in base_symbols]
         if self._effort == 2 and below:
             average = 16 * sum(below) // len(below)
-        self._is_known = record is not None
+        self._is_tracked = record is not None
         if record is not None:
             self._e = self._payload.mean_in_sixteenths(record)
             d = record.deviation << self._to_sixteenths
@@ -398,7 +398,7 @@ class _Numbers:
             level + way_3,
         )
 
-    def _read_number(self) -> int:
+    def _read_base_symbol(self) -> int:
         bits, symbol_bits = self._payload.bits, self._payload.frame.symbol_bits
         length = self._shortest
         while length < symbol_bits and self._decide(
@@ -417,19 +417,19 @@ class _Numbers:
         return q
 
     def _decide(self, node: int, weights: int, middle: int, w: int) -> int:
-        kind, bits = self._payload.kinds.number, self._payload.bits
+        kind, bits = self._payload.kinds.symbol, self._payload.bits
         first, second, third = (96 * row + node for row in self._rows)
         if self._effort == 1 and node < 8:
             return kind.read_first(bits, first)
         x = (16 * middle - 8 - self._e) * 8 >> self._scale
-        place = 16 * self._is_known + min(self._scale, 15)
+        place = 16 * self._is_tracked + min(self._scale, 15)
         place = 8 * place + min(max(w + 6 - self._scale, 0), 7)
         place = (2 * place + (x >= 0)) * 21
         place += _octave_class(x if x >= 0 else -1 - x, 21)
         contexts = [first, place, second, third]
         if self._effort == 1:
             contexts = contexts[:2]
-        return kind.read(bits, contexts, weights + self._is_known)
+        return kind.read(bits, contexts, weights + self._is_tracked)
 
 
 class _Symbols:
@@ -439,39 +439,39 @@ class _Symbols:
         self._payload = payload
         self._average = 16
 
-    def read(self, keys: Sequence[int], numbers: Dict[int, int]) -> Dict[int, int]:
+    def read(self, keys: Sequence[int], base_symbols: Dict[int, int]) -> Dict[int, int]:
         """The symbol of each voxel; what there is to learn goes into `seen`."""
         self.seen: Dict[int, SeenVoxel] = {}
-        return {key: self._symbol(key, numbers[key]) for key in keys}
+        return {key: self._symbol(key, base_symbols[key]) for key in keys}
 
-    def _symbol(self, key: int, number: int) -> int:
+    def _symbol(self, key: int, base_symbol: int) -> int:
         frame = self._payload.frame
         record = self._payload.history.records.get(key)
         if frame.depth_model is None:
-            return self._without_rest(key, number)
+            return self._without_rest(key, base_symbol)
         c = frame.depth_model.point_at_centre(key)
         w = point_with_offset(c, record.depth_offset if record else 0)
         if not has_residual(w):
-            return self._without_rest(key, number)
-        exact = number * w
-        residual = self._read_residual(exact, number, record)
+            return self._without_rest(key, base_symbol)
+        exact = base_symbol * w
+        residual = self._read_residual(exact, base_symbol, record)
         symbol = predicted_symbol(exact, frame.highest_symbol) + from_zigzag(residual)
         require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
         offset = 0
-        if number and symbol < frame.highest_symbol:
-            offset = _quotient((((symbol << 16) - number * c) << 14), number * c)
+        if base_symbol and symbol < frame.highest_symbol:
+            offset = _quotient((((symbol << 16) - base_symbol * c) << 14), base_symbol * c)
         offset = min(max(offset, -(1 << 13)), 1 << 13)
-        self.seen[key] = SeenVoxel(number, offset, 16 * min(residual, 15))
+        self.seen[key] = SeenVoxel(base_symbol, offset, 16 * min(residual, 15))
         return symbol
 
-    def _without_rest(self, key: int, number: int) -> int:
-        self.seen[key] = SeenVoxel(number, 0, 0)
-        return number
+    def _without_rest(self, key: int, base_symbol: int) -> int:
+        self.seen[key] = SeenVoxel(base_symbol, 0, 0)
+        return base_symbol
 
-    def _read_residual(self, exact: int, number: int, record: Optional[Record]) -> int:
+    def _read_residual(self, exact: int, base_symbol: int, record: Optional[Record]) -> int:
         z = min(exact >> 17, 127).bit_length()
         w = 1 + _class_of(record.roughness, (6, 14, 24, 48)) if record else 0
-        n = _class_of(number, (2, 3, 6))
+        n = _class_of(base_symbol, (2, 3, 6))
         quarter = 4 * z + (exact >> 14) % 4
         rows = [
             quarter * 6 + w,
@@ -522,8 +522,8 @@ def decode_context_payload(
         if not frame.is_i_frame and not bits.bypass_bit():
             history = point_history = ContextHistory()
             is_history_used = False
-        payload = _Payload(frame, bits, kinds, history, history.known_cells())
-        _KnownVoxels(payload).read()
+        payload = _Payload(frame, bits, kinds, history, history.tracked_cells())
+        _TrackedVoxels(payload).read()
         _read_new_voxels(payload)
         _read_new_blocks(payload)
         require(
@@ -531,11 +531,11 @@ def decode_context_payload(
             "there are fewer voxels than the header says",
         )
         keys = sorted(payload.occupied)
-        numbers = dict.fromkeys(keys, 0)
+        base_symbols = dict.fromkeys(keys, 0)
         if frame.symbol_bits:
-            numbers = _Numbers(payload).read(keys)
+            base_symbols = _BaseSymbols(payload).read(keys)
         reader = _Symbols(payload)
-        symbols = reader.read(keys, numbers)
+        symbols = reader.read(keys, base_symbols)
         seen = reader.seen
         if frame.has_points:
             if frame.has_intensities:
@@ -545,7 +545,7 @@ def decode_context_payload(
                     kinds=point_kinds,
                     history=point_history,
                 )
-                point_symbols = _Numbers(payload).read(keys)
+                point_symbols = _BaseSymbols(payload).read(keys)
             counts = counts_of_symbols(
                 [(point_symbols or symbols)[key] for key in keys],
                 lambda: payload.escape(31),

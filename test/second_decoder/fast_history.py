@@ -61,8 +61,8 @@ class FastHistory:
     def share(self, past: int) -> int:
         return self.shares.get(past, first_share(past))
 
-    def known_cells(self) -> Dict[int, int]:
-        """The mask of known cells of each block, ascending."""
+    def tracked_cells(self) -> Dict[int, int]:
+        """The mask of tracked cells of each block, ascending."""
         masks: Dict[int, int] = {}
         for key in sorted(key for bucket in self.buckets.values() for key in bucket):
             block = key >> BLOCK_BITS

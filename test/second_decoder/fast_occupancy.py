@@ -16,12 +16,12 @@ from rans import BitModel, RansDecoder, occupancy_table
 
 @dataclass(frozen=True)
 class FastOccupancy:
-    """Occupied voxels, known ones and those that the frame brings, and what follows.
+    """Occupied voxels, tracked ones and those that the frame brings, and what follows.
 
     `history` is the one after the frame, with the statistics of the one before.
     """
 
-    known: List[int]
+    tracked: List[int]
     brought: List[int]
     history: FastHistory
 
@@ -56,7 +56,7 @@ def _below(node: int, axis: int) -> int:
 
 
 class FastOccupancyReader:
-    """Reads known voxels, new voxels in known blocks and new blocks, in this order."""
+    """Reads tracked voxels, new voxels in tracked blocks and new blocks, in this order."""
 
     def __init__(
         self,
@@ -72,35 +72,35 @@ class FastOccupancyReader:
         self._after = FastHistory(
             shares=dict(history.shares), statistics=dict(history.statistics)
         )
-        self._known_cells = history.known_cells()
-        self._occupied_cells = {block: 0 for block in self._known_cells}
-        self._known: List[int] = []
+        self._tracked_cells = history.tracked_cells()
+        self._occupied_cells = {block: 0 for block in self._tracked_cells}
+        self._tracked: List[int] = []
         self._brought: List[int] = []
 
     def read(self) -> FastOccupancy:
-        self._read_known_voxels()
-        new_cells = self._read_new_voxels_in_known_blocks()
+        self._read_tracked_voxels()
+        new_cells = self._read_new_voxels_in_tracked_blocks()
         for block in sorted(new_cells):
             self._bring(block, new_cells[block])
         for block, cells in self._read_new_blocks().items():
             self._bring(block, cells)
         require(
-            len(self._known) + len(self._brought) == self._frame.voxel_count,
+            len(self._tracked) + len(self._brought) == self._frame.voxel_count,
             "there are not as many voxels as the header says",
         )
         first_past = 3 if self._frame.is_i_frame else 1
         self._after.buckets.setdefault(first_past, []).extend(self._brought)
         self._learn_activities(new_cells)
-        return FastOccupancy(self._known, self._brought, self._after)
+        return FastOccupancy(self._tracked, self._brought, self._after)
 
     def _bring(self, block: int, cells: int) -> None:
         keys = [block << BLOCK_BITS | cell for cell in _ones(cells)]
         require(keys[-1] & 63 < cells_of_block(self._frame.depth), "a cell is outside")
         self._brought += keys
 
-    # Known voxels
+    # Tracked voxels
 
-    def _read_known_voxels(self) -> None:
+    def _read_tracked_voxels(self) -> None:
         for past in sorted(self._history.buckets):
             bucket = self._history.buckets[past]
             if not bucket:
@@ -124,7 +124,7 @@ class FastOccupancyReader:
 
     def _move_on(self, key: int, past: int, is_occupied: int) -> None:
         if is_occupied:
-            self._known.append(key)
+            self._tracked.append(key)
             self._occupied_cells[key >> BLOCK_BITS] |= 1 << (key & 63)
         new_past = next_past(past, is_occupied)
         if is_forgotten(new_past):
@@ -132,13 +132,13 @@ class FastOccupancyReader:
         else:
             self._after.buckets.setdefault(new_past, []).append(key)
 
-    # New voxels in known blocks
+    # New voxels in tracked blocks
 
-    def _read_new_voxels_in_known_blocks(self) -> Dict[int, int]:
-        """The mask of new cells of each known block that has some."""
+    def _read_new_voxels_in_tracked_blocks(self) -> Dict[int, int]:
+        """The mask of new cells of each tracked block that has some."""
         in_one_octant: Dict[int, List[int]] = {}
         in_several: Dict[int, List[int]] = {}
-        for block in self._known_cells:
+        for block in self._tracked_cells:
             activity = self._history.activities[block]
             is_empty = self._occupied_cells[block] == 0
             symbol = self._models.nibble(self._rans, "octant", 2 * activity + is_empty)
@@ -172,7 +172,7 @@ class FastOccupancyReader:
             cells = self._models.mask(self._rans, "several", likely)
             require(cells.bit_count() >= 2, "several voxels are fewer than two")
             cells <<= 8 * octant
-            require(not cells & self._known_cells[block], "a new voxel is a known one")
+            require(not cells & self._tracked_cells[block], "a new voxel is a tracked one")
             new_cells[block] = new_cells.get(block, 0) | cells
         return new_cells
 
@@ -182,7 +182,7 @@ class FastOccupancyReader:
 
     def _open_and_likely(self, block: int, octant: int) -> Tuple[int, int]:
         """The open cells of an octant, and those of them that are likely."""
-        open_cells = ~self._known_cells[block] >> 8 * octant & 255
+        open_cells = ~self._tracked_cells[block] >> 8 * octant & 255
         return open_cells, open_cells & _beside(self._occupied_cells[block]) >> 8 * octant
 
     def _single_cell(self, block: int, octant: int) -> int:
@@ -212,7 +212,7 @@ class FastOccupancyReader:
         blocks: Dict[int, int] = {}
         for key in nodes:
             block = key >> BLOCK_BITS
-            require(block not in self._known_cells, "a new block is a known one")
+            require(block not in self._tracked_cells, "a new block is a tracked one")
             blocks[block] = blocks.get(block, 0) | 1 << (key & 63)
         return blocks
 
@@ -231,8 +231,8 @@ class FastOccupancyReader:
     # What blocks learn
 
     def _learn_activities(self, new_cells: Dict[int, int]) -> None:
-        for block in self._after.known_cells():
-            if block in self._known_cells:
+        for block in self._after.tracked_cells():
+            if block in self._tracked_cells:
                 before = self._history.activities[block]
                 self._after.activities[block] = (2 * before + (block in new_cells)) % 16
             else:

@@ -30,14 +30,14 @@ class FastMemory:
         return FastMemory(FastHistory(), FastModels(), FastModels())
 
 
-def _decode_numbers(
+def _decode_base_symbols(
     source: bytes, frame: CodedFrame, memory: FastMemory
 ) -> Tuple[Voxels, FastMemory]:
-    """Voxels with numbers of points instead of symbols where there is a depth model."""
+    """Voxels with base symbols: numbers of points where there is a depth model."""
     models = memory.models.copy()
     rans = RansDecoder(source, frame.voxel_count)
     occupancy = FastOccupancyReader(rans, frame, models, memory.history).read()
-    keys = sorted(occupancy.known + occupancy.brought)
+    keys = sorted(occupancy.tracked + occupancy.brought)
     if not frame.symbol_bits:
         rans.require_end()
         after = replace(memory, history=occupancy.history, models=models)
@@ -104,26 +104,26 @@ def _decode_with_rests(
     assert model is not None
     reader = ByteReader(source)
     size = reader.varint()
-    numbers, memory = _decode_numbers(reader.bytes(size), frame, memory)
+    base, memory = _decode_base_symbols(reader.bytes(size), frame, memory)
     exact = {}
-    for key, number in zip(numbers.keys, numbers.symbols):
+    for key, base_symbol in zip(base.keys, base.symbols):
         w = model.point_at_centre(key)
         if has_residual(w):
-            exact[key] = number * w
+            exact[key] = base_symbol * w
     classes = []
     for e in exact.values():
         length = min(e >> 17, 127).bit_length()
         classes.append(4 * (max(length, 4) - 4) + (e >> 14) % 4)
     models = memory.models_of_rests.copy()
     row = _classed_row(source[reader.at :], classes, models)
-    symbols = dict(zip(numbers.keys, numbers.symbols))
+    symbols = dict(zip(base.keys, base.symbols))
     for key, residual in zip(exact, row):
         predicted = predicted_symbol(exact[key], frame.highest_symbol)
         symbol = predicted + from_zigzag(residual)
         require(0 <= symbol <= frame.highest_symbol, "a symbol is out of its range")
         symbols[key] = symbol
     return (
-        replace(numbers, symbols=list(symbols.values())),
+        replace(base, symbols=list(symbols.values())),
         replace(memory, models_of_rests=models),
     )
 
@@ -137,5 +137,5 @@ def decode_fast_payload(
     if not frame.voxel_count:
         return Voxels([], []), memory
     if frame.depth_model is None:
-        return _decode_numbers(source, frame, memory)
+        return _decode_base_symbols(source, frame, memory)
     return _decode_with_rests(source, frame, memory)

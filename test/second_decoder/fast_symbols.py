@@ -20,9 +20,9 @@ def _bin_by_rule(value: int) -> int:
     return 16 + 8 * (e - 4) + (value >> (e - 3)) % 8
 
 
-def _class_of(known: Statistics) -> Tuple[int, int]:
+def _class_of(tracked: Statistics) -> Tuple[int, int]:
     """Class and lowest bin of statistics."""
-    mean, deviation = known
+    mean, deviation = tracked
     level = min(mean // 2, mean // 4 + 6, 24)
     spread = sum(deviation >= least for least in (4, 9, 16, 28))
     return 5 * level + spread, max((mean + 4) // 8 - 7, 0)
@@ -36,9 +36,9 @@ def learn_bins(
 ) -> None:
     """Adapts the statistics of the voxels of a frame."""
     for key, bin_index in bins.items():
-        known = before.get(key)
+        tracked = before.get(key)
         after[key] = (
-            Statistics.of_first(bin_index) if known is None else known.after(bin_index)
+            Statistics.of_first(bin_index) if tracked is None else tracked.after(bin_index)
         )
 
 

@@ -196,7 +196,7 @@ class ColourReader:
         self._last: Sequence[int] = 3 * (8 << bits,)
         self._error_of_near = self._error_of_past = 256
         self._weight = 8
-        self._known = 0
+        self._tracked = 0
 
     def read(self, keys: Sequence[int], depth: Optional[int]) -> List[Colour]:
         """The colours; without a depth voxels have no neighbours."""
@@ -220,8 +220,8 @@ class ColourReader:
         )
         self._error_of_near += self._distance(near) - self._error_of_near // 16
         self._error_of_past += self._distance(past) - self._error_of_past // 16
-        self._known += 1
-        if self._known % 32 == 0:
+        self._tracked += 1
+        if self._tracked % 32 == 0:
             errors = self._error_of_near + self._error_of_past
             self._weight = 16 * self._error_of_near // errors
         return colour
@@ -295,8 +295,8 @@ def decode_supplement(
         voxels = replace(voxels, point_counts=counts)
     means = memory.means
     if content.colour_bits:
-        known = {} if content.levels else means
-        colour_reader = ColourReader(reader, content.colour_bits, known)
+        tracked = {} if content.levels else means
+        colour_reader = ColourReader(reader, content.colour_bits, tracked)
         colours = colour_reader.read(voxels.keys, None if content.levels else depth)
         voxels = replace(voxels, colours=colours)
         if not content.levels:

@@ -45,13 +45,11 @@ decodePayload(PayloadCoder& coder,
   back.keys = {1, 2, 3};
   back.intensities = {9, 9};
   PayloadSizes decoded_sizes;
-  if (!coder.decode(memory,
-                    exact.data(),
-                    exact.data() + exact.size(),
-                    voxel_count,
-                    is_i_frame,
-                    back,
-                    decoded_sizes))
+  if (!coder.decode(
+          memory,
+          {exact.data(), exact.data() + exact.size(), voxel_count, is_i_frame},
+          back,
+          decoded_sizes))
     return false;
   EXPECT_TRUE(isConsistent(back));
   EXPECT_EQ(back.size(), voxel_count);

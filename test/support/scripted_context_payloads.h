@@ -7,10 +7,10 @@
 #include "codec/context/entropy_coder.h"
 #include "codec/context/frame.h"
 #include "codec/context/intensities.h"
-#include "codec/context/known_voxels.h"
 #include "codec/context/models.h"
 #include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
+#include "codec/context/tracked_voxels.h"
 #include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
 
@@ -26,7 +26,7 @@ using namespace context;
 
 /** \brief What both ends have learnt of a stream. */
 struct ContextState {
-  KnownVoxelModels known_voxels{false};
+  TrackedVoxelModels tracked_voxels{false};
   NewVoxelModels new_voxels{false};
   ChildModels children{false};
   IntensityContexts intensity{false};
@@ -67,18 +67,18 @@ public:
   occupancy(const BlockList& blocks)
   {
     frame_.match(state.history, blocks);
-    KnownVoxelPass(coding, state.known_voxels, frame_, parameters_).run();
+    TrackedVoxelPass(coding, state.tracked_voxels, frame_, parameters_).run();
     return newVoxels();
   }
 
-  /** \brief The same with a block that is coded as new even if it is known. */
+  /** \brief The same with a block that is coded as new even if it is tracked. */
   bool
   occupancyWithNewBlock(const BlockList& blocks, std::uint64_t key, std::uint64_t mask)
   {
     frame_.match(state.history, blocks);
     frame_.target_keys = {key};
     frame_.target_masks = {mask};
-    KnownVoxelPass(coding, state.known_voxels, frame_, parameters_).run();
+    TrackedVoxelPass(coding, state.tracked_voxels, frame_, parameters_).run();
     return newVoxels();
   }
 

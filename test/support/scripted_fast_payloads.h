@@ -109,12 +109,12 @@ public:
 
   /** \brief The voxels of a past, all of them in one bucket; bit k is voxel k. */
   void
-  knownVoxels(unsigned int past, unsigned int count, std::uint64_t occupied)
+  trackedVoxels(unsigned int past, unsigned int count, std::uint64_t occupied)
   {
     for (; count >= 8; count -= 8, occupied >>= 8)
-      code(occupancyTable(models.known_probability[past]),
+      code(occupancyTable(models.tracked_probability[past]),
            static_cast<unsigned int>(occupied & 0xff));
-    BitModel rest(models.known_probability[past]);
+    BitModel rest(models.tracked_probability[past]);
     for (; count > 0; --count, occupied >>= 1)
       code(rest, static_cast<unsigned int>(occupied & 1));
   }
@@ -204,9 +204,9 @@ public:
       wholeStep(step);
   }
 
-  /** \brief The step of a known voxel that had one step before, as a nibble. */
+  /** \brief The step of a tracked voxel that had one step before, as a nibble. */
   void
-  knownStep(unsigned int step_before, unsigned int symbol)
+  trackedStep(unsigned int step_before, unsigned int symbol)
   {
     code(models.symbols.symbol[symbol_statistics::contextOf(
              symbol_statistics::first(step_before))],

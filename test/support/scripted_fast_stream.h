@@ -153,7 +153,7 @@ streamOfTwoBlocks()
     script.newVoxels(3, keys);
   });
   stream.setGenuine(stream.pFrame(10, [](FastScript& script) {
-    script.knownVoxels(3, 10, 0x3ff);
+    script.trackedVoxels(3, 10, 0x3ff);
     script.octants(false, 0);
     script.octants(false, 0);
     script.noNewBlocks();

@@ -10,14 +10,14 @@ namespace context {
 void
 Frame::begin(const History& history)
 {
-  const std::vector<HistoryBlock>& known = history.blocks();
+  const std::vector<HistoryBlock>& tracked = history.blocks();
   new_keys.clear();
   target_keys.clear();
   target_masks.clear();
-  reserveAhead(target_cells, known.size());
-  target_cells.assign(known.size(), 0);
-  blocks.clear(known.size() + known.size() / 8);
-  for (const HistoryBlock& block : known)
+  reserveAhead(target_cells, tracked.size());
+  target_cells.assign(tracked.size(), 0);
+  blocks.clear(tracked.size() + tracked.size() / 8);
+  for (const HistoryBlock& block : tracked)
     blocks.append(block.key);
 }
 
@@ -25,28 +25,28 @@ std::size_t
 Frame::match(const History& history, const BlockList& coded)
 {
   begin(history);
-  const std::vector<HistoryBlock>& known = history.blocks();
-  AscendingLookup<HistoryBlock> lookup(known);
-  std::size_t known_voxels = 0;
+  const std::vector<HistoryBlock>& tracked = history.blocks();
+  AscendingLookup<HistoryBlock> lookup(tracked);
+  std::size_t tracked_voxels = 0;
   for (std::size_t i = 0; i < coded.size(); ++i) {
     const std::size_t old = lookup.find(coded.keys[i]);
     if (old != not_in_list) {
       target_cells[old] = coded.masks[i];
-      known_voxels += bitCount(coded.masks[i] & known[old].known);
+      tracked_voxels += bitCount(coded.masks[i] & tracked[old].tracked);
     }
     else {
       target_keys.push_back(coded.keys[i]);
       target_masks.push_back(coded.masks[i]);
     }
   }
-  return known_voxels;
+  return tracked_voxels;
 }
 
 void
 Frame::collect(const History& history, BlockList& coded) const
 {
   coded.clear();
-  const std::vector<HistoryBlock>& known = history.blocks();
+  const std::vector<HistoryBlock>& tracked = history.blocks();
   std::uint32_t voxels = 0;
   const auto append = [&](std::uint64_t key, std::uint64_t mask) {
     if (mask == 0)
@@ -55,11 +55,11 @@ Frame::collect(const History& history, BlockList& coded) const
     voxels += bitCount(mask);
   };
   walkSideBySide(
-      known,
+      tracked,
       new_keys,
-      [&](std::size_t old) { append(known[old].key, blocks[old].present); },
+      [&](std::size_t old) { append(tracked[old].key, blocks[old].present); },
       [&](std::size_t added, std::size_t) {
-        append(new_keys[added], blocks[known.size() + added].present);
+        append(new_keys[added], blocks[tracked.size() + added].present);
         return true;
       });
 }

@@ -60,10 +60,10 @@ struct Frame {
   void
   begin(const History& history);
 
-  /** \brief Begins a frame to encode: divides its voxels into known and new ones.
+  /** \brief Begins a frame to encode: divides its voxels into tracked and new ones.
    * \param[in] history before the frame
    * \param[in] coded blocks of the frame
-   * \return number of known voxels
+   * \return number of tracked voxels
    */
   std::size_t
   match(const History& history, const BlockList& coded);
@@ -73,9 +73,9 @@ struct Frame {
   collect(const History& history, BlockList& coded) const;
 };
 
-/** \brief Copies numbers, with reserveAhead(). */
+/** \brief Copies symbols, with reserveAhead(). */
 inline void
-copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to)
+copySymbols(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to)
 {
   reserveAhead(to, from.size());
   to.assign(from.begin(), from.end());
@@ -86,7 +86,7 @@ copyNumbers(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& 
 struct CodedIntensities {
   /** \brief Coded first: the number of points where it can be derived from the depth model,
    * else the symbol itself. */
-  std::vector<std::uint16_t> numbers;
+  std::vector<std::uint16_t> base_symbols;
   std::vector<std::uint16_t> symbols;
   /** \brief Symbols of the numbers of points, where the frame has these beside
    * intensities. */

@@ -59,14 +59,14 @@ History::predictDepths(const BlockList& frame,
   AscendingLookup<HistoryBlock> lookup(blocks_);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const std::size_t old = lookup.find(frame.keys[i]);
-    const std::uint64_t known = old != not_in_list ? blocks_[old].known : 0;
+    const std::uint64_t tracked = old != not_in_list ? blocks_[old].tracked : 0;
     for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
       const std::uint64_t cell = cells & (~cells + 1);
       DepthPrediction& prediction = predictions.emplace_back();
-      if ((known & cell) == 0)
+      if ((tracked & cell) == 0)
         continue;
       const DepthRecord record =
-          depthRecord(blocks_[old].first_record + bitCount(known & (cell - 1)));
+          depthRecord(blocks_[old].first_record + bitCount(tracked & (cell - 1)));
       prediction = {true, record.roughness, record.offset};
     }
   }
@@ -75,7 +75,7 @@ History::predictDepths(const BlockList& frame,
 /** \brief Updates the records with one frame. Without branches on whether a voxel is
  * occupied, which would be mispredicted. */
 struct History::Learning {
-  const std::uint16_t* numbers;
+  const std::uint16_t* base_symbols;
   const DepthObservations* depths;
   const std::uint16_t* points;
   unsigned int fraction_bits;
@@ -83,7 +83,7 @@ struct History::Learning {
 
   /** \brief Writes the next records of a block.
    * \param[in] record the first one
-   * \param[in] known the block's cells that have a record
+   * \param[in] tracked the block's cells that have a record
    * \param[in] occupied the block's cells in the frame
    * \param[in] voxel index of the first of these
    * \param[in,out] next where to write; then after the last one
@@ -91,7 +91,7 @@ struct History::Learning {
    */
   std::uint64_t
   learn(const VoxelRecord* record,
-        std::uint64_t known,
+        std::uint64_t tracked,
         std::uint64_t occupied,
         std::size_t voxel,
         VoxelRecord*& next) const
@@ -100,15 +100,15 @@ struct History::Learning {
       VoxelRecord* record;
       std::size_t voxel;
     };
-    std::array<Seen, block_cells> seen; // known voxels of the frame
+    std::array<Seen, block_cells> seen; // tracked voxels of the frame
     std::size_t seen_count = 0;
     std::uint64_t kept = 0;
     VoxelRecord* now = next;
-    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
+    for (std::uint64_t cells = tracked | occupied; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const auto is_occupied = static_cast<std::uint32_t>(occupied >> cell & 1);
       std::uint32_t is_kept = 1;
-      if ((known >> cell & 1) != 0) {
+      if ((tracked >> cell & 1) != 0) {
         *now = *record++;
         learnOccupancy(*now, is_occupied);
         is_kept = now->probability >= least_probability ? 1 : 0;
@@ -122,7 +122,7 @@ struct History::Learning {
       voxel += is_occupied;
     }
     for (std::size_t i = 0; i < seen_count; ++i)
-      learnNumber(*seen[i].record, numbers[seen[i].voxel], fraction_bits);
+      learnSymbol(*seen[i].record, base_symbols[seen[i].voxel], fraction_bits);
     next = now;
     return kept;
   }
@@ -136,22 +136,22 @@ struct History::Learning {
   template <class RecordT, class LearnT>
   static void
   learnBeside(const RecordT* record,
-              std::uint64_t known,
+              std::uint64_t tracked,
               std::uint64_t occupied,
               std::uint64_t kept,
               std::size_t voxel,
               RecordT* next,
               const LearnT& learn_voxel)
   {
-    for (std::uint64_t cells = known | occupied; cells != 0; cells &= cells - 1) {
+    for (std::uint64_t cells = tracked | occupied; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const bool is_occupied = (occupied >> cell & 1) != 0;
-      const bool is_known = (known >> cell & 1) != 0;
+      const bool is_tracked = (tracked >> cell & 1) != 0;
       RecordT now{};
-      if (is_known)
+      if (is_tracked)
         now = *record++;
       if (is_occupied)
-        learn_voxel(now, is_known, voxel);
+        learn_voxel(now, is_tracked, voxel);
       if ((kept >> cell & 1) != 0)
         *next++ = now;
       voxel += is_occupied ? 1 : 0;
@@ -163,16 +163,16 @@ struct History::Learning {
   {
     VoxelRecord record{};
     record.probability = first_probability;
-    beginNumber(record, numbers[voxel], fraction_bits);
+    beginSymbol(record, base_symbols[voxel], fraction_bits);
     record.recent = 1;
     return record;
   }
 
-  /** \brief Begins with a number that has fraction bits, 16 bits in all. */
+  /** \brief Begins with a symbol that has fraction bits, 16 bits in all. */
   static void
-  beginNumber(NumberRecord& record, std::uint16_t number, unsigned int fraction_bits)
+  beginSymbol(SymbolRecord& record, std::uint16_t symbol, unsigned int fraction_bits)
   {
-    const int value = static_cast<int>(number) << fraction_bits;
+    const int value = static_cast<int>(symbol) << fraction_bits;
     record.mean = static_cast<std::uint16_t>(value);
     record.deviation =
         static_cast<std::uint16_t>(std::max(1 << fraction_bits, value >> 2));
@@ -194,11 +194,11 @@ struct History::Learning {
   }
 
   static void
-  learnNumber(NumberRecord& record, std::uint16_t number, unsigned int fraction_bits)
+  learnSymbol(SymbolRecord& record, std::uint16_t symbol, unsigned int fraction_bits)
   {
     // Right shifts of negative numbers round towards minus infinity, in all compilers and
     // by the standard since C++20.
-    const int value = static_cast<int>(number) << fraction_bits;
+    const int value = static_cast<int>(symbol) << fraction_bits;
     const int difference = value - static_cast<int>(record.mean);
     const int spread = std::abs(difference) - static_cast<int>(record.deviation);
     record.mean = static_cast<std::uint16_t>(record.mean + (difference >> 2));
@@ -206,23 +206,23 @@ struct History::Learning {
   }
 
   void
-  learnPoints(NumberRecord& record, bool is_known, std::size_t voxel) const
+  learnPoints(SymbolRecord& record, bool is_tracked, std::size_t voxel) const
   {
     constexpr unsigned int fraction = fractionBitsOf(point_symbol_bits);
-    if (!is_known)
-      beginNumber(record, points[voxel], fraction);
+    if (!is_tracked)
+      beginSymbol(record, points[voxel], fraction);
     else
-      learnNumber(record, points[voxel], fraction);
+      learnSymbol(record, points[voxel], fraction);
   }
 
   void
-  learnDepth(DepthRecord& record, bool is_known, std::size_t voxel) const
+  learnDepth(DepthRecord& record, bool is_tracked, std::size_t voxel) const
   {
     if (depths == nullptr)
       return;
     const std::int16_t offset = depths->offsets[voxel];
     const int residual = depths->residuals[voxel] << 4;
-    if (!is_known) {
+    if (!is_tracked) {
       record = {offset, static_cast<std::uint8_t>(residual)};
       return;
     }
@@ -258,7 +258,7 @@ History::makeRoom(const BlockList& frame,
 
 void
 History::update(const BlockList& frame,
-                const std::vector<std::uint16_t>& numbers,
+                const std::vector<std::uint16_t>& base_symbols,
                 const DepthObservations* depths,
                 bool is_i_frame,
                 const std::vector<std::uint16_t>* points)
@@ -266,7 +266,7 @@ History::update(const BlockList& frame,
   makeRoom(frame, depths != nullptr, is_i_frame, points != nullptr);
   has_depths_ = has_depths_ || depths != nullptr;
   has_points_ = points != nullptr;
-  const Learning learning{numbers.data(),
+  const Learning learning{base_symbols.data(),
                           depths,
                           has_points_ ? points->data() : nullptr,
                           fraction_bits_,
@@ -278,10 +278,10 @@ History::update(const BlockList& frame,
   const auto learn = [&](std::size_t old, std::size_t now) {
     HistoryBlock block{0, 0, 0, 0, first_activity};
     block.first_record = static_cast<std::uint32_t>(next - next_records_.data());
-    std::uint64_t known = 0;
+    std::uint64_t tracked = 0;
     if (old != not_in_list) {
       block.key = blocks_[old].key;
-      known = blocks_[old].known;
+      tracked = blocks_[old].tracked;
       block.activity = blocks_[old].activity;
     }
     std::size_t voxel = 0;
@@ -290,13 +290,13 @@ History::update(const BlockList& frame,
       block.last = frame.masks[now];
       voxel = frame.first_voxels[now];
     }
-    block.known = learning.learn(record, known, block.last, voxel, next);
+    block.tracked = learning.learn(record, tracked, block.last, voxel, next);
     const auto learn_beside =
         [&](const auto& old_records, auto& next_records, const auto& learn_voxel) {
           learning.learnBeside(old_records.data() + (record - records_.data()),
-                               known,
+                               tracked,
                                block.last,
-                               block.known,
+                               block.tracked,
                                voxel,
                                next_records.data() + block.first_record,
                                learn_voxel);
@@ -309,12 +309,12 @@ History::update(const BlockList& frame,
       learn_beside(point_records_, next_point_records_, [&](auto&&... arguments) {
         learning.learnPoints(arguments...);
       });
-    record += bitCount(known);
+    record += bitCount(tracked);
     const unsigned int new_voxels =
-        is_i_frame ? 0 : std::min(bitCount(block.last & ~known), 7u);
+        is_i_frame ? 0 : std::min(bitCount(block.last & ~tracked), 7u);
     block.activity = static_cast<std::uint8_t>(std::min<unsigned int>(
         (block.activity * 3u + new_voxels * 2u + 2u) / 4u, most_active));
-    if (block.known != 0)
+    if (block.tracked != 0)
       next_blocks_.push_back(block);
   };
   walkSideBySide(
@@ -340,7 +340,7 @@ History::releaseMemory()
   next_blocks_ = std::vector<HistoryBlock>();
   next_records_ = std::vector<VoxelRecord>();
   next_depth_records_ = std::vector<DepthRecord>();
-  next_point_records_ = std::vector<NumberRecord>();
+  next_point_records_ = std::vector<SymbolRecord>();
   depth_records_.resize(has_depths_ ? record_count_ : 0);
   depth_records_.shrink_to_fit();
   point_records_.resize(has_points_ ? record_count_ : 0);

@@ -13,21 +13,22 @@ namespace context {
 
 /** \brief A block of the history. */
 struct HistoryBlock {
-  std::uint64_t key;          ///< Morton key of the block
-  std::uint64_t known;        ///< cells that have a record, never 0
-  std::uint64_t last;         ///< known cells that are occupied in the last frame
-  std::uint32_t first_record; ///< of the lowest known cell; the others follow in order
-  std::uint8_t activity;      ///< running mean of new voxels a frame, 0..7
+  std::uint64_t key;     ///< Morton key of the block
+  std::uint64_t tracked; ///< cells that have a record, never 0
+  std::uint64_t last;    ///< tracked cells that are occupied in the last frame
+  std::uint32_t
+      first_record;      ///< of the lowest tracked cell; the others follow in order
+  std::uint8_t activity; ///< running mean of new voxels a frame, 0..7
 };
 
-/** \brief What is remembered of a voxel's numbers. */
-struct NumberRecord {
-  std::uint16_t mean;      ///< running mean of the number, fixed point
+/** \brief What is remembered of a voxel's symbols. */
+struct SymbolRecord {
+  std::uint16_t mean;      ///< running mean of the symbol, fixed point
   std::uint16_t deviation; ///< running mean of the distance from it, fixed point
 };
 
 /** \brief The record of one voxel. */
-struct VoxelRecord : NumberRecord {
+struct VoxelRecord : SymbolRecord {
   std::uint16_t probability; ///< running mean of the occupancy, 2^16 is 1
   std::uint8_t recent;       ///< occupancy in the last frames, the last one lowest
   std::uint8_t age;          ///< frames since the first, up to 31
@@ -50,7 +51,7 @@ public:
     return blocks_;
   }
 
-  /** \brief The records, in the order of the blocks and of their known cells. */
+  /** \brief The records, in the order of the blocks and of their tracked cells. */
   const VoxelRecord*
   records() const
   {
@@ -59,7 +60,7 @@ public:
 
   /** \brief What is remembered of point symbols beside intensities, in the order of the
    * records. */
-  const NumberRecord*
+  const SymbolRecord*
   pointRecords() const
   {
     return point_records_.data();
@@ -123,7 +124,7 @@ public:
 
   /** \brief Updates the records with a frame.
    * \param[in] frame its blocks
-   * \param[in] numbers of its voxels, as coded: symbols, or numbers of points
+   * \param[in] base_symbols of its voxels
    * \param[in] depths one element for each voxel; null without a depth model
    * \param[in] is_i_frame its voxels start with a higher probability than new voxels of a
    * P-frame
@@ -131,12 +132,12 @@ public:
    */
   void
   update(const BlockList& frame,
-         const std::vector<std::uint16_t>& numbers,
+         const std::vector<std::uint16_t>& base_symbols,
          const DepthObservations* depths,
          bool is_i_frame,
          const std::vector<std::uint16_t>* points = nullptr);
 
-  /** \brief Releases memory that the known voxels do not need. */
+  /** \brief Releases memory that the tracked voxels do not need. */
   void
   releaseMemory();
 
@@ -151,14 +152,14 @@ private:
   // Beside the records, once a frame had a depth model.
   std::vector<DepthRecord> depth_records_;
   bool has_depths_ = false;
-  std::vector<NumberRecord> point_records_; // likewise
+  std::vector<SymbolRecord> point_records_; // likewise
   bool has_points_ = false;
   unsigned int fraction_bits_ = 4;
   // The next state; members so that their memory is reused.
   std::vector<HistoryBlock> next_blocks_;
   std::vector<VoxelRecord> next_records_;
   std::vector<DepthRecord> next_depth_records_;
-  std::vector<NumberRecord> next_point_records_;
+  std::vector<SymbolRecord> next_point_records_;
 };
 
 } // namespace context

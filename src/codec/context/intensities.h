@@ -22,26 +22,26 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of intensity symbols (doc/bitstream_context.md, "Numbers"). */
+/** \brief Models of intensity symbols (doc/bitstream_context.md, "Symbols"). */
 struct IntensityContexts {
   static constexpr std::uint32_t longest_residual = 32;
   // Bits of what follows the longest residual, and the highest symbol of points.
   static constexpr std::uint32_t longest_escape = 17;
   static constexpr std::uint32_t longest_excess = 32;
 
-  // Numbers of classes of what a number is expected to be.
+  // Numbers of classes of what a symbol is expected to be.
   static constexpr std::uint32_t levels = 48;
   static constexpr std::uint32_t classes = 8; ///< at a level, and without one
   static constexpr std::uint32_t averages = 24;
   static constexpr std::uint32_t scales = 16;
   static constexpr std::uint32_t widths = 8;
   static constexpr std::uint32_t distances = 21; ///< on either side
-  /** \brief Bits of a number, highest first, whose values select contexts. */
+  /** \brief Bits of a symbol, highest first, whose values select contexts. */
   static constexpr std::uint32_t prefixes = 16;
   static constexpr std::uint32_t nodes = 96;
 
   explicit IntensityContexts(bool is_small)
-  : number(is_small,
+  : symbol(is_small,
            6,
            {(levels + 1) * classes * nodes,
             2 * scales * widths * 2 * distances,
@@ -57,7 +57,7 @@ struct IntensityContexts {
   , escape(is_small, 5, {longest_excess})
   {}
 
-  DecisionModel<4, 2> number; ///< a number reaches the middle of an interval
+  DecisionModel<4, 2> symbol; ///< a symbol reaches the middle of an interval
   DecisionModel<3> residual;  ///< a residual is above the value so far
   DecisionModel<1> escape;    ///< number of bits of an escape or excess
 };
@@ -87,15 +87,15 @@ public:
   /** \brief Codes the symbols.
    * \param[in] frame the frame's blocks
    * \param[in,out] symbols one for each voxel; the decoder fills them
-   * \param[in] numbers what is remembered of these, in the order of the history's records;
+   * \param[in] remembered what is remembered of these, in the order of the history's records;
    * null: the records themselves
    */
   void
   run(const BlockList& frame,
       std::vector<std::uint16_t>& symbols,
-      const NumberRecord* numbers = nullptr)
+      const SymbolRecord* remembered = nullptr)
   {
-    // Counts of points have no 0: lengths then start at 1.
+    // Point symbols are never 0: lengths then start at 1.
     const bool has_zero = coding_.codeBypass(
         std::find(symbols.begin(), symbols.end(), 0) != symbols.end());
     shortest_ = has_zero ? 0 : 1;
@@ -106,29 +106,30 @@ public:
     std::size_t voxel = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
       const std::size_t old = lookup.find(frame.keys[i]);
-      const std::uint64_t known = old != not_in_list ? history_.blocks()[old].known : 0;
+      const std::uint64_t tracked =
+          old != not_in_list ? history_.blocks()[old].tracked : 0;
       if constexpr (CodingT::is_small)
         neighbours.moveTo(i);
       for (std::uint64_t cells = frame.masks[i]; cells != 0; cells &= cells - 1) {
         const std::uint64_t lowest = cells & (~cells + 1); // of the mask
         const VoxelRecord* const record =
-            (known & lowest) != 0
+            (tracked & lowest) != 0
                 ? history_.records() + history_.blocks()[old].first_record +
-                      bitCount(known & (lowest - 1))
+                      bitCount(tracked & (lowest - 1))
                 : nullptr;
-        const NumberRecord* const number =
-            numbers == nullptr || record == nullptr
+        const SymbolRecord* const of_symbols =
+            remembered == nullptr || record == nullptr
                 ? record
-                : numbers + (record - history_.records());
+                : remembered + (record - history_.records());
         [[maybe_unused]] const unsigned int cell = lowestBit(cells);
         if constexpr (CodingT::is_small)
           expect(record,
-                 number,
+                 of_symbols,
                  neighbours.averageOf(cell, symbols, running_),
                  neighbours.shapeOf(cell));
         else
-          expect(record, number, running_, 0);
-        symbols[voxel] = static_cast<std::uint16_t>(codeNumber(symbols[voxel]));
+          expect(record, of_symbols, running_, 0);
+        symbols[voxel] = static_cast<std::uint16_t>(codeSymbol(symbols[voxel]));
         learn(symbols[voxel]);
         ++voxel;
       }
@@ -209,7 +210,7 @@ private:
   using Models = IntensityContexts;
   static constexpr std::uint32_t invalid = 0xffffffff;
 
-  /** \brief A decision of a number: does it reach the middle of an interval? */
+  /** \brief A decision of a symbol: does it reach the middle of an interval? */
   struct Decision {
     std::uint32_t node;   ///< which of the decisions it is
     bool is_length;       ///< of the unary code; else of a bit
@@ -227,45 +228,46 @@ private:
     return std::min(4 * (octave - 1) + (number >> (octave - 2) & 3), class_count - 1);
   }
 
-  /** \brief Prepares the contexts of a number.
-   * \param[in] record of the voxel; null if it is not known
-   * \param[in] known what is remembered of its numbers; null likewise
-   * \param[in] average number of the neighbours before it, in sixteenths
+  /** \brief Prepares the contexts of a symbol.
+   * \param[in] record of the voxel; null if it is not tracked
+   * \param[in] tracked what is remembered of its symbols; null likewise
+   * \param[in] average symbol of the neighbours before it, in sixteenths
    * \param[in] shape see IntensityNeighbours::shapeOf
    */
   void
   expect([[maybe_unused]] const VoxelRecord* record,
-         const NumberRecord* known,
+         const SymbolRecord* tracked,
          std::uint32_t average,
          std::uint32_t shape)
   {
     const unsigned int shift = 4 - History::fractionBitsOf(symbol_bits_);
-    is_known_ = known != nullptr;
+    is_tracked_ = tracked != nullptr;
     const std::uint32_t mean =
-        is_known_ ? static_cast<std::uint32_t>(known->mean) << shift : 0;
-    expected_ = static_cast<std::int32_t>(is_known_ ? mean : average);
+        is_tracked_ ? static_cast<std::uint32_t>(tracked->mean) << shift : 0;
+    expected_ = static_cast<std::int32_t>(is_tracked_ ? mean : average);
     const std::uint32_t deviation =
-        is_known_ ? static_cast<std::uint32_t>(known->deviation) << shift
-                  : static_cast<std::uint32_t>(error_);
+        is_tracked_ ? static_cast<std::uint32_t>(tracked->deviation) << shift
+                    : static_cast<std::uint32_t>(error_);
     scale_ = highestBit(deviation + 4);
-    constexpr std::uint32_t unknown = Models::levels * Models::classes;
+    constexpr std::uint32_t untracked = Models::levels * Models::classes;
     const std::uint32_t first =
-        is_known_ ? classOf(mean / 4, Models::levels) * Models::classes : unknown;
+        is_tracked_ ? classOf(mean / 4, Models::levels) * Models::classes : untracked;
     rows_[0] = first + classOf(running_ / 16, Models::classes);
-    rows_[1] = (is_known_ ? Models::scales : 0) + std::min(scale_, Models::scales - 1);
+    rows_[1] =
+        (is_tracked_ ? Models::scales : 0) + std::min(scale_, Models::scales - 1);
     if constexpr (CodingT::is_small) {
       rows_[2] = shape * Models::averages + classOf(average / 16, Models::averages);
-      rows_[3] = first + (is_known_ ? record->probability >> 13
-                                    : classOf(average / 16, Models::classes));
+      rows_[3] = first + (is_tracked_ ? record->probability >> 13
+                                      : classOf(average / 16, Models::classes));
     }
   }
 
-  /** \brief Adapts the running means to a number. */
+  /** \brief Adapts the running means to a symbol. */
   void
-  learn(std::uint32_t number)
+  learn(std::uint32_t symbol)
   {
-    const auto value = static_cast<std::int32_t>(number << 4);
-    if (!is_known_)
+    const auto value = static_cast<std::int32_t>(symbol << 4);
+    if (!is_tracked_)
       error_ += (std::abs(value - expected_) - error_) >> 3;
     const auto running = static_cast<std::int32_t>(running_);
     running_ = static_cast<std::uint32_t>(
@@ -273,7 +275,7 @@ private:
     is_first_ = false;
   }
 
-  /** \brief First node of the numbers of a length. */
+  /** \brief First node of the symbols of a length. */
   static std::uint32_t
   nodeOf(std::uint32_t length)
   {
@@ -281,13 +283,13 @@ private:
                       : (std::min(length, 8u) - 4) * Models::prefixes;
   }
 
-  /** \brief Codes a number: its length in bits, in unary, then the bits below the
+  /** \brief Codes a symbol: its length in bits, in unary, then the bits below the
    * highest one. */
   std::uint32_t
-  codeNumber(std::uint32_t number)
+  codeSymbol(std::uint32_t symbol)
   {
     const std::uint32_t target =
-        CodingT::is_decoder || number == 0 ? 0 : highestBit(number) + 1;
+        CodingT::is_decoder || symbol == 0 ? 0 : highestBit(symbol) + 1;
     std::uint32_t length = shortest_;
     while (length < symbol_bits_ &&
            codeDecision({nodeOf(length), true, 1u << length, std::max(length, 1u)},
@@ -297,7 +299,7 @@ private:
       return length;
     std::uint32_t prefix = 1;
     for (unsigned int bit = length - 1; bit-- > 0;) {
-      const bool is_one = (number >> bit & 1) != 0;
+      const bool is_one = (symbol >> bit & 1) != 0;
       const bool selects = prefix < Models::prefixes;
       // Bits well below the deviation are noise.
       const bool is_noise = !selects && bit + 7 <= scale_;
@@ -313,25 +315,25 @@ private:
     return prefix;
   }
 
-  /** \param[in] is_above whether the number reaches the middle; not used by a decoder
+  /** \param[in] is_above whether the symbol reaches the middle; not used by a decoder
    * \return whether it does
    */
   bool
   codeDecision(const Decision& decision, bool is_above)
   {
     const std::uint32_t first = rows_[0] * Models::nodes + decision.node;
-    // Most of these are of small numbers, where mixing takes more time than it is worth.
+    // Most of these are of small symbols, where mixing takes more time than it is worth.
     if (!CodingT::is_small && decision.node < 8)
-      return coding_.codeFirst(models_.number, first, is_above);
-    typename decltype(models_.number)::Contexts contexts;
-    contexts.weight_set = (decision.is_length ? 2 : 0) + (is_known_ ? 1 : 0);
+      return coding_.codeFirst(models_.symbol, first, is_above);
+    typename decltype(models_.symbol)::Contexts contexts;
+    contexts.weight_set = (decision.is_length ? 2 : 0) + (is_tracked_ ? 1 : 0);
     contexts.ways[0] = first;
     contexts.ways[1] = distanceContext(decision);
     if constexpr (CodingT::is_small) {
       contexts.ways[2] = rows_[2] * Models::nodes + decision.node;
       contexts.ways[3] = rows_[3] * Models::nodes + decision.node;
     }
-    return coding_.code(models_.number, contexts, is_above);
+    return coding_.code(models_.symbol, contexts, is_above);
   }
 
   /** \brief Context of where the middle is from what is expected, in units of the
@@ -380,13 +382,13 @@ private:
   const History& history_;
   unsigned int levels_;
   unsigned int symbol_bits_;
-  std::uint32_t shortest_ = 0; ///< length of a number
-  // In sixteenths of a number.
-  std::uint32_t running_ = 16; ///< mean of the previous numbers
-  std::int32_t error_ = 64;    ///< mean error of what was expected of unknown voxels
+  std::uint32_t shortest_ = 0; ///< length of a symbol
+  // In sixteenths of a symbol.
+  std::uint32_t running_ = 16; ///< mean of the previous symbols
+  std::int32_t error_ = 64;    ///< mean error of what was expected of untracked voxels
   bool is_first_ = true;
-  // Of the number that is coded.
-  bool is_known_ = false;
+  // Of the symbol that is coded.
+  bool is_tracked_ = false;
   std::int32_t expected_ = 0;
   unsigned int scale_ = 0; ///< of the deviation, as a power of two
   std::array<std::uint32_t, 4> rows_{};

@@ -12,8 +12,8 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief The face neighbours of a voxel whose number is coded: all voxels of the frame are
- * known, and the numbers of those before it, which are the lower ones on each axis. */
+/** \brief The face neighbours of a voxel whose symbol is coded: all voxels of the frame are
+ * known, and the symbols of those before it, which are the lower ones on each axis. */
 class IntensityNeighbours : public LowerNeighbours {
 public:
   /** \brief Shapes are below this. */
@@ -45,20 +45,20 @@ public:
     return (onAxis(0) * 3 + onAxis(1)) * 3 + onAxis(2);
   }
 
-  /** \brief Average number of a cell's lower neighbours, in sixteenths.
+  /** \brief Average symbol of a cell's lower neighbours, in sixteenths.
    * \param[in] cell of the block
-   * \param[in] numbers of the frame's voxels, of which those before this one are coded
+   * \param[in] symbols of the frame's voxels, of which those before this one are coded
    * \param[in] otherwise returned if it has none
    */
   std::uint32_t
   averageOf(unsigned int cell,
-            const std::vector<std::uint16_t>& numbers,
+            const std::vector<std::uint16_t>& symbols,
             std::uint32_t otherwise) const
   {
     std::uint32_t sum = 0;
     std::uint32_t count = 0;
     forEachPlace(cell, [&](std::size_t voxel, std::uint32_t is_there) {
-      sum += numbers[voxel] * is_there;
+      sum += symbols[voxel] * is_there;
       count += is_there;
     });
     return count == 0 ? otherwise : count == 3 ? 16 * sum / 3 : 16 * sum >> (count - 1);

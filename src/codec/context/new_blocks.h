@@ -25,7 +25,7 @@ template <typename CodingT>
 class NewBlockPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in,out] frame the voxels of its known blocks have been coded
+   * \param[in,out] frame the voxels of its tracked blocks have been coded
    * \param[in] parameters of the frame
    * \param[in] max_voxels of the pass; a decoder fails where there are more
    */
@@ -37,7 +37,7 @@ public:
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , known_(parameters.history.blocks())
+  , tracked_(parameters.history.blocks())
   , depth_(parameters.grid_depth)
   , max_voxels_(max_voxels)
   {}
@@ -59,7 +59,7 @@ private:
     if (!coding_.codeBypass(!frame_.target_keys.empty()))
       return true;
     // A grid of one block: it is new only if the history is empty.
-    if (levelsAboveBlocks(depth_) == 0 && !known_.empty())
+    if (levelsAboveBlocks(depth_) == 0 && !tracked_.empty())
       return false;
     frame_.children.push_back(0);
     for (unsigned int height = depth_; height-- > block_levels;)
@@ -88,7 +88,7 @@ private:
       addPending(parent);
     NodeBlockCursor cursor(frame_.node_blocks, levelsAboveNodeBlocks(height));
     std::size_t next_target = 0;
-    std::size_t next_known = 0;
+    std::size_t next_tracked = 0;
     for (std::size_t i = 0; i < frame_.parents.size(); ++i) {
       const std::uint64_t key = frame_.parents[i];
       ParentNode parent;
@@ -97,7 +97,7 @@ private:
            ++next_target)
         parent.target |= 1u << (frame_.target_keys[next_target] >> shift & 7);
       if (height == block_levels) {
-        parent.candidates &= ~knownChildren(key, next_known);
+        parent.candidates &= ~trackedChildren(key, next_tracked);
         if (parent.candidates == 0)
           return false;
       }
@@ -117,8 +117,8 @@ private:
   beginBranchNodeBlocks(unsigned int shift)
   {
     frame_.node_blocks.clear();
-    for (std::size_t i = 0; i < known_.size();) {
-      const std::uint64_t node = known_[i].key >> shift;
+    for (std::size_t i = 0; i < tracked_.size();) {
+      const std::uint64_t node = tracked_[i].key >> shift;
       frame_.node_blocks.lastOrNew(node >> 6).present |= std::uint64_t{1}
                                                          << (node & 63);
       i = firstFrom(i, (node + 1) << shift);
@@ -133,12 +133,12 @@ private:
   firstFrom(std::size_t index, std::uint64_t key) const
   {
     std::size_t step = 1;
-    while (index + step < known_.size() && known_[index + step].key < key) {
+    while (index + step < tracked_.size() && tracked_[index + step].key < key) {
       index += step;
       step *= 2;
     }
-    const HistoryBlock* const blocks = known_.data();
-    const HistoryBlock* const end = blocks + std::min(index + step, known_.size());
+    const HistoryBlock* const blocks = tracked_.data();
+    const HistoryBlock* const end = blocks + std::min(index + step, tracked_.size());
     const auto is_before = [](const HistoryBlock& block, std::uint64_t least) {
       return block.key < least;
     };
@@ -151,13 +151,13 @@ private:
    * \param[in,out] next index of a block not above these
    */
   unsigned int
-  knownChildren(std::uint64_t key, std::size_t& next) const
+  trackedChildren(std::uint64_t key, std::size_t& next) const
   {
     unsigned int children = 0;
-    while (next < known_.size() && known_[next].key >> 3 < key)
+    while (next < tracked_.size() && tracked_[next].key >> 3 < key)
       ++next;
-    for (; next < known_.size() && known_[next].key >> 3 == key; ++next)
-      children |= 1u << (known_[next].key & 7);
+    for (; next < tracked_.size() && tracked_[next].key >> 3 == key; ++next)
+      children |= 1u << (tracked_[next].key & 7);
     return children;
   }
 
@@ -168,10 +168,10 @@ private:
     if (frame_.new_keys.empty())
       return true;
     frame_.node_blocks.clear();
-    for (std::size_t i = 0; i < known_.size(); ++i)
-      frame_.node_blocks.lastOrNew(known_[i].key >> 3).present |=
+    for (std::size_t i = 0; i < tracked_.size(); ++i)
+      frame_.node_blocks.lastOrNew(tracked_[i].key >> 3).present |=
           std::uint64_t{occupiedOctants(frame_.blocks[i].present)}
-          << (8 * (known_[i].key & 7));
+          << (8 * (tracked_[i].key & 7));
     beginPending(frame_.new_keys.size());
     for (const std::uint64_t key : frame_.new_keys)
       addPending(key);
@@ -183,7 +183,7 @@ private:
       parent.target = occupiedOctants(targetCells(i));
       const unsigned int found =
           codeNode(cursor, parent, frame_.new_keys[i], frame_.parent_blocks[i]);
-      frame_.blocks[known_.size() + i].pending = static_cast<std::uint8_t>(found);
+      frame_.blocks[tracked_.size() + i].pending = static_cast<std::uint8_t>(found);
       octants += child_masks.count[found];
     }
     return octants <= max_voxels_;
@@ -196,7 +196,7 @@ private:
     NodeBlockCursor cursor(frame_.blocks, levelsAboveNodeBlocks(0));
     std::size_t voxels = 0;
     for (std::size_t i = 0; i < frame_.new_keys.size(); ++i) {
-      const auto node_block = static_cast<std::uint32_t>(known_.size() + i);
+      const auto node_block = static_cast<std::uint32_t>(tracked_.size() + i);
       for (unsigned int octants = frame_.blocks[node_block].pending; octants != 0;
            octants &= octants - 1) {
         const unsigned int octant = lowestBit(octants);
@@ -268,7 +268,7 @@ private:
   CodingT& coding_;
   ChildModels& models_;
   Frame& frame_;
-  const std::vector<HistoryBlock>& known_;
+  const std::vector<HistoryBlock>& tracked_;
   unsigned int depth_;
   std::size_t max_voxels_;
 };

@@ -17,10 +17,10 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of new voxels in known blocks (doc/bitstream_context.md, "New voxels"). */
+/** \brief Models of new voxels in tracked blocks (doc/bitstream_context.md, "New voxels"). */
 struct NewVoxelModels {
   /** \brief Classes of cells, by their numbers of neighbours: for each of 0, 1, 2 and more
-   * voxels of the frame, one for each of 0, 1 and more known voxels. Then, by voxels of the
+   * voxels of the frame, one for each of 0, 1 and more tracked voxels. Then, by voxels of the
    * frame only, those of the next three cells after the last new voxel. */
   static constexpr std::size_t cell_classes = 16;
   static constexpr std::size_t near_classes = 12; ///< the first of the latter
@@ -44,7 +44,7 @@ template <typename CodingT>
 class NewVoxelPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in,out] frame its known voxels have been coded
+   * \param[in,out] frame its tracked voxels have been coded
    * \param[in] parameters of the frame
    * \param[in] max_voxels of the pass; a decoder fails where there are more
    */
@@ -56,7 +56,7 @@ public:
   : coding_(coding)
   , models_(models)
   , frame_(frame)
-  , known_(parameters.history.blocks())
+  , tracked_(parameters.history.blocks())
   , grid_cells_(cellsInGrid(parameters.grid_depth))
   , max_voxels_(max_voxels)
   {}
@@ -67,11 +67,11 @@ public:
   bool
   run()
   {
-    for (std::size_t i = 0; i < known_.size() && voxels_ <= max_voxels_; ++i) {
-      const std::uint64_t open = grid_cells_ & ~known_[i].known;
+    for (std::size_t i = 0; i < tracked_.size() && voxels_ <= max_voxels_; ++i) {
+      const std::uint64_t open = grid_cells_ & ~tracked_[i].tracked;
       const std::uint64_t target = frame_.target_cells[i] & open;
       if (open != 0 &&
-          coding_.code(models_.block, {{contextOf(known_[i])}}, target != 0))
+          coding_.code(models_.block, {{contextOf(tracked_[i])}}, target != 0))
         codeBlock(i, open, target);
     }
     return voxels_ <= max_voxels_;
@@ -94,12 +94,12 @@ private:
   static std::uint32_t
   contextOf(const HistoryBlock& block)
   {
-    const unsigned int count = bitCount(block.known);
-    const std::uint32_t known_class = count < 4    ? 0
-                                      : count < 10 ? 1
-                                      : count < 20 ? 2
-                                                   : 3;
-    return block.activity * 4u + known_class;
+    const unsigned int count = bitCount(block.tracked);
+    const std::uint32_t tracked_class = count < 4    ? 0
+                                        : count < 10 ? 1
+                                        : count < 20 ? 2
+                                                     : 3;
+    return block.activity * 4u + tracked_class;
   }
 
   /** \brief Codes the new voxels of a block that has some, ascending.
@@ -110,21 +110,22 @@ private:
   codeBlock(std::size_t index, std::uint64_t open, std::uint64_t target)
   {
     std::array<std::uint64_t, face_count> now{};
-    std::array<std::uint64_t, face_count> known{};
+    std::array<std::uint64_t, face_count> tracked{};
     for (std::size_t face = 0; face < face_count; ++face) {
       const std::uint32_t other = frame_.neighbours[index][face];
       if (other == BlockDirectory::not_found)
         continue;
       now[face] = frame_.blocks[other].present;
-      known[face] = known_[other].known;
+      tracked[face] = tracked_[other].tracked;
     }
-    const NeighbourCounts known_counts = countNeighbours(known_[index].known, known);
+    const NeighbourCounts tracked_counts =
+        countNeighbours(tracked_[index].tracked, tracked);
     std::uint64_t& present = frame_.blocks[index].present;
     std::uint64_t last = 0; // new voxel, a mask
     while (open != 0) {
       const std::uint64_t near = (last << 4) - (last << 1);
       const CellClasses classes =
-          classify(countNeighbours(present, now), known_counts, open, near);
+          classify(countNeighbours(present, now), tracked_counts, open, near);
       Cells::Counts counts;
       for (std::size_t i = 0; i < classes.size(); ++i)
         counts[i] = bitCount(classes[i]);
@@ -145,12 +146,12 @@ private:
 
   /** \brief The open cells by class.
    * \param[in] now numbers of neighbours in this frame
-   * \param[in] known numbers of neighbours that are known voxels
+   * \param[in] tracked numbers of neighbours that are tracked voxels
    * \param[in] near the next three cells after the last new voxel
    */
   static CellClasses
   classify(const NeighbourCounts& now,
-           const NeighbourCounts& known,
+           const NeighbourCounts& tracked,
            std::uint64_t open,
            std::uint64_t near)
   {
@@ -160,14 +161,14 @@ private:
         now.cellsWith(2),
         ~(now.cellsWith(0) | now.cellsWith(1) | now.cellsWith(2))};
     const std::uint64_t far = open & ~near;
-    const std::array<std::uint64_t, 3> by_known = {
-        far & known.cellsWith(0),
-        far & known.cellsWith(1),
-        far & ~(known.cellsWith(0) | known.cellsWith(1))};
+    const std::array<std::uint64_t, 3> by_tracked = {
+        far & tracked.cellsWith(0),
+        far & tracked.cellsWith(1),
+        far & ~(tracked.cellsWith(0) | tracked.cellsWith(1))};
     CellClasses classes;
     for (std::size_t i = 0; i < by_now.size(); ++i) {
-      for (std::size_t j = 0; j < by_known.size(); ++j)
-        classes[by_known.size() * i + j] = by_now[i] & by_known[j];
+      for (std::size_t j = 0; j < by_tracked.size(); ++j)
+        classes[by_tracked.size() * i + j] = by_now[i] & by_tracked[j];
       classes[NewVoxelModels::near_classes + i] = by_now[i] & open & near;
     }
     return classes;
@@ -195,7 +196,7 @@ private:
   CodingT& coding_;
   NewVoxelModels& models_;
   Frame& frame_;
-  const std::vector<HistoryBlock>& known_;
+  const std::vector<HistoryBlock>& tracked_;
   std::uint64_t grid_cells_;
   std::size_t max_voxels_;
   std::size_t voxels_ = 0;

@@ -148,17 +148,17 @@ Payload::encodeAs(const VoxelFrame& frame,
   if (frame.has_point_counts)
     pointSymbolsOf(frame.point_counts, intensities_.point_symbols);
   if (frame.hasIntensities())
-    copyNumbers(frame.intensities, intensities_.symbols);
+    copySymbols(frame.intensities, intensities_.symbols);
   else if (frame.has_point_counts)
-    copyNumbers(intensities_.point_symbols, intensities_.symbols);
+    copySymbols(intensities_.point_symbols, intensities_.symbols);
   else
     intensities_.symbols.assign(frame.size(), 0);
   if (parameters.depth_model != nullptr) {
     splitByDepth(parameters);
-    intensities_.split.numbersOf(intensities_.symbols, intensities_.numbers);
+    intensities_.split.baseSymbolsOf(intensities_.symbols, intensities_.base_symbols);
   }
   else
-    copyNumbers(intensities_.symbols, intensities_.numbers);
+    copySymbols(intensities_.symbols, intensities_.base_symbols);
   if (frame.keys.empty())
     return {};
   return is_small_ ? encodeWith<true>(frame, parameters, is_i_frame, payload)
@@ -176,11 +176,11 @@ Payload::encodeWith(const VoxelFrame& frame,
   DecisionCoding<BinaryRangeEncoder, IsSmall> coding{BinaryRangeEncoder(payload)};
   if (!is_i_frame)
     coding.codeBypass(&parameters.history == &history_);
-  codeOccupancy(coding, models_, parameters, intensities_.numbers.size());
+  codeOccupancy(coding, models_, parameters, intensities_.base_symbols.size());
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
   if (parameters.symbol_bits > 0)
     IntensityPass(coding, models_.intensity, frame_.directory, parameters)
-        .run(blocks_, intensities_.numbers);
+        .run(blocks_, intensities_.base_symbols);
   codeResiduals(coding, models_.intensity, parameters);
   const std::size_t intensity_end = coding.coder().settledBytes();
   codePoints(coding, models_, parameters, frame);
@@ -190,52 +190,44 @@ Payload::encodeWith(const VoxelFrame& frame,
 
 bool
 Payload::decode(CodingWorkspace& /*memory*/,
-                const std::uint8_t* begin,
-                const std::uint8_t* end,
-                std::size_t voxel_count,
-                bool is_i_frame,
+                const CodedPayload& payload,
                 VoxelFrame& frame,
                 PayloadSizes& sizes)
 {
   sizes = PayloadSizes();
   blocks_.clear();
-  uses_history_ = !is_i_frame;
-  if (voxel_count == 0) {
-    if (begin != end)
+  uses_history_ = !payload.is_i_frame;
+  if (payload.voxel_count == 0) {
+    if (payload.begin != payload.end)
       return false;
-    intensities_.numbers.clear();
+    intensities_.base_symbols.clear();
     intensities_.symbols.clear();
     intensities_.point_symbols.clear();
     frame.point_counts.clear();
-    if (is_i_frame)
+    if (payload.is_i_frame)
       trial_models_ = freshModels(is_small_, hasPointsBesideIntensities(frame));
   }
-  else {
-    if (!(is_small_
-              ? decodeWith<true>(frame, is_i_frame, begin, end, voxel_count, sizes)
-              : decodeWith<false>(frame, is_i_frame, begin, end, voxel_count, sizes)))
-      return false;
-  }
+  else if (!(is_small_ ? decodeWith<true>(payload, frame, sizes)
+                       : decodeWith<false>(payload, frame, sizes)))
+    return false;
   blocks_.voxelKeys(frame.keys);
   if (frame.hasIntensities())
-    copyNumbers(intensities_.symbols, frame.intensities);
+    copySymbols(intensities_.symbols, frame.intensities);
   prepareLearning(frame, uses_history_);
-  has_models_ = voxel_count != 0 || is_i_frame;
+  has_models_ = payload.voxel_count != 0 || payload.is_i_frame;
   return true;
 }
 
 template <bool IsSmall>
 bool
-Payload::decodeWith(VoxelFrame& frame,
-                    bool is_i_frame,
-                    const std::uint8_t* begin,
-                    const std::uint8_t* end,
-                    std::size_t voxel_count,
-                    PayloadSizes& sizes)
+Payload::decodeWith(const CodedPayload& payload, VoxelFrame& frame, PayloadSizes& sizes)
 {
+  const bool is_i_frame = payload.is_i_frame;
+  const std::size_t voxel_count = payload.voxel_count;
   trial_models_ =
       is_i_frame ? freshModels(is_small_, hasPointsBesideIntensities(frame)) : models_;
-  DecisionCoding<BinaryRangeDecoder, IsSmall> coding{BinaryRangeDecoder(begin, end)};
+  DecisionCoding<BinaryRangeDecoder, IsSmall> coding{
+      BinaryRangeDecoder(payload.begin, payload.end)};
   uses_history_ = !is_i_frame && coding.codeBypass(false);
   const FrameParameters parameters = parametersOf(frame, uses_history_);
   frame_.begin(parameters.history);
@@ -245,19 +237,19 @@ Payload::decodeWith(VoxelFrame& frame,
   if (blocks_.voxelCount() != voxel_count)
     return false;
   const std::size_t occupancy_bytes = coding.coder().settledBytes();
-  intensities_.numbers.resize(voxel_count);
+  intensities_.base_symbols.resize(voxel_count);
   if (parameters.symbol_bits == 0)
-    std::fill(intensities_.numbers.begin(), intensities_.numbers.end(), 0);
+    std::fill(intensities_.base_symbols.begin(), intensities_.base_symbols.end(), 0);
   else
     IntensityPass(coding, trial_models_.intensity, frame_.directory, parameters)
-        .run(blocks_, intensities_.numbers);
-  copyNumbers(intensities_.numbers, intensities_.symbols);
+        .run(blocks_, intensities_.base_symbols);
+  copySymbols(intensities_.base_symbols, intensities_.symbols);
   if (parameters.depth_model != nullptr)
     splitByDepth(parameters);
   if (!codeResiduals(coding, trial_models_.intensity, parameters))
     return false;
   sizes = dividedSizes(frame,
-                       static_cast<std::size_t>(end - begin),
+                       static_cast<std::size_t>(payload.end - payload.begin),
                        occupancy_bytes,
                        coding.coder().settledBytes());
   return codePoints(coding, trial_models_, parameters, frame) &&
@@ -272,8 +264,8 @@ Payload::codeOccupancy(CodingT& coding,
                        const FrameParameters& parameters,
                        std::size_t max_voxels)
 {
-  KnownVoxelPass known_voxels(coding, models.known_voxels, frame_, parameters);
-  const std::size_t voxels = known_voxels.run();
+  TrackedVoxelPass tracked_voxels(coding, models.tracked_voxels, frame_, parameters);
+  const std::size_t voxels = tracked_voxels.run();
   if (voxels > max_voxels)
     return false;
   NewVoxelPass new_voxels(
@@ -288,7 +280,7 @@ Payload::codeOccupancy(CodingT& coding,
   return new_blocks.run();
 }
 
-/** \brief Codes the residuals of a depth model, if there is one, after the numbers. */
+/** \brief Codes the residuals of a depth model, if there is one, after the base symbols. */
 template <typename CodingT>
 bool
 Payload::codeResiduals(CodingT& coding,
@@ -297,7 +289,7 @@ Payload::codeResiduals(CodingT& coding,
 {
   if (parameters.depth_model == nullptr)
     return true;
-  intensities_.split.predict(intensities_.numbers);
+  intensities_.split.predict(intensities_.base_symbols);
   return IntensityPass(coding, models, frame_.directory, parameters)
       .codeResiduals(intensities_.split, intensities_.symbols);
 }
@@ -339,7 +331,8 @@ Payload::prepareLearning(const VoxelFrame& frame, bool uses_history)
   uses_history_ = uses_history;
   has_depths_ = frame.depth_model && !frame.keys.empty();
   if (has_depths_)
-    intensities_.split.observe(intensities_.numbers, intensities_.symbols, depths_);
+    intensities_.split.observe(
+        intensities_.base_symbols, intensities_.symbols, depths_);
   history_.makeRoom(blocks_, has_depths_, !uses_history, has_points_);
 }
 
@@ -357,7 +350,7 @@ Payload::learnHistory() noexcept
   if (!uses_history_)
     history_.clear(symbol_bits_);
   history_.update(blocks_,
-                  intensities_.numbers,
+                  intensities_.base_symbols,
                   has_depths_ ? &depths_ : nullptr,
                   !uses_history_,
                   has_points_ ? &intensities_.point_symbols : nullptr);

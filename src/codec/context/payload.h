@@ -3,9 +3,9 @@
 #include "codec/context/frame.h"
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
-#include "codec/context/known_voxels.h"
 #include "codec/context/new_blocks.h"
 #include "codec/context/new_voxels.h"
+#include "codec/context/tracked_voxels.h"
 #include "codec/history_use.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
@@ -40,10 +40,7 @@ public:
 
   bool
   decode(CodingWorkspace& memory,
-         const std::uint8_t* begin,
-         const std::uint8_t* end,
-         std::size_t voxel_count,
-         bool is_i_frame,
+         const CodedPayload& payload,
          VoxelFrame& frame,
          PayloadSizes& sizes) override;
 
@@ -64,7 +61,7 @@ public:
   }
 
   std::size_t
-  recordCount() const override
+  trackedVoxels() const override
   {
     return history_.recordCount();
   }
@@ -73,7 +70,7 @@ private:
   struct Models {
     /** \param[in] has_points beside intensities */
     Models(bool is_small, bool has_points)
-    : known_voxels(is_small)
+    : tracked_voxels(is_small)
     , new_voxels(is_small)
     , children(is_small)
     , intensity(is_small)
@@ -82,7 +79,7 @@ private:
         points.emplace(is_small);
     }
 
-    KnownVoxelModels known_voxels;
+    TrackedVoxelModels tracked_voxels;
     NewVoxelModels new_voxels;
     ChildModels children;
     IntensityContexts intensity;
@@ -114,12 +111,7 @@ private:
 
   template <bool IsSmall>
   bool
-  decodeWith(VoxelFrame& frame,
-             bool is_i_frame,
-             const std::uint8_t* begin,
-             const std::uint8_t* end,
-             std::size_t voxel_count,
-             PayloadSizes& sizes);
+  decodeWith(const CodedPayload& payload, VoxelFrame& frame, PayloadSizes& sizes);
 
   template <typename CodingT>
   bool

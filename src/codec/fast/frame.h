@@ -28,10 +28,10 @@ struct Frame {
   std::vector<std::uint64_t> new_masks;
 
   // Set by NewVoxels. Vectors with a count are in use up to it.
-  std::vector<std::uint8_t> octant_symbols; ///< by known block; 0 without new voxels
+  std::vector<std::uint8_t> octant_symbols; ///< by tracked block; 0 without new voxels
   std::size_t renewed_count = 0;
   std::vector<std::uint32_t>
-      renewed_blocks; ///< indices of known blocks with new voxels
+      renewed_blocks; ///< indices of tracked blocks with new voxels
 
   // Set by HistoryUpdate: the blocks of the frame, ascending.
   std::size_t block_count = 0;

@@ -95,7 +95,7 @@ voxel_past::firstProbability(unsigned int past)
 void
 History::reserveFor(const History& other)
 {
-  reserveAhead(known, other.known.size());
+  reserveAhead(tracked, other.tracked.size());
   reserveAhead(spare_numbers, other.spare_numbers.size());
   reserveAhead(keys, other.keys.size());
   reserveAhead(numbers, other.numbers.size());
@@ -106,7 +106,7 @@ History::reserveFor(const History& other)
 void
 History::assign(History& other, bool with_statistics) noexcept
 {
-  known = other.known;
+  tracked = other.tracked;
   spare_numbers = other.spare_numbers;
   keys = other.keys;
   numbers = other.numbers;
@@ -125,7 +125,7 @@ History::assign(History& other, bool with_statistics) noexcept
 void
 History::clear() noexcept
 {
-  known.clear();
+  tracked.clear();
   spare_numbers.clear();
   keys.clear();
   numbers.clear();
@@ -138,9 +138,9 @@ void
 History::releaseMemory()
 {
   cell_indices.resize(voxelCount() + spare_indices);
-  statistics.resize(known.size() * block_cells);
+  statistics.resize(tracked.size() * block_cells);
   point_statistics.resize(std::min(point_statistics.size(), statistics.size()));
-  known.shrink_to_fit();
+  tracked.shrink_to_fit();
   statistics.shrink_to_fit();
   point_statistics.shrink_to_fit();
   spare_numbers.shrink_to_fit();
@@ -171,7 +171,7 @@ HistoryUpdate::removeForgotten(History& after)
       continue;
     const CellIndex* const cell_indices = after.cell_indices.data() + after.first[past];
     for (std::uint32_t i = 0; i < after.size[past]; ++i)
-      after.known[cell_indices[i] / block_cells] &=
+      after.tracked[cell_indices[i] / block_cells] &=
           ~(std::uint64_t{1} << (cell_indices[i] % block_cells));
     after.size[past] = 0;
   }
@@ -183,7 +183,7 @@ void
 HistoryUpdate::numberNewBlocks(const History& before, const Frame& frame)
 {
   const std::size_t spare = before.spare_numbers.size();
-  auto next = static_cast<std::uint32_t>(before.known.size());
+  auto next = static_cast<std::uint32_t>(before.tracked.size());
   new_numbers_.resize(frame.new_keys.size());
   for (std::size_t i = 0; i < new_numbers_.size(); ++i)
     new_numbers_[i] = i < spare ? before.spare_numbers[spare - 1 - i] : next++;
@@ -201,8 +201,8 @@ HistoryUpdate::reserveNew(const History& before,
   after.spare_numbers.assign(before.spare_numbers.begin(),
                              before.spare_numbers.end() -
                                  static_cast<std::ptrdiff_t>(spare));
-  after.known.resize(before.known.size() + frame.new_keys.size() - spare, 0);
-  ensureSize(statistics, after.known.size() * block_cells);
+  after.tracked.resize(before.tracked.size() + frame.new_keys.size() - spare, 0);
+  ensureSize(statistics, after.tracked.size() * block_cells);
   // The bucket of new voxels has no others, and is placed after all buckets.
   std::uint32_t end = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past)
@@ -219,10 +219,10 @@ HistoryUpdate::addNewVoxels(const History& before,
 {
   const unsigned int past = voxel_past::first(frame.is_i_frame);
   CellIndex* index = after.cell_indices.data() + after.first[past];
-  std::uint64_t* const known = after.known.data();
+  std::uint64_t* const tracked = after.tracked.data();
   std::uint16_t* const all_statistics = statistics.data();
   const auto add = [&](std::uint32_t number, std::uint64_t cells) {
-    known[number] |= cells;
+    tracked[number] |= cells;
     const std::uint32_t first = number * block_cells;
     const unsigned int count = bitCount(cells);
     // Two at a time, the highest one twice if the count is odd: such a loop is predicted
@@ -239,7 +239,7 @@ HistoryUpdate::addNewVoxels(const History& before,
   };
   for (std::size_t i = 0; i < frame.renewed_count; ++i) {
     const std::uint32_t number = before.numbers[frame.renewed_blocks[i]];
-    add(number, frame.occupied[number] & ~before.known[number]);
+    add(number, frame.occupied[number] & ~before.tracked[number]);
   }
   for (std::size_t i = 0; i < new_numbers_.size(); ++i)
     add(new_numbers_[i], frame.new_masks[i]);
@@ -247,7 +247,7 @@ HistoryUpdate::addNewVoxels(const History& before,
       static_cast<std::uint32_t>(index - after.cell_indices.data()) - after.first[past];
 }
 
-/** \brief Merges known and new blocks to the ascending blocks of the frame and of the history
+/** \brief Merges tracked and new blocks to the ascending blocks of the frame and of the history
  * after it.
  * \return false if a new block is in the history
  */
@@ -260,7 +260,7 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
   std::uint32_t* const freed = freed_numbers_.data();
   std::size_t freed_count = 0;
   // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
-  const std::uint64_t* const known = after.known.data();
+  const std::uint64_t* const tracked = after.tracked.data();
   const std::uint64_t* const all_occupied = frame.occupied.data();
   const std::uint64_t* const old_keys = before.keys.data();
   const std::uint32_t* const old_numbers = before.numbers.data();
@@ -274,7 +274,7 @@ HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
     const std::uint32_t number = old_numbers[i];
     const unsigned int activity =
         (old_activity[i] * 2u + (symbols[i] != 0 ? 1 : 0)) % 16;
-    const std::size_t is_kept = isNotZero(known[number]);
+    const std::size_t is_kept = isNotZero(tracked[number]);
     freed[freed_count] = number;
     freed_count += 1 - is_kept;
     lists.append(old_keys[i], number, all_occupied[number], activity, is_kept);

@@ -112,9 +112,9 @@ ensureSize(Vector& vector, std::size_t size)
 /** \brief Statistics of the frames since the last I-frame, the same in encoder and decoder
  * (doc/bitstream_fast.md, "History").
  *
- * Known voxels are stored in buckets, one for each past, which each frame splits in two
+ * Tracked voxels are stored in buckets, one for each past, which each frame splits in two
  * (doc/implementation_notes.md, "Buckets"), intensity statistics by block, 64 each. A block
- * keeps its number as long as it has known voxels.
+ * keeps its number as long as it has tracked voxels.
  */
 struct History {
   /** \brief Statistics of a voxel that has none yet. */
@@ -123,13 +123,13 @@ struct History {
   static constexpr std::size_t spare_indices = 1;
 
   // By block number.
-  std::vector<std::uint64_t> known; ///< cells that are in a bucket
-  StatisticsTable statistics;       ///< 64 a block
+  std::vector<std::uint64_t> tracked; ///< cells that are in a bucket
+  StatisticsTable statistics;         ///< 64 a block
   StatisticsTable
       point_statistics; ///< the same of numbers of points beside intensities
   std::vector<std::uint32_t> spare_numbers; ///< free block numbers
 
-  // Blocks with known voxels, ascending.
+  // Blocks with tracked voxels, ascending.
   std::vector<std::uint64_t> keys; ///< Morton keys of the blocks
   std::vector<std::uint32_t> numbers;
   std::vector<std::uint8_t> activity; ///< which of the last 4 frames had new voxels
@@ -139,7 +139,7 @@ struct History {
   std::array<std::uint32_t, voxel_past::count> size{};
   std::vector<CellIndex> cell_indices; ///< and `spare_indices` after the last bucket
 
-  /** \brief Number of known voxels. */
+  /** \brief Number of tracked voxels. */
   std::size_t
   voxelCount() const
   {
@@ -164,7 +164,7 @@ struct History {
   void
   clear() noexcept;
 
-  /** \brief Releases memory that the known voxels do not need. */
+  /** \brief Releases memory that the tracked voxels do not need. */
   void
   releaseMemory();
 };
@@ -175,7 +175,7 @@ class HistoryUpdate {
 public:
   /** \brief Updates the history with one frame.
    * \param[in] before the history before the frame
-   * \param[in,out] after the history after it, with the buckets of known voxels
+   * \param[in,out] after the history after it, with the buckets of tracked voxels
    * \param[in,out] statistics set to no_statistics for new voxels
    * \param[in,out] frame coded voxels; its blocks are set
    * \return false if a new block is in the history

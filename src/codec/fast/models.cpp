@@ -9,7 +9,7 @@ Models::Models(bool has_points)
   if (has_points)
     points.emplace();
   for (unsigned int past = 1; past < voxel_past::count; ++past)
-    known_probability[past] =
+    tracked_probability[past] =
         static_cast<std::uint16_t>(voxel_past::firstProbability(past));
 }
 

@@ -47,10 +47,10 @@ struct Models {
   /** \param[in] has_points beside intensities */
   explicit Models(bool has_points = false);
 
-  /** \brief Probability that a known voxel is occupied, by its past; 2^16 is 1. */
-  std::array<std::uint16_t, voxel_past::count> known_probability{};
+  /** \brief Probability that a tracked voxel is occupied, by its past; 2^16 is 1. */
+  std::array<std::uint16_t, voxel_past::count> tracked_probability{};
 
-  // New voxels in known blocks.
+  // New voxels in tracked blocks.
   std::array<NibbleModel, 32> octant; ///< by activity and whether the block is empty
   std::array<NibbleModel, 12> cell;   ///< by numbers of near and of open cells
   MaskModels several;                 ///< masks of several octants or cells

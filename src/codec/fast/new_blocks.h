@@ -19,7 +19,7 @@ namespace fast {
  */
 class NewBlocks {
 public:
-  /** \brief Codes a frame whose voxels in known blocks are coded.
+  /** \brief Codes a frame whose voxels in tracked blocks are coded.
    * \param[in,out] frame a decoder sets the new blocks
    * \return false if the bytes are invalid, or decode to more voxels than the frame has;
    * never in an encoder

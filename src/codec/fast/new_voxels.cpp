@@ -107,17 +107,17 @@ NewVoxels::codeOctants(Coder& coder,
   // Local pointers (doc/implementation_notes.md, "Pointers in local variables").
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint8_t* const activity = before.activity.data();
-  const std::uint64_t* const all_known = before.known.data();
+  const std::uint64_t* const all_tracked = before.tracked.data();
   const std::uint64_t* const occupied = frame.occupied.data();
   std::uint8_t* const contexts = contexts_.data();
   std::uint8_t* const symbols = frame.octant_symbols.data();
   const std::uint16_t* const all_statistics = statistics.data();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[i];
-    const std::uint64_t known_occupied =
-        Coder::is_decoder ? occupied[number] : occupied[number] & all_known[number];
+    const std::uint64_t tracked_occupied =
+        Coder::is_decoder ? occupied[number] : occupied[number] & all_tracked[number];
     contexts[i] =
-        static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(known_occupied));
+        static_cast<std::uint8_t>(activity[i] * 2u + 1 - isNotZero(tracked_occupied));
   }
   // Prefetches the statistics that the intensities need (doc/implementation_notes.md,
   // "Prefetching").
@@ -138,22 +138,22 @@ NewVoxels::chooseOctants(const History& before, Frame& frame)
 {
   const std::size_t count = before.keys.size();
   const std::uint32_t* const numbers = before.numbers.data();
-  const std::uint64_t* const known = before.known.data();
+  const std::uint64_t* const tracked = before.tracked.data();
   const std::uint64_t* const occupied = frame.occupied.data();
   std::uint8_t* const symbols = frame.octant_symbols.data();
   std::uint32_t* const renewed = frame.renewed_blocks.data();
   std::size_t renewed_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
     renewed[renewed_count] = static_cast<std::uint32_t>(i);
-    renewed_count += isNotZero(occupied[numbers[i]] & ~known[numbers[i]]);
+    renewed_count += isNotZero(occupied[numbers[i]] & ~tracked[numbers[i]]);
   }
   std::fill_n(symbols, count, std::uint8_t{0});
   for (std::size_t i = 0; i < renewed_count; ++i) {
     const std::uint32_t number = numbers[renewed[i]];
-    const unsigned int octants = occupiedOctants(occupied[number] & ~known[number]);
+    const unsigned int octants = occupiedOctants(occupied[number] & ~tracked[number]);
     const unsigned int is_single = (octants & (octants - 1)) == 0 ? 1 : 0;
     const unsigned int rank =
-        rankOf(occupiedOctants(occupied[number] & known[number]), 0xff, octants);
+        rankOf(occupiedOctants(occupied[number] & tracked[number]), 0xff, octants);
     symbols[renewed[i]] = static_cast<std::uint8_t>(
         ((1 + rank) & (0 - is_single)) | (several_octants & (is_single - 1)));
   }
@@ -191,13 +191,13 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
   const std::uint8_t* const symbols = frame.octant_symbols.data();
   const std::uint32_t* const numbers = before.numbers.data();
   const std::uint64_t* const occupied = frame.occupied.data();
-  const std::uint64_t* const known = before.known.data();
+  const std::uint64_t* const tracked = before.tracked.data();
   std::uint32_t* const several = several_.data();
   std::size_t several_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = numbers[blocks[i]];
     const unsigned int symbol = symbols[blocks[i]];
-    const unsigned int octants = occupiedOctants(occupied[number] & known[number]);
+    const unsigned int octants = occupiedOctants(occupied[number] & tracked[number]);
     // Without a branch: written to both lists, and counted in one.
     const unsigned int is_single = (symbol - several_octants) >> 31;
     *octant = number * block_cells + 8 * childOfRank(octants, 0xff, (symbol - 1) % 8);
@@ -209,9 +209,9 @@ NewVoxels::codeOctantMasks(Coder& coder_now,
   }
   for (std::size_t i = 0; i < several_count; ++i) {
     const std::uint32_t number = several[i];
-    const unsigned int likely = occupiedOctants(occupied[number] & known[number]);
+    const unsigned int likely = occupiedOctants(occupied[number] & tracked[number]);
     unsigned int mask =
-        Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~known[number]);
+        Coder::is_decoder ? 0 : occupiedOctants(occupied[number] & ~tracked[number]);
     mask = codeMask(coder, models.several, likely, mask);
     if (Coder::is_decoder && (child_masks.count[mask] < 2 || coder.isOverrun()))
       return false;
@@ -238,7 +238,7 @@ NewVoxels::codeCells(Coder& coder,
   ensureSize(cell_symbols_, count);
   ensureSize(surroundings_, count);
   const CellIndex* const octants = octants_.data();
-  const std::uint64_t* const all_known = before.known.data();
+  const std::uint64_t* const all_tracked = before.tracked.data();
   // Octants outside of the grid have no open cells, so that all their symbols are invalid.
   const std::uint64_t in_grid = cellsInGrid(frame.depth);
   std::uint64_t* const all_occupied = frame.occupied.data();
@@ -248,11 +248,11 @@ NewVoxels::codeCells(Coder& coder,
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = octants[i] / block_cells;
     const unsigned int shift = octants[i] % block_cells;
-    const std::uint64_t known = all_known[number];
+    const std::uint64_t tracked = all_tracked[number];
     const std::uint64_t occupied = all_occupied[number];
-    const auto open = static_cast<unsigned int>((in_grid & ~known) >> shift & 0xff);
+    const auto open = static_cast<unsigned int>((in_grid & ~tracked) >> shift & 0xff);
     const unsigned int near =
-        static_cast<unsigned int>(cellsBeside(occupied & known) >> shift) & open;
+        static_cast<unsigned int>(cellsBeside(occupied & tracked) >> shift) & open;
     const unsigned int near_count = child_masks.count[near];
     // Without branches, which would be mispredicted.
     if (!Coder::is_decoder) {
@@ -322,7 +322,7 @@ NewVoxels::codeSeveralCells(Coder& coder,
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = several_[i] / block_cells;
     const unsigned int shift = several_[i] % block_cells;
-    const std::uint64_t closed = before.known[number];
+    const std::uint64_t closed = before.tracked[number];
     const std::uint64_t occupied = frame.occupied[number];
     const auto near = static_cast<unsigned int>(
         (cellsBeside(occupied & closed) & ~closed) >> shift & 0xff);

@@ -12,14 +12,14 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Codes the new voxels in known blocks (doc/bitstream_fast.md, "New voxels in
- * known blocks"): which blocks and octants have new voxels, then which cells they are.
+/** \brief Codes the new voxels in tracked blocks (doc/bitstream_fast.md, "New voxels in
+ * tracked blocks"): which blocks and octants have new voxels, then which cells they are.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
 class NewVoxels {
 public:
-  /** \brief Codes a frame whose known voxels are coded.
+  /** \brief Codes a frame whose tracked voxels are coded.
    * \param[in] before the history before the frame
    * \param[in] statistics of the history, only to prefetch them
    * \param[in,out] frame a decoder sets the occupied cells; both directions set
@@ -76,7 +76,7 @@ private:
   /** \brief Cells of an octant before its new voxels are coded. */
   struct Surroundings {
     std::uint8_t near; ///< open cells that share a face with an occupied cell
-    std::uint8_t open; ///< cells of the grid that are not known
+    std::uint8_t open; ///< cells of the grid that are not tracked
   };
 
   // Used up to a count, not resized to it.

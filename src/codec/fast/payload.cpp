@@ -64,7 +64,7 @@ Payload::match(CodingWorkspace& memory, const VoxelFrame& frame)
     return 0;
   Frame& matched = memory.fast().frame;
   matchHistory(history_, frame.keys, matched);
-  return knownVoxelCount(history_, matched);
+  return trackedVoxelCount(history_, matched);
 }
 
 PayloadSizes
@@ -94,12 +94,12 @@ Payload::encode(CodingWorkspace& memory,
     return {payload.size() - begin, 0};
   }
   beginSplit(frame);
-  depth_.split.numbersOf(frame.intensities, depth_.numbers);
-  depth_.numbers_payload.clear();
-  encodeVoxels(frame, depth_.numbers, depth_.numbers_payload);
+  depth_.split.baseSymbolsOf(frame.intensities, depth_.base_symbols);
+  depth_.base_payload.clear();
+  encodeVoxels(frame, depth_.base_symbols, depth_.base_payload);
   ByteWriter writer(payload);
-  writer.varint(depth_.numbers_payload.size());
-  writer.raw(depth_.numbers_payload.data(), depth_.numbers_payload.size());
+  writer.varint(depth_.base_payload.size());
+  writer.raw(depth_.base_payload.data(), depth_.base_payload.size());
   const std::size_t residuals_begin = payload.size();
   encodeResiduals(frame, is_i_frame, payload);
   return {residuals_begin - begin, payload.size() - residuals_begin};
@@ -125,10 +125,10 @@ Payload::encodeResiduals(const VoxelFrame& frame,
                          bool is_i_frame,
                          std::vector<std::uint8_t>& payload)
 {
-  depth_.split.predict(depth_.numbers);
+  depth_.split.predict(depth_.base_symbols);
   collectClasses();
   depth_.row.clear();
-  for (std::size_t i = 0; i < depth_.numbers.size(); ++i)
+  for (std::size_t i = 0; i < depth_.base_symbols.size(); ++i)
     if (depth_.split.classes()[i] != DepthSplit::no_residual)
       depth_.row.push_back(
           static_cast<std::uint16_t>(depth_.split.residual(i, frame.intensities[i])));
@@ -137,16 +137,16 @@ Payload::encodeResiduals(const VoxelFrame& frame,
 
 bool
 Payload::decode(CodingWorkspace& memory,
-                const std::uint8_t* begin,
-                const std::uint8_t* end,
-                std::size_t voxel_count,
-                bool is_i_frame,
+                const CodedPayload& payload,
                 VoxelFrame& frame,
                 PayloadSizes& sizes)
 {
+  const std::uint8_t* begin = payload.begin;
+  const std::uint8_t* const end = payload.end;
+  const bool is_i_frame = payload.is_i_frame;
   sizes = {static_cast<std::size_t>(end - begin), 0};
   has_points_ = hasPointsBesideIntensities(frame);
-  if (voxel_count == 0) {
+  if (payload.voxel_count == 0) {
     frame.keys.clear();
     frame.intensities.clear();
     frame.point_counts.clear();
@@ -158,14 +158,14 @@ Payload::decode(CodingWorkspace& memory,
     const auto size = static_cast<std::size_t>(end - begin);
     MemoryBuffer buffer(begin, size);
     ByteSource source(buffer, size);
-    const std::uint64_t numbers_size = source.varint();
+    const std::uint64_t base_size = source.varint();
     if (source.failure() != ByteSource::Failure::None ||
-        numbers_size > size - source.consumed())
+        base_size > size - source.consumed())
       return false;
     begin += source.consumed();
-    residuals = begin + numbers_size;
+    residuals = begin + base_size;
   }
-  beginFrame(memory, frame, voxel_count, is_i_frame);
+  beginFrame(memory, frame, payload.voxel_count, is_i_frame);
   if (!decodeVoxels(begin, residuals, frame))
     return false;
   if (frame.depth_model && !decodeResiduals(residuals, end, is_i_frame, frame)) {
@@ -231,13 +231,13 @@ Payload::codeOccupancy(Coder& coder, Models& models)
   History& after = work_->next_history;
   frame.found_voxels = 0;
   if (Coder::is_decoder) {
-    reserveAhead(frame.occupied, before().known.size());
-    frame.occupied.assign(before().known.size(), 0);
+    reserveAhead(frame.occupied, before().tracked.size());
+    frame.occupied.assign(before().tracked.size(), 0);
   }
   // Copied here, sequentially, long before single elements change.
-  reserveAhead(after.known, before().known.size());
-  after.known.assign(before().known.begin(), before().known.end());
-  return work_->known_voxels.code(coder, models, before(), after, frame) &&
+  reserveAhead(after.tracked, before().tracked.size());
+  after.tracked.assign(before().tracked.begin(), before().tracked.end());
+  return work_->tracked_voxels.code(coder, models, before(), after, frame) &&
          work_->new_voxels.code(coder, models, before(), statistics(), frame) &&
          work_->new_blocks.code(coder, models, frame) &&
          (!Coder::is_decoder || frame.found_voxels == frame.voxel_count) &&
@@ -341,7 +341,7 @@ Payload::beginPointStatistics()
 {
   const History& after = work_->next_history;
   StatisticsTable& table = history_.point_statistics;
-  ensureSize(table, after.known.size() * block_cells);
+  ensureSize(table, after.tracked.size() * block_cells);
   if (work_->frame.is_i_frame) // they are not read
     return table;
   const unsigned int past = voxel_past::first(false);

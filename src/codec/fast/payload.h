@@ -5,10 +5,10 @@
 #include "codec/fast/frame.h"
 #include "codec/fast/history.h"
 #include "codec/fast/intensities.h"
-#include "codec/fast/known_voxels.h"
 #include "codec/fast/models.h"
 #include "codec/fast/new_blocks.h"
 #include "codec/fast/new_voxels.h"
+#include "codec/fast/tracked_voxels.h"
 #include "codec/payload_coder.h"
 #include "voxels/voxel_block.h"
 
@@ -25,7 +25,7 @@ namespace fast {
  * used by several streams in turn. */
 struct Workspace {
   Frame frame;
-  KnownVoxels known_voxels;
+  TrackedVoxels tracked_voxels;
   NewVoxels new_voxels;
   NewBlocks new_blocks;
   HistoryUpdate history_update;
@@ -44,7 +44,7 @@ struct Workspace {
 };
 
 /** \brief Payloads of the effort fast (doc/bitstream_fast.md). With a depth model, a
- * ClassedRow of the residuals follows the numbers of points. */
+ * ClassedRow of the residuals follows the base symbols. */
 class Payload : public PayloadCoder {
 public:
   std::size_t
@@ -58,10 +58,7 @@ public:
 
   bool
   decode(CodingWorkspace& memory,
-         const std::uint8_t* begin,
-         const std::uint8_t* end,
-         std::size_t voxel_count,
-         bool is_i_frame,
+         const CodedPayload& payload,
          VoxelFrame& frame,
          PayloadSizes& sizes) override;
 
@@ -75,7 +72,7 @@ public:
   releaseMemory() override;
 
   std::size_t
-  recordCount() const override
+  trackedVoxels() const override
   {
     return history_.voxelCount();
   }
@@ -146,8 +143,8 @@ private:
   struct DepthWork {
     BlockList blocks;
     DepthSplit split;
-    std::vector<std::uint16_t> numbers;
-    std::vector<std::uint8_t> numbers_payload;
+    std::vector<std::uint16_t> base_symbols;
+    std::vector<std::uint8_t> base_payload;
     std::vector<std::uint16_t> row;
     std::vector<std::uint8_t> row_classes;
   };

@@ -171,7 +171,7 @@ private:
       return false;
     error_of_near_ += distance(near) - error_of_near_ / 16;
     error_of_past_ += distance(past) - error_of_past_ / 16;
-    if (++known_voxels_ % 32 == 0)
+    if (++tracked_voxels_ % 32 == 0)
       weight_of_past_ = 16 * error_of_near_ / (error_of_near_ + error_of_past_);
     return true;
   }
@@ -227,7 +227,7 @@ private:
   std::uint32_t error_of_near_ = 256;
   std::uint32_t error_of_past_ = 256;
   std::uint32_t weight_of_past_ = 8; // of 16
-  std::uint32_t known_voxels_ = 0;
+  std::uint32_t tracked_voxels_ = 0;
 };
 
 } // namespace supplement

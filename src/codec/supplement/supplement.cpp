@@ -24,20 +24,17 @@ hasPoints(const Content& content)
 } // namespace
 
 Sizes
-SupplementCoder::encode(const Content& content,
+SupplementCoder::encode(const Parameters& parameters,
                         const VoxelFrame& frame,
-                        const std::vector<std::uint64_t>& coarse_voxels,
-                        Effort effort,
-                        bool is_i_frame,
                         std::vector<std::uint8_t>& bytes)
 {
-  *next_models_ = is_i_frame ? Models() : *models_;
-  const fast::Interleaving interleaving = fast::interleavingOf(frame.size());
+  *next_models_ = parameters.is_i_frame ? Models() : *models_;
+  const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
   Sizes sizes;
-  reserveSymbols(content, frame.size());
-  if (content.refinement_levels > 0) {
+  reserveSymbols(parameters);
+  if (parameters.content.refinement_levels > 0) {
     fast::NibbleEncoder coder(ranges_);
-    codeRefinement(coder, content, coarse_voxels, effort, frame.size(), frame.keys);
+    codeRefinement(coder, parameters, frame.keys);
     bytes_.clear();
     coder.finish(interleaving, words_, bytes_);
     const std::size_t begin = bytes.size();
@@ -48,7 +45,7 @@ SupplementCoder::encode(const Content& content,
   }
   const std::size_t begin = bytes.size();
   fast::NibbleEncoder coder(ranges_);
-  codeAttributes(coder, content, is_i_frame, frame);
+  codeAttributes(coder, parameters, frame);
   coder.finish(interleaving, words_, bytes);
   sizes.attributes = bytes.size() - begin;
   learn();
@@ -56,32 +53,30 @@ SupplementCoder::encode(const Content& content,
 }
 
 void
-SupplementCoder::reserveSymbols(const Content& content, std::size_t voxels)
+SupplementCoder::reserveSymbols(const Parameters& parameters)
 {
+  const Content& content = parameters.content;
   // About what the refinement and the attributes take, one after the other.
   const std::size_t of_refinement = content.refinement_levels > 0 ? 5 : 0;
   const std::size_t of_attributes =
       (hasPoints(content) ? 1 : 0) + (content.colour_bits > 0 ? 6 : 0);
-  const std::size_t symbols = std::max(of_refinement, of_attributes) * voxels;
+  const std::size_t symbols =
+      std::max(of_refinement, of_attributes) * parameters.voxel_count;
   if (ranges_.size() < symbols)
     ranges_ = std::vector<std::uint32_t>(symbols);
 }
 
 bool
-SupplementCoder::decode(const std::uint8_t* begin,
+SupplementCoder::decode(const Parameters& parameters,
+                        const std::uint8_t* begin,
                         const std::uint8_t* end,
-                        const Content& content,
-                        const std::vector<std::uint64_t>& coarse_voxels,
-                        Effort effort,
-                        bool is_i_frame,
-                        std::size_t voxel_count,
                         VoxelFrame& frame,
                         Sizes& sizes)
 {
-  *next_models_ = is_i_frame ? Models() : *models_;
-  const fast::Interleaving interleaving = fast::interleavingOf(voxel_count);
+  *next_models_ = parameters.is_i_frame ? Models() : *models_;
+  const fast::Interleaving interleaving = fast::interleavingOf(parameters.voxel_count);
   sizes = {0, static_cast<std::size_t>(end - begin)};
-  if (content.refinement_levels > 0) {
+  if (parameters.content.refinement_levels > 0) {
     MemoryBuffer buffer(begin, sizes.attributes);
     ByteSource source(buffer, sizes.attributes);
     const std::uint64_t size = source.varint();
@@ -90,9 +85,7 @@ SupplementCoder::decode(const std::uint8_t* begin,
       return false;
     begin += source.consumed();
     fast::NibbleDecoder coder(begin, begin + size, interleaving, bytes_);
-    if (coder.isOverrun() ||
-        !codeRefinement(
-            coder, content, coarse_voxels, effort, voxel_count, frame.keys) ||
+    if (coder.isOverrun() || !codeRefinement(coder, parameters, frame.keys) ||
         !coder.isAtEnd())
       return false;
     begin += size;
@@ -100,23 +93,20 @@ SupplementCoder::decode(const std::uint8_t* begin,
     sizes.attributes -= sizes.refinement;
   }
   fast::NibbleDecoder coder(begin, end, interleaving, bytes_);
-  return !coder.isOverrun() && codeAttributes(coder, content, is_i_frame, frame) &&
+  return !coder.isOverrun() && codeAttributes(coder, parameters, frame) &&
          coder.isAtEnd();
 }
 
 template <class Coder, class KeysT>
 bool
-SupplementCoder::codeRefinement(Coder& coder,
-                                const Content& content,
-                                const std::vector<std::uint64_t>& coarse_voxels,
-                                Effort effort,
-                                std::size_t voxel_count,
-                                KeysT& keys)
+SupplementCoder::codeRefinement(Coder& coder, const Parameters& parameters, KeysT& keys)
 {
   NumberCoding<Coder> coding(coder, next_models_->lengths);
-  RefinementPass<NumberCoding<Coder>> pass(
-      next_models_->refinement, content.refinement_levels, effort != Effort::Fast);
-  const bool is_whole = pass.run(coding, coarse_voxels, voxel_count, keys);
+  RefinementPass<NumberCoding<Coder>> pass(next_models_->refinement,
+                                           parameters.content.refinement_levels,
+                                           parameters.effort != Effort::Fast);
+  const bool is_whole =
+      pass.run(coding, parameters.coarse_voxels, parameters.voxel_count, keys);
   coder = coding.coder();
   return is_whole;
 }
@@ -125,10 +115,10 @@ SupplementCoder::codeRefinement(Coder& coder,
 template <class Coder, class FrameT>
 bool
 SupplementCoder::codeAttributes(Coder& coder,
-                                const Content& content,
-                                bool is_i_frame,
+                                const Parameters& parameters,
                                 FrameT& frame)
 {
+  const Content& content = parameters.content;
   NumberCoding<Coder> coding(coder, next_models_->lengths);
   if constexpr (Coder::is_decoder) {
     if (content.refinement_levels > 0)
@@ -141,7 +131,7 @@ SupplementCoder::codeAttributes(Coder& coder,
   const bool is_whole =
       (content.refinement_levels == 0 || codeIntensities(coding, frame)) &&
       (!hasPoints(content) || codePointCounts(coding, frame.point_counts)) &&
-      (content.colour_bits == 0 || codeColours(coding, content, is_i_frame, frame));
+      (content.colour_bits == 0 || codeColours(coding, parameters, frame));
   coder = coding.coder();
   return is_whole;
 }
@@ -196,16 +186,15 @@ SupplementCoder::codePointCounts(CodingT& coding, CountsT& counts)
 template <class CodingT, class FrameT>
 bool
 SupplementCoder::codeColours(CodingT& coding,
-                             const Content& content,
-                             bool is_i_frame,
+                             const Parameters& parameters,
                              FrameT& frame)
 {
   static const ColourHistory no_history;
   // Where most voxels are alone they rarely come again.
-  const bool is_sparse = content.refinement_levels > 0;
+  const bool is_sparse = parameters.content.refinement_levels > 0;
   ColourPass pass(next_models_->colours,
-                  content.colour_bits,
-                  is_i_frame || is_sparse ? no_history : history_);
+                  parameters.content.colour_bits,
+                  parameters.is_i_frame || is_sparse ? no_history : history_);
   if (is_sparse)
     return pass.runSparse(coding, frame.colours);
   blocks_.assign(frame.keys);
@@ -213,7 +202,7 @@ SupplementCoder::codeColours(CodingT& coding,
   neighbours.begin();
   if (!pass.runDense(coding, blocks_, neighbours, frame.keys, frame.colours))
     return false;
-  history_.prepare(frame, is_i_frame);
+  history_.prepare(frame, parameters.is_i_frame);
   changes_history_ = true;
   return true;
 }

@@ -27,49 +27,44 @@ struct Sizes {
   std::size_t attributes = 0;
 };
 
+/** \brief Parameters of coding a supplement, the same in encoder and decoder. */
+struct Parameters {
+  const Content& content;                          ///< has a supplement
+  const std::vector<std::uint64_t>& coarse_voxels; ///< keys, if the content has levels
+  Effort effort;                                   ///< of the refinement
+  bool is_i_frame;                                 ///< forgets what was before
+  std::size_t voxel_count;                         ///< 1 or more
+};
+
 /** \brief Codes what follows the payload of a PayloadCoder, or decodes it: the voxels
  * within coarse voxels, with their intensities and numbers of points, and colours (doc/bitstream_supplement.md). An instance is for one stream and one direction. After an
  * exception it can only be destroyed. */
 class SupplementCoder {
 public:
   /** \brief Appends the supplement of the next frame of the stream, and learns the frame.
-   * \param[in] content that has a supplement
-   * \param[in] frame consistent, and not without voxels
-   * \param[in] coarse_voxels those of the voxels, if the content has levels
-   * \param[in] effort for the refinement
-   * \param[in] is_i_frame forget what was before
+   * \param[in] parameters of the frame
+   * \param[in] frame consistent
    * \param[in,out] bytes where to append
    */
   Sizes
-  encode(const Content& content,
+  encode(const Parameters& parameters,
          const VoxelFrame& frame,
-         const std::vector<std::uint64_t>& coarse_voxels,
-         Effort effort,
-         bool is_i_frame,
          std::vector<std::uint8_t>& bytes);
 
   /** \brief Decodes what encode() appended. learn() has to follow if the frame is valid,
    * nothing if it is not.
+   * \param[in] parameters as for encode
    * \param[in] begin first byte
    * \param[in] end after the last byte; all must be used
-   * \param[in] content as for encode
-   * \param[in] coarse_voxels as for encode
-   * \param[in] effort as for encode
-   * \param[in] is_i_frame as for encode
-   * \param[in] voxel_count number of voxels, 1 or more
    * \param[in,out] frame grid and scale are given; without levels all but colours; the
    * rest is set
    * \param[out] sizes as encode returns
    * \return false if the bytes are no such supplement
    */
   bool
-  decode(const std::uint8_t* begin,
+  decode(const Parameters& parameters,
+         const std::uint8_t* begin,
          const std::uint8_t* end,
-         const Content& content,
-         const std::vector<std::uint64_t>& coarse_voxels,
-         Effort effort,
-         bool is_i_frame,
-         std::size_t voxel_count,
          VoxelFrame& frame,
          Sizes& sizes);
 
@@ -97,20 +92,15 @@ private:
   };
 
   void
-  reserveSymbols(const Content& content, std::size_t voxels);
+  reserveSymbols(const Parameters& parameters);
 
   template <class Coder, class KeysT>
   bool
-  codeRefinement(Coder& coder,
-                 const Content& content,
-                 const std::vector<std::uint64_t>& coarse_voxels,
-                 Effort effort,
-                 std::size_t voxel_count,
-                 KeysT& keys);
+  codeRefinement(Coder& coder, const Parameters& parameters, KeysT& keys);
 
   template <class Coder, class FrameT>
   bool
-  codeAttributes(Coder& coder, const Content& content, bool is_i_frame, FrameT& frame);
+  codeAttributes(Coder& coder, const Parameters& parameters, FrameT& frame);
 
   template <class CodingT, class FrameT>
   bool
@@ -122,7 +112,7 @@ private:
 
   template <class CodingT, class FrameT>
   bool
-  codeColours(CodingT& coding, const Content& content, bool is_i_frame, FrameT& frame);
+  codeColours(CodingT& coding, const Parameters& parameters, FrameT& frame);
 
   std::unique_ptr<Models> models_ = std::make_unique<Models>();
   std::unique_ptr<Models> next_models_ = std::make_unique<Models>();

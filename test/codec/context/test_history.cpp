@@ -84,9 +84,9 @@ public:
     records = next;
     for (auto block = activity.begin(); block != activity.end();) {
       const auto lowest = records.lower_bound(block->first * block_cells);
-      const bool is_known =
+      const bool is_tracked =
           lowest != records.end() && lowest->first / block_cells == block->first;
-      block = is_known ? std::next(block) : activity.erase(block);
+      block = is_tracked ? std::next(block) : activity.erase(block);
     }
   }
 
@@ -144,11 +144,11 @@ expectSame(const History& history, const SimpleHistory& simple)
     ASSERT_EQ(block.key, activity->first);
     ASSERT_EQ(block.activity, activity->second);
     ASSERT_EQ(block.first_record, record);
-    ASSERT_NE(block.known, 0u);
+    ASSERT_NE(block.tracked, 0u);
     const auto last = simple.last.find(block.key);
     ASSERT_EQ(block.last, last == simple.last.end() ? 0 : last->second);
     ++activity;
-    for (std::uint64_t cells = block.known; cells != 0; cells &= cells - 1) {
+    for (std::uint64_t cells = block.tracked; cells != 0; cells &= cells - 1) {
       const SimpleHistory::Record& other = expected->second;
       ASSERT_EQ(block.key << block_key_bits | pcl_ext::lowestBit(cells),
                 expected->first);

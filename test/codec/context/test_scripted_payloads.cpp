@@ -98,9 +98,9 @@ private:
 constexpr CompressionCode ok = CompressionCode::Ok;
 constexpr CompressionCode corrupt = CompressionCode::Corrupt;
 
-TEST(ScriptedContextPayloads, ANewBlockThatIsKnown)
+TEST(ScriptedContextPayloads, ANewBlockThatIsTracked)
 {
-  // The one block of a grid. Said to be new, it has the voxel below the known one: the keys
+  // The one block of a grid. Said to be new, it has the voxel below the tracked one: the keys
   // ascend.
   const Stream stream(2, {5});
   EXPECT_EQ(stream.answerToPFrame(2,
@@ -111,7 +111,7 @@ TEST(ScriptedContextPayloads, ANewBlockThatIsKnown)
                                     script.numbers(blocksOf({3, 5}), {3, 3});
                                   }),
             corrupt);
-  // A known one that has it.
+  // A tracked one that has it.
   EXPECT_EQ(stream.answerToPFrame(2,
                                   [&](ContextScript& script) {
                                     const BlockList both = blocksOf({3, 5});
@@ -121,7 +121,7 @@ TEST(ScriptedContextPayloads, ANewBlockThatIsKnown)
             ok);
 }
 
-TEST(ScriptedContextPayloads, NewBlocksWhereAllAreKnown)
+TEST(ScriptedContextPayloads, NewBlocksWhereAllAreTracked)
 {
   std::vector<std::uint64_t> keys;
   for (std::uint64_t block = 0; block < 8; ++block)

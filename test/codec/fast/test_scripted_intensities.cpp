@@ -24,13 +24,13 @@ streamOfSteps(unsigned int bits)
       script.newStep(step);
   });
   stream.setGenuine(stream.pFrame(6, [](FastScript& script) {
-    script.knownVoxels(3, 6, 0x3f);
+    script.trackedVoxels(3, 6, 0x3f);
     script.octants(false, 0);
     script.noNewBlocks();
     for (int voxel = 0; voxel < 4; ++voxel)
-      script.knownStep(0, 0);
-    script.knownStep(5, 4);
-    script.knownStep(12, 8);
+      script.trackedStep(0, 0);
+    script.trackedStep(5, 4);
+    script.trackedStep(12, 8);
   }));
   return stream;
 }
@@ -40,11 +40,11 @@ Choices
 afterFour(const Choices& steps)
 {
   return [=](FastScript& script) {
-    script.knownVoxels(3, 6, 0x3f);
+    script.trackedVoxels(3, 6, 0x3f);
     script.octants(false, 0);
     script.noNewBlocks();
     for (int voxel = 0; voxel < 4; ++voxel)
-      script.knownStep(0, 0);
+      script.trackedStep(0, 0);
     steps(script);
   };
 }
@@ -58,13 +58,13 @@ withBits(const Choices& choices, unsigned int count, unsigned int bits)
   };
 }
 
-TEST(ScriptedFastSymbols, StepsOfKnownVoxels)
+TEST(ScriptedFastSymbols, StepsOfTrackedVoxels)
 {
   // A voxel with the step 12 has nibbles from 5 on.
-  const auto known = [](unsigned int nibble, int whole) {
+  const auto tracked = [](unsigned int nibble, int whole) {
     return afterFour([=](FastScript& script) {
-      script.knownStep(5, 4);
-      script.knownStep(12, nibble);
+      script.trackedStep(5, 4);
+      script.trackedStep(12, nibble);
       if (whole >= 0)
         script.wholeStep(static_cast<unsigned int>(whole));
     });
@@ -72,36 +72,37 @@ TEST(ScriptedFastSymbols, StepsOfKnownVoxels)
   // What follows the nibbles is in the order of the voxels.
   const auto both = [](unsigned int first, unsigned int second) {
     return afterFour([=](FastScript& script) {
-      script.knownStep(5, 15);
-      script.knownStep(12, 15);
+      script.trackedStep(5, 15);
+      script.trackedStep(12, 15);
       script.wholeStep(first);
       script.wholeStep(second);
     });
   };
   std::vector<ScriptedFrame> cases = {
-      {"nibble", 6, known(8, -1), ok},
-      {"step 4", 6, known(15, 4), ok},
-      {"step 20", 6, withBits(known(15, 20), 1, 1), ok},
-      {"step 47", 6, withBits(known(15, 47), 4, 14), ok},
-      {"the highest in a step", 6, withBits(known(15, 47), 4, 15)},
-      {"the highest", 6, known(15, 48), ok},
-      {"a step of 16 without its bit", 6, known(11, -1)},
+      {"nibble", 6, tracked(8, -1), ok},
+      {"step 4", 6, tracked(15, 4), ok},
+      {"step 20", 6, withBits(tracked(15, 20), 1, 1), ok},
+      {"step 47", 6, withBits(tracked(15, 47), 4, 14), ok},
+      {"the highest in a step", 6, withBits(tracked(15, 47), 4, 15)},
+      {"the highest", 6, tracked(15, 48), ok},
+      {"a step of 16 without its bit", 6, tracked(11, -1)},
       {"both whole", 6, both(15, 4), ok},
       {"both whole, the other way around", 6, both(4, 15)}};
   for (int step = 5; step < 16; ++step)
-    cases.push_back({"needless step " + std::to_string(step), 6, known(15, step)});
+    cases.push_back({"needless step " + std::to_string(step), 6, tracked(15, step)});
   for (int step = 16; step < 20; ++step)
-    cases.push_back(
-        {"needless step " + std::to_string(step), 6, withBits(known(15, step), 1, 0)});
+    cases.push_back({"needless step " + std::to_string(step),
+                     6,
+                     withBits(tracked(15, step), 1, 0)});
   for (const int step : {49, 60, 113, 114, 128, 255})
-    cases.push_back({"step " + std::to_string(step), 6, known(15, step)});
+    cases.push_back({"step " + std::to_string(step), 6, tracked(15, step)});
   expectAnswers(streamOfSteps(8), cases);
   // Of four bits, where values have no steps, the highest symbol is 15.
   expectAnswers(streamOfSteps(4),
-                {{"highest", 6, known(10, -1), ok},
-                 {"above", 6, withBits(known(11, -1), 1, 0)},
-                 {"above, whole", 6, withBits(known(15, 20), 1, 0)},
-                 {"no bits above", 6, known(11, -1)}});
+                {{"highest", 6, tracked(10, -1), ok},
+                 {"above", 6, withBits(tracked(11, -1), 1, 0)},
+                 {"above, whole", 6, withBits(tracked(15, 20), 1, 0)},
+                 {"no bits above", 6, tracked(11, -1)}});
 }
 
 TEST(ScriptedFastSymbols, StepsOfVoxelsThatAPFrameBrings)
@@ -109,14 +110,14 @@ TEST(ScriptedFastSymbols, StepsOfVoxelsThatAPFrameBrings)
   // Of the two open cells of the octant the first one.
   const auto brought = [](unsigned int nibble, int whole) {
     return [=](FastScript& script) {
-      script.knownVoxels(3, 6, 0x3f);
+      script.trackedVoxels(3, 6, 0x3f);
       script.octants(false, 1);
       script.cells(2, 2, 0);
       script.noNewBlocks();
       for (int voxel = 0; voxel < 4; ++voxel)
-        script.knownStep(0, 0);
-      script.knownStep(5, 4);
-      script.knownStep(12, 8);
+        script.trackedStep(0, 0);
+      script.trackedStep(5, 4);
+      script.trackedStep(12, 8);
       script.broughtStep(nibble);
       if (whole >= 0)
         script.wholeStep(static_cast<unsigned int>(whole));

@@ -13,13 +13,13 @@ using namespace pcl_ext::io::test;
 
 constexpr CompressionCode ok = CompressionCode::Ok;
 
-TEST(ScriptedFastPayloads, NewVoxelsInKnownBlocks)
+TEST(ScriptedFastPayloads, NewVoxelsInTrackedBlocks)
 {
-  // In block 2 first: bit 0 of the known voxels is cell 0, whose octant has the place 0;
+  // In block 2 first: bit 0 of the tracked voxels is cell 0, whose octant has the place 0;
   // three open cells lie beside it.
   const auto frame = [](bool has_cell_0, const Choices& octants) {
     return [=](FastScript& script) {
-      script.knownVoxels(3, 10, has_cell_0 ? 0x3ff : 0x3fe);
+      script.trackedVoxels(3, 10, has_cell_0 ? 0x3ff : 0x3fe);
       octants(script);
       script.noNewBlocks();
     };
@@ -98,7 +98,7 @@ TEST(ScriptedFastPayloads, NewBlocks)
 {
   const auto frame = [](const Choices& blocks) {
     return [=](FastScript& script) {
-      script.knownVoxels(3, 10, 0x3ff);
+      script.trackedVoxels(3, 10, 0x3ff);
       script.octants(false, 0);
       script.octants(false, 0);
       blocks(script);
@@ -118,9 +118,9 @@ TEST(ScriptedFastPayloads, NewBlocks)
       {"new", 11, frame(block(0, 1 << 8)), ok},
       {"new, of several octants", 13, frame(block(7, 1 | 1 << 8 | 1 << 16)), ok},
       {"none", 10, frame(nodes({0})), ok},
-      {"known", 11, frame(block(2, 1 << 10))},
-      {"known, below its voxels", 11, frame(block(5, 1))},
-      {"known, over a voxel", 11, frame(block(2, 1))},
+      {"tracked", 11, frame(block(2, 1 << 10))},
+      {"tracked, below its voxels", 11, frame(block(5, 1))},
+      {"tracked, over a voxel", 11, frame(block(2, 1))},
       {"no octants", 10, frame(nodes({1, 0}))},
       {"a block of none beside another one", 12, frame(nodes({9, 0, 1, 3}))},
       {"an octant without cells", 10, frame(nodes({1, 1, 0}))},
@@ -139,7 +139,7 @@ TEST(ScriptedFastPayloads, VoxelsOutsideOfAGridOfOneOctant)
   ScriptedStream stream(1, 0, 1, iFrame(1));
   const auto frame = [](unsigned int symbol, const Choices& cells) {
     return [=](FastScript& script) {
-      script.knownVoxels(3, 1, 1);
+      script.trackedVoxels(3, 1, 1);
       script.octants(false, symbol);
       cells(script);
       script.noNewBlocks();

@@ -14,13 +14,13 @@ namespace pcl_ext {
 namespace io {
 namespace context {
 
-/** \brief Models of known voxels (doc/bitstream_context.md, "Known voxels"). */
-struct KnownVoxelModels {
-  explicit KnownVoxelModels(bool is_small)
+/** \brief Models of tracked voxels (doc/bitstream_context.md, "Tracked voxels"). */
+struct TrackedVoxelModels {
+  explicit TrackedVoxelModels(bool is_small)
   : voxel(is_small, 6, {16 * 7 * 9 * 2, 32 * 4 * 3 * 5}, 24)
   {}
 
-  DecisionModel<2> voxel; ///< a known voxel is occupied
+  DecisionModel<2> voxel; ///< a tracked voxel is occupied
 };
 
 /** \brief For each cell of a block how many of its neighbours are in a set: 0, 1, or more. */
@@ -44,21 +44,21 @@ struct FewNeighbours {
   }
 };
 
-/** \brief Codes the occupancy of the known voxels, which have a record in the history, for
+/** \brief Codes the occupancy of the tracked voxels, which have a record in the history, for
  * either direction.
  * \tparam CodingT DecisionCoding
  */
 template <typename CodingT>
-class KnownVoxelPass {
+class TrackedVoxelPass {
 public:
   /** \brief A pass over one frame.
    * \param[in,out] frame after Frame::begin() or match()
    * \param[in] parameters of the frame
    */
-  KnownVoxelPass(CodingT& coding,
-                 KnownVoxelModels& models,
-                 Frame& frame,
-                 const FrameParameters& parameters)
+  TrackedVoxelPass(CodingT& coding,
+                   TrackedVoxelModels& models,
+                   Frame& frame,
+                   const FrameParameters& parameters)
   : coding_(coding)
   , models_(models)
   , frame_(frame)
@@ -68,7 +68,7 @@ public:
                 std::min(parameters.history.fractionBits(), 2u))
   {}
 
-  /** \brief Codes the known voxels.
+  /** \brief Codes the tracked voxels.
    * \return number of occupied ones
    */
   std::size_t
@@ -103,7 +103,8 @@ private:
     Surroundings around = lookAround(index);
     std::uint64_t occupied = 0;
     const VoxelRecord* record = history_.records() + block.first_record;
-    for (std::uint64_t cells = block.known; cells != 0; cells &= cells - 1, ++record) {
+    for (std::uint64_t cells = block.tracked; cells != 0;
+         cells &= cells - 1, ++record) {
       const unsigned int cell = lowestBit(cells);
       Contexts contexts;
       contexts.ways[0] =
@@ -203,7 +204,7 @@ private:
   }
 
   CodingT& coding_;
-  KnownVoxelModels& models_;
+  TrackedVoxelModels& models_;
   Frame& frame_;
   const History& history_;
   unsigned int levels_;

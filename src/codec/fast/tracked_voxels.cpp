@@ -1,4 +1,4 @@
-#include "codec/fast/known_voxels.h"
+#include "codec/fast/tracked_voxels.h"
 
 #include "bytes/reserve_ahead.h"
 #include "codec/fast/entropy_coder.h"
@@ -144,7 +144,7 @@ matchHistory(const History& history,
   const std::size_t count = collectBlocks(keys, frame);
   const std::uint64_t* const frame_keys = frame.keys.data();
   const std::uint64_t* const frame_masks = frame.masks.data();
-  frame.occupied.resize(history.known.size());
+  frame.occupied.resize(history.tracked.size());
   for (auto* vector : {&frame.new_keys, &frame.new_masks}) {
     reserveAhead(*vector, count);
     vector->resize(count);
@@ -156,7 +156,7 @@ matchHistory(const History& history,
     frame.new_keys[new_count] = frame_keys[now];
     frame.new_masks[new_count++] = frame_masks[now++];
   };
-  // Not by walkSideBySide(), which branches on whether a known block is in the frame.
+  // Not by walkSideBySide(), which branches on whether a tracked block is in the frame.
   for (std::size_t i = 0; i < history.keys.size(); ++i) {
     const std::uint64_t key = history.keys[i];
     while (frame_keys[now] < key)
@@ -172,26 +172,26 @@ matchHistory(const History& history,
 }
 
 std::size_t
-knownVoxelCount(const History& history, const Frame& frame)
+trackedVoxelCount(const History& history, const Frame& frame)
 {
   std::size_t count = 0;
   for (const std::uint32_t number : history.numbers)
-    count += bitCount(frame.occupied[number] & history.known[number]);
+    count += bitCount(frame.occupied[number] & history.tracked[number]);
   return count;
 }
 
 template <class Coder>
 bool
-KnownVoxels::code(
+TrackedVoxels::code(
     Coder& coder, Models& models, const History& before, History& after, Frame& frame)
 {
   // Each bucket is filled from up to two others.
   std::array<std::uint32_t, voxel_past::count> room{};
-  std::size_t known = 0;
+  std::size_t tracked = 0;
   for (unsigned int past = 1; past < voxel_past::count; ++past) {
     room[voxel_past::next(past, 0)] += before.size[past];
     room[voxel_past::next(past, 1)] += before.size[past];
-    known += before.size[past];
+    tracked += before.size[past];
   }
   std::uint32_t first = 0;
   for (std::size_t past = 0; past < voxel_past::count; ++past) {
@@ -201,7 +201,7 @@ KnownVoxels::code(
   after.size.fill(0);
   // Two more, as BucketSplit writes two at a time.
   ensureSize(after.cell_indices, first + 2);
-  coder.reserve(known / 8 + 7 * voxel_past::count);
+  coder.reserve(tracked / 8 + 7 * voxel_past::count);
   for (unsigned int past = 1; past < voxel_past::count; ++past)
     if (before.size[past] != 0 &&
         !splitBucket(coder, models, past, before, after, frame))
@@ -211,12 +211,12 @@ KnownVoxels::code(
 
 template <class Coder>
 bool
-KnownVoxels::splitBucket(Coder& coder,
-                         Models& models,
-                         unsigned int past,
-                         const History& before,
-                         History& after,
-                         Frame& frame)
+TrackedVoxels::splitBucket(Coder& coder,
+                           Models& models,
+                           unsigned int past,
+                           const History& before,
+                           History& after,
+                           Frame& frame)
 {
   std::uint64_t* const occupied = frame.occupied.data();
   const auto isOccupied = [&](CellIndex index) {
@@ -248,12 +248,12 @@ KnownVoxels::splitBucket(Coder& coder,
       endOf(after, past_if_empty),
       first_occupied};
   if (!coder.codeRow(
-          occupancyTable(models.known_probability[past]), bytes, count / 8, split))
+          occupancyTable(models.tracked_probability[past]), bytes, count / 8, split))
     return false;
   from = split.from;
   CellIndex* if_empty = split.if_empty;
   CellIndex* if_occupied = split.if_occupied;
-  BitModel last_model(models.known_probability[past]);
+  BitModel last_model(models.tracked_probability[past]);
   for (std::size_t i = 0; i < count % 8; ++i, ++from) {
     const unsigned int bit =
         coder.code(last_model, Coder::is_decoder ? 0 : isOccupied(*from));
@@ -269,15 +269,15 @@ KnownVoxels::splitBucket(Coder& coder,
   frame.found_voxels += occupied_count;
   after.size[past_if_empty] += before.size[past] - occupied_count;
   after.size[past_if_occupied] += occupied_count;
-  models.known_probability[past] = nextProbability(
-      models.known_probability[past], occupied_count, before.size[past]);
+  models.tracked_probability[past] = nextProbability(
+      models.tracked_probability[past], occupied_count, before.size[past]);
   return !coder.isOverrun();
 }
 
 template bool
-KnownVoxels::code(NibbleEncoder&, Models&, const History&, History&, Frame&);
+TrackedVoxels::code(NibbleEncoder&, Models&, const History&, History&, Frame&);
 template bool
-KnownVoxels::code(NibbleDecoder&, Models&, const History&, History&, Frame&);
+TrackedVoxels::code(NibbleDecoder&, Models&, const History&, History&, Frame&);
 
 } // namespace fast
 } // namespace io

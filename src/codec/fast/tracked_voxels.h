@@ -12,27 +12,27 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief For an encoder: groups the voxels into blocks, and divides these into known and new
+/** \brief For an encoder: groups the voxels into blocks, and divides these into tracked and new
  * ones.
  * \param[in] history before the frame
  * \param[in] keys Morton keys of the voxels, ascending, at least one
- * \param[out] frame occupied cells of known blocks, and the new blocks
+ * \param[out] frame occupied cells of tracked blocks, and the new blocks
  */
 void
 matchHistory(const History& history,
              const std::vector<std::uint64_t>& keys,
              Frame& frame);
 
-/** \brief Number of known voxels of a frame, after matchHistory(). */
+/** \brief Number of tracked voxels of a frame, after matchHistory(). */
 std::size_t
-knownVoxelCount(const History& history, const Frame& frame);
+trackedVoxelCount(const History& history, const Frame& frame);
 
-/** \brief Codes the occupancy of the known voxels (doc/bitstream_fast.md, "Known voxels")
+/** \brief Codes the occupancy of the tracked voxels (doc/bitstream_fast.md, "Tracked voxels")
  * bucket by bucket, and splits the buckets.
  *
  * A Coder is NibbleEncoder or NibbleDecoder.
  */
-class KnownVoxels {
+class TrackedVoxels {
 public:
   /** \brief Codes a frame.
    * \param[in] before the history before the frame
