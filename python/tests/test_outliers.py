@@ -19,25 +19,6 @@ def noisy_wall(random):
     return np.vstack((wall, noise)).astype("f4")
 
 
-def is_noise(cloud):
-    return cloud["z"] < 1.9
-
-
-def test_noise_goes_and_the_wall_stays(random):
-    frame = pcl_ext.Encoder(0.04, law="count").encode(noisy_wall(random))
-    complete = pcl_ext.Decoder().decode(frame)
-    removal = pcl_ext.OutlierRemoval("points")
-    decoder = pcl_ext.Decoder()
-    kept = decoder.decode(frame, outliers=removal)
-    assert removal.status.ok
-    assert removal.removed == len(complete) - len(kept)
-    assert np.sum(is_noise(complete)) == 40
-    assert np.sum(is_noise(kept)) == 0
-    assert np.sum(~is_noise(kept)) == np.sum(~is_noise(complete))
-    # What stays has the same points, in the same order.
-    np.testing.assert_array_equal(kept, complete[np.isin(complete, kept)])
-
-
 @pytest.mark.parametrize("min_log_odds", [-2.0, 0.0, 2.5])
 @pytest.mark.parametrize("keep_points", [False, True])
 def test_scores_decide_what_stays(random, min_log_odds, keep_points):

@@ -10,7 +10,6 @@ from pcl_ext import _native
 
 BAD_SETTINGS = [
     ({"resolution": 0}, ValueError, "resolution is 0; it must be 1e-6 to 1e6 metres"),
-    ({"resolution": float("nan")}, ValueError, "resolution is nan"),
     ({"resolution": "fine"}, TypeError, "resolution is 'fine'; it must be a number"),
     ({"resolution": None}, TypeError, "resolution is None"),
     ({"resolution": True}, TypeError, "resolution is True"),
@@ -37,11 +36,6 @@ BAD_SETTINGS = [
         "i_frame_rate is 1208925819614629174706176",
     ),
     (
-        {"i_frame_rate": -(2**80)},
-        ValueError,
-        "i_frame_rate is -1208925819614629174706176",
-    ),
-    (
         {"i_frame_rate": 2.0},
         TypeError,
         "i_frame_rate is 2.0; it must be a whole number",
@@ -52,7 +46,6 @@ BAD_SETTINGS = [
         "law is 'loud'; it must be one of automatic, count, quadr",
     ),
     ({"law": "quadratic"}, ValueError, "the law 'quadratic' needs a sensor"),
-    ({"law": "linear"}, ValueError, "the law 'linear' needs a sensor"),
     (
         {"sensor": "d435"},
         ValueError,
@@ -68,13 +61,7 @@ BAD_SETTINGS = [
         ValueError,
         "sensor: field of view must be between 0",
     ),
-    (
-        {"sensor": (70, 60, 0, 424)},
-        ValueError,
-        "sensor: a sensor needs at least one column",
-    ),
     ({"sensor": (70, 60, 1e9, 424)}, ValueError, "1 to 65536 columns"),
-    ({"sensor": (70, 60, float("nan"), 424)}, ValueError, "1 to 65536 columns"),
     ({"sensor": 5}, ValueError, "sensor is 5; it must be 4 numbers"),
     (
         {"sensor_pose": np.full((4, 4), np.nan)},
@@ -97,22 +84,14 @@ BAD_SETTINGS = [
         ValueError,
         "bounding_box is 0.0.* to -1.0",
     ),
-    (
-        {"bounding_box": ((0, 0, 0), (1, np.nan, 1))},
-        ValueError,
-        "bounding_box is 0.0.* to nan",
-    ),
     ({"intensity_bits": 17}, ValueError, "intensity_bits is 17"),
     ({"intensity_range": -1}, ValueError, "intensity_range is -1"),
     ({"intensity_curve": "bent"}, ValueError, "intensity_curve is 'bent'"),
-    ({"intensity_curve": "companded", "format": "published"}, ValueError, "companded"),
     ({"aggregation": "most"}, ValueError, "aggregation is 'most'"),
     ({"depth_law": (3, 14.0, 255.0)}, ValueError, "depth_law.exponent"),
-    ({"depth_law": (2, -1, 255.0)}, ValueError, "depth_law.cut_off_depth is -1"),
     ({"depth_law": 2}, ValueError, "depth_law is 2; it must be 3 numbers"),
     ({"colour_bits": 9}, ValueError, "colour_bits is 9"),
     ({"threads": 0}, ValueError, "threads is 0"),
-    ({"threads": 257}, ValueError, "threads is 257"),
     ({"keep_points": 1}, TypeError, "keep_points is 1; it must be True or False"),
     ({"origin": (1, 2)}, ValueError, r"origin is \(1, 2\); it must be 3 numbers"),
     ({"origin": (1, 2, np.inf)}, ValueError, "origin"),

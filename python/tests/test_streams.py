@@ -65,6 +65,22 @@ def test_lost_late_and_repeated_frames(room):
     assert " ".join(outcomes) == "Ok MissingReference Ok OldFrame Ok OldFrame Ok Ok"
 
 
+def test_bytes_that_are_no_frame_are_a_status(room, random):
+    frame = pcl_ext.Encoder(0.1).encode(room)
+    changed = bytearray(frame)
+    changed[-1] ^= 1
+    decoder = pcl_ext.Decoder()
+    for data, code in (
+        (b"", "EndOfStream"),
+        (random.bytes(1000), "NoFrame"),
+        (frame[:-5], "Truncated"),
+        (changed, "Corrupt"),
+    ):
+        assert decoder.decode(data) is None
+        assert decoder.status.code == code and decoder.status.message
+    assert decoder.decode(frame) is not None
+
+
 def test_frames_one_after_the_other(room):
     frames, _ = frames_of(clouds_of(room, 4))
     expected = [len(frame) for frame in frames]
