@@ -5,10 +5,6 @@
 
 #include <std_msgs/String.h>
 
-#include <algorithm>
-#include <functional>
-#include <random>
-
 namespace pcl_ext_ros {
 namespace test {
 
@@ -68,51 +64,20 @@ protected:
   std::uint32_t next = 0; // number of the next cloud
 };
 
-TEST_F(Garbage, RandomBytesAsFrames)
+TEST_F(Garbage, BytesThatAreNoFrameAreCountedAndTheStreamContinues)
 {
   startWithSecondSender();
   expectThatTheStreamContinues();
-  std::mt19937 random(2);
   CompressedPointCloud2 frame = goodFrame();
   ASSERT_TRUE(voxels.waitForCount(frames.count()));
   const std::size_t shown = voxels.count();
-  for (int i = 0; i < 100; ++i) {
-    frame.compressed_data.resize(random() % 5000);
-    for (std::uint8_t& byte : frame.compressed_data)
-      byte = static_cast<std::uint8_t>(random());
+  for (const std::size_t size : {0u, 1u, 5000u}) {
+    frame.compressed_data.assign(size, 'P');
     inject(frame);
   }
-  decompressor_health.expectValue("frames failed", 100);
+  decompressor_health.expectValue("frames failed", 3);
   EXPECT_EQ(voxels.count(), shown);
   decompressor_health.expectLevel(DiagnosticStatus::WARN);
-  expectThatTheStreamContinues();
-}
-
-TEST_F(Garbage, FramesThatAreCutOrChanged)
-{
-  startWithSecondSender();
-  std::mt19937 random(3);
-  for (int i = 0; i < 30; ++i) {
-    CompressedPointCloud2 frame = goodFrame();
-    auto& bytes = frame.compressed_data;
-    if (i % 2 == 0)
-      bytes.resize(random() % bytes.size());
-    else
-      bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
-    inject(frame);
-  }
-  expectThatTheStreamContinues();
-}
-
-TEST_F(Garbage, RepeatedFramesInReverseOrder)
-{
-  startWithSecondSender();
-  std::vector<CompressedPointCloud2> sent;
-  for (int i = 0; i < 6; ++i)
-    sent.push_back(goodFrame());
-  std::reverse(sent.begin(), sent.end());
-  for (const CompressedPointCloud2& frame : sent)
-    inject(frame);
   expectThatTheStreamContinues();
 }
 
@@ -166,49 +131,21 @@ TEST_F(Garbage, TopicOfAnotherTypeDoesNotAffectOtherStreams)
   EXPECT_EQ(texts.getNumSubscribers(), 0u);
 }
 
-/** \brief One way to break a cloud. */
-struct Break {
-  const char* name;
-  std::function<void(sensor_msgs::PointCloud2&)> apply;
-};
-
-const std::vector<Break> breaks{
-    {"no data", [](auto& cloud) { cloud.data.clear(); }},
-    {"data cut", [](auto& cloud) { cloud.data.resize(cloud.data.size() / 2); }},
-    {"no fields", [](auto& cloud) { cloud.fields.clear(); }},
-    {"no z", [](auto& cloud) { cloud.fields[2].name = "depth"; }},
-    {"field behind the point",
-     [](auto& cloud) { cloud.fields[2].offset = 4000000000u; }},
-    {"unknown type", [](auto& cloud) { cloud.fields[0].datatype = 77; }},
-    {"point_step 0", [](auto& cloud) { cloud.point_step = 0; }},
-    {"huge point_step", [](auto& cloud) { cloud.point_step = 4294967295u; }},
-    {"huge width", [](auto& cloud) { cloud.width = 4294967295u; }},
-    {"huge height", [](auto& cloud) { cloud.height = 4294967295u; }},
-    {"huge both", [](auto& cloud) { cloud.width = cloud.height = 1u << 31; }}};
-
-TEST_F(Garbage, BrokenCloudsAreRefused)
+TEST_F(Garbage, BrokenCloudsAreRefusedAndReported)
 {
   startBoth();
-  for (const Break& way : breaks) {
-    sensor_msgs::PointCloud2 broken = cloud(next++);
-    way.apply(broken);
-    clouds.publish(broken);
+  std::vector<sensor_msgs::PointCloud2> broken(2, cloud(next++));
+  broken[0].data.resize(broken[0].data.size() / 2);
+  broken[1].width = broken[1].height = 1u << 31;
+  for (sensor_msgs::PointCloud2& sent : broken) {
+    sent.header.stamp = stampOf(next++);
+    clouds.publish(sent);
     expectNextCloud();
-    EXPECT_FALSE(frames.waitForStamp(broken.header.stamp, 0.0)) << way.name;
-    ASSERT_TRUE(compressor->isRunning()) << way.name << '\n' << compressor->output();
+    EXPECT_FALSE(frames.waitForStamp(sent.header.stamp, 0.0));
+    ASSERT_TRUE(compressor->isRunning()) << compressor->output();
   }
-  EXPECT_EQ(frames.count(), breaks.size());
-  compressor_health.expectValue("clouds refused", static_cast<double>(breaks.size()));
+  compressor_health.expectValue("clouds refused", 2);
   compressor_health.expectLevel(DiagnosticStatus::ERROR);
-}
-
-TEST_F(Garbage, CloudsWithoutAFinitePointGiveFramesWithoutVoxels)
-{
-  startBoth();
-  sensor_msgs::PointCloud2 sent = cloud(next++);
-  std::fill(sent.data.begin(), sent.data.end(), std::uint8_t{0xff}); // all NaN
-  expectVoxels(sent, {});
-  expectThatTheStreamContinues();
 }
 
 } // namespace

@@ -7,7 +7,6 @@
 
 #include <std_msgs/Empty.h>
 
-#include <random>
 #include <set>
 
 namespace pcl_ext_ros {
@@ -23,13 +22,6 @@ canDecode(io::FrameDecoder& decoder, const CompressedPointCloud2& frame)
   io::VoxelFrame decoded;
   const Bytes& bytes = frame.compressed_data;
   return decoder.decode(bytes.data(), bytes.size(), decoded).ok();
-}
-
-bool
-isIFrame(const CompressedPointCloud2& frame)
-{
-  io::FrameDecoder decoder;
-  return canDecode(decoder, frame);
 }
 
 /** \brief Parameters of a stream with I-frames on request only. */
@@ -104,7 +96,7 @@ protected:
 TEST_F(Losses, AfterALossTheStreamIsInSyncWithinTwoFrames)
 {
   startOverLink();
-  constexpr std::uint32_t times = 5;
+  constexpr std::uint32_t times = 2;
   std::uint32_t number = 0;
   for (std::uint32_t i = 0; i < times; ++i) {
     for (std::uint32_t end = number + 3; number < end; ++number)
@@ -121,66 +113,6 @@ TEST_F(Losses, AfterALossTheStreamIsInSyncWithinTwoFrames)
   EXPECT_EQ(decompressor_health.value("I-frame requests"), times);
   EXPECT_EQ(decompressor_health.value("frames decoded"), shown.count());
   decompressor_health.expectLevel(DiagnosticStatus::WARN);
-}
-
-TEST_F(Losses, RandomLossesGiveNoWrongVoxel)
-{
-  startOverLink();
-  std::mt19937 random(1);
-  constexpr std::uint32_t count = 80;
-  std::uint32_t lost = 0;
-  EXPECT_TRUE(send(0)); // losses before the first frame cannot be counted
-  std::uint32_t number = 1;
-  for (; number < count; ++number) {
-    const bool is_lost = random() % 100 < 25;
-    lost += is_lost;
-    send(number, is_lost);
-  }
-  EXPECT_TRUE(waitFor([&] { return send(number++); }));
-  EXPECT_LE(number, count + 5); // three frames up to a request, and two more
-  decompressor_health.expectValue("frames received", number - lost);
-  EXPECT_EQ(decompressor_health.value("frames lost"), lost);
-  EXPECT_EQ(decompressor_health.value("frames decoded"), shown.count());
-  EXPECT_EQ(decompressor_health.value("frames failed"), number - lost - shown.count());
-  EXPECT_GT(shown.count(), 15u);
-}
-
-TEST_F(Losses, LateDecompressorIsInSyncWithinTwoFramesOfItsRequest)
-{
-  transforms.set(sensor_frame, pose);
-  startCompressor(on_demand);
-  for (std::uint32_t i = 0; i < 5; ++i)
-    ASSERT_TRUE(compress(cloud(i)));
-  startLinkDecompressor();
-  EXPECT_FALSE(send(5));
-  send(6);
-  EXPECT_TRUE(send(7));
-  EXPECT_TRUE(send(8));
-}
-
-TEST_F(Losses, RequestGivesOneIFrameWithinTwoFrames)
-{
-  transforms.set(sensor_frame, pose);
-  startCompressor(on_demand);
-  ASSERT_TRUE(waitForSubscribers(requests_sent, 1));
-  std::uint32_t number = 0;
-  for (; number < 5; ++number) {
-    const auto frame = compress(cloud(number));
-    ASSERT_TRUE(frame);
-    EXPECT_EQ(isIFrame(*frame), number == 0);
-  }
-  // As many receivers do that lost the same frame.
-  for (int i = 0; i < 10; ++i)
-    requests_sent.publish(std_msgs::Empty());
-  compressor_health.expectValue("I-frame requests", 10);
-  std::vector<bool> kinds;
-  for (std::uint32_t end = number + 6; number < end; ++number) {
-    const auto frame = compress(cloud(number));
-    ASSERT_TRUE(frame);
-    kinds.push_back(isIFrame(*frame));
-  }
-  EXPECT_EQ(kinds, (std::vector<bool>{true, false, false, false, false, false}));
-  compressor_health.expectValue("I-frames", 2);
 }
 
 TEST_F(Losses, DecompressorFollowsACompressorThatRestarts)

@@ -4,15 +4,14 @@
 #include "plugin_test.h"
 
 #include <atomic>
-#include <random>
 
 namespace pcl_ext_point_cloud_transport {
 namespace test {
 
 namespace {
 
-/** \brief Passes the frames of "points" on to "link", and the requests back. Both can be
- * lost. */
+/** \brief Passes the frames of "points" on to "link", unless they are to be lost, and the
+ * requests back. */
 class Relay {
 public:
   Relay()
@@ -33,8 +32,7 @@ public:
         rclcpp::QoS(1000),
         [this](const std_msgs::msg::Empty& request) {
           ++requests;
-          if (passes_requests)
-            requests_sent_->publish(request);
+          requests_sent_->publish(request);
         }))
   {}
 
@@ -56,7 +54,6 @@ public:
   }
 
   std::atomic<bool> loses_frames{false};
-  std::atomic<bool> passes_requests{true};
   std::atomic<std::size_t> frames{0};
   std::atomic<std::size_t> requests{0};
 
@@ -71,9 +68,9 @@ private:
 class Losses : public ::testing::Test {
 protected:
   void
-  start(int i_frame_rate)
+  start()
   {
-    sender.emplace(Parameters{{points("i_frame_rate"), i_frame_rate}});
+    sender.emplace(Parameters{{points("i_frame_rate"), 1000000}});
     relay.emplace();
     receiver.emplace(Parameters(), "receiver", "link");
     marker = receiver->spun.node->create_publisher<Compressed>("unused", 1);
@@ -134,50 +131,12 @@ protected:
   std::size_t failed = 0;   // of those passed
 };
 
-TEST_F(Losses, RandomLossesGiveNoWrongCloudAndEndWithTheNextIFrame)
-{
-  constexpr int i_frame_rate = 8;
-  start(i_frame_rate);
-  relay->passes_requests = false;
-  std::mt19937 random(5);
-  std::size_t lost = 0;
-  bool is_in_step = true;
-  EXPECT_TRUE(send(false));
-  while (number < 80) {
-    const bool is_i_frame = number % i_frame_rate == 0;
-    const bool is_lost = random() % 100 < 20;
-    lost += is_lost;
-    is_in_step = !is_lost && (is_in_step || is_i_frame);
-    EXPECT_EQ(send(is_lost), is_in_step) << number;
-  }
-  while (number % i_frame_rate != 0)
-    send(false);
-  EXPECT_TRUE(send(false));
-  EXPECT_GT(lost, 8u);
-  EXPECT_EQ(receiver->clouds.count(), passed - failed);
-  EXPECT_TRUE(health->waitForEntry([&](const Diagnostics::Status& status) {
-    return valueOf(status, "frames lost") == static_cast<double>(lost);
-  }));
-  EXPECT_TRUE(health->waitForEntry([](const Diagnostics::Status& status) {
-    return status.level == Diagnostics::Status::WARN &&
-           valueOf(status, "frames failed") > 0;
-  }));
-  // Once nothing is lost any more.
-  const std::size_t before = health->entries().size();
-  EXPECT_TRUE(waitFor([&] {
-    send(false);
-    const auto entries = health->entries();
-    return entries.size() > before && entries.back().level == Diagnostics::Status::OK;
-  }));
-}
-
 TEST_F(Losses, WithRequestsTheStreamIsInStepWithinThreeFrames)
 {
-  start(1000000);
-  std::mt19937 random(6);
+  start();
   EXPECT_TRUE(send(false));
-  for (int i = 0; i < 15; ++i) {
-    for (auto rest = random() % 4; rest > 0; --rest)
+  for (int i = 0; i < 5; ++i) {
+    for (int rest = i % 3; rest > 0; --rest)
       send(false);
     EXPECT_FALSE(send(true));
     EXPECT_FALSE(send(false)) << "the frame before was lost"; // requests an I-frame
@@ -186,20 +145,18 @@ TEST_F(Losses, WithRequestsTheStreamIsInStepWithinThreeFrames)
     EXPECT_TRUE(is_second || is_third);
     EXPECT_TRUE(send(false));
   }
-  EXPECT_GE(relay->requests, 15u);
-}
-
-TEST_F(Losses, ALossAloneIsAWarning)
-{
-  start(1); // I-frames only: nothing fails
-  EXPECT_TRUE(send(false));
-  send(true);
-  EXPECT_TRUE(send(false));
+  EXPECT_GE(relay->requests, 5u);
   EXPECT_TRUE(health->waitForEntry([](const Diagnostics::Status& status) {
     return status.level == Diagnostics::Status::WARN &&
-           status.message == "Frames are lost" && valueOf(status, "frames lost") == 1;
+           valueOf(status, "frames lost") == 5 && valueOf(status, "frames failed") > 0;
   }));
-  EXPECT_EQ(relay->requests, 0u);
+  // Once nothing is lost any more.
+  const std::size_t before = health->entries().size();
+  EXPECT_TRUE(waitFor([&] {
+    send(false);
+    const auto entries = health->entries();
+    return entries.size() > before && entries.back().level == Diagnostics::Status::OK;
+  }));
 }
 
 } // namespace

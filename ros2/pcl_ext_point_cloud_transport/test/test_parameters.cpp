@@ -19,13 +19,9 @@ TEST_F(ChangedParameters, ThoseOfTheSenderHoldFromTheNextCloudOn)
   start();
   expectNext();
   setAndExpect("resolution", settings.compression.resolution = 0.1);
-  setAndExpect("resolution", settings.compression.resolution = 0.03);
   setAndExpect("colour_bits", static_cast<int>(settings.compression.colour_bits = 3));
-  setAndExpect("colour_bits", static_cast<int>(settings.compression.colour_bits = 0));
   settings.law = pcl_ext::IntensityLaw::Count;
   setAndExpect("intensity", "count");
-  settings.law = pcl_ext::IntensityLaw::None;
-  setAndExpect("intensity", "none");
   settings.law = pcl_ext::IntensityLaw::Native;
   setAndExpect("intensity", "auto");
   settings.crop_box->min = {-0.5, -0.5, 0.0};
@@ -122,21 +118,15 @@ TEST_F(ChangedParameters, WhatIsNotAllowedIsRefusedWithTheReason)
   expectNext();
   const std::vector<std::pair<rclcpp::Parameter, std::string>> refused{
       {{points("resolution"), 0.0}, "resolution"},
-      {{points("resolution"), -1}, "resolution"},
       {{points("resolution"), std::nan("")},
        points("resolution is nan; it must be a number from")},
       {{points("resolution"), "fine"},
        "resolution is 'fine'; it must be a number from"},
       {{points("effort"), "quick"},
        "effort is 'quick'; it must be one of: fast, balanced, small"},
-      {{points("effort"), 1}, "effort is 1; it must be one of"},
-      {{points("i_frame_rate"), -1}, "i_frame_rate"},
       {{points("i_frame_rate"), 2.5}, "i_frame_rate is 2.5; it must be a whole number"},
-      {{points("colour_bits"), 9}, "colour_bits"},
       {{points("crop_box"), std::vector<double>{1, 2, 3}},
        "crop_box is [1, 2, 3]; it must"},
-      {{points("crop_box"), std::vector<double>{1, 1, 1, 0, 2, 2}},
-       "crop_box is [1, 1, 1"},
       {{points("crop_box"), std::vector<std::string>{"a"}},
        "crop_box is [a]; it must be"},
       {{points("intensity"), "quadratic"}, points("sensor is not set")},
