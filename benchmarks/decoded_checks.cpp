@@ -17,7 +17,7 @@ namespace {
 
 using VoxelKey = std::uint64_t;
 
-/** \brief Packs a voxel's index; 2^20 voxels on either side of the anchor. */
+/** \brief Packs a voxel's index; 2^20 voxels on either side of the origin. */
 class VoxelKeys {
 public:
   explicit VoxelKeys(const Lattice& lattice) : lattice_(lattice) {}
@@ -27,7 +27,7 @@ public:
   index(float coordinate, std::size_t axis, double moved) const
   {
     return static_cast<std::int64_t>(
-        std::floor((static_cast<double>(coordinate) - lattice_.anchor[axis]) /
+        std::floor((static_cast<double>(coordinate) - lattice_.origin[axis]) /
                        lattice_.resolution +
                    moved));
   }

@@ -12,9 +12,9 @@
 namespace pcl_ext {
 namespace measuring {
 
-/** \brief Voxel (i, j, k) covers [anchor + i d_v, anchor + (i + 1) d_v) x ... */
+/** \brief Voxel (i, j, k) covers [origin + i d_v, origin + (i + 1) d_v) x ... */
 struct Lattice {
-  std::array<double, 3> anchor{}; ///< metres
+  std::array<double, 3> origin{}; ///< metres
   double resolution = 0.0;        ///< metres
 };
 

@@ -105,7 +105,7 @@ public:
   void
   check(const InputFrame& frame) override
   {
-    const Lattice lattice{voxels_.grid.anchor, voxels_.grid.resolution};
+    const Lattice lattice{voxels_.grid.origin, voxels_.grid.resolution};
     pcl::copyPointCloud(*decoded_, *decoded_positions_);
     checkVoxels(
         *frame.positions, *decoded_positions_, lattice, /* face_tolerance */ 0.0);

@@ -50,8 +50,8 @@ public:
   void
   check(const InputFrame& frame) override
   {
-    const io::VoxelGrid& grid = encoder_.getVoxelFrame().grid;
-    const Lattice lattice{grid.anchor, grid.resolution};
+    const io::VoxelGrid& grid = encoder_.voxelFrame().grid;
+    const Lattice lattice{grid.origin, grid.resolution};
     pcl::copyPointCloud(*decoded_, *positions_);
     checkVoxels(*frame.positions, *positions_, lattice, /* face_tolerance */ 0.0);
     checkIntensities(

@@ -35,7 +35,7 @@ struct ByteOptions {
   Workload workload;
   std::vector<Variant> efforts;
   bool has_colours = false;
-  bool keep_points = false;
+  bool keep_point_counts = false;
 };
 
 /** \brief Calls a function with each frame of a stream and the encoder's figures. */
@@ -48,7 +48,7 @@ encodeStream(const InputStream& stream,
 {
   const Workload& workload = options.workload;
   io::IntensityCompressionSettings settings = compressionSettings(workload, effort);
-  settings.keep_points = options.keep_points;
+  settings.keep_point_counts = options.keep_point_counts;
   io::CloudEncoder encoder(settings, IntensityUnit::Native);
   pcl::PCLPointCloud2 cloud;
   pcl::PointCloud<PointT> points;
@@ -221,8 +221,8 @@ parse(int argc, const char* const* argv, ByteOptions& result)
   option("colours",
          options::bool_switch(&result.has_colours),
          "code the colours, which the clouds must have");
-  option("keep-points",
-         options::bool_switch(&result.keep_points),
+  option("keep-point-counts",
+         options::bool_switch(&result.keep_point_counts),
          "code the number of points of each voxel");
   options::variables_map values;
   return parseCommandLine(argc, argv, description, "recording", values);

@@ -106,7 +106,7 @@ public:
       point.getVector3fMap().array() += static_cast<float>(0.5 * millimetre);
     checkVoxels(*frame.positions,
                 centres,
-                {lattice().anchor, millimetre},
+                {lattice().origin, millimetre},
                 millimetre_rounding,
                 Repeats::Allowed);
   }

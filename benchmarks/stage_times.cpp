@@ -86,8 +86,7 @@ public:
     if (times_stages_) {
       times.class_decode_ms =
           timeOf([&] { throwUnlessOk(decoder_.decodePointCloud(stream_, decoded_)); });
-      if (!isSame(voxels_, decoded_voxels_) ||
-          !isSame(voxels_, decoder_.getVoxelFrame()))
+      if (!isSame(voxels_, decoded_voxels_) || !isSame(voxels_, decoder_.voxelFrame()))
         throw std::runtime_error("the decoded frame differs from the encoded one");
     }
     return times;

@@ -34,7 +34,7 @@ public:
     // PCL's class returns nothing here, this one a status.
     const auto status = decoder_->decodePointCloud(compressed_data, decoded);
     std::cout << cloud->size() << " points were decoded as " << decoded->size()
-              << " in " << encoder_->getStatistics().coding.bytes << " bytes "
+              << " in " << encoder_->statistics().coding.bytes << " bytes "
               << status.message() << '\n';
     return status.ok() && !decoded->empty();
   }

@@ -72,7 +72,7 @@ main()
   pcl::PointCloud<pcl::PointXYZI> denoised;
   filter.filter(denoised);
 
-  std::cout << cloud->size() << " points, " << encoder.getStatistics().coding.bytes
+  std::cout << cloud->size() << " points, " << encoder.statistics().coding.bytes
             << " bytes, " << decoded->size() << " voxels, " << denoised.size()
             << " of them not noise\n";
   return !denoised.empty() && denoised.size() < decoded->size() ? 0 : 1;

@@ -68,7 +68,7 @@ main()
     if (!decoder.decodePointCloud(stream, cloud).ok())
       return 1;
     const OutlierRemovalStatus status =
-        removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
+        removeOutliers(*cloud, decoder.voxelFrame(), removal);
     if (!status.ok()) {
       std::cerr << status.message() << '\n';
       return 1;

@@ -60,7 +60,7 @@ makePreprocessing(IntensityLaw law,
           const PreprocessingStatus status = preprocessor.process(cloud, output);
           if (!status.ok())
             throw std::runtime_error("preprocessing failed: " + status.message());
-          return preprocessor.getStatistics();
+          return preprocessor.statistics();
         };
       });
 }

@@ -80,7 +80,7 @@ class Encoder:
         hint that saves bytes.
     colour_bits : int
         Bits of a colour channel, 1 to 8; 0: no colours. Without effect on clouds without.
-    keep_points : bool
+    keep_point_counts : bool
         Also code the number of points of each voxel: as many are decoded, at its centre.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the resolution as often as needed.
@@ -123,7 +123,7 @@ class Encoder:
         aggregation: Literal["automatic", "sum", "mean"] = "automatic",
         depth_law: Optional[Tuple[int, float, float]] = None,
         colour_bits: int = 6,
-        keep_points: bool = False,
+        keep_point_counts: bool = False,
         coarsen_wide_clouds: bool = False,
         threads: int = 1,
         origin: Optional[Sequence[float]] = None,

@@ -127,7 +127,7 @@ readCodecSettings(const Keywords& values)
                                        {"published", io::StreamFormat::Published}});
   readIntensityCoding(values, settings);
   settings.colour_bits = values.smallCount("colour_bits");
-  settings.keep_points = values.flag("keep_points");
+  settings.keep_point_counts = values.flag("keep_point_counts");
   settings.coarsen_wide_clouds = values.flag("coarsen_wide_clouds");
   settings.threads = values.smallCount("threads");
   if (values.isSet("origin"))
@@ -222,7 +222,7 @@ defaultSettings()
                   "intensity_range"_a = codec.intensity_range,
                   "intensity_bits"_a = codec.intensity_bits,
                   "colour_bits"_a = codec.colour_bits,
-                  "keep_points"_a = codec.keep_points,
+                  "keep_point_counts"_a = codec.keep_point_counts,
                   "coarsen_wide_clouds"_a = codec.coarsen_wide_clouds,
                   "threads"_a = codec.threads,
                   "max_frame_bytes"_a = limits.max_frame_bytes,

@@ -20,9 +20,9 @@ def noisy_wall(random):
 
 
 @pytest.mark.parametrize("min_log_odds", [-2.0, 0.0, 2.5])
-@pytest.mark.parametrize("keep_points", [False, True])
-def test_scores_decide_what_stays(random, min_log_odds, keep_points):
-    encoder = pcl_ext.Encoder(0.04, law="count", keep_points=keep_points)
+@pytest.mark.parametrize("keep_point_counts", [False, True])
+def test_scores_decide_what_stays(random, min_log_odds, keep_point_counts):
+    encoder = pcl_ext.Encoder(0.04, law="count", keep_point_counts=keep_point_counts)
     scoring = pcl_ext.OutlierRemoval("points")
     removal = pcl_ext.OutlierRemoval("points", min_log_odds=min_log_odds)
     decoder = pcl_ext.Decoder()

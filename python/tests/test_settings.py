@@ -92,7 +92,7 @@ BAD_SETTINGS = [
     ({"depth_law": 2}, ValueError, "depth_law is 2; it must be 3 numbers"),
     ({"colour_bits": 9}, ValueError, "colour_bits is 9"),
     ({"threads": 0}, ValueError, "threads is 0"),
-    ({"keep_points": 1}, TypeError, "keep_points is 1; it must be True or False"),
+    ({"keep_point_counts": 1}, TypeError, "keep_point_counts is 1; it must be True or False"),
     ({"origin": (1, 2)}, ValueError, r"origin is \(1, 2\); it must be 3 numbers"),
     ({"origin": (1, 2, np.inf)}, ValueError, "origin"),
     ({"frame_id": 5}, TypeError, "frame_id is 5; it must be a text"),
@@ -192,7 +192,7 @@ def test_settings_reach_the_library(room):
         {"aggregation": "sum"},
         {"depth_law": (2, 14.0, 255.0), "intensity_range": 400.0},
         {"colour_bits": 3},
-        {"keep_points": True},
+        {"keep_point_counts": True},
         {"origin": (0.5, 0.0, 0.0)},
         {"frame_id": "cell"},
     ):

@@ -180,7 +180,7 @@ TEST_F(RightParameters, AllOfTheReadmeAreAccepted)
              {"intensity_range", 4095},
              {"intensity_curve", "linear"},
              {"colour_bits", 4},
-             {"keep_points", false},
+             {"keep_point_counts", false},
              {"coarsen_wide_clouds", true},
              {"threads", 2},
              {"remove_outliers", false},

@@ -60,7 +60,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
   settings.show_statistics = show_statistics;
   // PCL does not keep points whose resolution, a float there, is that of the octree. Where
   // that of the octree is finer, the voxels of the octree decide.
-  settings.keep_points =
+  settings.keep_point_counts =
       !used.do_voxel_grid_down_sampling &&
       static_cast<double>(static_cast<float>(used.point_resolution)) !=
           used.octree_resolution;
@@ -69,7 +69,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
                                used.octree_resolution > 0.0 &&
                                used.octree_resolution < edge;
   settings.resolution =
-      settings.keep_points && !is_octree_finer ? edge : used.octree_resolution;
+      settings.keep_point_counts && !is_octree_finer ? edge : used.octree_resolution;
   // PCL's class has no limits; voxels of a sensor with several megapixels.
   settings.decoder_limits.max_voxels = std::size_t{1} << 22;
   settings.coarsen_wide_clouds = true;
@@ -109,7 +109,7 @@ octreeBox(const VoxelGrid& grid)
   const double side = static_cast<double>(grid.size()) * grid.resolution;
   OctreeBox box{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double voxels = std::abs(grid.anchor[axis]) / grid.resolution +
+    const double voxels = std::abs(grid.origin[axis]) / grid.resolution +
                           std::abs(static_cast<double>(grid.first_index[axis])) +
                           static_cast<double>(grid.size());
     const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * voxels;

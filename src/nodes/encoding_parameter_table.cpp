@@ -141,8 +141,8 @@ describePoints(Descriptions& parameters)
 {
   const io::IntensityCompressionSettings defaults;
   parameters.push_back(
-      flagParameter("keep_points",
-                    defaults.keep_points,
+      flagParameter("keep_point_counts",
+                    defaults.keep_point_counts,
                     "Send the number of points of each voxel, so that a decoded cloud "
                     "has as many; version1 only."));
   parameters.push_back(

@@ -28,7 +28,7 @@ readCompression(const ParameterAccess& access,
   settings.intensity_range = access.number("intensity_range");
   settings.intensity_curve = access.meaning("intensity_curve", curveWords());
   settings.colour_bits = access.count("colour_bits");
-  settings.keep_points = access.get<bool>("keep_points");
+  settings.keep_point_counts = access.get<bool>("keep_point_counts");
   settings.coarsen_wide_clouds = access.get<bool>("coarsen_wide_clouds");
   settings.threads = access.count("threads");
 }

@@ -264,7 +264,7 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
   voxelizer_->voxelize(points, may_refit, merged);
   merged.depth_model.reset();
   merged.grid.resolution = resolution_;
-  merged.grid.anchor = origin_;
+  merged.grid.origin = origin_;
 }
 
 void

@@ -60,7 +60,7 @@ public:
   PreprocessingStatistics
   statistics() const override
   {
-    return batches_.getStatistics();
+    return batches_.statistics();
   }
 
 private:

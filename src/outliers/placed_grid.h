@@ -22,12 +22,12 @@ public:
   follow(const io::VoxelGrid& grid, unsigned int shift)
   {
     const bool is_same_lattice =
-        has_lattice_ && grid.resolution == resolution_ && grid.anchor == anchor_;
+        has_lattice_ && grid.resolution == resolution_ && grid.origin == origin_;
     if (is_same_lattice && place(grid))
       return true;
     has_lattice_ = true;
     resolution_ = grid.resolution;
-    anchor_ = grid.anchor;
+    origin_ = grid.origin;
     shift_ = shift;
     // Blocks are aligned to those of the grid, with a margin on all sides. Cells are aligned
     // to the lattice, so that they are the same wherever a stream begins.
@@ -88,7 +88,7 @@ private:
 
   bool has_lattice_ = false;
   double resolution_ = 0.0;
-  std::array<double, 3> anchor_{};
+  std::array<double, 3> origin_{};
   unsigned int shift_ = 0;
   std::array<std::int64_t, 3> origin_{};  ///< lattice index of position 0
   std::array<std::uint32_t, 3> offset_{}; ///< position of the grid's first voxel

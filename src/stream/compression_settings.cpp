@@ -82,8 +82,8 @@ checkPublished(const IntensityCompressionSettings& settings)
     return invalid("intensity_curve", "companded", "linear in the published layout");
   if (settings.carry_header)
     return invalid("carry_header", "on", "off in the published layout");
-  if (settings.keep_points)
-    return invalid("keep_points", "on", "off in the published layout");
+  if (settings.keep_point_counts)
+    return invalid("keep_point_counts", "on", "off in the published layout");
   if (settings.origin)
     return invalid("origin", "set", "automatic in the published layout");
   return {};

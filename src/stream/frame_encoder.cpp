@@ -90,7 +90,7 @@ private:
         return {CompressionCode::InvalidInput,
                 "the published layout has no fields for colours and numbers of points"};
     }
-    else if (!isOrigin(frame.grid.anchor) || leavesLattice(frame.grid))
+    else if (!isOrigin(frame.grid.origin) || leavesLattice(frame.grid))
       return {CompressionCode::InvalidInput,
               "in stream version 1 the grid must be within 2^20 voxels of its origin"};
     if (frame.size() > largest_frame)

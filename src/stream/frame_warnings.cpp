@@ -94,7 +94,7 @@ warnOfLimits(const FrameStatistics& statistics,
   };
   exceed(statistics.coding.voxels, limits.max_voxels, "max_voxels");
   exceed(statistics.coding.bytes, limits.max_frame_bytes, "max_frame_bytes");
-  if (settings.keep_points)
+  if (settings.keep_point_counts)
     exceed(statistics.voxelization.points_used, limits.max_points, "max_points");
 }
 

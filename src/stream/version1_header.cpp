@@ -47,7 +47,7 @@ constexpr unsigned int effort_mask = 3;
 bool
 hasOrigin(const Version1Header& header)
 {
-  return header.grid.anchor != VoxelGrid().anchor;
+  return header.grid.origin != VoxelGrid().origin;
 }
 
 /** \brief The field that describes the content; 0: intensities only. */
@@ -112,7 +112,7 @@ writeFields(const Version1Header& header, ByteWriter& writer)
       writer.i32(index);
     writer.u8(static_cast<std::uint8_t>(header.grid.depth));
     if (hasOrigin(header))
-      for (const double coordinate : header.grid.anchor)
+      for (const double coordinate : header.grid.origin)
         writer.f64(coordinate);
     if (header.content.colour_bits > 0)
       writer.u8(static_cast<std::uint8_t>(header.content.colour_bits));
@@ -146,7 +146,7 @@ readGrid(ByteSource& source, bool has_origin, VoxelGrid& grid)
     index = source.i32();
   grid.depth = source.u8();
   for (std::size_t axis = 0; has_origin && axis < 3; ++axis)
-    grid.anchor[axis] = source.f64();
+    grid.origin[axis] = source.f64();
   if (source.failure() != ByteSource::Failure::None)
     return {};
   if (CompressionStatus status = checkResolution(grid.resolution); !status.ok())
@@ -155,7 +155,7 @@ readGrid(ByteSource& source, bool has_origin, VoxelGrid& grid)
     return corruptFrame("grid depth outside 1 to 21");
   if (leavesLattice(grid))
     return corruptFrame("grid outside the lattice");
-  if (has_origin && (!isOrigin(grid.anchor) || grid.anchor == VoxelGrid().anchor))
+  if (has_origin && (!isOrigin(grid.origin) || grid.origin == VoxelGrid().origin))
     return corruptFrame("invalid origin");
   return {};
 }

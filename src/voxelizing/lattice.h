@@ -29,14 +29,14 @@ isSame(const LatticeIndex& first, const LatticeIndex& second)
 class Lattice {
 public:
   /** \brief A usable range of a lattice.
-   * \param[in] grid its resolution and anchor are used
+   * \param[in] grid its resolution and origin are used
    * \param[in] begin lowest usable index on each axis
    * \param[in] end one above the highest usable index on each axis
    */
   Lattice(const VoxelGrid& grid,
           const std::array<std::int64_t, 3>& begin,
           const std::array<std::int64_t, 3>& end)
-  : anchor_(grid.anchor), resolution_(grid.resolution)
+  : origin_(grid.origin), resolution_(grid.resolution)
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       begin_[axis] = static_cast<double>(begin[axis]);
@@ -44,7 +44,7 @@ public:
     }
   }
 
-  /** \brief Index of the voxel that contains a point: floor((point - anchor) / resolution),
+  /** \brief Index of the voxel that contains a point: floor((point - origin) / resolution),
    * in double precision.
    * \param[in] point x, y, z, metres
    * \param[out] index the voxel
@@ -101,12 +101,12 @@ public:
   }
 
 private:
-  /** \brief Coordinate in voxels from the anchor. A division, as multiplying by the rounded
+  /** \brief Coordinate in voxels from the origin. A division, as multiplying by the rounded
    * inverse would put points at a face into the neighbouring voxel. */
   double
   positionOf(std::size_t axis, double coordinate) const
   {
-    return (coordinate - anchor_[axis]) / resolution_;
+    return (coordinate - origin_[axis]) / resolution_;
   }
 
   /** \brief Rank of the lowest float whose position is not below a bound, or of infinity.
@@ -152,7 +152,7 @@ private:
     return truncated - (static_cast<double>(truncated) > number ? 1 : 0);
   }
 
-  std::array<double, 3> anchor_;
+  std::array<double, 3> origin_;
   double resolution_;
   std::array<double, 3> begin_;
   std::array<double, 3> end_;

@@ -24,7 +24,7 @@ maxError(const VoxelGrid& grid, std::size_t axis, bool is_rounded)
   const auto size = static_cast<double>(grid.size());
   const auto first = static_cast<double>(grid.first_index[axis]);
   const double farthest = std::max(std::abs(first), std::abs(first + size)) +
-                          std::abs(grid.anchor[axis]) / grid.resolution + 1.0;
+                          std::abs(grid.origin[axis]) / grid.resolution + 1.0;
   const double roundings = is_rounded ? 4.0 : 3.0;
   return static_cast<float>((roundings * farthest + size) * 0x1p-24);
 }
@@ -48,7 +48,7 @@ lowestFloatFrom(double number)
 
 LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
 : resolution(grid.resolution)
-, anchor(grid.anchor)
+, origin(grid.origin)
 , first_index(grid.first_index)
 , size(static_cast<std::uint32_t>(grid.size()))
 , inverse_resolution(static_cast<float>(1.0 / grid.resolution))
@@ -72,7 +72,7 @@ LocatorGrid
 LocatorGrid::ofRoundedCoordinates(const VoxelGrid& grid)
 {
   VoxelGrid relative = grid;
-  relative.anchor = {};
+  relative.origin = {};
   LocatorGrid rounded(relative, std::nullopt);
   float error = 0.0f;
   for (std::size_t axis = 0; axis < 3; ++axis)

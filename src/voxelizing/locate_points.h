@@ -25,13 +25,13 @@ struct LocatorGrid {
    */
   LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box);
 
-  /** \brief For coordinates that are doubles, less the anchor of the grid and then rounded
+  /** \brief For coordinates that are doubles, less the origin of the grid and then rounded
    * to floats. All that are near a face are reported as uncertain. */
   static LocatorGrid
   ofRoundedCoordinates(const VoxelGrid& grid);
 
   double resolution; ///< metres
-  std::array<double, 3> anchor;
+  std::array<double, 3> origin;
   std::array<std::int32_t, 3> first_index;
   std::uint32_t size; ///< voxels along each axis
 

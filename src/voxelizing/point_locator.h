@@ -118,7 +118,7 @@ private:
     for (; wanted != 0; wanted &= wanted - 1) {
       const unsigned int lane = lowestBit(wanted);
       const double quotient =
-          (static_cast<double>(coordinate[lane]) - grid_.anchor[axis]) /
+          (static_cast<double>(coordinate[lane]) - grid_.origin[axis]) /
           grid_.resolution;
       const bool is_inside = quotient >= begin && quotient < end; // NaN is not
       const double inside = is_inside ? quotient : begin;

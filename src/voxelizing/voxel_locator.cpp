@@ -22,9 +22,9 @@ initialGrid(const IntensityCompressionSettings& settings)
   VoxelGrid grid;
   grid.resolution = settings.resolution;
   if (settings.origin && settings.format == StreamFormat::Version1)
-    grid.anchor = *settings.origin;
+    grid.origin = *settings.origin;
   else if (settings.bounding_box)
-    grid.anchor = originFor(settings.resolution, *settings.bounding_box);
+    grid.origin = originFor(settings.resolution, *settings.bounding_box);
   return settings.bounding_box ? gridOfBox(grid, *settings.bounding_box) : grid;
 }
 
@@ -103,7 +103,7 @@ VoxelLocator::VoxelLocator(const IntensityCompressionSettings& settings)
 void
 VoxelLocator::setGrid(const VoxelGrid& grid)
 {
-  const bool has_other_lattice = grid.anchor != grid_.anchor;
+  const bool has_other_lattice = grid.origin != grid_.origin;
   grid_ = grid;
   locator_grid_ = LocatorGrid(grid_, box_);
   rounded_locator_grid_ = LocatorGrid::ofRoundedCoordinates(grid_);
@@ -131,15 +131,15 @@ VoxelLocator::findBetterOrigin(PointBatches& points,
   for (const std::array<double, 3>& voxel : {medianOf(points), middleOf(points)}) {
     VoxelGrid other = grid_;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      other.anchor[axis] =
+      other.origin[axis] =
           std::round(voxel[axis] / grid_.resolution) * grid_.resolution;
-    if (!isOrigin(other.anchor))
+    if (!isOrigin(other.origin))
       continue;
     VoxelLocator locator = *this;
     locator.setGrid(other);
     if (const std::size_t count = locator.countPointsOnLattice(points); count > most) {
       most = count;
-      origin = other.anchor;
+      origin = other.origin;
     }
   }
   // Each move costs an I-frame, so that a few points more are not worth one that is not due.
@@ -264,11 +264,11 @@ VoxelLocator::locate(const PointView& points,
   for (std::size_t i = 0; i < end - begin; ++i, point += stride) {
     const bool is_outside = box_ && !isInBox(point);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double from_anchor = point[axis] - grid_.anchor[axis];
+      const double from_origin = point[axis] - grid_.origin[axis];
       // What is in the grid is far below the largest float.
-      rounded[3 * i + axis] = is_outside || !(std::abs(from_anchor) < 1e30)
+      rounded[3 * i + axis] = is_outside || !(std::abs(from_origin) < 1e30)
                                   ? std::numeric_limits<float>::quiet_NaN()
-                                  : static_cast<float>(from_anchor);
+                                  : static_cast<float>(from_origin);
     }
   }
   locatePoints(rounded_locator_grid_,

@@ -24,7 +24,7 @@ public:
                      settings.format == StreamFormat::Published)
   , colour_bits_(settings.format == StreamFormat::Published ? 0 : settings.colour_bits)
   , leaves_out_colours_(colour_bits_ != settings.colour_bits)
-  , keeps_points_(settings.keep_points)
+  , keeps_points_(settings.keep_point_counts)
   , is_native_(unit == IntensityUnit::Native)
   , is_mean_(settings.aggregation == Aggregation::Mean ||
              (settings.aggregation == Aggregation::Automatic && is_native_ &&
@@ -120,7 +120,7 @@ private:
       return false;
     VoxelGrid grid;
     grid.resolution = locator_.grid().resolution;
-    grid.anchor = origin;
+    grid.origin = origin;
     locator_.setGrid(grid);
     collector_.reset();
     has_grid_ = false;

@@ -92,7 +92,7 @@ gridOfBox(const VoxelGrid& lattice, const BoundingBox& box)
   LatticeRange range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto index = [&](double coordinate) {
-      const double position = (coordinate - lattice.anchor[axis]) / lattice.resolution;
+      const double position = (coordinate - lattice.origin[axis]) / lattice.resolution;
       return static_cast<std::int32_t>(
           std::clamp(std::floor(position),
                      static_cast<double>(-lattice_end),
@@ -132,7 +132,7 @@ pclGridOfBox(double resolution, const BoundingBox& box)
   const double side = static_cast<double>(grid.size()) * resolution;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double oversize = (side - (box.max[axis] - box.min[axis])) / 2.0;
-    grid.anchor[axis] = box.min[axis] - (oversize > tolerance ? oversize : 0.0);
+    grid.origin[axis] = box.min[axis] - (oversize > tolerance ? oversize : 0.0);
   }
   return grid;
 }

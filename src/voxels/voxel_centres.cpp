@@ -46,7 +46,7 @@ float
 centreOf(const VoxelGrid& grid, std::size_t axis, std::int32_t index)
 {
   return static_cast<float>((static_cast<double>(index) + 0.5) * grid.resolution +
-                            grid.anchor[axis]);
+                            grid.origin[axis]);
 }
 
 template <typename KeyT>

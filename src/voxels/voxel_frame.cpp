@@ -14,7 +14,7 @@ isGrid(const VoxelGrid& grid)
   return grid.resolution >= smallest_resolution &&
          grid.resolution <= largest_resolution && grid.depth >= 1 &&
          grid.depth <= max_grid_depth &&
-         std::all_of(grid.anchor.begin(), grid.anchor.end(), [](double coordinate) {
+         std::all_of(grid.origin.begin(), grid.origin.end(), [](double coordinate) {
            return std::isfinite(coordinate);
          });
 }

@@ -225,7 +225,7 @@ TEST(HeaderPassthrough, ALongFrameIdIsRefused)
   EXPECT_TRUE(stream.str().empty());
   cloud->header.frame_id.pop_back();
   encodeFrame(compression, cloud);
-  EXPECT_FALSE(compression.getStatistics().coding.is_i_frame);
+  EXPECT_FALSE(compression.statistics().coding.is_i_frame);
 }
 
 } // namespace

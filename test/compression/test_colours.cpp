@@ -86,7 +86,7 @@ TYPED_TEST(Colours, AreWhiteWhereTheProfileHasNone)
       pcl::io::LOW_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
   std::stringstream stream;
   ASSERT_TRUE(compression.encodePointCloud(colouredPlane<TypeParam>(), stream).ok());
-  EXPECT_EQ(compression.getStatistics().coding.attribute_bytes, 0u);
+  EXPECT_EQ(compression.statistics().coding.attribute_bytes, 0u);
   typename pcl::PointCloud<TypeParam>::Ptr decoded;
   ASSERT_TRUE(compression.decodePointCloud(stream, decoded).ok());
   for (const TypeParam& point : *decoded)
@@ -103,7 +103,7 @@ TYPED_TEST(Colours, OfAnEmptyCloudAreNoOtherContent)
     std::stringstream stream;
     ASSERT_TRUE(
         compression.encodePointCloud(frame % 2 == 1 ? empty : cloud, stream).ok());
-    EXPECT_EQ(compression.getStatistics().coding.is_i_frame, frame == 0) << frame;
+    EXPECT_EQ(compression.statistics().coding.is_i_frame, frame == 0) << frame;
   }
 }
 
@@ -214,7 +214,7 @@ TEST(NoIntensityModel, OfTypesWithoutTheFieldCostsNothing)
   std::stringstream stream_with;
   ASSERT_TRUE(without.encodePointCloud(cloud, stream).ok());
   ASSERT_TRUE(with.encodePointCloud(cloud, stream_with).ok());
-  EXPECT_LE(without.getStatistics().coding.intensity_bytes, 1u);
+  EXPECT_LE(without.statistics().coding.intensity_bytes, 1u);
   EXPECT_LT(stream.str().size(), stream_with.str().size());
   // A receiver of intensities gets none from it, and counts from the other one.
   OctreePointCloudIntensityCompression<pcl::PointXYZI> receiver;

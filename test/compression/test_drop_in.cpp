@@ -353,7 +353,7 @@ TEST(BeyondPcl, WhereTheIFrameRateDiffersItIsAsDocumented)
   for (unsigned int frame = 0; frame < 7; ++frame) {
     std::stringstream stream;
     ours.encodePointCloud(sparseCloud<pcl::PointXYZ>(0), stream);
-    EXPECT_EQ(ours.getStatistics().coding.is_i_frame, frame % rate == 0);
+    EXPECT_EQ(ours.statistics().coding.is_i_frame, frame % rate == 0);
   }
 }
 

@@ -99,7 +99,7 @@ runWithFailure(std::size_t failing_cloud,
       must_be_i_frame = true;
       continue;
     }
-    const bool is_i_frame = encoder.getStatistics().coding.is_i_frame;
+    const bool is_i_frame = encoder.statistics().coding.is_i_frame;
     EXPECT_TRUE(is_i_frame || !must_be_i_frame);
     must_be_i_frame = false;
     Cloud::Ptr decoded(new Cloud);

@@ -77,7 +77,7 @@ TEST(CompressionInput, ANullCloudIsReportedAndCostsNothing)
              CompressionCode::InvalidInput);
   EXPECT_EQ(stream.str(), before);
   ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
-  EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
+  EXPECT_FALSE(encoder.statistics().coding.is_i_frame);
   Cloud::Ptr decoded;
   EXPECT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
   EXPECT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
@@ -106,8 +106,8 @@ TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
 {
   Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
-  EXPECT_EQ(encoder.getStatistics().bytesPerVoxel(), 0.0);
-  EXPECT_EQ(encoder.getStatistics().compressionRatio(), 0.0);
+  EXPECT_EQ(encoder.statistics().bytesPerVoxel(), 0.0);
+  EXPECT_EQ(encoder.statistics().compressionRatio(), 0.0);
   const Cloud::Ptr empty(new Cloud);
   const Cloud::Ptr nothing_finite(
       new Cloud(5, 1, pcl::PointXYZI(not_a_number, 0.0f, infinity, 1.0f)));
@@ -116,8 +116,8 @@ TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
        {empty, empty, cloud, nothing_finite, cloud, empty, cloud, cloud}) {
     const std::string bytes = encodeFrame(encoder, frame);
     EXPECT_GT(bytes.size(), 0u);
-    EXPECT_EQ(encoder.getStatistics().coding.bytes, bytes.size());
-    EXPECT_EQ(encoder.getStatistics().bytesPerVoxel() > 0.0, frame == cloud);
+    EXPECT_EQ(encoder.statistics().coding.bytes, bytes.size());
+    EXPECT_EQ(encoder.statistics().bytesPerVoxel() > 0.0, frame == cloud);
     Cloud::Ptr decoded;
     ASSERT_TRUE(decodeBytes(decoder, bytes, decoded).ok());
     expectVoxelCentres(
@@ -175,11 +175,11 @@ expectOutputFailure(std::ostream& broken)
   expectCode(status, CompressionCode::OutputFailed);
 
   const std::string next = encodeFrame(encoder, cloud);
-  EXPECT_TRUE(encoder.getStatistics().coding.is_i_frame);
+  EXPECT_TRUE(encoder.statistics().coding.is_i_frame);
   ASSERT_TRUE(decodeBytes(decoder, next, decoded).ok());
   expectVoxelCentres(*decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
   encodeFrame(encoder, cloud);
-  EXPECT_FALSE(encoder.getStatistics().coding.is_i_frame);
+  EXPECT_FALSE(encoder.statistics().coding.is_i_frame);
 }
 
 TEST(CompressionOutput, FailuresAreReported)

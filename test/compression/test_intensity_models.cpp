@@ -72,7 +72,7 @@ TEST(IntensityModels, CountShowsPointsAndSaturates)
         return std::min(255.0, static_cast<double>(voxel.count));
       },
       0.0);
-  EXPECT_EQ(encoder.getStatistics().voxelization.intensities_out_of_range, 1u);
+  EXPECT_EQ(encoder.statistics().voxelization.intensities_out_of_range, 1u);
 }
 
 /** \brief A cloud in front of a sensor, depths on both sides of the cut-off, and the
@@ -138,7 +138,7 @@ expectShares(CompressionT& encoder,
              double (*share)(double, double),
              double tolerance = half_a_step)
 {
-  const double resolution = encoder.getSettings().resolution;
+  const double resolution = encoder.settings().resolution;
   const NaiveVoxels voxels = naiveShares(sensed, resolution, share);
   const Cloud::Ptr decoded = roundTrip(encoder, sensed.in_world);
   expectVoxelCentres(*decoded, voxels, resolution);
@@ -216,7 +216,7 @@ TEST(IntensityModels, ALawOfDepthGivesFramesADepthModel)
     OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder;
     Cloud::Ptr decoded;
     EXPECT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    const auto& model = decoder.getVoxelFrame().depth_model;
+    const auto& model = decoder.voxelFrame().depth_model;
     return model ? static_cast<int>(model->exponent) : 0;
   };
   const IntensityCompressionSettings settings = settingsWith(0.1);

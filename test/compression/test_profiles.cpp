@@ -56,13 +56,13 @@ TEST(CompressionProfiles, ProfilesKeepWhatPclsProfilesKeep)
     const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
         test_case.profile, false, 0.5, 0.123, true, 7, false, 2);
     SCOPED_TRACE("profile " + std::to_string(test_case.profile));
-    const IntensityCompressionSettings& settings = compression.getSettings();
+    const IntensityCompressionSettings& settings = compression.settings();
     // Where points are kept to 0.1 mm there are eight voxels to a millimetre.
     const double edge = pcls.doVoxelGridDownSampling   ? pcls.octreeResolution
                         : pcls.pointResolution == 1e-4 ? 0.001 / 8.0
                                                        : pcls.pointResolution;
     EXPECT_DOUBLE_EQ(settings.resolution, edge);
-    EXPECT_EQ(settings.keep_points, !pcls.doVoxelGridDownSampling);
+    EXPECT_EQ(settings.keep_point_counts, !pcls.doVoxelGridDownSampling);
     EXPECT_EQ(settings.colour_bits,
               pcls.doColorEncoding ? pcls.colorBitResolution : 0u);
     EXPECT_EQ(settings.i_frame_rate, pcls.iFrameRate);
@@ -78,12 +78,12 @@ TEST(CompressionProfiles, ManualConfigurationTakesTheArguments)
 {
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION, true, 0.5, 0.123, true, 7, false, 2);
-  EXPECT_EQ(compression.getSettings().resolution, 0.123);
-  EXPECT_FALSE(compression.getSettings().keep_points);
-  EXPECT_EQ(compression.getSettings().colour_bits, 0u);
-  EXPECT_EQ(compression.getSettings().i_frame_rate, 7u);
-  EXPECT_EQ(compression.getSettings().effort, Effort::Balanced);
-  EXPECT_TRUE(compression.getSettings().show_statistics);
+  EXPECT_EQ(compression.settings().resolution, 0.123);
+  EXPECT_FALSE(compression.settings().keep_point_counts);
+  EXPECT_EQ(compression.settings().colour_bits, 0u);
+  EXPECT_EQ(compression.settings().i_frame_rate, 7u);
+  EXPECT_EQ(compression.settings().effort, Effort::Balanced);
+  EXPECT_TRUE(compression.settings().show_statistics);
   EXPECT_EQ(compression.getResolution(), 0.123);
 }
 
@@ -91,19 +91,19 @@ TEST(CompressionProfiles, ManualConfigurationWithoutDownSamplingKeepsThePoints)
 {
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION, false, 0.002, 0.05, false, 7, true, 3);
-  EXPECT_EQ(compression.getSettings().resolution, 0.002);
-  EXPECT_TRUE(compression.getSettings().keep_points);
-  EXPECT_EQ(compression.getSettings().colour_bits, 3u);
+  EXPECT_EQ(compression.settings().resolution, 0.002);
+  EXPECT_TRUE(compression.settings().keep_point_counts);
+  EXPECT_EQ(compression.settings().colour_bits, 3u);
 }
 
 TEST(CompressionProfiles, ManualConfigurationHasPclsDefaults)
 {
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
       pcl::io::MANUAL_CONFIGURATION);
-  EXPECT_EQ(compression.getSettings().resolution, 0.001);
-  EXPECT_TRUE(compression.getSettings().keep_points);
-  EXPECT_EQ(compression.getSettings().colour_bits, 6u);
-  EXPECT_EQ(compression.getSettings().i_frame_rate, 30u);
+  EXPECT_EQ(compression.settings().resolution, 0.001);
+  EXPECT_TRUE(compression.settings().keep_point_counts);
+  EXPECT_EQ(compression.settings().colour_bits, 6u);
+  EXPECT_EQ(compression.settings().i_frame_rate, 30u);
 }
 
 TEST(CompressionProfiles, TheDefaultIsPclsDefault)
@@ -111,9 +111,9 @@ TEST(CompressionProfiles, TheDefaultIsPclsDefault)
   const OctreePointCloudIntensityCompression<pcl::PointXYZ> compression;
   const auto& pcls =
       pcl::io::compressionProfiles_[pcl::io::MED_RES_ONLINE_COMPRESSION_WITH_COLOR];
-  EXPECT_EQ(compression.getSettings().resolution, pcls.pointResolution);
-  EXPECT_EQ(compression.getSettings().i_frame_rate, pcls.iFrameRate);
-  EXPECT_FALSE(compression.getSettings().show_statistics);
+  EXPECT_EQ(compression.settings().resolution, pcls.pointResolution);
+  EXPECT_EQ(compression.settings().i_frame_rate, pcls.iFrameRate);
+  EXPECT_FALSE(compression.settings().show_statistics);
 }
 
 TEST(CompressionProfiles, TheFinerOfTheTwoResolutionsCounts)
@@ -124,20 +124,20 @@ TEST(CompressionProfiles, TheFinerOfTheTwoResolutionsCounts)
                false,
                point_resolution,
                octree_resolution)
-        .getSettings();
+        .settings();
   };
   EXPECT_EQ(settings(0.001, 0.01).resolution, 0.001);
   EXPECT_EQ(settings(0.01, 0.001).resolution, 0.001);
-  EXPECT_TRUE(settings(0.01, 0.001).keep_points);
+  EXPECT_TRUE(settings(0.01, 0.001).keep_point_counts);
   // One point for each voxel if they are the same for PCL, which compares a float.
-  EXPECT_FALSE(settings(0.125, 0.125).keep_points);
-  EXPECT_TRUE(settings(0.1, 0.1).keep_points);
+  EXPECT_FALSE(settings(0.125, 0.125).keep_point_counts);
+  EXPECT_TRUE(settings(0.1, 0.1).keep_point_counts);
 }
 
 TEST(CompressionProfiles, TheDecoderTakesMoreVoxelsThanByDefault)
 {
   EXPECT_EQ(OctreePointCloudIntensityCompression<pcl::PointXYZ>()
-                .getSettings()
+                .settings()
                 .decoder_limits.max_voxels,
             std::size_t{1} << 22);
 }
@@ -150,10 +150,10 @@ TEST(CompressionProfiles, CloudsOfAKilometreKeepTheirPoints)
     OctreePointCloudIntensityCompression<pcl::PointXYZ> compression(
         static_cast<pcl::io::compression_Profiles_e>(profile));
     const auto decoded = roundTrip(compression, cloud);
-    if (compression.getSettings().keep_points) {
+    if (compression.settings().keep_point_counts) {
       EXPECT_EQ(decoded->size(), cloud->size()) << profile;
     }
-    EXPECT_EQ(compression.getStatistics().voxelization.points_used, cloud->size());
+    EXPECT_EQ(compression.statistics().voxelization.points_used, cloud->size());
   }
 }
 

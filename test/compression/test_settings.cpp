@@ -49,7 +49,7 @@ TEST(CodecSettings, IFrameRateAndRequests)
     if (frame == 2)
       encoder.requestIFrame();
     encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 200));
-    frame_types += encoder.getStatistics().coding.is_i_frame ? 'I' : 'P';
+    frame_types += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
   }
   EXPECT_EQ(frame_types, "IPIPPPIPPP");
 }
@@ -89,8 +89,8 @@ TEST(CodecSettings, BytesAreThoseOfVoxelizerAndFrameEncoder)
       ASSERT_TRUE(encoder.encode(voxels, std::nullopt, bytes).ok());
       const std::string encoded = encodeFrame(compression, cloud);
       EXPECT_EQ(encoded, std::string(bytes.begin(), bytes.end()));
-      EXPECT_EQ(compression.getVoxelFrame().keys, voxels.keys);
-      EXPECT_EQ(compression.getStatistics().voxelization.points_used,
+      EXPECT_EQ(compression.voxelFrame().keys, voxels.keys);
+      EXPECT_EQ(compression.statistics().voxelization.points_used,
                 statistics.points_used);
       stream += encoded;
     }
@@ -115,8 +115,8 @@ TEST(CodecSettings, DepthLaw)
   EXPECT_LT(modelled.size(), encodeFrame(without, cloud).size());
   Cloud::Ptr decoded;
   ASSERT_TRUE(decodeBytes(with, modelled, decoded).ok());
-  ASSERT_TRUE(with.getVoxelFrame().depth_model.has_value());
-  EXPECT_EQ(with.getVoxelFrame().depth_model->exponent, 2);
+  ASSERT_TRUE(with.voxelFrame().depth_model.has_value());
+  EXPECT_EQ(with.voxelFrame().depth_model->exponent, 2);
 }
 
 TEST(CodecSettings, DecoderLimits)
@@ -179,7 +179,7 @@ expectEncodingToRefuse(const InvalidSettings& invalid)
   EXPECT_FALSE(compression.isVoxelOccupiedAtPoint(pcl::PointXYZI()));
   EXPECT_EQ(compression.getVoxelIntensityAtPoint(pcl::PointXYZI()), 0.0f);
   EXPECT_GT(compression.getResolution(), 0.0);
-  EXPECT_EQ(compression.getStatistics().coding.bytes, 0u);
+  EXPECT_EQ(compression.statistics().coding.bytes, 0u);
 }
 
 TEST(InvalidCompressionSettings, EncodingReportsThem)
@@ -266,8 +266,8 @@ TEST(SetResolution, TheModelFollows)
       compression(settings);
   const float at_4cm = decodedIntensity(compression);
   compression.setResolution(0.02);
-  EXPECT_EQ(compression.getIntensityModel().resolution(), 0.02);
-  EXPECT_TRUE(compression.getSettings().resolution == 0.02);
+  EXPECT_EQ(compression.intensityModel().resolution(), 0.02);
+  EXPECT_TRUE(compression.settings().resolution == 0.02);
   // A quarter of the face, so four times the share.
   EXPECT_NEAR(decodedIntensity(compression), 4.0f * at_4cm, 0.02f);
 }
@@ -279,8 +279,8 @@ TEST(SetResolution, TheSensorOfTheModelStays)
       settingsWith(usual_resolution),
       Model(usual_resolution, RuntimeSensor(90.0, 90.0, 100, 100)));
   compression.setResolution(0.1);
-  EXPECT_EQ(compression.getIntensityModel().sensor().columns, 100u);
-  EXPECT_NEAR(compression.getIntensityModel().cutOffDepth(), 5.0, 1e-9);
+  EXPECT_EQ(compression.intensityModel().sensor().columns, 100u);
+  EXPECT_NEAR(compression.intensityModel().cutOffDepth(), 5.0, 1e-9);
 }
 
 TEST(SetResolution, TheNextFrameIsAnIFrameAndTheStreamGoesOn)
@@ -294,7 +294,7 @@ TEST(SetResolution, TheNextFrameIsAnIFrameAndTheStreamGoesOn)
     Cloud::Ptr decoded;
     ASSERT_TRUE(
         decodeBytes(decoder, encodeFrame(encoder, pointsAtOneMetre()), decoded).ok());
-    frame_types += encoder.getStatistics().coding.is_i_frame ? 'I' : 'P';
+    frame_types += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
     ASSERT_EQ(decoded->size(), 1u);
   }
   EXPECT_EQ(frame_types, "IPIPI");

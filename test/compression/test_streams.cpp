@@ -98,7 +98,7 @@ TEST(CompressionStreams, AReceiverThatLostAFrameGoesOnWithTheNextIFrame)
     const CompressionStatus status = decoder.decodePointCloud(stream, decoded);
     EXPECT_EQ(decoded->empty(), !status.ok());
     if (status.ok())
-      outcomes += decoder.getStatistics().coding.is_i_frame ? 'I' : 'P';
+      outcomes += decoder.statistics().coding.is_i_frame ? 'I' : 'P';
     else
       outcomes += status.code() == CompressionCode::MissingReference ? '-' : '.';
   }
@@ -117,7 +117,7 @@ TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
     cloud->at(4).x = std::numeric_limits<float>::quiet_NaN();
     std::stringstream stream;
     ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
-    const FrameStatistics encoded = encoder.getStatistics();
+    const FrameStatistics encoded = encoder.statistics();
     EXPECT_EQ(encoded.coding.bytes, stream.str().size());
     EXPECT_EQ(encoded.coding.frame_number, frame + 1);
     EXPECT_EQ(encoded.coding.is_i_frame, frame == 0);
@@ -134,7 +134,7 @@ TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
                          static_cast<double>(stream.str().size()));
     Cloud::Ptr decoded;
     ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    const FrameStatistics seen = decoder.getStatistics();
+    const FrameStatistics seen = decoder.statistics();
     EXPECT_EQ(seen.coding.bytes, encoded.coding.bytes);
     EXPECT_EQ(seen.coding.frame_number, encoded.coding.frame_number);
     EXPECT_EQ(seen.coding.voxels, decoded->size());
@@ -163,7 +163,7 @@ printFrame(bool show_statistics, pcl::console::VERBOSITY_LEVEL verbosity)
   ::testing::internal::CaptureStdout();
   EXPECT_TRUE(compression.encodePointCloud(movingCloud(0), stream).ok());
   printed.encoding = ::testing::internal::GetCapturedStdout();
-  printed.encoded = compression.getStatistics();
+  printed.encoded = compression.statistics();
   ::testing::internal::CaptureStdout();
   EXPECT_TRUE(compression.decodePointCloud(stream, decoded).ok());
   printed.decoding = ::testing::internal::GetCapturedStdout();

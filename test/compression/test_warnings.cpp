@@ -45,7 +45,7 @@ TEST(CompressionWarnings, PointsBehindTheSensor)
   const CompressionStatus status = behind.encodePointCloud(cloud, stream);
   EXPECT_TRUE(status.hasWarning());
   expectWords(status, "100 of 100 points are behind the sensor");
-  EXPECT_EQ(behind.getStatistics().voxelization.points_behind_sensor, 100u);
+  EXPECT_EQ(behind.statistics().voxelization.points_behind_sensor, 100u);
 
   IntensityCompressionSettings settings = settingsWith(usual_resolution);
   settings.sensor_pose = SensorPose::Identity();
@@ -188,7 +188,7 @@ TEST(CompressionInMemory, HasTheBytesOfAStream)
                CompressionCode::Ok);
     expectVoxelCentres(
         *decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
-    EXPECT_EQ(decoder.getStatistics().coding.bytes, bytes.size() - 1);
+    EXPECT_EQ(decoder.statistics().coding.bytes, bytes.size() - 1);
   }
 }
 
@@ -221,7 +221,7 @@ expectMovesToContinue()
   EXPECT_EQ(moved.getLeafCount(), leaves);
   EXPECT_TRUE(moved.getOutputCloud());
   expectStreamsToContinue(moved, peer, 1);
-  EXPECT_FALSE(moved.getStatistics().coding.is_i_frame);
+  EXPECT_FALSE(moved.statistics().coding.is_i_frame);
   CompressionT assigned(settingsWith(1.0));
   EXPECT_FALSE(assigned.isVoxelOccupiedAtPoint(pcl::PointXYZI()));
   assigned = std::move(moved);
@@ -229,7 +229,7 @@ expectMovesToContinue()
   EXPECT_EQ(assigned.getResolution(), usual_resolution);
   EXPECT_TRUE(assigned.isVoxelOccupiedAtPoint(assigned.getOutputCloud()->front()));
   expectStreamsToContinue(assigned, peer, 1);
-  EXPECT_FALSE(assigned.getStatistics().coding.is_i_frame);
+  EXPECT_FALSE(assigned.statistics().coding.is_i_frame);
 }
 
 TEST(CompressionMoves, StreamsAndOctreeContinue)

@@ -108,7 +108,7 @@ expectPoints(BatchesT& batches, const pcl::PointCloud<PointXYZRGBI>& expected)
     behind_sensor += points.count_behind_sensor;
   }
   EXPECT_EQ(read, expected.size());
-  EXPECT_EQ(behind_sensor, batches.getStatistics().points_behind_sensor);
+  EXPECT_EQ(behind_sensor, batches.statistics().points_behind_sensor);
 }
 
 template <typename ModelT>
@@ -122,13 +122,13 @@ expectBatches(const ModelT& model, const pcl::PCLPointCloud2& cloud)
   ASSERT_TRUE(batches.open(cloud).ok());
   EXPECT_EQ(batches.size(), std::size_t{cloud.width} * cloud.height);
   expectPoints(batches, expected);
-  expectEqual(batches.getStatistics(), preprocessor.getStatistics());
+  expectEqual(batches.statistics(), preprocessor.statistics());
   batches.restart();
   PointView some;
   batches.next(some);
   batches.restart();
   expectPoints(batches, expected);
-  expectEqual(batches.getStatistics(), preprocessor.getStatistics());
+  expectEqual(batches.statistics(), preprocessor.statistics());
 }
 
 /** \brief x, y, z of numbers of a type. */

@@ -185,7 +185,7 @@ TYPED_TEST(TypedClouds, AgreeWithThreeNaivePasses)
   ASSERT_GT(naive.points.size(), 100u);
   ASSERT_GT(naive.statistics.points_cropped, 100u);
   expectAgreement(output, naive);
-  expectStatistics(preprocessor.getStatistics(), naive.statistics);
+  expectStatistics(preprocessor.statistics(), naive.statistics);
 }
 
 TYPED_TEST(TypedClouds, NativeModelNeedsAnIntensity)
@@ -225,7 +225,7 @@ TEST(SensorPreprocessor, KeepsEverythingFiniteWithoutACropBox)
   EXPECT_EQ(output[0].x, 1e6f);
   EXPECT_EQ(output[2].x, -5e5f);
   EXPECT_EQ(output[1].intensity, 1.0f);
-  EXPECT_EQ(preprocessor.getStatistics().points_cropped, 0u);
+  EXPECT_EQ(preprocessor.statistics().points_cropped, 0u);
 }
 
 TEST(SensorPreprocessor, BothEndsOfTheCropBoxBelongToIt)
@@ -250,7 +250,7 @@ TEST(SensorPreprocessor, BothEndsOfTheCropBoxBelongToIt)
   EXPECT_EQ(output.size(), 6u);
   ASSERT_TRUE(preprocessor.process(cloudOf(just_outside), output).ok());
   EXPECT_EQ(output.size(), 0u);
-  EXPECT_EQ(preprocessor.getStatistics().points_cropped, 6u);
+  EXPECT_EQ(preprocessor.statistics().points_cropped, 6u);
 }
 
 TEST(SensorPreprocessor, ACropBoxMayBeASinglePoint)
@@ -354,11 +354,11 @@ TEST(SensorPreprocessor, OneInstanceServesManyCloudsAndSurvivesBadOnes)
     const NaiveResult naive = processNaively(
         measurements, naiveQuadratic, Eigen::Isometry3d::Identity(), std::nullopt);
     expectAgreement(output, naive);
-    expectStatistics(preprocessor.getStatistics(), naive.statistics);
+    expectStatistics(preprocessor.statistics(), naive.statistics);
 
     EXPECT_FALSE(preprocessor.process(pcl::PCLPointCloud2(), output).ok());
     EXPECT_TRUE(output.empty());
-    expectStatistics(preprocessor.getStatistics(), PreprocessingStatistics());
+    expectStatistics(preprocessor.statistics(), PreprocessingStatistics());
   }
 }
 
@@ -370,7 +370,7 @@ TEST(SensorPreprocessor, AnEmptyCloudGivesAnEmptyCloud)
   ASSERT_TRUE(preprocessor.process(pcl::PointCloud<pcl::PointXYZ>(), output).ok());
   EXPECT_TRUE(output.empty());
   EXPECT_TRUE(output.is_dense);
-  expectStatistics(preprocessor.getStatistics(), PreprocessingStatistics());
+  expectStatistics(preprocessor.statistics(), PreprocessingStatistics());
 
   pcl::PCLPointCloud2 message;
   pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZ>(), message);
@@ -395,7 +395,7 @@ TEST(SensorPreprocessor, PointsThatOverflowWhenMovedAreRemoved)
   ASSERT_TRUE(output.is_dense);
   for (const pcl::PointXYZI& point : output)
     EXPECT_TRUE(point.getVector3fMap().allFinite()) << point;
-  const PreprocessingStatistics& statistics = preprocessor.getStatistics();
+  const PreprocessingStatistics& statistics = preprocessor.statistics();
   EXPECT_EQ(statistics.points,
             output.size() + statistics.points_not_finite + statistics.points_cropped);
 }

@@ -70,7 +70,7 @@ TEST(ColouredClouds, ColoursOfAllLayoutsAreKept)
         ColouredOutput output;
         const PreprocessingStatus status = preprocessor.process(message, output);
         ASSERT_TRUE(status.ok()) << status.message();
-        EXPECT_TRUE(preprocessor.getStatistics().has_colours);
+        EXPECT_TRUE(preprocessor.statistics().has_colours);
         std::size_t kept = 0;
         for (std::size_t i = 0; i < 600; ++i) {
           if (std::abs(valueOf("y", i)) > 100.0)
@@ -81,7 +81,7 @@ TEST(ColouredClouds, ColoursOfAllLayoutsAreKept)
           EXPECT_EQ(point.intensity, static_cast<float>(valueOf("intensity", i)));
         }
         EXPECT_EQ(kept, output.size());
-        EXPECT_GT(preprocessor.getStatistics().points_cropped, 0u);
+        EXPECT_GT(preprocessor.statistics().points_cropped, 0u);
       }
 }
 
@@ -91,7 +91,7 @@ TEST(ColouredClouds, WithoutAColourTheOutputIsBlack)
   ColouredOutput output;
   ASSERT_TRUE(preprocessor.process(colouredMessage("rgb", 7), output).ok());
   ASSERT_TRUE(preprocessor.process(plainMessage(300), output).ok());
-  EXPECT_FALSE(preprocessor.getStatistics().has_colours);
+  EXPECT_FALSE(preprocessor.statistics().has_colours);
   ASSERT_EQ(output.size(), 300u);
   for (const PointXYZRGBI& point : output)
     EXPECT_EQ(point.r + point.g + point.b, 0);
@@ -115,7 +115,7 @@ TEST(ColouredClouds, AColourThatCannotBeReadIsRefusedWhereItIsRead)
   EXPECT_NE(status.message().find("'rgb' ends at byte"), std::string::npos);
   preprocessor.setReadsColours(false);
   EXPECT_TRUE(preprocessor.process(message, output).ok());
-  EXPECT_FALSE(preprocessor.getStatistics().has_colours);
+  EXPECT_FALSE(preprocessor.statistics().has_colours);
   expectAllRead(message); // without a colour in the output type
 }
 

@@ -103,8 +103,8 @@ TEST(CloudLayout, DoubleCoordinatesBeyondFloatAreNotFinite)
   Output output;
   ASSERT_TRUE(preprocessor.process(message, output).ok());
   EXPECT_EQ(output.size(), 1u);
-  EXPECT_EQ(preprocessor.getStatistics().points, 3u);
-  EXPECT_EQ(preprocessor.getStatistics().points_not_finite, 2u);
+  EXPECT_EQ(preprocessor.statistics().points, 3u);
+  EXPECT_EQ(preprocessor.statistics().points_not_finite, 2u);
 }
 
 TEST(CloudLayout, OrganisedCloudsMayHavePaddedRows)
@@ -206,7 +206,7 @@ TEST(CloudLayout, PointsThatAreNotFiniteAreLeftOut)
   preprocessor.setCropBox({-100.0, -100.0, 0.0}, {100.0, 100.0, 1.0});
   Output output;
   ASSERT_TRUE(preprocessor.process(message, output).ok());
-  const auto& statistics = preprocessor.getStatistics();
+  const auto& statistics = preprocessor.statistics();
   EXPECT_EQ(statistics.points, 12u);
   EXPECT_EQ(statistics.points_not_finite, 2u);
   EXPECT_EQ(statistics.points_cropped, 3u); // z of points 9 to 11 is above 1

@@ -170,12 +170,12 @@ requireSame(const pcl::PCLPointCloud2& cloud, const PreprocessorSettings& settin
   if (status.ok()) {
     require(settings.areValid() && faults.empty());
     requireSamePoints(
-        cloud, fields, settings, model, output, preprocessor.getStatistics());
+        cloud, fields, settings, model, output, preprocessor.statistics());
     return;
   }
   require(!status.message().empty());
   require(output.empty() && output.width == 0);
-  require(preprocessor.getStatistics().points == 0);
+  require(preprocessor.statistics().points == 0);
   require(status.code() == PreprocessingCode::InvalidSettings
               ? !settings.areValid()
               : faults.count(status.code()) == 1);

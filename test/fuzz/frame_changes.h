@@ -169,7 +169,7 @@ changeContent(io::Version1Header& header, Random& random)
     change(header.point_count, random);
     break;
   case 5:
-    changeBits<double, std::uint64_t>(header.grid.anchor[random.below(3)], random);
+    changeBits<double, std::uint64_t>(header.grid.origin[random.below(3)], random);
     break;
   default:
     change(header.supplement_size, random);

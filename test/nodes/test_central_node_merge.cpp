@@ -41,7 +41,7 @@ mergedVoxels(CentralNode& node)
   node.merge(merged);
   EXPECT_TRUE(isConsistent(merged));
   EXPECT_EQ(merged.grid.resolution, resolution);
-  EXPECT_EQ(merged.grid.anchor, (std::array<double, 3>{}));
+  EXPECT_EQ(merged.grid.origin, (std::array<double, 3>{}));
   EXPECT_FALSE(merged.depth_model.has_value());
   return worldVoxels(merged);
 }
@@ -60,13 +60,13 @@ std::map<std::string, CodedStream>
 streamsOfManyGrids()
 {
   std::map<std::string, CodedStream> streams;
-  const auto add = [&](double edge, StreamFormat format, std::array<double, 3> anchor) {
+  const auto add = [&](double edge, StreamFormat format, std::array<double, 3> origin) {
     CodedStream::Settings settings;
     settings.seed = streams.size() + 1;
     settings.frames = 3;
     settings.resolution = edge;
     settings.format = format;
-    settings.anchor = anchor;
+    settings.origin = origin;
     streams.emplace("stream " + std::to_string(streams.size()), settings);
   };
   add(0.04, StreamFormat::Version1, {});
@@ -125,17 +125,17 @@ TEST_F(Merging, ACentreOnAFaceBelongsToTheVoxelAbove)
   CodedStream::Settings settings;
   settings.frames = 1;
   settings.format = StreamFormat::Published;
-  // Its indices begin at the corner of the grid, 32 voxels below the anchor.
+  // Its indices begin at the corner of the grid, 32 voxels below the origin.
   // The farthest ones are rounded the most.
   for (const int voxels : {-900'000, -450, -7, 0, 13, 900, 900'000}) {
-    const double anchor = (voxels + 0.5) * resolution;
-    settings.anchor = {anchor, anchor, anchor};
+    const double origin = (voxels + 0.5) * resolution;
+    settings.origin = {origin, origin, origin};
     expectOneToOne(CodedStream(settings),
                    [&](std::int64_t index) { return index - 32 + voxels + 1; });
   }
   // Voxels of twice the size have the middle between two in their own.
   settings.format = StreamFormat::Version1;
-  settings.anchor = {};
+  settings.origin = {};
   settings.resolution = 2.0 * resolution;
   expectOneToOne(CodedStream(settings),
                  [](std::int64_t index) { return 2 * index + 1; });

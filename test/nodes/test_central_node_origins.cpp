@@ -41,7 +41,7 @@ frameAt(const Place& origin, std::uint64_t seed)
   std::mt19937_64 random(seed);
   VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 800, 9);
   frame.grid.resolution = small_resolution;
-  frame.grid.anchor = origin;
+  frame.grid.origin = origin;
   return frame;
 }
 
@@ -166,7 +166,7 @@ TEST_F(Origins, CanBeSet)
   EXPECT_EQ(merged(fixed_node), expected);
   VoxelFrame voxels;
   fixed_node.merge(voxels);
-  EXPECT_EQ(voxels.grid.anchor, *fixed.origin);
+  EXPECT_EQ(voxels.grid.origin, *fixed.origin);
   fixed.origin = Place{0.0, std::numeric_limits<double>::quiet_NaN(), 0.0};
   EXPECT_EQ(CentralNode(fixed).settingsStatus().code(),
             CentralNodeCode::InvalidSettings);

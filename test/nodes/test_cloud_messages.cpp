@@ -107,7 +107,7 @@ TEST(CloudMessages, FarVoxelsHaveCoordinatesInDoublePrecision)
 {
   VoxelFrame frame;
   frame.grid.resolution = 0.04;
-  frame.grid.anchor = {600000.0, 5200000.0, 0.0};
+  frame.grid.origin = {600000.0, 5200000.0, 0.0};
   frame.grid.depth = 3;
   frame.keys = {0, 7};
   frame.intensities = {3, 200};

@@ -57,7 +57,7 @@ textOfSettings(const SensorNodeSettings& settings)
   add("intensity_range", double{codec.intensity_range});
   add("intensity_curve", static_cast<int>(codec.intensity_curve));
   add("colour_bits", codec.colour_bits);
-  add("keep_points", codec.keep_points);
+  add("keep_point_counts", codec.keep_point_counts);
   add("coarsen_wide_clouds", codec.coarsen_wide_clouds);
   add("threads", codec.threads);
   if (settings.crop_box)
@@ -124,7 +124,8 @@ encodingChanges()
          s.compression.intensity_curve = io::IntensityCurve::Companded;
        }},
       {{{"colour_bits", 0}}, [](Settings& s) { s.compression.colour_bits = 0; }},
-      {{{"keep_points", true}}, [](Settings& s) { s.compression.keep_points = true; }},
+      {{{"keep_point_counts", true}},
+       [](Settings& s) { s.compression.keep_point_counts = true; }},
       {{{"coarsen_wide_clouds", true}},
        [](Settings& s) { s.compression.coarsen_wide_clouds = true; }},
       {{{"threads", 256}}, [](Settings& s) { s.compression.threads = 256; }},
@@ -240,8 +241,8 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            "layout"},
           {{{"format", "published"}, {"intensity_curve", "companded"}},
            "intensity_curve is companded; it must be linear in the published layout"},
-          {{{"format", "published"}, {"keep_points", true}},
-           "keep_points is on; it must be off in the published layout"}}) {
+          {{{"format", "published"}, {"keep_point_counts", true}},
+           "keep_point_counts is on; it must be off in the published layout"}}) {
     SensorNodeSettings settings;
     settings.compression.resolution = 0.125;
     const std::string before = textOfSettings(settings);

@@ -104,7 +104,7 @@ TEST(NodeParameters, WholeNumbersAreNumbersButNotTheReverse)
 TEST(NodeParameters, ValuesOfAnotherTypeAreRefused)
 {
   const std::vector<std::pair<std::string, ParameterValue>> examples = {
-      {"keep_points", true},
+      {"keep_point_counts", true},
       {"threads", 1},
       {"resolution", 1.0},
       {"effort", "fast"},
@@ -122,7 +122,8 @@ TEST(NodeParameters, ValuesOfAnotherTypeAreRefused)
   }
   EXPECT_EQ(refusal("resolution", "fine"),
             "resolution is 'fine'; it must be a number from 1e-06 to 1e+06");
-  EXPECT_EQ(refusal("keep_points", 1), "keep_points is 1; it must be true or false");
+  EXPECT_EQ(refusal("keep_point_counts", 1),
+            "keep_point_counts is 1; it must be true or false");
   EXPECT_EQ(refusal("threads", true),
             "threads is true; it must be a whole number from 1 to 256");
 }

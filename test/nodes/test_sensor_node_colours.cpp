@@ -64,9 +64,9 @@ TEST(SensorNodeColours, AreThoseOfTheClassForEachLaw)
           settings.compression);
       std::ostringstream stream;
       ASSERT_TRUE(compression.encodePointCloud(moved, stream).ok());
-      ASSERT_EQ(compression.getVoxelFrame().size(), decoded.size());
+      ASSERT_EQ(compression.voxelFrame().size(), decoded.size());
       for (std::size_t i = 0; i < decoded.size(); ++i)
-        EXPECT_TRUE(compression.getVoxelFrame().fullColour(i) == decoded.fullColour(i))
+        EXPECT_TRUE(compression.voxelFrame().fullColour(i) == decoded.fullColour(i))
             << i;
     }
   }

@@ -101,7 +101,7 @@ expectSameAsFrames(const io::IntensityCompressionSettings& settings,
     typename Compression::PointCloudPtr decoded;
     ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
     const OutlierRemovalStatus removed =
-        removeOutliers(*decoded, decoder.getVoxelFrame(), removal);
+        removeOutliers(*decoded, decoder.voxelFrame(), removal);
 
     io::VoxelFrame expected;
     ASSERT_TRUE(frame_decoder
@@ -178,7 +178,7 @@ TEST(DecodedCloudOutliers, ACloudThatWasMovedLosesTheSamePoints)
   }
   VoxelOutlierRemoval removal(countSettings());
   VoxelOutlierRemoval removal_of_moved(countSettings());
-  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  const io::VoxelFrame& frame = decoded.compression.voxelFrame();
   const auto removed = removeOutliers(*decoded.cloud, frame, removal);
   EXPECT_EQ(removeOutliers(moved, frame, removal_of_moved).removed, removed.removed);
   ASSERT_EQ(moved.size(), decoded.cloud->size());
@@ -193,7 +193,7 @@ TEST(DecodedCloudOutliers, ACloudThatWasMovedLosesTheSamePoints)
 TEST(DecodedCloudOutliers, ACloudOfAnotherFrameIsRefusedAndNotRemembered)
 {
   DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
-  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  const io::VoxelFrame& frame = decoded.compression.voxelFrame();
   VoxelOutlierRemoval removal(countSettings());
   pcl::PointCloud<pcl::PointXYZI> shorter = *decoded.cloud;
   shorter.resize(shorter.size() - 1);
@@ -221,7 +221,7 @@ TEST(DecodedCloudOutliers, NoPointsOrAllPointsMayBeRemoved)
   settings.min_log_odds = 100.0f;
   VoxelOutlierRemoval strict(settings);
   DecodedCloud decoded(wallWithNoise<pcl::PointXYZI>(0));
-  const io::VoxelFrame& frame = decoded.compression.getVoxelFrame();
+  const io::VoxelFrame& frame = decoded.compression.voxelFrame();
   EXPECT_EQ(removeOutliers(*decoded.cloud, frame, lenient).removed, 0u);
   EXPECT_EQ(decoded.cloud->size(), frame.size());
   EXPECT_EQ(removeOutliers(*decoded.cloud, frame, strict).removed, frame.size());
@@ -231,7 +231,7 @@ TEST(DecodedCloudOutliers, NoPointsOrAllPointsMayBeRemoved)
   pcl::PointCloud<pcl::PointXYZI>::Ptr nothing(new pcl::PointCloud<pcl::PointXYZI>);
   DecodedCloud empty(nothing);
   EXPECT_EQ(
-      removeOutliers(*empty.cloud, empty.compression.getVoxelFrame(), lenient).removed,
+      removeOutliers(*empty.cloud, empty.compression.voxelFrame(), lenient).removed,
       0u);
 }
 

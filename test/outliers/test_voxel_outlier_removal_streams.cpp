@@ -95,7 +95,7 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
   io::VoxelFrame finer = frame;
   finer.grid.resolution = 0.02;
   io::VoxelFrame elsewhere = frame;
-  elsewhere.grid.anchor[2] = -0.01;
+  elsewhere.grid.origin[2] = -0.01;
   io::VoxelFrame far_away = frame;
   far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
   const auto expectForgotten =

@@ -183,7 +183,7 @@ TEST(CompressionSettings, PublishedLayoutHasEightBitsALinearScaleAndNoHeader)
                 {IntensityCurve::Companded},
                 published);
   expectRefused("carry_header", &Settings::carry_header, {true}, published);
-  expectRefused("keep_points", &Settings::keep_points, {true}, published);
+  expectRefused("keep_point_counts", &Settings::keep_point_counts, {true}, published);
 }
 
 TEST(CompressionSettings, BoundingBoxMustHaveAnExtentOnEachAxis)

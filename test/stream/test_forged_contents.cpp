@@ -62,10 +62,10 @@ TEST(ForgedContents, OfIFramesAreRefused)
       [](Version1Header& h) { h.supplement_size = h.payload_size + 1; },
       [](Version1Header& h) { h.supplement_size = huge; },
       [](Version1Header& h) {
-        h.grid.anchor = {1e300, 0.0, 0.0};
+        h.grid.origin = {1e300, 0.0, 0.0};
       },
       [](Version1Header& h) {
-        h.grid.anchor = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+        h.grid.origin = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
       },
       [](Version1Header& h) { h.has_depth_model = true; }};
   for (std::size_t i = 0; i < changes.size(); ++i) {

@@ -191,7 +191,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
     bad[10].intensity_scale.step = 0.0f;
     bad[11].intensity_scale.offset = not_a_number;
     bad[12].intensity_scale.bits = 17;
-    bad[13].grid.anchor[2] = double{not_a_number};
+    bad[13].grid.origin[2] = double{not_a_number};
     bad[14].intensity_scale.companded_range = 255;
     bad[15].intensity_scale.companded_range = 65536;
     bad[16].intensity_scale = {0.0f, 1.0f, 16, 65535};
@@ -199,7 +199,7 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
       bad.resize(20, good);
       bad[17].grid.first_index[0] = (1 << 20) - 15;
       bad[18].grid.first_index[2] = -(1 << 20) - 1;
-      bad[19].grid.anchor[0] = 1e13;
+      bad[19].grid.origin[0] = 1e13;
     }
     else {
       bad.resize(20, good);

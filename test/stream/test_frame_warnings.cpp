@@ -184,7 +184,7 @@ TEST(FrameWarnings, FramesThatDecodersOfTheSameSettingsRefuse)
   statistics.voxelization.points_used = limits.max_points + 1;
   IntensityCompressionSettings settings;
   EXPECT_EQ(frameWarning(statistics, settings, IntensityUnit::None, false), "");
-  settings.keep_points = true;
+  settings.keep_point_counts = true;
   EXPECT_NE(frameWarning(statistics, settings, IntensityUnit::None, false)
                 .find("decoder_limits.max_points of at least 16777217"),
             std::string::npos);

@@ -51,7 +51,7 @@ struct CodedStream {
     io::StreamFormat format = io::StreamFormat::Version1;
     unsigned int i_frame_rate = 30;
     double resolution = 0.04;
-    std::array<double, 3> anchor{}; ///< Published only
+    std::array<double, 3> origin{}; ///< Published only
     unsigned int bits = 8;
     std::optional<io::DepthModel> depth_model; ///< of the room's voxels
     std::optional<std::uint64_t> first_stamp;  ///< carried, microseconds; 1000 a frame
@@ -69,7 +69,7 @@ struct CodedStream {
     for (std::size_t i = 0; i < settings.frames; ++i) {
       VoxelFrame frame = room.next();
       frame.grid.resolution = settings.resolution;
-      frame.grid.anchor = settings.anchor;
+      frame.grid.origin = settings.origin;
       std::optional<io::FrameStamp> stamp;
       if (settings.first_stamp)
         stamp = io::FrameStamp{*settings.first_stamp + 1000 * i, "world"};

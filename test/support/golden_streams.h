@@ -181,7 +181,7 @@ goldenFineVoxels(const std::string& name, Effort effort)
   for (const unsigned int bits : {0u, 8u, 13u})
     for (int i = 0; i < 4; ++i) {
       GoldenFrame golden{fineFrame(random, bits), std::nullopt};
-      golden.frame.grid.anchor = {16777216.0, -33554432.5, 0.0};
+      golden.frame.grid.origin = {16777216.0, -33554432.5, 0.0};
       if (bits != 8)
         addPointCounts(random, golden.frame);
       if (bits != 13)

@@ -167,7 +167,7 @@ processNative(const PCLPointCloud2& message, Output& output)
   if (!status.ok()) {
     EXPECT_TRUE(output.empty());
     EXPECT_EQ(output.width, 0u);
-    EXPECT_EQ(preprocessor.getStatistics().points, 0u);
+    EXPECT_EQ(preprocessor.statistics().points, 0u);
     EXPECT_FALSE(status.message().empty());
   }
   return status;

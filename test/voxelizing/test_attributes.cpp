@@ -80,7 +80,7 @@ TEST_P(VoxelAttributes, AreTheMeanColourAndTheNumberOfThePoints)
 {
   IntensityCompressionSettings settings;
   settings.resolution = GetParam();
-  settings.keep_points = true;
+  settings.keep_point_counts = true;
   const std::vector<ColouredPoint> points = colouredPoints(5000, 0.5);
   const Sums sums = sumsOf(points, settings.resolution);
   for (const unsigned int bits : {1u, 4u, 8u}) {

@@ -91,8 +91,8 @@ TEST(Origin, OfFarCloudsIsAmidTheirPointsAtACornerOfAVoxelOfTheWorld)
   EXPECT_EQ(statistics.points_outside_grid, 0u);
   ASSERT_TRUE(isConsistent(frame));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(frame.grid.anchor[axis], town[axis], 30.0);
-    const double voxels = frame.grid.anchor[axis] / settings.resolution;
+    EXPECT_NEAR(frame.grid.origin[axis], town[axis], 30.0);
+    const double voxels = frame.grid.origin[axis] / settings.resolution;
     EXPECT_NEAR(voxels, std::round(voxels), 1e-4);
   }
   EXPECT_LE(largestError(points, frame), settings.resolution / 2.0 + 1e-6);
@@ -107,7 +107,7 @@ TEST(Origin, OfNearCloudsIsThatOfTheWorld)
   VoxelFrame frame;
   const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
   EXPECT_EQ(statistics.points_outside_grid, 1u);
-  EXPECT_EQ(frame.grid.anchor, VoxelGrid().anchor);
+  EXPECT_EQ(frame.grid.origin, VoxelGrid().origin);
 }
 
 TEST(Origin, FollowsASensorThatLeavesTheLattice)
@@ -115,15 +115,15 @@ TEST(Origin, FollowsASensorThatLeavesTheLattice)
   IntensityCompressionSettings settings;
   settings.resolution = 0.01; // the lattice ends at 10486 m
   Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
-  std::array<double, 3> anchor{};
+  std::array<double, 3> origin{};
   unsigned int origins = 1;
   for (double x = 10400.0; x < 10700.0; x += 20.0) {
     const Points points = pointsAt({x, 0.0, 0.0}, 200, 20.0);
     VoxelFrame frame;
     const VoxelizationStatistics statistics = voxelize(voxelizer, points, frame);
     EXPECT_EQ(statistics.points_used, points.size()) << x;
-    origins += frame.grid.anchor != anchor ? 1 : 0;
-    anchor = frame.grid.anchor;
+    origins += frame.grid.origin != origin ? 1 : 0;
+    origin = frame.grid.origin;
   }
   EXPECT_EQ(origins, 2u);
 }
@@ -142,12 +142,12 @@ TEST(Origin, IsInTheMiddleOfWideCloudsWhereAnIFrameIsDue)
   const VoxelizationStatistics statistics =
       voxelizer.voxelize(viewOf(points), true, frame);
   EXPECT_EQ(statistics.points_outside_grid, 0u);
-  EXPECT_NEAR(frame.grid.anchor[0], 98.0, 0.01);
+  EXPECT_NEAR(frame.grid.origin[0], 98.0, 0.01);
   // But not for a cloud that no origin has on its lattice.
   points.push_back({-500.0f, 0.0f, 0.0f});
   Voxelizer other(settings, pcl_ext::IntensityUnit::Points);
   EXPECT_EQ(other.voxelize(viewOf(points), true, frame).points_outside_grid, 2u);
-  EXPECT_EQ(frame.grid.anchor, VoxelGrid().anchor);
+  EXPECT_EQ(frame.grid.origin, VoxelGrid().origin);
 }
 
 TEST(Origin, DoesNotMoveForAFewPointsMore)
@@ -157,14 +157,14 @@ TEST(Origin, DoesNotMoveForAFewPointsMore)
   settings.resolution = 0.0001; // the lattice ends at 105 m
   Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
-  std::array<double, 3> anchor{};
+  std::array<double, 3> origin{};
   unsigned int origins = 0;
   for (int cloud = 0; cloud < 20; ++cloud) {
     const double wander = 0.5 * (cloud % 3);
     const Points points = pointsAt({wander, -wander, 0.0}, 2000, 150.0);
     EXPECT_GT(voxelize(voxelizer, points, frame).points_outside_grid, 0u);
-    origins += cloud == 0 || frame.grid.anchor != anchor ? 1 : 0;
-    anchor = frame.grid.anchor;
+    origins += cloud == 0 || frame.grid.origin != origin ? 1 : 0;
+    origin = frame.grid.origin;
   }
   EXPECT_LE(origins, 2u);
 }
@@ -178,13 +178,13 @@ TEST(Origin, OfTheSettingsIsKept)
   Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
   voxelize(voxelizer, pointsAt(town, 100, 5.0), frame);
-  EXPECT_EQ(frame.grid.anchor, *settings.origin);
+  EXPECT_EQ(frame.grid.origin, *settings.origin);
   EXPECT_EQ(frame.size(), 100u);
   // Points off its lattice are counted, not followed.
   const VoxelizationStatistics statistics =
       voxelize(voxelizer, pointsAt({0.0, 0.0, 0.0}, 100, 5.0), frame);
   EXPECT_EQ(statistics.points_outside_grid, 100u);
-  EXPECT_EQ(frame.grid.anchor, *settings.origin);
+  EXPECT_EQ(frame.grid.origin, *settings.origin);
 }
 
 TEST(Origin, OfAFarBoxIsInTheBox)
@@ -254,7 +254,7 @@ expectVoxelsOfDivision(const std::vector<std::array<double, 3>>& points,
     bool is_in_box = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       index[axis] =
-          std::floor((point[axis] - frame.grid.anchor[axis]) / settings.resolution);
+          std::floor((point[axis] - frame.grid.origin[axis]) / settings.resolution);
       if (settings.bounding_box)
         is_in_box = is_in_box && point[axis] >= settings.bounding_box->min[axis] &&
                     point[axis] <= settings.bounding_box->max[axis];

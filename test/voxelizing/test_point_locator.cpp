@@ -69,9 +69,9 @@ grids()
   for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 0.5, 1e6})
     for (const std::int32_t first : {-1048576, -777, -1, 0, 5, 300000})
       for (const unsigned int depth : {1u, 2u, 3u, 8u, 17u})
-        for (const double anchor : {0.0, -7.3})
+        for (const double origin : {0.0, -7.3})
           grids.push_back(
-              {resolution, {anchor, 0.0, -anchor}, {first, -first / 2, 3}, depth});
+              {resolution, {origin, 0.0, -origin}, {first, -first / 2, 3}, depth});
   grids.push_back({0.04, {}, {-1048576, -1048576, -1048576}, max_grid_depth});
   return grids;
 }
@@ -244,8 +244,8 @@ TEST(Lattice, OutermostCoordinates)
   for (const double resolution : {1e-6, 0.01, 0.04, 1.0 / 3.0, 1e6}) {
     // With the last ones the lattice begins or ends at 0, around which are a billion floats.
     const double end_at_0 = -static_cast<double>(lattice_end) * resolution;
-    for (const double anchor : {0.0, 12.7, end_at_0, -end_at_0}) {
-      const VoxelGrid grid{resolution, {anchor, -anchor, 0.0}, {0, 0, 0}, 1};
+    for (const double origin : {0.0, 12.7, end_at_0, -end_at_0}) {
+      const VoxelGrid grid{resolution, {origin, -origin, 0.0}, {0, 0, 0}, 1};
       const std::array<std::int64_t, 3> begin{-lattice_end, -5, 0};
       const std::array<std::int64_t, 3> end{lattice_end, 77, 1};
       const Lattice lattice(grid, begin, end);

@@ -49,7 +49,7 @@ TEST(Voxelizer, CountsAreThoseOfANaiveVoxelizer)
       stream.add(cloud);
       EXPECT_TRUE(stream.values() == naiveCounts(cloud, resolution));
       EXPECT_EQ(stream.statistics.points_used, cloud.size());
-      EXPECT_EQ(stream.frame.grid.anchor, (std::array<double, 3>{0.0, 0.0, 0.0}));
+      EXPECT_EQ(stream.frame.grid.origin, (std::array<double, 3>{0.0, 0.0, 0.0}));
       for (const Point& point : cloud) {
         // In spite of rounding no point is further than half an edge from a centre.
         const auto index = std::floor(double{point.x} / resolution);
@@ -322,10 +322,10 @@ TEST(Voxelizer, ThePublishedGridIsPclsOctreeBox)
       const VoxelGrid& grid = stream.add({}).grid;
       EXPECT_EQ(grid.depth, octree.getTreeDepth());
       EXPECT_EQ(grid.first_index, (std::array<std::int32_t, 3>{0, 0, 0}));
-      EXPECT_EQ(grid.anchor, min); // to the last bit
+      EXPECT_EQ(grid.origin, min); // to the last bit
       EXPECT_EQ(grid.resolution, resolution);
       for (std::size_t axis = 0; axis < 3; ++axis)
-        EXPECT_NEAR(grid.anchor[axis] + static_cast<double>(grid.size()) * resolution,
+        EXPECT_NEAR(grid.origin[axis] + static_cast<double>(grid.size()) * resolution,
                     max[axis],
                     3e-7); // within PCL's tolerance a box is left as it is
     }

@@ -29,7 +29,7 @@ randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
   for (std::size_t axis = 0; axis < 3; ++axis) {
     frame.grid.first_index[axis] =
         static_cast<std::int32_t>(random() % 2000000) - 1000000;
-    frame.grid.anchor[axis] = static_cast<double>(uniform(random, -3.0, 3.0));
+    frame.grid.origin[axis] = static_cast<double>(uniform(random, -3.0, 3.0));
   }
   frame.intensity_scale = {uniform(random, -10.0, 10.0), uniform(random, 0.1, 2.0), 16};
   frame.keys.assign(keys.begin(), keys.end());

@@ -67,9 +67,9 @@ TEST(VoxelGrid, NeedsDoublesBeyondTheLatticeOfTheWorldsOrigin)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       VoxelGrid grid{resolution, {}, {0, 0, 0}, 3};
       EXPECT_FALSE(grid.needsDoubles());
-      grid.anchor[axis] = end * resolution;
+      grid.origin[axis] = end * resolution;
       EXPECT_TRUE(grid.needsDoubles());
-      grid.anchor[axis] = -(end + 1) * resolution;
+      grid.origin[axis] = -(end + 1) * resolution;
       EXPECT_TRUE(grid.needsDoubles());
     }
   }

@@ -129,7 +129,7 @@ struct IntensityCompressionSettings {
   /** \brief Code the number of points of each voxel, so that a decoded cloud has as many
    * points as the encoded one: each of them at its voxel's centre, and with its voxel's
    * intensity, which for sums is that of all of them. Version1 only. */
-  bool keep_points = false;
+  bool keep_point_counts = false;
 
   /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
    * to 16-fold, instead of leaving points out; the status warns of it. If that is not

@@ -231,7 +231,7 @@ public:
   CompressionStatus
   decodePointCloud(std::istream& compressed_cloud, PointCloudPtr& cloud);
 
-  /** \brief Decodes the first frame in memory. It ends at getStatistics().coding:
+  /** \brief Decodes the first frame in memory. It ends at statistics().coding:
    * skipped_bytes + bytes. See frameSize() for bytes that arrive in pieces.
    * \param[in] bytes the first byte
    * \param[in] size number of bytes
@@ -261,21 +261,21 @@ public:
 
   /** \brief Statistics of the frame that was encoded or decoded last. */
   const FrameStatistics&
-  getStatistics() const
+  statistics() const
   {
     return streams_.statistics();
   }
 
   /** \brief The settings in force, those of a profile included. */
   const IntensityCompressionSettings&
-  getSettings() const
+  settings() const
   {
     return streams_.settings();
   }
 
   /** \brief The model that computes the intensity of a point. */
   const IntensityModelT&
-  getIntensityModel() const
+  intensityModel() const
   {
     return intensity_model_;
   }
@@ -284,7 +284,7 @@ public:
    * point i of the cloud, unless the frame has numbers of points: then each voxel has that
    * many points, in the same order. */
   const VoxelFrame&
-  getVoxelFrame() const
+  voxelFrame() const
   {
     return streams_.frame();
   }
@@ -316,7 +316,7 @@ private:
   void
   finishFrame(const char* title)
   {
-    if (getSettings().retain_octree)
+    if (settings().retain_octree)
       retainOctree();
     streams_.showStatistics(title);
   }

@@ -88,14 +88,14 @@ voxelPosition(std::uint64_t morton_key)
 /** \brief The cubic part of space that contains a frame's voxels.
  *
  * Voxels have a lattice index (i, j, k); the voxel covers [i d_v, (i+1) d_v) x ... from
- * the anchor. The grid has 2^depth voxels along each axis, from `first_index` on. In
- * stream version 1 the anchor is the world origin, so that the voxels coincide with those
+ * the origin. The grid has 2^depth voxels along each axis, from `first_index` on. In
+ * stream version 1 it is the world's origin, so that the voxels coincide with those
  * of a map, or for far clouds another corner of those voxels; in the published layout it is
  * the lower corner of PCL's octree.
  */
 struct VoxelGrid {
   double resolution = 0.0;                   ///< voxel edge d_v, metres
-  std::array<double, 3> anchor{};            ///< world position of lattice 0, metres
+  std::array<double, 3> origin{};            ///< world position of lattice 0, metres
   std::array<std::int32_t, 3> first_index{}; ///< lattice index of the lowest voxel
   unsigned int depth = 1;                    ///< levels, 1..max_grid_depth
 
@@ -116,7 +116,7 @@ struct VoxelGrid {
     return (static_cast<double>(first_index[axis]) + static_cast<double>(position) +
             0.5) *
                resolution +
-           anchor[axis];
+           origin[axis];
   }
 
   /** \brief World coordinate, in metres, of the lower corner of the grid on one axis.
@@ -124,7 +124,7 @@ struct VoxelGrid {
   double
   lowerCorner(std::size_t axis) const
   {
-    return static_cast<double>(first_index[axis]) * resolution + anchor[axis];
+    return static_cast<double>(first_index[axis]) * resolution + origin[axis];
   }
 
   /** \brief True if floats do not hold the centres of all voxels to 1/16 of an edge: the
@@ -146,7 +146,7 @@ struct VoxelGrid {
   bool
   operator==(const VoxelGrid& other) const
   {
-    return resolution == other.resolution && anchor == other.anchor &&
+    return resolution == other.resolution && origin == other.origin &&
            first_index == other.first_index && depth == other.depth;
   }
 

@@ -73,12 +73,12 @@ public:
 /** \brief Converts clouds to the occupied voxels of a grid, each with an intensity, the mean
  * colour of its points and their number, as the settings say.
  *
- * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the anchor of the grid, computed
+ * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed
  * in double precision from the coordinates. Points more than 2^20 voxels from the
- * anchor, outside the fixed box, or not finite are counted and left out. Memory and time
+ * origin, outside the fixed box, or not finite are counted and left out. Memory and time
  * are at most proportional to the number of points, for any coordinates.
  *
- * The anchor is the world's origin, unless the settings have another one or clouds lie
+ * The origin is the world's, unless the settings have another one or clouds lie
  * further out: then it is a corner of a voxel of the world's origin amid the points.
  *
  * Without a fixed box the grid is fitted to the points. It grows if later points require

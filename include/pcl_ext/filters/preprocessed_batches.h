@@ -48,7 +48,7 @@ public:
 
   /** \brief Counts of the points that were read since the last restart() or split(). */
   PreprocessingStatistics
-  getStatistics() const;
+  statistics() const;
 
   std::size_t
   size() const override
@@ -66,7 +66,7 @@ public:
   bool
   hasColours() const override
   {
-    return preprocessor_.getStatistics().has_colours;
+    return preprocessor_.statistics().has_colours;
   }
 
   void

@@ -167,7 +167,7 @@ public:
 
   /** \brief Counts of the points of the last cloud. */
   const PreprocessingStatistics&
-  getStatistics() const
+  statistics() const
   {
     return statistics_;
   }

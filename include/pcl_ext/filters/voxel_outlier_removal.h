@@ -183,7 +183,7 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * One instance serves one stream: frames of one sensor in their order, or those of
  * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up to
  * two million voxels along each axis. All of it, the depth model included, is dropped where
- * the grid moves farther or the resolution or the anchor changes; H where the unit changes.
+ * the grid moves farther or the resolution or the origin changes; H where the unit changes.
  * Time and memory are proportional to the number of voxels, wherever they are; memory of a
  * large frame is released a few frames later. If memory runs out std::bad_alloc is thrown
  * and the next frame is filtered without a history.
@@ -255,7 +255,7 @@ private:
  * \code
  * if (decoder.decodePointCloud(stream, cloud).ok()) {
  *   const auto status =
- *       pcl_ext::removeOutliers(*cloud, decoder.getVoxelFrame(), removal);
+ *       pcl_ext::removeOutliers(*cloud, decoder.voxelFrame(), removal);
  *   if (!status.ok())
  *     std::cerr << status.message() << '\n';
  * }
@@ -264,7 +264,7 @@ private:
  * \param[in,out] cloud as decodePointCloud() filled it, in the order of the frame's voxels;
  * points may have been moved since, and further fields be set. The points that stay keep
  * their order; if any is removed, the cloud becomes one row, else it is not changed
- * \param[in] frame that the cloud was decoded from, as getVoxelFrame() returns it after
+ * \param[in] frame that the cloud was decoded from, as voxelFrame() returns it after
  * decodePointCloud()
  * \param[in,out] removal the filter of this stream
  * \return that of filter() with the number of points removed; DifferentCloud if the cloud has

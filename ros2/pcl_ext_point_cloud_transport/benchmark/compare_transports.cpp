@@ -52,8 +52,8 @@ setupsOf(const std::string& transport)
           {transport, {Parameter("resolution", 0.04)}, "pcl_ext, 4 cm"},
           {transport, {}, "pcl_ext, 1 cm (default)"},
           {transport,
-           {Parameter("resolution", 0.001), Parameter("keep_points", true)},
-           "pcl_ext, 1 mm, keep_points"}};
+           {Parameter("resolution", 0.001), Parameter("keep_point_counts", true)},
+           "pcl_ext, 1 mm, keep_point_counts"}};
 }
 
 struct Stream {

@@ -31,7 +31,7 @@ checksumOf(const VoxelGrid* grid,
   if (grid != nullptr) {
     ByteWriter writer(place);
     writer.f64(grid->resolution);
-    for (const double coordinate : grid->anchor)
+    for (const double coordinate : grid->origin)
       writer.f64(coordinate);
   }
   std::uint32_t checksum = chainedChecksum(0, place.data(), place.size());

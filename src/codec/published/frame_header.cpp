@@ -22,7 +22,7 @@ readGrid(ByteSource& source, VoxelGrid& grid)
 {
   grid.resolution = source.f64();
   std::array<double, 3> max;
-  for (double& corner : grid.anchor)
+  for (double& corner : grid.origin)
     corner = source.f64();
   for (double& corner : max)
     corner = source.f64();
@@ -34,7 +34,7 @@ readGrid(ByteSource& source, VoxelGrid& grid)
       largest_resolution * static_cast<double>(std::int64_t{1} << max_grid_depth);
   if (CompressionStatus status = checkResolution(grid.resolution); !status.ok())
     return status;
-  const double side = max[0] - grid.anchor[0];
+  const double side = max[0] - grid.origin[0];
   const double depth = std::round(std::log2(side / grid.resolution));
   if (!(depth >= 1.0 && depth <= static_cast<double>(max_grid_depth)))
     return corruptFrame("the box does not fit an octree of 1 to 21 levels");
@@ -44,9 +44,9 @@ readGrid(ByteSource& source, VoxelGrid& grid)
   // rounding of doubles of the box's size is added to that.
   const double cube = static_cast<double>(grid.size()) * grid.resolution;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double magnitude = std::max(std::abs(max[axis]), std::abs(grid.anchor[axis]));
+    const double magnitude = std::max(std::abs(max[axis]), std::abs(grid.origin[axis]));
     if (!(magnitude < largest_coordinate) ||
-        !(std::abs(max[axis] - grid.anchor[axis] - cube) <=
+        !(std::abs(max[axis] - grid.origin[axis] - cube) <=
           2.0 * box_tolerance + 1e-12 * magnitude))
       return corruptFrame("the box is not a cube of 2^depth voxels");
   }

@@ -67,7 +67,7 @@ codeOf(const IFrame& frame, const DecoderLimits& limits = DecoderLimits())
   if (code == CompressionCode::Ok) {
     EXPECT_EQ(back.grid.depth, frame.depth);
     EXPECT_EQ(back.grid.resolution, frame.resolution);
-    EXPECT_EQ(back.grid.anchor, frame.min);
+    EXPECT_EQ(back.grid.origin, frame.min);
     EXPECT_EQ(back.keys[0], (std::uint64_t{1} << (3 * frame.depth)) - 1);
   }
   return code;

@@ -187,7 +187,7 @@ publishedFrame(std::mt19937_64& random, unsigned int depth, std::size_t count)
 {
   VoxelFrame frame = randomFrame(random, depth, count);
   frame.grid.first_index = {0, 0, 0};
-  frame.grid.anchor = {-1.25, 0.5, 33.0};
+  frame.grid.origin = {-1.25, 0.5, 33.0};
   return frame;
 }
 

@@ -196,8 +196,9 @@ EncodingOptions::addGridOptions(CLI::App& app)
             [this](const std::string& text) {
               codec_.bounding_box = parseBox("bounding-box", text);
             });
-  app.add_flag(
-      "--keep-points", codec_.keep_points, "code the number of points of each voxel");
+  app.add_flag("--keep-point-counts",
+               codec_.keep_point_counts,
+               "code the number of points of each voxel");
   app.add_flag("--coarsen",
                codec_.coarsen_wide_clouds,
                "larger voxels for clouds wider than 2^21 of them");

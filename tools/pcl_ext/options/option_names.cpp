@@ -27,7 +27,7 @@ constexpr std::pair<const char*, const char*> options_of_settings[] = {
     {"intensity_range", "--intensity-range"},
     {"intensity_curve", "--intensity-curve"},
     {"intensity_field", "--intensity-field"},
-    {"keep_points", "--keep-points"},
+    {"keep_point_counts", "--keep-point-counts"},
     {"coarsen_wide_clouds", "--coarsen"},
     {"bounding_box", "--bounding-box"},
     {"crop_box", "--crop"},

@@ -117,8 +117,9 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
   bytes_since_i_frame_ =
       statistics.frame.coding.is_i_frame ? bytes : bytes_since_i_frame_ + bytes;
   const io::DecoderLimits limits = recording::decoderLimitsOf(bytes_since_i_frame_);
-  const std::size_t points =
-      options_.codec().keep_points ? statistics.frame.voxelization.points_used : 0;
+  const std::size_t points = options_.codec().keep_point_counts
+                                 ? statistics.frame.voxelization.points_used
+                                 : 0;
   if (statistics.frame.coding.voxels <= limits.max_voxels &&
       points <= limits.max_points && bytes <= limits.max_frame_bytes)
     return;
@@ -128,7 +129,7 @@ StreamEncoder::refuseWhatReadersRefuse(const nodes::SensorNodeStatistics& statis
       counted(bytes, "byte") +
       ", which is more than a reader of the recording takes: use a larger "
       "--resolution" +
-      (points > limits.max_points ? ", or leave out --keep-points" : ""));
+      (points > limits.max_points ? ", or leave out --keep-point-counts" : ""));
 }
 
 bool

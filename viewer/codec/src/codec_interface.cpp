@@ -67,7 +67,7 @@ gridOf(const io::VoxelGrid& grid)
 {
   Grid result;
   result.resolution = grid.resolution;
-  std::copy(grid.anchor.begin(), grid.anchor.end(), result.anchor);
+  std::copy(grid.origin.begin(), grid.origin.end(), result.origin);
   std::copy(grid.first_index.begin(), grid.first_index.end(), result.first_index);
   result.depth = grid.depth;
   return result;

@@ -96,7 +96,7 @@ export class Result {
   grid(offset: number): Grid {
     return {
       resolution: this.f64(offset),
-      anchor: [this.f64(offset + 8), this.f64(offset + 16), this.f64(offset + 24)],
+      origin: [this.f64(offset + 8), this.f64(offset + 16), this.f64(offset + 24)],
       firstIndex: [this.i32(offset + 32), this.i32(offset + 36), this.i32(offset + 40)],
       depth: this.u32(offset + 44),
     };

@@ -52,7 +52,7 @@ struct Scale {
 
 struct Grid {
   double resolution = 0.0; ///< metres
-  double anchor[3] = {};   ///< metres
+  double origin[3] = {};   ///< metres
   std::int32_t first_index[3] = {};
   std::uint32_t depth = 0;
 };

@@ -87,8 +87,8 @@ export interface Grid {
   /** Edge of a voxel, metres. */
   readonly resolution: number;
   /** x, y, z of the lattice's origin, metres. */
-  readonly anchor: readonly [number, number, number];
-  /** Voxels from the anchor to the grid's lower corner, along x, y and z. */
+  readonly origin: readonly [number, number, number];
+  /** Voxels from the origin to the grid's lower corner, along x, y and z. */
   readonly firstIndex: readonly [number, number, number];
   /** The grid has 2^depth voxels along each axis; 1 to 21. */
   readonly depth: number;

@@ -108,16 +108,16 @@ void
 OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, OctreeT>::
     setResolution(double resolution)
 {
-  IntensityCompressionSettings settings = getSettings();
-  settings.resolution = resolution;
-  const IntensityModelT model = checkSettings(settings).ok()
+  IntensityCompressionSettings changed = settings();
+  changed.resolution = resolution;
+  const IntensityModelT model = checkSettings(changed).ok()
                                     ? modelAtResolution(intensity_model_, resolution)
                                     : intensity_model_;
   // May throw, so it comes before the other changes.
   streams_.setResolution(resolution, depthLawOf(model));
   intensity_model_ = model;
   this->deleteTree();
-  Base::setResolution(detail::octreeResolution(settings));
+  Base::setResolution(detail::octreeResolution(changed));
 }
 
 template <typename PointT,
@@ -254,7 +254,7 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
 {
   if (CompressionStatus status = streams_.checkEncoding(cloud != nullptr); !status.ok())
     return status;
-  if (IntensityModelT::uses_depth && !getSettings().sensor_pose &&
+  if (IntensityModelT::uses_depth && !settings().sensor_pose &&
       !(cloud->sensor_origin_.allFinite() &&
         cloud->sensor_orientation_.coeffs().allFinite()))
     return {CompressionCode::InvalidInput,
@@ -262,8 +262,8 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
             "intensity model uses the depth; set sensor_pose"};
   this->setInputCloud(cloud); // as PCL's class does
   PointView view = pointViewOf(*cloud);
-  const SensorPose pose = detail::sensorPose(
-      getSettings(), cloud->sensor_origin_, cloud->sensor_orientation_);
+  const SensorPose pose =
+      detail::sensorPose(settings(), cloud->sensor_origin_, cloud->sensor_orientation_);
   if (IntensityModelT::unit != IntensityUnit::None &&
       !detail::counts_points<IntensityModelT> && !cloud->empty() &&
       !detail::useOwnIntensities(intensity_model_, *cloud, view))

@@ -77,13 +77,13 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::split(std::size_t parts)
 
 template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatistics
-PreprocessedBatches<IntensityModelT, OutputPointT>::getStatistics() const
+PreprocessedBatches<IntensityModelT, OutputPointT>::statistics() const
 {
   if (part_count_ == 0)
-    return preprocessor_.getStatistics();
+    return preprocessor_.statistics();
   PreprocessingStatistics sum;
   for (std::size_t i = 0; i < part_count_; ++i) {
-    const PreprocessingStatistics part = parts_[i]->getStatistics();
+    const PreprocessingStatistics part = parts_[i]->statistics();
     sum.points += part.points;
     sum.points_not_finite += part.points_not_finite;
     sum.points_cropped += part.points_cropped;
