@@ -2,7 +2,7 @@
  * Draco's KD-tree coder over this library's voxels: positions as whole numbers, the
  * quantised intensity as a further attribute, both without loss.
  */
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/point_intensity.h>
 
 #include "decoded_checks.h"
@@ -31,8 +31,8 @@ public:
   /** \param[in] speed 0 is smallest, 10 fastest */
   DracoCoder(const Workload& workload, std::string name, int speed)
   : StreamCoder(std::move(name), Content::VoxelsWithIntensity)
-  , settings_(compressionSettings(workload, libraryVariants().front()))
-  , voxelizer_(settings_, IntensityUnit::Native)
+  , encoder_(compressionSettings(workload, libraryVariants().front()),
+             IntensityUnit::Native)
   , speed_(speed)
   , intensity_tolerance_(workload.law == IntensityLaw::Count ? 0.0 : 0.501)
   {}
@@ -123,12 +123,11 @@ private:
   void
   voxelize(const IntensityCloud& points)
   {
-    voxelizer_.voxelize(
-        pointViewWithIntensities(points), /* may_refit */ false, voxels_);
+    throwUnlessOk(encoder_.voxelize(
+        pointViewWithIntensities(points), WorldPose::Identity(), voxels_));
   }
 
-  io::IntensityCompressionSettings settings_;
-  io::Voxelizer voxelizer_;
+  io::CloudEncoder encoder_;
   int speed_;
   double intensity_tolerance_;
   io::VoxelFrame voxels_;

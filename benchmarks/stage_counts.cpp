@@ -64,7 +64,9 @@ public:
   : counter_(counter)
   , preprocess_(makePreprocessing(workload, stream))
   , sensor_pose_(stream.clouds->sensorPose())
-  , encoder_(compressionSettings(workload, variant), IntensityUnit::Native)
+  , encoder_(compressionSettings(workload, variant),
+             IntensityUnit::Native,
+             compressionSettings(workload, variant).depth_law)
   , outlier_removal_(outlierRemovalOf(workload))
   {}
 

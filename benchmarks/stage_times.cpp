@@ -64,7 +64,9 @@ public:
   : times_stages_(times_stages)
   , preprocess_(makePreprocessing(workload, stream))
   , sensor_pose_(stream.clouds->sensorPose())
-  , cloud_encoder_(compressionSettings(workload, variant), IntensityUnit::Native)
+  , cloud_encoder_(compressionSettings(workload, variant),
+                   IntensityUnit::Native,
+                   compressionSettings(workload, variant).depth_law)
   , encoder_(compressionSettings(workload, variant))
   , decoder_(compressionSettings(workload, variant))
   {}
@@ -139,7 +141,6 @@ public:
   : sensor_pose_(stream.clouds->sensorPose()), node_([&] {
     nodes::SensorNodeSettings settings;
     settings.compression = compressionSettings(workload, variant);
-    settings.compression.depth_law.reset(); // follows from the law
     settings.law = workload.law;
     settings.crop_box = stream.crop_box;
     return settings;

@@ -28,7 +28,9 @@ public:
    * \param[in] pose sensor -> world
    */
   CellVoxelizer(const ModelT& model, const Eigen::Isometry3d& pose)
-  : pose_(pose), preprocessor_(model), encoder_(settings(model), ModelT::unit)
+  : pose_(pose)
+  , preprocessor_(model)
+  , encoder_(settings(model), ModelT::unit, io::depthLawOf(model))
   {
     preprocessor_.setSensorPose(pose);
     preprocessor_.setCropBox(cell::RobotCell::cropMin(), cell::RobotCell::cropMax());
@@ -49,13 +51,12 @@ public:
   }
 
 private:
-  static io::IntensityCompressionSettings
+  static io::EncoderSettings
   settings(const ModelT& model)
   {
-    io::IntensityCompressionSettings settings;
+    io::EncoderSettings settings;
     settings.resolution = model.resolution();
     settings.bounding_box = cell::cropBox();
-    settings.depth_law = io::depthLawOf(model);
     return settings;
   }
 

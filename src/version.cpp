@@ -1,6 +1,7 @@
 #include <pcl_ext/version.h>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 const char*
 version() noexcept
@@ -8,4 +9,5 @@ version() noexcept
   return PCL_EXT_VERSION_TEXT;
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

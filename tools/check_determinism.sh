@@ -4,6 +4,8 @@
 # run tests of what differs between processors: vectors, bits, the order of bytes.
 # Needs the groups `build`, `check` and `platforms` of tools/packages.txt.
 #
+# Then it builds the codec as a DLL for Windows, with a program that uses it as users do.
+#
 # Usage: tools/check_determinism.sh [regular expression]
 # Only platforms whose line the expression matches; PCL_EXT_JOBS (2) at a time.
 set -euo pipefail
@@ -75,14 +77,27 @@ check() {
   echo "same bytes: $compiler ($lanes, $((SECONDS - start)) s)"
 }
 
+# What the macros of pcl_ext/export.h export must be all that a program needs.
+check_dll() {
+  local compiler="x86_64-w64-mingw32-g++-posix -std=c++17 -w -O1 -static -Iinclude -Isrc $eigen"
+  # shellcheck disable=SC2046,SC2086
+  printf '#include "%s"\n' $(find src/version.cpp src/{bytes,voxels,voxelizing,codec,stream,outliers} \
+    -name '*.cpp' ! -name '*_avx2.cpp' | sort) > "$out/library.cpp" &&
+    $compiler -I. -Dpcl_ext_codec_EXPORTS -shared "$out/library.cpp" $(find src/voxelizing -name '*_avx2.cpp') \
+      -lz -o "$out/pcl_ext_codec.dll" &&
+    $compiler test/package/codec_consumer/codec_consumer.cpp "$out/pcl_ext_codec.dll" -o "$out/consumer.exe" &&
+    $wine "$out/consumer.exe" || return 1
+  echo "a program uses the codec's DLL"
+}
+
 # Prints one line, or the whole output if something failed.
 report() {
   local log=$out/$BASHPID.log
-  if check "$@" > "$log" 2>&1; then
+  if "$@" > "$log" 2>&1; then
     tail -n 1 "$log"
   else
     cat "$log"
-    echo "NOT the same: $3"
+    echo "FAILED: $*"
     touch "$out/failed"
   fi
 }
@@ -90,7 +105,8 @@ report() {
 while IFS='|' read -r lanes runner compiler; do
   while [ "$(jobs -rp | wc -l)" -ge "${PCL_EXT_JOBS:-2}" ]; do wait -n; done
   read -r lanes <<< "$lanes"
-  report "$lanes" "$runner" "${compiler# }" &
+  report check "$lanes" "$runner" "${compiler# }" &
 done < <(grep -E "${1:-}" <<< "$platforms")
 wait
+report check_dll
 [ ! -e "$out/failed" ]

@@ -1,10 +1,41 @@
 #pragma once
 
 /** \file
- * PCL_EXT_EXPORT marks what the shared libraries export.
+ * What the shared libraries export, with one macro for each library. CMake defines
+ * pcl_ext_codec_EXPORTS and the like while a library is built, and PCL_EXT_STATIC for users
+ * of static ones.
  */
-#if defined(__GNUC__)
-#define PCL_EXT_EXPORT __attribute__((visibility("default")))
+#if defined(_WIN32) && !defined(PCL_EXT_STATIC)
+#define PCL_EXT_DLL_EXPORT __declspec(dllexport)
+#define PCL_EXT_DLL_IMPORT __declspec(dllimport)
+#elif defined(__GNUC__) && !defined(_WIN32)
+#define PCL_EXT_DLL_EXPORT __attribute__((visibility("default")))
+#define PCL_EXT_DLL_IMPORT __attribute__((visibility("default")))
 #else
-#define PCL_EXT_EXPORT
+#define PCL_EXT_DLL_EXPORT
+#define PCL_EXT_DLL_IMPORT
+#endif
+
+#if defined(pcl_ext_codec_EXPORTS)
+#define PCL_EXT_CODEC_EXPORT PCL_EXT_DLL_EXPORT
+#else
+#define PCL_EXT_CODEC_EXPORT PCL_EXT_DLL_IMPORT
+#endif
+
+#if defined(pcl_ext_recording_EXPORTS)
+#define PCL_EXT_RECORDING_EXPORT PCL_EXT_DLL_EXPORT
+#else
+#define PCL_EXT_RECORDING_EXPORT PCL_EXT_DLL_IMPORT
+#endif
+
+#if defined(pcl_ext_view_EXPORTS)
+#define PCL_EXT_VIEW_EXPORT PCL_EXT_DLL_EXPORT
+#else
+#define PCL_EXT_VIEW_EXPORT PCL_EXT_DLL_IMPORT
+#endif
+
+#if defined(pcl_ext_EXPORTS)
+#define PCL_EXT_EXPORT PCL_EXT_DLL_EXPORT
+#else
+#define PCL_EXT_EXPORT PCL_EXT_DLL_IMPORT
 #endif

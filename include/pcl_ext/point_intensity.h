@@ -1,7 +1,7 @@
 #pragma once
 
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -14,6 +14,7 @@
 #include <type_traits>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief True if the point type has a field `intensity` registered with PCL. */
 template <typename PointT>
@@ -139,7 +140,7 @@ pointViewOf(const PointT* points, std::size_t count)
   io::PointView view;
   view.count = count;
   view.coordinates = &points->x;
-  view.coordinate_stride = sizeof(PointT) / sizeof(float);
+  view.coordinate_stride = sizeof(PointT);
   if constexpr (has_colour_field<PointT>) {
     view.colours =
         reinterpret_cast<const unsigned char*>(points) + detail::colourOffset<PointT>();
@@ -184,4 +185,5 @@ pointViewWithIntensities(const pcl::PointCloud<PointT>& cloud)
                        : pointViewWithIntensities(cloud.points.data(), cloud.size());
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <pcl/impl/point_types.hpp>
 #include <pcl/register_point_struct.h>
 #include <pcl/types.h>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief A point with a colour and an intensity, which PCL has no type for. */
 struct EIGEN_ALIGN16 PointXYZRGBI {
@@ -17,6 +20,7 @@ struct EIGEN_ALIGN16 PointXYZRGBI {
   PointXYZRGBI() : data{0.0f, 0.0f, 0.0f, 1.0f}, rgba(0xff000000u) {}
 };
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(pcl_ext::PointXYZRGBI,

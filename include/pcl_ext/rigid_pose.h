@@ -1,8 +1,11 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <Eigen/Geometry>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Pose of a sensor in the world: sensor frame -> global frame, metres. Accepts an
  * Eigen::Isometry3d. Not aligned, so that its layout does not depend on the vector
@@ -28,4 +31,5 @@ isRigid(const Eigen::Isometry3f& pose)
          rotation.determinant() > 0.0f && pose.translation().allFinite();
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

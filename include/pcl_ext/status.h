@@ -1,10 +1,13 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <ostream>
 #include <string>
 #include <utility>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Outcome of an operation that can fail on bad input: a code for programs and a
  * message for people.
@@ -136,4 +139,5 @@ enum class CompressionCode {
 using CompressionStatus = Status<CompressionCode>;
 
 } // namespace io
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -24,10 +24,26 @@
   PCL_EXT_TEXT_OF_VERSION(                                                             \
       PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR, PCL_EXT_VERSION_PATCH)
 
+/** \brief Inline namespace of all names: libraries whose binary interfaces differ have other
+ * symbols, so that one of them is never taken for another. */
+#define PCL_EXT_ABI PCL_EXT_ABI_OF_VERSION(PCL_EXT_VERSION_MAJOR, PCL_EXT_VERSION_MINOR)
+#define PCL_EXT_ABI_OF_VERSION(major, minor) PCL_EXT_ABI_OF_NUMBERS(major, minor)
+#define PCL_EXT_ABI_OF_NUMBERS(major, minor) v##major##_##minor
+
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
+
+// `namespace pcl_ext { namespace io {` continues these from here on.
+namespace detail {}
+namespace io {}
+namespace nodes {}
+namespace octree {}
+namespace recording {}
+namespace view {}
 
 /** \brief PCL_EXT_VERSION_TEXT of the library that is loaded. */
-PCL_EXT_EXPORT const char*
+PCL_EXT_CODEC_EXPORT const char*
 version() noexcept;
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -24,13 +24,18 @@ class FrameSize(NamedTuple):
     status : Status
         Ok: the size is known. "Truncated": more bytes are needed to know it. Else: no frame
         begins here.
-    bytes : int
-        Ok: bytes of the whole frame, of which fewer may be there. "Truncated": the least
-        that it has. Else: bytes to drop, after which a frame may begin.
+    known : int
+        Bytes of the whole frame, of which fewer may be there; 0 if they are not known.
+    needed : int
+        Bytes that the frame has at least; as `known`, if that is not 0.
+    drop : int
+        Bytes without a frame, after which one may begin.
     """
 
     status: Status
-    bytes: int
+    known: int
+    needed: int
+    drop: int
 
 
 def frame_size(
@@ -53,12 +58,12 @@ def frame_size(
     Returns
     -------
     FrameSize
-        `status` and `bytes`.
+        `status`, `known`, `needed` and `drop`.
     """
-    code, message, size = _native.frame_size(
+    code, message, *sizes = _native.frame_size(
         data, limits(max_voxels, max_frame_bytes, max_points)
     )
-    return FrameSize(Status(code, message), size)
+    return FrameSize(Status(code, message), *sizes)
 
 
 def positions(cloud: NDArray[Any]) -> NDArray[Any]:

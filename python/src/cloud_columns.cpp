@@ -91,13 +91,11 @@ arePositions(const std::array<Column, 3>& coordinates, std::size_t count)
   return isAligned<NumberT>(x.first) && (count < 2 || isStrideOf<NumberT>(x.stride, 3));
 }
 
-/** \brief A stride, bytes, in numbers of a type. */
-template <typename NumberT>
+/** \brief A stride, bytes; that of a single point may be anything, and is not used. */
 std::size_t
-strideIn(std::ptrdiff_t stride, std::size_t count)
+strideOf(std::ptrdiff_t stride, std::size_t count)
 {
-  // That of one point alone may be anything.
-  return count < 2 ? 0 : static_cast<std::size_t>(stride) / sizeof(NumberT);
+  return count < 2 ? 0 : static_cast<std::size_t>(stride);
 }
 
 /** \brief Where x, y and z are: in the caller's array, or in a copy. */
@@ -109,13 +107,13 @@ coordinatesOf(const CloudColumns& cloud,
 {
   const Column& x = cloud.coordinates[0];
   if (arePositions<NumberT>(cloud.coordinates, cloud.count)) {
-    stride = strideIn<NumberT>(x.stride, cloud.count);
+    stride = strideOf(x.stride, cloud.count);
     return reinterpret_cast<const NumberT*>(x.first);
   }
   copy.resize(3 * cloud.count);
   for (std::size_t axis = 0; axis < 3; ++axis)
     copyColumn(cloud.coordinates[axis], cloud.count, 3, copy.data() + axis);
-  stride = 3;
+  stride = 3 * sizeof(NumberT);
   return copy.data();
 }
 
@@ -142,13 +140,13 @@ setIntensities(const Column& column,
   if (column.type == NumberType::Float32 && isAligned<float>(column.first) &&
       (count < 2 || isStrideOf<float>(column.stride, 1))) {
     view.intensities = reinterpret_cast<const float*>(column.first);
-    view.intensity_stride = strideIn<float>(column.stride, count);
+    view.intensity_stride = strideOf(column.stride, count);
     return;
   }
   memory.intensities.resize(count);
   copyColumn(column, count, 1, memory.intensities.data());
   view.intensities = memory.intensities.data();
-  view.intensity_stride = 1;
+  view.intensity_stride = sizeof(float);
 }
 
 void

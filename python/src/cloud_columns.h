@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include <array>
 #include <cstddef>

@@ -130,8 +130,11 @@ frameSize(const py::object& data, const py::dict& limits)
   const io::DecoderLimits checked = readLimits(limits);
   const io::FrameSize size =
       withoutGil([&] { return io::frameSize(bytes.data(), bytes.size(), checked); });
-  return py::make_tuple(
-      codeName(size.status.code()), text(size.status.message()), size.bytes);
+  return py::make_tuple(codeName(size.status.code()),
+                        text(size.status.message()),
+                        size.known,
+                        size.needed,
+                        size.drop);
 }
 
 py::dict

@@ -19,10 +19,10 @@ StreamEncoder::start(IntensityLaw law)
 {
   visitIntensityModel(
       law, settings_.codec.resolution, settings_.sensor, [&](const auto& model) {
-        io::IntensityCompressionSettings codec = settings_.codec;
-        if (const auto depth_law = io::depthLawOf(model))
-          codec.depth_law = depth_law;
-        encoder_.emplace(codec, std::decay_t<decltype(model)>::unit);
+        const auto model_law = io::depthLawOf(model);
+        encoder_.emplace(settings_.codec,
+                         std::decay_t<decltype(model)>::unit,
+                         model_law ? model_law : settings_.depth_law);
       });
   settings_.law = law;
 }
@@ -54,6 +54,7 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
   io::PointView view = viewOf(cloud.columns, is_native, memory_);
   const WorldPose pose =
       cloud.sensor_pose.value_or(settings_.sensor_pose.value_or(WorldPose::Identity()));
+  std::size_t points_behind_sensor = 0;
   if (needsSensor(*settings_.law) && view.count > 0)
     visitIntensityModel(
         *settings_.law,
@@ -61,10 +62,11 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
         settings_.sensor,
         [&](const auto& model) {
           const auto no_native_intensity = [](std::size_t) { return 0.0f; };
-          io::setIntensities(model, pose, no_native_intensity, intensities_, view);
+          points_behind_sensor =
+              io::setIntensities(model, pose, no_native_intensity, intensities_, view);
         });
   try {
-    return encodeView(view, pose, cloud, bytes);
+    return encodeView(view, points_behind_sensor, pose, cloud, bytes);
   }
   catch (...) { // memory ran out, between voxels and bytes
     encoder_->requestIFrame();
@@ -74,12 +76,14 @@ StreamEncoder::encode(const CloudToEncode& cloud, std::vector<std::uint8_t>& byt
 
 io::CompressionStatus
 StreamEncoder::encodeView(const io::PointView& view,
+                          std::size_t points_behind_sensor,
                           const WorldPose& pose,
                           const CloudToEncode& cloud,
                           std::vector<std::uint8_t>& bytes)
 {
   bytes.clear();
-  io::CompressionStatus status = encoder_->voxelize(view, pose, frame_);
+  io::CompressionStatus status =
+      encoder_->voxelize(view, pose, frame_, points_behind_sensor);
   if (!status.ok())
     return status;
   if (cloud.outliers != nullptr)

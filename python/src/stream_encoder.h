@@ -64,6 +64,7 @@ private:
 
   io::CompressionStatus
   encodeView(const io::PointView& view,
+             std::size_t points_behind_sensor,
              const WorldPose& pose,
              const CloudToEncode& cloud,
              std::vector<std::uint8_t>& bytes);

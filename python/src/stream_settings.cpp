@@ -90,7 +90,7 @@ readSensor(const Keywords& values)
 }
 
 void
-readIntensityCoding(const Keywords& values, io::IntensityCompressionSettings& settings)
+readIntensityCoding(const Keywords& values, io::IntensitySettings& settings)
 {
   settings.aggregation =
       values.choice<io::Aggregation>("aggregation",
@@ -103,18 +103,23 @@ readIntensityCoding(const Keywords& values, io::IntensityCompressionSettings& se
       values.choice<io::IntensityCurve>("intensity_curve",
                                         {{"linear", io::IntensityCurve::Linear},
                                          {"companded", io::IntensityCurve::Companded}});
+}
+
+std::optional<io::DepthLaw>
+readDepthLaw(const Keywords& values)
+{
   if (!values.isSet("depth_law"))
-    return;
+    return std::nullopt;
   const std::vector<double> law = values.numbers("depth_law", 3);
   const bool is_exponent = law[0] == 1.0 || law[0] == 2.0;
-  settings.depth_law = {
+  return io::DepthLaw{
       is_exponent ? static_cast<unsigned int>(law[0]) : 0, law[1], law[2]};
 }
 
-io::IntensityCompressionSettings
+io::EncoderSettings
 readCodecSettings(const Keywords& values)
 {
-  io::IntensityCompressionSettings settings;
+  io::EncoderSettings settings;
   settings.resolution = values.number("resolution");
   settings.i_frame_rate = values.smallCount("i_frame_rate");
   settings.effort = values.choice<io::Effort>("effort",
@@ -134,7 +139,6 @@ readCodecSettings(const Keywords& values)
     settings.origin = pointOf(values.numbers("origin", 3));
   if (values.isSet("bounding_box"))
     settings.bounding_box = readBox(values);
-  throwUnlessOk(io::checkSettings(settings));
   return settings;
 }
 
@@ -165,6 +169,8 @@ readEncoderSettings(const py::dict& values)
   const Keywords keywords(values);
   EncoderSettings settings;
   settings.codec = readCodecSettings(keywords);
+  settings.depth_law = readDepthLaw(keywords);
+  throwUnlessOk(io::checkSettings(settings.codec, settings.depth_law));
   settings.law = readLaw(keywords);
   if (keywords.isSet("sensor"))
     settings.sensor = readSensor(keywords);
@@ -215,7 +221,7 @@ py::dict
 defaultSettings()
 {
   using namespace py::literals;
-  const io::IntensityCompressionSettings codec;
+  const io::EncoderSettings codec;
   const io::DecoderLimits limits;
   const VoxelOutlierRemovalSettings removal;
   return py::dict("i_frame_rate"_a = codec.i_frame_rate,

@@ -16,7 +16,8 @@ namespace py = pybind11;
 
 /** \brief Settings of a StreamEncoder. */
 struct EncoderSettings {
-  io::IntensityCompressionSettings codec;
+  io::EncoderSettings codec;
+  std::optional<io::DepthLaw> depth_law;
   std::optional<IntensityLaw> law; ///< none: by the first cloud
   std::optional<RuntimeSensor> sensor;
   std::optional<WorldPose> sensor_pose; ///< sensor -> cloud; none: identity

@@ -112,7 +112,7 @@ def test_kinds_of_bytes(room, made_of):
     frame = pcl_ext.Encoder(0.1).encode(room)
     expected = pcl_ext.Decoder().decode(frame)
     np.testing.assert_array_equal(pcl_ext.Decoder().decode(made_of(frame)), expected)
-    assert pcl_ext.frame_size(made_of(frame)).bytes == len(frame)
+    assert pcl_ext.frame_size(made_of(frame)).known == len(frame)
 
 
 @pytest.mark.parametrize(
@@ -317,13 +317,13 @@ def test_frame_size_of_bytes_in_pieces(room):
         if size.status.ok:
             break
         assert size.status.code == "Truncated"
-        assert size.bytes > needed
-        needed = size.bytes
-    assert size.bytes == len(frame) and needed <= 100
-    assert pcl_ext.frame_size(frame + b"more").bytes == len(frame)
+        assert size.needed > needed
+        needed = size.needed
+    assert size.known == size.needed == len(frame) and needed <= 100
+    assert pcl_ext.frame_size(frame + b"more").known == len(frame)
     text = pcl_ext.frame_size(b"x" * 50 + frame)
     assert text.status.code == "NoFrame"
-    assert text.bytes == 50
+    assert text.drop == 50
 
 
 def test_min_intensity(room):

@@ -8,7 +8,7 @@
 
 namespace pcl_ext_ros {
 
-using pcl_ext::nodes::MergedMap;
+using pcl_ext::nodes::detail::MergedMap;
 
 CentralMap::CentralMap(const ros::NodeHandle& private_node,
                        const DecompressorParameters& parameters,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/nodes/merged_map.h>
+#include <pcl_ext/nodes/impl/merged_map.h>
 
 #include "node_parameters.h"
 #include "transform_lookup.h"
@@ -85,7 +85,7 @@ private:
   const pcl_ext::nodes::CentralNode& central_node_;
   std::vector<std::pair<std::string, std::string>> streams_; // topic and sensor frame
   // Used by callbacks of queue_ only, except for finish().
-  std::optional<pcl_ext::nodes::MergedMap> map_;
+  std::optional<pcl_ext::nodes::detail::MergedMap> map_;
   std::optional<TransformLookup> transforms_; // where a stream has a sensor frame
   std::atomic<std::size_t> nodes_{0};
 

@@ -1,5 +1,5 @@
 #include <pcl_ext/compression/voxel_grid.h>
-#include <pcl_ext/nodes/merged_map.h>
+#include <pcl_ext/nodes/impl/merged_map.h>
 
 #include "message_conversions.h"
 #include "node_parameters.h"
@@ -87,7 +87,7 @@ readMap(ParameterReader& reader)
   if (map.path.empty())
     return map;
   // Checked at the start, as the map may be written hours later.
-  if (!pcl_ext::nodes::MergedMap::faultOf(map.path).empty())
+  if (!pcl_ext::nodes::detail::MergedMap::faultOf(map.path).empty())
     ParameterReader::refuse(
         "map_path", "'" + map.path + "'", "a file in a folder that can be written to");
   return map;

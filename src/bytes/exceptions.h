@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <exception>
 #include <new>
 
@@ -64,6 +66,25 @@ callOrElse(FunctionT function, NoMemoryT no_memory, FailedT failed)
 #else
   static_cast<void>(no_memory);
   static_cast<void>(failed);
+  return function();
+#endif
+}
+
+/** \brief Calls a function and returns its result; if it throws std::bad_alloc, the result
+ * of another. */
+template <typename FunctionT, typename FallbackT>
+auto
+callOrNoMemory(FunctionT function, FallbackT no_memory) -> decltype(function())
+{
+#if PCL_EXT_HAS_EXCEPTIONS
+  try {
+    return function();
+  }
+  catch (const std::bad_alloc&) {
+    return no_memory();
+  }
+#else
+  static_cast<void>(no_memory);
   return function();
 #endif
 }

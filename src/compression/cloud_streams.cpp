@@ -14,16 +14,6 @@ namespace detail {
 
 namespace {
 
-IntensityCompressionSettings
-withDepthLaw(const IntensityCompressionSettings& settings,
-             const std::optional<DepthLaw>& model_law)
-{
-  IntensityCompressionSettings with_law = settings;
-  if (model_law)
-    with_law.depth_law = model_law;
-  return with_law;
-}
-
 /** \brief True for the buffer of a file that is not open, which a new fstream is, too. */
 bool
 isClosedFile(const std::streambuf* buffer)
@@ -72,7 +62,8 @@ CloudStreams::CloudStreams(const IntensityCompressionSettings& settings,
                            IntensityUnit unit)
 : settings_(settings)
 , limits_status_(checkLimits(settings.decoder_limits))
-, encoder_(withDepthLaw(settings, model_law), unit)
+, settings_status_(checkSettings(settings))
+, encoder_(settings, unit, model_law ? model_law : settings.depth_law)
 , decoder_(settings.decoder_limits, settings.incomplete_frame)
 {}
 
@@ -81,11 +72,14 @@ CloudStreams::setResolution(double resolution, const std::optional<DepthLaw>& mo
 {
   encoder_.setResolution(resolution, model_law ? model_law : settings_.depth_law);
   settings_.resolution = resolution;
+  settings_status_ = checkSettings(settings_);
 }
 
 CompressionStatus
 CloudStreams::checkEncoding(bool has_cloud) const
 {
+  if (!settings_status_.ok())
+    return settings_status_;
   if (!encoder_.settingsStatus().ok())
     return encoder_.settingsStatus();
   if (!has_cloud)
@@ -107,13 +101,14 @@ CloudStreams::checkOutput(const std::ostream& output)
 
 CompressionStatus
 CloudStreams::encode(const PointView& points,
+                     std::size_t points_behind_sensor,
                      const SensorPose& sensor_pose,
                      const pcl::PCLHeader& header,
                      std::vector<std::uint8_t>& bytes)
 {
   bytes.clear();
-  if (CompressionStatus status =
-          encoder_.voxelize(points, sensor_pose.cast<double>(), frame_);
+  if (CompressionStatus status = encoder_.voxelize(
+          points, sensor_pose.cast<double>(), frame_, points_behind_sensor);
       !status.ok())
     return status;
   if (settings_.carry_header) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace {
 
@@ -175,4 +176,5 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
   return {};
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

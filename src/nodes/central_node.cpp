@@ -43,7 +43,7 @@ checkSettings(const CentralNodeSettings& settings)
                    "above 0 seconds");
   if (!settings.clock)
     return invalid("clock", "empty", "set");
-  io::IntensityCompressionSettings codec;
+  io::EncoderSettings codec;
   codec.resolution = settings.resolution;
   codec.origin = settings.origin;
   codec.decoder_limits = settings.decoder_limits;

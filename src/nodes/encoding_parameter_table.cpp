@@ -17,7 +17,7 @@ describeGrid(Descriptions& parameters)
 {
   parameters.push_back(numberParameter("resolution",
                                        "m",
-                                       io::IntensityCompressionSettings().resolution,
+                                       io::EncoderSettings().resolution,
                                        io::smallest_resolution,
                                        io::largest_resolution,
                                        "Edge of a voxel."));
@@ -74,7 +74,7 @@ describeSensor(Descriptions& parameters)
 void
 describeStream(Descriptions& parameters)
 {
-  const io::IntensityCompressionSettings defaults;
+  const io::EncoderSettings defaults;
   parameters.push_back(wordParameter("effort",
                                      wordFor(defaults.effort, effortWords()),
                                      effortWords(),
@@ -97,7 +97,7 @@ describeStream(Descriptions& parameters)
 void
 describeIntensities(Descriptions& parameters)
 {
-  const io::IntensityCompressionSettings defaults;
+  const io::EncoderSettings defaults;
   parameters.push_back(wordParameter(
       "aggregation",
       wordFor(defaults.aggregation, aggregationWords()),
@@ -139,7 +139,7 @@ describeIntensities(Descriptions& parameters)
 void
 describePoints(Descriptions& parameters)
 {
-  const io::IntensityCompressionSettings defaults;
+  const io::EncoderSettings defaults;
   parameters.push_back(
       flagParameter("keep_point_counts",
                     defaults.keep_point_counts,

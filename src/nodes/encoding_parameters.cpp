@@ -16,8 +16,7 @@ const char* const sensor_numbers =
     "sensor_fov_x_deg, sensor_fov_y_deg, sensor_columns and sensor_rows";
 
 void
-readCompression(const ParameterAccess& access,
-                io::IntensityCompressionSettings& settings)
+readCompression(const ParameterAccess& access, io::EncoderSettings& settings)
 {
   settings.resolution = access.get<double>("resolution");
   settings.effort = access.meaning("effort", effortWords());

@@ -22,7 +22,7 @@ constexpr std::int32_t lattice_end = std::int32_t{1} << (io::max_grid_depth - 1)
 io::Voxelizer
 mergingVoxelizer()
 {
-  io::IntensityCompressionSettings settings;
+  io::EncoderSettings settings;
   settings.resolution = 1.0;
   settings.origin.emplace(); // does not move
   settings.aggregation = io::Aggregation::Sum;
@@ -45,7 +45,7 @@ median(std::vector<ValueT>& values)
 bool
 isOrigin(const std::array<double, 3>& origin)
 {
-  io::IntensityCompressionSettings settings;
+  io::EncoderSettings settings;
   settings.origin = origin;
   return io::checkSettings(settings).ok();
 }
@@ -255,9 +255,9 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
     voxelizer_.emplace(mergingVoxelizer());
   io::PointView points;
   points.coordinates = coordinates_.data();
-  points.coordinate_stride = 3;
+  points.coordinate_stride = 3 * sizeof(float);
   points.intensities = intensities_.data();
-  points.intensity_stride = 1;
+  points.intensity_stride = sizeof(float);
   points.count = intensities_.size();
   // Merged frames are independent: each has a grid and a scale of its own.
   constexpr bool may_refit = true;

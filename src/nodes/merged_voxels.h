@@ -1,10 +1,10 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "nodes/received_stream.h"
+#include "voxelizing/voxelizer.h"
 #include "voxels/memory_rule.h"
 
 #include <array>

@@ -89,15 +89,15 @@ makePoints(const SensorNodeSettings& settings)
 io::CloudEncoder
 makeEncoder(const SensorNodeSettings& settings)
 {
-  return visitIntensityModel(
-      settings.law,
-      settings.compression.resolution,
-      settings.sensor,
-      [&](const auto& model) {
-        io::IntensityCompressionSettings codec = codecSettings(settings);
-        codec.depth_law = io::depthLawOf(model);
-        return io::CloudEncoder(codec, std::decay_t<decltype(model)>::unit);
-      });
+  return visitIntensityModel(settings.law,
+                             settings.compression.resolution,
+                             settings.sensor,
+                             [&](const auto& model) {
+                               return io::CloudEncoder(
+                                   codecSettings(settings),
+                                   std::decay_t<decltype(model)>::unit,
+                                   io::depthLawOf(model));
+                             });
 }
 
 /** \brief The stages before and after voxelizing. Created again after memory ran out in
@@ -267,7 +267,7 @@ private:
       if (pipeline_->filters->outlier_removal)
         // checkSettings() has refused what the filter would.
         outliers = pipeline_->filters->outlier_removal->filter(frame).removed;
-      if (settings_.compression.carry_header)
+      if (settings_.carry_header)
         pipeline_->stamp = io::FrameStamp{header.stamp, settings_.global_frame};
       status = pipeline_->encoder.encode(frame, pipeline_->stamp, bytes);
     }

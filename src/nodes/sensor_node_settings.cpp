@@ -69,10 +69,10 @@ outlierRemovalFault(const SensorNodeSettings& settings)
 
 } // namespace
 
-io::IntensityCompressionSettings
+io::EncoderSettings
 codecSettings(const SensorNodeSettings& settings)
 {
-  io::IntensityCompressionSettings codec = settings.compression;
+  io::EncoderSettings codec = settings.compression;
   // A grid that follows the points changes with them; each change costs an I-frame.
   if (!codec.bounding_box)
     codec.bounding_box = settings.crop_box;
@@ -111,10 +111,6 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law))
     if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
       return status;
-  if (settings.compression.sensor_pose || settings.compression.depth_law)
-    return invalid(
-        "compression.sensor_pose or compression.depth_law is set; they follow "
-        "from the transform and the law of the node");
   if (settings.outlier_removal)
     if (const std::string fault = outlierRemovalFault(settings); !fault.empty())
       return invalid(fault);
@@ -124,8 +120,10 @@ checkSettings(const SensorNodeSettings& settings)
     if (const std::string fault = io::boxFault("crop_box", *settings.crop_box);
         !fault.empty())
       return invalid(fault);
-  if (settings.compression.carry_header &&
-      settings.global_frame.size() > io::max_frame_id_size)
+  if (settings.carry_header &&
+      settings.compression.format == io::StreamFormat::Published)
+    return invalid("carry_header is on; it must be off in the published layout");
+  if (settings.carry_header && settings.global_frame.size() > io::max_frame_id_size)
     return invalid("global_frame is " + std::to_string(settings.global_frame.size()) +
                    " bytes long; it must be " + std::to_string(io::max_frame_id_size) +
                    " or less, for frames to carry it");

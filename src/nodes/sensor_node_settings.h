@@ -6,7 +6,7 @@ namespace pcl_ext {
 namespace nodes {
 
 /** \brief The settings of the codec that follow from those of the node. */
-io::IntensityCompressionSettings
+io::EncoderSettings
 codecSettings(const SensorNodeSettings& settings);
 
 /** \brief True if the frames have the colours of the clouds. */

@@ -6,6 +6,7 @@
 #include <cstring>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace {
 
@@ -254,4 +255,5 @@ sumNeighbourhoods<true>(const DensityWindow&,
                         std::uint64_t,
                         std::array<NeighbourhoodSums, 64>&);
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

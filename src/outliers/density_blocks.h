@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "voxels/block_directory.h"
 
 #include <array>
@@ -8,6 +10,7 @@
 #include <vector>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief A number for each voxel of a block of 4 x 4 x 4. The index of a cell increases
  * fastest with z, then with y. */
@@ -132,4 +135,5 @@ sumNeighbourhoods(const DensityWindow& window,
                   std::uint64_t cells,
                   std::array<NeighbourhoodSums, 64>& sums);
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

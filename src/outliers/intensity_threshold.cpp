@@ -5,6 +5,7 @@
 #include <algorithm>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace {
 
@@ -104,4 +105,5 @@ removeVoxelsBelow(const io::VoxelFrame& frame,
   return frame.size() - count;
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -4,6 +4,7 @@
 #include <string>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 DensityUnit
 densityUnitOf(IntensityLaw law)
@@ -40,4 +41,5 @@ checkSettings(const VoxelOutlierRemovalSettings& settings)
   return {};
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Constants of the score of a unit. */
 struct Score {
@@ -49,4 +50,5 @@ evidenceOf(const NeighbourhoodSums& sums, float unit, float least_shell)
          shell(sums.rim);
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Maps positions in the grids of a stream to positions in DensityBlocks. */
 class PlacedGrid {
@@ -34,7 +35,7 @@ public:
     const std::int64_t cell = std::int64_t{1} << shift_;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t first = grid.first_index[axis];
-      origin_[axis] = first - ((first % cell + cell) % cell) - first_position;
+      index_of_0_[axis] = first - ((first % cell + cell) % cell) - first_position;
     }
     place(grid);
     return false;
@@ -76,7 +77,7 @@ private:
   {
     std::array<std::int64_t, 3> offset;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      offset[axis] = grid.first_index[axis] - origin_[axis];
+      offset[axis] = grid.first_index[axis] - index_of_0_[axis];
       if (offset[axis] < margin << shift_ ||
           offset[axis] + grid.size() > DensityBlocks::position_end - margin)
         return false;
@@ -90,8 +91,9 @@ private:
   double resolution_ = 0.0;
   std::array<double, 3> origin_{};
   unsigned int shift_ = 0;
-  std::array<std::int64_t, 3> origin_{};  ///< lattice index of position 0
-  std::array<std::uint32_t, 3> offset_{}; ///< position of the grid's first voxel
+  std::array<std::int64_t, 3> index_of_0_{}; ///< lattice index of position 0
+  std::array<std::uint32_t, 3> offset_{};    ///< position of the grid's first voxel
 };
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

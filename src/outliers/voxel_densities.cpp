@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace {
 
@@ -154,4 +155,5 @@ VoxelDensities::density(std::uint64_t sum)
       std::clamp(density, std::uint64_t{1}, std::uint64_t{face_density}));
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

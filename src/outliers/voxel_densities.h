@@ -9,6 +9,7 @@
 #include <vector>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Computes the densities of the cells of a stream from its voxels: 1 to 255, in
  * 255ths of a face with the unit Faces, in points with Points, and 255 with Voxels. A cell
@@ -100,4 +101,5 @@ private:
   unsigned int shift_ = 0;
 };
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -16,6 +16,7 @@
 #include <string>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace {
 
@@ -413,4 +414,5 @@ VoxelOutlierRemoval::rememberedBlocks() const
   return implementation_->rememberedBlocks();
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -77,7 +77,7 @@ FrameFile::sizeAt(std::uint64_t offset)
   for (;;) {
     bytes_.resize(static_cast<std::size_t>(at_hand));
     if (!readBytes(offset, bytes_.size(), bytes_.data()))
-      return {{io::CompressionCode::InputFailed, "the file cannot be read"}, 0};
+      return {{io::CompressionCode::InputFailed, "the file cannot be read"}};
     io::FrameSize size = io::frameSize(bytes_.data(), bytes_.size(), limitsOfReading());
     if (size.status.code() != io::CompressionCode::Truncated || at_hand == remaining ||
         at_hand >= max_recorded_frame_bytes ||
@@ -85,7 +85,7 @@ FrameFile::sizeAt(std::uint64_t offset)
       reread_ += size.status.ok() || at_hand <= header_bytes ? 0 : at_hand;
       return size;
     }
-    at_hand = std::min(remaining, std::max<std::uint64_t>(2 * at_hand, size.bytes));
+    at_hand = std::min(remaining, std::max<std::uint64_t>(2 * at_hand, size.needed));
   }
 }
 
@@ -224,7 +224,7 @@ FrameFile::open(InputFile file)
   for (std::uint64_t offset = 0; offset < file_.size();) {
     const io::FrameSize size = sizeAt(offset);
     if (size.status.ok())
-      offset = takeFrame(offset, size.bytes);
+      offset = takeFrame(offset, size.known);
     else if (size.status.code() == io::CompressionCode::Truncated)
       offset = takeFrame(offset, std::numeric_limits<std::uint64_t>::max() / 2);
     else

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
-
 #include "recording/frame_source.h"
+#include "recording/mcap_reader.h"
+#include "recording/point_cloud_messages.h"
 
 namespace pcl_ext {
 namespace recording {

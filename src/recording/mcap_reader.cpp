@@ -1,4 +1,4 @@
-#include <pcl_ext/recording/mcap_reader.h>
+#include "recording/mcap_reader.h"
 
 #include "recording/files.h"
 #include "recording/guarded.h"

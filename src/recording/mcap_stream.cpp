@@ -1,10 +1,9 @@
 #include "recording/mcap_stream.h"
 
-#include <pcl_ext/recording/mcap_reader.h>
-
 #include "recording/mcap/channel_list.h"
 #include "recording/mcap/record_access.h"
 #include "recording/mcap/records.h"
+#include "recording/mcap_reader.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>

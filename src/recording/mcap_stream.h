@@ -1,8 +1,9 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/recording_status.h>
+
+#include "recording/mcap_content.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +22,7 @@ namespace recording {
  * It is exported for the program pcl_ext. Any bytes are safe; memory is that of one record,
  * at most the limits of McapReader, and of the channels.
  */
-class PCL_EXT_EXPORT McapStream {
+class PCL_EXT_RECORDING_EXPORT McapStream {
 public:
   /** \brief Reads up to a number of bytes, and waits for the first; 0 at the end. */
   using ReadSome = std::function<std::size_t(std::uint8_t* bytes, std::size_t count)>;

@@ -1,4 +1,5 @@
-#include <pcl_ext/recording/mcap_writer.h>
+#include "recording/mcap_writer.h"
+
 #include <pcl_ext/version.h>
 
 #include "recording/files.h"

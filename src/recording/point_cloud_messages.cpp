@@ -1,4 +1,4 @@
-#include <pcl_ext/recording/point_cloud_messages.h>
+#include "recording/point_cloud_messages.h"
 
 #include "recording/cdr.h"
 #include "recording/format_name.h"

@@ -1,12 +1,12 @@
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "recording/frame_file.h"
 #include "recording/guarded.h"
 #include "recording/mcap/file_contents.h"
 #include "recording/mcap_frames.h"
+#include "recording/mcap_reader.h"
+#include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_folder.h"
 
 #include <algorithm>

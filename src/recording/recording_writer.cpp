@@ -1,12 +1,12 @@
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "recording/files.h"
 #include "recording/frame_source.h"
 #include "recording/guarded.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 
 #include <filesystem>
 #include <set>
@@ -203,10 +203,10 @@ RecordingWriter::Implementation::append(std::size_t stream,
     return {RecordingCode::InvalidArgument, "a frame of a negative time"};
   const io::FrameSize frame_size = io::frameSize(bytes, size, limitsOfReading());
   const io::FrameDescription frame = io::describeFrame(bytes, size, limitsOfReading());
-  if (!frame_size.status.ok() || frame_size.bytes != size || !frame.status.ok())
+  if (!frame_size.status.ok() || frame_size.known != size || !frame.status.ok())
     return {RecordingCode::InvalidArgument,
             "the bytes are not one frame: " +
-                (frame_size.status.ok() ? "it has " + std::to_string(frame_size.bytes) +
+                (frame_size.status.ok() ? "it has " + std::to_string(frame_size.known) +
                                               " bytes, not " + std::to_string(size)
                                         : frame_size.status.message())};
   RecordingStatus status;

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/recording_status.h>
+
+#include "recording/mcap_content.h"
 
 #include <cstdint>
 #include <string>

@@ -22,7 +22,7 @@ namespace recording {
  * \param[in] beginning bytes of the input that were read already
  * \param[out] copy descriptor of the copy, which the caller closes
  */
-PCL_EXT_EXPORT RecordingStatus
+PCL_EXT_RECORDING_EXPORT RecordingStatus
 copyToTemporaryFile(int input,
                     const std::string& name,
                     const std::function<bool()>& is_wanted,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "simd/lanes_target.h"
 
 #include <immintrin.h>

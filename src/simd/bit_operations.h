@@ -5,6 +5,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <cstddef>
 #include <cstdint>
 

@@ -6,6 +6,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "simd/scalar_lanes.h"
 
 // PCL_EXT_HAS_NATIVE_LANES: NativeLanes are not ScalarLanes.

@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "simd/bit_operations.h"
 
 #include <cstddef>

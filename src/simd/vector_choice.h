@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <atomic>
 
 // Not for GCC on Windows, which does not align AVX2's vectors on the stack.

@@ -1,9 +1,11 @@
 #include <pcl_ext/compression/cloud_encoder.h>
+#include <pcl_ext/compression/frame_encoder.h>
 
 #include "bytes/exceptions.h"
 #include "stream/coordinate_step.h"
 #include "stream/frame_warnings.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/voxelizer.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
@@ -20,10 +22,10 @@ namespace {
 
 /** \brief The settings, or the defaults if they are invalid, to construct members that are
  * then not used. */
-IntensityCompressionSettings
-usableSettings(const IntensityCompressionSettings& settings)
+EncoderSettings
+usableSettings(const EncoderSettings& settings)
 {
-  return checkSettings(settings).ok() ? settings : IntensityCompressionSettings();
+  return checkSettings(settings).ok() ? settings : EncoderSettings();
 }
 
 /** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
@@ -54,25 +56,90 @@ elementsOf(const Eigen::Vector3d& vector)
 
 } // namespace
 
-CloudEncoder::CloudEncoder(const IntensityCompressionSettings& settings,
-                           IntensityUnit unit)
-: settings_(settings)
-, settings_status_(checkSettings(settings))
-, unit_(unit)
-, voxelizer_(usableSettings(settings), unit)
-, encoder_(settings.format, settings.i_frame_rate, settings.effort)
-{}
+class CloudEncoder::Implementation {
+public:
+  Implementation(const EncoderSettings& settings,
+                 IntensityUnit unit,
+                 const std::optional<DepthLaw>& depth_law)
+  : settings_(settings)
+  , depth_law_(depth_law)
+  , settings_status_(checkSettings(settings, depth_law))
+  , unit_(unit)
+  , voxelizer_(usableSettings(settings), unit)
+  , encoder_(settings.format, settings.i_frame_rate, settings.effort)
+  {}
+
+  const CompressionStatus&
+  settingsStatus() const
+  {
+    return settings_status_;
+  }
+
+  const EncoderSettings&
+  settings() const
+  {
+    return settings_;
+  }
+
+  const FrameStatistics&
+  statistics() const
+  {
+    return statistics_;
+  }
+
+  void
+  requestIFrame()
+  {
+    encoder_.requestIFrame();
+  }
+
+  void
+  setResolution(double resolution, const std::optional<DepthLaw>& depth_law);
+
+  CompressionStatus
+  voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+
+  CompressionStatus
+  encode(const VoxelFrame& frame,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes);
+
+private:
+  void
+  refitIntensities(PointBatches& points, VoxelFrame& frame);
+
+  bool
+  fitCoordinateStep(PointBatches& points);
+
+  void
+  voxelizeWide(PointBatches& points, VoxelFrame& frame);
+
+  void
+  voxelizeCoarsened(PointBatches& points, unsigned int doublings, VoxelFrame& frame);
+
+  EncoderSettings settings_;
+  std::optional<DepthLaw> depth_law_;
+  CompressionStatus settings_status_;
+  IntensityUnit unit_;
+  Voxelizer voxelizer_;
+  unsigned int doublings_ = 0;   // of the resolution of voxelizer_
+  double coordinate_step_ = 0.0; // its resolution, metres, if above 0
+  FrameEncoder encoder_;
+  VoxelizationStatistics voxelization_; // of the last voxelized frame
+  FrameStatistics statistics_;
+};
 
 void
-CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
+CloudEncoder::Implementation::setResolution(double resolution,
+                                            const std::optional<DepthLaw>& depth_law)
 {
-  IntensityCompressionSettings settings = settings_;
+  EncoderSettings settings = settings_;
   settings.resolution = resolution;
-  settings.depth_law = depth_law;
-  CompressionStatus status = checkSettings(settings);
+  CompressionStatus status = checkSettings(settings, depth_law);
   // May throw, so it comes before the changes.
   Voxelizer voxelizer(usableSettings(settings), unit_);
   settings_ = settings;
+  depth_law_ = depth_law;
   settings_status_ = std::move(status);
   encoder_.requestIFrame();
   if (settings_status_.ok()) {
@@ -83,18 +150,9 @@ CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& de
 }
 
 CompressionStatus
-CloudEncoder::voxelize(const PointView& points,
-                       const WorldPose& sensor_pose,
-                       VoxelFrame& frame)
-{
-  SingleBatch batch(points);
-  return voxelize(batch, sensor_pose, frame);
-}
-
-CompressionStatus
-CloudEncoder::voxelize(PointBatches& points,
-                       const WorldPose& sensor_pose,
-                       VoxelFrame& frame)
+CloudEncoder::Implementation::voxelize(PointBatches& points,
+                                       const WorldPose& sensor_pose,
+                                       VoxelFrame& frame)
 {
   if (!settings_status_.ok())
     return settings_status_;
@@ -107,16 +165,17 @@ CloudEncoder::voxelize(PointBatches& points,
     refitIntensities(points, frame);
     return CompressionStatus();
   };
-  const auto out_of_memory = [this] {
-    encoder_.requestIFrame();
-    return outOfMemoryStatus<CompressionStatus>();
+  const auto voxelize_or_throw = [&] {
+    return callOrCleanUp(voxelize, [this] { encoder_.requestIFrame(); });
   };
-  if (CompressionStatus status = callOrElse(voxelize, out_of_memory); !status.ok())
+  if (CompressionStatus status =
+          callOrNoMemory(voxelize_or_throw, outOfMemoryStatus<CompressionStatus>);
+      !status.ok())
     return status;
   frame.depth_model.reset();
-  if (settings_.depth_law && settings_.format == StreamFormat::Version1 &&
+  if (depth_law_ && settings_.format == StreamFormat::Version1 &&
       frame.hasIntensities())
-    frame.depth_model = depthModelOf(*settings_.depth_law,
+    frame.depth_model = depthModelOf(*depth_law_,
                                      elementsOf(sensor_pose.translation()),
                                      elementsOf(sensor_pose.linear().col(2)),
                                      frame.grid,
@@ -127,7 +186,7 @@ CloudEncoder::voxelize(PointBatches& points,
 /** \brief Fits the scale of native intensities again if an earlier cloud had such high ones
  * that most of this cloud's become 0. */
 void
-CloudEncoder::refitIntensities(PointBatches& points, VoxelFrame& frame)
+CloudEncoder::Implementation::refitIntensities(PointBatches& points, VoxelFrame& frame)
 {
   if (encoder_.isIFrameDue() ||
       2 * voxelization_.intensities_vanished <= voxelization_.voxels)
@@ -146,7 +205,7 @@ CloudEncoder::refitIntensities(PointBatches& points, VoxelFrame& frame)
  * \return false if they are not
  */
 bool
-CloudEncoder::fitCoordinateStep(PointBatches& points)
+CloudEncoder::Implementation::fitCoordinateStep(PointBatches& points)
 {
   if (!settings_.use_coordinate_step || unit_ == IntensityUnit::Share ||
       settings_.format != StreamFormat::Version1 || settings_.origin ||
@@ -158,7 +217,7 @@ CloudEncoder::fitCoordinateStep(PointBatches& points)
           ? findCoordinateStep(points, settings_.resolution)
           : findCoordinateStep(points, settings_.resolution, coordinate_step_);
   if (!std::isnan(step) && step != coordinate_step_) {
-    IntensityCompressionSettings settings = settings_;
+    EncoderSettings settings = settings_;
     if (step > 0.0) {
       settings.resolution = step;
       settings.origin.emplace().fill(-step / 2.0);
@@ -174,7 +233,7 @@ CloudEncoder::fitCoordinateStep(PointBatches& points)
 /** \brief Voxelizes with so few doublings that all points are on the grid, or, if some are
  * far out, all but a sixteenth; without doublings if there are none such. */
 void
-CloudEncoder::voxelizeWide(PointBatches& points, VoxelFrame& frame)
+CloudEncoder::Implementation::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 {
   const bool is_i_frame_due = encoder_.isIFrameDue();
   if (doublings_ == 0) {
@@ -205,11 +264,11 @@ CloudEncoder::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 
 /** \brief Voxelizes a cloud and the following ones with another edge. */
 void
-CloudEncoder::voxelizeCoarsened(PointBatches& points,
-                                unsigned int doublings,
-                                VoxelFrame& frame)
+CloudEncoder::Implementation::voxelizeCoarsened(PointBatches& points,
+                                                unsigned int doublings,
+                                                VoxelFrame& frame)
 {
-  IntensityCompressionSettings settings = settings_;
+  EncoderSettings settings = settings_;
   settings.resolution =
       std::min(std::ldexp(settings_.resolution, static_cast<int>(doublings)),
                largest_resolution);
@@ -220,9 +279,9 @@ CloudEncoder::voxelizeCoarsened(PointBatches& points,
 }
 
 CompressionStatus
-CloudEncoder::encode(const VoxelFrame& frame,
-                     const std::optional<FrameStamp>& stamp,
-                     std::vector<std::uint8_t>& bytes)
+CloudEncoder::Implementation::encode(const VoxelFrame& frame,
+                                     const std::optional<FrameStamp>& stamp,
+                                     std::vector<std::uint8_t>& bytes)
 {
   bytes.clear();
   if (!settings_status_.ok())
@@ -239,6 +298,73 @@ CloudEncoder::encode(const VoxelFrame& frame,
             frameWarning(statistics_, settings_, unit_, doublings_ > 0));
       },
       [] { return CompressionStatus(); });
+}
+
+CloudEncoder::CloudEncoder(const EncoderSettings& settings,
+                           IntensityUnit unit,
+                           const std::optional<DepthLaw>& depth_law)
+: implementation_(std::make_unique<Implementation>(settings, unit, depth_law))
+{}
+
+CloudEncoder::~CloudEncoder() = default;
+CloudEncoder::CloudEncoder(CloudEncoder&&) noexcept = default;
+CloudEncoder&
+CloudEncoder::operator=(CloudEncoder&&) noexcept = default;
+
+const CompressionStatus&
+CloudEncoder::settingsStatus() const
+{
+  return implementation_->settingsStatus();
+}
+
+const EncoderSettings&
+CloudEncoder::settings() const
+{
+  return implementation_->settings();
+}
+
+void
+CloudEncoder::setResolution(double resolution, const std::optional<DepthLaw>& depth_law)
+{
+  implementation_->setResolution(resolution, depth_law);
+}
+
+void
+CloudEncoder::requestIFrame()
+{
+  implementation_->requestIFrame();
+}
+
+CompressionStatus
+CloudEncoder::voxelize(const PointView& points,
+                       const WorldPose& sensor_pose,
+                       VoxelFrame& frame,
+                       std::size_t points_behind_sensor)
+{
+  SingleBatch batch(points, points_behind_sensor);
+  return implementation_->voxelize(batch, sensor_pose, frame);
+}
+
+CompressionStatus
+CloudEncoder::voxelize(PointBatches& points,
+                       const WorldPose& sensor_pose,
+                       VoxelFrame& frame)
+{
+  return implementation_->voxelize(points, sensor_pose, frame);
+}
+
+CompressionStatus
+CloudEncoder::encode(const VoxelFrame& frame,
+                     const std::optional<FrameStamp>& stamp,
+                     std::vector<std::uint8_t>& bytes)
+{
+  return implementation_->encode(frame, stamp, bytes);
+}
+
+const FrameStatistics&
+CloudEncoder::statistics() const
+{
+  return implementation_->statistics();
 }
 
 } // namespace io

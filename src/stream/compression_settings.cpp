@@ -68,7 +68,7 @@ checkDepthLaw(const DepthLaw& law)
 /** \brief Refuses settings that would change what is decoded and have no field in the
  * layout. Effort and depth law change bytes and time only, and have no effect. */
 CompressionStatus
-checkPublished(const IntensityCompressionSettings& settings)
+checkPublished(const EncoderSettings& settings)
 {
   if (settings.intensity_bits != 0 && settings.intensity_bits != 8)
     return invalid("intensity_bits",
@@ -80,8 +80,6 @@ checkPublished(const IntensityCompressionSettings& settings)
                    "255, or 0 for automatic, in the published layout");
   if (settings.intensity_curve != IntensityCurve::Linear)
     return invalid("intensity_curve", "companded", "linear in the published layout");
-  if (settings.carry_header)
-    return invalid("carry_header", "on", "off in the published layout");
   if (settings.keep_point_counts)
     return invalid("keep_point_counts", "on", "off in the published layout");
   if (settings.origin)
@@ -104,7 +102,7 @@ checkLimits(const DecoderLimits& limits)
 }
 
 CompressionStatus
-checkSettings(const IntensityCompressionSettings& settings)
+checkSettings(const EncoderSettings& settings, const std::optional<DepthLaw>& depth_law)
 {
   if (!(settings.resolution >= smallest_resolution &&
         settings.resolution <= largest_resolution))
@@ -131,11 +129,8 @@ checkSettings(const IntensityCompressionSettings& settings)
                    "within 2e12 m of the world's origin");
   if (CompressionStatus status = checkLimits(settings.decoder_limits); !status.ok())
     return status;
-  if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
-    return invalid("sensor_pose", "not rigid", "a rotation and a translation");
-  if (settings.depth_law)
-    if (const CompressionStatus status = checkDepthLaw(*settings.depth_law);
-        !status.ok())
+  if (depth_law)
+    if (CompressionStatus status = checkDepthLaw(*depth_law); !status.ok())
       return status;
   if (settings.bounding_box)
     if (const CompressionStatus status =
@@ -151,6 +146,19 @@ checkSettings(const IntensityCompressionSettings& settings)
              ? checkBoxOnLattice(
                    *settings.bounding_box, settings.resolution, *settings.origin)
              : CompressionStatus();
+}
+
+CompressionStatus
+checkSettings(const IntensityCompressionSettings& settings)
+{
+  if (CompressionStatus status = checkSettings(settings, settings.depth_law);
+      !status.ok())
+    return status;
+  if (settings.sensor_pose && !isRigid(Eigen::Isometry3f(*settings.sensor_pose)))
+    return invalid("sensor_pose", "not rigid", "a rotation and a translation");
+  if (settings.carry_header && settings.format == StreamFormat::Published)
+    return invalid("carry_header", "on", "off in the published layout");
+  return {};
 }
 
 } // namespace io

@@ -32,7 +32,8 @@ matchMultiples(PointBatches& points, double step, double tolerance)
   Match result = Match::NoPoints;
   PointView view;
   const auto are_multiples = [&](const auto* point) {
-    for (std::size_t i = 0; i < view.count; ++i, point += view.coordinate_stride) {
+    for (std::size_t i = 0; i < view.count;
+         ++i, point = detail::atOffset(point, view.coordinate_stride)) {
       if (!isFinite(point))
         continue;
       result = Match::All;

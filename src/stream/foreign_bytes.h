@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -69,10 +69,11 @@ readSize(const std::uint8_t* bytes, std::size_t count, const DecoderLimits& limi
         describeForeignBytes(bytes, std::min(count, foreign_bytes_size));
     if (!name.empty())
       message += ", which begin as " + name;
-    return {{CompressionCode::NoFrame, message}, bytesToDrop(bytes, count)};
+    return {{CompressionCode::NoFrame, message}, 0, 0, bytesToDrop(bytes, count)};
   }
   if (count < smallest_frame)
-    return {{CompressionCode::Truncated, "the beginning of a frame"}, smallest_frame};
+    return {
+        {CompressionCode::Truncated, "the beginning of a frame"}, 0, smallest_frame};
   const bool is_published = format == FoundFormat::Published;
   const std::size_t magic_size =
       is_published ? published::magic_size : version1_magic_size;
@@ -83,8 +84,10 @@ readSize(const std::uint8_t* bytes, std::size_t count, const DecoderLimits& limi
   CompressionStatus status = is_published ? readPublished(source, limits, size)
                                           : readVersion1(source, limits, size);
   if (status.code() == CompressionCode::Truncated)
-    return {status, count + 1};
-  return {status, status.ok() ? magic_size + size : bytesToDrop(bytes, count)};
+    return {status, 0, count + 1};
+  if (!status.ok())
+    return {status, 0, 0, bytesToDrop(bytes, count)};
+  return {status, magic_size + size, magic_size + size};
 }
 
 } // namespace
@@ -93,9 +96,7 @@ FrameSize
 frameSize(const std::uint8_t* bytes, std::size_t count, const DecoderLimits& limits)
 {
   return callOrElse([&] { return readSize(bytes, count, limits); },
-                    [] {
-                      return FrameSize{outOfMemoryStatus<CompressionStatus>(), 0};
-                    });
+                    [] { return FrameSize{outOfMemoryStatus<CompressionStatus>()}; });
 }
 
 } // namespace io

@@ -79,7 +79,7 @@ warnOfPoints(const VoxelizationStatistics& cloud, bool is_published, std::string
 /** \brief Mentions what a decoder with the limits of the settings refuses. */
 void
 warnOfLimits(const FrameStatistics& statistics,
-             const IntensityCompressionSettings& settings,
+             const EncoderSettings& settings,
              std::string& text)
 {
   const DecoderLimits& limits = settings.decoder_limits;
@@ -101,7 +101,7 @@ warnOfLimits(const FrameStatistics& statistics,
 /** \brief Mentions intensities that the scale cannot hold. */
 void
 warnOfIntensities(const VoxelizationStatistics& cloud,
-                  const IntensityCompressionSettings& settings,
+                  const EncoderSettings& settings,
                   IntensityUnit unit,
                   std::string& text)
 {
@@ -141,7 +141,7 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
 
 std::string
 frameWarning(const FrameStatistics& statistics,
-             const IntensityCompressionSettings& settings,
+             const EncoderSettings& settings,
              IntensityUnit unit,
              bool is_coarsened)
 {

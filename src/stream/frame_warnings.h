@@ -19,7 +19,7 @@ namespace io {
  */
 std::string
 frameWarning(const FrameStatistics& statistics,
-             const IntensityCompressionSettings& settings,
+             const EncoderSettings& settings,
              IntensityUnit unit,
              bool is_coarsened);
 

@@ -42,9 +42,9 @@ checkFrame(const std::vector<std::uint8_t>& bytes,
     return {};
   const io::FrameSize size =
       io::frameSize(bytes.data(), bytes.size(), limitsOfAnyFrame());
-  if (size.status.ok() && size.bytes != bytes.size())
+  if (size.status.ok() && size.known != bytes.size())
     return {ViewServerCode::InvalidArgument,
-            "the frame has " + std::to_string(size.bytes) + " bytes, not " +
+            "the frame has " + std::to_string(size.known) + " bytes, not " +
                 std::to_string(bytes.size())};
   return {};
 }

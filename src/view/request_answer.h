@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "view/resource.h"
 
 #include <boost/beast/http/empty_body.hpp>

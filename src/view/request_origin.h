@@ -4,6 +4,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <string>
 #include <string_view>
 

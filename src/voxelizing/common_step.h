@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "simd/bit_operations.h"
 
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "simd/bit_operations.h"
 #include "simd/lanes.h"
@@ -31,7 +31,7 @@ public:
   {
     const auto* const bytes =
         reinterpret_cast<const unsigned char*>(points.coordinates);
-    const std::size_t stride = points.coordinate_stride * sizeof(float);
+    const std::size_t stride = points.coordinate_stride;
     for (std::size_t i = 0; i + 1 < points.count; ++i) {
       prefetch(bytes + i * stride + prefetch_distance);
       addPoint(bytes + i * stride);

@@ -37,7 +37,7 @@ bitsOfWholeNumbers(double highest)
 
 } // namespace
 
-IntensityQuantiser::IntensityQuantiser(const IntensityCompressionSettings& settings,
+IntensityQuantiser::IntensityQuantiser(const EncoderSettings& settings,
                                        IntensityUnit unit)
 : follows_values_(unit == IntensityUnit::Native &&
                   settings.format != StreamFormat::Published)

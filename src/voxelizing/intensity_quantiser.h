@@ -21,7 +21,7 @@ public:
    * \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the intensities
    */
-  IntensityQuantiser(const IntensityCompressionSettings& settings, IntensityUnit unit);
+  IntensityQuantiser(const EncoderSettings& settings, IntensityUnit unit);
 
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit

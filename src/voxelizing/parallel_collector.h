@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "voxelizing/common_step.h"
 #include "voxelizing/voxel_collector.h"

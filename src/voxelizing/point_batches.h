@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,9 @@ namespace io {
 /** \brief A cloud that is in memory, as one batch. */
 class SingleBatch : public PointBatches {
 public:
-  explicit SingleBatch(const PointView& points) : points_(points) {}
+  explicit SingleBatch(const PointView& points, std::size_t points_behind_sensor = 0)
+  : points_(points), points_behind_sensor_(points_behind_sensor)
+  {}
 
   std::size_t
   size() const override
@@ -51,6 +53,12 @@ public:
     return true;
   }
 
+  std::size_t
+  pointsBehindSensor() const override
+  {
+    return points_behind_sensor_;
+  }
+
   std::vector<PointBatches*>
   split(std::size_t parts) override
   {
@@ -59,7 +67,8 @@ public:
     std::vector<PointBatches*> pointers;
     for (std::size_t i = 0; i < parts; ++i) {
       parts_.emplace_back(
-          slice(i * points_.count / parts, (i + 1) * points_.count / parts));
+          slice(i * points_.count / parts, (i + 1) * points_.count / parts),
+          i == 0 ? points_behind_sensor_ : 0);
       pointers.push_back(&parts_.back());
     }
     return pointers;
@@ -71,20 +80,23 @@ private:
   {
     PointView view = points_;
     if (points_.double_coordinates != nullptr)
-      view.double_coordinates += begin * points_.coordinate_stride;
+      view.double_coordinates = detail::atOffset(points_.double_coordinates,
+                                                 begin * points_.coordinate_stride);
     else
-      view.coordinates += begin * points_.coordinate_stride;
+      view.coordinates =
+          detail::atOffset(points_.coordinates, begin * points_.coordinate_stride);
     if (points_.intensities != nullptr)
-      view.intensities += begin * points_.intensity_stride;
+      view.intensities =
+          detail::atOffset(points_.intensities, begin * points_.intensity_stride);
     if (points_.colours != nullptr)
       view.colours = static_cast<const unsigned char*>(points_.colours) +
                      begin * points_.colour_stride;
     view.count = end - begin;
-    view.count_behind_sensor = begin == 0 ? points_.count_behind_sensor : 0;
     return view;
   }
 
   PointView points_;
+  std::size_t points_behind_sensor_;
   bool is_read_ = false;
   std::vector<SingleBatch> parts_;
 };
@@ -103,7 +115,8 @@ void
 visitPoints(const PointView& points, VisitT&& visit)
 {
   const auto visit_all = [&](const auto* point) {
-    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride)
+    for (std::size_t i = 0; i < points.count;
+         ++i, point = detail::atOffset(point, points.coordinate_stride))
       visit(point);
   };
   if (points.double_coordinates != nullptr)

@@ -27,8 +27,8 @@ VoxelCollector::collect(PointBatches& points,
     if (result != CollectionResult::AllPoints)
       return result;
     statistics_.points += batch.count;
-    statistics_.points_behind_sensor += batch.count_behind_sensor;
   }
+  statistics_.points_behind_sensor = points.pointsBehindSensor();
   statistics_.points_used = statistics_.points - statistics_.points_not_finite -
                             statistics_.points_outside_box -
                             statistics_.points_outside_grid;
@@ -62,8 +62,8 @@ VoxelCollector::readIntensities(const PointView& points)
 {
   bool are_whole = true;
   for (std::size_t i = 0; i < located_.count; ++i) {
-    const float intensity =
-        points.intensities[located_.points[i] * points.intensity_stride];
+    const float intensity = *detail::atOffset(
+        points.intensities, located_.points[i] * points.intensity_stride);
     located_.intensities[i] = intensity;
     are_whole &= CommonStep::isSmallWholeNumber(intensity); // NaN is none
   }

@@ -15,7 +15,7 @@ namespace io {
 namespace {
 
 VoxelGrid
-initialGrid(const IntensityCompressionSettings& settings)
+initialGrid(const EncoderSettings& settings)
 {
   if (settings.bounding_box && settings.format == StreamFormat::Published)
     return pclGridOfBox(settings.resolution, *settings.bounding_box);
@@ -88,7 +88,7 @@ middleOf(PointBatches& points)
 
 } // namespace
 
-VoxelLocator::VoxelLocator(const IntensityCompressionSettings& settings)
+VoxelLocator::VoxelLocator(const EncoderSettings& settings)
 : box_(settings.bounding_box)
 , has_pcl_grid_(box_ && settings.format == StreamFormat::Published)
 , grid_(initialGrid(settings))
@@ -246,11 +246,11 @@ VoxelLocator::locate(const PointView& points,
     return reinterpret_cast<const unsigned char*>(coordinates);
   };
   if (points.double_coordinates == nullptr) {
-    if (!locator_grid_.is_useful || stride < 3)
+    if (!locator_grid_.is_useful || stride < 3 * sizeof(float))
       return false;
     locatePoints(locator_grid_,
-                 {bytes_of(points.coordinates + begin * stride),
-                  stride * sizeof(float),
+                 {bytes_of(points.coordinates) + begin * stride,
+                  stride,
                   end - begin,
                   end < points.count},
                  located,
@@ -260,8 +260,9 @@ VoxelLocator::locate(const PointView& points,
   if (!rounded_locator_grid_.is_useful)
     return false;
   std::array<float, 3 * LocatedPoints::capacity> rounded;
-  const double* point = points.double_coordinates + begin * stride;
-  for (std::size_t i = 0; i < end - begin; ++i, point += stride) {
+  const double* point = detail::atOffset(points.double_coordinates, begin * stride);
+  for (std::size_t i = 0; i < end - begin;
+       ++i, point = detail::atOffset(point, stride)) {
     const bool is_outside = box_ && !isInBox(point);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double from_origin = point[axis] - grid_.origin[axis];
@@ -325,8 +326,9 @@ VoxelLocator::findOne(const PointView& points,
   LatticeIndex index;
   const bool is_used =
       points.double_coordinates != nullptr
-          ? findVoxel(points.double_coordinates + offset, index, statistics)
-          : findVoxel(points.coordinates + offset, index, statistics);
+          ? findVoxel(
+                detail::atOffset(points.double_coordinates, offset), index, statistics)
+          : findVoxel(detail::atOffset(points.coordinates, offset), index, statistics);
   if (!is_used)
     return true;
   std::array<std::uint32_t, 3> position;

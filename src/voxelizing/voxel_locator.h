@@ -2,7 +2,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "voxelizing/lattice.h"
 #include "voxelizing/locate_points.h"
@@ -23,7 +23,7 @@ public:
   /** \param[in] settings as accepted by checkSettings; with a fixed box the grid is that of
    * the box, else it has to be set, and the whole lattice is usable
    */
-  explicit VoxelLocator(const IntensityCompressionSettings& settings);
+  explicit VoxelLocator(const EncoderSettings& settings);
 
   /** \brief The grid. */
   const VoxelGrid&

@@ -1,4 +1,4 @@
-#include <pcl_ext/compression/voxelizer.h>
+#include "voxelizing/voxelizer.h"
 
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/parallel_collector.h"
@@ -18,7 +18,7 @@ namespace io {
 
 class Voxelizer::Implementation {
 public:
-  Implementation(const IntensityCompressionSettings& settings, IntensityUnit unit)
+  Implementation(const EncoderSettings& settings, IntensityUnit unit)
   : quantiser_(settings, unit)
   , has_intensities_(unit != IntensityUnit::None ||
                      settings.format == StreamFormat::Published)
@@ -260,13 +260,19 @@ private:
 
 PointBatches::~PointBatches() = default;
 
+std::size_t
+PointBatches::pointsBehindSensor() const
+{
+  return 0;
+}
+
 std::vector<PointBatches*>
 PointBatches::split(std::size_t /*parts*/)
 {
   return {};
 }
 
-Voxelizer::Voxelizer(const IntensityCompressionSettings& settings, IntensityUnit unit)
+Voxelizer::Voxelizer(const EncoderSettings& settings, IntensityUnit unit)
 : implementation_(std::make_unique<Implementation>(settings, unit))
 {}
 

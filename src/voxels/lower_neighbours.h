@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "voxels/block_directory.h"
 #include "voxels/voxel_block.h"
 

@@ -4,10 +4,11 @@
  */
 #include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/point_intensity.h>
 
 #include "support/cloud_streams.h"
+#include "voxelizing/voxelizer.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>

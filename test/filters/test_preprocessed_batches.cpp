@@ -83,18 +83,19 @@ void
 expectPoints(BatchesT& batches, const pcl::PointCloud<PointXYZRGBI>& expected)
 {
   std::size_t read = 0;
-  std::size_t behind_sensor = 0;
   for (PointView points; batches.next(points);) {
     ASSERT_LE(read + points.count, expected.size());
     EXPECT_EQ(points.intensities != nullptr, batches.hasIntensities());
     EXPECT_EQ(points.colours != nullptr, batches.hasColours());
     for (std::size_t i = 0; i < points.count; ++i, ++read) {
-      const float* const place = points.coordinates + i * points.coordinate_stride;
+      const float* const place = pcl_ext::io::detail::atOffset(
+          points.coordinates, i * points.coordinate_stride);
       ASSERT_EQ(place[0], expected[read].x);
       ASSERT_EQ(place[1], expected[read].y);
       ASSERT_EQ(place[2], expected[read].z);
       if (points.intensities != nullptr) {
-        ASSERT_EQ(points.intensities[i * points.intensity_stride],
+        ASSERT_EQ(*pcl_ext::io::detail::atOffset(points.intensities,
+                                                 i * points.intensity_stride),
                   expected[read].intensity);
       }
       std::uint32_t colour = expected[read].rgba;
@@ -105,10 +106,9 @@ expectPoints(BatchesT& batches, const pcl::PointCloud<PointXYZRGBI>& expected)
                     sizeof(colour));
       ASSERT_EQ(colour, expected[read].rgba);
     }
-    behind_sensor += points.count_behind_sensor;
   }
   EXPECT_EQ(read, expected.size());
-  EXPECT_EQ(behind_sensor, batches.statistics().points_behind_sensor);
+  EXPECT_EQ(batches.pointsBehindSensor(), batches.statistics().points_behind_sensor);
 }
 
 template <typename ModelT>

@@ -67,11 +67,11 @@ inline void
 requireSize(const std::uint8_t* frame, std::size_t size)
 {
   const io::FrameSize known = io::frameSize(frame, size, smallLimits());
-  require(known.status.ok() && known.bytes == size);
+  require(known.status.ok() && known.known == size && known.drop == 0);
   const io::FrameSize sooner = io::frameSize(frame, size - 1, smallLimits());
-  require(
-      sooner.bytes == size ||
-      (sooner.status.code() == io::CompressionCode::Truncated && sooner.bytes < size));
+  require(sooner.known == size ||
+          (sooner.status.code() == io::CompressionCode::Truncated &&
+           sooner.needed <= size && sooner.drop == 0));
 }
 
 /** \brief Decodes a stream to its end.

@@ -10,11 +10,12 @@
  * The first byte chooses the stream; for each frame follow a byte of choices and the number
  * of allocations that succeed.
  */
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "checked_decoding.h"
 #include "small_streams.h"
 #include "support/test_memory.h"
+#include "voxelizing/voxelizer.h"
 
 #include <algorithm>
 #include <array>
@@ -215,7 +216,7 @@ voxelizeWithFailures(FuzzInput& input)
     PointView view;
     view.coordinates = points.data();
     view.intensities = points.data() + 3;
-    view.coordinate_stride = view.intensity_stride = 4;
+    view.coordinate_stride = view.intensity_stride = 4 * sizeof(float);
     view.count = points.size() / 4;
     bool is_whole = true;
     choices.run([&] {

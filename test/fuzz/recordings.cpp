@@ -4,11 +4,11 @@
  *
  * The first byte chooses what is done; the others are the file.
  */
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "checked_decoding.h"
+#include "recording/mcap_reader.h"
+#include "recording/point_cloud_messages.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -6,10 +6,11 @@
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_encoder.h>
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "fuzz_input.h"
+#include "voxelizing/voxelizer.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -196,7 +197,7 @@ LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     PointView view;
     view.coordinates = numbers.data() + begin;
     view.intensities = view.coordinates + 3;
-    view.coordinate_stride = view.intensity_stride = 4;
+    view.coordinate_stride = view.intensity_stride = 4 * sizeof(float);
     view.count = std::min(points, choices.points_per_cloud);
     const VoxelizationStatistics statistics =
         voxelizer.voxelize(view, encoder.isIFrameDue(), frame);

@@ -7,10 +7,10 @@
  * parts that targets can hold, and short streams of all kinds. Of what other targets read,
  * a few inputs are made that get far into them.
  */
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 
 #include "frame_row.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "small_streams.h"
 
 #include <algorithm>

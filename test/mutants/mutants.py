@@ -119,7 +119,7 @@ MUTANTS = [
 
     # Voxelizing with several threads.
     Mutant(VOXELIZING + "point_batches.h", "each part counts the points behind the sensor",
-           "begin == 0 ? points_.count_behind_sensor : 0", "points_.count_behind_sensor"),
+           "i == 0 ? points_behind_sensor_ : 0", "points_behind_sensor_"),
     Mutant(VOXELIZING + "parallel_collector.cpp", "points of the parts are not counted",
            "add(statistics_, parts_[i].collector.statistics());", ""),
     Mutant(VOXELIZING + "parallel_collector.cpp", "intensities have the step of the last part",
@@ -329,7 +329,7 @@ MUTANTS = [
     Mutant(RECORDING + "mcap_writer.cpp", "a recording starts with its last message",
            "std::min(statistics_.start_time, time)", "time"),
     Mutant(RECORDING + "recording_writer.cpp", "bytes after a frame are recorded",
-           "frame_size.bytes != size ||", ""),
+           "frame_size.known != size ||", ""),
     Mutant(RECORDING + "point_cloud_messages.cpp", "any number of fields",
            "max_fields = 1 << 12", "max_fields = 1 << 30"),
     Mutant(RECORDING + "cdr.cpp", "no alignment of numbers",

@@ -154,11 +154,11 @@ TEST(EncodingParameters, DefaultsReplaceWhatTheSettingsWere)
   for (const EncodingChange& changed : encodingChanges())
     changed.change(settings);
   settings.global_frame = "hall";
-  settings.compression.carry_header = true;
+  settings.carry_header = true;
   ASSERT_EQ(readEncodingParameters({}, false, settings), "");
   EXPECT_EQ(textOfSettings(settings), textOfSettings(SensorNodeSettings()));
   EXPECT_EQ(settings.global_frame, "hall");
-  EXPECT_TRUE(settings.compression.carry_header);
+  EXPECT_TRUE(settings.carry_header);
 }
 
 TEST(EncodingParameters, EachChangesTheSettingThatItNames)

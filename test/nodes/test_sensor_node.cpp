@@ -78,7 +78,9 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
 {
   SensorNode node(settings);
   SensorPreprocessor<PreprocessingModelT> preprocessor(preprocessing_model);
-  IntensityCompressionSettings codec = settings.compression;
+  IntensityCompressionSettings codec;
+  static_cast<pcl_ext::io::EncoderSettings&>(codec) = settings.compression;
+  codec.carry_header = settings.carry_header;
   if (settings.crop_box) {
     preprocessor.setCropBox(Eigen::Vector3d(settings.crop_box->min.data()),
                             Eigen::Vector3d(settings.crop_box->max.data()));
@@ -132,8 +134,7 @@ TEST(SensorNode, BytesAreThoseOfThePipeline)
       settings.law = law;
       settings.sensor = runtimeKinect();
       settings.compression.resolution = resolution;
-      settings.compression.carry_header =
-          settings.compression.format == StreamFormat::Version1;
+      settings.carry_header = settings.compression.format == StreamFormat::Version1;
       settings.global_frame = "cell";
       return settings;
     };

@@ -227,7 +227,7 @@ TEST(SensorNodeSettings, InvalidOnesAreReported)
         "intensity_bits is 17; it must be 1 to 16, or 0 for automatic"},
        {[](auto& settings) {
           settings.compression.format = StreamFormat::Published;
-          settings.compression.carry_header = true;
+          settings.carry_header = true;
         },
         "carry_header is on; it must be off in the published layout"}});
 }
@@ -249,24 +249,6 @@ TEST(SensorNodeSettings, DepthLawsNeedASensor)
   settings.sensor = runtimeKinect();
   settings.sensor->rows = 0;
   EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
-}
-
-TEST(SensorNodeSettings, SensorPoseAndDepthLawMustNotBeSet)
-{
-  const std::string message =
-      "compression.sensor_pose or compression.depth_law is set; they follow from the "
-      "transform and the law of the node";
-  const std::vector<InvalidSettings> cases = {
-      {[](auto& settings) {
-         settings.compression.sensor_pose = pcl_ext::io::SensorPose::Identity();
-       },
-       message},
-      {[](auto& settings) {
-         settings.compression.depth_law = pcl_ext::io::DepthLaw{2, 14.0, 255.0};
-       },
-       message}};
-  expectInvalid(IntensityLaw::Count, cases);
-  expectInvalid(IntensityLaw::Quadratic, cases);
 }
 
 TEST(SensorNodeSettings, TheCropBoxMustBeABox)
@@ -295,7 +277,7 @@ TEST(SensorNodeSettings, ALongGlobalFrameIsRefusedOnlyWhereItIsCarried)
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
   settings.global_frame = std::string(1025, 'w');
   EXPECT_TRUE(SensorNode(settings).settingsStatus().ok());
-  settings.compression.carry_header = true;
+  settings.carry_header = true;
   expectInvalid(
       settings,
       "global_frame is 1025 bytes long; it must be 1024 or less, for frames to "

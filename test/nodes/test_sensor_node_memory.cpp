@@ -142,7 +142,7 @@ TEST(SensorNodeMemory, FailuresOfEveryEffort)
     SCOPED_TRACE(static_cast<int>(effort));
     SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
     settings.compression.effort = effort;
-    settings.compression.carry_header = true;
+    settings.carry_header = true;
     settings.global_frame = "a frame whose name is no short one";
     expectGoesOn(settings);
   }

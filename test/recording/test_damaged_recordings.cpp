@@ -1,5 +1,4 @@
-#include <pcl_ext/recording/mcap_reader.h>
-
+#include "recording/mcap_reader.h"
 #include "support/recorded_streams.h"
 
 #include <gtest/gtest.h>

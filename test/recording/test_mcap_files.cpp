@@ -1,9 +1,8 @@
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
-
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 
 #include <gtest/gtest.h>

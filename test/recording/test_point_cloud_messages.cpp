@@ -1,5 +1,4 @@
-#include <pcl_ext/recording/point_cloud_messages.h>
-
+#include "recording/point_cloud_messages.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 /** \file
  * Files and folders while they are written, and when that fails.
  */
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 
 #include <gtest/gtest.h>

@@ -9,6 +9,7 @@
 #include "support/voxel_frames.h"
 #include "support/voxel_streams.h"
 #include "support/voxelized_stream.h"
+#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 

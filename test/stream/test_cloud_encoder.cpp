@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <new>
 #include <optional>
 #include <random>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -21,12 +24,12 @@ voxelizeOnePoint(StreamFormat format)
 {
   IntensityCompressionSettings settings;
   settings.format = format;
-  settings.depth_law = DepthLaw{2, 10.0, 255.0};
-  CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Share);
+  CloudEncoder encoder(
+      settings, pcl_ext::IntensityUnit::Share, DepthLaw{2, 10.0, 255.0});
   const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
   PointView view;
   view.coordinates = point.data();
-  view.coordinate_stride = point.size();
+  view.coordinate_stride = sizeof(point);
   view.count = 1;
   VoxelFrame frame;
   EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
@@ -41,16 +44,19 @@ TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
       {0.0, 0.0, 5.0}, {1e300, 0.0, 5.0}, {0.0, 0.0, 1e300}, {0.0, 0.0, -1e300}};
   PointView view;
   view.double_coordinates = points[0].data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = sizeof(points[0]);
   view.count = points.size();
   std::vector<float> intensities;
   const auto no_native_intensity = [](std::size_t) { return 0.0f; };
-  setIntensities(
-      model, pcl_ext::WorldPose::Identity(), no_native_intensity, intensities, view);
+  EXPECT_EQ(setIntensities(model,
+                           pcl_ext::WorldPose::Identity(),
+                           no_native_intensity,
+                           intensities,
+                           view),
+            1u);
   EXPECT_EQ(intensities[1], intensities[0]);
   EXPECT_EQ(intensities[2], 1.0f);
   EXPECT_EQ(intensities[3], 0.0f);
-  EXPECT_EQ(view.count_behind_sensor, 1u);
 }
 
 /** \brief Points along a line, up to a distance on both sides, and the frames of a stream that
@@ -77,7 +83,7 @@ protected:
     points.insert(points.end(), far_points, {far, 0.0f, 0.0f});
     PointView view;
     view.coordinates = points.front().data();
-    view.coordinate_stride = 3;
+    view.coordinate_stride = 3 * sizeof(float);
     view.count = points.size();
     if (!encoder_)
       encoder_.emplace(settings_, unit);
@@ -154,7 +160,7 @@ TEST_F(WideClouds, OnOneSideOfTheOriginTakeNoMoreThanTheirWidth)
     points.push_back({static_cast<float>(i), 0.0f, 0.0f});
   PointView view;
   view.coordinates = points.front().data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = 3 * sizeof(float);
   view.count = points.size();
   CloudEncoder encoder(settings_, IntensityUnit::None);
   EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
@@ -200,7 +206,7 @@ protected:
     points_.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0f, 0.0f});
     PointView view;
     view.coordinates = points_.front().data();
-    view.coordinate_stride = 3;
+    view.coordinate_stride = 3 * sizeof(float);
     view.count = points_.size();
     if (!encoder_)
       encoder_.emplace(settings_, IntensityUnit::None);
@@ -272,7 +278,7 @@ TEST_F(CoordinateSteps, OfDoublesAreFound)
   const std::array<double, 6> points{0.001, -2.5, 3.017, 0.002, 1.25, -0.009};
   PointView view;
   view.double_coordinates = points.data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = 3 * sizeof(double);
   view.count = 2;
   CloudEncoder encoder(settings_, IntensityUnit::None);
   EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame_).ok());
@@ -287,9 +293,9 @@ TEST(NativeIntensities, RecoverBehindAnOutlier)
     points.push_back({0.1f * static_cast<float>(i), 0.0f, 1.0f, 40.0f});
   PointView view;
   view.coordinates = points.front().data();
-  view.coordinate_stride = 4;
+  view.coordinate_stride = 4 * sizeof(float);
   view.intensities = points.front().data() + 3;
-  view.intensity_stride = 4;
+  view.intensity_stride = 4 * sizeof(float);
   view.count = points.size();
   CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
   VoxelFrame frame;
@@ -343,7 +349,7 @@ public:
                             0.05f * (static_cast<float>(z) + 0.5f)});
       PointView view;
       view.coordinates = points.front().data();
-      view.coordinate_stride = 3;
+      view.coordinate_stride = 3 * sizeof(float);
       view.count = points.size();
       std::vector<std::uint8_t> encoded;
       EXPECT_TRUE(
@@ -380,6 +386,71 @@ TEST(CloudEncoder, PFramesThatTakeMoreBytesBecomeIFrames)
     wall->add(100, 0.0);
   EXPECT_EQ(scheduled.i_frames, 0);
   EXPECT_LT(2 * scheduled.bytes, alone.bytes);
+}
+
+/** \brief A cloud whose points cannot be read. */
+template <typename ExceptionT>
+class FailingBatches : public PointBatches {
+public:
+  explicit FailingBatches(ExceptionT failure) : failure_(std::move(failure)) {}
+
+  std::size_t
+  size() const override
+  {
+    return 1;
+  }
+
+  bool
+  hasIntensities() const override
+  {
+    return false;
+  }
+
+  bool
+  hasColours() const override
+  {
+    return false;
+  }
+
+  void
+  restart() override
+  {}
+
+  bool
+  next(PointView& /*points*/) override
+  {
+    throw failure_;
+  }
+
+private:
+  ExceptionT failure_;
+};
+
+TEST(CloudEncoder, PassesOnWhatBatchesThrowButForMemory)
+{
+  const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
+  PointView view;
+  view.coordinates = point.data();
+  view.count = 1;
+  const auto pose = pcl_ext::WorldPose::Identity();
+  CloudEncoder encoder(EncoderSettings(), IntensityUnit::None);
+  VoxelFrame frame;
+  std::vector<std::uint8_t> bytes;
+  const auto expectIFrame = [&](bool is_i_frame) {
+    ASSERT_TRUE(encoder.voxelize(view, pose, frame).ok());
+    ASSERT_TRUE(encoder.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_EQ(encoder.statistics().coding.is_i_frame, is_i_frame);
+  };
+  expectIFrame(true);
+  expectIFrame(false);
+  FailingBatches unreadable(std::runtime_error("the file is gone"));
+  EXPECT_THROW(encoder.voxelize(unreadable, pose, frame), std::runtime_error);
+  expectIFrame(true);
+  expectIFrame(false);
+  FailingBatches too_large{std::bad_alloc()};
+  EXPECT_EQ(encoder.voxelize(too_large, pose, frame).code(),
+            CompressionCode::OutOfMemory);
+  expectIFrame(true);
 }
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)

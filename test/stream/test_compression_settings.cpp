@@ -55,9 +55,9 @@ publishedSettings()
 template <typename NumberT>
 using Values = std::vector<NumberT>;
 
-template <typename NumberT>
+template <typename GroupT, typename NumberT>
 void
-expectAccepted(NumberT Settings::*field,
+expectAccepted(NumberT GroupT::*field,
                const Values<NumberT>& values,
                Settings settings = Settings())
 {
@@ -68,10 +68,10 @@ expectAccepted(NumberT Settings::*field,
   }
 }
 
-template <typename NumberT>
+template <typename GroupT, typename NumberT>
 void
 expectRefused(const std::string& name,
-              NumberT Settings::*field,
+              NumberT GroupT::*field,
               const Values<NumberT>& values,
               Settings settings = Settings())
 {

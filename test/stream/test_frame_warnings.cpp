@@ -26,9 +26,9 @@ viewOf(const Points& points)
 {
   PointView view;
   view.coordinates = points.front().data();
-  view.coordinate_stride = 4;
+  view.coordinate_stride = 4 * sizeof(float);
   view.intensities = points.front().data() + 3;
-  view.intensity_stride = 4;
+  view.intensity_stride = 4 * sizeof(float);
   view.count = points.size();
   return view;
 }
@@ -37,12 +37,16 @@ viewOf(const Points& points)
 CompressionStatus
 encode(const IntensityCompressionSettings& settings,
        IntensityUnit unit,
-       const PointView& view)
+       const PointView& view,
+       std::size_t points_behind_sensor = 0)
 {
   CloudEncoder encoder(settings, unit);
   VoxelFrame frame;
   std::vector<std::uint8_t> bytes;
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
+  EXPECT_TRUE(
+      encoder
+          .voxelize(view, pcl_ext::WorldPose::Identity(), frame, points_behind_sensor)
+          .ok());
   const CompressionStatus status = encoder.encode(frame, std::nullopt, bytes);
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_FALSE(bytes.empty());
@@ -110,9 +114,7 @@ TEST(FrameWarnings, PointsOutsideTheBox)
 TEST(FrameWarnings, PointsBehindTheSensor)
 {
   const Points points{{0.0f, 0.0f, -1.0f, 0.0f}, {0.0f, 0.0f, 3.0f, 0.5f}};
-  PointView view = viewOf(points);
-  view.count_behind_sensor = 1;
-  expectWarning(encode(settingsAt(0.01), IntensityUnit::Share, view),
+  expectWarning(encode(settingsAt(0.01), IntensityUnit::Share, viewOf(points), 1),
                 "1 of 2 points are behind the sensor");
 }
 

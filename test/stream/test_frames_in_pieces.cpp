@@ -28,22 +28,21 @@ receive(const Bytes& stream)
   std::size_t reads = 0;
   while (received < stream.size() || !buffer.empty()) {
     const FrameSize size = frameSize(buffer.data(), buffer.size());
-    if (size.status.ok() && size.bytes <= buffer.size()) {
-      sizes.push_back(size.bytes);
-      buffer.erase(buffer.begin(),
-                   buffer.begin() + static_cast<std::ptrdiff_t>(size.bytes));
-    }
-    else if (size.status.ok() || size.status.code() == truncated) {
+    if (size.needed > buffer.size()) {
       // Never more than belongs to the frame.
-      for (std::size_t i = buffer.size(); i < size.bytes; ++i)
+      for (std::size_t i = buffer.size(); i < size.needed; ++i)
         buffer.push_back(stream.at(received++));
       ++reads;
     }
     else {
-      EXPECT_LE(size.bytes, buffer.size());
-      EXPECT_GT(size.bytes, 0u);
+      EXPECT_EQ(size.status.ok(), size.drop == 0);
+      EXPECT_LE(size.drop, buffer.size());
+      EXPECT_GT(size.known + size.drop, 0u);
+      if (size.drop == 0)
+        sizes.push_back(size.known);
       buffer.erase(buffer.begin(),
-                   buffer.begin() + static_cast<std::ptrdiff_t>(size.bytes));
+                   buffer.begin() +
+                       static_cast<std::ptrdiff_t>(size.known + size.drop));
     }
     if (reads > 2 * stream.size()) {
       ADD_FAILURE() << "no progress";
@@ -80,13 +79,13 @@ TEST(FrameSizes, OfThePublishedLayoutAreKnownWhenTheFrameIsComplete)
     for (std::size_t count = 0; count < frame.size(); ++count) {
       const FrameSize size = frameSize(frame.data(), count);
       EXPECT_EQ(size.status.code(), truncated);
-      EXPECT_GT(size.bytes, count);
-      EXPECT_LE(size.bytes, frame.size());
+      EXPECT_GT(size.needed, count);
+      EXPECT_LE(size.needed, frame.size());
     }
     Bytes more = frame;
     more.push_back('<');
     EXPECT_TRUE(frameSize(more.data(), more.size()).status.ok());
-    EXPECT_EQ(frameSize(more.data(), more.size()).bytes, frame.size());
+    EXPECT_EQ(frameSize(more.data(), more.size()).known, frame.size());
   }
 }
 
@@ -97,7 +96,7 @@ TEST(FrameSizes, OfVersion1AreKnownFromTheHeader)
   const Bytes frame = encoded(encoder, randomFrame(random, 8, 3000));
   ASSERT_GT(frame.size(), 500u);
   EXPECT_TRUE(frameSize(frame.data(), 100).status.ok());
-  EXPECT_EQ(frameSize(frame.data(), 100).bytes, frame.size());
+  EXPECT_EQ(frameSize(frame.data(), 100).known, frame.size());
 }
 
 TEST(FrameSizes, BytesInFrontOfAFrameAreToBeDropped)
@@ -129,7 +128,7 @@ TEST(FrameSizes, FramesThatADecoderRefusesAreToBeDropped)
   for (const DecoderLimits& limits : {few_bytes, few_voxels}) {
     const FrameSize size = frameSize(frame.data(), frame.size(), limits);
     EXPECT_EQ(size.status.code(), CompressionCode::LimitExceeded);
-    EXPECT_LE(size.bytes, frame.size());
+    EXPECT_LE(size.drop, frame.size());
   }
   Bytes other_version = frame;
   other_version[4] = 2;

@@ -3,10 +3,11 @@
  */
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "support/float_values.h"
 #include "support/voxel_frames.h"
+#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 
@@ -51,7 +52,7 @@ viewOf(const Cloud& cloud)
   if (!cloud.empty()) {
     view.coordinates = &cloud[0].x;
     view.intensities = &cloud[0].intensity;
-    view.coordinate_stride = view.intensity_stride = sizeof(Point) / sizeof(float);
+    view.coordinate_stride = view.intensity_stride = sizeof(Point);
   }
   return view;
 }

@@ -1,10 +1,10 @@
 /** \file
  * \brief Clouds with float64 coordinates, as those of maps, keep their precision.
  */
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "tools/program.h"
 
 #include <pcl/io/pcd_io.h>

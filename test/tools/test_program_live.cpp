@@ -1,9 +1,9 @@
 /** \file
  * \brief Bags that come through a pipe or a socket while somebody writes them.
  */
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
 
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
 #include "tools/program.h"
 
 #include <gtest/gtest.h>

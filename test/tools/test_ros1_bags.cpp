@@ -1,6 +1,5 @@
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
-
+#include "recording/mcap_reader.h"
+#include "recording/point_cloud_messages.h"
 #include "tools/program.h"
 
 #include <gtest/gtest.h>

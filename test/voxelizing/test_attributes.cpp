@@ -1,9 +1,10 @@
 /** \file
  * \brief Colours and numbers of points of voxels, against sums over a map of the points.
  */
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "support/voxel_frames.h"
+#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +45,7 @@ viewOf(const std::vector<ColouredPoint>& points)
 {
   PointView view;
   view.coordinates = &points[0].x;
-  view.coordinate_stride = sizeof(ColouredPoint) / sizeof(float);
+  view.coordinate_stride = sizeof(ColouredPoint);
   view.colours = &points[0].rgba;
   view.colour_stride = sizeof(ColouredPoint);
   view.count = points.size();

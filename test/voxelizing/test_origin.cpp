@@ -2,9 +2,10 @@
  * \brief Clouds far from the world's origin: the origin of the lattice moves to where the
  * points are.
  */
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 
 #include "support/voxel_frames.h"
+#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ viewOf(const Points& points)
 {
   PointView view;
   view.coordinates = points[0].data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = sizeof(points[0]);
   view.count = points.size();
   return view;
 }
@@ -219,7 +220,7 @@ TEST(Origin, DoublesKeepThePrecisionOfFarCoordinates)
   }
   PointView view;
   view.double_coordinates = points[0].data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = sizeof(points[0]);
   view.count = points.size();
   for (settings.threads = 1; settings.threads <= 2; ++settings.threads) {
     Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
@@ -243,7 +244,7 @@ expectVoxelsOfDivision(const std::vector<std::array<double, 3>>& points,
 {
   PointView view;
   view.double_coordinates = points[0].data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = sizeof(points[0]);
   view.count = points.size();
   Voxelizer voxelizer(settings, pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;
@@ -310,7 +311,7 @@ TEST(Origin, DoublesMayHaveAnyMagnitude)
       {std::numeric_limits<double>::infinity(), 0.0, 0.0}};
   PointView view;
   view.double_coordinates = points[0].data();
-  view.coordinate_stride = 3;
+  view.coordinate_stride = sizeof(points[0]);
   view.count = points.size();
   Voxelizer voxelizer(IntensityCompressionSettings(), pcl_ext::IntensityUnit::Points);
   VoxelFrame frame;

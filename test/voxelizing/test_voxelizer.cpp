@@ -1,5 +1,6 @@
 #include "support/test_memory.h"
 #include "support/voxelized_stream.h"
+#include "voxelizing/voxelizer.h"
 #include "voxels/grid_fit.h"
 
 #include <pcl/octree/octree_pointcloud.h>
@@ -98,14 +99,14 @@ TEST(Voxelizer, ReadsStridedAndSeparateViews)
   const float intensities[] = {5.0f, 7.0f};
   PointView view;
   view.coordinates = coordinates;
-  view.coordinate_stride = 4;
+  view.coordinate_stride = 4 * sizeof(float);
   view.count = 2;
   Voxelizer voxelizer(settingsOf(1.0), IntensityUnit::Native);
   VoxelFrame frame;
   voxelizer.voxelize(view, false, frame);
   EXPECT_EQ(frame.intensities, (std::vector<std::uint16_t>{1, 1})); // none: all are 1
   view.intensities = intensities;
-  view.intensity_stride = 1;
+  view.intensity_stride = sizeof(float);
   voxelizer.voxelize(view, false, frame);
   EXPECT_EQ(frame.intensities, (std::vector<std::uint16_t>{5, 7}));
 }

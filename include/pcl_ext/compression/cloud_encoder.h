@@ -2,24 +2,25 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/depth_model.h>
-#include <pcl_ext/compression/frame_encoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/saturated_float.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 namespace pcl_ext {
 namespace io {
 
-/** \brief The depth law of an intensity model, for IntensityCompressionSettings; none if its
+/** \brief The depth law of an intensity model, for the encoder; none if its
  * intensities are not a power of the depth. Decoded shares are 255 for a full voxel face. */
 template <typename IntensityModelT>
 std::optional<DepthLaw>
@@ -39,10 +40,11 @@ depthLawOf([[maybe_unused]] const IntensityModelT& model)
  * \param[in] sensor_pose sensor -> cloud, metres; used if the model uses the depth
  * \param[in] native_intensity called with the index of a point
  * \param[out] intensities memory for those of all points; must outlive the view
- * \param[in,out] points the cloud; its intensities and count_behind_sensor are set
+ * \param[in,out] points the cloud; its intensities are set
+ * \return number of points of negative depth, whose intensity is 0
  */
 template <typename IntensityModelT, typename NativeIntensityT>
-void
+std::size_t
 setIntensities(const IntensityModelT& model,
                const WorldPose& sensor_pose,
                NativeIntensityT native_intensity,
@@ -54,7 +56,8 @@ setIntensities(const IntensityModelT& model,
   intensities.resize(points.count);
   std::size_t behind_sensor = 0;
   const auto set_all = [&](const auto* point) {
-    for (std::size_t i = 0; i < points.count; ++i, point += points.coordinate_stride) {
+    for (std::size_t i = 0; i < points.count;
+         ++i, point = detail::atOffset(point, points.coordinate_stride)) {
       float depth = 0.0f;
       // The difference first: it is exact far from the origin, products are not.
       if constexpr (IntensityModelT::uses_depth) {
@@ -74,40 +77,48 @@ setIntensities(const IntensityModelT& model,
     set_all(points.double_coordinates);
   else
     set_all(points.coordinates);
-  points.count_behind_sensor = behind_sensor;
   points.intensities = intensities.data();
-  points.intensity_stride = 1;
+  points.intensity_stride = sizeof(float);
+  return behind_sensor;
 }
 
 /** \brief Encodes the clouds of one stream: points as arrays -> voxels -> bytes.
  *
- * Combines Voxelizer, DepthModel and FrameEncoder, and fits the grid again if an I-frame is
- * due. Does not need PCL. An instance is for one stream and one thread. A cloud takes time
- * and memory in proportion to its number of points, for any coordinates and intensities.
+ * Voxel (i, j, k) covers [i d_v, (i+1) d_v) x ... from the origin of the grid, computed in
+ * double precision from the coordinates. Points more than 2^20 voxels from the origin,
+ * outside the fixed box, or not finite are counted and left out. The origin is the world's,
+ * unless the settings have another one or clouds lie further out: then it is a corner of a
+ * voxel of the world's origin amid the points. Without a fixed box the grid is fitted to the
+ * points. It grows where later points require it, which takes an I-frame, and is fitted
+ * again where an I-frame is due; so is the scale of native intensities.
+ *
+ * Does not need PCL. An instance is for one stream and one thread; one that was moved from
+ * may only be destroyed or assigned to. A cloud takes time and memory in proportion to its
+ * number of points, for any coordinates and intensities.
  */
-class PCL_EXT_EXPORT CloudEncoder {
+class PCL_EXT_CODEC_EXPORT CloudEncoder {
 public:
   /** \brief An encoder at the start of a stream.
-   * \param[in] settings checked here; see settingsStatus(). `sensor_pose` is not used,
-   * as voxelize() takes the pose of each cloud
+   * \param[in] settings checked here; see settingsStatus()
    * \param[in] unit unit of the point intensities
+   * \param[in] depth_law law of the point intensities, if they follow one, see depthLawOf()
    */
-  CloudEncoder(const IntensityCompressionSettings& settings, IntensityUnit unit);
+  CloudEncoder(const EncoderSettings& settings,
+               IntensityUnit unit,
+               const std::optional<DepthLaw>& depth_law = std::nullopt);
+  ~CloudEncoder();
+  CloudEncoder(CloudEncoder&&) noexcept;
+  CloudEncoder&
+  operator=(CloudEncoder&&) noexcept;
 
   /** \brief Ok, or InvalidSettings with the field and its value; voxelize() and encode()
    * then return the same. */
   const CompressionStatus&
-  settingsStatus() const
-  {
-    return settings_status_;
-  }
+  settingsStatus() const;
 
   /** \brief The settings in force. */
-  const IntensityCompressionSettings&
-  settings() const
-  {
-    return settings_;
-  }
+  const EncoderSettings&
+  settings() const;
 
   /** \brief Changes the resolution; the next frame is an I-frame.
    * \param[in] resolution voxel edge, metres; checked as that of the settings
@@ -118,22 +129,24 @@ public:
 
   /** \brief Makes the next frame an I-frame, for a new receiver or one that lost a frame. */
   void
-  requestIFrame()
-  {
-    encoder_.requestIFrame();
-  }
+  requestIFrame();
 
   /** \brief The first half of encoding: points -> voxels, which may be filtered before
    * they are encoded.
    * \param[in] points the cloud, in the frame of the grid
    * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
    * \param[out] frame the voxels; its memory is reused
+   * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \return Ok; InvalidSettings; OutOfMemory, after which the next frame is an I-frame
    */
   CompressionStatus
-  voxelize(const PointView& points, const WorldPose& sensor_pose, VoxelFrame& frame);
+  voxelize(const PointView& points,
+           const WorldPose& sensor_pose,
+           VoxelFrame& frame,
+           std::size_t points_behind_sensor = 0);
 
-  /** \brief The same for a cloud in batches. */
+  /** \brief The same for a cloud in batches. What their functions throw is passed on, except
+   * std::bad_alloc, which is OutOfMemory; the next frame is then an I-frame. */
   CompressionStatus
   voxelize(PointBatches& points, const WorldPose& sensor_pose, VoxelFrame& frame);
 
@@ -153,33 +166,11 @@ public:
 
   /** \brief Figures of the last frame that was encoded. */
   const FrameStatistics&
-  statistics() const
-  {
-    return statistics_;
-  }
+  statistics() const;
 
 private:
-  void
-  refitIntensities(PointBatches& points, VoxelFrame& frame);
-
-  bool
-  fitCoordinateStep(PointBatches& points);
-
-  void
-  voxelizeWide(PointBatches& points, VoxelFrame& frame);
-
-  void
-  voxelizeCoarsened(PointBatches& points, unsigned int doublings, VoxelFrame& frame);
-
-  IntensityCompressionSettings settings_;
-  CompressionStatus settings_status_;
-  IntensityUnit unit_;
-  Voxelizer voxelizer_;
-  unsigned int doublings_ = 0;   // of the resolution of voxelizer_
-  double coordinate_step_ = 0.0; // its resolution, metres, if above 0
-  FrameEncoder encoder_;
-  VoxelizationStatistics voxelization_; // of the last voxelized frame
-  FrameStatistics statistics_;
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 } // namespace io

@@ -18,7 +18,7 @@ namespace io {
 enum class Effort {
   Fast,     ///< hundreds of streams on one computer; a quarter of Balanced's time
   Balanced, ///< a sensor node
-  Small     ///< recording, thin links; 3 to 6 % fewer bytes for twice the time
+  Small     ///< recording, thin links; fewer bytes for twice the time
 };
 
 /** \brief The bitstream to write. Decoders detect it by its first bytes. */
@@ -69,26 +69,37 @@ enum class IncompleteFrame {
   Keep  ///< a stream that can seek stays at its first byte, for a call with more bytes
 };
 
-/** \brief All settings of a compression, with their units, defaults and ranges.
- *
- * The published layout refuses settings that change what is decoded and that it has no field
- * for; effort and depth law, which change bytes and time only, have no effect there.
- */
-struct IntensityCompressionSettings {
+/** \brief The voxels that clouds are divided into. */
+struct GridSettings {
   /** \brief Voxel edge d_v, metres. 1e-6 to 1e6. */
   double resolution = 0.01;
 
-  /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
-   * With effort fast there are more I-frames where P-frames take more bytes, as those of
-   * some moving sensors. */
-  unsigned int i_frame_rate = 30;
+  /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
+   * automatic, which is the world's origin, or for clouds further out a corner of its
+   * voxels amid the points. Version1 only. */
+  std::optional<std::array<double, 3>> origin;
 
-  /** \brief Time against size; Version1 only. A decoder reads all three. */
-  Effort effort = Effort::Balanced;
+  /** \brief Fixed box, world coordinates, metres; points outside are counted and left
+   * out. None: the grid follows the points. min < max on each axis. */
+  std::optional<BoundingBox> bounding_box;
 
-  /** \brief Bitstream to write. */
-  StreamFormat format = StreamFormat::Version1;
+  /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
+   * to 16-fold, instead of leaving points out; the status warns of it. If that is not
+   * enough, up to a sixteenth of the points is left out, or with more far ones the
+   * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
+  bool coarsen_wide_clouds = false;
 
+  /** \brief Where all coordinates of a cloud are, to a quarter of the resolution, multiples
+   * of a larger step, as of sensors whose coordinates are whole millimetres, take voxels
+   * of that edge, centred on the multiples: fewer bytes, and coordinates as they were.
+   * Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice the
+   * resolution. Not for shares of a voxel face, nor with an origin or a bounding box.
+   * Version1 only. */
+  bool use_coordinate_step = false;
+};
+
+/** \brief The intensities of voxels and their scale. */
+struct IntensitySettings {
   /** \brief Sum or mean of the point intensities in a voxel. */
   Aggregation aggregation = Aggregation::Automatic;
 
@@ -120,6 +131,20 @@ struct IntensityCompressionSettings {
    * for all numbers, the scale is linear. Version1 only.
    */
   IntensityCurve intensity_curve = IntensityCurve::Linear;
+};
+
+/** \brief The stream and what its frames have besides intensities. */
+struct StreamSettings {
+  /** \brief Bitstream to write. */
+  StreamFormat format = StreamFormat::Version1;
+
+  /** \brief Time against size; Version1 only. A decoder reads all three. */
+  Effort effort = Effort::Balanced;
+
+  /** \brief Most frames from one I-frame to the next; 0 and 1 make every frame an I-frame.
+   * With effort fast there are more I-frames where P-frames take more bytes, as those of
+   * some moving sensors. */
+  unsigned int i_frame_rate = 30;
 
   /** \brief Bits of a colour channel, 1..8, or 0: colour is not coded. A voxel has the mean
    * colour of its points. Where clouds have no colour it has no effect. Published: not
@@ -130,48 +155,42 @@ struct IntensityCompressionSettings {
    * points as the encoded one: each of them at its voxel's centre, and with its voxel's
    * intensity, which for sums is that of all of them. Version1 only. */
   bool keep_point_counts = false;
+};
 
-  /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed, up
-   * to 16-fold, instead of leaving points out; the status warns of it. If that is not
-   * enough, up to a sixteenth of the points is left out, or with more far ones the
-   * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
-  bool coarsen_wide_clouds = false;
+/** \brief All that CloudEncoder can be set to.
+ *
+ * The published layout refuses settings that change what is decoded and that it has no field
+ * for; effort and depth law, which change bytes and time only, have no effect there.
+ */
+struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings {
+  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768 points a
+   * thread use fewer. The bytes do not depend on it. */
+  unsigned int threads = 1;
 
-  /** \brief Where all coordinates of a cloud are, to a quarter of the resolution, multiples
-   * of a larger step, as of sensors whose coordinates are whole millimetres, take voxels
-   * of that edge, centred on the multiples: fewer bytes, and coordinates as they were.
-   * Steps are 1, 2 or 5 times a power of ten up to 0.1 m, and at least twice the
-   * resolution. Not for shares of a voxel face, nor with an origin or a bounding box.
-   * Version1 only. */
-  bool use_coordinate_step = false;
+  /** \brief Limits of the stream's decoders: a frame beyond them has a warning. */
+  DecoderLimits decoder_limits;
+};
 
-  /** \brief World position, metres, from which voxels are counted, 2^20 each way. None:
-   * automatic, which is the world's origin, or for clouds further out a corner of its
-   * voxels amid the points. Version1 only. */
-  std::optional<std::array<double, 3>> origin;
-
-  /** \brief Fixed box, world coordinates, metres; points outside are counted and left
-   * out. None: the grid follows the points. min < max on each axis. */
-  std::optional<BoundingBox> bounding_box;
-
+/** \brief All settings of OctreePointCloudIntensityCompression, with their units, defaults and
+ * ranges: those of its encoder, whose decoder_limits are those of its decoder, too, and more. */
+struct IntensityCompressionSettings : EncoderSettings {
   /** \brief Pose of the sensor in the frame of the clouds that are encoded (sensor ->
    * cloud), for the depth of the points. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;
 
   /** \brief The law of the clouds' own intensities, as computed by SensorPreprocessor. With
-   * it and the sensor's pose (above) frames take 46 to 49 % fewer bytes (quadratic law, 8
-   * bits, 4 cm). A hint: a wrong law costs bytes, but no accuracy; it is ignored where it
+   * it and the sensor's pose (above) frames take fewer bytes, see doc/benchmarks.md.
+   * A hint: a wrong law costs bytes, but no accuracy; it is ignored where it
    * saves nothing. None: that of the class's intensity model, if it depends on the depth.
    * Exponent 1 or 2; depth and intensity above 0. Linear scales of Version1 only. */
   std::optional<DepthLaw> depth_law;
 
-  /** \brief Most threads that voxelize a cloud, 1 to 256. Smaller clouds than 32768 points a
-   * thread use fewer. The bytes do not depend on it. */
-  unsigned int threads = 1;
-
   /** \brief Code header.stamp and header.frame_id. Version1 only. */
   bool carry_header = false;
+
+  /** \brief What decoding does with a frame of which only the beginning is in the stream. */
+  IncompleteFrame incomplete_frame = IncompleteFrame::Skip;
 
   /** \brief Keep the last encoded or decoded frame as an octree for the inherited octree
    * queries. */
@@ -179,24 +198,24 @@ struct IntensityCompressionSettings {
 
   /** \brief Print the statistics of each frame on PCL's console. */
   bool show_statistics = false;
-
-  /** \brief Limits of decoding. */
-  DecoderLimits decoder_limits;
-
-  /** \brief What decoding does with a frame of which only the beginning is in the stream. */
-  IncompleteFrame incomplete_frame = IncompleteFrame::Skip;
 };
 
 /** \brief Checks limits, which are above 0.
  * \return Ok, or InvalidSettings with the field
  */
-PCL_EXT_EXPORT CompressionStatus
+PCL_EXT_CODEC_EXPORT CompressionStatus
 checkLimits(const DecoderLimits& limits);
 
-/** \brief Checks the settings against their ranges and each other.
+/** \brief Checks the settings of an encoder against their ranges and each other.
+ * \param[in] depth_law see IntensityCompressionSettings
  * \return Ok, or InvalidSettings with the field and its value
  */
-PCL_EXT_EXPORT CompressionStatus
+PCL_EXT_CODEC_EXPORT CompressionStatus
+checkSettings(const EncoderSettings& settings,
+              const std::optional<DepthLaw>& depth_law = std::nullopt);
+
+/** \brief Checks all settings. */
+PCL_EXT_CODEC_EXPORT CompressionStatus
 checkSettings(const IntensityCompressionSettings& settings);
 
 } // namespace io

@@ -85,7 +85,7 @@ struct DepthModel {
 };
 
 /** \brief True if all members of a depth model are within their ranges. */
-PCL_EXT_EXPORT bool
+PCL_EXT_CODEC_EXPORT bool
 isConsistent(const DepthModel& model);
 
 struct IntensityScale;
@@ -99,7 +99,7 @@ struct IntensityScale;
  * \return std::nullopt if a member would be out of range, as with voxels of the size of the
  * cut-off depth, or if the scale does not begin at 0 or is companded
  */
-PCL_EXT_EXPORT std::optional<DepthModel>
+PCL_EXT_CODEC_EXPORT std::optional<DepthModel>
 depthModelOf(const DepthLaw& law,
              const std::array<double, 3>& sensor_origin,
              const std::array<double, 3>& optical_axis,

@@ -24,7 +24,7 @@ class CodingWorkspace;
  * that saves time. CentralNode has one for each of its threads. Not for two calls at the
  * same time. Memory of a large frame is released a few frames later.
  */
-class PCL_EXT_EXPORT DecodingMemory {
+class PCL_EXT_CODEC_EXPORT DecodingMemory {
 public:
   DecodingMemory();
   ~DecodingMemory();
@@ -46,7 +46,7 @@ private:
  * lost until then. Late and repeated frames are dropped (OldFrame); an input that ended and
  * is read again from its first frame is not old. See doc/robustness.md.
  */
-class PCL_EXT_EXPORT FrameDecoder {
+class PCL_EXT_CODEC_EXPORT FrameDecoder {
 public:
   /** \brief A decoder at the start of a stream.
    * \param[in] limits bounds on time and memory
@@ -114,10 +114,9 @@ struct FrameSize {
    * UnsupportedVersion, Corrupt, LimitExceeded: no frame begins here that a decoder takes. */
   CompressionStatus status;
 
-  /** \brief Ok: size of the whole frame, of which fewer bytes may have arrived. Truncated:
-   * size from the beginning that the frame has at least, above the number of bytes at hand.
-   * Else the number of bytes to drop, after which a frame may begin. */
-  std::size_t bytes = 0;
+  std::size_t known = 0;  ///< bytes of the whole frame, of which fewer may have arrived
+  std::size_t needed = 0; ///< bytes that the frame has at least; as known, if that is
+  std::size_t drop = 0;   ///< bytes without a frame, after which one may begin
 };
 
 /** \brief Tells how many bytes the frame at the beginning of a buffer has, for bytes that
@@ -129,18 +128,18 @@ struct FrameSize {
  *
  * \code
  * const auto size = pcl_ext::io::frameSize(buffer.data(), buffer.size());
- * if (size.status.ok() && size.bytes <= buffer.size())
- *   decoder.decode(buffer.data(), size.bytes, frame); // and remove size.bytes
- * else if (size.status.ok() || size.status.code() == CompressionCode::Truncated)
- *   ; // receive at least size.bytes - buffer.size() more
- * else
- *   ; // remove size.bytes
+ * if (size.drop > 0)
+ *   ; // remove size.drop bytes
+ * else if (size.needed > buffer.size())
+ *   ; // receive more, until there are size.needed bytes
+ * else if (size.status.ok())
+ *   decoder.decode(buffer.data(), size.known, frame); // and remove size.known bytes
  * \endcode
  * \param[in] bytes the first byte
  * \param[in] count number of bytes at hand; may be 0
  * \param[in] limits of the decoder that gets the frame
  */
-PCL_EXT_EXPORT FrameSize
+PCL_EXT_CODEC_EXPORT FrameSize
 frameSize(const std::uint8_t* bytes,
           std::size_t count,
           const DecoderLimits& limits = DecoderLimits());

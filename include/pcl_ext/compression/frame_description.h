@@ -48,7 +48,7 @@ struct FrameDescription {
  * \param[in] count number of bytes at hand; 2048 are enough for any header
  * \param[in] limits of the decoder that gets the frame
  */
-PCL_EXT_EXPORT FrameDescription
+PCL_EXT_CODEC_EXPORT FrameDescription
 describeFrame(const std::uint8_t* bytes,
               std::size_t count,
               const DecoderLimits& limits = DecoderLimits());

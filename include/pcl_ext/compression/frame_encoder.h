@@ -15,7 +15,7 @@ namespace pcl_ext {
 namespace io {
 
 /** \brief Encodes the voxel frames of one stream. */
-class PCL_EXT_EXPORT FrameEncoder {
+class PCL_EXT_CODEC_EXPORT FrameEncoder {
 public:
   /** \brief An encoder at the start of a stream.
    * \param[in] format bitstream to write

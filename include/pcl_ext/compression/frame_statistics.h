@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -15,7 +17,7 @@ struct VoxelizationStatistics {
   std::size_t points_not_finite = 0;        ///< a coordinate is NaN or infinite
   std::size_t points_outside_box = 0;       ///< outside the fixed bounding box
   std::size_t points_outside_grid = 0;      ///< more than 2^20 voxels from the origin
-  std::size_t points_behind_sensor = 0;     ///< PointView::count_behind_sensor
+  std::size_t points_behind_sensor = 0;     ///< of negative depth
   std::size_t intensities_not_finite = 0;   ///< points used with intensity 0 instead
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
   std::size_t intensities_vanished = 0;     ///< voxels above 0 that became 0

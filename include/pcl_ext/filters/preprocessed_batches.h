@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/filters/impl/moved_points.hpp>
 #include <pcl_ext/filters/sensor_preprocessor.h>
 
@@ -15,6 +15,7 @@
 #include <vector>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief The points of a sensor's cloud as SensorPreprocessor makes them, some at a time,
  * for io::CloudEncoder: from the sensor's cloud to voxels in one pass, without the processed
@@ -75,6 +76,12 @@ public:
   bool
   next(io::PointView& points) override;
 
+  std::size_t
+  pointsBehindSensor() const override
+  {
+    return preprocessor_.statistics().points_behind_sensor;
+  }
+
   std::vector<io::PointBatches*>
   split(std::size_t parts) override;
 
@@ -98,6 +105,7 @@ private:
   std::size_t part_count_ = 0; // since split(); 0: the instance itself is read
 };
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext
 
 #include <pcl_ext/filters/impl/preprocessed_batches.hpp>

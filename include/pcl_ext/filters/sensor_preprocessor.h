@@ -20,6 +20,7 @@
 #include <string>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Outcome codes of preprocessing. */
 enum class PreprocessingCode {
@@ -263,6 +264,7 @@ private:
   Output input_;         // the points of a cloud that is its own output
 };
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext
 
 #include <pcl_ext/filters/impl/sensor_preprocessor.hpp>

@@ -12,6 +12,7 @@
 #include <vector>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief Removes voxels of low intensity as noise (section 2.7 of the paper), as a
  * PassThrough on `intensity` does with decoded clouds.
@@ -20,7 +21,7 @@ namespace pcl_ext {
  * intensities
  * \return number of voxels removed
  */
-PCL_EXT_EXPORT std::size_t
+PCL_EXT_CODEC_EXPORT std::size_t
 removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
 
 /** \brief The same into another frame, for streams that share the memory that they decode
@@ -30,7 +31,7 @@ removeVoxelsBelow(io::VoxelFrame& frame, float min_intensity);
  * \param[out] kept the frame without these voxels; must not be `frame`
  * \return number of voxels left out
  */
-PCL_EXT_EXPORT std::size_t
+PCL_EXT_CODEC_EXPORT std::size_t
 removeVoxelsBelow(const io::VoxelFrame& frame,
                   float min_intensity,
                   io::VoxelFrame& kept);
@@ -61,7 +62,7 @@ enum class DensityUnit {
 /** \brief The unit for intensities of a law: Faces for the quadratic one, Points for counts
  * of depth cameras, Voxels for native ones and where there are none, and Automatic for the
  * linear one, which needs a depth model for Faces. Lidars need Voxels whatever their law. */
-PCL_EXT_EXPORT DensityUnit
+PCL_EXT_CODEC_EXPORT DensityUnit
 densityUnitOf(IntensityLaw law);
 
 /** \brief All settings of a VoxelOutlierRemoval, with their units, defaults and ranges. */
@@ -69,18 +70,9 @@ struct VoxelOutlierRemovalSettings {
   /** \brief Voxels of lower log-odds are noise. Natural logarithm, finite; voxels have
    * about -12 to 12 at 4 cm.
    *
-   * In the robot cell, depending on the sensor, at 4 cm, with the quadratic law: 0 removes
-   * 82 to 90 % of the noise and about 1 % of the surfaces' voxels; 2.5 removes 95 to 96 %
-   * and 4 to 7 %, mostly at fringes. With counts: 79 to 86 % and 1 to 2 % at 0; 7 to 13 %
-   * of the surfaces at 2.5. Do not use such a high value where people are: of a person 87
-   * to 97 % of the voxels stay at 2.5 (counts: 86 to 92 %), in the worst frame only 14 to
-   * 81 %; at 0 it is 97 to 100 % and 66 to 96 %. For other edges see
-   * experiments/noise/README.md. Calibrated on a Kinect V2: with finer or coarser pixels
-   * all log-odds are shifted alike.
-   *
-   * The unit Voxels is calibrated on a lidar, of whose voxels 1 % are noise: 0 removes 3 %
-   * of the noise and 0.01 % of the surfaces' voxels, 1 removes 13 % and 0.1 %, 2 removes 37 %
-   * and 0.7 %. On depth cameras, of which 10 % are noise, 5 is as selective as 0 with counts.
+   * 0 removes most of the noise of depth cameras and about 1 % of the surfaces' voxels; 2.5
+   * more of both. Do not use such a high value where people are. For the shares of noise,
+   * surfaces and people that it removes see doc/outlier_removal.md.
    */
   float min_log_odds = 0.0f;
 
@@ -132,7 +124,7 @@ struct OutlierRemovalStatus : Status<OutlierRemovalCode> {
 /** \brief Checks the settings against their ranges.
  * \return Ok, or InvalidSettings with the field and its value
  */
-PCL_EXT_EXPORT OutlierRemovalStatus
+PCL_EXT_CODEC_EXPORT OutlierRemovalStatus
 checkSettings(const VoxelOutlierRemovalSettings& settings);
 
 /** \brief Removes noise from the voxels of one stream by their neighbourhood in this and
@@ -142,48 +134,16 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * cannot be judged stays.
  *
  * The voxels of a surface have neighbours of the same surface, each about as dense as its
- * face is covered; a flying pixel has few neighbours, with a point or two each. The density
- * around a voxel is summed in three shells, in voxel faces:
- *
- *     f = I in the voxels of this frame, H / 2 in voxels of previous frames only
- *     H_t = H_(t-1) + (I_t - H_(t-1)) / 4, with I_t = 0 where a frame has no voxel
- *     core = 2 f(voxel) + f(its 6 face neighbours)
- *     ring = f(the other 20 of the 3 x 3 x 3 voxels)
- *     rim  = f(the other 98 of the 5 x 5 x 5 voxels)
- *     log-odds = 3 ln(core + e) + (ln(ring + e) + ln(rim + e)) / 2 + c
- *
- * with e = 0.02 and c = 2.4 + 3 ln(voxel edge / 4 cm): naive Bayes with a power law for
- * each shell. The weights are rounded coefficients of a logistic regression on one sensor
- * of the robot cell. Previous frames only fill in voxels that this frame leaves empty, as
- * some of a surface's fringe are in each frame; no voxel becomes denser by having been
- * occupied before, so that moving and standing people are treated alike.
- *
- * I is an integer, 255ths of a face, 1 to 255, or the number of points if the unit is
- * Points. Then the shells are relative to the mean of the f above 0 in the 5 x 5 x 5
- * voxels, and c = -2.5 - 3 ln(voxel edge / 4 cm) up to 4 cm, -2.5 above. H is in 64ths of
- * I, rounded up as it decreases, and set to 0 below 1/4; H / 2 is rounded down to quarters.
- * These are integers, the same on all machines. Log-odds are float: a voxel within about
- * 1e-6 of the threshold may differ between machines.
- *
- * With the unit Voxels all I are 1, e = 0.3, c = 2.9 - 3/4 ln(voxel edge / 4 cm), and
- * 5/4 ln(rank) is added: the share of the frame's voxels whose H of the previous frames is
- * not above this voxel's, in 256 steps. A lidar's rays hit the same voxels again, except for
- * those of mixed echoes. Where nothing was occupied before, as in the first frame or if the
- * sensor moves, all ranks are 1.
- *
- * Voxels finer than min_cell_edge are judged by the cells of 2, 4, 8, 16 or 32 voxels on each
- * axis which are at least as large: all formulas are then those of the cells, and the voxels
- * of a cell have its log-odds. Single fine voxels lie apart like noise, as a pixel of a
- * Kinect V2 covers 1 cm at a depth of 3.6 m.
- *
- * With a depth model a face counts as covered from sure_points_per_square_metre on, so that
- * near limbs seen at a grazing angle are kept, which have fewer points than would cover their
- * faces, but more than noise. A frame without a model has that of the last one.
+ * face is covered; a flying pixel has few neighbours, with a point or two each. The log-odds
+ * of surface against noise follow from the densities around a voxel in three shells, see
+ * doc/outlier_removal.md. Voxels finer than min_cell_edge are judged by the coarse voxels
+ * that contain them.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
  * CentralNode::merge(). The history is kept while the grid moves on its lattice, by up to
  * two million voxels along each axis. All of it, the depth model included, is dropped where
- * the grid moves farther or the resolution or the origin changes; H where the unit changes.
+ * the grid moves farther or the resolution or the origin changes; that of densities where
+ * the unit changes.
  * Time and memory are proportional to the number of voxels, wherever they are; memory of a
  * large frame is released a few frames later. If memory runs out std::bad_alloc is thrown
  * and the next frame is filtered without a history.
@@ -191,7 +151,7 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * Instances are independent; calls of one instance must not overlap. A moved-from instance
  * may only be assigned to or destroyed.
  */
-class PCL_EXT_EXPORT VoxelOutlierRemoval {
+class PCL_EXT_CODEC_EXPORT VoxelOutlierRemoval {
 public:
   /** \brief Point density from which a surface counts as covered, if there can be as many
    * points at its depth; 9 on a face of 4 cm. */
@@ -201,7 +161,7 @@ public:
   static constexpr double min_resolution = 0.001;
   static constexpr double max_resolution = 0.2;
 
-  /** \brief Finer voxels are judged by cells of several, metres. At 2 cm one pixel of a
+  /** \brief Finer voxels are judged by coarse voxels, metres. At 2 cm one pixel of a
    * Kinect V2 covers a voxel's face at a depth of 7 m. */
   static constexpr double min_cell_edge = 0.02;
 
@@ -301,4 +261,5 @@ removeOutliers(CloudT& cloud, const io::VoxelFrame& frame, VoxelOutlierRemoval& 
   return status;
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -7,6 +7,7 @@
 #include <string>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 /** \brief The laws that can be chosen at run time; see CountLaw, QuadraticLaw, LinearLaw,
  * NativeLaw and NoIntensity. */
@@ -104,4 +105,5 @@ visitIntensityModel(IntensityLaw law,
   detail::throwInvalidArgument("unknown intensity law");
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

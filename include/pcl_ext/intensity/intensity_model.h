@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,6 +12,7 @@
 #include <utility>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace detail {
 
@@ -416,4 +419,5 @@ using CountIntensity = IntensityModel<UnspecifiedSensor, CountLaw>;
 /** \brief Keeps the sensor's own intensity, for any sensor. */
 using NativeIntensity = IntensityModel<UnspecifiedSensor, NativeLaw>;
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -25,7 +25,7 @@ namespace nodes {
 struct CentralNodeSettings {
   /** \brief Voxel edge of the common grid that streams are merged on, metres. 1e-6 to
    * 1e6; by default that of the sensors' settings. */
-  double resolution = io::IntensityCompressionSettings().resolution;
+  double resolution = io::GridSettings().resolution;
 
   /** \brief Origin of the common grid: world position, metres, from which its voxels
    * are counted, 2^20 each way. None: the world's origin; while voxels lie further out,

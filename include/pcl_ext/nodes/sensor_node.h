@@ -25,14 +25,12 @@ namespace nodes {
 
 /** \brief All settings of a SensorNode, with their units, defaults and ranges. */
 struct SensorNodeSettings {
-  /** \brief Resolution, effort, format, I-frame rate, bits and so on.
-   *
-   * `sensor_pose` and `depth_law` must not be set: they follow from the transform and the
-   * law. Without a `bounding_box` the grid is that of the crop box, if there is one.
+  /** \brief Resolution, effort, format, I-frame rate, bits and so on. Without a
+   * `bounding_box` the grid is that of the crop box, if there is one.
    * Clouds with a colour are sent with it, unless `colour_bits` is 0 or the format is
    * Published; colours can double the size of a frame. Clouds without cost nothing.
    */
-  io::IntensityCompressionSettings compression;
+  io::EncoderSettings compression;
 
   /** \brief Law of the point intensities. */
   IntensityLaw law = automaticLaw(false);
@@ -55,7 +53,10 @@ struct SensorNodeSettings {
    * set it to Voxels. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
-  /** \brief Name of the world frame, part of the frames if compression.carry_header is set;
+  /** \brief Code the stamp of the cloud and global_frame; not in the published layout. */
+  bool carry_header = false;
+
+  /** \brief Name of the world's coordinate frame, part of the frames if carry_header is set;
    * at most 1024 bytes then. */
   std::string global_frame = "world";
 

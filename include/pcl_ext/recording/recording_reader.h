@@ -26,7 +26,7 @@ struct RecordedStream {
   Time first_time{0};     ///< of the frames
   Time last_time{0};
   std::map<std::string, std::string> metadata; ///< of the channel
-  std::size_t channel = 0; ///< MCAP: index in McapReader::channels() of the same file
+  std::size_t channel = 0; ///< MCAP: number of the channel in the file, from 0
 };
 
 /** \brief An encoded frame of a recording. */
@@ -48,7 +48,7 @@ struct RecordedFrame {
  * voxel.
  * \param[in] bytes of the recording
  */
-PCL_EXT_EXPORT io::DecoderLimits
+PCL_EXT_RECORDING_EXPORT io::DecoderLimits
 decoderLimitsOf(std::uint64_t bytes);
 
 /** \brief Reads recordings: .pcxi files, MCAP files and rosbag2 folders with messages of the
@@ -64,7 +64,7 @@ decoderLimitsOf(std::uint64_t bytes);
  *   std::cout << reader.streams()[frame.stream].name << ' ' << frame.bytes.size() << '\n';
  * \endcode
  */
-class PCL_EXT_EXPORT RecordingReader {
+class PCL_EXT_RECORDING_EXPORT RecordingReader {
 public:
   RecordingReader();
   ~RecordingReader();
@@ -138,7 +138,7 @@ private:
 
 /** \brief Decodes the frames of one stream of a recording in any order. A frame that does not
  * follow the last one is decoded from the I-frame before it on. */
-class PCL_EXT_EXPORT RecordedStreamDecoder {
+class PCL_EXT_RECORDING_EXPORT RecordedStreamDecoder {
 public:
   /** \param[in] reader must outlive this
    * \param[in] stream index in its streams

@@ -22,8 +22,8 @@ struct StreamToRecord {
 /** \brief Records the encoded frames of one or several streams.
  *
  * A path that ends in .pcxi is a file of one stream: its frames one after the other, as
- * OctreePointCloudIntensityCompression writes them to a stream. Any other is MCAP, see
- * McapWriter: a channel for each stream with messages of the type
+ * OctreePointCloudIntensityCompression writes them to a stream. Any other is MCAP: a
+ * channel for each stream with messages of the type
  * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. The path
  * - is the standard output, and .pcxi there.
  *
@@ -39,7 +39,7 @@ struct StreamToRecord {
  *   status = writer.finish();
  * \endcode
  */
-class PCL_EXT_EXPORT RecordingWriter {
+class PCL_EXT_RECORDING_EXPORT RecordingWriter {
 public:
   RecordingWriter();
 

@@ -117,7 +117,7 @@ struct ViewServerStatistics {
  * server.publish(stream, time, bytes);
  * \endcode
  */
-class PCL_EXT_EXPORT ViewServer {
+class PCL_EXT_VIEW_EXPORT ViewServer {
 public:
   explicit ViewServer(const ViewServerSettings& settings);
 

@@ -9,7 +9,7 @@
 
 namespace pcl_ext_ros {
 
-using pcl_ext::nodes::MergedMap;
+using pcl_ext::nodes::detail::MergedMap;
 using std_srvs::srv::Trigger;
 
 CentralMap::CentralMap(rclcpp::Node& node,

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <pcl_ext/nodes/central_node.h>
-#include <pcl_ext/nodes/merged_map.h>
+#include <pcl_ext/nodes/impl/merged_map.h>
 
 #include "map_publisher.h"
 #include "stream.h"
@@ -85,7 +85,7 @@ private:
   std::string fault_;
   const double seconds_between_updates_;
   std::mutex mutex_; // guards map_: callbacks may run while the node ends
-  pcl_ext::nodes::MergedMap map_;
+  pcl_ext::nodes::detail::MergedMap map_;
   const Streams streams_;
   const std::shared_ptr<const pcl_ext::nodes::CentralNode> central_node_;
   MapPublisher publisher_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "codec/context/models.h"
 #include "codec/context/node_blocks.h"
 #include "voxels/child_masks.h"

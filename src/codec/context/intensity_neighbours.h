@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "voxels/lower_neighbours.h"
 #include "voxels/voxel_block.h"
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "codec/context/bit_mixer.h"
 #include "codec/context/choices.h"
 #include "simd/bit_operations.h"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "bytes/reserve_ahead.h"
 #include "simd/bit_operations.h"
 #include "voxels/block_directory.h"

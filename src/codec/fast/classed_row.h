@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "codec/fast/nibble_model.h"
 
 #include <array>

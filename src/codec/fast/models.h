@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "codec/fast/byte_table.h"
 #include "codec/fast/history.h"
 #include "codec/fast/nibble_model.h"

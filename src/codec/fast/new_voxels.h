@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "codec/fast/frame.h"
 #include "codec/fast/history.h"
 #include "codec/fast/models.h"

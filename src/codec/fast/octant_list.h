@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "simd/symbol_lanes.h"
 #include "voxels/child_masks.h"
 #include "voxels/voxel_block.h"

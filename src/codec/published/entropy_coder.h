@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include "bytes/byte_source.h"
 
 #include <cstddef>

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pcl_ext/version.h>
+
 namespace pcl_ext {
 namespace io {
 namespace supplement {

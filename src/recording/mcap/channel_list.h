@@ -1,8 +1,7 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_reader.h>
-
 #include "recording/mcap/records.h"
+#include "recording/mcap_reader.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_content.h>
-#include <pcl_ext/recording/mcap_reader.h>
 #include <pcl_ext/recording/recording_status.h>
 
 #include "recording/files.h"
 #include "recording/mcap/record_access.h"
 #include "recording/mcap/records.h"
+#include "recording/mcap_content.h"
+#include "recording/mcap_reader.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,7 @@
 #include "recording/mcap/record_access.h"
 
-#include <pcl_ext/recording/mcap_reader.h>
-
 #include "recording/mcap/chunk_compression.h"
+#include "recording/mcap_reader.h"
 #include "recording/span_reader.h"
 
 #include <algorithm>

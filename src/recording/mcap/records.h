@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include <pcl_ext/recording/mcap_content.h>
+#include "recording/mcap_content.h"
 
 #include <array>
 #include <cstddef>

@@ -1,8 +1,9 @@
-#include <pcl_ext/compression/voxelizer.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/point_intensity.h>
 
 #include "support/published_streams.h"
+#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 

@@ -14,14 +14,14 @@ int
 main()
 {
   using namespace pcl_ext::io;
-  IntensityCompressionSettings settings;
+  EncoderSettings settings;
   settings.resolution = 0.1;
   std::vector<float> coordinates(3 * 1000);
   for (std::size_t i = 0; i < 1000; ++i)
     coordinates[3 * i] = 0.01f * static_cast<float>(i);
   PointView points;
   points.coordinates = coordinates.data();
-  points.coordinate_stride = 3;
+  points.coordinate_stride = 3 * sizeof(float);
   points.count = 1000;
 
   CloudEncoder encoder(settings, pcl_ext::IntensityUnit::Points);

@@ -2,10 +2,10 @@
  * Writes an MCAP file, or reads one, and prints its content as lines of JSON; for
  * exchange_files.mjs.
  */
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 
 #include <cstdio>

@@ -1,4 +1,3 @@
-#include <pcl_ext/recording/mcap_reader.h>
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/view/view_server.h>
 
@@ -13,6 +12,7 @@
 #include "options/encoding_options.h"
 #include "options/options.h"
 #include "outputs/output_path.h"
+#include "recording/mcap_reader.h"
 #include "simulator/robot_cell.h"
 #include "viewing/browser.h"
 #include "viewing/live_cell.h"

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_content.h>
-#include <pcl_ext/recording/mcap_reader.h>
-
 #include "inputs/standard_input.h"
 #include "inputs/viewpoints.h"
 #include "measuring/cloud_sequence.h"
 #include "options/text_values.h"
+#include "recording/mcap_content.h"
+#include "recording/mcap_reader.h"
 
 #include <pcl/PCLPointCloud2.h>
 

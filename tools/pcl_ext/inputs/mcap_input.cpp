@@ -1,5 +1,3 @@
-#include <pcl_ext/recording/point_cloud_messages.h>
-
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/cloud_input.h"
@@ -7,6 +5,7 @@
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
 #include "recording/mcap_stream.h"
+#include "recording/point_cloud_messages.h"
 
 #include <algorithm>
 #include <functional>

@@ -72,16 +72,13 @@ PipedFrames::publishFrames()
     const std::uint8_t* const bytes = bytes_.data() + begin;
     const std::size_t count = bytes_.size() - begin;
     const io::FrameSize size = io::frameSize(bytes, count, limitsOfFrames());
-    const bool is_incomplete =
-        size.status.ok() ? size.bytes > count
-                         : size.status.code() == io::CompressionCode::Truncated;
-    if (is_incomplete) {
-      needed_ = size.bytes;
+    if (size.needed > count) {
+      needed_ = size.needed;
       break;
     }
     if (size.status.ok()) {
       const auto time = timeOf(io::describeFrame(bytes, count, limitsOfFrames()));
-      const auto status = server_.publish(stream_, time, {bytes, bytes + size.bytes});
+      const auto status = server_.publish(stream_, time, {bytes, bytes + size.known});
       if (!status.ok())
         throw std::runtime_error(status.message());
       ++frames_;
@@ -89,9 +86,9 @@ PipedFrames::publishFrames()
     else {
       if (skipped_bytes_ == 0)
         first_problem_ = size.status.message();
-      skipped_bytes_ += size.bytes;
+      skipped_bytes_ += size.drop;
     }
-    begin += size.bytes;
+    begin += size.known + size.drop;
   }
   bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(begin));
 }

@@ -4,7 +4,8 @@
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
+
+#include "recording/point_cloud_messages.h"
 
 #include <pcl/PCLPointCloud2.h>
 

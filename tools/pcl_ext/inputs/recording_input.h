@@ -1,9 +1,9 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_reader.h>
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "options/text_values.h"
+#include "recording/mcap_reader.h"
 
 #include <CLI/App.hpp>
 

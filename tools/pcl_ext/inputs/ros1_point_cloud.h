@@ -1,6 +1,6 @@
 #pragma once
 
-#include <pcl_ext/recording/point_cloud_messages.h>
+#include "recording/point_cloud_messages.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -80,11 +80,10 @@ addOutlierRemoval(CLI::App& app,
       ->needs(removal);
 }
 
-io::IntensityCompressionSettings
+io::EncoderSettings
 EncodingOptions::defaultCodec()
 {
-  io::IntensityCompressionSettings codec;
-  codec.carry_header = true;
+  io::EncoderSettings codec;
   // Those of the largest recordings: StreamEncoder refuses what a reader would refuse.
   codec.decoder_limits =
       recording::decoderLimitsOf(std::numeric_limits<std::uint64_t>::max());
@@ -175,7 +174,7 @@ EncodingOptions::addScaleOptions(CLI::App& app)
                               "published: that of the paper's authors");
   app.add_flag_callback(
       "--no-header",
-      [this] { codec_.carry_header = false; },
+      [this] { carries_header_ = false; },
       "frames without stamp and frame_id");
 }
 
@@ -285,7 +284,7 @@ void
 EncodingOptions::checkFrameId(bool has_messages) const
 {
   const bool has_header =
-      codec_.carry_header && codec_.format == io::StreamFormat::Version1;
+      carries_header_ && codec_.format == io::StreamFormat::Version1;
   if (!has_messages && !has_header)
     refuseOptions(*app_,
                   {"--frame-id"},
@@ -347,7 +346,8 @@ EncodingOptions::nodeSettings(IntensityLaw law, const std::string& frame_id) con
   nodes::SensorNodeSettings settings;
   settings.compression = codec_;
   // The published layout has no field for it.
-  settings.compression.carry_header &= codec_.format == io::StreamFormat::Version1;
+  settings.carry_header =
+      carries_header_ && codec_.format == io::StreamFormat::Version1;
   if (codec_.format == io::StreamFormat::Published)
     settings.compression.colour_bits = 0;
   settings.law = law;

@@ -99,7 +99,7 @@ public:
   StreamMetadata
   metadataOf(const std::string& stream, IntensityLaw law) const;
 
-  const io::IntensityCompressionSettings&
+  const io::EncoderSettings&
   codec() const
   {
     return codec_;
@@ -166,7 +166,8 @@ private:
   checkEffects() const;
 
   const CLI::App* app_ = nullptr; // to which the options were added
-  io::IntensityCompressionSettings codec_ = defaultCodec();
+  io::EncoderSettings codec_ = defaultCodec();
+  bool carries_header_ = true;
   std::optional<IntensityLaw> law_; ///< none: automatic
   std::optional<RuntimeSensor> sensor_;
   std::optional<io::BoundingBox> crop_box_;
@@ -177,7 +178,7 @@ private:
   bool removes_outliers_ = false;
   DensityUnit unit_ = DensityUnit::Automatic;
 
-  static io::IntensityCompressionSettings
+  static io::EncoderSettings
   defaultCodec();
 };
 

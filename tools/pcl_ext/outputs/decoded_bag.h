@@ -1,10 +1,9 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
-
 #include "inputs/recording_input.h"
 #include "outputs/output_path.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 
 #include <pcl/PCLPointCloud2.h>
 

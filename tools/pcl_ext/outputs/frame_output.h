@@ -1,11 +1,11 @@
 #pragma once
 
-#include <pcl_ext/recording/mcap_reader.h>
-#include <pcl_ext/recording/mcap_writer.h>
-#include <pcl_ext/recording/point_cloud_messages.h>
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "outputs/output_path.h"
+#include "recording/mcap_reader.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 
 #include <cstddef>
 #include <string>

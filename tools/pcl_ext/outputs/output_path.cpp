@@ -1,8 +1,7 @@
 #include "outputs/output_path.h"
 
-#include <pcl_ext/recording/mcap_reader.h>
-
 #include "console/exit_status.h"
+#include "recording/mcap_reader.h"
 
 #include <unistd.h>
 

@@ -302,7 +302,7 @@ frameSize(const std::uint8_t* bytes,
   const io::FrameSize measured =
       io::frameSize(bytes, size, {max_frame_bytes, max_voxels, max_points});
   results().measured = {outcomeOf(measured.status),
-                        static_cast<std::uint32_t>(measured.bytes)};
+                        static_cast<std::uint32_t>(measured.known + measured.drop)};
   return &results().measured;
 }
 

@@ -8,8 +8,8 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/compression/voxelizer.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/rigid_pose.h>
 #include <pcl_ext/status.h>
@@ -81,12 +81,14 @@ public:
   /** \brief Encodes the next cloud. The first warning of each kind is printed on PCL's
    * console.
    * \param[in] points the cloud
+   * \param[in] points_behind_sensor for the statistics, see setIntensities()
    * \param[in] sensor_pose sensor -> cloud, metres
    * \param[in] header of the cloud; coded if the settings say so
    * \param[out] bytes the frame; empty unless the status is Ok
    */
   CompressionStatus
   encode(const PointView& points,
+         std::size_t points_behind_sensor,
          const SensorPose& sensor_pose,
          const pcl::PCLHeader& header,
          std::vector<std::uint8_t>& bytes);
@@ -133,6 +135,7 @@ private:
 
   IntensityCompressionSettings settings_;
   CompressionStatus limits_status_;
+  CompressionStatus settings_status_;
   CloudEncoder encoder_;
   FrameDecoder decoder_;
   FrameStatistics statistics_;

@@ -264,16 +264,17 @@ OctreePointCloudIntensityCompression<PointT, IntensityModelT, LeafT, BranchT, Oc
   PointView view = pointViewOf(*cloud);
   const SensorPose pose =
       detail::sensorPose(settings(), cloud->sensor_origin_, cloud->sensor_orientation_);
+  std::size_t points_behind_sensor = 0;
   if (IntensityModelT::unit != IntensityUnit::None &&
       !detail::counts_points<IntensityModelT> && !cloud->empty() &&
       !detail::useOwnIntensities(intensity_model_, *cloud, view))
-    setIntensities(
+    points_behind_sensor = setIntensities(
         intensity_model_,
         pose.cast<double>(),
         [&cloud](std::size_t i) { return nativeIntensity((*cloud)[i], 0.0f); },
         intensities_,
         view);
-  return streams_.encode(view, pose, cloud->header, bytes);
+  return streams_.encode(view, points_behind_sensor, pose, cloud->header, bytes);
 }
 
 template <typename PointT,

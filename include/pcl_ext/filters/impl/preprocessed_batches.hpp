@@ -6,6 +6,7 @@
 #include <algorithm>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 template <typename IntensityModelT, typename OutputPointT>
 PreprocessingStatus
@@ -37,7 +38,6 @@ template <typename IntensityModelT, typename OutputPointT>
 bool
 PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
 {
-  const std::size_t behind_sensor = preprocessor_.statistics_.points_behind_sensor;
   std::size_t count = 0;
   // Batches of few points, where most are cropped, would take more time.
   while (count < chunk && next_ < end_) {
@@ -49,8 +49,6 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::next(io::PointView& points)
     next_ += most;
   }
   points = viewOf(count);
-  points.count_behind_sensor =
-      preprocessor_.statistics_.points_behind_sensor - behind_sensor;
   return count > 0;
 }
 
@@ -103,11 +101,12 @@ PreprocessedBatches<IntensityModelT, OutputPointT>::viewOf(std::size_t count) co
   if (preprocessor_.movesDoubles(layout_)) {
     view.coordinates = nullptr;
     view.double_coordinates = doubles_[0].data();
-    view.coordinate_stride = 3;
+    view.coordinate_stride = sizeof(doubles_[0]);
   }
   if (!hasColours())
     view.colours = nullptr;
   return view;
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

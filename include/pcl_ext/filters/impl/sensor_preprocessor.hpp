@@ -12,6 +12,7 @@
 #include <type_traits>
 
 namespace pcl_ext {
+inline namespace PCL_EXT_ABI {
 
 namespace detail {
 
@@ -426,4 +427,5 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::finishOutput(Output& output) 
   output.height = 1;
 }
 
+} // namespace PCL_EXT_ABI
 } // namespace pcl_ext

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/recording_status.h>
+
+#include "recording/mcap_content.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -38,23 +39,23 @@ struct PointCloudMessage {
 };
 
 /** \brief True if a channel has messages of sensor_msgs/msg/PointCloud2 in CDR. */
-PCL_EXT_EXPORT bool
+PCL_EXT_RECORDING_EXPORT bool
 isPointCloud(const McapChannel& channel);
 
 /** \brief True if a channel has messages of
  * point_cloud_interfaces/msg/CompressedPointCloud2 in CDR. Their format may be another than
  * this library's. */
-PCL_EXT_EXPORT bool
+PCL_EXT_RECORDING_EXPORT bool
 isCompressedPointCloud(const McapChannel& channel);
 
 /** \brief A channel of point clouds, with the full text of its schema.
  * \param[in] topic of the channel
  */
-PCL_EXT_EXPORT McapChannel
+PCL_EXT_RECORDING_EXPORT McapChannel
 pointCloudChannel(const std::string& topic);
 
 /** \brief The same for compressed clouds. */
-PCL_EXT_EXPORT McapChannel
+PCL_EXT_RECORDING_EXPORT McapChannel
 compressedPointCloudChannel(const std::string& topic);
 
 /** \brief Reads a message in CDR (the encoding of ROS 2), of either byte order.
@@ -64,7 +65,7 @@ compressedPointCloudChannel(const std::string& topic);
  * \param[out] message its memory is reused
  * \return Damaged if the bytes are no such message
  */
-PCL_EXT_EXPORT RecordingStatus
+PCL_EXT_RECORDING_EXPORT RecordingStatus
 readPointCloud(const std::uint8_t* bytes,
                std::size_t size,
                bool is_compressed,
@@ -76,7 +77,7 @@ readPointCloud(const std::uint8_t* bytes,
  * \param[in] is_compressed which of the two types it is
  * \param[out] bytes its memory is reused
  */
-PCL_EXT_EXPORT void
+PCL_EXT_RECORDING_EXPORT void
 writePointCloud(const PointCloudMessage& message,
                 bool is_compressed,
                 std::vector<std::uint8_t>& bytes);

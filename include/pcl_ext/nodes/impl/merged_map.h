@@ -17,6 +17,7 @@
 
 namespace pcl_ext {
 namespace nodes {
+namespace detail {
 
 /** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For one
  * thread at a time. Needs OctoMap, as insertVoxels does. */
@@ -144,5 +145,6 @@ MergedMap::faultOf(const std::string& path)
          "'; it must be a file in a folder that can be written to";
 }
 
+} // namespace detail
 } // namespace nodes
 } // namespace pcl_ext

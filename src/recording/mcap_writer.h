@@ -1,8 +1,9 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/recording_status.h>
+
+#include "recording/mcap_content.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +25,7 @@ enum class McapChunking {
  * finish(). What was written until a failure or a crash stays there and can be read. After a
  * failure all calls return that failure.
  */
-class PCL_EXT_EXPORT McapWriter {
+class PCL_EXT_RECORDING_EXPORT McapWriter {
 public:
   /** \brief A chunk of this size ends with the next message, bytes; those of OwnStream with
    * the next message that may begin a chunk. */

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <pcl_ext/export.h>
-#include <pcl_ext/recording/mcap_content.h>
 #include <pcl_ext/recording/recording_status.h>
+
+#include "recording/mcap_content.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +33,7 @@ struct McapEntry {
  * in a chunk that is incomplete. A chunk whose checksum is wrong is left out as a whole, and
  * reported by damage(). Any bytes are safe; memory is bounded by the limit on a chunk.
  */
-class PCL_EXT_EXPORT McapReader {
+class PCL_EXT_RECORDING_EXPORT McapReader {
 public:
   /** \brief Whether the messages of a channel are wanted; others are not indexed. */
   using ChannelFilter = std::function<bool(const McapChannel&)>;

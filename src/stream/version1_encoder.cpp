@@ -1,0 +1,240 @@
+#include "stream/version1_encoder.h"
+
+#include "bytes/exceptions.h"
+#include "codec/supplement/coarse_voxels.h"
+#include "voxels/ascending_keys.h"
+
+#include <numeric>
+
+namespace pcl_ext {
+namespace io {
+
+bool
+Version1Encoder::needsIFrame(const VoxelFrame& frame,
+                             const std::optional<FrameStamp>& stamp)
+{
+  if (frame.grid != grid_ || frame.intensity_scale != intensity_scale_ ||
+      frame.depth_model.has_value() != has_depth_model_ ||
+      frame.colour_bits != content_.colour_bits ||
+      frame.has_point_counts != content_.has_point_counts)
+    return true;
+  // A large change of the stamp, as of the first one in a stream, takes more bytes in a
+  // P-frame's header than the stamp itself.
+  constexpr std::int64_t far = std::int64_t{1} << 27;
+  if (stamp && (stampChange(*stamp) >= far || stampChange(*stamp) < -far))
+    return true;
+  // A moving sensor leaves many records, which take time and memory in both directions.
+  if (coder().trackedVoxels() > maxTrackedVoxels(frame.size()))
+    return true;
+  if (content_.refinement_levels > 0 && comeAgain(frame.keys)) {
+    is_refinement_useful_ = false;
+    return true;
+  }
+  return false;
+}
+
+const VoxelFrame&
+Version1Encoder::match(const VoxelFrame& frame)
+{
+  const VoxelFrame& coded = codedVoxels(frame);
+  const std::size_t tracked = coder().match(work_, coded);
+  if (content_.refinement_levels == 0)
+    is_refinement_useful_ = 4 * tracked < coded.size();
+  return coded;
+}
+
+/** \brief True if half of the voxels were in the last frame, too: then a history of them
+ * is worth more than a refinement. */
+bool
+Version1Encoder::comeAgain(const std::vector<std::uint64_t>& keys) const
+{
+  std::size_t repeated = 0;
+  AscendingLookup<std::uint64_t> lookup(last_keys_);
+  for (const std::uint64_t key : keys)
+    repeated += lookup.find(key) != not_in_list ? 1 : 0;
+  return !keys.empty() && 2 * repeated >= keys.size();
+}
+
+/** \brief What the coder of voxels codes: with a refinement the coarse voxels. */
+const VoxelFrame&
+Version1Encoder::codedVoxels(const VoxelFrame& frame)
+{
+  if (content_.refinement_levels == 0)
+    return frame;
+  coarse_voxels_.grid = frame.grid;
+  coarse_voxels_.grid.depth -= content_.refinement_levels;
+  coarse_voxels_.intensity_scale.bits = 0;
+  supplement::coarseVoxelsOf(
+      frame.keys, content_.refinement_levels, coarse_voxels_.keys);
+  return coarse_voxels_;
+}
+
+/** \brief Sets what the header has of the frame, the stamp and the stream. */
+void
+Version1Encoder::writeHeader(const VoxelFrame& frame,
+                             bool is_i_frame,
+                             const std::optional<FrameStamp>& stamp)
+{
+  Version1Header& header = header_;
+  header.is_i_frame = is_i_frame;
+  header.effort = effort_;
+  header.frame_number = frame_number_ + 1;
+  header.grid = frame.grid;
+  header.intensity_scale = frame.intensity_scale;
+  if (header.is_i_frame) {
+    // As the decoder does.
+    frame_id_.clear();
+    stamp_ = 0;
+  }
+  header.stamp.reset();
+  header.has_frame_id = stamp && (header.is_i_frame || stamp->frame_id != frame_id_);
+  header.frame_id.clear();
+  if (stamp) {
+    header.stamp = stampChange(*stamp);
+    if (header.has_frame_id)
+      header.frame_id = stamp->frame_id;
+    frame_id_ = stamp->frame_id;
+    stamp_ = stamp->stamp;
+  }
+}
+
+void
+Version1Encoder::encode(const VoxelFrame& frame,
+                        const VoxelFrame* matched,
+                        const std::optional<FrameStamp>& stamp,
+                        std::vector<std::uint8_t>& bytes,
+                        CodedFrameStatistics& statistics)
+{
+  const bool is_i_frame = matched == nullptr;
+  writeHeader(frame, is_i_frame, stamp);
+  Version1Header& header = header_;
+  if (is_i_frame)
+    chooseContent(frame);
+  header.content = content_;
+  header.voxel_count = frame.size();
+  const VoxelFrame& coded = is_i_frame ? codedVoxels(frame) : *matched;
+  header.coarse_voxel_count = coded.size();
+  PayloadSizes sizes = encodePayload(coded);
+  const std::size_t supplement_begin = payload_.size();
+  encodeSupplement(frame, coded, sizes);
+  header.supplement_size = payload_.size() - supplement_begin;
+  header.payload_size = payload_.size();
+  checksum_ = writeVersion1Frame(header, payload_, is_i_frame ? 0 : checksum_, bytes);
+
+  frame_number_ = header.frame_number;
+  statistics.is_i_frame = is_i_frame;
+  statistics.frame_number = frame_number_;
+  statistics.bytes = bytes.size();
+  statistics.header_bytes = bytes.size() - payload_.size();
+  statistics.occupancy_bytes = sizes.occupancy;
+  statistics.attribute_bytes = sizes.attributes;
+  statistics.intensity_bytes = payload_.size() - sizes.occupancy - sizes.attributes;
+  grid_ = frame.grid;
+  intensity_scale_ = frame.intensity_scale;
+  has_depth_model_ = frame.depth_model.has_value();
+}
+
+/** \brief Chooses what is in the supplements until the next I-frame. */
+void
+Version1Encoder::chooseContent(const VoxelFrame& frame)
+{
+  content_.colour_bits = frame.colour_bits;
+  content_.has_point_counts = frame.has_point_counts;
+  content_.refinement_levels =
+      is_refinement_useful_ ? supplement::chooseRefinement(frame) : 0;
+}
+
+/** \brief Appends the supplement to the payload, if the content has one. */
+void
+Version1Encoder::encodeSupplement(const VoxelFrame& frame,
+                                  const VoxelFrame& coarse_voxels,
+                                  PayloadSizes& sizes)
+{
+  header_.point_count = std::accumulate(
+      frame.point_counts.begin(), frame.point_counts.end(), std::uint64_t{0});
+  if (content_.refinement_levels > 0 && has_p_frames_)
+    last_keys_.assign(frame.keys.begin(), frame.keys.end());
+  if (!content_.hasSupplement() || frame.keys.empty()) {
+    if (supplement_ && header_.is_i_frame)
+      supplement_->reset();
+    return;
+  }
+  if (!supplement_)
+    supplement_ = std::make_unique<supplement::SupplementCoder>();
+  const supplement::Sizes added = supplement_->encode(
+      {content_, coarse_voxels.keys, effort_, header_.is_i_frame, frame.size()},
+      frame,
+      payload_);
+  sizes.occupancy += added.refinement;
+  sizes.attributes += added.attributes;
+}
+
+/** \brief Encodes the payload. An I-frame with a depth model is encoded with and without
+ * it, as the model does not help if most symbols are saturated. The smaller variant is
+ * used until the next I-frame. */
+PayloadSizes
+Version1Encoder::encodePayload(const VoxelFrame& frame)
+{
+  if (!frame.depth_model)
+    return encodePayloadAs(frame);
+  if (header_.is_i_frame || !uses_depth_model_) {
+    frame_without_model_.grid = frame.grid;
+    frame_without_model_.intensity_scale = frame.intensity_scale;
+    frame_without_model_.keys = frame.keys;
+    frame_without_model_.intensities = frame.intensities;
+    frame_without_model_.has_point_counts = frame.has_point_counts;
+    frame_without_model_.point_counts = frame.point_counts;
+  }
+  if (!header_.is_i_frame)
+    return encodePayloadAs(uses_depth_model_ ? frame : frame_without_model_);
+  encodePayloadAs(frame_without_model_);
+  const std::size_t size_without = payload_.size();
+  const PayloadSizes sizes = encodePayloadAs(frame);
+  uses_depth_model_ = frame.keys.empty() || payload_.size() <= size_without;
+  return uses_depth_model_ ? sizes : encodePayloadAs(frame_without_model_);
+}
+
+PayloadSizes
+Version1Encoder::encodePayloadAs(const VoxelFrame& frame)
+{
+  if (header_.is_i_frame)
+    depth_model_.reset();
+  payload_.clear();
+  header_.has_depth_model = frame.depth_model != depth_model_;
+  if (header_.has_depth_model)
+    writeDepthModel(*frame.depth_model, payload_);
+  depth_model_ = frame.depth_model;
+  return coder().encode(work_, frame, header_.is_i_frame, payload_);
+}
+
+std::size_t
+Version1Encoder::endFrame(const VoxelFrame& frame)
+{
+  const std::size_t needed =
+      frame.size() + payload_.size() + coders_.trackedVoxels(effort_);
+  work_.endFrame(needed, needed);
+  return needed;
+}
+
+void
+Version1Encoder::releaseMemory()
+{
+  payload_ = std::vector<std::uint8_t>();
+  coarse_voxels_ = VoxelFrame();
+  last_keys_ = std::vector<std::uint64_t>();
+  if (supplement_)
+    supplement_->releaseMemory();
+  frame_without_model_ = VoxelFrame();
+  // Without memory for smaller copies the memory stays as it is.
+  callOrElse([this] { coder().releaseMemory(); }, [] {});
+}
+
+void
+Version1Encoder::forgetHistory()
+{
+  coders_.clear();
+  supplement_.reset();
+}
+
+} // namespace io
+} // namespace pcl_ext

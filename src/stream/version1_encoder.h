@@ -1,0 +1,150 @@
+#pragma once
+
+#include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_frame.h>
+
+#include "codec/payload_coder.h"
+#include "codec/supplement/supplement.h"
+#include "stream/version1_header.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ext {
+namespace io {
+
+/** \brief Encodes the frames of one stream of version 1, each as the I- or P-frame that the
+ * caller wants. */
+class Version1Encoder {
+public:
+  /** \param[in] effort of the stream
+   * \param[in] has_p_frames false if every frame will be an I-frame
+   */
+  Version1Encoder(Effort effort, bool has_p_frames)
+  : effort_(effort), has_p_frames_(has_p_frames)
+  {}
+
+  /** \brief True if a frame cannot be a P-frame, or should be none. */
+  bool
+  needsIFrame(const VoxelFrame& frame, const std::optional<FrameStamp>& stamp);
+
+  /** \brief Matches a frame that need not be an I-frame with the history.
+   * \return what encode() takes for a P-frame; valid until then
+   */
+  const VoxelFrame&
+  match(const VoxelFrame& frame);
+
+  /** \brief Encodes the next frame.
+   * \param[in] frame as FrameEncoder checks it
+   * \param[in] matched result of match() for this frame; null: an I-frame
+   * \param[in] stamp of the frame, if it has one
+   * \param[out] bytes where the frame is appended
+   * \param[in,out] statistics sizes and number of the frame are set
+   */
+  void
+  encode(const VoxelFrame& frame,
+         const VoxelFrame* matched,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes,
+         CodedFrameStatistics& statistics);
+
+  /** \brief Drops the number of the last frame, for another encoding of the same frame. */
+  void
+  takeBack()
+  {
+    --frame_number_;
+  }
+
+  /** \brief See PayloadCoder::choosesHistory. */
+  bool
+  choosesHistory()
+  {
+    return coder().choosesHistory();
+  }
+
+  /** \brief Ends a frame in the memory that is used for one.
+   * \return voxels, bytes and records that the stream needed for it
+   */
+  std::size_t
+  endFrame(const VoxelFrame& frame);
+
+  void
+  releaseMemory();
+
+  /** \brief Forgets the history, after memory ran out: the next frame is an I-frame. */
+  void
+  forgetHistory();
+
+private:
+  bool
+  comeAgain(const std::vector<std::uint64_t>& keys) const;
+
+  const VoxelFrame&
+  codedVoxels(const VoxelFrame& frame);
+
+  void
+  writeHeader(const VoxelFrame& frame,
+              bool is_i_frame,
+              const std::optional<FrameStamp>& stamp);
+
+  void
+  chooseContent(const VoxelFrame& frame);
+
+  void
+  encodeSupplement(const VoxelFrame& frame,
+                   const VoxelFrame& coarse_voxels,
+                   PayloadSizes& sizes);
+
+  PayloadSizes
+  encodePayload(const VoxelFrame& frame);
+
+  PayloadSizes
+  encodePayloadAs(const VoxelFrame& frame);
+
+  PayloadCoder&
+  coder()
+  {
+    return coders_.of(effort_);
+  }
+
+  /** \brief Change of the stamp since the last frame, modulo 2^64. */
+  std::int64_t
+  stampChange(const FrameStamp& stamp) const
+  {
+    return static_cast<std::int64_t>(stamp.stamp - stamp_);
+  }
+
+  Effort effort_;
+  bool has_p_frames_;
+
+  // State after the previous frames.
+  std::uint32_t frame_number_ = 0;
+  std::uint32_t checksum_ = 0;
+  VoxelGrid grid_;
+  IntensityScale intensity_scale_;
+  bool has_depth_model_ = false;          // the previous frame
+  bool uses_depth_model_ = false;         // encodePayload() since the last I-frame
+  std::optional<DepthModel> depth_model_; // that a decoder has
+  supplement::Content content_;
+  bool is_refinement_useful_ = true;                        // by the previous frames
+  std::vector<std::uint64_t> last_keys_;                    // with a refinement
+  std::unique_ptr<supplement::SupplementCoder> supplement_; // made when it is needed
+  std::string frame_id_;
+  std::uint64_t stamp_ = 0;
+  PayloadCoders coders_;
+
+  // Of the current frame; members so that their memory is reused.
+  Version1Header header_;
+  VoxelFrame coarse_voxels_;
+  VoxelFrame frame_without_model_;
+  std::vector<std::uint8_t> payload_;
+  CodingWorkspace work_;
+};
+
+} // namespace io
+} // namespace pcl_ext
