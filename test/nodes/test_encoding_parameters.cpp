@@ -35,7 +35,7 @@ settingsOf(const ParameterValues& values, bool has_intensities = false)
 std::string
 textOfSettings(const SensorNodeSettings& settings)
 {
-  const io::IntensityCompressionSettings& codec = settings.compression;
+  const io::EncoderSettings& codec = settings.compression;
   std::string all;
   const auto add = [&all](const char* name, double value) {
     all += std::string(name) + " " + textOf(value) + "\n";

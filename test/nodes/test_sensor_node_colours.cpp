@@ -60,8 +60,10 @@ TEST(SensorNodeColours, AreThoseOfTheClassForEachLaw)
             (pose * point.getVector3fMap().cast<double>()).cast<float>();
         moved->push_back(point);
       }
+      pcl_ext::io::IntensityCompressionSettings codec;
+      static_cast<pcl_ext::io::EncoderSettings&>(codec) = settings.compression;
       pcl_ext::io::OctreePointCloudIntensityCompression<PointXYZRGBI> compression(
-          settings.compression);
+          codec);
       std::ostringstream stream;
       ASSERT_TRUE(compression.encodePointCloud(moved, stream).ok());
       ASSERT_EQ(compression.voxelFrame().size(), decoded.size());

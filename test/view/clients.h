@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <pcl_ext/version.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>

@@ -73,6 +73,7 @@ public:
   restart() override
   {
     next_ = 0;
+    ++restarts;
   }
 
   bool
@@ -92,6 +93,8 @@ public:
   {
     return next_ / 2;
   }
+
+  int restarts = 0;
 
 private:
   const Points& points_;
