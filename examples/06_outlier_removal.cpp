@@ -48,8 +48,7 @@ main()
   // What the intensities are, which a frame says only where it has a depth model.
   removal_settings.unit = densityUnitOf(settings.law);
   // One filter for one stream, as it remembers the last frames.
-  io::OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder(
-      settings.compression);
+  io::OctreePointCloudIntensityCompression<pcl::PointXYZI> decoder;
   VoxelOutlierRemoval removal(removal_settings);
 
   nodes::CentralNode central{nodes::CentralNodeSettings()};
