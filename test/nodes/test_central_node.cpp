@@ -12,7 +12,6 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -95,24 +94,6 @@ TEST(CentralNode, WorksWithoutAListener)
 
 using CentralNodeFrames = OneStream;
 
-TEST_F(CentralNodeFrames, FailuresHaveNoVoxelsAndKeepTheLatest)
-{
-  const CodedStream stream = streamOf(4);
-  sendFrames(stream, {0, 2});
-  const std::vector<RecordedFrame> recorded = recorder.frames("a");
-  ASSERT_EQ(recorded.size(), 2u);
-  EXPECT_EQ(recorded[1].code, CompressionCode::MissingReference);
-  EXPECT_EQ(recorded[1].voxels.size(), 0u);
-  EXPECT_EQ(recorded[1].statistics.voxels, 0u); // not those of the frame before
-  EXPECT_EQ(recorded[1].statistics.bytes, 0u);
-  EXPECT_EQ(recorded[1].statistics.frame_number, 0u);
-  EXPECT_TRUE(recorded[1].wants_i_frame);
-  expectSameFrame(latestVoxels(node), stream.decoded[0]);
-  // The frame in between was only late: the stream goes on.
-  sendFrames(stream, {1, 2});
-  expectSameFrame(latestVoxels(node), stream.decoded[2]);
-}
-
 TEST(CentralNode, AnyBytesAreSafeAndTheStreamGoesOn)
 {
   const CodedStream stream = streamOf(3);
@@ -179,40 +160,6 @@ TEST_F(CentralNodeFrames, AGivenStampReplacesTheCarriedOne)
   EXPECT_EQ(recorder.frames("bare").at(1).stamp, Time(19s));
 }
 
-TEST(CentralNode, FaintVoxelsAreRemovedByTheThresholdOfEachStream)
-{
-  const CodedStream stream = streamOf(4);
-  const std::map<std::string, float> thresholds = {
-      {"all", 0.0f}, {"below", -3.0f}, {"some", 3.0f}, {"none", 300.0f}};
-  FrameRecorder recorder;
-  CentralNode node(centralSettings(), recorder.listener());
-  for (const auto& [name, threshold] : thresholds)
-    expectCode(node.addStream(name, threshold), CentralNodeCode::Ok);
-  for (std::size_t i = 0; i < 4; ++i)
-    for (const auto& [name, threshold] : thresholds)
-      send(node, name, stream.frames[i]);
-  node.waitUntilDecoded();
-  const std::vector<StreamHealth> health = node.health();
-  for (const auto& [name, threshold] : thresholds) {
-    SCOPED_TRACE(name);
-    VoxelFrame expected;
-    for (std::size_t i = 0; i < 4; ++i) {
-      expected = stream.decoded[i];
-      const std::size_t removed = removeVoxelsBelow(expected, threshold);
-      EXPECT_EQ(removed > 0, threshold > 0.0f);
-      EXPECT_EQ(expected.size() > 0, threshold < 100.0f);
-      const RecordedFrame recorded = recorder.frames(name).at(i);
-      expectSameFrame(recorded.voxels, expected);
-      EXPECT_EQ(recorded.statistics.voxels, stream.decoded[i].size());
-    }
-    expectSameFrame(latestVoxels(node, name), expected);
-    const auto index = static_cast<std::size_t>(
-        std::distance(thresholds.begin(), thresholds.find(name)));
-    EXPECT_EQ(health.at(index).voxels, stream.decoded[3].size());
-    EXPECT_EQ(health.at(index).kept_voxels, expected.size());
-  }
-}
-
 TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
 {
   const CodedStream stream = streamOf(4);
@@ -268,29 +215,6 @@ TEST_F(CentralNodeFrames, LatestVoxelsOfAStreamThatHasNoneAreEmpty)
   }
 }
 
-TEST(CentralNode, LatestVoxelsStayWhenTheyAreTooOldToMerge)
-{
-  const CodedStream stream = streamOf(1);
-  FakeClock clock;
-  CentralNodeSettings settings = settingsWith(clock);
-  settings.max_merge_age = 1500ms;
-  CentralNode node(settings);
-  node.addStream("a");
-  clock.set(100s);
-  sendAndWait(node, "a", stream.frames[0]);
-  VoxelFrame voxels;
-  clock.set(101500ms);
-  node.merge(voxels);
-  EXPECT_EQ(voxels.size(), stream.decoded[0].size());
-  clock.set(101500ms + 1ns);
-  node.merge(voxels);
-  EXPECT_EQ(voxels.size(), 0u);
-  const std::optional<LatestFrame> latest = node.latestVoxels("a", voxels);
-  expectSameFrame(voxels, stream.decoded[0]);
-  ASSERT_TRUE(latest.has_value());
-  EXPECT_EQ(latest->number, 1u);
-}
-
 TEST_F(CentralNodeFrames, VoxelsOfAClockThatWasSetBackAreNotMerged)
 {
   clock.set(100s);
@@ -299,29 +223,6 @@ TEST_F(CentralNodeFrames, VoxelsOfAClockThatWasSetBackAreNotMerged)
   clock.set(10s);
   node.merge(voxels);
   EXPECT_EQ(voxels.size(), 0u);
-}
-
-TEST(CentralNode, ServesHundredsOfStreams)
-{
-  const CodedStream stream = streamOf(2);
-  FrameRecorder recorder;
-  CentralNode node(centralSettings(), recorder.listener());
-  std::vector<std::string> names;
-  for (int i = 0; i < 500; ++i)
-    names.push_back("sensor " + std::to_string(1000 + i));
-  for (const std::string& name : names)
-    expectCode(node.addStream(name), CentralNodeCode::Ok);
-  for (const Bytes& frame : stream.frames)
-    for (const std::string& name : names)
-      send(node, name, frame);
-  node.waitUntilDecoded();
-  const std::vector<StreamHealth> health = node.health();
-  ASSERT_EQ(health.size(), names.size());
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    EXPECT_EQ(health[i].name, names[i]);
-    EXPECT_EQ(health[i].frames_decoded, 2u);
-    EXPECT_EQ(recorder.outcomes(names[i]), "..");
-  }
 }
 
 /** \brief Expects settings to be refused with a message, and every call to be safe. */

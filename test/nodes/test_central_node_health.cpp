@@ -1,6 +1,6 @@
 /** \file
- * \brief The health of a CentralNode's streams: lost, failed and refused frames, requests
- * for I-frames, rates and latencies.
+ * \brief Frames that a CentralNode receives late, twice, damaged or not at all: what it
+ * decodes, requests, and reports in the health of its streams.
  */
 #include <pcl_ext/nodes/central_node.h>
 
@@ -22,6 +22,76 @@ using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 
 const Bytes rubbish(40, 0x5a);
+
+/** \brief Frames of a stream, by their indices, as they arrive, and what becomes of each:
+ * outcomes as of FrameRecorder. */
+struct Arrivals {
+  const char* name;
+  unsigned int i_frame_rate;
+  std::vector<std::size_t> frames;
+  std::string outcomes;
+  std::size_t frames_lost;
+};
+
+class FrameOrder : public OneStream, public ::testing::WithParamInterface<Arrivals> {};
+
+TEST_P(FrameOrder, DecidesWhatIsDecodedRequestedAndLost)
+{
+  const Arrivals& arrivals = GetParam();
+  const CodedStream stream = streamOf(21, arrivals.i_frame_rate);
+  sendFrames(stream, arrivals.frames);
+  expectCounts(arrivals.outcomes, arrivals.frames_lost);
+  const std::vector<RecordedFrame> recorded = recorder.frames("a");
+  ASSERT_EQ(recorded.size(), arrivals.frames.size());
+  VoxelFrame latest;
+  bool in_sync = false;
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    const char outcome = arrivals.outcomes[i];
+    if (outcome == '.')
+      latest = stream.decoded[arrivals.frames[i]];
+    else {
+      EXPECT_EQ(recorded[i].voxels.size(), 0u);
+      EXPECT_EQ(recorded[i].statistics.voxels, 0u); // not those of the frame before
+      EXPECT_EQ(recorded[i].statistics.bytes, 0u);
+      EXPECT_EQ(recorded[i].statistics.frame_number, 0u);
+    }
+    // Frames that are dropped neither resume a stream nor break it.
+    if (outcome != 'd')
+      in_sync = outcome == '.';
+  }
+  EXPECT_EQ(latestVoxels(node).keys, latest.keys);
+  EXPECT_EQ(latestVoxels(node).intensities, latest.intensities);
+  EXPECT_EQ(onlyHealth(node).in_sync, in_sync);
+  const bool has_failed = arrivals.outcomes.find('i') != std::string::npos;
+  EXPECT_EQ(onlyHealth(node).last_failure.code(),
+            has_failed ? CompressionCode::MissingReference : CompressionCode::Ok);
+}
+
+// What is lost is not known before the next frame that decodes.
+INSTANTIATE_TEST_SUITE_P(
+    Of,
+    FrameOrder,
+    ::testing::Values(
+        Arrivals{
+            "ALateReceiver", 10, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, "ixxixxixx..", 0},
+        Arrivals{"LossesBetweenIFrames", 4, {0, 2, 3, 4, 6, 7, 8}, ".ix.ix.", 2},
+        Arrivals{"AnUnknownLoss", 5, {0, 1, 3, 4, 5, 6, 10, 16, 17}, "..ix...ix", 4},
+        Arrivals{
+            "ALostIFrame", 5, {0, 1, 3, 4, 5, 6, 10, 16, 17, 20}, "..ix...ix.", 11},
+        Arrivals{"AFrameThatIsLate", 30, {0, 2, 1, 2}, ".i..", 0},
+        Arrivals{"Copies", 30, {0, 1, 2, 1, 3, 3, 4}, "...d.d.", 0},
+        Arrivals{"CopiesBeforeALoss", 4, {0, 1, 0, 1, 4, 5}, "..dd..", 2},
+        // Missing frames that come late look like copies, and stay lost.
+        Arrivals{"LostOnesLate", 4, {0, 1, 4, 5, 2, 3, 6, 8}, "....dd..", 3},
+        Arrivals{"ACopyAfterALoss", 8, {0, 1, 3, 1}, "..id", 0},
+        Arrivals{
+            "CopiesBetweenFailures", 8, {0, 1, 3, 1, 4, 1, 5, 6, 8}, "..idxdxi.", 2},
+        Arrivals{"CopiesBetweenOthers",
+                 30,
+                 {0, 1, 0, 1, 2, 1, 2, 3, 2, 3, 4, 3, 4, 5},
+                 "..dd.dd.dd.dd.",
+                 0}),
+    [](const auto& arrivals) { return std::string(arrivals.param.name); });
 
 using HealthOfOneStream = OneStream;
 
@@ -55,40 +125,6 @@ TEST_F(HealthOfOneStream, CountsFramesBytesAndVoxels)
     EXPECT_TRUE(health.in_sync);
   }
   expectCounts(".....", 0);
-}
-
-TEST_F(HealthOfOneStream, ALateReceiverRequestsAnIFrameAtEveryThirdFailure)
-{
-  const CodedStream stream = streamOf(12, 10);
-  sendFrames(stream, {1, 2, 3, 4, 5, 6, 7, 8, 9});
-  EXPECT_FALSE(onlyHealth(node).in_sync);
-  EXPECT_EQ(onlyHealth(node).last_failure.code(), CompressionCode::MissingReference);
-  sendFrames(stream, {10, 11});
-  EXPECT_TRUE(onlyHealth(node).in_sync);
-  // What was sent before the first frame that decodes is not known to be lost.
-  expectCounts("ixxixxixx..", 0);
-}
-
-TEST_F(HealthOfOneStream, RequestsBeginAnewBehindADecodedFrame)
-{
-  const CodedStream stream = streamOf(12, 4);
-  sendFrames(stream, {0, 2, 3, 4, 6, 7, 8});
-  expectCounts(".ix.ix.", 2);
-}
-
-TEST_F(HealthOfOneStream, LostFramesAreTheGapsInTheNumbers)
-{
-  const CodedStream stream = streamOf(20, 5);
-  sendFrames(stream, {0, 1, /* 2 */ 3, 4, 5});
-  expectCounts("..ix.", 1);
-  sendFrames(stream, {6, /* 7 to 9 */ 10});
-  expectCounts("..ix...", 4);
-  sendFrames(stream, {/* 11 to 14, and an I-frame */ 16, 17, /* 18, 19 */});
-  // Not known before the next frame that decodes.
-  expectCounts("..ix...ix", 4);
-  const CodedStream longer = streamOf(21, 5); // the same stream
-  sendFrames(longer, {20});
-  expectCounts("..ix...ix.", 4 + 5 + 2);
 }
 
 TEST_F(HealthOfOneStream, AFrameThatFailsIsNotLost)
@@ -147,6 +183,20 @@ TEST_F(HealthOfOneStream, ARestartedSenderHasLostNoFrames)
   sendFrames(first, {1});
   sendFrames(streamOf(1, 30, 3), {0});
   expectCounts("..........d.", 1);
+}
+
+TEST_F(HealthOfOneStream, ThreeDroppedFramesInARowRequestAnIFrame)
+{
+  const CodedStream first = streamOf(20);
+  const CodedStream second = streamOf(13, 10, 2);
+  for (const Bytes& frame : first.frames)
+    sendAndWait(node, "a", frame);
+  for (std::size_t i = 1; i < 13; ++i) // its first I-frame is lost
+    sendFrames(second, {i});
+  expectCounts(std::string(20, '.') + "ddDddDddD...", 0);
+  EXPECT_EQ(recorder.frames("a")[20].code, CompressionCode::OldFrame);
+  pcl_ext::io::test::expectSameFrame(recorder.frames("a").back().voxels,
+                                     second.decoded[12]);
 }
 
 TEST_F(HealthOfOneStream, AnUnknownVersionRequestsNoIFrame)

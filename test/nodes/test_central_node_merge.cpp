@@ -157,21 +157,6 @@ TEST_F(Merging, TakesTheLastFrameOfEachStreamThatWasDecoded)
   EXPECT_EQ(mergedVoxels(node), expected);
 }
 
-TEST_F(Merging, NoiseIsRemovedBefore)
-{
-  const CodedStream stream = streamOf(1);
-  WorldVoxels expected;
-  for (const float threshold : {2.0f, 3.0f, 5.0f}) {
-    const std::string name = "above " + std::to_string(threshold);
-    node.addStream(name, threshold);
-    sendAndWait(node, name, stream.frames[0]);
-    VoxelFrame kept = stream.decoded[0];
-    ASSERT_GT(removeVoxelsBelow(kept, threshold), 0u);
-    addVoxels(kept, resolution, expected);
-  }
-  EXPECT_EQ(mergedVoxels(node), expected);
-}
-
 TEST_F(Merging, OfNothingIsAFrameWithoutVoxels)
 {
   EXPECT_TRUE(mergedVoxels(node).empty());
@@ -214,6 +199,10 @@ TEST(MaxMergeAge, StreamsTakePartUntilTheyAreTooOld)
   EXPECT_EQ(mergedVoxels(node), of_second);
   clock.set(13s + 1ns);
   EXPECT_TRUE(mergedVoxels(node).empty());
+  // They stay the latest of their stream.
+  VoxelFrame latest;
+  EXPECT_EQ(node.latestVoxels("second", latest)->number, 1u);
+  pcl_ext::io::test::expectSameFrame(latest, second.decoded[0]);
   sendAndWait(node, "first", first.frames[1]);
   EXPECT_EQ(mergedVoxels(node), worldVoxels(first.decoded[1]));
 }
@@ -258,26 +247,37 @@ TEST_F(Merging, CountsAreExactUpToTheEndOfSixteenBits)
     EXPECT_NEAR(merged.at(index), 258.0 * intensity, 258.0 * 255.0 / 65535.0);
 }
 
-TEST_F(Merging, FractionsAreWithinAPartOfTheLargest)
+TEST_F(Merging, ScalesMayDiffer)
 {
-  std::mt19937_64 random(5);
-  WorldVoxels expected;
-  for (const float step : {0.1f, 0.7f, 1e-3f}) {
-    VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 3000, 10);
-    frame.intensity_scale.step = step;
-    const std::string name = std::to_string(step);
-    node.addStream(name);
-    sendAndWait(node, name, codedAlone(frame));
-    addVoxels(frame, resolution, expected);
-  }
-  double largest = 0.0;
-  for (const auto& voxel : expected)
-    largest = std::max(largest, voxel.second);
-  const WorldVoxels merged = mergedVoxels(node);
-  ASSERT_EQ(merged.size(), expected.size());
-  for (const auto& [index, intensity] : expected) {
-    ASSERT_EQ(merged.count(index), 1u);
-    EXPECT_NEAR(merged.at(index), intensity, largest / 65535.0);
+  // Steps and offsets of the streams; and the error, a part of the largest intensity.
+  using Scales = std::vector<std::pair<float, float>>;
+  const std::vector<std::pair<Scales, double>> cases = {
+      {{{1.0f, -32.0f}, {1.0f, -200.0f}, {1.0f, 0.0f}}, 0.0},
+      {{{0.1f, 0.0f}, {0.7f, 0.0f}, {1e-3f, 0.0f}}, 1.0 / 65535.0},
+      {{{2e-4f, 0.0f}, {0.39f, 0.0f}}, 1.0 / 65535.0}};
+  for (const auto& [scales, tolerance] : cases) {
+    SCOPED_TRACE(scales.front().first);
+    CentralNode merging(centralSettings());
+    std::mt19937_64 random(5);
+    WorldVoxels expected;
+    for (const auto& [step, offset] : scales) {
+      VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 1000);
+      frame.intensity_scale.step = step;
+      frame.intensity_scale.offset = offset;
+      const std::string name = std::to_string(step) + " " + std::to_string(offset);
+      merging.addStream(name, -1000.0f);
+      sendAndWait(merging, name, codedAlone(frame));
+      addVoxels(frame, resolution, expected);
+    }
+    double largest = 0.0;
+    for (const auto& voxel : expected)
+      largest = std::max(largest, voxel.second);
+    const WorldVoxels merged = mergedVoxels(merging);
+    ASSERT_EQ(merged.size(), expected.size());
+    for (const auto& [index, intensity] : expected) {
+      ASSERT_EQ(merged.count(index), 1u);
+      EXPECT_NEAR(merged.at(index), intensity, tolerance * largest);
+    }
   }
 }
 
@@ -325,24 +325,6 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
     }
 }
 
-TEST_F(Merging, StreamsOfDifferentBrightnessKeepTheirIntensities)
-{
-  std::mt19937_64 random(9);
-  VoxelFrame dark = pcl_ext::io::test::randomFrame(random, 5, 1000);
-  dark.intensity_scale.step = 2e-4f;
-  VoxelFrame bright = pcl_ext::io::test::randomFrame(random, 5, 1000);
-  bright.intensity_scale.step = 0.39f;
-  sendAndWait(node, "a", codedAlone(dark));
-  node.addStream("b");
-  sendAndWait(node, "b", codedAlone(bright));
-  const WorldVoxels of_dark = worldVoxels(dark);
-  const WorldVoxels merged = mergedVoxels(node);
-  for (const auto& [index, intensity] : worldVoxels(bright))
-    if (of_dark.count(index) == 0) {
-      EXPECT_NEAR(merged.at(index), intensity, 0.01);
-    }
-}
-
 TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
 {
   const CodedStream stream = streamOf(1);
@@ -363,21 +345,6 @@ TEST_F(Merging, NamesTheStreamsAndTheOldestStamp)
   EXPECT_EQ(merged_streams, "a- b c d silent- ");
   EXPECT_EQ(status.streams[1].frame->stamp, Time(90s));
   EXPECT_EQ(status.oldestStamp(), Time(80s));
-}
-
-TEST_F(Merging, IntensitiesMayBeNegative)
-{
-  std::mt19937_64 random(6);
-  WorldVoxels expected;
-  for (const float offset : {-32.0f, -200.0f, 0.0f}) {
-    VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 4, 1000);
-    frame.intensity_scale.offset = offset;
-    const std::string name = std::to_string(offset);
-    node.addStream(name, -1000.0f);
-    sendAndWait(node, name, codedAlone(frame));
-    addVoxels(frame, resolution, expected);
-  }
-  EXPECT_EQ(mergedVoxels(node), expected);
 }
 
 TEST_F(Merging, TheGridShrinksWhenAFarStreamEnds)

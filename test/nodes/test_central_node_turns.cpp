@@ -10,87 +10,28 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <mutex>
 #include <string>
-#include <vector>
 
 namespace {
 
 using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 
-/** \brief A node that is blocked until frames of several streams wait, and records the order
- * in which they are decoded. */
-class WaitingStreams {
-public:
-  explicit WaitingStreams(unsigned int threads) : node_(settingsOf(threads), listener())
-  {
-    // A stream of its own holds each thread.
-    for (unsigned int i = 0; i < threads; ++i) {
-      node_.addStream("blocked " + std::to_string(i));
-      send(node_, "blocked " + std::to_string(i), Bytes());
-    }
-    gate_.waitForArrivals(threads);
-  }
-
-  void
-  add(const std::string& name, const std::vector<Bytes>& frames)
-  {
-    node_.addStream(name);
-    for (const Bytes& frame : frames)
-      send(node_, name, frame);
-  }
-
-  /** \brief The names of the streams in the order in which their frames were served. */
-  std::string
-  served()
-  {
-    gate_.open();
-    node_.waitUntilDecoded();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return served_;
-  }
-
-private:
-  static CentralNodeSettings
-  settingsOf(unsigned int threads)
-  {
-    CentralNodeSettings settings = centralSettings();
-    settings.threads = threads;
-    return settings;
-  }
-
-  FrameListener
-  listener()
-  {
-    return [this](const ReceivedFrame& frame) {
-      if (frame.stream.find("blocked") == 0) {
-        gate_.pass();
-        return;
-      }
-      EXPECT_TRUE(frame.status.ok());
-      const std::lock_guard<std::mutex> lock(mutex_);
-      EXPECT_EQ(frame.statistics.frame_number, ++last_number_[frame.stream]);
-      served_ += frame.stream;
-    };
-  }
-
-  std::mutex mutex_;
-  std::string served_;
-  std::map<std::string, std::uint32_t> last_number_;
-  Gate gate_;
-  CentralNode node_; // its threads use what is above
-};
+CentralNodeSettings
+settingsOfOneThread()
+{
+  CentralNodeSettings settings = centralSettings();
+  settings.threads = 1;
+  return settings;
+}
 
 TEST(CentralNodeTurns, ALightStreamDoesNotWaitBehindAllFramesOfAHeavyOne)
 {
   const CodedStream stream = streamOf(40);
-  CentralNodeSettings settings = centralSettings();
-  settings.threads = 1;
   Gate beginning;
   Gate second_frame;
   std::string served; // written by the one thread
-  CentralNode node(settings, [&](const ReceivedFrame& frame) {
+  CentralNode node(settingsOfOneThread(), [&](const ReceivedFrame& frame) {
     served += frame.stream;
     if (served == "H")
       beginning.pass();
@@ -114,42 +55,36 @@ TEST(CentralNodeTurns, ALightStreamDoesNotWaitBehindAllFramesOfAHeavyOne)
 TEST(CentralNodeTurns, StreamsTakeTurnsUntilTheirFramesAreDone)
 {
   const CodedStream stream = streamOf(6);
-  const auto first = [&](std::size_t count) {
-    return std::vector<Bytes>(stream.frames.begin(),
-                              stream.frames.begin() +
-                                  static_cast<std::ptrdiff_t>(count));
-  };
-  WaitingStreams streams(1);
-  streams.add("a", first(6));
-  streams.add("b", first(2));
-  streams.add("c", first(1));
-  streams.add("d", first(4));
-  EXPECT_EQ(streams.served(),
+  Gate gate;
+  std::string served; // written by the one thread, as the numbers
+  std::map<std::string, std::uint32_t> last_number;
+  CentralNode node(settingsOfOneThread(), [&](const ReceivedFrame& frame) {
+    if (frame.stream == "blocked") {
+      gate.pass();
+      return;
+    }
+    EXPECT_TRUE(frame.status.ok());
+    EXPECT_EQ(frame.statistics.frame_number, ++last_number[frame.stream]);
+    served += frame.stream;
+  });
+  node.addStream("blocked");
+  send(node, "blocked", Bytes());
+  gate.waitForArrivals(1);
+  for (const auto& [name, frames] :
+       std::map<std::string, std::size_t>{{"a", 6}, {"b", 2}, {"c", 1}, {"d", 4}}) {
+    node.addStream(name);
+    for (std::size_t i = 0; i < frames; ++i)
+      send(node, name, stream.frames[i]);
+  }
+  gate.open();
+  node.waitUntilDecoded();
+  EXPECT_EQ(served,
             "abcd"
             "abd"
             "ad"
             "ad"
             "a"
             "a");
-}
-
-TEST(CentralNodeTurns, AReturningStreamIsServedAfterWaitingOnes)
-{
-  const CodedStream stream = streamOf(3);
-  WaitingStreams streams(1);
-  streams.add("a", {stream.frames[0]});
-  streams.add("b", {stream.frames[0], stream.frames[1]});
-  streams.add("a", {stream.frames[1], stream.frames[2]});
-  EXPECT_EQ(streams.served(), "ababa");
-}
-
-TEST(CentralNodeTurns, WithSeveralThreadsTheFramesOfAStreamStayInOrder)
-{
-  const CodedStream stream = streamOf(20);
-  WaitingStreams streams(3);
-  for (const std::string name : {"a", "b", "c", "d", "e"})
-    streams.add(name, stream.frames);
-  EXPECT_EQ(streams.served().size(), 5 * 20u); // the listener checks their numbers
 }
 
 } // namespace

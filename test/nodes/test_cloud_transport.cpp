@@ -1,6 +1,6 @@
 /** \file
  * A CloudSender and CloudReceivers: what a transport of clouds does with parameters, new and
- * lost receivers, lost frames and garbage.
+ * lost receivers, and lost frames.
  */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/cloud_receiver.h>
@@ -188,34 +188,30 @@ TEST(CloudTransport, RequestsNeverCauseTwoIFramesInARow)
   EXPECT_EQ(sender.health().i_frame_requests, 8u);
 }
 
-TEST(CloudTransport, ALostFrameIsReportedAndTheNextIFrameHelps)
+TEST(CloudTransport, ReceiversReportLossesAndWhatTheyLeaveOut)
 {
   CloudSender sender;
   CloudReceiver receiver;
   VoxelFrame voxels;
-  std::string outcome;
-  std::size_t requests = 0;
-  for (std::uint64_t i = 0; i < 70; ++i) {
-    const Frame frame = encoded(sender, wall<pcl::PointXYZ>(i));
-    if (i == 10 || i == 40)
-      continue;
-    const ReceiverStatus status = receiver.receive(frame, Time(0), voxels);
-    requests += status.wants_i_frame ? 1 : 0;
-    outcome += status.ok() ? '.' : 'x';
-    if (!status.ok()) {
-      EXPECT_EQ(status.code(), CompressionCode::MissingReference);
-      EXPECT_EQ(voxels.size(), 0u);
-    }
-  }
-  // I-frames are 0, 30 and 60.
-  const std::string decoded_10(10, '.');
-  const std::string lost_19(19, 'x');
-  EXPECT_EQ(outcome, decoded_10 + lost_19 + decoded_10 + lost_19 + decoded_10);
-  EXPECT_EQ(requests, 14u); // every third
+  auto receive_next = [&, number = std::uint64_t{0}]() mutable {
+    return receiver.receive(
+        encoded(sender, wall<pcl::PointXYZ>(number++)), Time(0), voxels);
+  };
+  ASSERT_TRUE(receive_next().ok());
+  encoded(sender, wall<pcl::PointXYZ>(1)); // is lost
+  const ReceiverStatus status = receive_next();
+  EXPECT_EQ(status.code(), CompressionCode::MissingReference);
+  EXPECT_TRUE(status.wants_i_frame);
+  EXPECT_EQ(voxels.size(), 0u);
+  sender.requestIFrame();
+  ASSERT_TRUE(receive_next().ok());
+  EXPECT_GT(voxels.size(), 0u);
+  receiver.countLeftOut();
   const ReceiverHealth health = receiver.health();
-  EXPECT_EQ(health.stream.frames_failed, 38u);
-  EXPECT_EQ(health.stream.frames_decoded, 30u);
-  EXPECT_EQ(health.stream.frames_lost, 2u);
+  EXPECT_EQ(health.left_out, 1u);
+  EXPECT_EQ(health.stream.frames_failed, 1u);
+  EXPECT_EQ(health.stream.frames_decoded, 2u);
+  EXPECT_EQ(health.stream.frames_lost, 1u);
   EXPECT_TRUE(health.stream.in_sync);
 }
 
@@ -261,34 +257,6 @@ TEST(CloudTransport, SendersKnowHowManyPointsReceiversGet)
     EXPECT_EQ(points, keep_point_counts ? 2000 : voxels.size());
     EXPECT_LT(voxels.size(), 2000u);
   }
-}
-
-TEST(CloudTransport, GarbageIsHarmless)
-{
-  CloudSender sender;
-  CloudReceiver receiver;
-  VoxelFrame voxels;
-  std::mt19937_64 random(9);
-  for (std::uint64_t i = 0; i < 3000; ++i) {
-    Frame frame;
-    if (i % 2 == 0)
-      frame = encoded(sender, wall<pcl::PointXYZ>(1));
-    else
-      frame.resize(below(random, 400));
-    for (int k = 0; k < 8 && !frame.empty(); ++k)
-      frame[below(random, frame.size())] = static_cast<std::uint8_t>(random());
-    const ReceiverStatus status = receiver.receive(frame, Time(0), voxels);
-    EXPECT_TRUE(status.ok() || voxels.size() == 0);
-  }
-  receiver.countLeftOut();
-  EXPECT_EQ(receiver.health().left_out, 1u);
-  sender.requestIFrame();
-  const Frame good = encoded(sender, wall<pcl::PointXYZ>(1));
-  ASSERT_TRUE(receiver.receive(good, Time(0), voxels).ok());
-  FrameDecoder decoder;
-  VoxelFrame expected;
-  ASSERT_TRUE(decoder.decode(good.data(), good.size(), expected).ok());
-  expectSameFrame(voxels, expected);
 }
 
 TEST(CloudTransport, CloudsThatCannotBeEncodedHaveAReason)

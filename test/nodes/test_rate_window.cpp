@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <vector>
 
 namespace {
 
@@ -34,28 +35,49 @@ expectNothing(const StreamRates& rates)
 {
   expectRates(rates, StreamRates());
 }
-TEST(RateWindow, WithoutFramesAllIsZero)
-{
-  expectNothing(RateWindow().rates(0s));
-  expectNothing(RateWindow().rates(1700000000s));
-}
 
-TEST(RateWindow, OneFrameHasAMeanButNoRate)
+TEST(RateWindow, RatesAndMeansAreOfTheFramesInTheWindow)
 {
-  RateWindow window;
-  window.add(frameAt(5s, 1000, 0.25, 0.5));
-  expectRates(window.rates(5s), {0.0, 0.0, 0.25, 0.25, 0.5, 0.5});
-}
-
-TEST(RateWindow, RatesComeFromTheSpacesBetweenFrames)
-{
-  RateWindow window;
-  window.add(frameAt(10000ms, 5000, 0.1, 0.3));
-  window.add(frameAt(10250ms, 100, 0.4, 0.2));
-  window.add(frameAt(10500ms, 300, 0.1, 0.7));
-  // Five frames a second would come of the first second, two of the window.
-  // Bytes are those of the frames after the spaces.
-  expectRates(window.rates(10900ms), {4.0, 800.0, 0.2, 0.4, 0.4, 0.7});
+  struct Case {
+    const char* name;
+    std::vector<RateWindow::Frame> frames;
+    Time now;
+    StreamRates expected;
+  };
+  const std::vector<Case> cases = {
+      {"nothing", {}, 1700000000s, {}},
+      {"one frame has no rate",
+       {frameAt(5s, 1000, 0.25, 0.5)},
+       5s,
+       {0.0, 0.0, 0.25, 0.25, 0.5, 0.5}},
+      // Five frames a second would come of the first second, two of the window.
+      // Bytes are those of the frames after the spaces.
+      {"rates come from the spaces between frames",
+       {frameAt(10000ms, 5000, 0.1, 0.3),
+        frameAt(10250ms, 100, 0.4, 0.2),
+        frameAt(10500ms, 300, 0.1, 0.7)},
+       10900ms,
+       {4.0, 800.0, 0.2, 0.4, 0.4, 0.7}},
+      {"frames of one moment have no rate",
+       {frameAt(1s, 100, 0.1), frameAt(1s, 100, 0.3)},
+       1s,
+       {0.0, 0.0, 0.2, 0.3, 0.02, 0.02}},
+      {"latencies of a clock that is behind are negative",
+       {frameAt(1s, 100, 0.1, -0.75), frameAt(2s, 100, 0.1, -0.25)},
+       2s,
+       {1.0, 100.0, 0.1, 0.1, -0.5, -0.25}},
+      {"as of a moment before all frames", {frameAt(1s), frameAt(2s)}, 999ms, {}},
+      {"as of a moment before the last frame",
+       {frameAt(1000ms), frameAt(1500ms), frameAt(2000ms)},
+       1500ms,
+       {2.0, 200.0, 0.01, 0.01, 0.02, 0.02}}};
+  for (const Case& of_frames : cases) {
+    SCOPED_TRACE(of_frames.name);
+    RateWindow window;
+    for (const RateWindow::Frame& frame : of_frames.frames)
+      window.add(frame);
+    expectRates(window.rates(of_frames.now), of_frames.expected);
+  }
 }
 
 TEST(RateWindow, FramesCountUntilTheyAreOlderThanTheWindow)
@@ -81,32 +103,6 @@ TEST(RateWindow, AddingAFrameRemovesOldOnes)
   // As of then the first would count.
   EXPECT_EQ(window.rates(3s).max_cycle_seconds, 0.0);
   EXPECT_DOUBLE_EQ(window.rates(3s + 1ns).max_cycle_seconds, 0.1);
-}
-
-TEST(RateWindow, MayBeAskedAboutAMomentBeforeTheLastFrame)
-{
-  RateWindow window;
-  for (const Time ready : {1000ms, 1500ms, 2000ms})
-    window.add(frameAt(ready));
-  expectNothing(window.rates(999ms));
-  EXPECT_DOUBLE_EQ(window.rates(1500ms).frames_per_second, 2.0);
-}
-
-TEST(RateWindow, FramesOfOneMomentHaveNoRate)
-{
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.1));
-  window.add(frameAt(1s, 100, 0.3));
-  expectRates(window.rates(1s), {0.0, 0.0, 0.2, 0.3, 0.02, 0.02});
-}
-
-TEST(RateWindow, LatenciesOfAClockThatIsBehindAreNegative)
-{
-  RateWindow window;
-  window.add(frameAt(1s, 100, 0.1, -0.75));
-  window.add(frameAt(2s, 100, 0.1, -0.25));
-  EXPECT_DOUBLE_EQ(window.rates(2s).mean_latency_seconds, -0.5);
-  EXPECT_DOUBLE_EQ(window.rates(2s).max_latency_seconds, -0.25);
 }
 
 TEST(RateWindow, AClockSetBackRestartsTheWindow)

@@ -1,6 +1,4 @@
-#include <pcl_ext/compression/depth_model.h>
 #include <pcl_ext/compression/frame_decoder.h>
-#include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "simulator/robot_cell.h"
@@ -12,7 +10,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +22,7 @@ using nodes::test::encoded;
 using nodes::test::expectCode;
 using nodes::test::messageOf;
 using nodes::test::runtimeKinect;
+
 nodes::SensorNodeSettings
 outlierSettingsOf(IntensityLaw law)
 {
@@ -164,62 +162,6 @@ TEST(SensorNodeOutlierRemoval, InvalidSettingsAreRefused)
         settings,
         "outlier_removal: full_intensity is -1.000000; it must be a finite number "
         "above 0");
-  }
-}
-
-/** \brief Leaves some points of one corner of the image and less than 5 m away. */
-void
-leavePoints(pcl::PointCloud<pcl::PointXYZ>& cloud, int count)
-{
-  for (std::size_t pixel = 0; pixel < cloud.size(); ++pixel) {
-    const bool stays = cloud[pixel].z < 5.0f && pixel % 512 > 200 && count > 0;
-    if (stays)
-      --count;
-    else
-      cloud[pixel].x = std::numeric_limits<float>::quiet_NaN();
-  }
-}
-
-TEST(SensorNodeOutlierRemoval, TheReceiverKeepsTheLastDepthModel)
-{
-  // Without a crop box each I-frame has the grid of its points, and one of few points no
-  // depth model, as it would cost more than it saves.
-  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Quadratic);
-  settings.compression.resolution = 0.04;
-  settings.compression.i_frame_rate = 3;
-  settings.crop_box.reset();
-  nodes::SensorNode node(settings);
-  io::FrameDecoder decoder;
-  VoxelOutlierRemoval as_received;
-  VoxelOutlierRemoval with_model;
-  const IntensityModel<RuntimeSensor, QuadraticLaw> model(0.04, *settings.sensor);
-  CellCamera camera;
-  const WorldPose pose = camera.pose();
-  const Eigen::Vector3d origin = pose.translation();
-  const Eigen::Vector3d axis = pose.linear().col(2);
-  io::VoxelGrid first_grid;
-  for (std::uint32_t i = 0; i < 6; ++i) {
-    auto cloud = camera.capture(i);
-    if (i >= 3)
-      leavePoints(cloud, 40);
-    io::VoxelFrame frame = decodedWith(decoder, encoded(node, messageOf(cloud), pose));
-    if (i == 0)
-      first_grid = frame.grid;
-    ASSERT_EQ(frame.depth_model.has_value(), i < 3);
-    ASSERT_EQ(frame.grid == first_grid, i < 3);
-    std::vector<float> scores;
-    as_received.score(frame, scores);
-    frame.depth_model = io::depthModelOf({2, model.cutOffDepth(), 255.0},
-                                         {origin.x(), origin.y(), origin.z()},
-                                         {axis.x(), axis.y(), axis.z()},
-                                         frame.grid,
-                                         frame.intensity_scale);
-    std::vector<float> expected;
-    with_model.score(frame, expected);
-    ASSERT_FALSE(scores.empty());
-    // Where the grid moved, depths are rounded another way.
-    for (std::size_t voxel = 0; voxel < scores.size(); ++voxel)
-      ASSERT_NEAR(scores[voxel], expected[voxel], 0.05f);
   }
 }
 

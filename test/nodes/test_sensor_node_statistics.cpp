@@ -22,21 +22,6 @@ using namespace pcl_ext::nodes::test;
 using pcl_ext::io::BoundingBox;
 using pcl_ext::test::naiveVoxels;
 
-TEST(SensorNodeStatistics, OfANewNodeAreZero)
-{
-  const SensorNode node(settingsOf(IntensityLaw::Count));
-  const SensorNodeStatistics statistics = node.statistics();
-  EXPECT_EQ(statistics.frames, 0u);
-  EXPECT_EQ(statistics.i_frames, 0u);
-  EXPECT_EQ(statistics.frames_with_last_transform, 0u);
-  EXPECT_EQ(statistics.clouds_without_transform, 0u);
-  EXPECT_EQ(statistics.clouds_refused, 0u);
-  EXPECT_EQ(statistics.cloud_bytes, 0u);
-  EXPECT_EQ(statistics.frame_bytes, 0u);
-  EXPECT_EQ(statistics.compressionRatio(), 0.0);
-  EXPECT_EQ(statistics.rates.mean_cycle_seconds, 0.0);
-}
-
 TEST(SensorNodeStatistics, CountBytesPointsAndVoxels)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
@@ -111,30 +96,6 @@ TEST(SensorNodeStatistics, RatesAndLatenciesAreOfTheClockOfTheSettings)
   rates = node.statistics().rates;
   EXPECT_EQ(rates.frames_per_second, 0.0);
   EXPECT_EQ(rates.max_latency_seconds, 0.0);
-}
-
-TEST(SensorNodeStatistics, CloudsWithoutAStampHaveNoLatency)
-{
-  FakeClock clock;
-  clock.set(1700000000s);
-  SensorNode node = nodeWith(clock);
-  encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1), 0), poseOf(0));
-  EXPECT_EQ(node.statistics().rates.max_latency_seconds, 0.0);
-  EXPECT_EQ(node.statistics().rates.mean_latency_seconds, 0.0);
-}
-
-TEST(SensorNodeStatistics, StampsOutOfRangeAreSafe)
-{
-  FakeClock clock;
-  clock.set(1700000000s);
-  for (const std::uint64_t stamp :
-       std::vector<std::uint64_t>{1700000000000000000, ~std::uint64_t{0}}) {
-    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
-    settings.clock = clock.clock();
-    SensorNode node(settings);
-    encoded(node, messageOf(cloudSeenFrom(poseOf(0), 1), stamp), poseOf(0));
-    EXPECT_LT(node.statistics().rates.mean_latency_seconds, -7e9);
-  }
 }
 
 } // namespace
