@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bytes/byte_source.h"
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
 #include "codec/context/new_blocks.h"
@@ -243,7 +243,7 @@ private:
   // Of the current frame.
   io::Version1Header header_; // of a P-frame with the I-frame's grid and scale
   io::BlockList blocks_;
-  io::context::Frame frame_;
+  io::context::FrameBlocks frame_;
   io::context::CodedIntensities intensities_;
 };
 

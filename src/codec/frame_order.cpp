@@ -43,7 +43,7 @@ FrameOrder::decoded(std::uint32_t number,
   last_ = {number, checksum, true};
   old_in_a_row_ = 0;
   has_input_ended_ = false;
-  const Frame known = is_identifiable ? last_ : Frame();
+  const FrameIdentity known = is_identifiable ? last_ : FrameIdentity();
   known_[number % known_frames] = known;
   if (number == 1)
     first_ = known;

@@ -47,7 +47,7 @@ public:
   }
 
 private:
-  struct Frame {
+  struct FrameIdentity {
     std::uint32_t number = 0;
     std::uint32_t checksum = 0;
     bool is_decoded = false;
@@ -72,9 +72,9 @@ private:
   static constexpr unsigned int most_copies_in_a_row = 24;
 
   bool are_numbers_sure_;
-  std::array<Frame, known_frames> known_{}; // by number
-  Frame first_;                             // the last frame with number 1
-  Frame last_;
+  std::array<FrameIdentity, known_frames> known_{}; // by number
+  FrameIdentity first_;                             // the last frame with number 1
+  FrameIdentity last_;
   unsigned int old_in_a_row_ = 0;
   bool has_input_ended_ = false; // since the last decoded frame
 };

@@ -5,26 +5,11 @@
 namespace pcl_ext {
 namespace detail {
 
-template <>
-void
-movePointsWith<ScalarLanes>(const PointBytes& points,
-                            const PointMove& move,
-                            float* output,
-                            MovedPoints& moved)
-{
-  moveEach<ScalarLanes>(points, move, output, moved);
-}
-
+template void
+movePointsWith<ScalarLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 #if PCL_EXT_HAS_NATIVE_LANES
-template <>
-void
-movePointsWith<NativeLanes>(const PointBytes& points,
-                            const PointMove& move,
-                            float* output,
-                            MovedPoints& moved)
-{
-  moveEach<NativeLanes>(points, move, output, moved);
-}
+template void
+movePointsWith<NativeLanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 #endif
 
 void

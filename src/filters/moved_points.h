@@ -18,27 +18,9 @@ movePointsWith(const PointBytes& points,
 
 // Compiled in files that are compiled without contraction of products and sums, so
 // that all machines compute the same.
-template <>
-void
-movePointsWith<ScalarLanes>(const PointBytes& points,
-                            const PointMove& move,
-                            float* output,
-                            MovedPoints& moved);
-#if PCL_EXT_HAS_NATIVE_LANES
-template <>
-void
-movePointsWith<NativeLanes>(const PointBytes& points,
-                            const PointMove& move,
-                            float* output,
-                            MovedPoints& moved);
-#endif
 #if PCL_EXT_HAS_AVX2
-template <>
-void
-movePointsWith<Avx2Lanes>(const PointBytes& points,
-                          const PointMove& move,
-                          float* output,
-                          MovedPoints& moved);
+extern template void
+movePointsWith<Avx2Lanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 #endif
 
 } // namespace detail

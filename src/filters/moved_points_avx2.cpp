@@ -9,15 +9,8 @@
 namespace pcl_ext {
 namespace detail {
 
-template <>
-void
-movePointsWith<Avx2Lanes>(const PointBytes& points,
-                          const PointMove& move,
-                          float* output,
-                          MovedPoints& moved)
-{
-  moveEach<Avx2Lanes>(points, move, output, moved);
-}
+template void
+movePointsWith<Avx2Lanes>(const PointBytes&, const PointMove&, float*, MovedPoints&);
 
 } // namespace detail
 } // namespace pcl_ext

@@ -207,5 +207,15 @@ moveEach(const PointBytes& points,
   moved.not_finite = points.count - mover.countFinite();
 }
 
+template <typename LanesT>
+void
+movePointsWith(const PointBytes& points,
+               const PointMove& move,
+               float* output,
+               MovedPoints& moved)
+{
+  moveEach<LanesT>(points, move, output, moved);
+}
+
 } // namespace detail
 } // namespace pcl_ext

@@ -17,7 +17,7 @@ struct Score {
   float offset;      ///< c
 };
 
-/** \brief The constants for an edge of the cells, metres. */
+/** \brief The constants for an edge of the coarse voxels, metres. */
 inline Score
 scoreOf(DensityUnit unit, double edge)
 {

@@ -40,11 +40,11 @@ VoxelDensities::unitOf(const io::VoxelFrame& frame) const
 bool
 VoxelDensities::follow(const io::VoxelFrame& frame,
                        const io::VoxelPosition& first,
-                       unsigned int shift)
+                       unsigned int levels)
 {
   const DensityUnit last_unit = unit_;
   resolution_ = frame.grid.resolution;
-  shift_ = shift;
+  levels_ = levels;
   // An encoder may omit the model of a frame.
   if (frame.depth_model &&
       (set_unit_ == DensityUnit::Automatic || set_unit_ == DensityUnit::Faces))
@@ -98,10 +98,10 @@ VoxelDensities::makeFactors()
   exponent_ = depth_model_->exponent;
   constexpr std::size_t one = std::size_t{1} << depth_bits;
   factors_.resize(one + 1);
-  const double voxels = std::exp2(shift_); // on an edge of a cell
-  const double cell = resolution_ * voxels;
+  const double voxels = std::exp2(levels_); // on an edge of a coarse voxel
+  const double edge = resolution_ * voxels;
   const double points_on_face =
-      std::max(1.0, VoxelOutlierRemoval::sure_points_per_square_metre * cell * cell);
+      std::max(1.0, VoxelOutlierRemoval::sure_points_per_square_metre * edge * edge);
   for (std::size_t i = 0; i <= one; ++i) {
     // Depth 0 counts as half a step.
     const double depth = std::max(static_cast<double>(i), 0.5) / one;
@@ -136,14 +136,13 @@ VoxelDensities::operator()(const io::VoxelFrame& frame,
                                std::int64_t{depth_model_->step[0]} * position.x +
                                std::int64_t{depth_model_->step[1]} * position.y +
                                std::int64_t{depth_model_->step[2]} * position.z;
-    const std::int64_t one = std::int64_t{1} << (32 + shift_);
+    const std::int64_t one = std::int64_t{1} << (32 + levels_);
     const auto clamped =
         static_cast<std::uint64_t>(std::clamp(depth, std::int64_t{0}, one));
-    const auto place = static_cast<std::size_t>(clamped >> (32 + shift_ - depth_bits));
-    number = number * factors_[place] >> 16;
+    number = number * factors_[clamped >> (32 + levels_ - depth_bits)] >> 16;
   }
   else
-    number >>= 2 * shift_;
+    number >>= 2 * levels_;
   return static_cast<std::uint32_t>(std::min(number, most));
 }
 

@@ -11,9 +11,9 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief Computes the densities of the cells of a stream from its voxels: 1 to 255, in
- * 255ths of a face with the unit Faces, in points with Points, and 255 with Voxels. A cell
- * has one voxel, or a cube of 2^shift voxels on each axis.
+/** \brief Computes the densities of the coarse voxels of a stream from its voxels: 1 to 255,
+ * in 255ths of a face with the unit Faces, in points with Points, and 255 with Voxels. A
+ * coarse voxel is 2^levels voxels wide; with levels 0 it is a voxel.
  *
  * With a depth model a face counts as covered from
  * VoxelOutlierRemoval::sure_points_per_square_metre on, if there can be as many points. */
@@ -32,13 +32,13 @@ public:
    * frame is used
    * \param[in] first position of its grid's first voxel, below 2^23 on each axis. Positions
    * of earlier frames must still be valid; else call reset() first
-   * \param[in] shift of the cells; the same since reset()
+   * \param[in] levels of the coarse voxels; the same since reset()
    * \return false if the unit of the densities has changed
    */
   bool
   follow(const io::VoxelFrame& frame,
          const io::VoxelPosition& first,
-         unsigned int shift);
+         unsigned int levels);
 
   /** \brief Prepares for a new stream. */
   void
@@ -56,7 +56,7 @@ public:
     return unit_;
   }
 
-  /** \brief What a voxel of the frame adds to the density of its cell, in 256ths.
+  /** \brief What a voxel of the frame adds to the density of its coarse voxel, in 256ths.
    * \param[in] frame that of follow()
    * \param[in] voxel its index
    * \param[in] position its position in the grid plus that of the grid's first voxel
@@ -66,7 +66,7 @@ public:
              std::size_t voxel,
              const io::VoxelPosition& position) const;
 
-  /** \brief Density of a cell.
+  /** \brief Density of a coarse voxel.
    * \param[in] sum over its voxels, in 256ths
    */
   static std::int16_t
@@ -95,10 +95,11 @@ private:
   io::IntensityScale scale_;
   double face_ = 0.0;                  // intensity of density 255
   std::vector<std::uint16_t> numbers_; // density without factor by symbol, 2^8 is 1
-  std::vector<std::uint64_t> factors_; // by depth in cells' cut-off depths, 2^16 is 1
-  unsigned int exponent_ = 0;          // of factors_
-  double resolution_ = 0.0;            // of the voxels
-  unsigned int shift_ = 0;
+  std::vector<std::uint64_t>
+      factors_;               // by depth in coarse voxels' cut-off depths, 2^16 is 1
+  unsigned int exponent_ = 0; // of factors_
+  double resolution_ = 0.0;   // of the voxels
+  unsigned int levels_ = 0;
 };
 
 } // namespace PCL_EXT_ABI

@@ -3,7 +3,7 @@
 
 #include "outliers/density_blocks.h"
 #include "outliers/outlier_score.h"
-#include "outliers/placed_grid.h"
+#include "outliers/position_map.h"
 #include "outliers/voxel_densities.h"
 #include "voxels/keep_voxels.h"
 #include "voxels/memory_rule.h"
@@ -22,17 +22,17 @@ namespace {
 
 constexpr double rounding = 1e-6; ///< relative, of voxel edges
 
-/** \brief Edge of a cell in voxels, as a power of two.
+/** \brief Levels of the coarse voxels by which voxels are judged; 0: by themselves.
  * \param[in] resolution edge of a voxel, metres
  */
 unsigned int
-shiftOf(double resolution)
+levelsOf(double resolution)
 {
-  unsigned int shift = 0;
-  while (std::ldexp(resolution, static_cast<int>(shift)) <
-         VoxelOutlierRemoval::min_cell_edge * (1.0 - rounding))
-    ++shift;
-  return shift;
+  unsigned int levels = 0;
+  while (std::ldexp(resolution, static_cast<int>(levels)) <
+         VoxelOutlierRemoval::min_judged_edge * (1.0 - rounding))
+    ++levels;
+  return levels;
 }
 
 } // namespace
@@ -57,7 +57,7 @@ public:
     const std::size_t voxels = frame.size();
     status = judgement(frame);
     status.removed = io::keepVoxels(frame, [&](std::size_t i) {
-      return !(evidence_[indexOf(voxel_cells_[i])] < least);
+      return !(evidence_[indexOf(coarse_voxels_[i])] < least);
     });
     endFrame(voxels);
     return status;
@@ -76,7 +76,7 @@ public:
     log_odds.resize(frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i)
       log_odds[i] =
-          0.5f * std::log(evidence_[indexOf(voxel_cells_[i])]) + score_.offset;
+          0.5f * std::log(evidence_[indexOf(coarse_voxels_[i])]) + score_.offset;
     status = judgement(frame);
     endFrame(frame.size());
     return status;
@@ -85,7 +85,7 @@ public:
   void
   reset()
   {
-    grid_.clear(); // so that learn() starts without a history
+    positions_.clear(); // so that learn() starts without a history
     releaseAll();
   }
 
@@ -96,8 +96,8 @@ public:
   }
 
 private:
-  /** \brief Position of a voxel of the frame in the blocks. */
-  struct VoxelCell {
+  /** \brief A coarse voxel, as a cell of a block. */
+  struct CoarseVoxel {
     std::uint32_t block;
     std::uint8_t cell;
   };
@@ -143,7 +143,7 @@ private:
   }
 
   std::size_t
-  indexOf(const VoxelCell& voxel) const
+  indexOf(const CoarseVoxel& voxel) const
   {
     const std::uint64_t before = (std::uint64_t{1} << voxel.cell) - 1;
     return first_voxels_[voxel.block] + bitCount(masks_[voxel.block] & before);
@@ -173,50 +173,51 @@ private:
   void
   learn(const io::VoxelFrame& frame)
   {
-    if (!grid_.follow(frame.grid, shiftOf(frame.grid.resolution))) {
+    if (!positions_.follow(frame.grid, levelsOf(frame.grid.resolution))) {
       blocks_.clear();
       densities_.reset();
     }
-    const bool is_same_unit = densities_.follow(frame, grid_.first(), grid_.shift());
+    const bool is_same_unit =
+        densities_.follow(frame, positions_.first(), positions_.levels());
     if (!is_same_unit || !settings_.use_history)
       blocks_.clear();
     else
       blocks_.age();
-    score_ =
-        scoreOf(densities_.unit(),
-                std::ldexp(frame.grid.resolution, static_cast<int>(grid_.shift())));
+    score_ = scoreOf(
+        densities_.unit(),
+        std::ldexp(frame.grid.resolution, static_cast<int>(positions_.levels())));
     addVoxels(frame);
     first_voxels_.resize(masks_.size());
-    std::uint32_t cells = 0;
+    std::uint32_t count = 0;
     for (const std::uint32_t block : frame_blocks_) {
-      first_voxels_[block] = cells;
-      cells += bitCount(masks_[block]);
+      first_voxels_[block] = count;
+      count += bitCount(masks_[block]);
     }
-    addCells();
-    evidence_.resize(cells);
+    addSums();
+    evidence_.resize(count);
     if (densities_.unit() == DensityUnit::Voxels)
-      rankHistory(cells);
+      rankHistory(count);
     // In the order of the frame, in which neighbours are close in memory.
     for (const std::uint32_t block : frame_blocks_)
       computeEvidence(block, evidence_.data() + first_voxels_[block]);
   }
 
-  /** \brief Finds the cells of the voxels, and adds those of one voxel. */
+  /** \brief Finds the coarse voxels of the voxels; adds those of one voxel to the blocks, and
+   * else the density of the voxel to the sum of its coarse voxel. */
   void
   addVoxels(const io::VoxelFrame& frame)
   {
-    const unsigned int shift = grid_.shift();
+    const unsigned int levels = positions_.levels();
     masks_.assign(blocks_.size(), 0);
     sums_of_voxels_.clear();
     frame_blocks_.clear();
-    voxel_cells_.resize(frame.size());
+    coarse_voxels_.resize(frame.size());
     std::uint64_t last_key = std::numeric_limits<std::uint64_t>::max();
     std::uint32_t block = 0;
     for (std::size_t i = 0; i < frame.size(); ++i) {
-      const io::VoxelPosition at = grid_(io::voxelPosition(frame.keys[i]));
-      const io::VoxelPosition in_cells = {at.x >> shift, at.y >> shift, at.z >> shift};
-      const std::uint64_t key =
-          DensityBlocks::blockKey(in_cells.x, in_cells.y, in_cells.z);
+      const io::VoxelPosition at = positions_(io::voxelPosition(frame.keys[i]));
+      const io::VoxelPosition coarse = {at.x >> levels, at.y >> levels, at.z >> levels};
+      const std::uint64_t key = DensityBlocks::blockKey(coarse.x, coarse.y, coarse.z);
       if (key != last_key) {
         block = blocks_.blockAt(key);
         last_key = key;
@@ -225,31 +226,25 @@ private:
         if (masks_[block] == 0)
           frame_blocks_.push_back(block);
       }
-      const unsigned int cell = DensityBlocks::cell(in_cells.x, in_cells.y, in_cells.z);
+      const unsigned int cell = DensityBlocks::cell(coarse.x, coarse.y, coarse.z);
       const std::uint32_t density = densities_(frame, i, at);
-      if (shift == 0)
+      if (levels == 0)
         blocks_.add(block, cell, VoxelDensities::density(density));
-      else
-        addToCell(block, cell, density);
+      else {
+        if (sums_of_voxels_.size() <= block)
+          sums_of_voxels_.resize(std::size_t{block} + 1);
+        sums_of_voxels_[block][cell] += density;
+      }
       masks_[block] |= std::uint64_t{1} << cell;
-      voxel_cells_[i] = {block, static_cast<std::uint8_t>(cell)};
+      coarse_voxels_[i] = {block, static_cast<std::uint8_t>(cell)};
     }
   }
 
-  /** \brief Adds to the sum of a cell of several voxels. */
+  /** \brief Adds coarse voxels of several voxels, whose sums are complete, to the blocks. */
   void
-  addToCell(std::uint32_t block, unsigned int cell, std::uint32_t density)
+  addSums()
   {
-    if (sums_of_voxels_.size() <= block)
-      sums_of_voxels_.resize(std::size_t{block} + 1);
-    sums_of_voxels_[block][cell] += density;
-  }
-
-  /** \brief Adds the cells of several voxels, of which the sums are complete. */
-  void
-  addCells()
-  {
-    if (grid_.shift() == 0)
+    if (positions_.levels() == 0)
       return;
     for (const std::uint32_t block : frame_blocks_)
       for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
@@ -258,7 +253,7 @@ private:
       }
   }
 
-  /** \brief What a cell of the frame had in previous frames, with the unit Voxels, in
+  /** \brief What a coarse voxel of the frame had in previous frames, with the unit Voxels, in
    * history_steps steps. */
   std::size_t
   historyStep(std::uint32_t block, unsigned int cell) const
@@ -269,10 +264,10 @@ private:
   }
 
   /** \brief Computes the factor of the evidence of each step of the history.
-   * \param[in] cells of the frame
+   * \param[in] count of the frame's coarse voxels
    */
   void
-  rankHistory(std::uint32_t cells)
+  rankHistory(std::uint32_t count)
   {
     std::array<std::uint32_t, history_steps> numbers{};
     for (const std::uint32_t block : frame_blocks_)
@@ -281,7 +276,7 @@ private:
     std::uint32_t up_to_here = 0;
     for (std::size_t i = 0; i < history_steps; ++i) {
       up_to_here += numbers[i];
-      const float rank = static_cast<float>(up_to_here) / static_cast<float>(cells);
+      const float rank = static_cast<float>(up_to_here) / static_cast<float>(count);
       history_factors_[i] = rank * rank * std::sqrt(rank);
     }
   }
@@ -301,7 +296,7 @@ private:
     for (std::uint64_t cells = masks_[block]; cells != 0; cells &= cells - 1) {
       const unsigned int cell = lowestBit(cells);
       const NeighbourhoodSums& sums = sums_[cell];
-      // f is in quarters of 255ths of a face or a cell.
+      // f is in quarters of 255ths of a face or a coarse voxel.
       const float one =
           unit == DensityUnit::Points
               ? static_cast<float>(sums.all) / static_cast<float>(sums.occupied)
@@ -342,7 +337,7 @@ private:
   void
   releaseFrame()
   {
-    std::vector<VoxelCell>().swap(voxel_cells_);
+    std::vector<CoarseVoxel>().swap(coarse_voxels_);
     std::vector<std::uint64_t>().swap(masks_);
     std::vector<std::uint32_t>().swap(frame_blocks_);
     std::vector<std::uint32_t>().swap(first_voxels_);
@@ -355,17 +350,17 @@ private:
   VoxelOutlierRemovalSettings settings_;
   OutlierRemovalStatus settings_status_;
   VoxelDensities densities_;
-  PlacedGrid grid_;
+  PositionMap positions_;
   DensityBlocks blocks_;
 
   // Of the current frame; members so that their memory is reused.
   Score score_{};
-  std::vector<VoxelCell> voxel_cells_;      // of each voxel
+  std::vector<CoarseVoxel> coarse_voxels_;  // of each voxel
   std::vector<std::uint64_t> masks_;        // of each block, occupied cells
   std::vector<std::uint32_t> frame_blocks_; // blocks with voxels
   std::vector<std::uint32_t> first_voxels_; // of each block, index into evidence_
-  std::vector<float> evidence_;             // of each cell, by block and cell
-  /** \brief Sums of the densities of the voxels in each cell; only for cells of several. */
+  std::vector<float> evidence_;             // of each coarse voxel, by block and cell
+  /** \brief Sums of the densities of the voxels in each coarse voxel, if it has several. */
   std::vector<std::array<std::uint32_t, 64>> sums_of_voxels_;
   std::array<float, history_steps> history_factors_{}; // by historyStep()
   DensityWindow window_;

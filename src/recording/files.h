@@ -21,7 +21,7 @@ constexpr char standard_stream[] = "-";
 bool
 writeAll(int descriptor, const std::uint8_t* bytes, std::size_t count);
 
-/** \brief A file that is read at any place. */
+/** \brief A file that is read at any offset. */
 class InputFile {
 public:
   InputFile() = default;
@@ -59,7 +59,7 @@ public:
     return path_;
   }
 
-  /** \brief Reads bytes at a place.
+  /** \brief Reads bytes from an offset.
    * \return false unless all of them were read
    */
   bool

@@ -67,7 +67,7 @@ FrameFile::readBytes(std::uint64_t offset, std::size_t count, std::uint8_t* byte
   return true;
 }
 
-/** \brief Size of the frame at a place. The published layout does not tell it, so that as
+/** \brief Size of the frame at an offset. The published layout does not tell it, so that as
  * many bytes are read as it needs. */
 io::FrameSize
 FrameFile::sizeAt(std::uint64_t offset)
@@ -113,8 +113,8 @@ FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
       has_stamp ? Time(std::chrono::microseconds(static_cast<std::int64_t>(*stamp_)))
                 : streams_.front().last_time;
   streams_.front().has_times |= has_stamp;
-  addFrame(0, time, frames_.size());
-  frames_.push_back({offset, size, time, frame_id_});
+  addFrame(0, time, stored_frames_.size());
+  stored_frames_.push_back({offset, size, time, frame_id_});
 }
 
 bool
@@ -127,15 +127,16 @@ FrameFile::mayBeginAt(std::uint64_t offset)
          mayBeginWithMagic(begin.data(), count);
 }
 
-/** \brief Where the next frame may begin from a place on; the end of the file if nowhere. */
+/** \brief Where the next frame may begin from an offset on; the end of the file if nowhere. */
 std::uint64_t
 FrameFile::findFrame(std::uint64_t offset)
 {
   constexpr std::uint64_t block_size = std::uint64_t{1} << 16;
   // A file without a frame at its beginning, as one of zeros, is not searched as a whole.
   const std::uint64_t search_end =
-      frames_.empty() ? std::min<std::uint64_t>(file_.size(), max_recorded_frame_bytes)
-                      : file_.size();
+      stored_frames_.empty()
+          ? std::min<std::uint64_t>(file_.size(), max_recorded_frame_bytes)
+          : file_.size();
   while (offset < search_end) {
     const bool is_in_block =
         offset >= block_offset_ && offset < block_offset_ + block_.size();
@@ -229,10 +230,10 @@ FrameFile::open(InputFile file)
       offset = takeFrame(offset, std::numeric_limits<std::uint64_t>::max() / 2);
     else
       offset = skipBytes(offset, size.status.message());
-    if (frames_.empty() && offset >= max_recorded_frame_bytes)
+    if (stored_frames_.empty() && offset >= max_recorded_frame_bytes)
       break;
   }
-  if (frames_.empty())
+  if (stored_frames_.empty())
     return {RecordingCode::NotARecording,
             "'" + file_.path() + "' is not a recording: " +
                 (first_problem.empty() ? "the file ends within its first frame"
@@ -241,18 +242,18 @@ FrameFile::open(InputFile file)
 }
 
 RecordingStatus
-FrameFile::read(const FramePlace& place, RecordedFrame& frame)
+FrameFile::read(const IndexedFrame& indexed, RecordedFrame& frame)
 {
-  const Frame& indexed = frames_[static_cast<std::size_t>(place.at)];
-  frame.stamp = indexed.stamp;
-  frame.frame_id = indexed.frame_id;
-  frame.offset = indexed.offset;
-  frame.bytes.resize(static_cast<std::size_t>(indexed.size));
-  if (file_.read(indexed.offset, frame.bytes.size(), frame.bytes.data()))
+  const StoredFrame& stored = stored_frames_[static_cast<std::size_t>(indexed.at)];
+  frame.stamp = stored.stamp;
+  frame.frame_id = stored.frame_id;
+  frame.offset = stored.offset;
+  frame.bytes.resize(static_cast<std::size_t>(stored.size));
+  if (file_.read(stored.offset, frame.bytes.size(), frame.bytes.data()))
     return {};
   frame.bytes.clear();
   return {RecordingCode::Damaged,
-          "'" + file_.path() + "', byte " + std::to_string(indexed.offset) +
+          "'" + file_.path() + "', byte " + std::to_string(stored.offset) +
               ": a frame cannot be read"};
 }
 

@@ -21,7 +21,7 @@ public:
   open(InputFile file);
 
   RecordingStatus
-  read(const FramePlace& place, RecordedFrame& frame) override;
+  read(const IndexedFrame& indexed, RecordedFrame& frame) override;
 
   const std::vector<RecordingDamage>&
   damage() const override
@@ -42,7 +42,7 @@ public:
   }
 
 private:
-  struct Frame {
+  struct StoredFrame {
     std::uint64_t offset;
     std::uint64_t size;
     Time stamp;
@@ -77,7 +77,7 @@ private:
   }
 
   InputFile file_;
-  std::vector<Frame> frames_;
+  std::vector<StoredFrame> stored_frames_;
   std::vector<RecordingDamage> damage_;
   bool is_cut_off_ = false;
   std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds

@@ -8,27 +8,27 @@ namespace recording {
 
 /** \brief Numbers a frame as the next one of its stream. */
 void
-FrameSource::count(FramePlace& place)
+FrameSource::count(IndexedFrame& indexed)
 {
-  RecordedStream& of = streams_[place.stream];
-  of.first_time = of.frames == 0 ? place.time : std::min(of.first_time, place.time);
-  of.last_time = of.frames == 0 ? place.time : std::max(of.last_time, place.time);
-  place.number = of.frames++;
+  RecordedStream& of = streams_[indexed.stream];
+  of.first_time = of.frames == 0 ? indexed.time : std::min(of.first_time, indexed.time);
+  of.last_time = of.frames == 0 ? indexed.time : std::max(of.last_time, indexed.time);
+  indexed.number = of.frames++;
 }
 
 void
 FrameSource::addFrame(std::size_t stream, Time time, std::uint64_t at)
 {
-  places_.push_back({time, stream, 0, at});
-  count(places_.back());
+  frames_.push_back({time, stream, 0, at});
+  count(frames_.back());
 }
 
 void
-FrameSource::takeFrames(std::vector<FramePlace> places)
+FrameSource::takeFrames(std::vector<IndexedFrame> frames)
 {
-  places_ = std::move(places);
-  for (FramePlace& place : places_)
-    count(place);
+  frames_ = std::move(frames);
+  for (IndexedFrame& indexed : frames_)
+    count(indexed);
 }
 
 } // namespace recording

@@ -12,8 +12,8 @@
 namespace pcl_ext {
 namespace recording {
 
-/** \brief Where a frame of a recording is. */
-struct FramePlace {
+/** \brief A frame of a recording, without its bytes. */
+struct IndexedFrame {
   Time time{0};           // orders the frames
   std::size_t stream = 0; // index in the streams
   std::size_t number = 0; // of the frame in its stream
@@ -28,7 +28,7 @@ public:
   /** \brief Reads the bytes of a frame, with its times, its frame_id and its offset. The
    * description follows from the bytes. */
   virtual RecordingStatus
-  read(const FramePlace& place, RecordedFrame& frame) = 0;
+  read(const IndexedFrame& indexed, RecordedFrame& frame) = 0;
 
   virtual const std::vector<RecordingDamage>&
   damage() const = 0;
@@ -46,10 +46,10 @@ public:
   }
 
   /** \brief All frames in the order of their times. */
-  const std::vector<FramePlace>&
-  places() const
+  const std::vector<IndexedFrame>&
+  frames() const
   {
-    return places_;
+    return frames_;
   }
 
 protected:
@@ -59,15 +59,15 @@ protected:
 
   /** \brief Takes all frames at once, in the order of their times; their numbers follow. */
   void
-  takeFrames(std::vector<FramePlace> places);
+  takeFrames(std::vector<IndexedFrame> frames);
 
   std::vector<RecordedStream> streams_;
 
 private:
   void
-  count(FramePlace& place);
+  count(IndexedFrame& indexed);
 
-  std::vector<FramePlace> places_;
+  std::vector<IndexedFrame> frames_;
 };
 
 } // namespace recording

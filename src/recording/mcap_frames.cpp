@@ -107,32 +107,32 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
   const auto isOfStream = [&](const McapEntry& entry) {
     return streams[entry.channel] != no_stream;
   };
-  std::vector<FramePlace> frames;
+  std::vector<IndexedFrame> frames;
   frames.reserve(
       static_cast<std::size_t>(std::count_if(index.begin(), index.end(), isOfStream)));
   for (std::size_t i = 0; i < index.size(); ++i)
     if (isOfStream(index[i]))
       frames.push_back({index[i].log_time, streams[index[i].channel], 0, i});
-  const auto isBeforeInFile = [&index](const FramePlace& a, const FramePlace& b) {
+  const auto isBeforeInFile = [&index](const IndexedFrame& a, const IndexedFrame& b) {
     const McapEntry& first = index[static_cast<std::size_t>(a.at)];
     const McapEntry& second = index[static_cast<std::size_t>(b.at)];
     return std::tie(first.chunk, first.offset) < std::tie(second.chunk, second.offset);
   };
   std::sort(frames.begin(), frames.end(), isBeforeInFile);
   std::vector<Time> last(streams_.size(), Time::min());
-  for (FramePlace& frame : frames)
+  for (IndexedFrame& frame : frames)
     frame.time = last[frame.stream] = std::max(last[frame.stream], frame.time);
   std::sort(
-      frames.begin(), frames.end(), [&](const FramePlace& a, const FramePlace& b) {
+      frames.begin(), frames.end(), [&](const IndexedFrame& a, const IndexedFrame& b) {
         return a.time != b.time ? a.time < b.time : isBeforeInFile(a, b);
       });
   takeFrames(std::move(frames));
 }
 
 RecordingStatus
-McapFrames::read(const FramePlace& place, RecordedFrame& frame)
+McapFrames::read(const IndexedFrame& indexed, RecordedFrame& frame)
 {
-  const McapEntry& entry = reader_.index()[static_cast<std::size_t>(place.at)];
+  const McapEntry& entry = reader_.index()[static_cast<std::size_t>(indexed.at)];
   frame.offset = reader_.fileOffset(entry);
   frame.bytes.clear();
   RecordingStatus status = reader_.read(entry, message_);

@@ -17,7 +17,7 @@ public:
   open(McapReader reader, const std::string& path);
 
   RecordingStatus
-  read(const FramePlace& place, RecordedFrame& frame) override;
+  read(const IndexedFrame& indexed, RecordedFrame& frame) override;
 
   const std::vector<RecordingDamage>&
   damage() const override

@@ -32,18 +32,18 @@ identityOf(const McapChannel& channel)
 /** \brief A bag may have more files than a process may open. */
 constexpr std::size_t max_open_files = 64;
 
-/** \brief A place of one of several files. */
-struct FilePlace {
+/** \brief A section of one of several files. */
+struct FileSection {
   std::size_t file;
-  mcap::Place place;
+  mcap::Section section;
 };
 
 /** \brief A file of a bag. */
 struct BagFile {
   InputFile file;
   std::map<std::uint16_t, std::size_t> channels; // index in all channels, by id
-  std::vector<mcap::RecordPlace> metadata;
-  std::vector<mcap::RecordPlace> attachments;
+  std::vector<mcap::RecordExtent> metadata;
+  std::vector<mcap::RecordExtent> attachments;
 };
 
 } // namespace
@@ -71,7 +71,7 @@ public:
   std::string profile_;
   std::vector<McapChannel> channels_;
   std::vector<McapEntry> index_;
-  std::vector<FilePlace> places_;
+  std::vector<FileSection> sections_;
   std::vector<RecordingDamage> damage_;
   bool is_unfinished_ = false;
   std::uint64_t file_bytes_ = 0;
@@ -132,14 +132,14 @@ McapReader::Implementation::addFile(InputFile file, const ChannelFilter& wants)
   if (files_.empty())
     profile_ = contents.profile;
   addChannels(contents.channels, bag_file);
-  const std::size_t first_place = places_.size();
-  for (const mcap::Place& place : contents.places)
-    places_.push_back({files_.size(), place});
+  const std::size_t first_section = sections_.size();
+  for (const mcap::Section& section : contents.sections)
+    sections_.push_back({files_.size(), section});
   index_.reserve(index_.size() + contents.messages.size());
   for (const mcap::IndexedMessage& message : contents.messages)
     index_.push_back({mcap::messageTime(message.log_time),
                       bag_file.channels[message.channel_id],
-                      first_place + message.place,
+                      first_section + message.section,
                       message.offset});
   bag_file.metadata = std::move(contents.metadata);
   bag_file.attachments = std::move(contents.attachments);
@@ -233,8 +233,8 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
                                         const McapEntry& entry,
                                         McapMessage& message)
 {
-  const FilePlace& place = places_[entry.chunk];
-  const std::uint64_t offset = place.place.is_chunk ? entry.offset : 0;
+  const FileSection& part = sections_[entry.chunk];
+  const std::uint64_t offset = part.section.is_chunk ? entry.offset : 0;
   mcap::MessagePrefix prefix;
   const std::size_t at_hand =
       offset < records.size() ? records.size() - static_cast<std::size_t>(offset) : 0;
@@ -242,7 +242,7 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
   const auto opcode = static_cast<mcap::Opcode>(reader.u8());
   const std::uint64_t length = reader.u64();
   const std::uint8_t* const content = reader.take(length);
-  const BagFile& bag_file = files_[place.file];
+  const BagFile& bag_file = files_[part.file];
   const auto channel =
       content != nullptr && opcode == mcap::Opcode::Message &&
               mcap::parse(content, static_cast<std::size_t>(length), prefix)
@@ -250,8 +250,8 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
           : bag_file.channels.end();
   if (channel == bag_file.channels.end() || channel->second != entry.channel ||
       mcap::messageTime(prefix.log_time) != entry.log_time)
-    return fail(place.file,
-                place.place.is_chunk ? place.place.offset : entry.offset,
+    return fail(part.file,
+                part.section.is_chunk ? part.section.offset : entry.offset,
                 "a message is not where the index says");
   constexpr std::size_t fields_size =
       mcap::message_prefix_size - mcap::record_prefix_size;
@@ -266,25 +266,25 @@ McapReader::Implementation::readRecords(const std::vector<std::uint8_t>& records
 RecordingStatus
 McapReader::Implementation::read(const McapEntry& entry, McapMessage& message)
 {
-  const FilePlace& place = places_[entry.chunk];
-  const InputFile& file = openFile(place.file);
-  if (!place.place.is_chunk) {
+  const FileSection& part = sections_[entry.chunk];
+  const InputFile& file = openFile(part.file);
+  if (!part.section.is_chunk) {
     if (!mcap::readRecord(
             file, entry.offset, mcap::Opcode::Message, max_chunk_bytes, record_))
-      return fail(place.file, entry.offset, "a message cannot be read");
+      return fail(part.file, entry.offset, "a message cannot be read");
     std::vector<std::uint8_t> prefix(mcap::record_prefix_size);
     file.read(entry.offset, prefix.size(), prefix.data());
     record_.insert(record_.begin(), prefix.begin(), prefix.end());
     return readRecords(record_, entry, message);
   }
   const mcap::ChunkCache::Records& records =
-      cache_.records(file, place.place, entry.chunk);
+      cache_.records(file, part.section, entry.chunk);
   // What could be read of a chunk that was cut off is valid.
-  if (!records.failure.empty() && !place.place.is_cut_off)
-    return fail(place.file, place.place.offset, "a chunk: " + records.failure);
+  if (!records.failure.empty() && !part.section.is_cut_off)
+    return fail(part.file, part.section.offset, "a chunk: " + records.failure);
   if (!records.hasMessageAt(entry.offset))
     return fail(
-        place.file, place.place.offset, "a message is not where the index says");
+        part.file, part.section.offset, "a message is not where the index says");
   return readRecords(records.bytes, entry, message);
 }
 
@@ -294,17 +294,17 @@ McapReader::Implementation::readMetadata(std::vector<McapMetadata>& metadata)
   metadata.clear();
   RecordingStatus status;
   for (std::size_t i = 0; i < files_.size(); ++i)
-    for (const mcap::RecordPlace& place : files_[i].metadata) {
+    for (const mcap::RecordExtent& extent : files_[i].metadata) {
       McapMetadata read;
       if (mcap::readRecord(openFile(i),
-                           place.offset,
+                           extent.offset,
                            mcap::Opcode::Metadata,
                            max_chunk_bytes,
                            record_) &&
           mcap::parse(record_.data(), record_.size(), read))
         metadata.push_back(std::move(read));
       else
-        status = fail(i, place.offset, "a metadata record cannot be read");
+        status = fail(i, extent.offset, "a metadata record cannot be read");
     }
   return status;
 }
@@ -315,15 +315,15 @@ McapReader::Implementation::readAttachments(
 {
   RecordingStatus status;
   for (std::size_t i = 0; i < files_.size(); ++i)
-    for (const mcap::RecordPlace& place : files_[i].attachments) {
+    for (const mcap::RecordExtent& extent : files_[i].attachments) {
       McapAttachment attachment;
       if (!mcap::readRecord(openFile(i),
-                            place.offset,
+                            extent.offset,
                             mcap::Opcode::Attachment,
                             max_attachment_bytes,
                             record_) ||
           !mcap::parse(record_.data(), record_.size(), attachment))
-        status = fail(i, place.offset, "an attachment cannot be read");
+        status = fail(i, extent.offset, "an attachment cannot be read");
       else if (RecordingStatus visited = visit(attachment); !visited.ok())
         return visited;
     }
@@ -405,8 +405,8 @@ McapReader::readAttachments(
 std::uint64_t
 McapReader::fileOffset(const McapEntry& entry) const
 {
-  const mcap::Place& place = implementation_->places_[entry.chunk].place;
-  return place.is_chunk ? place.offset : entry.offset;
+  const mcap::Section& section = implementation_->sections_[entry.chunk].section;
+  return section.is_chunk ? section.offset : entry.offset;
 }
 
 const std::vector<RecordingDamage>&

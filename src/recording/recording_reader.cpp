@@ -20,22 +20,22 @@ public:
   RecordingStatus
   open(const std::string& path);
 
-  /** \brief The place of a frame; null if there is no such frame. */
-  const FramePlace*
+  /** \brief A frame by its number; null if there is no such frame. */
+  const IndexedFrame*
   find(std::size_t stream, std::size_t number) const
   {
     if (stream >= by_stream_.size() || number >= by_stream_[stream].size())
       return nullptr;
-    return &source_->places()[by_stream_[stream][number]];
+    return &source_->frames()[by_stream_[stream][number]];
   }
 
   RecordingStatus
-  read(const FramePlace& place, RecordedFrame& frame)
+  read(const IndexedFrame& indexed, RecordedFrame& frame)
   {
-    frame.stream = place.stream;
-    frame.number = place.number;
-    frame.time = place.time;
-    RecordingStatus status = source_->read(place, frame);
+    frame.stream = indexed.stream;
+    frame.number = indexed.number;
+    frame.time = indexed.time;
+    RecordingStatus status = source_->read(indexed, frame);
     frame.description = status.ok() ? io::describeFrame(frame.bytes.data(),
                                                         frame.bytes.size(),
                                                         limitsOfReading())
@@ -53,13 +53,13 @@ public:
       by_stream_.emplace_back();
       by_stream_.back().reserve(stream.frames);
     }
-    for (std::size_t i = 0; i < source_->places().size(); ++i)
-      by_stream_[source_->places()[i].stream].push_back(i);
+    for (std::size_t i = 0; i < source_->frames().size(); ++i)
+      by_stream_[source_->frames()[i].stream].push_back(i);
   }
 
   std::unique_ptr<FrameSource> source_{new FrameFile};
-  std::vector<std::vector<std::size_t>> by_stream_; // indices in the places
-  std::size_t next_ = 0;                            // index in the places
+  std::vector<std::vector<std::size_t>> by_stream_; // indices in the frames
+  std::size_t next_ = 0;                            // index in the frames
   std::vector<std::string> files_;
 };
 
@@ -115,33 +115,33 @@ RecordingReader::streams() const
 RecordingStatus
 RecordingReader::next(RecordedFrame& frame)
 {
-  const std::vector<FramePlace>& places = implementation_->source_->places();
-  if (implementation_->next_ >= places.size())
+  const std::vector<IndexedFrame>& frames = implementation_->source_->frames();
+  if (implementation_->next_ >= frames.size())
     return {RecordingCode::EndOfRecording, "the recording has no more frames"};
-  const FramePlace& place = places[implementation_->next_++];
-  return guarded([&] { return implementation_->read(place, frame); });
+  const IndexedFrame& indexed = frames[implementation_->next_++];
+  return guarded([&] { return implementation_->read(indexed, frame); });
 }
 
 void
 RecordingReader::seek(Time time)
 {
-  const std::vector<FramePlace>& places = implementation_->source_->places();
+  const std::vector<IndexedFrame>& frames = implementation_->source_->frames();
   const auto found =
-      std::find_if(places.begin(), places.end(), [time](const FramePlace& place) {
-        return place.time >= time;
+      std::find_if(frames.begin(), frames.end(), [time](const IndexedFrame& indexed) {
+        return indexed.time >= time;
       });
-  implementation_->next_ = static_cast<std::size_t>(found - places.begin());
+  implementation_->next_ = static_cast<std::size_t>(found - frames.begin());
 }
 
 RecordingStatus
 RecordingReader::read(std::size_t stream, std::size_t number, RecordedFrame& frame)
 {
-  const FramePlace* const place = implementation_->find(stream, number);
-  if (place == nullptr)
+  const IndexedFrame* const indexed = implementation_->find(stream, number);
+  if (indexed == nullptr)
     return {RecordingCode::InvalidArgument,
             "the recording has no frame " + std::to_string(number) + " of stream " +
                 std::to_string(stream)};
-  return guarded([&] { return implementation_->read(*place, frame); });
+  return guarded([&] { return implementation_->read(*indexed, frame); });
 }
 
 std::optional<std::size_t>
@@ -151,9 +151,9 @@ RecordingReader::frameAt(std::size_t stream, Time time) const
   if (stream >= implementation_->by_stream_.size())
     return last;
   for (const std::size_t index : implementation_->by_stream_[stream]) {
-    const FramePlace& place = implementation_->source_->places()[index];
-    if (place.time <= time)
-      last = place.number;
+    const IndexedFrame& indexed = implementation_->source_->frames()[index];
+    if (indexed.time <= time)
+      last = indexed.number;
   }
   return last;
 }
@@ -161,8 +161,8 @@ RecordingReader::frameAt(std::size_t stream, Time time) const
 Time
 RecordingReader::timeOf(std::size_t stream, std::size_t number) const
 {
-  const FramePlace* const place = implementation_->find(stream, number);
-  return place == nullptr ? Time(0) : place->time;
+  const IndexedFrame* const indexed = implementation_->find(stream, number);
+  return indexed == nullptr ? Time(0) : indexed->time;
 }
 
 std::size_t

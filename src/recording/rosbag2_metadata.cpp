@@ -41,7 +41,7 @@ linesOf(const std::string& text)
 }
 
 /** \brief A text in single or double quotes.
- * \param[in] at place of the first quote
+ * \param[in] at index of the first quote
  */
 std::string
 unquoted(const std::string& text, std::size_t at)

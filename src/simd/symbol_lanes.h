@@ -68,10 +68,10 @@ firstAbove(const std::uint16_t* ends, std::uint32_t number)
   // In 16 bits end - number - 1 - 2^15 is negative if end > number. That is one instruction
   // less than a signed comparison, whose operand cannot be 2^15.
   constexpr std::uint32_t shift = offset + 1 + (std::uint32_t{1} << 15);
-  const __m128i place = _mm_set1_epi16(static_cast<short>((number << bits) + shift));
+  const __m128i bound = _mm_set1_epi16(static_cast<short>((number << bits) + shift));
   const auto* const values = reinterpret_cast<const __m128i*>(ends);
-  const __m128i low = _mm_sub_epi16(_mm_load_si128(values), place);
-  const __m128i high = _mm_sub_epi16(_mm_load_si128(values + 1), place);
+  const __m128i low = _mm_sub_epi16(_mm_load_si128(values), bound);
+  const __m128i high = _mm_sub_epi16(_mm_load_si128(values + 1), bound);
   const auto above =
       static_cast<unsigned int>(_mm_movemask_epi8(_mm_packs_epi16(low, high)));
   return lowestBit(above);

@@ -37,15 +37,15 @@ open(const tcp::endpoint& endpoint, tcp::acceptor& acceptor)
 ViewServerStatus
 cannotListen(const tcp::endpoint& endpoint, const error_code& error)
 {
-  const std::string place = "port " + std::to_string(endpoint.port()) + " of " +
-                            endpoint.address().to_string();
+  const std::string address = "port " + std::to_string(endpoint.port()) + " of " +
+                              endpoint.address().to_string();
   if (error == asio::error::address_in_use)
     return {ViewServerCode::CannotListen,
-            place +
+            address +
                 " is taken by another program; choose another one, or 0 for one that "
                 "is free"};
   return {ViewServerCode::CannotListen,
-          "cannot listen on " + place + ": " + error.message()};
+          "cannot listen on " + address + ": " + error.message()};
 }
 
 /** \brief Listens on 127.0.0.1, and on ::1 if this machine has it. */

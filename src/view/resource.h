@@ -40,7 +40,7 @@ public:
     return size_;
   }
 
-  /** \brief Reads bytes at a place; false unless all were read. */
+  /** \brief Reads bytes from an offset; false unless all were read. */
   virtual bool
   read(std::uint64_t offset, std::size_t count, char* bytes) const = 0;
 

@@ -44,6 +44,19 @@ public:
     }
   }
 
+  /** \brief The lattice of a grid, of which the voxels of the grid are usable. */
+  static Lattice
+  within(const VoxelGrid& grid)
+  {
+    std::array<std::int64_t, 3> begin;
+    std::array<std::int64_t, 3> end;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      begin[axis] = grid.first_index[axis];
+      end[axis] = begin[axis] + grid.size();
+    }
+    return {grid, begin, end};
+  }
+
   /** \brief Index of the voxel that contains a point: floor((point - origin) / resolution),
    * in double precision.
    * \param[in] point x, y, z, metres
@@ -54,13 +67,20 @@ public:
   bool
   indexOf(const NumberT* point, LatticeIndex& index) const
   {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double position = positionOf(axis, static_cast<double>(point[axis]));
-      // Negated, so that NaN fails.
-      if (!(position >= begin_[axis] && position < end_[axis]))
-        return false;
-      index[axis] = floorOf(position);
-    }
+    return indexOn(0, static_cast<double>(point[0]), index[0]) &&
+           indexOn(1, static_cast<double>(point[1]), index[1]) &&
+           indexOn(2, static_cast<double>(point[2]), index[2]);
+  }
+
+  /** \brief The same on one axis. */
+  bool
+  indexOn(std::size_t axis, double coordinate, std::int32_t& index) const
+  {
+    const double position = positionOf(axis, coordinate);
+    // Negated, so that NaN fails.
+    if (!(position >= begin_[axis] && position < end_[axis]))
+      return false;
+    index = floorOf(position);
     return true;
   }
 

@@ -46,19 +46,21 @@ lowestFloatFrom(double number)
 
 } // namespace
 
-LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box)
-: resolution(grid.resolution)
-, origin(grid.origin)
+LocatorGrid::LocatorGrid(const VoxelGrid& grid,
+                         const std::optional<BoundingBox>& box,
+                         bool rounded)
+: lattice(Lattice::within(grid))
 , first_index(grid.first_index)
 , size(static_cast<std::uint32_t>(grid.size()))
 , inverse_resolution(static_cast<float>(1.0 / grid.resolution))
 , beyond_grid(static_cast<std::int32_t>(-grid.size()))
+, is_rounded(rounded)
 , has_box(box)
 {
   float error = 0.0f;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     first_centre[axis] = static_cast<float>(grid.centre(axis, 0) / grid.resolution);
-    error = std::max(error, maxError(grid, axis, false));
+    error = std::max(error, maxError(grid, axis, is_rounded));
     if (box) {
       box_min[axis] = lowestFloatFrom(box->min[axis]);
       box_max[axis] = -lowestFloatFrom(-box->max[axis]);
@@ -68,41 +70,17 @@ LocatorGrid::LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>
   is_useful = error < 0.25f;
 }
 
-LocatorGrid
-LocatorGrid::ofRoundedCoordinates(const VoxelGrid& grid)
-{
-  VoxelGrid relative = grid;
-  relative.origin = {};
-  LocatorGrid rounded(relative, std::nullopt);
-  float error = 0.0f;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    error = std::max(error, maxError(relative, axis, true));
-  rounded.is_rounded = true;
-  rounded.certain = 0.5f - error;
-  rounded.is_useful = error < 0.25f;
-  return rounded;
-}
-
-template <>
-void
-locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              LocatedPoints& located,
-                              CertainPoints& certain)
-{
-  locateEach<ScalarLanes>(grid, points, located, certain);
-}
-
+template void
+locatePointsWith<ScalarLanes>(const LocatorGrid&,
+                              const LocatorInput&,
+                              LocatedPoints&,
+                              CertainPoints&);
 #if PCL_EXT_HAS_NATIVE_LANES
-template <>
-void
-locatePointsWith<NativeLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              LocatedPoints& located,
-                              CertainPoints& certain)
-{
-  locateEach<NativeLanes>(grid, points, located, certain);
-}
+template void
+locatePointsWith<NativeLanes>(const LocatorGrid&,
+                              const LocatorInput&,
+                              LocatedPoints&,
+                              CertainPoints&);
 #endif
 
 void

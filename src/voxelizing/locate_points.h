@@ -5,6 +5,7 @@
 
 #include "simd/lanes.h"
 #include "simd/vector_choice.h"
+#include "voxelizing/lattice.h"
 #include "voxelizing/located_points.h"
 
 #include <array>
@@ -22,23 +23,21 @@ constexpr std::size_t prefetch_distance = 2048;
 struct LocatorGrid {
   /** \param[in] grid any grid
    * \param[in] box points outside it are reported as uncertain
+   * \param[in] is_rounded coordinates are doubles, rounded to floats: all that are near a
+   * face are reported as uncertain
    */
-  LocatorGrid(const VoxelGrid& grid, const std::optional<BoundingBox>& box);
+  LocatorGrid(const VoxelGrid& grid,
+              const std::optional<BoundingBox>& box,
+              bool is_rounded = false);
 
-  /** \brief For coordinates that are doubles, less the origin of the grid and then rounded
-   * to floats. All that are near a face are reported as uncertain. */
-  static LocatorGrid
-  ofRoundedCoordinates(const VoxelGrid& grid);
-
-  double resolution; ///< metres
-  std::array<double, 3> origin;
+  Lattice lattice; ///< with the grid as the usable range
   std::array<std::int32_t, 3> first_index;
   std::uint32_t size; ///< voxels along each axis
 
   float inverse_resolution;
   std::array<float, 3> first_centre; ///< of the grid's lowest voxel, in voxels
   std::int32_t beyond_grid; ///< the bits that are 0 in all positions of the grid
-  bool is_rounded = false;  ///< see ofRoundedCoordinates()
+  bool is_rounded;          ///< the coordinates are rounded doubles
   float certain;  ///< largest certain distance from a voxel's centre, in voxels
   bool is_useful; ///< false if most points of the grid would be uncertain
   bool has_box;
@@ -78,27 +77,12 @@ locatePointsWith(const LocatorGrid& grid,
                  LocatedPoints& located,
                  CertainPoints& certain);
 
-template <>
-void
-locatePointsWith<ScalarLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              LocatedPoints& located,
-                              CertainPoints& certain);
-#if PCL_EXT_HAS_NATIVE_LANES
-template <>
-void
-locatePointsWith<NativeLanes>(const LocatorGrid& grid,
-                              const LocatorInput& points,
-                              LocatedPoints& located,
-                              CertainPoints& certain);
-#endif
 #if PCL_EXT_HAS_AVX2
-template <>
-void
-locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
-                            const LocatorInput& points,
-                            LocatedPoints& located,
-                            CertainPoints& certain);
+extern template void
+locatePointsWith<Avx2Lanes>(const LocatorGrid&,
+                            const LocatorInput&,
+                            LocatedPoints&,
+                            CertainPoints&);
 #endif
 
 } // namespace io

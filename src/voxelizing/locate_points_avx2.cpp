@@ -9,15 +9,11 @@
 namespace pcl_ext {
 namespace io {
 
-template <>
-void
-locatePointsWith<Avx2Lanes>(const LocatorGrid& grid,
-                            const LocatorInput& points,
-                            LocatedPoints& located,
-                            CertainPoints& certain)
-{
-  locateEach<Avx2Lanes>(grid, points, located, certain);
-}
+template void
+locatePointsWith<Avx2Lanes>(const LocatorGrid&,
+                            const LocatorInput&,
+                            LocatedPoints&,
+                            CertainPoints&);
 
 } // namespace io
 } // namespace pcl_ext

@@ -106,12 +106,12 @@ PointBlocks::findSlot(std::uint64_t block) const
 {
   const std::size_t mask = table_.size() - 1;
   const std::size_t first_try = tableOf().firstTry(block);
-  std::size_t place = first_try;
+  std::size_t slot = first_try;
   for (std::size_t i = 1;
-       i < tries && table_[place] != 0 && blocks_[table_[place]] != block;
+       i < tries && table_[slot] != 0 && blocks_[table_[slot]] != block;
        ++i)
-    place = (first_try + i) & mask;
-  return place;
+    slot = (first_try + i) & mask;
+  return slot;
 }
 
 void
@@ -299,10 +299,10 @@ PointBlocks::writeBlock(const KeyedBlock& block,
   std::uint8_t rank = 0;
   for (std::uint64_t left = written_[block.block].occupied; left != 0;
        left &= left - 1) {
-    const unsigned int place = lowestBit(left);
-    keys[voxel] = block.key << 6 | place;
-    sums.counts[voxel++] = counts[place];
-    counts[place] = rank++;
+    const unsigned int cell = lowestBit(left);
+    keys[voxel] = block.key << 6 | cell;
+    sums.counts[voxel++] = counts[cell];
+    counts[cell] = rank++;
   }
 }
 

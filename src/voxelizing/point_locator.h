@@ -22,6 +22,48 @@ namespace io {
 template <typename LanesT>
 class PointLocator {
 public:
+  /** \brief See locatePoints(). */
+  PCL_EXT_LANES_TARGET static void
+  locate(const LocatorGrid& grid,
+         const LocatorInput& points,
+         LocatedPoints& located,
+         CertainPoints& certain)
+  {
+    const PointLocator locator(grid);
+    // Four floats of a point are read.
+    const std::size_t kept_back = points.may_read_on ? 0 : 1;
+    std::size_t i = 0;
+    for (; i + 8 + kept_back <= points.count; i += 8) {
+      const unsigned char* const first = points.first + i * points.stride;
+      // A cloud is usually not in the caches.
+      for (std::size_t point = 0; point < 8; point += 2)
+        prefetch(first + prefetch_distance + point * points.stride);
+      certain[i / 8] = static_cast<std::uint8_t>(
+          locator.locateEight(first, points.stride, i, located));
+    }
+    if (i == points.count)
+      return;
+    std::array<float, 32> last{};
+    const std::size_t count = points.count - i;
+    for (std::size_t point = 0; point < count; ++point)
+      std::memcpy(&last[4 * point],
+                  points.first + (i + point) * points.stride,
+                  3 * sizeof(float));
+    const unsigned int bits =
+        locator.locateEight(reinterpret_cast<const unsigned char*>(last.data()),
+                            4 * sizeof(float),
+                            i,
+                            located);
+    certain[i / 8] = static_cast<std::uint8_t>(bits & ((1u << count) - 1));
+  }
+
+private:
+  // Built-in arrays, as template arguments lose the alignment of vector types.
+  using Floats = typename LanesT::Floats;
+  using Ints = typename LanesT::Ints;
+
+  static constexpr unsigned int all_lanes = (1u << LanesT::width) - 1;
+
   PCL_EXT_LANES_TARGET explicit PointLocator(const LocatorGrid& grid)
   : inverse_resolution_(LanesT::all(grid.inverse_resolution))
   , beyond_grid_(LanesT::all(grid.beyond_grid))
@@ -37,6 +79,27 @@ public:
     }
   }
 
+  /** \brief Computes the voxels of eight points.
+   * \param[in] index where to write the first
+   * \return bit i is set if point i is certainly in the grid and the box
+   */
+  PCL_EXT_LANES_TARGET unsigned int
+  locateEight(const unsigned char* points,
+              std::size_t stride,
+              std::size_t index,
+              LocatedPoints& located) const
+  {
+    unsigned int certain =
+        locateLanes(points, stride, &located.blocks[index], &located.voxels[index]);
+    if constexpr (LanesT::width == 4)
+      certain |= locateLanes(points + 4 * stride,
+                             stride,
+                             &located.blocks[index + 4],
+                             &located.voxels[index + 4])
+                 << 4;
+    return certain;
+  }
+
   /** \brief Computes the voxels of a point a lane.
    * \param[in] points x of the first; four floats are read of each
    * \param[in] stride bytes from one x to the next
@@ -44,10 +107,10 @@ public:
    * \return bit i is set if point i is certainly in the grid and the box
    */
   PCL_EXT_LANES_TARGET unsigned int
-  locate(const unsigned char* points,
-         std::size_t stride,
-         std::uint64_t* blocks,
-         std::uint32_t* voxels) const
+  locateLanes(const unsigned char* points,
+              std::size_t stride,
+              std::uint64_t* blocks,
+              std::uint32_t* voxels) const
   {
     Floats point[3];
     loadPoints<LanesT>(points, stride, point[0], point[1], point[2]);
@@ -85,17 +148,10 @@ public:
     const Ints higher_bits = LanesT::bitAnd(
         LanesT::bitOr(LanesT::bitOr(position[0], position[1]), position[2]),
         beyond_grid_);
-    storePlaces(position, blocks, voxels);
+    storeVoxels(position, blocks, voxels);
     return in_grid &
            LanesT::bitsOf(LanesT::bitAnd(in_box, LanesT::isZero(higher_bits)));
   }
-
-private:
-  // Built-in arrays, as template arguments lose the alignment of vector types.
-  using Floats = typename LanesT::Floats;
-  using Ints = typename LanesT::Ints;
-
-  static constexpr unsigned int all_lanes = (1u << LanesT::width) - 1;
 
   /** \brief Computes the positions of some points on an axis by division.
    * \param[in] wanted bit i is set if point i is one of them
@@ -111,28 +167,20 @@ private:
     LanesT::store(coordinates, coordinate.data());
     std::array<std::int32_t, LanesT::width> position;
     std::memcpy(position.data(), &positions, sizeof(positions));
-    const std::int32_t first = grid_.first_index[axis];
-    const auto begin = static_cast<double>(first);
-    const double end = begin + static_cast<double>(grid_.size);
     unsigned int outside = 0;
     for (; wanted != 0; wanted &= wanted - 1) {
       const unsigned int lane = lowestBit(wanted);
-      const double quotient =
-          (static_cast<double>(coordinate[lane]) - grid_.origin[axis]) /
-          grid_.resolution;
-      const bool is_inside = quotient >= begin && quotient < end; // NaN is not
-      const double inside = is_inside ? quotient : begin;
-      const auto truncated = static_cast<std::int32_t>(inside);
-      position[lane] =
-          truncated - (static_cast<double>(truncated) > inside ? 1 : 0) - first;
-      outside |= (is_inside ? 0u : 1u) << lane;
+      std::int32_t index = grid_.first_index[axis];
+      if (!grid_.lattice.indexOn(axis, static_cast<double>(coordinate[lane]), index))
+        outside |= 1u << lane;
+      position[lane] = index - grid_.first_index[axis];
     }
     std::memcpy(&positions, position.data(), sizeof(positions));
     return ~outside;
   }
 
   PCL_EXT_LANES_TARGET static void
-  storePlaces(const Ints (&position)[3], std::uint64_t* blocks, std::uint32_t* voxels)
+  storeVoxels(const Ints (&position)[3], std::uint64_t* blocks, std::uint32_t* voxels)
   {
     const Ints within_block = LanesT::all(3);
     const Ints voxel = LanesT::bitOr(
@@ -163,63 +211,14 @@ private:
   const LocatorGrid& grid_;
 };
 
-/** \brief Computes the voxels of eight points; see locatePoints().
- * \return bit i is set if point i is certainly in the grid and the box
- */
 template <typename LanesT>
-PCL_EXT_LANES_TARGET unsigned int
-locateEight(const PointLocator<LanesT>& locator,
-            const unsigned char* points,
-            std::size_t stride,
-            std::size_t index,
-            LocatedPoints& located)
+void
+locatePointsWith(const LocatorGrid& grid,
+                 const LocatorInput& points,
+                 LocatedPoints& located,
+                 CertainPoints& certain)
 {
-  unsigned int certain =
-      locator.locate(points, stride, &located.blocks[index], &located.voxels[index]);
-  if constexpr (LanesT::width == 4)
-    certain |= locator.locate(points + 4 * stride,
-                              stride,
-                              &located.blocks[index + 4],
-                              &located.voxels[index + 4])
-               << 4;
-  return certain;
-}
-
-/** \brief See locatePoints(). */
-template <typename LanesT>
-PCL_EXT_LANES_TARGET void
-locateEach(const LocatorGrid& grid,
-           const LocatorInput& points,
-           LocatedPoints& located,
-           CertainPoints& certain)
-{
-  const PointLocator<LanesT> locator(grid);
-  // Four floats of a point are read.
-  const std::size_t kept_back = points.may_read_on ? 0 : 1;
-  std::size_t i = 0;
-  for (; i + 8 + kept_back <= points.count; i += 8) {
-    const unsigned char* const first = points.first + i * points.stride;
-    // A cloud is usually not in the caches.
-    for (std::size_t point = 0; point < 8; point += 2)
-      prefetch(first + prefetch_distance + point * points.stride);
-    certain[i / 8] = static_cast<std::uint8_t>(
-        locateEight(locator, first, points.stride, i, located));
-  }
-  if (i == points.count)
-    return;
-  std::array<float, 32> last{};
-  const std::size_t count = points.count - i;
-  for (std::size_t point = 0; point < count; ++point)
-    std::memcpy(&last[4 * point],
-                points.first + (i + point) * points.stride,
-                3 * sizeof(float));
-  const unsigned int bits =
-      locateEight(locator,
-                  reinterpret_cast<const unsigned char*>(last.data()),
-                  4 * sizeof(float),
-                  i,
-                  located);
-  certain[i / 8] = static_cast<std::uint8_t>(bits & ((1u << count) - 1));
+  PointLocator<LanesT>::locate(grid, points, located, certain);
 }
 
 } // namespace io

@@ -56,7 +56,7 @@ VoxelCollector::collectBatch(const PointView& points, const VoxelLocator& locato
   return CollectionResult::AllPoints;
 }
 
-/** \brief Reads the intensities of the points in placed_. */
+/** \brief Reads the intensities of the points in located_. */
 void
 VoxelCollector::readIntensities(const PointView& points)
 {
@@ -78,7 +78,7 @@ VoxelCollector::readIntensities(const PointView& points)
     exactness_.add(located_.intensities.data(), located_.count, are_whole);
 }
 
-/** \brief Reads the colours of the points in placed_. */
+/** \brief Reads the colours of the points in located_. */
 void
 VoxelCollector::readColours(const PointView& points)
 {

@@ -28,17 +28,20 @@ initialGrid(const EncoderSettings& settings)
   return settings.bounding_box ? gridOfBox(grid, *settings.bounding_box) : grid;
 }
 
-/** \brief The usable range is a fixed grid, or the whole lattice. */
 Lattice
-makeLattice(const VoxelGrid& grid, bool is_fixed)
+wholeLattice(const VoxelGrid& grid)
 {
-  std::array<std::int64_t, 3> begin;
-  std::array<std::int64_t, 3> end;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    begin[axis] = is_fixed ? grid.first_index[axis] : -lattice_end;
-    end[axis] = is_fixed ? begin[axis] + grid.size() : lattice_end;
-  }
-  return {grid, begin, end};
+  return {grid,
+          {-lattice_end, -lattice_end, -lattice_end},
+          {lattice_end, lattice_end, lattice_end}};
+}
+
+/** \brief The grid for coordinates less its origin. */
+VoxelGrid
+relativeGrid(VoxelGrid grid)
+{
+  grid.origin = {};
+  return grid;
 }
 
 std::size_t
@@ -92,9 +95,9 @@ VoxelLocator::VoxelLocator(const EncoderSettings& settings)
 : box_(settings.bounding_box)
 , has_pcl_grid_(box_ && settings.format == StreamFormat::Published)
 , grid_(initialGrid(settings))
-, lattice_(makeLattice(grid_, box_.has_value()))
+, lattice_(box_ ? Lattice::within(grid_) : wholeLattice(grid_))
 , locator_grid_(grid_, box_)
-, rounded_locator_grid_(LocatorGrid::ofRoundedCoordinates(grid_))
+, rounded_locator_grid_(relativeGrid(grid_), std::nullopt, true)
 {
   if (!box_)
     setLattice();
@@ -106,7 +109,7 @@ VoxelLocator::setGrid(const VoxelGrid& grid)
   const bool has_other_lattice = grid.origin != grid_.origin;
   grid_ = grid;
   locator_grid_ = LocatorGrid(grid_, box_);
-  rounded_locator_grid_ = LocatorGrid::ofRoundedCoordinates(grid_);
+  rounded_locator_grid_ = LocatorGrid(relativeGrid(grid_), std::nullopt, true);
   if (has_other_lattice)
     setLattice();
 }
@@ -114,7 +117,7 @@ VoxelLocator::setGrid(const VoxelGrid& grid)
 void
 VoxelLocator::setLattice()
 {
-  lattice_ = makeLattice(grid_, false);
+  lattice_ = wholeLattice(grid_);
   usable_min_ = lattice_.lowestCoordinates();
   usable_max_ = lattice_.highestCoordinates();
 }

@@ -111,7 +111,7 @@ private:
   }
 
   /** \brief Moves the origin to where more points are on its lattice, if there is such a
-   * place. */
+   * one. */
   bool
   moveOrigin(PointBatches& points, bool is_i_frame_due)
   {

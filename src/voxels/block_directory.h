@@ -59,7 +59,7 @@ public:
     if (2 * keys_.size() > slots_.size())
       grow();
     else
-      place(static_cast<std::uint32_t>(keys_.size() - 1));
+      addToSlots(static_cast<std::uint32_t>(keys_.size() - 1));
   }
 
   /** \brief Replaces all blocks by those with some keys, in this order. */
@@ -93,7 +93,7 @@ private:
   }
 
   void
-  place(std::uint32_t index)
+  addToSlots(std::uint32_t index)
   {
     const std::size_t mask = slots_.size() - 1;
     std::size_t slot = slotOf(keys_[index]);
@@ -108,7 +108,7 @@ private:
     slots_.assign(2 * slots_.size(), not_found);
     --shift_;
     for (std::size_t index = 0; index < keys_.size(); ++index)
-      place(static_cast<std::uint32_t>(index));
+      addToSlots(static_cast<std::uint32_t>(index));
   }
 
   std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(16, not_found);

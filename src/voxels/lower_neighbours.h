@@ -42,15 +42,15 @@ public:
       lower_[face] = blockAcross(block, face);
   }
 
-  /** \brief Calls a function for the lower place beside a cell on each axis, whether or not
+  /** \brief Calls a function for the lower side of a cell on each axis, whether or not
    * a voxel is there, so that the caller needs no branch, which would be mispredicted.
    * \param[in] cell of the selected block
-   * \param[in] visit_place called with the index of the voxel and 1, or with any index of
+   * \param[in] visit_side called with the index of the voxel and 1, or with any index of
    * the frame's and 0
    */
   template <typename VisitT>
   void
-  forEachPlace(unsigned int cell, VisitT&& visit_place) const
+  visitEachSide(unsigned int cell, VisitT&& visit_side) const
   {
     for (std::size_t face = 0; face < lower_faces; ++face) {
       const unsigned int low = 1u << (2 - face);
@@ -60,7 +60,7 @@ public:
       const auto is_there = static_cast<std::uint32_t>(block.mask >> other & 1);
       const std::size_t voxel =
           block.first_voxel + bitCount(block.mask & ((std::uint64_t{1} << other) - 1));
-      visit_place(voxel * is_there, is_there);
+      visit_side(voxel * is_there, is_there);
     }
   }
 
@@ -71,7 +71,7 @@ public:
   void
   visit(unsigned int cell, VisitT&& visit_voxel) const
   {
-    forEachPlace(cell, [&](std::size_t voxel, std::uint32_t is_there) {
+    visitEachSide(cell, [&](std::size_t voxel, std::uint32_t is_there) {
       if (is_there != 0)
         visit_voxel(voxel);
     });

@@ -289,7 +289,7 @@ MUTANTS = [
            "return expected == contents_.messages.size() || !contents_.damage.empty();",
            "return true;"),
     Mutant(RECORDING + "mcap/file_contents.cpp", "a chunk that is cut off is lost",
-           "scanRecords(records, contents_.places.size() - 1);\n}\n\nvoid\nContentsFinder::scan()",
+           "scanRecords(records, contents_.sections.size() - 1);\n}\n\nvoid\nContentsFinder::scan()",
            "}\n\nvoid\nContentsFinder::scan()"),
     Mutant(RECORDING + "mcap_reader.cpp", "a message is not compared with its index",
            "mcap::messageTime(prefix.log_time) != entry.log_time", "false"),

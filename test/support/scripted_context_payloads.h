@@ -5,7 +5,7 @@
 #pragma once
 
 #include "codec/context/entropy_coder.h"
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/intensities.h"
 #include "codec/context/models.h"
 #include "codec/context/new_blocks.h"
@@ -171,7 +171,7 @@ private:
   }
 
   FrameParameters parameters_;
-  Frame frame_;
+  FrameBlocks frame_;
   Bytes bytes_;
 
 public:

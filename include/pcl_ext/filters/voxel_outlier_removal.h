@@ -92,7 +92,7 @@ struct VoxelOutlierRemovalSettings {
    * each; any number. If there are more, only those of the last frame are kept; if that frame
    * alone has more, all are dropped, and their memory is released. While a frame is filtered,
    * its own blocks take as much in any case: up to 400 bytes per voxel if the voxels are far
-   * apart, 660 below min_cell_edge. */
+   * apart, 660 below min_judged_edge. */
   std::size_t max_blocks = std::size_t{1} << 17;
 
   friend bool
@@ -136,7 +136,7 @@ checkSettings(const VoxelOutlierRemovalSettings& settings);
  * The voxels of a surface have neighbours of the same surface, each about as dense as its
  * face is covered; a flying pixel has few neighbours, with a point or two each. The log-odds
  * of surface against noise follow from the densities around a voxel in three shells, see
- * doc/outlier_removal.md. Voxels finer than min_cell_edge are judged by the coarse voxels
+ * doc/outlier_removal.md. Voxels finer than min_judged_edge are judged by the coarse voxels
  * that contain them.
  *
  * One instance serves one stream: frames of one sensor in their order, or those of
@@ -163,7 +163,7 @@ public:
 
   /** \brief Finer voxels are judged by coarse voxels, metres. At 2 cm one pixel of a
    * Kinect V2 covers a voxel's face at a depth of 7 m. */
-  static constexpr double min_cell_edge = 0.02;
+  static constexpr double min_judged_edge = 0.02;
 
   /** \brief True if a voxel edge, metres, is supported. */
   static bool

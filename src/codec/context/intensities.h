@@ -1,6 +1,6 @@
 #pragma once
 
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/intensity_neighbours.h"
 #include "codec/context/models.h"

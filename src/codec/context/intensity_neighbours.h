@@ -59,7 +59,7 @@ public:
   {
     std::uint32_t sum = 0;
     std::uint32_t count = 0;
-    forEachPlace(cell, [&](std::size_t voxel, std::uint32_t is_there) {
+    visitEachSide(cell, [&](std::size_t voxel, std::uint32_t is_there) {
       sum += symbols[voxel] * is_there;
       count += is_there;
     });

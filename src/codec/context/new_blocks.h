@@ -2,7 +2,7 @@
 
 #include "bytes/reserve_ahead.h"
 #include "codec/context/children.h"
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/node_blocks.h"
 #include "voxels/child_masks.h"
@@ -31,7 +31,7 @@ public:
    */
   NewBlockPass(CodingT& coding,
                ChildModels& models,
-               Frame& frame,
+               FrameBlocks& frame,
                const FrameParameters& parameters,
                std::size_t max_voxels)
   : coding_(coding)
@@ -267,7 +267,7 @@ private:
 
   CodingT& coding_;
   ChildModels& models_;
-  Frame& frame_;
+  FrameBlocks& frame_;
   const std::vector<HistoryBlock>& tracked_;
   unsigned int depth_;
   std::size_t max_voxels_;

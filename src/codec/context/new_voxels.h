@@ -1,7 +1,7 @@
 #pragma once
 
 #include "codec/context/choices.h"
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
 #include "simd/bit_operations.h"
@@ -50,7 +50,7 @@ public:
    */
   NewVoxelPass(CodingT& coding,
                NewVoxelModels& models,
-               Frame& frame,
+               FrameBlocks& frame,
                const FrameParameters& parameters,
                std::size_t max_voxels)
   : coding_(coding)
@@ -195,7 +195,7 @@ private:
 
   CodingT& coding_;
   NewVoxelModels& models_;
-  Frame& frame_;
+  FrameBlocks& frame_;
   const std::vector<HistoryBlock>& tracked_;
   std::uint64_t grid_cells_;
   std::size_t max_voxels_;

@@ -361,7 +361,7 @@ Payload::releaseMemory()
 {
   history_.releaseMemory();
   blocks_ = BlockList();
-  frame_ = Frame();
+  frame_ = FrameBlocks();
   intensities_ = CodedIntensities();
   depths_ = DepthObservations();
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/intensities.h"
 #include "codec/context/new_blocks.h"
@@ -151,7 +151,7 @@ private:
   bool is_matched_ = false; // with the history, by match()
   // Of the current frame; members so that their memory is reused.
   BlockList blocks_;
-  Frame frame_;
+  FrameBlocks frame_;
   CodedIntensities intensities_;
   DepthObservations depths_;
   // For learnHistory().

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 #include "codec/context/history.h"
 #include "codec/context/models.h"
 #include "voxels/voxel_block.h"
@@ -52,12 +52,12 @@ template <typename CodingT>
 class TrackedVoxelPass {
 public:
   /** \brief A pass over one frame.
-   * \param[in,out] frame after Frame::begin() or match()
+   * \param[in,out] frame after FrameBlocks::begin() or match()
    * \param[in] parameters of the frame
    */
   TrackedVoxelPass(CodingT& coding,
                    TrackedVoxelModels& models,
-                   Frame& frame,
+                   FrameBlocks& frame,
                    const FrameParameters& parameters)
   : coding_(coding)
   , models_(models)
@@ -205,7 +205,7 @@ private:
 
   CodingT& coding_;
   TrackedVoxelModels& models_;
-  Frame& frame_;
+  FrameBlocks& frame_;
   const History& history_;
   unsigned int levels_;
   unsigned int mean_shift_; // from a mean's fixed point to quarters

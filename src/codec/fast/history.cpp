@@ -1,7 +1,7 @@
 #include "codec/fast/history.h"
 
 #include "bytes/reserve_ahead.h"
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
 #include "voxels/voxel_block.h"
@@ -18,7 +18,7 @@ namespace {
 class BlockLists {
 public:
   /** \param[in] max_blocks upper bound of the number of blocks */
-  BlockLists(std::size_t max_blocks, History& after, Frame& frame)
+  BlockLists(std::size_t max_blocks, History& after, FrameBlocks& frame)
   {
     frame.ensureBlocks(max_blocks);
     reserveAhead(after.keys, max_blocks);
@@ -58,7 +58,7 @@ public:
   }
 
   void
-  finish(History& after, Frame& frame) const
+  finish(History& after, FrameBlocks& frame) const
   {
     frame.block_count = in_frame_;
     after.keys.resize(kept_);
@@ -154,7 +154,7 @@ bool
 HistoryUpdate::run(const History& before,
                    History& after,
                    StatisticsTable& statistics,
-                   Frame& frame)
+                   FrameBlocks& frame)
 {
   removeForgotten(after);
   numberNewBlocks(before, frame);
@@ -180,7 +180,7 @@ HistoryUpdate::removeForgotten(History& after)
 /** \brief Assigns free numbers to new blocks, the last freed ones first, then further
  * ones. */
 void
-HistoryUpdate::numberNewBlocks(const History& before, const Frame& frame)
+HistoryUpdate::numberNewBlocks(const History& before, const FrameBlocks& frame)
 {
   const std::size_t spare = before.spare_numbers.size();
   auto next = static_cast<std::uint32_t>(before.tracked.size());
@@ -194,7 +194,7 @@ void
 HistoryUpdate::reserveNew(const History& before,
                           History& after,
                           StatisticsTable& statistics,
-                          const Frame& frame)
+                          const FrameBlocks& frame)
 {
   const std::size_t spare =
       std::min(before.spare_numbers.size(), frame.new_keys.size());
@@ -215,7 +215,7 @@ void
 HistoryUpdate::addNewVoxels(const History& before,
                             History& after,
                             StatisticsTable& statistics,
-                            const Frame& frame)
+                            const FrameBlocks& frame)
 {
   const unsigned int past = voxel_past::first(frame.is_i_frame);
   CellIndex* index = after.cell_indices.data() + after.first[past];
@@ -252,7 +252,7 @@ HistoryUpdate::addNewVoxels(const History& before,
  * \return false if a new block is in the history
  */
 bool
-HistoryUpdate::mergeBlocks(const History& before, History& after, Frame& frame)
+HistoryUpdate::mergeBlocks(const History& before, History& after, FrameBlocks& frame)
 {
   const std::size_t count = before.keys.size();
   BlockLists lists(count + frame.new_keys.size(), after, frame);

@@ -13,7 +13,7 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-struct Frame;
+struct FrameBlocks;
 
 /** \brief The past of a voxel: a 1, and below it its occupancy in the last frames, one bit
  * for each of at most seven, the last one lowest.
@@ -183,7 +183,10 @@ public:
    * \return false if a new block is in the history
    */
   bool
-  run(const History& before, History& after, StatisticsTable& statistics, Frame& frame);
+  run(const History& before,
+      History& after,
+      StatisticsTable& statistics,
+      FrameBlocks& frame);
 
 private:
   static void
@@ -193,19 +196,19 @@ private:
   reserveNew(const History& before,
              History& after,
              StatisticsTable& statistics,
-             const Frame& frame);
+             const FrameBlocks& frame);
 
   void
   addNewVoxels(const History& before,
                History& after,
                StatisticsTable& statistics,
-               const Frame& frame);
+               const FrameBlocks& frame);
 
   void
-  numberNewBlocks(const History& before, const Frame& frame);
+  numberNewBlocks(const History& before, const FrameBlocks& frame);
 
   bool
-  mergeBlocks(const History& before, History& after, Frame& frame);
+  mergeBlocks(const History& before, History& after, FrameBlocks& frame);
 
   std::vector<std::uint32_t> new_numbers_;   // of the new blocks
   std::vector<std::uint32_t> freed_numbers_; // of blocks without voxels

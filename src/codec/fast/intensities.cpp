@@ -14,7 +14,7 @@ static_assert(History::no_statistics == symbol_statistics::none,
 
 /** \brief Begins a frame: reads the statistics, and allocates all memory. */
 void
-Intensities::begin(const Frame& frame,
+Intensities::begin(const FrameBlocks& frame,
                    const StatisticsTable& statistics,
                    unsigned int bits)
 {
@@ -37,7 +37,7 @@ Intensities::begin(const Frame& frame,
 }
 
 void
-Intensities::restore(const Frame& frame, StatisticsTable& statistics) const
+Intensities::restore(const FrameBlocks& frame, StatisticsTable& statistics) const
 {
   for (std::size_t i = 0; i < frame.voxel_count; ++i)
     statistics[frame.cell_indices[i]] = before_[i];
@@ -47,7 +47,7 @@ template <class Coder, class Symbol>
 bool
 Intensities::code(Coder& coder,
                   SymbolModels& models,
-                  const Frame& frame,
+                  const FrameBlocks& frame,
                   StatisticsTable& all_statistics,
                   unsigned int bits,
                   Symbol* symbols)
@@ -261,14 +261,14 @@ Intensities::codeValue(Coder& coder, unsigned int bin, unsigned int& value)
 template bool
 Intensities::code(NibbleEncoder&,
                   SymbolModels&,
-                  const Frame&,
+                  const FrameBlocks&,
                   StatisticsTable&,
                   unsigned int,
                   const std::uint16_t*);
 template bool
 Intensities::code(NibbleDecoder&,
                   SymbolModels&,
-                  const Frame&,
+                  const FrameBlocks&,
                   StatisticsTable&,
                   unsigned int,
                   std::uint16_t*);

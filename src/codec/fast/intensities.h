@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "codec/fast/models.h"
 
 #include <cstddef>
@@ -32,18 +32,18 @@ public:
   bool
   code(Coder& coder,
        SymbolModels& models,
-       const Frame& frame,
+       const FrameBlocks& frame,
        StatisticsTable& statistics,
        unsigned int bits,
        Symbol* symbols);
 
   /** \brief Restores the statistics to their state before the last frame. */
   void
-  restore(const Frame& frame, StatisticsTable& statistics) const;
+  restore(const FrameBlocks& frame, StatisticsTable& statistics) const;
 
 private:
   void
-  begin(const Frame& frame, const StatisticsTable& statistics, unsigned int bits);
+  begin(const FrameBlocks& frame, const StatisticsTable& statistics, unsigned int bits);
 
   template <class Coder, class Symbol>
   bool

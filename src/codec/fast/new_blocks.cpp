@@ -23,7 +23,7 @@ NewBlocks::Level::ensure(std::size_t size)
 
 /** \brief For an encoder: collects the masks of all nodes, from octants to the root. */
 void
-NewBlocks::collectMasks(const Frame& frame)
+NewBlocks::collectMasks(const FrameBlocks& frame)
 {
   const unsigned int levels = levelsAboveBlocks(frame.depth) + block_levels;
   if (node_masks_.size() < levels)
@@ -132,7 +132,7 @@ NewBlocks::descend()
 
 template <class Coder>
 bool
-NewBlocks::code(Coder& coder, Models& models, Frame& frame)
+NewBlocks::code(Coder& coder, Models& models, FrameBlocks& frame)
 {
   if (!Coder::is_decoder)
     collectMasks(frame);
@@ -163,7 +163,7 @@ NewBlocks::code(Coder& coder, Models& models, Frame& frame)
 
 /** \brief Sets the new blocks of a frame to those of the octants. */
 bool
-NewBlocks::setCells(Frame& frame) const
+NewBlocks::setCells(FrameBlocks& frame) const
 {
   frame.new_keys.clear();
   frame.new_masks.clear();
@@ -183,9 +183,9 @@ NewBlocks::setCells(Frame& frame) const
 }
 
 template bool
-NewBlocks::code(NibbleEncoder&, Models&, Frame&);
+NewBlocks::code(NibbleEncoder&, Models&, FrameBlocks&);
 template bool
-NewBlocks::code(NibbleDecoder&, Models&, Frame&);
+NewBlocks::code(NibbleDecoder&, Models&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

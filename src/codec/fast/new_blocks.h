@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "codec/fast/models.h"
 
 #include <array>
@@ -28,7 +28,7 @@ public:
    */
   template <class Coder>
   bool
-  code(Coder& coder, Models& models, Frame& frame);
+  code(Coder& coder, Models& models, FrameBlocks& frame);
 
 private:
   /** \brief The nodes of one level, ascending. Node 0 is none: it has no children, and is the
@@ -45,7 +45,7 @@ private:
   };
 
   void
-  collectMasks(const Frame& frame);
+  collectMasks(const FrameBlocks& frame);
 
   template <class Coder>
   bool
@@ -62,7 +62,7 @@ private:
   childOf(const Level& level, std::uint32_t node, unsigned int child);
 
   bool
-  setCells(Frame& frame) const;
+  setCells(FrameBlocks& frame) const;
 
   Level level_;
   Level next_level_;

@@ -82,7 +82,7 @@ NewVoxels::code(Coder& coder,
                 Models& models,
                 const History& before,
                 const StatisticsTable& statistics,
-                Frame& frame)
+                FrameBlocks& frame)
 {
   return codeOctants(coder, models, before, statistics, frame) &&
          codeOctantMasks(coder, models, before, frame) &&
@@ -95,7 +95,7 @@ NewVoxels::codeOctants(Coder& coder,
                        Models& models,
                        const History& before,
                        const StatisticsTable& statistics,
-                       Frame& frame)
+                       FrameBlocks& frame)
 {
   const std::size_t count = before.keys.size();
   coder.reserve(count);
@@ -134,7 +134,7 @@ NewVoxels::codeOctants(Coder& coder,
 /** \brief For an encoder: lists the blocks with new voxels, and chooses the symbols of all
  * blocks. */
 void
-NewVoxels::chooseOctants(const History& before, Frame& frame)
+NewVoxels::chooseOctants(const History& before, FrameBlocks& frame)
 {
   const std::size_t count = before.keys.size();
   const std::uint32_t* const numbers = before.numbers.data();
@@ -162,7 +162,7 @@ NewVoxels::chooseOctants(const History& before, Frame& frame)
 
 /** \brief For a decoder: lists the blocks with new voxels. */
 void
-NewVoxels::collectRenewedBlocks(const History& before, Frame& frame)
+NewVoxels::collectRenewedBlocks(const History& before, FrameBlocks& frame)
 {
   const std::size_t count = before.keys.size();
   const std::uint8_t* const symbols = frame.octant_symbols.data();
@@ -179,7 +179,7 @@ bool
 NewVoxels::codeOctantMasks(Coder& coder_now,
                            Models& models,
                            const History& before,
-                           Frame& frame)
+                           FrameBlocks& frame)
 {
   const std::size_t count = frame.renewed_count;
   coder_now.reserve(2 * count);
@@ -229,7 +229,7 @@ NewVoxels::codeCells(Coder& coder,
                      Models& models,
                      const History& before,
                      const StatisticsTable& statistics,
-                     Frame& frame)
+                     FrameBlocks& frame)
 {
   const std::size_t count = octant_count_;
   coder.reserve(3 * count);
@@ -282,7 +282,7 @@ NewVoxels::codeCells(Coder& coder,
  * single new voxels. \return false if a symbol is invalid */
 template <bool is_decoder>
 bool
-NewVoxels::setSingleCells(Frame& frame, std::size_t& several_count)
+NewVoxels::setSingleCells(FrameBlocks& frame, std::size_t& several_count)
 {
   const std::size_t count = octant_count_;
   const CellIndex* const octants = octants_.data();
@@ -317,7 +317,7 @@ NewVoxels::codeSeveralCells(Coder& coder,
                             Models& models,
                             std::size_t count,
                             const History& before,
-                            Frame& frame)
+                            FrameBlocks& frame)
 {
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t number = several_[i] / block_cells;
@@ -343,10 +343,10 @@ NewVoxels::codeSeveralCells(Coder& coder,
 
 template bool
 NewVoxels::code(
-    NibbleEncoder&, Models&, const History&, const StatisticsTable&, Frame&);
+    NibbleEncoder&, Models&, const History&, const StatisticsTable&, FrameBlocks&);
 template bool
 NewVoxels::code(
-    NibbleDecoder&, Models&, const History&, const StatisticsTable&, Frame&);
+    NibbleDecoder&, Models&, const History&, const StatisticsTable&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "codec/fast/history.h"
 #include "codec/fast/models.h"
 
@@ -34,7 +34,7 @@ public:
        Models& models,
        const History& before,
        const StatisticsTable& statistics,
-       Frame& frame);
+       FrameBlocks& frame);
 
 private:
   template <class Coder>
@@ -43,17 +43,20 @@ private:
               Models& models,
               const History& before,
               const StatisticsTable& statistics,
-              Frame& frame);
+              FrameBlocks& frame);
 
   static void
-  chooseOctants(const History& before, Frame& frame);
+  chooseOctants(const History& before, FrameBlocks& frame);
 
   static void
-  collectRenewedBlocks(const History& before, Frame& frame);
+  collectRenewedBlocks(const History& before, FrameBlocks& frame);
 
   template <class Coder>
   bool
-  codeOctantMasks(Coder& coder, Models& models, const History& before, Frame& frame);
+  codeOctantMasks(Coder& coder,
+                  Models& models,
+                  const History& before,
+                  FrameBlocks& frame);
 
   template <class Coder>
   bool
@@ -61,11 +64,11 @@ private:
             Models& models,
             const History& before,
             const StatisticsTable& statistics,
-            Frame& frame);
+            FrameBlocks& frame);
 
   template <bool is_decoder>
   bool
-  setSingleCells(Frame& frame, std::size_t& several_count);
+  setSingleCells(FrameBlocks& frame, std::size_t& several_count);
 
   template <class Coder>
   bool
@@ -73,7 +76,7 @@ private:
                    Models& models,
                    std::size_t count,
                    const History& before,
-                   Frame& frame);
+                   FrameBlocks& frame);
 
   /** \brief Cells of an octant before its new voxels are coded. */
   struct Surroundings {

@@ -22,7 +22,7 @@ const History no_history;
  * keys. */
 template <bool with_keys>
 void
-expandBlocks(Frame& frame, std::vector<std::uint64_t>* keys)
+expandBlocks(FrameBlocks& frame, std::vector<std::uint64_t>* keys)
 {
   const std::size_t count = frame.block_count;
   const std::uint64_t* const masks = frame.masks.data();
@@ -62,7 +62,7 @@ Payload::match(CodingWorkspace& memory, const VoxelFrame& frame)
 {
   if (frame.keys.empty())
     return 0;
-  Frame& matched = memory.fast().frame;
+  FrameBlocks& matched = memory.fast().frame;
   matchHistory(history_, frame.keys, matched);
   return trackedVoxelCount(history_, matched);
 }
@@ -227,7 +227,7 @@ template <class Coder>
 bool
 Payload::codeOccupancy(Coder& coder, Models& models)
 {
-  Frame& frame = work_->frame;
+  FrameBlocks& frame = work_->frame;
   History& after = work_->next_history;
   frame.found_voxels = 0;
   if (Coder::is_decoder) {

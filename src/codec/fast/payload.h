@@ -2,7 +2,7 @@
 
 #include "codec/depth_split.h"
 #include "codec/fast/classed_row.h"
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "codec/fast/history.h"
 #include "codec/fast/intensities.h"
 #include "codec/fast/models.h"
@@ -24,7 +24,7 @@ namespace fast {
 /** \brief Memory for a frame while it is coded, and the state after it until learn(). May be
  * used by several streams in turn. */
 struct Workspace {
-  Frame frame;
+  FrameBlocks frame;
   TrackedVoxels tracked_voxels;
   NewVoxels new_voxels;
   NewBlocks new_blocks;

@@ -21,7 +21,7 @@ constexpr std::uint64_t no_key = std::numeric_limits<std::uint64_t>::max();
 /** \brief Groups voxels into blocks, followed by a key above all others as a sentinel.
  * \return number of blocks */
 std::size_t
-collectBlocks(const std::vector<std::uint64_t>& voxel_keys, Frame& frame)
+collectBlocks(const std::vector<std::uint64_t>& voxel_keys, FrameBlocks& frame)
 {
   frame.ensureBlocks(voxel_keys.size() + 1);
   std::uint64_t* const keys = frame.keys.data();
@@ -139,7 +139,7 @@ private:
 void
 matchHistory(const History& history,
              const std::vector<std::uint64_t>& keys,
-             Frame& frame)
+             FrameBlocks& frame)
 {
   const std::size_t count = collectBlocks(keys, frame);
   const std::uint64_t* const frame_keys = frame.keys.data();
@@ -172,7 +172,7 @@ matchHistory(const History& history,
 }
 
 std::size_t
-trackedVoxelCount(const History& history, const Frame& frame)
+trackedVoxelCount(const History& history, const FrameBlocks& frame)
 {
   std::size_t count = 0;
   for (const std::uint32_t number : history.numbers)
@@ -182,8 +182,11 @@ trackedVoxelCount(const History& history, const Frame& frame)
 
 template <class Coder>
 bool
-TrackedVoxels::code(
-    Coder& coder, Models& models, const History& before, History& after, Frame& frame)
+TrackedVoxels::code(Coder& coder,
+                    Models& models,
+                    const History& before,
+                    History& after,
+                    FrameBlocks& frame)
 {
   // Each bucket is filled from up to two others.
   std::array<std::uint32_t, voxel_past::count> room{};
@@ -216,7 +219,7 @@ TrackedVoxels::splitBucket(Coder& coder,
                            unsigned int past,
                            const History& before,
                            History& after,
-                           Frame& frame)
+                           FrameBlocks& frame)
 {
   std::uint64_t* const occupied = frame.occupied.data();
   const auto isOccupied = [&](CellIndex index) {
@@ -275,9 +278,9 @@ TrackedVoxels::splitBucket(Coder& coder,
 }
 
 template bool
-TrackedVoxels::code(NibbleEncoder&, Models&, const History&, History&, Frame&);
+TrackedVoxels::code(NibbleEncoder&, Models&, const History&, History&, FrameBlocks&);
 template bool
-TrackedVoxels::code(NibbleDecoder&, Models&, const History&, History&, Frame&);
+TrackedVoxels::code(NibbleDecoder&, Models&, const History&, History&, FrameBlocks&);
 
 } // namespace fast
 } // namespace io

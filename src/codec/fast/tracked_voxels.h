@@ -2,7 +2,7 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/fast/frame.h"
+#include "codec/fast/frame_blocks.h"
 #include "codec/fast/history.h"
 #include "codec/fast/models.h"
 
@@ -23,11 +23,11 @@ namespace fast {
 void
 matchHistory(const History& history,
              const std::vector<std::uint64_t>& keys,
-             Frame& frame);
+             FrameBlocks& frame);
 
 /** \brief Number of tracked voxels of a frame, after matchHistory(). */
 std::size_t
-trackedVoxelCount(const History& history, const Frame& frame);
+trackedVoxelCount(const History& history, const FrameBlocks& frame);
 
 /** \brief Codes the occupancy of the tracked voxels (doc/bitstream_fast.md, "Tracked voxels")
  * bucket by bucket, and splits the buckets.
@@ -48,7 +48,7 @@ public:
        Models& models,
        const History& before,
        History& after,
-       Frame& frame);
+       FrameBlocks& frame);
 
 private:
   template <class Coder>
@@ -58,7 +58,7 @@ private:
               unsigned int past,
               const History& before,
               History& after,
-              Frame& frame);
+              FrameBlocks& frame);
 
   std::vector<std::uint8_t> occupancies_; // of a bucket, eight voxels in each byte
 };

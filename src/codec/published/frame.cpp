@@ -27,14 +27,14 @@ checksumOf(const VoxelGrid* grid,
            const std::vector<std::uint8_t>& occupancy,
            const std::vector<std::uint8_t>& intensities)
 {
-  std::vector<std::uint8_t> place;
+  std::vector<std::uint8_t> grid_bytes;
   if (grid != nullptr) {
-    ByteWriter writer(place);
+    ByteWriter writer(grid_bytes);
     writer.f64(grid->resolution);
     for (const double coordinate : grid->origin)
       writer.f64(coordinate);
   }
-  std::uint32_t checksum = chainedChecksum(0, place.data(), place.size());
+  std::uint32_t checksum = chainedChecksum(0, grid_bytes.data(), grid_bytes.size());
   checksum = chainedChecksum(checksum, occupancy.data(), occupancy.size());
   return chainedChecksum(checksum, intensities.data(), intensities.size());
 }

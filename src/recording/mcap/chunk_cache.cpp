@@ -42,7 +42,7 @@ ChunkCache::CachedChunk::cost() const
 }
 
 const ChunkCache::Records&
-ChunkCache::records(const InputFile& file, const Place& place, std::size_t number)
+ChunkCache::records(const InputFile& file, const Section& section, std::size_t number)
 {
   const auto found =
       std::find_if(chunks_.begin(), chunks_.end(), [number](const CachedChunk& chunk) {
@@ -53,7 +53,7 @@ ChunkCache::records(const InputFile& file, const Place& place, std::size_t numbe
     return chunks_.front().records;
   }
   Records records;
-  records.failure = loadChunk(file, place, records.bytes);
+  records.failure = loadChunk(file, section, records.bytes);
   findMessages(records);
   // Decompression leaves room behind the bytes.
   records.bytes.shrink_to_fit();

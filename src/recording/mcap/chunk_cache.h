@@ -26,19 +26,19 @@ public:
     std::vector<std::uint64_t> offsets; // of the messages
     std::string failure;                // empty, or what is wrong with the chunk
 
-    /** \brief True if a message begins at a place. Within another message there may be
+    /** \brief True if a message begins at an offset. Within another message there may be
      * bytes that look like one. */
     bool
     hasMessageAt(std::uint64_t offset) const;
   };
 
   /** \brief Loads a chunk unless it is here.
-   * \param[in] file,place where the chunk is
+   * \param[in] file,section where the chunk is
    * \param[in] number of the chunk in the cache
    * \return valid until the next call
    */
   const Records&
-  records(const InputFile& file, const Place& place, std::size_t number);
+  records(const InputFile& file, const Section& section, std::size_t number);
 
 private:
   struct CachedChunk {

@@ -28,7 +28,7 @@ public:
   : file_(file), contents_(contents), channels_(wants)
   {
     contents_ = FileContents();
-    contents_.places.push_back({false, 0, file.size(), false});
+    contents_.sections.push_back({false, 0, file.size(), false});
   }
 
   /** \brief Hands the channels over, when all are known. */
@@ -60,18 +60,18 @@ private:
   bool
   addByMessageIndex(const ChunkIndex& chunk,
                     std::uint64_t next_chunk,
-                    std::size_t place);
+                    std::size_t section);
 
   void
-  addByRecords(std::size_t place);
+  addByRecords(std::size_t section);
 
   void
-  scanRecords(const std::vector<std::uint8_t>& records, std::size_t place);
+  scanRecords(const std::vector<std::uint8_t>& records, std::size_t section);
 
   void
   addMessage(const std::uint8_t* content,
              std::size_t size,
-             std::size_t place,
+             std::size_t section,
              std::uint64_t offset);
 
   std::uint64_t
@@ -157,14 +157,14 @@ ContentsFinder::addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chun
 {
   if (!hasWanted(chunk))
     return;
-  const std::size_t place = contents_.places.size();
-  contents_.places.push_back({true, chunk.chunk_offset, chunk.chunk_length, false});
+  const std::size_t section = contents_.sections.size();
+  contents_.sections.push_back({true, chunk.chunk_offset, chunk.chunk_length, false});
   const std::size_t messages = contents_.messages.size();
   if (!chunk.message_index_offsets.empty() &&
-      addByMessageIndex(chunk, next_chunk, place))
+      addByMessageIndex(chunk, next_chunk, section))
     return;
   contents_.messages.resize(messages);
-  addByRecords(place);
+  addByRecords(section);
 }
 
 /** \brief Adds the messages that the indexes after a chunk list. They end before the next
@@ -174,7 +174,7 @@ ContentsFinder::addIndexedChunk(const ChunkIndex& chunk, std::uint64_t next_chun
 bool
 ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
                                   std::uint64_t next_chunk,
-                                  std::size_t place)
+                                  std::size_t section)
 {
   const std::uint64_t begin = chunk.chunk_offset + chunk.chunk_length;
   if (begin > next_chunk || chunk.message_index_length > next_chunk - begin)
@@ -199,7 +199,7 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
       if (time < chunk.start_time || time > chunk.end_time ||
           offset >= chunk.uncompressed_size)
         return false;
-      contents_.messages.push_back({time, place, offset, index.channel_id});
+      contents_.messages.push_back({time, section, offset, index.channel_id});
       offsets.push_back(offset);
     }
   }
@@ -210,17 +210,18 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
 
 /** \brief Adds the messages of a chunk by reading all of it. */
 void
-ContentsFinder::addByRecords(std::size_t place)
+ContentsFinder::addByRecords(std::size_t section)
 {
   std::vector<std::uint8_t> records;
-  const std::string failure = loadChunk(file_, contents_.places[place], records);
+  const std::string failure = loadChunk(file_, contents_.sections[section], records);
   if (!failure.empty())
-    addDamage(contents_.places[place].offset, "a chunk: " + failure);
-  scanRecords(records, place);
+    addDamage(contents_.sections[section].offset, "a chunk: " + failure);
+  scanRecords(records, section);
 }
 
 void
-ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records, std::size_t place)
+ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records,
+                            std::size_t section)
 {
   SpanReader reader(records.data(), records.size());
   while (reader.remaining() > 0) {
@@ -236,24 +237,25 @@ ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records, std::size_
     else if (opcode == Opcode::Channel)
       channels_.addChannel(content, size);
     else if (opcode == Opcode::Message)
-      addMessage(content, size, place, offset);
+      addMessage(content, size, section, offset);
   }
 }
 
 void
 ContentsFinder::addMessage(const std::uint8_t* content,
                            std::size_t size,
-                           std::size_t place,
+                           std::size_t section,
                            std::uint64_t offset)
 {
   MessagePrefix message;
   if (!parse(content, size, message) || !channels_.isWanted(message.channel_id))
     return;
   if (contents_.messages.size() < plausible_messages + file_.size() / plausible_bytes)
-    contents_.messages.push_back({message.log_time, place, offset, message.channel_id});
+    contents_.messages.push_back(
+        {message.log_time, section, offset, message.channel_id});
   else if (!has_too_many_messages_) {
     has_too_many_messages_ = true;
-    addDamage(contents_.places[place].offset,
+    addDamage(contents_.sections[section].offset,
               "there are more messages than a file of this size may have; those that "
               "follow are lost");
   }
@@ -269,8 +271,8 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
     return 0;
   if (opcode == Opcode::Chunk) {
-    contents_.places.push_back({true, offset, end - offset, false});
-    addByRecords(contents_.places.size() - 1);
+    contents_.sections.push_back({true, offset, end - offset, false});
+    addByRecords(contents_.sections.size() - 1);
     return end;
   }
   if (opcode == Opcode::Attachment || opcode == Opcode::Metadata)
@@ -306,10 +308,10 @@ ContentsFinder::scanLastRecord(std::uint64_t offset, Opcode opcode)
             "follows is lost");
   if (opcode != Opcode::Chunk)
     return;
-  contents_.places.push_back({true, offset, file_.size() - offset, true});
+  contents_.sections.push_back({true, offset, file_.size() - offset, true});
   std::vector<std::uint8_t> records;
-  loadChunk(file_, contents_.places.back(), records);
-  scanRecords(records, contents_.places.size() - 1);
+  loadChunk(file_, contents_.sections.back(), records);
+  scanRecords(records, contents_.sections.size() - 1);
 }
 
 void

@@ -22,7 +22,7 @@ namespace mcap {
 /** \brief A message of a wanted channel. */
 struct IndexedMessage {
   std::uint64_t log_time = 0;
-  std::size_t place = 0;    // index in the places
+  std::size_t section = 0;  // index in the sections
   std::uint64_t offset = 0; // of the record in the uncompressed chunk, or in the file
   std::uint16_t channel_id = 0;
 };
@@ -31,10 +31,10 @@ struct IndexedMessage {
 struct FileContents {
   std::string profile;
   std::map<std::uint16_t, McapChannel> channels;
-  std::vector<Place> places;           // the first one is the file itself
+  std::vector<Section> sections;       // the first one is the file itself
   std::deque<IndexedMessage> messages; // of wanted channels, in the order of the file
-  std::vector<RecordPlace> attachments;
-  std::vector<RecordPlace> metadata;
+  std::vector<RecordExtent> attachments;
+  std::vector<RecordExtent> metadata;
   std::vector<RecordingDamage> damage;
   bool has_end = false; // the file ends as a complete one does
 };

@@ -69,27 +69,31 @@ readRecord(const InputFile& file,
 }
 
 std::string
-loadChunk(const InputFile& file, const Place& place, std::vector<std::uint8_t>& records)
+loadChunk(const InputFile& file,
+          const Section& section,
+          std::vector<std::uint8_t>& records)
 {
   return loadChunk(
       [&file](std::uint64_t offset, std::size_t count, std::uint8_t* bytes) {
         return file.read(offset, count, bytes);
       },
-      place,
+      section,
       records);
 }
 
 std::string
-loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& records)
+loadChunk(const ReadAt& read,
+          const Section& section,
+          std::vector<std::uint8_t>& records)
 {
   records.clear();
   const auto fields_at_hand = static_cast<std::size_t>(
-      std::min<std::uint64_t>(place.length, max_chunk_fields_size));
+      std::min<std::uint64_t>(section.length, max_chunk_fields_size));
   std::array<std::uint8_t, max_chunk_fields_size> fields;
   Chunk chunk;
   std::size_t fields_size = 0;
   if (fields_at_hand < record_prefix_size ||
-      !read(place.offset, fields_at_hand, fields.data()) ||
+      !read(section.offset, fields_at_hand, fields.data()) ||
       fields[0] != static_cast<std::uint8_t>(Opcode::Chunk) ||
       !parse(fields.data() + record_prefix_size,
              fields_at_hand - record_prefix_size,
@@ -97,8 +101,8 @@ loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& rec
              fields_size))
     return "its fields are invalid; its messages are lost";
   const std::uint64_t begin = record_prefix_size + fields_size;
-  std::uint64_t size = place.length - begin;
-  if (place.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
+  std::uint64_t size = section.length - begin;
+  if (section.is_cut_off ? chunk.records_size < size : chunk.records_size != size)
     return "its size contradicts that of its record; its messages are lost";
   const std::uint64_t most_bytes =
       std::min(McapReader::max_chunk_bytes,
@@ -108,14 +112,14 @@ loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& rec
     return "it is larger than the limit of " + std::to_string(most_bytes) +
            " bytes; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
-  if (!read(place.offset + begin, compressed.size(), compressed.data()))
+  if (!read(section.offset + begin, compressed.size(), compressed.data()))
     return "it cannot be read; its messages are lost";
   std::string failure = decompress(chunk.compression,
                                    compressed.data(),
                                    compressed.size(),
                                    chunk.uncompressed_size,
                                    records);
-  if (place.is_cut_off)
+  if (section.is_cut_off)
     return failure;
   if (failure.empty() && records.size() != chunk.uncompressed_size)
     failure = "it has fewer bytes than it declares";

@@ -12,8 +12,8 @@ namespace pcl_ext {
 namespace recording {
 namespace mcap {
 
-/** \brief Where messages are: a chunk, or the file itself for messages without a chunk. */
-struct Place {
+/** \brief A part of a file with messages: a chunk, or the file itself for messages without a chunk. */
+struct Section {
   bool is_chunk = true;
   std::uint64_t offset = 0; // of the record of the chunk
   std::uint64_t length =
@@ -21,24 +21,26 @@ struct Place {
   bool is_cut_off = false; // the end of the chunk is missing
 };
 
-/** \brief Reads bytes at a place; false unless all of them were read. */
+/** \brief Reads bytes at a section; false unless all of them were read. */
 using ReadAt =
     std::function<bool(std::uint64_t offset, std::size_t count, std::uint8_t* bytes)>;
 
 /** \brief Loads the records of a chunk, as far as they can be read.
  * \param[in] read the file
- * \param[in] place a chunk
+ * \param[in] section a chunk
  * \param[out] records uncompressed; its memory is reused; empty if the checksum is wrong
  * \return empty, or what is wrong
  */
 std::string
-loadChunk(const ReadAt& read, const Place& place, std::vector<std::uint8_t>& records);
+loadChunk(const ReadAt& read,
+          const Section& section,
+          std::vector<std::uint8_t>& records);
 std::string
 loadChunk(const InputFile& file,
-          const Place& place,
+          const Section& section,
           std::vector<std::uint8_t>& records);
 
-/** \brief True if the magic bytes of MCAP are at a place. */
+/** \brief True if the magic bytes of MCAP are at an offset. */
 bool
 hasMagic(const InputFile& file, std::uint64_t offset);
 

@@ -264,11 +264,11 @@ parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment)
 }
 
 bool
-parse(const std::uint8_t* bytes, std::size_t size, RecordPlace& place)
+parse(const std::uint8_t* bytes, std::size_t size, RecordExtent& extent)
 {
   SpanReader reader(bytes, size);
-  place.offset = reader.u64();
-  place.length = reader.u64();
+  extent.offset = reader.u64();
+  extent.length = reader.u64();
   return !reader.failed();
 }
 
@@ -395,25 +395,25 @@ appendChunkFields(const Chunk& chunk, std::vector<std::uint8_t>& bytes)
 }
 
 void
-appendMetadataIndex(const RecordPlace& place,
+appendMetadataIndex(const RecordExtent& extent,
                     const std::string& name,
                     std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::MetadataIndex, bytes);
-  writer.u64(place.offset);
-  writer.u64(place.length);
+  writer.u64(extent.offset);
+  writer.u64(extent.length);
   writer.string(name);
 }
 
 void
-appendAttachmentIndex(const RecordPlace& place,
+appendAttachmentIndex(const RecordExtent& extent,
                       const McapAttachment& attachment_without_bytes,
                       std::uint64_t size,
                       std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::AttachmentIndex, bytes);
-  writer.u64(place.offset);
-  writer.u64(place.length);
+  writer.u64(extent.offset);
+  writer.u64(extent.length);
   writer.u64(nanosecondsOf(attachment_without_bytes.log_time));
   writer.u64(nanosecondsOf(attachment_without_bytes.create_time));
   writer.u64(size);

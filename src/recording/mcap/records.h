@@ -116,8 +116,8 @@ struct Statistics {
   std::map<std::uint16_t, std::uint64_t> channel_messages;
 };
 
-/** \brief Where an attachment or a metadata record is. */
-struct RecordPlace {
+/** \brief Where in a file an attachment or a metadata record is. */
+struct RecordExtent {
   std::uint64_t offset = 0;
   std::uint64_t length = 0; // of the record with its prefix
 };
@@ -157,9 +157,9 @@ parse(const std::uint8_t* bytes,
       Chunk& chunk,
       std::size_t& fields_size);
 
-/** \brief Place of a record from an index of attachments or metadata. */
+/** \brief Extent of a record from an index of attachments or metadata. */
 bool
-parse(const std::uint8_t* bytes, std::size_t size, RecordPlace& place);
+parse(const std::uint8_t* bytes, std::size_t size, RecordExtent& extent);
 
 /** \brief Append a whole record. */
 void
@@ -189,11 +189,11 @@ appendChunkFields(const Chunk& chunk, std::vector<std::uint8_t>& bytes);
 
 /** \brief Append index records of metadata and attachments. */
 void
-appendMetadataIndex(const RecordPlace& place,
+appendMetadataIndex(const RecordExtent& extent,
                     const std::string& name,
                     std::vector<std::uint8_t>& bytes);
 void
-appendAttachmentIndex(const RecordPlace& place,
+appendAttachmentIndex(const RecordExtent& extent,
                       const McapAttachment& attachment_without_bytes,
                       std::uint64_t size,
                       std::vector<std::uint8_t>& bytes);

@@ -77,21 +77,21 @@ parseSummary(const std::vector<std::uint8_t>& bytes,
 
 /** \brief True if records are where their indexes say, and each has one index. */
 bool
-areIndexedOnce(const InputFile& file, Opcode opcode, std::vector<RecordPlace> places)
+areIndexedOnce(const InputFile& file, Opcode opcode, std::vector<RecordExtent> extents)
 {
   std::sort(
-      places.begin(), places.end(), [](const RecordPlace& a, const RecordPlace& b) {
+      extents.begin(), extents.end(), [](const RecordExtent& a, const RecordExtent& b) {
         return a.offset < b.offset;
       });
   std::uint64_t end = 0;
-  for (const RecordPlace& place : places) {
+  for (const RecordExtent& extent : extents) {
     Opcode found{};
     std::uint64_t length = 0;
-    if (place.offset < end || place.length > file.size() ||
-        !readRecordPrefix(file, place.offset, found, length) || found != opcode ||
-        length != place.length - record_prefix_size)
+    if (extent.offset < end || extent.length > file.size() ||
+        !readRecordPrefix(file, extent.offset, found, length) || found != opcode ||
+        length != extent.length - record_prefix_size)
       return false;
-    end = place.offset + place.length;
+    end = extent.offset + extent.length;
   }
   return true;
 }

@@ -14,8 +14,8 @@ namespace mcap {
 /** \brief What the summary of a file tells besides its channels. */
 struct Summary {
   std::vector<ChunkIndex> chunks;
-  std::vector<RecordPlace> attachments;
-  std::vector<RecordPlace> metadata;
+  std::vector<RecordExtent> attachments;
+  std::vector<RecordExtent> metadata;
   Statistics statistics;
 };
 

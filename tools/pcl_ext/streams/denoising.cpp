@@ -13,7 +13,7 @@ float
 defaultThreshold(IntensityLaw law, double resolution)
 {
   if (law == IntensityLaw::Native || law == IntensityLaw::None ||
-      resolution < VoxelOutlierRemoval::min_cell_edge)
+      resolution < VoxelOutlierRemoval::min_judged_edge)
     return 0.0f;
   return needsSensor(law) ? 64.0f : 2.0f;
 }

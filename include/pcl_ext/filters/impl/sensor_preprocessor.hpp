@@ -373,23 +373,23 @@ SensorPreprocessor<IntensityModelT, OutputPointT>::moveDoubles(
     DoublePoint* doubles)
 {
   // NaN is not within their range.
-  const auto is_in_range_of_floats = [](const Eigen::Vector3d& place) {
-    return (place.array().abs() <= double{std::numeric_limits<float>::max()}).all();
+  const auto is_in_range_of_floats = [](const Eigen::Vector3d& position) {
+    return (position.array().abs() <= double{std::numeric_limits<float>::max()}).all();
   };
   detail::MovedPoints moved;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d point = point_of(i);
-    const Eigen::Vector3d place = sensor_pose_ * point;
-    if (!is_in_range_of_floats(point) || !is_in_range_of_floats(place)) {
+    const Eigen::Vector3d position = sensor_pose_ * point;
+    if (!is_in_range_of_floats(point) || !is_in_range_of_floats(position)) {
       ++moved.not_finite;
       continue;
     }
-    if (crop_box_ && !((place.array() >= crop_box_->min.array()).all() &&
-                       (place.array() <= crop_box_->max.array()).all()))
+    if (crop_box_ && !((position.array() >= crop_box_->min.array()).all() &&
+                       (position.array() <= crop_box_->max.array()).all()))
       continue;
-    results[moved.count].getVector4fMap() << place.cast<float>(), 1.0f;
+    results[moved.count].getVector4fMap() << position.cast<float>(), 1.0f;
     if (doubles != nullptr)
-      doubles[moved.count] = {place.x(), place.y(), place.z()};
+      doubles[moved.count] = {position.x(), position.y(), position.z()};
     moved.depths[moved.count] = static_cast<float>(point.z());
     moved.sources[moved.count] = static_cast<std::uint32_t>(i);
     ++moved.count;

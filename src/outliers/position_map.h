@@ -12,40 +12,40 @@ namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
 /** \brief Maps positions in the grids of a stream to positions in DensityBlocks. */
-class PlacedGrid {
+class PositionMap {
 public:
   /** \brief Sets the grid of the stream's next frame.
    * \param[in] grid of the frame
-   * \param[in] shift of the cells; of a resolution always the same
+   * \param[in] levels of the coarse voxels; of a resolution always the same
    * \return false if positions of previous frames are no longer valid, or there are none
    */
   bool
-  follow(const io::VoxelGrid& grid, unsigned int shift)
+  follow(const io::VoxelGrid& grid, unsigned int levels)
   {
     const bool is_same_lattice =
         has_lattice_ && grid.resolution == resolution_ && grid.origin == origin_;
-    if (is_same_lattice && place(grid))
+    if (is_same_lattice && setOffset(grid))
       return true;
     has_lattice_ = true;
     resolution_ = grid.resolution;
     origin_ = grid.origin;
-    shift_ = shift;
-    // Blocks are aligned to those of the grid, with a margin on all sides. Cells are aligned
-    // to the lattice, so that they are the same wherever a stream begins.
-    const std::int64_t cell = std::int64_t{1} << shift_;
+    levels_ = levels;
+    // Blocks are aligned to those of the grid, with a margin on all sides. Coarse
+    // voxels are aligned to the lattice, so that they are the same wherever a stream begins.
+    const std::int64_t width = std::int64_t{1} << levels_;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t first = grid.first_index[axis];
-      index_of_0_[axis] = first - ((first % cell + cell) % cell) - first_position;
+      index_of_0_[axis] = first - ((first % width + width) % width) - first_position;
     }
-    place(grid);
+    setOffset(grid);
     return false;
   }
 
-  /** \brief Edge of a cell is 2^shift voxels. */
+  /** \brief A coarse voxel is 2^levels voxels wide. */
   unsigned int
-  shift() const
+  levels() const
   {
-    return shift_;
+    return levels_;
   }
 
   void
@@ -73,12 +73,12 @@ private:
   static constexpr std::int64_t margin = 4;
 
   bool
-  place(const io::VoxelGrid& grid)
+  setOffset(const io::VoxelGrid& grid)
   {
     std::array<std::int64_t, 3> offset;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       offset[axis] = grid.first_index[axis] - index_of_0_[axis];
-      if (offset[axis] < margin << shift_ ||
+      if (offset[axis] < margin << levels_ ||
           offset[axis] + grid.size() > DensityBlocks::position_end - margin)
         return false;
     }
@@ -90,7 +90,7 @@ private:
   bool has_lattice_ = false;
   double resolution_ = 0.0;
   std::array<double, 3> origin_{};
-  unsigned int shift_ = 0;
+  unsigned int levels_ = 0;
   std::array<std::int64_t, 3> index_of_0_{}; ///< lattice index of position 0
   std::array<std::uint32_t, 3> offset_{};    ///< position of the grid's first voxel
 };

@@ -1,4 +1,4 @@
-#include "codec/context/frame.h"
+#include "codec/context/frame_blocks.h"
 
 #include "simd/bit_operations.h"
 #include "voxels/ascending_keys.h"
@@ -8,7 +8,7 @@ namespace io {
 namespace context {
 
 void
-Frame::begin(const History& history)
+FrameBlocks::begin(const History& history)
 {
   const std::vector<HistoryBlock>& tracked = history.blocks();
   new_keys.clear();
@@ -22,7 +22,7 @@ Frame::begin(const History& history)
 }
 
 std::size_t
-Frame::match(const History& history, const BlockList& coded)
+FrameBlocks::match(const History& history, const BlockList& coded)
 {
   begin(history);
   const std::vector<HistoryBlock>& tracked = history.blocks();
@@ -43,7 +43,7 @@ Frame::match(const History& history, const BlockList& coded)
 }
 
 void
-Frame::collect(const History& history, BlockList& coded) const
+FrameBlocks::collect(const History& history, BlockList& coded) const
 {
   coded.clear();
   const std::vector<HistoryBlock>& tracked = history.blocks();

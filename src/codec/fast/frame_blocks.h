@@ -13,7 +13,7 @@ namespace io {
 namespace fast {
 
 /** \brief A frame while it is coded; passed from stage to stage. */
-struct Frame {
+struct FrameBlocks {
   bool is_i_frame = false;
   unsigned int depth = 0; ///< of the grid
   std::size_t voxel_count = 0;

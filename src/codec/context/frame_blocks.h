@@ -33,7 +33,7 @@ struct FrameParameters {
 
 /** \brief The blocks of a frame while its occupancy is coded; passed from stage to stage.
  * Kept from frame to frame so that its memory is reused. */
-struct Frame {
+struct FrameBlocks {
   /** \brief The occupied cells: of the blocks of the history, then of the new blocks. */
   NodeBlockLevel blocks;
   std::vector<std::uint64_t> new_keys; ///< of the new blocks, ascending
