@@ -104,7 +104,7 @@ struct VoxelOutlierRemovalSettings {
   }
 };
 
-/** \brief Outcomes of a VoxelOutlierRemoval. But for Ok nothing was judged and nothing
+/** \brief Outcomes of a VoxelOutlierRemoval. Except for Ok nothing was judged and nothing
  * removed. */
 enum class OutlierRemovalCode {
   Ok,                    ///< voxels were judged; a message tells if without intensities

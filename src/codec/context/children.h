@@ -33,8 +33,8 @@ struct ParentNode {
   unsigned int target = 0;        ///< encoder only: those that have
 };
 
-/** \brief Numbers of present and of pending nodes in three states of two bits, as in
- * NodeSurroundings::outside: 4 times the first plus the second. */
+/** \brief How many of the three nodes of NodeSurroundings::outside are present and pending: 4
+ * times the first number plus the second. */
 constexpr std::array<std::uint8_t, 64>
 makeStateCounts()
 {

@@ -19,12 +19,17 @@ namespace context {
 
 /** \brief Models of new voxels in tracked blocks (doc/bitstream_context.md, "New voxels"). */
 struct NewVoxelModels {
-  /** \brief Classes of cells, by their numbers of neighbours: for each of 0, 1, 2 and more
-   * voxels of the frame, one for each of 0, 1 and more tracked voxels. Then, by voxels of the
-   * frame only, those of the next three cells after the last new voxel. */
+  /** \brief Classes of cells, by their neighbours.
+   *
+   *     neighbours in this frame             0   1   2   3 or more
+   *     next three cells after a new voxel   12  13  14  15
+   *     others, of 0 tracked neighbours      0   3   6   9
+   *             of 1                         1   4   7   10
+   *             of 2 or more                 2   5   8   11
+   */
   static constexpr std::size_t cell_classes = 16;
-  static constexpr std::size_t near_classes = 12; ///< the first of the latter
-  /** \brief Behind the classes of cells: the block has no further new voxels. */
+  static constexpr std::size_t near_classes = 12; ///< the first of the next three cells
+  /** \brief After the classes of cells: the block has no further new voxels. */
   static constexpr std::size_t end_of_block = cell_classes;
   using Cells = ChoiceModel<cell_classes + 1>;
 

@@ -142,12 +142,22 @@ bytesOfBits(unsigned int bits)
 
 /** \brief What is around the eight children of a node, a byte for each child. */
 struct NodeSurroundings {
-  /** \brief 8 H + G of the three nodes across its faces outside its parent, that along x
-   * the highest: H and G are the bits of 3 present, 2 pending, 1 absent where one of the four
-   * nodes that share the parent's face is present, 0. */
+  /** \brief States of the nodes across the child's faces that are outside its parent.
+   *
+   *     bit     5  4  3     2  1  0
+   *     axis    x  y  z     x  y  z
+   *             1  1  1     1  1  1    present
+   *             1  1  1     0  0  0    pending
+   *             0  0  0     1  1  1    absent, but one of the four nodes that share this face
+   *                                    of the parent is present
+   *             0  0  0     0  0  0    absent, and so are these
+   */
   std::uint64_t outside = 0;
-  /** \brief 8, 4, 2, 1 for the nodes outside its parent in x and y, in x and z, in y and z
-   * and in all three, where present or pending. */
+  /** \brief Nodes outside the parent on several axes that are present or pending.
+   *
+   *     bit     3   2   1   0
+   *     axes    xy  xz  yz  xyz
+   */
   std::uint64_t beyond = 0;
   unsigned int nodes = 0; ///< children that are present, a mask
 };
@@ -219,7 +229,8 @@ public:
   }
 
 private:
-  /** \brief The nodes of an octant as two masks: 1 * present, 256 * present or pending. */
+  /** \brief The nodes of an octant as two masks of eight bits: in the lower one those that
+   * are present, in the upper one those that are present or pending. */
   static unsigned int
   nodesOf(const NodeBlock& node_block, unsigned int octant)
   {

@@ -185,7 +185,7 @@ private:
 
 /** \brief Decodes what NibbleEncoder wrote. Loops use a copy, which stays in registers.
  *
- * Behind the end it reads zeros, for at most `slack` symbols: loops have to check
+ * After the end it reads zeros, for at most `slack` symbols: loops have to check
  * `isOverrun` that often.
  */
 class NibbleDecoder {

@@ -12,6 +12,19 @@ namespace fast {
 static_assert(History::no_statistics == symbol_statistics::none,
               "has a context of its own");
 
+namespace {
+
+/** \brief Not 0 if a nibble does not say all of a symbol: it is the escape, 15, or the bin is
+ * one of those from 16 on, which have low bits. Both are seen in bit 4 and above, so that it
+ * is one test, also for many voxels at once. */
+constexpr unsigned int
+moreThanNibble(unsigned int nibble, unsigned int bin)
+{
+  return ((nibble + 1) | bin) >> 4;
+}
+
+} // namespace
+
 /** \brief Begins a frame: reads the statistics, and allocates all memory. */
 void
 Intensities::begin(const FrameBlocks& frame,
@@ -54,9 +67,11 @@ Intensities::code(Coder& coder,
 {
   begin(frame, all_statistics, bits);
   std::uint16_t* const statistics = all_statistics.data();
-  if (frame.is_i_frame ? !codeRunning(coder, models, statistics, symbols)
-                       : !codeRow(coder, models, statistics, symbols) ||
-                             !codeNotedBins(coder, models, statistics, symbols))
+  const bool is_whole = frame.is_i_frame
+                            ? codeRunning(coder, models, statistics, symbols)
+                            : codeRow(coder, models, statistics, symbols) &&
+                                  codeNotedBins(coder, models, statistics, symbols);
+  if (!is_whole)
     return false;
   std::uint32_t bits_of_all = 0;
   for (std::size_t i = 0; Coder::is_decoder && i < count_; ++i)
@@ -84,7 +99,7 @@ Intensities::codeRunning(Coder& coder_now,
     const unsigned int symbol = coder.code(models.running_symbol[running.contextOf()],
                                            std::min(bin - lowest, escape));
     bin = lowest + symbol;
-    if (((symbol + 1) | bin) >> 4 != 0) {
+    if (moreThanNibble(symbol, bin) != 0) {
       // By a copy, so that the coder itself stays in registers.
       Coder copy = coder;
       if (symbol == escape && !codeWholeBin(copy, models, lowest, value, bin))
@@ -182,7 +197,7 @@ Intensities::learnRow(std::uint16_t* statistics, std::uint16_t* bins)
   std::uint32_t* noted = noted_.data();
   for (std::size_t i = 0; i < count && any >> 4 != 0; ++i) {
     *noted = static_cast<std::uint32_t>(i);
-    noted += ((coded[i] + 1u) | bins[i]) >> 4 != 0 ? 1 : 0;
+    noted += moreThanNibble(coded[i], bins[i]) != 0 ? 1 : 0;
   }
   noted_count_ = static_cast<std::size_t>(noted - noted_.data());
 }

@@ -20,7 +20,13 @@ constexpr unsigned int several_cells = 8;
 
 constexpr unsigned int all_ones = ~0u;
 
-/** \brief Rank of one of some children among them: the likely ones first, both ascending.
+/** \brief Rank of one of some children: the likely ones come first, both groups ascending.
+ *
+ *     child       0  1  2  3  4  5  6  7
+ *     children    x  x  .  x  x  .  x  x
+ *     likely      .  x  .  .  x  .  .  .
+ *     rank        2  0  .  3  1  .  4  5
+ *
  * \param[in] likely some of the children
  * \param[in] children mask of them
  * \param[in] child its bit in the mask
@@ -43,17 +49,22 @@ childOfRank(unsigned int likely, unsigned int children, unsigned int rank)
       .children[likely ^ (children & is_unlikely)][(rank - (count & is_unlikely)) % 8];
 }
 
-/** \brief Context of new cells in an octant, by the number of near and of open cells. */
+/** \brief Context of new cells in an octant, by the number of near and of open cells.
+ *
+ *     near               0  1  2  3 or more
+ *     open: all eight    0  3  6  9
+ *           5 to 7       1  4  7  10
+ *           fewer        2  5  8  11
+ */
 constexpr std::array<std::array<std::uint8_t, 9>, 9>
 makeCellContexts()
 {
   std::array<std::array<std::uint8_t, 9>, 9> contexts{};
   for (unsigned int near = 0; near < 9; ++near)
-    for (unsigned int open = 0; open < 9; ++open)
-      contexts[near][open] =
-          static_cast<std::uint8_t>((near < 3 ? near : 3) * 3 + (open == 8  ? 0
-                                                                 : open > 4 ? 1
-                                                                            : 2));
+    for (unsigned int open = 0; open < 9; ++open) {
+      const unsigned int row = open == 8 ? 0 : open > 4 ? 1 : 2;
+      contexts[near][open] = static_cast<std::uint8_t>(std::min(near, 3u) * 3 + row);
+    }
   return contexts;
 }
 

@@ -12,9 +12,14 @@ namespace pcl_ext {
 namespace io {
 namespace fast {
 
-/** \brief Bins of intensity values: 0..15 have one each; above there are eight bins an
- * octave, and low bits select the value within the bin. The highest value of all, at which
- * sensors saturate, has a bin of its own. */
+/** \brief Bins of intensity values; above 15 there are eight an octave, and low bits select
+ * the value within the bin. The highest value of all, at which sensors saturate, has a bin of
+ * its own.
+ *
+ *     values      0..15  16..31  32..63  64..127  ...  the highest one
+ *     bins        0..15  16..23  24..31  32..39   ...  one more than it would have else
+ *     low bits    0      1       2       3        ...  0
+ */
 namespace intensity_bins {
 
 constexpr unsigned int exact = 16;

@@ -55,7 +55,7 @@ ChunkCache::records(const InputFile& file, const Section& section, std::size_t n
   Records records;
   records.failure = loadChunk(file, section, records.bytes);
   findMessages(records);
-  // Decompression leaves room behind the bytes.
+  // Decompression leaves room after the bytes.
   records.bytes.shrink_to_fit();
   chunks_.push_front({number, std::move(records)});
   bytes_ += chunks_.front().cost();
