@@ -43,6 +43,17 @@ public:
     return number(8);
   }
 
+  /** \brief A number of 1 to 8 bytes. */
+  std::uint64_t
+  number(unsigned int size)
+  {
+    const std::uint8_t* const begin = take(size);
+    std::uint64_t value = 0;
+    for (unsigned int i = 0; begin != nullptr && i < size; ++i)
+      value |= std::uint64_t{begin[i]} << (8 * i);
+    return value;
+  }
+
   /** \brief Skips bytes and returns where they are; null if there are not as many. */
   const std::uint8_t*
   take(std::uint64_t count)
@@ -85,16 +96,6 @@ public:
   }
 
 private:
-  std::uint64_t
-  number(unsigned int size)
-  {
-    const std::uint8_t* const begin = take(size);
-    std::uint64_t value = 0;
-    for (unsigned int i = 0; begin != nullptr && i < size; ++i)
-      value |= std::uint64_t{begin[i]} << (8 * i);
-    return value;
-  }
-
   const std::uint8_t* bytes_;
   std::size_t size_;
   std::size_t position_ = 0;

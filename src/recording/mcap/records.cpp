@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
+#include <type_traits>
 
 namespace pcl_ext {
 namespace recording {
@@ -14,244 +16,221 @@ namespace mcap {
 
 namespace {
 
-using Map = std::map<std::string, std::string>;
+/** \brief The fields of a record in the order of the file, for both directions. */
+template <class RecordT>
+auto
+fieldsOf(RecordT& record)
+{
+  using Record = std::remove_const_t<RecordT>;
+  if constexpr (std::is_same_v<Record, Header>)
+    return std::tie(record.profile, record.library);
+  else if constexpr (std::is_same_v<Record, Footer>)
+    return std::tie(
+        record.summary_start, record.summary_offset_start, record.summary_checksum);
+  else if constexpr (std::is_same_v<Record, Schema>)
+    return std::tie(
+        record.id, record.content.name, record.content.encoding, record.content.text);
+  else if constexpr (std::is_same_v<Record, Channel>)
+    return std::tie(record.id,
+                    record.schema_id,
+                    record.content.topic,
+                    record.content.message_encoding,
+                    record.content.metadata);
+  else if constexpr (std::is_same_v<Record, MessagePrefix>)
+    return std::tie(
+        record.channel_id, record.sequence, record.log_time, record.publish_time);
+  else if constexpr (std::is_same_v<Record, Chunk>)
+    return std::tie(record.start_time,
+                    record.end_time,
+                    record.uncompressed_size,
+                    record.uncompressed_checksum,
+                    record.compression,
+                    record.records_size);
+  else if constexpr (std::is_same_v<Record, MessageIndex>)
+    return std::tie(record.channel_id, record.entries);
+  else if constexpr (std::is_same_v<Record, ChunkIndex>)
+    return std::tie(record.start_time,
+                    record.end_time,
+                    record.chunk_offset,
+                    record.chunk_length,
+                    record.message_index_offsets,
+                    record.message_index_length,
+                    record.compression,
+                    record.compressed_size,
+                    record.uncompressed_size);
+  else if constexpr (std::is_same_v<Record, Statistics>)
+    return std::tie(record.messages,
+                    record.schemas,
+                    record.channels,
+                    record.attachments,
+                    record.metadata,
+                    record.chunks,
+                    record.start_time,
+                    record.end_time,
+                    record.channel_messages);
+  else if constexpr (std::is_same_v<Record, McapMetadata>)
+    return std::tie(record.name, record.values);
+  else if constexpr (std::is_same_v<Record, McapAttachment>) // then the bytes
+    return std::tie(
+        record.log_time, record.create_time, record.name, record.media_type);
+  else if constexpr (std::is_same_v<Record, RecordExtent>)
+    return std::tie(record.offset, record.length);
+}
 
-/** \brief Writes the prefix of a record, and its length when the record is complete. */
-class RecordWriter : public io::ByteWriter {
+/** \brief Writes fields. */
+class FieldWriter : public io::ByteWriter {
 public:
-  RecordWriter(Opcode opcode, std::vector<std::uint8_t>& bytes)
-  : ByteWriter(bytes), bytes_(bytes)
-  {
-    u8(static_cast<std::uint8_t>(opcode));
-    u64(0); // replaced by finish()
-    begin_ = bytes.size();
-  }
+  using ByteWriter::ByteWriter;
 
-  ~RecordWriter() { setLength(bytes_.size() - begin_); }
-  RecordWriter(const RecordWriter&) = delete;
-  RecordWriter&
-  operator=(const RecordWriter&) = delete;
-
+  /** \param[in] field a number, a time, a text, or pairs of these, after their size */
+  template <class FieldT>
   void
-  string(const std::string& text)
+  write(const FieldT& field)
   {
-    u32(static_cast<std::uint32_t>(text.size()));
-    raw(text.data(), text.size());
-  }
-
-  void
-  map(const Map& values)
-  {
-    std::size_t size = 0;
-    for (const auto& [key, value] : values)
-      size += 8 + key.size() + value.size();
-    u32(static_cast<std::uint32_t>(size));
-    for (const auto& [key, value] : values) {
-      string(key);
-      string(value);
+    if constexpr (std::is_same_v<FieldT, Time>)
+      u64(static_cast<std::uint64_t>(field.count()));
+    else if constexpr (std::is_same_v<FieldT, std::uint16_t>)
+      u16(field);
+    else if constexpr (std::is_same_v<FieldT, std::uint32_t>)
+      u32(field);
+    else if constexpr (std::is_same_v<FieldT, std::uint64_t>)
+      u64(field);
+    else if constexpr (std::is_same_v<FieldT, std::string>) {
+      u32(static_cast<std::uint32_t>(field.size()));
+      raw(field.data(), field.size());
+    }
+    else {
+      std::size_t size = 0;
+      for (const auto& [key, value] : field)
+        size += sizeOf(key) + sizeOf(value);
+      u32(static_cast<std::uint32_t>(size));
+      for (const auto& [key, value] : field) {
+        write(key);
+        write(value);
+      }
     }
   }
 
+  template <class... FieldsT>
   void
-  map(const std::map<std::uint16_t, std::uint64_t>& values)
+  writeAll(const std::tuple<FieldsT...>& fields)
   {
-    u32(static_cast<std::uint32_t>(10 * values.size()));
-    for (const auto& [key, value] : values) {
-      u16(key);
-      u64(value);
-    }
+    std::apply([this](const auto&... field) { (write(field), ...); }, fields);
   }
 
 private:
-  void
-  setLength(std::uint64_t length)
+  template <class FieldT>
+  static std::size_t
+  sizeOf(const FieldT& field)
   {
+    if constexpr (std::is_same_v<FieldT, std::string>)
+      return sizeof(std::uint32_t) + field.size();
+    else
+      return sizeof(field);
+  }
+};
+
+/** \brief Writes the prefix of a record, and its length when the record is complete. */
+class RecordWriter : public FieldWriter {
+public:
+  RecordWriter(Opcode opcode, std::vector<std::uint8_t>& bytes)
+  : FieldWriter(bytes), bytes_(bytes)
+  {
+    u8(static_cast<std::uint8_t>(opcode));
+    u64(0); // replaced by the destructor
+    begin_ = bytes.size();
+  }
+
+  ~RecordWriter()
+  {
+    std::uint64_t length = bytes_.size() - begin_;
     for (std::size_t i = 0; i < 8; ++i, length >>= 8)
       bytes_[begin_ - 8 + i] = static_cast<std::uint8_t>(length);
   }
 
+  RecordWriter(const RecordWriter&) = delete;
+  RecordWriter&
+  operator=(const RecordWriter&) = delete;
+
+private:
   std::vector<std::uint8_t>& bytes_;
   std::size_t begin_ = 0;
 };
 
-/** \brief A reader of the array or map that follows, whose size stands before it. */
-SpanReader
-nestedReader(SpanReader& reader)
-{
-  const std::uint32_t size = reader.u32();
-  const std::uint8_t* const begin = reader.take(size);
-  return {begin, begin == nullptr ? 0 : size};
-}
+/** \brief Reads fields. */
+class FieldReader : public SpanReader {
+public:
+  using SpanReader::SpanReader;
 
-bool
-readMap(SpanReader& reader, Map& values)
-{
-  values.clear();
-  SpanReader entries = nestedReader(reader);
-  while (entries.remaining() > 0) {
-    std::string key = entries.string();
-    std::string value = entries.string();
-    values.emplace(std::move(key), std::move(value));
+  /** \return false if there are too few bytes */
+  template <class... FieldsT>
+  bool
+  readAll(const std::tuple<FieldsT...>& fields)
+  {
+    bool is_whole = true;
+    std::apply([&](auto&... field) { ((is_whole = read(field) && is_whole), ...); },
+               fields);
+    return is_whole && !failed();
   }
-  return !entries.failed();
-}
 
-bool
-readMap(SpanReader& reader, std::map<std::uint16_t, std::uint64_t>& values)
-{
-  values.clear();
-  SpanReader entries = nestedReader(reader);
-  while (entries.remaining() > 0) {
-    const std::uint16_t key = entries.u16();
-    values.emplace(key, entries.u64());
+private:
+  template <class FieldT>
+  bool
+  read(FieldT& field)
+  {
+    if constexpr (std::is_same_v<FieldT, Time>)
+      field = Time(static_cast<std::int64_t>(u64()));
+    else if constexpr (std::is_integral_v<FieldT>)
+      field = static_cast<FieldT>(number(sizeof(FieldT)));
+    else if constexpr (std::is_same_v<FieldT, std::string>)
+      field = string();
+    else
+      return readPairs(field);
+    return true;
   }
-  return !entries.failed();
-}
 
-Time
-timeOf(std::uint64_t nanoseconds)
-{
-  return Time(static_cast<std::int64_t>(nanoseconds));
-}
-
-std::uint64_t
-nanosecondsOf(Time time)
-{
-  return static_cast<std::uint64_t>(time.count());
-}
+  /** \brief Maps and arrays. Of keys that are there twice the first one counts. */
+  template <class PairsT>
+  bool
+  readPairs(PairsT& pairs)
+  {
+    pairs.clear();
+    const std::uint32_t size = u32();
+    const std::uint8_t* const begin = take(size);
+    FieldReader entries(begin, begin == nullptr ? 0 : size);
+    while (entries.remaining() > 0) {
+      std::remove_const_t<typename PairsT::value_type::first_type> key{};
+      typename PairsT::value_type::second_type value{};
+      entries.read(key);
+      entries.read(value);
+      pairs.insert(pairs.end(), {std::move(key), std::move(value)});
+    }
+    return !entries.failed();
+  }
+};
 
 } // namespace
 
+template <class RecordT>
 bool
-parse(const std::uint8_t* bytes, std::size_t size, Header& header)
+parse(const std::uint8_t* bytes, std::size_t size, RecordT& record)
 {
-  SpanReader reader(bytes, size);
-  header.profile = reader.string();
-  header.library = reader.string();
-  return !reader.failed();
+  return FieldReader(bytes, size).readAll(fieldsOf(record));
 }
 
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Footer& footer)
-{
-  SpanReader reader(bytes, size);
-  footer.summary_start = reader.u64();
-  footer.summary_offset_start = reader.u64();
-  footer.summary_checksum = reader.u32();
-  return !reader.failed();
-}
-
+template <>
 bool
 parse(const std::uint8_t* bytes, std::size_t size, Schema& schema)
 {
-  SpanReader reader(bytes, size);
-  schema.id = reader.u16();
-  schema.content.name = reader.string();
-  schema.content.encoding = reader.string();
-  schema.content.text = reader.string();
-  return !reader.failed() && schema.id != 0;
+  return FieldReader(bytes, size).readAll(fieldsOf(schema)) && schema.id != 0;
 }
 
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Channel& channel)
-{
-  SpanReader reader(bytes, size);
-  channel.id = reader.u16();
-  channel.schema_id = reader.u16();
-  channel.content.topic = reader.string();
-  channel.content.message_encoding = reader.string();
-  return readMap(reader, channel.content.metadata) && !reader.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes, std::size_t size, MessagePrefix& message)
-{
-  SpanReader reader(bytes, size);
-  message.channel_id = reader.u16();
-  message.sequence = reader.u32();
-  message.log_time = reader.u64();
-  message.publish_time = reader.u64();
-  return !reader.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes,
-      std::size_t size,
-      Chunk& chunk,
-      std::size_t& fields_size)
-{
-  SpanReader reader(bytes, size);
-  chunk.start_time = reader.u64();
-  chunk.end_time = reader.u64();
-  chunk.uncompressed_size = reader.u64();
-  chunk.uncompressed_checksum = reader.u32();
-  chunk.compression = reader.string();
-  chunk.records_size = reader.u64();
-  fields_size = reader.position();
-  return !reader.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes, std::size_t size, MessageIndex& index)
-{
-  SpanReader reader(bytes, size);
-  index.channel_id = reader.u16();
-  index.entries.clear();
-  SpanReader entries = nestedReader(reader);
-  while (entries.remaining() > 0) {
-    const std::uint64_t time = entries.u64();
-    index.entries.emplace_back(time, entries.u64());
-  }
-  return !reader.failed() && !entries.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes, std::size_t size, ChunkIndex& index)
-{
-  SpanReader reader(bytes, size);
-  index.start_time = reader.u64();
-  index.end_time = reader.u64();
-  index.chunk_offset = reader.u64();
-  index.chunk_length = reader.u64();
-  const bool has_offsets = readMap(reader, index.message_index_offsets);
-  index.message_index_length = reader.u64();
-  index.compression = reader.string();
-  index.compressed_size = reader.u64();
-  index.uncompressed_size = reader.u64();
-  return has_offsets && !reader.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Statistics& statistics)
-{
-  SpanReader reader(bytes, size);
-  statistics.messages = reader.u64();
-  statistics.schemas = reader.u16();
-  statistics.channels = reader.u32();
-  statistics.attachments = reader.u32();
-  statistics.metadata = reader.u32();
-  statistics.chunks = reader.u32();
-  statistics.start_time = reader.u64();
-  statistics.end_time = reader.u64();
-  return readMap(reader, statistics.channel_messages) && !reader.failed();
-}
-
-bool
-parse(const std::uint8_t* bytes, std::size_t size, McapMetadata& metadata)
-{
-  SpanReader reader(bytes, size);
-  metadata.name = reader.string();
-  return readMap(reader, metadata.values) && !reader.failed();
-}
-
+template <>
 bool
 parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment)
 {
-  SpanReader reader(bytes, size);
-  attachment.log_time = timeOf(reader.u64());
-  attachment.create_time = timeOf(reader.u64());
-  attachment.name = reader.string();
-  attachment.media_type = reader.string();
+  FieldReader reader(bytes, size);
+  reader.readAll(fieldsOf(attachment));
   const std::uint64_t data_size = reader.u64();
   const std::uint8_t* const data = reader.take(data_size);
   if (data == nullptr)
@@ -263,107 +242,75 @@ parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment)
          (checksum == 0 || checksum == checksumOf(bytes, checked_size));
 }
 
+template bool
+parse(const std::uint8_t*, std::size_t, Header&);
+template bool
+parse(const std::uint8_t*, std::size_t, Footer&);
+template bool
+parse(const std::uint8_t*, std::size_t, Channel&);
+template bool
+parse(const std::uint8_t*, std::size_t, MessagePrefix&);
+template bool
+parse(const std::uint8_t*, std::size_t, MessageIndex&);
+template bool
+parse(const std::uint8_t*, std::size_t, ChunkIndex&);
+template bool
+parse(const std::uint8_t*, std::size_t, Statistics&);
+template bool
+parse(const std::uint8_t*, std::size_t, McapMetadata&);
+template bool
+parse(const std::uint8_t*, std::size_t, RecordExtent&);
+
 bool
-parse(const std::uint8_t* bytes, std::size_t size, RecordExtent& extent)
+parse(const std::uint8_t* bytes,
+      std::size_t size,
+      Chunk& chunk,
+      std::size_t& fields_size)
 {
-  SpanReader reader(bytes, size);
-  extent.offset = reader.u64();
-  extent.length = reader.u64();
-  return !reader.failed();
+  FieldReader reader(bytes, size);
+  const bool is_whole = reader.readAll(fieldsOf(chunk));
+  fields_size = reader.position();
+  return is_whole;
 }
 
+template <class RecordT>
 void
-append(const Header& header, std::vector<std::uint8_t>& bytes)
+append(const RecordT& record, std::vector<std::uint8_t>& bytes)
 {
-  RecordWriter writer(Opcode::Header, bytes);
-  writer.string(header.profile);
-  writer.string(header.library);
+  RecordWriter(RecordT::opcode, bytes).writeAll(fieldsOf(record));
 }
 
-void
-append(const Schema& schema, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::Schema, bytes);
-  writer.u16(schema.id);
-  writer.string(schema.content.name);
-  writer.string(schema.content.encoding);
-  writer.string(schema.content.text);
-}
-
-void
-append(const Channel& channel, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::Channel, bytes);
-  writer.u16(channel.id);
-  writer.u16(channel.schema_id);
-  writer.string(channel.content.topic);
-  writer.string(channel.content.message_encoding);
-  writer.map(channel.content.metadata);
-}
-
-void
-append(const MessageIndex& index, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::MessageIndex, bytes);
-  writer.u16(index.channel_id);
-  writer.u32(static_cast<std::uint32_t>(16 * index.entries.size()));
-  for (const auto& [time, offset] : index.entries) {
-    writer.u64(time);
-    writer.u64(offset);
-  }
-}
-
-void
-append(const ChunkIndex& index, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::ChunkIndex, bytes);
-  writer.u64(index.start_time);
-  writer.u64(index.end_time);
-  writer.u64(index.chunk_offset);
-  writer.u64(index.chunk_length);
-  writer.map(index.message_index_offsets);
-  writer.u64(index.message_index_length);
-  writer.string(index.compression);
-  writer.u64(index.compressed_size);
-  writer.u64(index.uncompressed_size);
-}
-
-void
-append(const Statistics& statistics, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::Statistics, bytes);
-  writer.u64(statistics.messages);
-  writer.u16(statistics.schemas);
-  writer.u32(statistics.channels);
-  writer.u32(statistics.attachments);
-  writer.u32(statistics.metadata);
-  writer.u32(statistics.chunks);
-  writer.u64(statistics.start_time);
-  writer.u64(statistics.end_time);
-  writer.map(statistics.channel_messages);
-}
-
+template <>
 void
 append(const McapMetadata& metadata, std::vector<std::uint8_t>& bytes)
 {
-  RecordWriter writer(Opcode::Metadata, bytes);
-  writer.string(metadata.name);
-  writer.map(metadata.values);
+  RecordWriter(Opcode::Metadata, bytes).writeAll(fieldsOf(metadata));
 }
 
+template <>
 void
 append(const McapAttachment& attachment, std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::Attachment, bytes);
   const std::size_t begin = bytes.size();
-  writer.u64(nanosecondsOf(attachment.log_time));
-  writer.u64(nanosecondsOf(attachment.create_time));
-  writer.string(attachment.name);
-  writer.string(attachment.media_type);
+  writer.writeAll(fieldsOf(attachment));
   writer.u64(attachment.bytes.size());
   writer.raw(attachment.bytes.data(), attachment.bytes.size());
   writer.u32(checksumOf(bytes.data() + begin, bytes.size() - begin));
 }
+
+template void
+append(const Header&, std::vector<std::uint8_t>&);
+template void
+append(const Schema&, std::vector<std::uint8_t>&);
+template void
+append(const Channel&, std::vector<std::uint8_t>&);
+template void
+append(const MessageIndex&, std::vector<std::uint8_t>&);
+template void
+append(const ChunkIndex&, std::vector<std::uint8_t>&);
+template void
+append(const Statistics&, std::vector<std::uint8_t>&);
 
 void
 append(const MessagePrefix& prefix,
@@ -371,10 +318,7 @@ append(const MessagePrefix& prefix,
        std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::Message, bytes);
-  writer.u16(prefix.channel_id);
-  writer.u32(prefix.sequence);
-  writer.u64(prefix.log_time);
-  writer.u64(prefix.publish_time);
+  writer.writeAll(fieldsOf(prefix));
   writer.raw(message.data(), message.size());
 }
 
@@ -382,16 +326,10 @@ void
 appendChunkFields(const Chunk& chunk, std::vector<std::uint8_t>& bytes)
 {
   const std::uint64_t fields_size = 28 + 4 + chunk.compression.size() + 8;
-  io::ByteWriter writer(bytes);
+  FieldWriter writer(bytes);
   writer.u8(static_cast<std::uint8_t>(Opcode::Chunk));
   writer.u64(fields_size + chunk.records_size);
-  writer.u64(chunk.start_time);
-  writer.u64(chunk.end_time);
-  writer.u64(chunk.uncompressed_size);
-  writer.u32(chunk.uncompressed_checksum);
-  writer.u32(static_cast<std::uint32_t>(chunk.compression.size()));
-  writer.raw(chunk.compression.data(), chunk.compression.size());
-  writer.u64(chunk.records_size);
+  writer.writeAll(fieldsOf(chunk));
 }
 
 void
@@ -400,9 +338,8 @@ appendMetadataIndex(const RecordExtent& extent,
                     std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::MetadataIndex, bytes);
-  writer.u64(extent.offset);
-  writer.u64(extent.length);
-  writer.string(name);
+  writer.writeAll(fieldsOf(extent));
+  writer.write(name);
 }
 
 void
@@ -412,13 +349,12 @@ appendAttachmentIndex(const RecordExtent& extent,
                       std::vector<std::uint8_t>& bytes)
 {
   RecordWriter writer(Opcode::AttachmentIndex, bytes);
-  writer.u64(extent.offset);
-  writer.u64(extent.length);
-  writer.u64(nanosecondsOf(attachment_without_bytes.log_time));
-  writer.u64(nanosecondsOf(attachment_without_bytes.create_time));
-  writer.u64(size);
-  writer.string(attachment_without_bytes.name);
-  writer.string(attachment_without_bytes.media_type);
+  writer.writeAll(fieldsOf(extent));
+  writer.write(attachment_without_bytes.log_time);
+  writer.write(attachment_without_bytes.create_time);
+  writer.write(size);
+  writer.write(attachment_without_bytes.name);
+  writer.write(attachment_without_bytes.media_type);
 }
 
 void
@@ -436,17 +372,13 @@ appendSummaryOffset(Opcode group,
 void
 appendDataEnd(std::uint32_t data_checksum, std::vector<std::uint8_t>& bytes)
 {
-  RecordWriter writer(Opcode::DataEnd, bytes);
-  writer.u32(data_checksum);
+  RecordWriter(Opcode::DataEnd, bytes).u32(data_checksum);
 }
 
 void
 appendFooter(const Footer& footer, std::vector<std::uint8_t>& bytes)
 {
-  RecordWriter writer(Opcode::Footer, bytes);
-  writer.u64(footer.summary_start);
-  writer.u64(footer.summary_offset_start);
-  writer.u32(footer.summary_checksum);
+  RecordWriter(Opcode::Footer, bytes).writeAll(fieldsOf(footer));
 }
 
 Time

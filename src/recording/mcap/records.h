@@ -49,23 +49,31 @@ constexpr std::size_t footer_size = record_prefix_size + 20;
 constexpr std::size_t message_prefix_size = record_prefix_size + 22;
 
 struct Header {
+  static constexpr Opcode opcode = Opcode::Header;
+
   std::string profile;
   std::string library;
 };
 
 struct Footer {
+  static constexpr Opcode opcode = Opcode::Footer;
+
   std::uint64_t summary_start = 0;
   std::uint64_t summary_offset_start = 0;
   std::uint32_t summary_checksum = 0;
 };
 
 struct Schema {
+  static constexpr Opcode opcode = Opcode::Schema;
+
   std::uint16_t id = 0;
   McapSchema content;
 };
 
 /** \brief The schema of its content is not part of the record, but its id. */
 struct Channel {
+  static constexpr Opcode opcode = Opcode::Channel;
+
   std::uint16_t id = 0;
   std::uint16_t schema_id = 0;
   McapChannel content;
@@ -88,11 +96,15 @@ struct Chunk {
 };
 
 struct MessageIndex {
+  static constexpr Opcode opcode = Opcode::MessageIndex;
+
   std::uint16_t channel_id = 0;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> entries; // log time, offset
 };
 
 struct ChunkIndex {
+  static constexpr Opcode opcode = Opcode::ChunkIndex;
+
   std::uint64_t start_time = 0;
   std::uint64_t end_time = 0;
   std::uint64_t chunk_offset = 0;
@@ -105,6 +117,8 @@ struct ChunkIndex {
 };
 
 struct Statistics {
+  static constexpr Opcode opcode = Opcode::Statistics;
+
   std::uint64_t messages = 0;
   std::uint16_t schemas = 0;
   std::uint32_t channels = 0;
@@ -122,30 +136,15 @@ struct RecordExtent {
   std::uint64_t length = 0; // of the record with its prefix
 };
 
-/** \brief Parse the content of a record, without its prefix. Later versions of the format may
+/** \brief Parses the content of a record, without its prefix. Later versions of the format may
  * append fields, which are ignored.
+ * \tparam RecordT one of the records above but a chunk, McapMetadata or McapAttachment. Of an
+ * index of attachments or metadata a RecordExtent is parsed.
  * \return false if the content is too short or contradicts itself
  */
+template <class RecordT>
 bool
-parse(const std::uint8_t* bytes, std::size_t size, Header& header);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Footer& footer);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Schema& schema);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Channel& channel);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, MessagePrefix& message);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, MessageIndex& index);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, ChunkIndex& index);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Statistics& statistics);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, McapMetadata& metadata);
-bool
-parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment);
+parse(const std::uint8_t* bytes, std::size_t size, RecordT& record);
 
 /** \brief The same for the fields of a chunk before its records.
  * \param[in] size bytes at hand; 256 are enough for known compressions
@@ -157,27 +156,14 @@ parse(const std::uint8_t* bytes,
       Chunk& chunk,
       std::size_t& fields_size);
 
-/** \brief Extent of a record from an index of attachments or metadata. */
-bool
-parse(const std::uint8_t* bytes, std::size_t size, RecordExtent& extent);
+/** \brief Appends a whole record.
+ * \tparam RecordT a record with an opcode, McapMetadata or McapAttachment
+ */
+template <class RecordT>
+void
+append(const RecordT& record, std::vector<std::uint8_t>& bytes);
 
-/** \brief Append a whole record. */
-void
-append(const Header& header, std::vector<std::uint8_t>& bytes);
-void
-append(const Schema& schema, std::vector<std::uint8_t>& bytes);
-void
-append(const Channel& channel, std::vector<std::uint8_t>& bytes);
-void
-append(const MessageIndex& index, std::vector<std::uint8_t>& bytes);
-void
-append(const ChunkIndex& index, std::vector<std::uint8_t>& bytes);
-void
-append(const Statistics& statistics, std::vector<std::uint8_t>& bytes);
-void
-append(const McapMetadata& metadata, std::vector<std::uint8_t>& bytes);
-void
-append(const McapAttachment& attachment, std::vector<std::uint8_t>& bytes);
+/** \brief Appends a message. */
 void
 append(const MessagePrefix& prefix,
        const std::vector<std::uint8_t>& message,
