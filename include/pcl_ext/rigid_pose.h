@@ -7,14 +7,14 @@
 namespace pcl_ext {
 inline namespace PCL_EXT_ABI {
 
-/** \brief Pose of a sensor in the world: sensor frame -> global frame, metres. Accepts an
+/** \brief Pose of a sensor in the world: sensor -> global coordinate frame, metres. Accepts an
  * Eigen::Isometry3d. Not aligned, so that its layout does not depend on the vector
  * instructions that a program is built with. */
 using WorldPose = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 namespace io {
 
-/** \brief Pose of a sensor in the frame of its clouds: sensor frame -> frame of the cloud,
+/** \brief Pose of a sensor in the coordinate frame of its clouds: sensor -> cloud,
  * metres. Accepts an Eigen::Isometry3f. Not aligned, as WorldPose. */
 using SensorPose = Eigen::Transform<float, 3, Eigen::Isometry, Eigen::DontAlign>;
 

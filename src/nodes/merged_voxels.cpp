@@ -86,10 +86,10 @@ void
 MergedVoxels::finish(io::VoxelFrame& merged)
 {
   const float limit = intensityLimit();
-  placeVoxels(limit);
-  const bool are_all_placed = intensities_.size() == voxels_.size();
-  if (!are_all_placed && !has_fixed_origin_ && moveOrigin())
-    placeVoxels(limit);
+  locateVoxels(limit);
+  const bool are_all_on_lattice = intensities_.size() == voxels_.size();
+  if (!are_all_on_lattice && !has_fixed_origin_ && moveOrigin())
+    locateVoxels(limit);
   voxelize(merged);
   mergeColours(merged);
   if (memory_rule_.shouldRelease(voxels_.size() * sizeof(Voxel)))
@@ -106,8 +106,8 @@ MergedVoxels::releaseMemory()
   coordinates_ = std::vector<float>();
   intensities_ = std::vector<float>();
   magnitudes_ = std::vector<float>();
-  places_ = std::vector<ColouredPlace>();
-  spare_places_ = std::vector<ColouredPlace>();
+  coloured_voxels_ = std::vector<ColouredVoxel>();
+  spare_colours_ = std::vector<ColouredVoxel>();
 }
 
 void
@@ -149,7 +149,7 @@ MergedVoxels::findIndex(const Voxel& voxel, const Origin& origin, Index& index) 
 }
 
 std::size_t
-MergedVoxels::countPlaced(const Origin& origin) const
+MergedVoxels::countOnLattice(const Origin& origin) const
 {
   Index index;
   return static_cast<std::size_t>(
@@ -166,10 +166,10 @@ MergedVoxels::moveOrigin()
   const auto tryOrigin = [&](const Origin& origin) {
     if (most == voxels_.size() || !isOrigin(origin))
       return;
-    const std::size_t placed = countPlaced(origin);
-    if (placed <= most)
+    const std::size_t on_lattice = countOnLattice(origin);
+    if (on_lattice <= most)
       return;
-    most = placed;
+    most = on_lattice;
     origin_ = origin;
   };
   tryOrigin(Origin{});
@@ -223,7 +223,7 @@ MergedVoxels::intensityLimit()
 }
 
 void
-MergedVoxels::placeVoxels(float limit)
+MergedVoxels::locateVoxels(float limit)
 {
   coordinates_.clear();
   intensities_.clear();
@@ -238,8 +238,8 @@ MergedVoxels::placeVoxels(float limit)
         continue;
       }
       // Floats have enough bits for the middle of each voxel.
-      for (const std::int32_t place : index)
-        coordinates_.push_back(static_cast<float>(place) + 0.5f);
+      for (const std::int32_t coordinate : index)
+        coordinates_.push_back(static_cast<float>(coordinate) + 0.5f);
       const float intensity = voxels_[next].intensity;
       intensities_.push_back(std::clamp(intensity, -limit, limit));
       reduced += std::abs(intensity) > limit ? 1 : 0;
@@ -270,7 +270,7 @@ MergedVoxels::voxelize(io::VoxelFrame& merged)
 void
 MergedVoxels::mergeColours(io::VoxelFrame& merged)
 {
-  places_.clear();
+  coloured_voxels_.clear();
   Index index;
   for (const Voxel& voxel : voxels_) {
     if (!voxel.has_colour || !findIndex(voxel, origin_, index))
@@ -278,19 +278,19 @@ MergedVoxels::mergeColours(io::VoxelFrame& merged)
     const auto position = [&](std::size_t axis) {
       return static_cast<std::uint32_t>(index[axis] - merged.grid.first_index[axis]);
     };
-    places_.push_back(
+    coloured_voxels_.push_back(
         {io::mortonKey({position(0), position(1), position(2)}), voxel.colour});
   }
-  if (places_.empty())
+  if (coloured_voxels_.empty())
     return;
-  io::radixSort(places_, spare_places_, io::usedBits(places_));
+  io::radixSort(coloured_voxels_, spare_colours_, io::usedBits(coloured_voxels_));
   merged.colour_bits = 8;
   merged.colours.reserve(merged.size());
   std::size_t next = 0;
   for (const std::uint64_t key : merged.keys) {
     io::detail::ColourMean colours;
-    for (; next < places_.size() && places_[next].key == key; ++next)
-      colours.add(places_[next].colour);
+    for (; next < coloured_voxels_.size() && coloured_voxels_[next].key == key; ++next)
+      colours.add(coloured_voxels_[next].colour);
     // Black where no stream has a colour.
     merged.colours.push_back(colours.mean().value_or(io::VoxelColour{}));
   }

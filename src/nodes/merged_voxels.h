@@ -58,7 +58,7 @@ private:
   };
 
   /** \brief The voxel of the merged frame that contains a coloured one of a stream. */
-  struct ColouredPlace {
+  struct ColouredVoxel {
     std::uint64_t key;
     io::VoxelColour colour; ///< in channels of 0 to 255
   };
@@ -77,10 +77,10 @@ private:
   findIndex(const Voxel& voxel, const Origin& origin, Index& index) const;
 
   std::size_t
-  countPlaced(const Origin& origin) const;
+  countOnLattice(const Origin& origin) const;
 
   /** \brief Moves the origin to where more voxels are on its lattice, if there is such a
-   * place. */
+   * one. */
   bool
   moveOrigin();
 
@@ -98,7 +98,7 @@ private:
    * \param[in] limit of the magnitude of intensities
    */
   void
-  placeVoxels(float limit);
+  locateVoxels(float limit);
 
   void
   voxelize(io::VoxelFrame& merged);
@@ -119,8 +119,8 @@ private:
   std::vector<float> coordinates_; // voxels from the origin
   std::vector<float> intensities_;
   std::vector<float> magnitudes_; // of the intensities of one stream
-  std::vector<ColouredPlace> places_;
-  std::vector<ColouredPlace> spare_places_;
+  std::vector<ColouredVoxel> coloured_voxels_;
+  std::vector<ColouredVoxel> spare_colours_;
 };
 
 } // namespace nodes

@@ -133,7 +133,7 @@ public:
 
   /** \brief The first half of encoding: points -> voxels, which may be filtered before
    * they are encoded.
-   * \param[in] points the cloud, in the frame of the grid
+   * \param[in] points the cloud, in the coordinates of the grid
    * \param[in] sensor_pose sensor -> grid, metres; used with a depth law
    * \param[out] frame the voxels; its memory is reused
    * \param[in] points_behind_sensor for the statistics, see setIntensities()

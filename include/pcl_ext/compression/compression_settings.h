@@ -174,7 +174,7 @@ struct EncoderSettings : GridSettings, IntensitySettings, StreamSettings {
 /** \brief All settings of OctreePointCloudIntensityCompression, with their units, defaults and
  * ranges: those of its encoder, whose decoder_limits are those of its decoder, too, and more. */
 struct IntensityCompressionSettings : EncoderSettings {
-  /** \brief Pose of the sensor in the frame of the clouds that are encoded (sensor ->
+  /** \brief Pose of the sensor in the coordinate frame of the clouds that are encoded (sensor ->
    * cloud), for the depth of the points. None: the cloud's own
    * sensor_origin_ and sensor_orientation_. */
   std::optional<SensorPose> sensor_pose;

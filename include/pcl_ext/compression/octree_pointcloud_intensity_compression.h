@@ -198,7 +198,7 @@ public:
    *
    * Points that are not finite, outside settings.bounding_box or more than 2^20 voxels from
    * the origin are counted and left out.
-   * \param[in] cloud in the frame of the grid, metres; may be empty
+   * \param[in] cloud in the coordinates of the grid, metres; may be empty
    * \param[in,out] compressed_cloud takes the frame's bytes
    * \return Ok; InvalidSettings; InvalidInput for a null cloud, or if the intensity model
    * uses the depth and the cloud's pose is not finite; OutputFailed or OutOfMemory, after which the next frame is an I-frame. Ok has a message with numbers

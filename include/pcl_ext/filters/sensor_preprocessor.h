@@ -75,7 +75,7 @@ findPointLayout(const pcl::PCLPointCloud2& cloud,
                 PointLayout& layout);
 
 /** \brief Prepares a sensor's cloud for compression: removes points that are not finite,
- * computes intensities, and transforms and crops the cloud in the global frame, in one pass
+ * computes intensities, and transforms and crops the cloud in the global coordinate frame, in one pass
  * over the points (sections 2.2 and 2.5 of the paper).
  *
  * The intensity is taken from the depth in the sensor's frame, before the point is
@@ -96,7 +96,7 @@ public:
   : intensity_model_(intensity_model)
   {}
 
-  /** \brief Pose of the sensor, sensor frame -> global frame, metres; must be rigid, which
+  /** \brief Pose of the sensor, sensor -> global coordinate frame, metres; must be rigid, which
    * process() checks. */
   void
   setSensorPose(const Eigen::Isometry3d& sensor_to_world)
@@ -104,7 +104,7 @@ public:
     sensor_pose_ = sensor_to_world;
   }
 
-  /** \brief Keeps only points within a box of the global frame, metres, both ends
+  /** \brief Keeps only points within a box of the global coordinate frame, metres, both ends
    * included; min <= max on each axis. */
   void
   setCropBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max)
@@ -146,7 +146,7 @@ public:
   /** \brief Processes a cloud whose fields are found by name and datatype.
    *
    * FLOAT64 coordinates are moved and cropped in double precision, and so are those of a
-   * sensor more than 1024 m from the global frame's origin. In the output they are rounded
+   * sensor more than 1024 m from the origin of the global coordinate frame. In the output they are rounded
    * to PCL's float; PreprocessedBatches has them as they are.
    * \param[in] cloud x, y, z as FLOAT32 or FLOAT64, intensity of any datatype if the
    * model is native, rgb or rgba as FLOAT32 or UINT32 if colours are read; further

@@ -77,7 +77,7 @@ PCL_EXT_EXPORT ParameterValues
 defaultsOf(const std::vector<ParameterDescription>& parameters);
 
 /** \brief The parameters of encoding: all of SensorNodeSettings that users set, except for the
- * global frame. They have the names of the fields; `intensity` is the law, where the word
+ * global coordinate frame. They have the names of the fields; `intensity` is the law, where the word
  * auto means native for clouds with the field `intensity_field`, else none. */
 PCL_EXT_EXPORT const std::vector<ParameterDescription>&
 encodingParameters();

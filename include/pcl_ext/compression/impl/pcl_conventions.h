@@ -44,7 +44,7 @@ settingsOfArguments(pcl::io::compression_Profiles_e profile,
 PCL_EXT_EXPORT double
 octreeResolution(const IntensityCompressionSettings& settings);
 
-/** \brief Pose of the sensor in the frame of a cloud, sensor -> cloud: that of the settings
+/** \brief Pose of the sensor in the coordinate frame of a cloud, sensor -> cloud: that of the settings
  * or the cloud's own. */
 PCL_EXT_EXPORT SensorPose
 sensorPose(const IntensityCompressionSettings& settings,

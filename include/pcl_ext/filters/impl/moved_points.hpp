@@ -12,9 +12,9 @@ namespace detail {
 
 /** \brief A rigid transformation followed by a crop box. */
 struct PointMove {
-  /** \brief The rows of [rotation | translation], metres: sensor frame -> global frame. */
+  /** \brief The rows of [rotation | translation], metres: sensor -> global coordinate frame. */
   std::array<std::array<float, 4>, 3> rows;
-  std::array<float, 3> min; ///< corners of the crop box in the global frame, metres,
+  std::array<float, 3> min; ///< corners of the crop box, global coordinates, metres,
   std::array<float, 3> max; ///< both ends included; infinite: no crop box
 };
 
