@@ -148,8 +148,8 @@ struct NodeSurroundings {
    *     axis    x  y  z     x  y  z
    *             1  1  1     1  1  1    present
    *             1  1  1     0  0  0    pending
-   *             0  0  0     1  1  1    absent, but one of the four nodes that share this face
-   *                                    of the parent is present
+   *             0  0  0     1  1  1    absent, but one of the four nodes that share this
+   *                                    face of the parent is present
    *             0  0  0     0  0  0    absent, and so are these
    */
   std::uint64_t outside = 0;
