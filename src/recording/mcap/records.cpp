@@ -215,37 +215,30 @@ template <class RecordT>
 bool
 parse(const std::uint8_t* bytes, std::size_t size, RecordT& record)
 {
-  return FieldReader(bytes, size).readAll(fieldsOf(record));
-}
-
-template <>
-bool
-parse(const std::uint8_t* bytes, std::size_t size, Schema& schema)
-{
-  return FieldReader(bytes, size).readAll(fieldsOf(schema)) && schema.id != 0;
-}
-
-template <>
-bool
-parse(const std::uint8_t* bytes, std::size_t size, McapAttachment& attachment)
-{
   FieldReader reader(bytes, size);
-  reader.readAll(fieldsOf(attachment));
-  const std::uint64_t data_size = reader.u64();
-  const std::uint8_t* const data = reader.take(data_size);
-  if (data == nullptr)
-    return false;
-  attachment.bytes.assign(data, data + data_size);
-  const std::size_t checked_size = reader.position();
-  const std::uint32_t checksum = reader.u32();
-  return !reader.failed() &&
-         (checksum == 0 || checksum == checksumOf(bytes, checked_size));
+  bool is_valid = reader.readAll(fieldsOf(record));
+  if constexpr (std::is_same_v<RecordT, Schema>)
+    is_valid = is_valid && record.id != 0;
+  if constexpr (std::is_same_v<RecordT, McapAttachment>) {
+    const std::uint64_t data_size = reader.u64();
+    const std::uint8_t* const data = reader.take(data_size);
+    if (data == nullptr)
+      return false;
+    record.bytes.assign(data, data + data_size);
+    const std::size_t checked_size = reader.position();
+    const std::uint32_t checksum = reader.u32();
+    is_valid = !reader.failed() &&
+               (checksum == 0 || checksum == checksumOf(bytes, checked_size));
+  }
+  return is_valid;
 }
 
 template bool
 parse(const std::uint8_t*, std::size_t, Header&);
 template bool
 parse(const std::uint8_t*, std::size_t, Footer&);
+template bool
+parse(const std::uint8_t*, std::size_t, Schema&);
 template bool
 parse(const std::uint8_t*, std::size_t, Channel&);
 template bool
@@ -258,6 +251,8 @@ template bool
 parse(const std::uint8_t*, std::size_t, Statistics&);
 template bool
 parse(const std::uint8_t*, std::size_t, McapMetadata&);
+template bool
+parse(const std::uint8_t*, std::size_t, McapAttachment&);
 template bool
 parse(const std::uint8_t*, std::size_t, RecordExtent&);
 
@@ -277,26 +272,18 @@ template <class RecordT>
 void
 append(const RecordT& record, std::vector<std::uint8_t>& bytes)
 {
-  RecordWriter(RecordT::opcode, bytes).writeAll(fieldsOf(record));
-}
-
-template <>
-void
-append(const McapMetadata& metadata, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter(Opcode::Metadata, bytes).writeAll(fieldsOf(metadata));
-}
-
-template <>
-void
-append(const McapAttachment& attachment, std::vector<std::uint8_t>& bytes)
-{
-  RecordWriter writer(Opcode::Attachment, bytes);
-  const std::size_t begin = bytes.size();
-  writer.writeAll(fieldsOf(attachment));
-  writer.u64(attachment.bytes.size());
-  writer.raw(attachment.bytes.data(), attachment.bytes.size());
-  writer.u32(checksumOf(bytes.data() + begin, bytes.size() - begin));
+  if constexpr (std::is_same_v<RecordT, McapAttachment>) {
+    RecordWriter writer(Opcode::Attachment, bytes);
+    const std::size_t begin = bytes.size();
+    writer.writeAll(fieldsOf(record));
+    writer.u64(record.bytes.size());
+    writer.raw(record.bytes.data(), record.bytes.size());
+    writer.u32(checksumOf(bytes.data() + begin, bytes.size() - begin));
+  }
+  else if constexpr (std::is_same_v<RecordT, McapMetadata>)
+    RecordWriter(Opcode::Metadata, bytes).writeAll(fieldsOf(record));
+  else
+    RecordWriter(RecordT::opcode, bytes).writeAll(fieldsOf(record));
 }
 
 template void
@@ -311,6 +298,10 @@ template void
 append(const ChunkIndex&, std::vector<std::uint8_t>&);
 template void
 append(const Statistics&, std::vector<std::uint8_t>&);
+template void
+append(const McapMetadata&, std::vector<std::uint8_t>&);
+template void
+append(const McapAttachment&, std::vector<std::uint8_t>&);
 
 void
 append(const MessagePrefix& prefix,
