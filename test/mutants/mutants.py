@@ -278,7 +278,7 @@ MUTANTS = [
     Mutant(NODES + "merged_voxels.cpp", "voxels without a colour are merged as black",
            "!voxel.has_colour ||", "false ||"),
     Mutant(NODES + "merged_voxels.cpp", "the origin of merged voxels never moves",
-           "if (placed <= most)", "if (true)"),
+           "if (on_lattice <= most)", "if (true)"),
 
     # Recordings.
     Mutant(RECORDING + "mcap/record_access.cpp", "the checksum of a chunk is not verified",
