@@ -35,21 +35,73 @@ writeByte(const std::string& path, std::size_t offset, std::uint8_t byte)
   file.put(static_cast<char>(byte));
 }
 
-/** \brief Reads a file with each of its bits changed in turn.
- *
- * No frame may be wrong, and a frame may be lost only with a report.
- */
-void
-changeEveryBit(const std::vector<KnownStream>& streams, const std::string& path)
+std::size_t
+endOf(const Bytes& part, const Bytes& file)
 {
-  const Bytes original = bytesOf(path);
+  const auto at = std::search(file.begin(), file.end(), part.begin(), part.end());
+  EXPECT_NE(at, file.end());
+  return static_cast<std::size_t>(at - file.begin()) + part.size();
+}
+
+/** \brief A kind of recording. */
+struct Container {
+  const char* name; ///< of the recording
+  const char* file; ///< that is damaged
+  std::size_t streams;
+  bool tells_its_end; ///< whether a reader knows that the end is missing
+  std::size_t step;   ///< from one bit that is changed to the next
+};
+
+class DamagedRecording : public ::testing::TestWithParam<Container> {
+protected:
+  /** \brief Records streams of this many frames each. */
+  void
+  recordStreams(std::size_t frames, unsigned int i_frame_rate)
+  {
+    for (std::size_t i = 0; i < GetParam().streams; ++i)
+      streams.push_back(knownStream(i, frames, i_frame_rate));
+    record(streams, recording);
+  }
+
+  /** \brief Where the frames, or the messages that have them, end in the file. */
+  std::vector<std::size_t>
+  endsOfFrames() const
+  {
+    const Bytes bytes = bytesOf(file);
+    std::vector<std::size_t> ends;
+    McapReader mcap;
+    if (!mcap.open(recording).ok()) {
+      for (const KnownFrame& frame : streams[0].frames)
+        ends.push_back(endOf(frame.bytes, bytes));
+      return ends;
+    }
+    McapMessage message;
+    for (const McapEntry& entry : mcap.index()) {
+      EXPECT_TRUE(mcap.read(entry, message).ok());
+      ends.push_back(endOf(message.bytes, bytes));
+    }
+    return ends;
+  }
+
+  const TestFolder folder;
+  const std::string recording = folder / GetParam().name;
+  const std::string file = folder / GetParam().file;
+  std::vector<KnownStream> streams;
+};
+
+} // namespace
+
+TEST_P(DamagedRecording, WithAnyBitChangedHasNoWrongFrameAndLosesNoneWithoutAReport)
+{
+  recordStreams(3, 10);
+  const Bytes original = bytesOf(file);
   const std::size_t frames = framesOf(streams);
   std::size_t fewest = frames;
-  for (std::size_t bit = 0; bit < 8 * original.size(); ++bit) {
+  for (std::size_t bit = 0; bit < 8 * original.size(); bit += GetParam().step) {
     const auto changed = static_cast<std::uint8_t>(original[bit / 8] ^ 1 << bit % 8);
-    writeByte(path, bit / 8, changed);
-    const ReadRecording read = readAll(path, streams);
-    writeByte(path, bit / 8, original[bit / 8]);
+    writeByte(file, bit / 8, changed);
+    const ReadRecording read = readAll(recording, streams);
+    writeByte(file, bit / 8, original[bit / 8]);
     ASSERT_EQ(read.wrong, 0u) << "bit " << bit;
     ASSERT_TRUE(read.status.ok()) << "bit " << bit << ": " << read.status;
     const std::size_t decoded = sumOf(read.decoded);
@@ -62,27 +114,14 @@ changeEveryBit(const std::vector<KnownStream>& streams, const std::string& path)
   EXPECT_GE(fewest, streams.size() > 1 ? frames / 2 : 0);
 }
 
-std::size_t
-endOf(const Bytes& part, const Bytes& file)
+TEST_P(DamagedRecording, ThatIsCutAnywhereIsReadUpToTheLastWholeFrame)
 {
-  const auto at = std::search(file.begin(), file.end(), part.begin(), part.end());
-  EXPECT_NE(at, file.end());
-  return static_cast<std::size_t>(at - file.begin()) + part.size();
-}
-
-/** \brief Reads each beginning of a file.
- * \param[in] ends of the messages or frames in the file
- * \param[in] tells_its_end whether the reader knows that the end is missing
- */
-void
-cutAnywhere(const std::vector<KnownStream>& streams,
-            const std::string& path,
-            const std::vector<std::size_t>& ends,
-            bool tells_its_end)
-{
-  for (std::size_t size = std::filesystem::file_size(path); size-- > 0;) {
-    std::filesystem::resize_file(path, size);
-    const ReadRecording read = readAll(path, streams);
+  recordStreams(4, 2);
+  const std::vector<std::size_t> ends = endsOfFrames();
+  ASSERT_EQ(ends.size(), framesOf(streams));
+  for (std::size_t size = std::filesystem::file_size(file); size-- > 0;) {
+    std::filesystem::resize_file(file, size);
+    const ReadRecording read = readAll(recording, streams);
     const auto whole = static_cast<std::size_t>(std::count_if(
         ends.begin(), ends.end(), [size](std::size_t end) { return end <= size; }));
     ASSERT_EQ(read.wrong, 0u) << size;
@@ -91,60 +130,17 @@ cutAnywhere(const std::vector<KnownStream>& streams,
     const bool is_between_frames =
         std::find(ends.begin(), ends.end(), size) != ends.end();
     ASSERT_TRUE(!read.status.ok() ||
-                read.is_unfinished == (tells_its_end || !is_between_frames))
+                read.is_unfinished == (GetParam().tells_its_end || !is_between_frames))
         << size;
   }
 }
 
-} // namespace
-
-TEST(DamagedRecordings, EveryBitOfAnMcapFile)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 3, 10),
-                                            knownStream(1, 3, 10)};
-  record(streams, folder / "cell.mcap");
-  changeEveryBit(streams, folder / "cell.mcap");
-}
-
-TEST(DamagedRecordings, EveryBitOfAFileOfFrames)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 5, 3)};
-  record(streams, folder / "sensor.pcxi");
-  changeEveryBit(streams, folder / "sensor.pcxi");
-}
-
-TEST(DamagedRecordings, McapFilesCutAnywhereAreReadUpToTheLastWholeMessage)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 5, 2),
-                                            knownStream(1, 4, 10)};
-  record(streams, folder / "cell.mcap");
-  const Bytes file = bytesOf(folder / "cell.mcap");
-  McapReader mcap;
-  ASSERT_TRUE(mcap.open(folder / "cell.mcap").ok());
-  McapMessage message;
-  std::vector<std::size_t> ends;
-  for (const McapEntry& entry : mcap.index()) {
-    ASSERT_TRUE(mcap.read(entry, message).ok());
-    ends.push_back(endOf(message.bytes, file));
-  }
-  ASSERT_EQ(ends.size(), 9u);
-  cutAnywhere(streams, folder / "cell.mcap", ends, true);
-}
-
-TEST(DamagedRecordings, FilesOfFramesCutAnywhereAreReadUpToTheLastWholeFrame)
-{
-  const TestFolder folder;
-  const std::vector<KnownStream> streams = {knownStream(0, 8, 3)};
-  record(streams, folder / "sensor.pcxi");
-  const Bytes file = bytesOf(folder / "sensor.pcxi");
-  std::vector<std::size_t> ends;
-  for (const KnownFrame& frame : streams[0].frames)
-    ends.push_back(endOf(frame.bytes, file));
-  cutAnywhere(streams, folder / "sensor.pcxi", ends, false);
-}
+INSTANTIATE_TEST_SUITE_P(
+    Of,
+    DamagedRecording,
+    ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 1},
+                      Container{"cell", "cell/cell_0.mcap", 1, true, 13},
+                      Container{"sensor.pcxi", "sensor.pcxi", 1, false, 1}));
 
 TEST(DamagedRecordings, BytesBetweenFramesAreSkippedAndReported)
 {

@@ -1,11 +1,9 @@
 /** \file
  * Files that were made to take long or much memory, and calls that are wrong.
  */
-
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"
 #include "recording/mcap_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 #include "support/test_memory.h"
@@ -47,16 +45,6 @@ appendEnd(const Bytes& summary, Bytes& file)
   file.insert(file.end(), summary.begin(), summary.end());
   mcap::appendFooter({start, 0, 0}, file);
   file.insert(file.end(), mcap::magic.begin(), mcap::magic.end());
-}
-
-Bytes
-messageOfFormat(const std::string& format)
-{
-  PointCloudMessage message;
-  message.format = format;
-  Bytes bytes;
-  writePointCloud(message, true, bytes);
-  return bytes;
 }
 
 } // namespace
@@ -216,24 +204,14 @@ TEST(HostileFiles, ForgedBeginningsOfFramesAreOneDamage)
 TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
 {
   const TestFolder folder;
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap", "ros2").ok());
-  std::size_t channel = 0;
-  ASSERT_TRUE(
-      writer
-          .addChannel(compressedPointCloudChannel("/a"), McapChunking::Shared, channel)
-          .ok());
-  McapMessage message;
-  message.channel = channel;
-  for (int i = 0; i < 3; ++i) {
-    message.log_time = Time(i);
-    message.bytes = {1, 2, 3};
-    ASSERT_TRUE(writer.write(message).ok());
-  }
-  message.log_time = Time(3);
-  message.bytes = messageOfFormat("draco");
-  ASSERT_TRUE(writer.write(message).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  PointCloudMessage cloud;
+  cloud.format = "draco";
+  std::vector<McapMessage> messages(4);
+  for (int i = 0; i < 3; ++i)
+    messages[static_cast<std::size_t>(i)].bytes = {1, 2, 3};
+  messages[3].log_time = Time(1);
+  writePointCloud(cloud, true, messages[3].bytes);
+  writeMcap(folder / "a.mcap", {compressedPointCloudChannel("/a")}, messages);
   RecordingReader reader;
   const RecordingStatus status = reader.open(folder / "a.mcap");
   EXPECT_EQ(status.code(), RecordingCode::NotARecording);
@@ -343,22 +321,14 @@ TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
   const TestFolder folder;
   std::filesystem::create_directories(folder / "bag");
   writeBytes(folder / "bag/metadata.yaml", {});
-  for (int part = 0; part < 2; ++part) {
-    McapWriter writer;
-    ASSERT_TRUE(
-        writer.open(folder / ("bag/b_" + std::to_string(part) + ".mcap"), "ros2").ok());
-    for (std::uint8_t publisher = 0; publisher < 2; ++publisher) {
-      McapMessage message;
-      ASSERT_TRUE(writer
-                      .addChannel(compressedPointCloudChannel("/a"),
-                                  McapChunking::Shared,
-                                  message.channel)
-                      .ok());
-      message.bytes = {publisher};
-      ASSERT_TRUE(writer.write(message).ok());
-    }
-    ASSERT_TRUE(writer.finish().ok());
-  }
+  std::vector<McapMessage> of_publishers(2);
+  of_publishers[0].bytes = {0};
+  of_publishers[1].bytes = {1};
+  of_publishers[1].channel = 1;
+  for (const char* const part : {"bag/b_0.mcap", "bag/b_1.mcap"})
+    writeMcap(folder / part,
+              {compressedPointCloudChannel("/a"), compressedPointCloudChannel("/a")},
+              of_publishers);
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   ASSERT_EQ(reader.channels().size(), 2u);

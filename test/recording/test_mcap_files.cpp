@@ -187,14 +187,9 @@ TEST(McapFiles, KeepMessagesMetadataAndAttachmentsByteForByte)
 TEST(McapFiles, OnlyWantedChannelsAreIndexed)
 {
   const TestFolder folder;
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "").ok());
-  std::size_t number = 0;
-  for (const char* topic : {"/a", "/b"}) {
-    ASSERT_TRUE(writer.addChannel(channelOf(topic), McapChunking::Shared, number).ok());
-    ASSERT_TRUE(writer.write(messageOf(number, 5, {1})).ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "bag.mcap",
+            {channelOf("/a"), channelOf("/b")},
+            {messageOf(0, 5, {1}), messageOf(1, 5, {1})});
   McapReader reader;
   const auto wants = [](const McapChannel& channel) { return channel.topic == "/b"; };
   ASSERT_TRUE(reader.open(folder / "bag.mcap", wants).ok());
@@ -263,18 +258,11 @@ TEST(McapFiles, Rosbag2FoldersOfManyFilesAreOneBag)
   constexpr std::size_t parts = 200;
   const TestFolder folder;
   std::filesystem::create_directories(folder / "bag/folder.mcap");
-  for (std::size_t part = 0; part < parts; ++part) {
-    McapWriter writer;
-    ASSERT_TRUE(
-        writer.open(folder / ("bag/bag_" + std::to_string(part) + ".mcap"), "ros2")
-            .ok());
-    std::size_t number = 0;
-    ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, number).ok());
-    // All of the same time, so that the order is that of the files.
-    ASSERT_TRUE(
-        writer.write(messageOf(number, 5, {static_cast<std::uint8_t>(part)})).ok());
-    ASSERT_TRUE(writer.finish().ok());
-  }
+  // All of the same time, so that the order is that of the files.
+  for (std::size_t part = 0; part < parts; ++part)
+    writeMcap(folder / ("bag/bag_" + std::to_string(part) + ".mcap"),
+              {channelOf("/a")},
+              {messageOf(0, 5, {static_cast<std::uint8_t>(part)})});
   writeBytes(folder / "bag/metadata.yaml", {});
   const FewDescriptors fewer_than_parts(120);
   McapReader reader;
@@ -356,23 +344,14 @@ TEST(RecordingWriter, RefusesWhatIsNotOneFrame)
 TEST(RecordingReader, NamesTheCloudsOfABagWithoutCompressedOnes)
 {
   const TestFolder folder;
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  std::size_t number = 0;
-  ASSERT_TRUE(
-      writer.addChannel(pointCloudChannel("/points"), McapChunking::Shared, number)
-          .ok());
-  ASSERT_TRUE(writer
-                  .addChannel(compressedPointCloudChannel("/points/draco"),
-                              McapChunking::Shared,
-                              number)
-                  .ok());
   PointCloudMessage cloud;
   cloud.format = "draco";
-  McapMessage message = messageOf(number, 5, {});
+  McapMessage message = messageOf(1, 5, {});
   writePointCloud(cloud, true, message.bytes);
-  ASSERT_TRUE(writer.write(message).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(
+      folder / "bag.mcap",
+      {pointCloudChannel("/points"), compressedPointCloudChannel("/points/draco")},
+      {message});
   RecordingReader reader;
   const RecordingStatus status = reader.open(folder / "bag.mcap");
   EXPECT_EQ(status.code(), RecordingCode::NotARecording);

@@ -90,16 +90,12 @@ TEST(Recordings, StreamsOfOneTopicHaveNamesOfTheirOwn)
   PointCloudMessage cloud;
   cloud.format = "pcl_ext";
   cloud.bytes = knownStream(0, 1, 1).frames.front().bytes;
-  McapMessage message;
-  writePointCloud(cloud, true, message.bytes);
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap", "ros2").ok());
-  for (int publisher = 0; publisher < 2; ++publisher) {
-    const McapChannel channel = compressedPointCloudChannel("/a");
-    ASSERT_TRUE(writer.addChannel(channel, McapChunking::Shared, message.channel).ok());
-    ASSERT_TRUE(writer.write(message).ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
+  std::vector<McapMessage> of_publishers(2);
+  of_publishers[1].channel = 1;
+  for (McapMessage& message : of_publishers)
+    writePointCloud(cloud, true, message.bytes);
+  const McapChannel channel = compressedPointCloudChannel("/a");
+  writeMcap(folder / "a.mcap", {channel, channel}, of_publishers);
   RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   ASSERT_EQ(reader.streams().size(), 2u);

@@ -1,5 +1,4 @@
 #include "recording/mcap_reader.h"
-#include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
 #include "recording/rosbag2_metadata.h"
 #include "support/recorded_streams.h"
@@ -40,14 +39,10 @@ throughMetadata(const TestFolder& folder, const std::string& qos)
   std::filesystem::remove_all(folder / "bag");
   std::filesystem::remove_all(folder / "bare");
   for (const std::string name : {"bag", "bare"}) {
-    McapWriter writer;
-    std::size_t channel = 0;
     McapChannel points = pointCloudChannel("/points");
     if (name == "bag")
       points.metadata["offered_qos_profiles"] = qos;
-    EXPECT_TRUE(writer.open(folder / name, "ros2").ok());
-    EXPECT_TRUE(writer.addChannel(points, McapChunking::Shared, channel).ok());
-    EXPECT_TRUE(writer.finish().ok());
+    writeMcap(folder / name, {points});
   }
   const auto replace = std::filesystem::copy_options::overwrite_existing;
   std::filesystem::copy_file(
@@ -155,15 +150,11 @@ TEST(Rosbag2Metadata, NumbersOfPoliciesHaveNames)
 TEST(Rosbag2Metadata, TopicsOfOldAndNewBagsKeepTheirQos)
 {
   const TestFolder folder;
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag", "ros2").ok());
-  for (const std::string qos : {numbered, named}) {
-    std::size_t channel = 0;
-    McapChannel points = pointCloudChannel(qos == named ? "/new" : "/old");
-    points.metadata["offered_qos_profiles"] = qos;
-    ASSERT_TRUE(writer.addChannel(points, McapChunking::Shared, channel).ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
+  std::vector<McapChannel> channels = {pointCloudChannel("/old"),
+                                       pointCloudChannel("/new")};
+  channels[0].metadata["offered_qos_profiles"] = numbered;
+  channels[1].metadata["offered_qos_profiles"] = named;
+  writeMcap(folder / "bag", channels);
   const std::map<std::string, std::string> expected = {{"/old", named},
                                                        {"/new", named}};
   EXPECT_EQ(readOfferedQos(textOf(folder / "bag/metadata.yaml")), expected);
@@ -178,9 +169,7 @@ TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
   EXPECT_TRUE(readFileNames("relative_file_paths: []").empty());
   EXPECT_TRUE(readFileNames("").empty());
   const TestFolder folder;
-  McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag", "ros2").ok());
-  ASSERT_TRUE(writer.finish().ok());
+  writeMcap(folder / "bag", {});
   McapReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.damage().empty());

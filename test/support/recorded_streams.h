@@ -7,10 +7,12 @@
 #include <pcl_ext/recording/recording_reader.h>
 #include <pcl_ext/recording/recording_writer.h>
 
+#include "recording/mcap_writer.h"
 #include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -32,8 +34,10 @@ public:
   TestFolder()
   {
     const auto* const test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::path(::testing::TempDir()) /
-            (std::string("pcl_ext_") + test->test_suite_name() + "_" + test->name());
+    std::string name =
+        std::string("pcl_ext_") + test->test_suite_name() + "_" + test->name();
+    std::replace(name.begin(), name.end(), '/', '_'); // of parametrised tests
+    path_ = std::filesystem::path(::testing::TempDir()) / name;
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
   }
@@ -144,6 +148,26 @@ record(const std::vector<KnownStream>& streams, const std::string& path)
       }
   const RecordingStatus status = writer.finish();
   ASSERT_TRUE(status.ok()) << status;
+}
+
+/** \brief Writes an MCAP file or a rosbag2 folder.
+ * \param[in] messages whose channels are indices of `channels`
+ */
+inline void
+writeMcap(const std::string& path,
+          const std::vector<McapChannel>& channels,
+          std::vector<McapMessage> messages = {})
+{
+  McapWriter writer;
+  ASSERT_TRUE(writer.open(path, "ros2").ok());
+  std::vector<std::size_t> numbers(channels.size());
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    ASSERT_TRUE(writer.addChannel(channels[i], McapChunking::Shared, numbers[i]).ok());
+  for (McapMessage& message : messages) {
+    message.channel = numbers[message.channel];
+    ASSERT_TRUE(writer.write(message).ok());
+  }
+  ASSERT_TRUE(writer.finish().ok());
 }
 
 inline bool
