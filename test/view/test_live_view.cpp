@@ -68,38 +68,6 @@ TEST(LiveView, MessagesAreThoseOfTheProtocol)
   EXPECT_EQ(late.next()->text, R"({"type":"end"})");
 }
 
-TEST(LiveView, ALateViewerDecodesAllFromTheIFrameOn)
-{
-  RunningServer live;
-  LiveSource source(/* i_frame_rate */ 8);
-  std::vector<Bytes> frames;
-  std::vector<io::VoxelFrame> voxels;
-  const auto publish = [&] {
-    frames.push_back(source.next());
-    voxels.push_back(source.voxels());
-    live.publish(0, frames.size() - 1, frames.back());
-  };
-  for (int i = 0; i < 13; ++i)
-    publish();
-  LiveClient client(live.port());
-  ASSERT_TRUE(live.waitForViewers(1));
-  for (int i = 0; i < 40; ++i)
-    publish();
-  io::FrameDecoder decoder;
-  io::VoxelFrame decoded;
-  for (std::size_t i = 8; i < frames.size(); ++i) {
-    const LiveMessage message = client.nextFrame().value();
-    EXPECT_EQ(message.frame, frames[i]);
-    EXPECT_EQ(message.flags, 0u);
-    EXPECT_EQ(message.time, timeOfFrame(i).count());
-    const auto status =
-        decoder.decode(message.frame.data(), message.frame.size(), decoded);
-    ASSERT_TRUE(status.ok()) << status;
-    EXPECT_TRUE(areSame(decoded, voxels[i]));
-  }
-  EXPECT_EQ(live.requests, 0u);
-}
-
 TEST(LiveView, AnIFrameIsRequestedWhereNoneIsKeptAndWhenAViewerAsks)
 {
   RunningServer live;

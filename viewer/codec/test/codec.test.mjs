@@ -6,23 +6,7 @@ import { framesOf, loadCodec, stream } from "./files.mjs";
 
 const framesOfStream = async (codec, name) => framesOf(codec, await stream(`golden/${name}.pcxi`));
 
-test("each truncation of a frame gives a status", async () => {
-  const codec = await loadCodec();
-  for (const name of ["fast_few_cells", "balanced_colours", "small_counts"]) {
-    const [frame] = await framesOfStream(codec, name);
-    for (let size = 0; size < frame.length; ++size) {
-      const decoder = codec.createDecoder();
-      const { status, voxels, bytesRead } = decoder.decode(frame.subarray(0, size));
-      const codes = size === 0 ? ["EndOfStream"] : ["Truncated", "NoFrame"];
-      assert.ok(codes.includes(status.code), `${name}, ${size} bytes: ${status.code}`);
-      assert.equal(voxels, null);
-      assert.ok(size === 0 ? bytesRead === 0 : bytesRead > 0 && bytesRead <= size);
-      decoder.free();
-    }
-  }
-});
-
-test("each inverted byte of a frame gives a status, and the stream goes on", async () => {
+test("bytes that are no frame give a status, and the stream goes on", async () => {
   const codec = await loadCodec();
   const [first, second] = await framesOfStream(codec, "balanced_colours");
   const decoder = codec.createDecoder();
@@ -33,6 +17,12 @@ test("each inverted byte of a frame gives a status, and the stream goes on", asy
     const { status } = decoder.decode(damaged);
     assert.equal(status.ok, false);
     assert.ok(!["Trap", "OutOfMemory"].includes(status.code), status.message);
+  }
+  for (const [size, code] of [[0, "EndOfStream"], [1, "NoFrame"], [second.length - 1, "Truncated"]]) {
+    const { status, voxels, bytesRead } = decoder.decode(second.subarray(0, size));
+    assert.equal(status.code, code);
+    assert.equal(voxels, null);
+    assert.ok(size === 0 ? bytesRead === 0 : bytesRead > 0 && bytesRead <= size);
   }
   assert.equal(decoder.decode(second).status.code, "Ok");
 });
